@@ -9,10 +9,10 @@ setup:           ## Debian's FEniCSx and gmsh, and the environment .venv
 	@bash .ci/setup.sh
 
 kernels: setup   ## build the solver for this machine: what is there already is left
-	@bash .ci/in-env .venv python -m kanefe.kernels.build
+	@bash .ci/in-env .venv python -m kanefe.kernels.compiler.build
 
 demo: setup      ## set up, then run the demo (files under out/)
-	@bash .ci/in-env .venv python -m kanefe.kernels.build --flexible
+	@bash .ci/in-env .venv python -m kanefe.kernels.compiler.build --first
 	@bash .ci/in-env .venv kanefe demo
 
 test: kernels    ## set up, then run all the tests, on two cores

@@ -50,7 +50,7 @@ def build_wheel(
     # what the build was given stays: pip hands over by PYTHONPATH where numpy and numba are
     paths = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
     try:
-        command = [sys.executable, "-m", "kanefe.kernels.build", "--wheel", kernels]
+        command = [sys.executable, "-m", "kanefe.kernels.compiler.build", "--wheel", kernels]
         subprocess.run(command, cwd=ROOT, env=os.environ | {"PYTHONPATH": paths}, check=True)
         with tempfile.TemporaryDirectory(prefix="kanefe-") as folder:
             # in a folder of its own: setuptools would take along what an earlier build left

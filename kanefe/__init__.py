@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from kanefe.imports import write_sid as write_sid
     from kanefe.imports.from_matrices import model_from_matrices as model_from_matrices
     from kanefe.instants.instant import Instant as Instant
-    from kanefe.integrate.events import Event as Event
+    from kanefe.integrate.events.event import Event as Event
     from kanefe.integrate.methods.table import methods as methods
     from kanefe.integrate.status import RunStatus as RunStatus
     from kanefe.joints import *  # noqa: F403

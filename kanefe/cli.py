@@ -84,9 +84,9 @@ def version() -> None:
 
 def prepare() -> None:
     """Build the solver for this machine now, rather than in the first runs; a wheel has brought it already."""
-    from kanefe.kernels.build import build
-    from kanefe.kernels.side_by_side import processors_here
-    from kanefe.kernels.units import own_folder
+    from kanefe.kernels.compiler.build import build
+    from kanefe.kernels.compiler.compiled_functions import own_folder
+    from kanefe.kernels.compiler.side_by_side import processors_here
 
     count = build(own_folder(), processors_here(), typer.echo)
     typer.echo(f"the solver is prepared: {count} parts built, {own_folder()}")

@@ -69,7 +69,7 @@ class Result(Reader):
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows of the run."""
-        from kanefe.views.run_card import run_card
+        from kanefe.views.cards.run_card import run_card
 
         return run_card(self)
 

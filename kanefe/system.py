@@ -25,7 +25,7 @@ from kanefe.tree.stiffening_check import warn_of_loads_that_do_not_stiffen
 
 if TYPE_CHECKING:
     from kanefe.equations.given_state import Start
-    from kanefe.integrate.events import Event
+    from kanefe.integrate.events.event import Event
     from kanefe.result import Result
     from kanefe.scene.targets import Named
     from kanefe.stepping.simulation import Simulation
@@ -71,7 +71,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows of the scene."""
-        from kanefe.views.scene_card import scene_card
+        from kanefe.views.cards.scene_card import scene_card
 
         title = str(self).splitlines()[0]
         return scene_card(title, body_rows(self._entries), self._acting())
@@ -247,9 +247,9 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         >>> result.events["lowest"].round(6)
         array([0.483334])
         """
-        from kanefe.integrate.account import accounted
         from kanefe.integrate.options import RunOptions
         from kanefe.integrate.run import run
+        from kanefe.integrate.run_checks.energy_check import accounted
         from kanefe.result import Result
 
         options = RunOptions(
@@ -391,7 +391,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         ``scene.to_fmu("arm.fmu", inputs="motor hub", outputs=("joint_coordinates hub", "position arm/tip"))``
         """
         from kanefe.fmu.export import write_scene
-        from kanefe.integrate.handing_over import HandingOver
+        from kanefe.integrate.auto.handing_over import HandingOver
 
         common = {"start": start, "inputs": inputs, "outputs": outputs, "every": every, "duration": duration}
         common |= {"rtol": rtol, "atol": atol, "step": step}
@@ -402,7 +402,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
 
 
 def _told_poles(model: Model, t: float, y: np.ndarray) -> str | None:
-    """Return what `kanefe.linear.sampled_loop.told_poles` does, which runs of sound loops do without."""
-    from kanefe.linear.sampled_loop import told_poles
+    """Return what `kanefe.linear.sampled.sampled_loop.told_poles` does, which runs of sound loops do without."""
+    from kanefe.linear.sampled.sampled_loop import told_poles
 
     return told_poles(model, t, y)

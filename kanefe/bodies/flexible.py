@@ -180,7 +180,7 @@ class FlexibleBody(PickledByFields):
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows of the body."""
-        from kanefe.views.body_card import body_card
+        from kanefe.views.cards.body_card import body_card
 
         return body_card(self)
 

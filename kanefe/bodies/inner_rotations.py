@@ -54,7 +54,7 @@ class InnerRotations:
 
     @cached_property
     def watched(self) -> tuple[Vector, Vector, Vector]:
-        """What kernels need to watch them, see `kanefe.kernels.bends`.
+        """What kernels need to watch them, see `kanefe.kernels.evaluation.bending`.
 
         Room for coordinates with the bounds of the largest by each, room for components, and these by coordinate.
         """

@@ -21,7 +21,7 @@ import numpy as np
 
 from kanefe.bodies.marker import Marker
 from kanefe.frames import Matrix, Vector, cross
-from kanefe.kernels.tolerances import HALF_ON
+from kanefe.kernels.constraints.tolerances import HALF_ON
 
 METRE, RADIAN = "m", "rad"
 

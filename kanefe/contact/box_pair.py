@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.contact.shape import Probe
+from kanefe.contact.geometry.shape import Probe
 from kanefe.frames import Matrix, Vector, cross
 from kanefe.loads.base import End
 

@@ -9,24 +9,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kanefe.contact.box_pair import BoxPair, meeting, slot_of
-from kanefe.contact.bristles import LuGre
 from kanefe.contact.contact_anchors import anchored, anchors_of
 from kanefe.contact.contact_events import Watched
 from kanefe.contact.contact_numbers import kernel_of
-from kanefe.contact.couples import couple_of, rested_states
-from kanefe.contact.friction_laws import Coulomb
+from kanefe.contact.friction_couples import couple_of, rested_states
+from kanefe.contact.laws.bristles import LuGre
+from kanefe.contact.laws.friction_laws import Coulomb
 from kanefe.contact.rest import Rest
 from kanefe.contact.shapes import Box, Plane
 from kanefe.contact.starts import tell_of_start
-from kanefe.contact.touch import Touch, along_surface, velocity_past
+from kanefe.contact.touching_point import Touch, along_surface, velocity_past
 from kanefe.frames import Vector, cross
-from kanefe.kernels.tolerances import HELD_BEYOND
+from kanefe.kernels.constraints.tolerances import HELD_BEYOND
 from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
 from kanefe.loads.reach import LoadReach
 
 if TYPE_CHECKING:
-    from kanefe.contact.normal_laws import NormalLaw
-    from kanefe.contact.shape import Probe, SurfaceShape
+    from kanefe.contact.geometry.shape import Probe, SurfaceShape
+    from kanefe.contact.laws.normal_laws import NormalLaw
     from kanefe.loads.anchors import Anchor
 
 OPEN, STICKS, SLIPS = range(3)
@@ -435,7 +435,7 @@ class Contact(Load):
 
     @property
     def kernel(self) -> LoadKernel | None:
-        """Numbers: see `kanefe.kernels.force_elements.contact`."""
+        """Numbers: see `kanefe.kernels.contact.contact_forces`."""
         return kernel_of(self)
 
     def with_ends(self, ends: tuple[Any, ...]) -> Contact:

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 
 from kanefe.contact.contact_events import Touching
-from kanefe.contact.friction_laws import Coulomb
-from kanefe.contact.touch import along_surface
+from kanefe.contact.laws.friction_laws import Coulomb
+from kanefe.contact.touching_point import along_surface
 from kanefe.frames import Matrix, Vector, cross
 from kanefe.loads.anchors import Anchor
 from kanefe.loads.base import End
 
 if TYPE_CHECKING:
-    from kanefe.contact.bristles import LuGre
+    from kanefe.contact.geometry.shape import Probe
+    from kanefe.contact.laws.bristles import LuGre
     from kanefe.contact.rest import Rest
-    from kanefe.contact.shape import Probe
 
 
 class Anchored(Touching, Protocol):

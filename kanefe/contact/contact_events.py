@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
-from kanefe.contact.friction_laws import Coulomb
-from kanefe.contact.normal_laws import NormalLaw, Restitution
-from kanefe.contact.touch import Touch, velocity_past
+from kanefe.contact.laws.friction_laws import Coulomb
+from kanefe.contact.laws.normal_laws import NormalLaw, Restitution
+from kanefe.contact.touching_point import Touch, velocity_past
 from kanefe.frames import Vector
 from kanefe.loads.base import End, LoadEvent
 
 if TYPE_CHECKING:
-    from kanefe.contact.bristles import LuGre
+    from kanefe.contact.laws.bristles import LuGre
 
 AT_THE_LIMIT = 1e-9
 """Of the normal force: probes this near to slipping or sticking do it with the first."""

@@ -1,4 +1,4 @@
-"""A contact as numbers for its kernel: see `kanefe.kernels.force_elements.contact`."""
+"""A contact as numbers for its kernel: see `kanefe.kernels.contact.contact_forces`."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from kanefe.contact.bristles import LuGre
-from kanefe.contact.compiled_law import CompiledLaw
-from kanefe.contact.table_law import TableLaw
+from kanefe.contact.laws.bristles import LuGre
+from kanefe.contact.laws.compiled_law import CompiledLaw
+from kanefe.contact.laws.table_law import TableLaw
 from kanefe.loads.base import LoadKernel
 
 if TYPE_CHECKING:
-    from kanefe.contact.friction_laws import Coulomb
-    from kanefe.contact.normal_laws import NormalLaw
+    from kanefe.contact.geometry.shape import Probe, SurfaceShape
+    from kanefe.contact.laws.friction_laws import Coulomb
+    from kanefe.contact.laws.normal_laws import NormalLaw
     from kanefe.contact.rest import Rest
-    from kanefe.contact.shape import Probe, SurfaceShape
 
 
 class Numbered(Protocol):
@@ -65,8 +65,8 @@ class Numbered(Protocol):
 
 def kernel_of(contact: Numbered) -> LoadKernel:
     """Return the kernel of a contact, with its numbers."""
-    from kanefe.kernels.force_elements import contact as kernels
-    from kanefe.kernels.force_elements import contact_places as places
+    from kanefe.kernels.contact import contact_forces as kernels
+    from kanefe.kernels.contact import contact_places as places
 
     law, rest = contact.normal, contact.rest
     kind, of_friction = _of_friction(contact.friction)
@@ -109,7 +109,7 @@ def kernel_of(contact: Numbered) -> LoadKernel:
 
 def _of_friction(law: Coulomb | LuGre | None) -> tuple[float, list[float]]:
     """Return the kind of friction, and its numbers."""
-    from kanefe.kernels.force_elements.contact_places import ANCHORED, BRISTLES
+    from kanefe.kernels.contact.contact_places import ANCHORED, BRISTLES
 
     if law is None:
         return 0.0, [0.0] * 11

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.contact._coal import check_library, nearest
 from kanefe.contact.contact import Contact
-from kanefe.contact.convex import Convex
-from kanefe.contact.shape import Probe, SurfaceShape
+from kanefe.contact.geometry._coal import check_library, nearest
+from kanefe.contact.geometry.convex import Convex
+from kanefe.contact.geometry.shape import Probe, SurfaceShape
 from kanefe.contact.shapes import Box, Capsule, Cylinder, Sphere
 from kanefe.frames import Vector
 from kanefe.loads.base import End, LoadKernel

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from kanefe.contact.height_field import heights_at
-from kanefe.contact.shape import axes_about
+from kanefe.contact.geometry.height_field import heights_at
+from kanefe.contact.geometry.shape import axes_about
 from kanefe.contact.shapes import Box, Capsule, Cylinder, HeightField, Mesh, Plane, Points, Sphere, Torus
 from kanefe.frames import Matrix, Vector
 
 if TYPE_CHECKING:
-    from kanefe.contact.shape import SurfaceShape
+    from kanefe.contact.geometry.shape import SurfaceShape
 
 AROUND = 40
 """Sides of what is round."""

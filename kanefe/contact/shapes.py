@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from kanefe.arguments import checked
-from kanefe.contact.convex import Convex as Convex
-from kanefe.contact.height_field import HeightField as HeightField
-from kanefe.contact.mesh import Mesh as Mesh
-from kanefe.contact.points import Points as Points
-from kanefe.contact.points import on_box, on_circle, on_cylinder, on_line, standing_for
-from kanefe.contact.shape import Probe, axes_about, direction, length_and_direction, positive
-from kanefe.contact.shape import SurfaceShape as SurfaceShape
+from kanefe.contact.geometry.convex import Convex as Convex
+from kanefe.contact.geometry.height_field import HeightField as HeightField
+from kanefe.contact.geometry.mesh import Mesh as Mesh
+from kanefe.contact.geometry.points import Points as Points
+from kanefe.contact.geometry.points import on_box, on_circle, on_cylinder, on_line, standing_for
+from kanefe.contact.geometry.shape import Probe, axes_about, direction, length_and_direction, positive
+from kanefe.contact.geometry.shape import SurfaceShape as SurfaceShape
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
 from kanefe.loads.reach import Bounds

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from kanefe.errors import SimulationWarning, outside
 
 if TYPE_CHECKING:
-    from kanefe.contact.shape import Probe
-    from kanefe.contact.touch import Touch
+    from kanefe.contact.geometry.shape import Probe
+    from kanefe.contact.touching_point import Touch
     from kanefe.loads.base import End
 
 DEEP = 1e-3

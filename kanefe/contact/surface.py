@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from kanefe.contact.box_pair import box_probes
-from kanefe.contact.convex import Convex
 from kanefe.contact.convex_contact import are_convex, convex_probe
+from kanefe.contact.geometry.convex import Convex
 from kanefe.contact.shapes import Box, Capsule, Cylinder, HeightField, Mesh, Plane, Points, Sphere, Torus
 from kanefe.errors import ModelError
 
 if TYPE_CHECKING:
-    from kanefe.contact.shape import Probe, SurfaceShape
+    from kanefe.contact.geometry.shape import Probe, SurfaceShape
 
 
 class Surface(NamedTuple):

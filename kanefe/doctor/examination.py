@@ -17,7 +17,7 @@ from kanefe.checks.table import check_target, write_as_json
 from kanefe.doctor.parts import Found, Search
 from kanefe.doctor.routes import NEEDED, Solve, solves
 from kanefe.doctor.stores import BuiltKernels, CacheStore, kernels, stores
-from kanefe.kernels.side_by_side import processors_here
+from kanefe.kernels.compiler.side_by_side import processors_here
 
 VARIABLES = "KANEFE_CACHE", "KANEFE_CACHE_DIR", "KANEFE_CACHE_GB", "KANEFE_JIT", "CC", "OMP_NUM_THREADS"
 """Of the environment, told where they are set."""

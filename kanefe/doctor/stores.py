@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from kanefe.bodies import cache
-from kanefe.kernels import _numba
-from kanefe.kernels.build import all_units
-from kanefe.kernels.units import BUILT, path_of
+from kanefe.kernels.compiler import _numba
+from kanefe.kernels.compiler.build import all_units
+from kanefe.kernels.compiler.compiled_functions import BUILT, path_of
 from kanefe.storage.files import cache_folder
 
 

@@ -18,10 +18,10 @@ from kanefe.environment.deck_motion import DeckMotion
 from kanefe.environment.directional import DirectionalTable
 from kanefe.environment.dispersion import encounter_frequency, wave_number
 from kanefe.environment.harmonics import Harmonics, Ramp
-from kanefe.environment.rao import NAMES, MotionRao, at_point
-from kanefe.environment.rao_files import read_rao
-from kanefe.environment.rao_grid import FULL_CIRCLE
-from kanefe.environment.roll_damping import RollDamping
+from kanefe.environment.rao.rao import NAMES, MotionRao, at_point
+from kanefe.environment.rao.rao_files import read_rao
+from kanefe.environment.rao.rao_grid import FULL_CIRCLE
+from kanefe.environment.rao.roll_damping import RollDamping
 from kanefe.environment.sea import Sea
 from kanefe.environment.spectra import gauss
 from kanefe.environment.spreading import Spreading

@@ -29,7 +29,7 @@ def with_contact_masses(model: ModelData, loads: Sequence[Load]) -> tuple[Load, 
 
 
 def _completed(contact: Contact, trees: Sequence[int], masses: Vector) -> Contact:
-    from kanefe.contact.friction_laws import Coulomb
+    from kanefe.contact.laws.friction_laws import Coulomb
 
     surface, *touching = ({trees[end.body]} if end.body >= 0 else {-1} for end in contact.ends)
     sides = surface, set().union(*touching)

@@ -70,7 +70,7 @@ class ForcesAt:
 
     def rigid_contact(self, number: int) -> Vector:
         """Return what a rigid contact tells, by its number among them."""
-        from kanefe.kane.rigid_contacts import told
+        from kanefe.kane.rigid_contacts.contact_forces import told
 
         return told(self._model.route.view(self._t, self._y), number)
 

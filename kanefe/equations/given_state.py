@@ -9,7 +9,7 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
-from kanefe.kernels.tolerances import LARGEST_OPENING
+from kanefe.kernels.constraints.tolerances import LARGEST_OPENING
 from kanefe.tree.body_terms import BodyTerms
 from kanefe.tree.model_data import ModelData
 

@@ -15,7 +15,7 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.tree.model_data import WORKS, ModelData
-from kanefe.tree.told import FrameKinematics, MechanicalEnergy
+from kanefe.tree.model_outputs import FrameKinematics, MechanicalEnergy
 
 if TYPE_CHECKING:
     from kanefe.kane.constraint_report import ConstraintReport

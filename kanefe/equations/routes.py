@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from kanefe.kane.route import LiteralRoute
-from kanefe.kernels.units import Unit
+from kanefe.kernels.compiler.compiled_functions import Unit
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.route import Route
 
@@ -15,8 +15,8 @@ def route_of(model: ModelData) -> Route:
 
         return UnreducedRoute(model)
     from kanefe.order_n.planar_route import PlanarRoute
-    from kanefe.order_n.planar_tables import planar_tables
     from kanefe.order_n.route import OrderN, obstacles_of
+    from kanefe.order_n.tables.planar_tables import planar_tables
 
     obstacles = obstacles_of(model)
     if obstacles:

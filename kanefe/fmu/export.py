@@ -24,7 +24,7 @@ from kanefe.fmu.image import NeedsPython
 from kanefe.fmu.portable import without_python
 from kanefe.fmu.scene_source import scene_source
 from kanefe.fmu.serve import packed
-from kanefe.kernels.units import content_of, linker
+from kanefe.kernels.compiler.compiled_functions import content_of, linker
 from kanefe.linear.linearisation import Linearisation
 from kanefe.linear.unsettled import told_imbalance
 from kanefe.stepping.simulation import Simulation

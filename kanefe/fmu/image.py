@@ -1,8 +1,8 @@
 """An image of the memory that calls of kernels work on, which another process can take up.
 
-A prepared call is two arrays, of places and of numbers (see `kanefe.kernels.signatures`); places have the addresses of
-further arrays, and tables those of functions. The image has all arrays one after the other, and tells which of its
-numbers are addresses, and of what.
+A prepared call is two arrays, of places and of numbers (see `kanefe.kernels.compiler.signatures`); places have the
+addresses of further arrays, and tables those of functions. The image has all arrays one after the other, and tells
+which of its numbers are addresses, and of what.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.kernels.entries import Call
-from kanefe.kernels.signatures import Group, Part
-from kanefe.kernels.units import loaded_files
+from kanefe.kernels.compiler.compiled_functions import loaded_files
+from kanefe.kernels.compiler.entries import Call
+from kanefe.kernels.compiler.signatures import Group, Part
 
 ALIGNMENT = 64
 """Of each array, bytes."""

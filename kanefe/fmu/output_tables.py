@@ -8,8 +8,8 @@ from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.fmu import c_text as c
 from kanefe.fmu.image import NeedsPython
 from kanefe.loads.controller import Reading
-from kanefe.order_n.seats import Seat
 from kanefe.order_n.sweeps import Sweeps
+from kanefe.order_n.tables.frame_offsets import Seat
 from kanefe.stepping.simulation import Simulation
 
 VECTORS = ("position", "rotation", "velocity", "angular_velocity", "acceleration", "angular_acceleration")

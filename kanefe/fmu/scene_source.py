@@ -12,11 +12,11 @@ from kanefe.fmu.image import CallPlaces, Image, NeedsPython
 from kanefe.fmu.output_tables import OutputTables
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.kernel_stepper import SMALLEST_STEP, KernelStepper
-from kanefe.kernels import stepping
-from kanefe.kernels._numba import IS_COMPILED
-from kanefe.kernels.drives import PIECE_NUMBERS, Drives
-from kanefe.kernels.evaluation import AT_TIME
-from kanefe.kernels.outward import motion_memory_size, motions_of_rows
+from kanefe.kernels.compiler._numba import IS_COMPILED
+from kanefe.kernels.evaluation.evaluation import AT_TIME
+from kanefe.kernels.steppers import step_commands as stepping
+from kanefe.kernels.sweeps.drives import PIECE_NUMBERS, Drives
+from kanefe.kernels.sweeps.outward import motion_memory_size, motions_of_rows
 from kanefe.loads.controller import INPUTS
 from kanefe.order_n.route import OrderN
 from kanefe.order_n.sweeps import Sweeps

@@ -13,7 +13,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.integrate.trajectory import Trajectory
-from kanefe.kane.impulses import struck_speeds
+from kanefe.kane.rigid_contacts.impulses import struck_speeds
 from kanefe.kane.state import State
 from kanefe.results.channels import RunChannels
 from kanefe.results.load_lines import LoadLine

@@ -14,8 +14,8 @@ import numpy as np
 from kanefe._version import __version__
 from kanefe.equations.model import Model
 from kanefe.errors import FileError, ModelError
-from kanefe.integrate.choice import Choice
-from kanefe.integrate.events import Event
+from kanefe.integrate.auto.choice import Choice
+from kanefe.integrate.events.event import Event
 from kanefe.storage.array_file import open_arrays, write_arrays
 from kanefe.storage.digest import Unhashable, digest_of_scene
 from kanefe.storage.files import regular_file

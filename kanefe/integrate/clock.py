@@ -6,7 +6,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from kanefe.kernels._numba import seconds_compiling
+from kanefe.kernels.compiler._numba import seconds_compiling
 from kanefe.loads.functions import SPENT
 
 FUNCTIONS, CONTROLLERS = OF_USER = "Python functions", "controllers"

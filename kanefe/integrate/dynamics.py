@@ -9,12 +9,12 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
-from kanefe.kernels.tolerances import NEAR_SINGULAR
+from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.tree.model_data import WORKS
 from kanefe.tree.scales import coordinate_moves, state_scales
 
 if TYPE_CHECKING:
-    from kanefe.kernels.stepping import Run
+    from kanefe.kernels.steppers.step_commands import Run
 
 
 DIFFERENCE = 1e-5

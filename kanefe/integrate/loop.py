@@ -12,16 +12,16 @@ from kanefe.equations.forces_at import seen
 from kanefe.errors import FileError, KanefeError, SimulationError, SimulationWarning, outside
 from kanefe.frames import Vector
 from kanefe.integrate.clock import CONTROLLERS, Clock
-from kanefe.integrate.contact_changes import begun
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.event_watch import EventWatch
-from kanefe.integrate.events import Event
-from kanefe.integrate.load_events import EventOfLoad, torn_loose
+from kanefe.integrate.events.contact_changes import begun
+from kanefe.integrate.events.event import Event
+from kanefe.integrate.events.event_search import EventWatch
+from kanefe.integrate.events.load_events import EventOfLoad, torn_loose
+from kanefe.integrate.events.switching import check_switched
 from kanefe.integrate.pace import Limits, OutOfTime, Pace, Poles
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.stepper import LooksOut, StepFailure, Stepper, TellsAccelerations
-from kanefe.integrate.switching import check_switched
 from kanefe.kane.bent import bent_too_far
 from kanefe.tree.model_data import WORKS
 

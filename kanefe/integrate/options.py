@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.integrate.events import Event, checked_events
+from kanefe.integrate.events.event import Event, checked_events
 from kanefe.integrate.methods.table import METHODS
 from kanefe.integrate.trajectory import checked_span, is_finite_number, wanted_times
 
@@ -23,7 +23,8 @@ AUTO = "auto"
 class RunOptions:
     """What the user asks for, as `kanefe.System.simulate` describes it.
 
-    Whether the method serves the scene, and the tolerances the method, is told by `kanefe.integrate.choice.choose`.
+    Whether the method serves the scene, and the tolerances the method, is told by
+    `kanefe.integrate.auto.choice.choose`.
 
     Attributes
     ----------

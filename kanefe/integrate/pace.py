@@ -14,10 +14,10 @@ from kanefe.equations.model import Model
 from kanefe.errors import SimulationWarning, outside
 from kanefe.frames import Vector
 from kanefe.integrate.methods.table import serving
+from kanefe.integrate.run_checks.stiff_contacts import stiffest_contact
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.stepper import StepFailure, Stepper, TellsWorst
-from kanefe.integrate.stiff_contacts import stiffest_contact
-from kanefe.kernels._numba import seconds_compiling
+from kanefe.kernels.compiler._numba import seconds_compiling
 
 if TYPE_CHECKING:
     from kanefe.integrate.sampling import Sampler

@@ -12,24 +12,24 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationWarning, outside
-from kanefe.integrate.asked_events import with_asked_events, with_what_is_asked
-from kanefe.integrate.bushing_turns import of_bushings
-from kanefe.integrate.choice import Choice, choose
+from kanefe.integrate.auto.choice import Choice, choose
+from kanefe.integrate.breakpoints import accelerations_at, sample_times
 from kanefe.integrate.clock import Clock
-from kanefe.integrate.contact_changes import changes_of_contacts, told_of_contacts
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.event_watch import EventWatch
-from kanefe.integrate.events import Event, checked_events
-from kanefe.integrate.knots import accelerations_at, sample_times
-from kanefe.integrate.load_events import events_of_loads
+from kanefe.integrate.events.contact_changes import changes_of_contacts, told_of_contacts
+from kanefe.integrate.events.event import Event, checked_events
+from kanefe.integrate.events.event_search import EventWatch
+from kanefe.integrate.events.load_events import events_of_loads
+from kanefe.integrate.events.requested_events import with_asked_events, with_what_is_asked
 from kanefe.integrate.loop import RunLoop
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.pace import Limits, Poles
-from kanefe.integrate.ranges import ends_of_ranges
+from kanefe.integrate.run_checks.bushing_turns import of_bushings
+from kanefe.integrate.run_checks.joint_ranges import ends_of_ranges
+from kanefe.integrate.run_checks.stiff_contacts import tell_of_stiff_contacts
 from kanefe.integrate.sampling import Sampler
-from kanefe.integrate.stiff_contacts import tell_of_stiff_contacts
 from kanefe.integrate.trajectory import Trajectory
-from kanefe.kernels.units import Unit, foreseen
+from kanefe.kernels.compiler.compiled_functions import Unit, foreseen
 from kanefe.storage.watched import is_watched, progress_bar
 from kanefe.tree.model_data import WORKS
 
@@ -77,7 +77,7 @@ def one_count(model: Model, options: RunOptions) -> AbstractContextManager[None]
     """Have all that a run needs built at once, with the first of it that is missing; see `foreseen`."""
 
     def needed() -> list[Unit]:
-        from kanefe.integrate.needed import units_of_run
+        from kanefe.integrate.auto.compiled_code_needed import units_of_run
 
         return units_of_run(model, options)
 
@@ -112,7 +112,7 @@ def _run(model: Model, options: RunOptions, poles: Poles | None) -> Trajectory:
         status = loop.go(file)
     stored = min(loop.stored, len(wanted))
     if model.rigid_contacts and status.kind != "failed":
-        from kanefe.integrate.contact_check import of_contacts
+        from kanefe.integrate.run_checks.contact_check import of_contacts
 
         counted = int(loop.statistics["evaluations"])
         states, rtol = loop.states[:stored], choice.control.get("rtol")

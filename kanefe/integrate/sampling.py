@@ -15,7 +15,7 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, euler_parameters_from_matrix, rotation_vector
-from kanefe.integrate.drive_growth import DriveGrowth
+from kanefe.integrate.run_checks.drive_growth import DriveGrowth
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:

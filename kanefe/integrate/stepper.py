@@ -202,7 +202,7 @@ class StepControl:
     step : float or None
         Fixed step, s.
     changes : ndarray or None
-        What `kanefe.integrate.knots.changes_of` has found for the run, where somebody has asked.
+        What `kanefe.integrate.breakpoints.changes_of` has found for the run, where somebody has asked.
     """
 
     rtol: float

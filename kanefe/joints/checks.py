@@ -13,8 +13,8 @@ from kanefe.joints.coordinate_force import CoordinateForce
 from kanefe.joints.held import Held
 from kanefe.joints.link import Link, LinkKernel
 from kanefe.joints.motion import Motion
-from kanefe.kernels.addresses import addresses, call_in_python
-from kanefe.kernels.foreign import check_functions
+from kanefe.kernels.compiler.addresses import addresses, call_in_python
+from kanefe.kernels.compiler.foreign import check_functions
 from kanefe.kernels.links.places import DV, DW, MOTION_NUMBERS, SIGNATURE, A, P, V, W
 
 Motions = tuple[Vector, Matrix, Vector, Vector]

@@ -210,7 +210,7 @@ class Motion:
         --------
         >>> swing = Motion(lambda t: 0.1 * t * t, lambda t: 0.2 * t, lambda t: 0.2).compiled()
         """
-        from kanefe.kernels._numba import compiled
+        from kanefe.kernels.compiler._numba import compiled
 
         position, velocity, acceleration = self.position, self.velocity, self.acceleration
         if self.pieces is not None or velocity is None or acceleration is None:

@@ -17,8 +17,8 @@ import numpy as np
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.bearing_loads import with_consistent_loads
-from kanefe.kane.impulses import answers
 from kanefe.kane.interactions import slip_rows
+from kanefe.kane.rigid_contacts.impulses import answers
 from kanefe.kane.state import State
 from kanefe.loads.anchors import Anchor
 from kanefe.tree.model_data import ModelData

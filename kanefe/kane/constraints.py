@@ -20,8 +20,8 @@ from kanefe.storage.scipy_later import scipy
 
 if TYPE_CHECKING:
     from kanefe.constraints.rows import Constraint, MarkerMotion, MarkerRow, Row
-    from kanefe.contact.meeting import Meeting
-    from kanefe.contact.rigid_contact import ContactRow, RigidContact
+    from kanefe.contact.rigid.meeting import Meeting
+    from kanefe.contact.rigid.rigid_contact import ContactRow, RigidContact
     from kanefe.kane.kinematics import FrameMotion
 
 PIVOT_TOLERANCE = 1e-13
@@ -116,7 +116,7 @@ def touching_rows(state: State) -> list[tuple[RigidContact, int, tuple[ContactRo
     found: list[tuple[RigidContact, int, tuple[ContactRow, ...]]] = []
     if not state.model.rigid_contacts:
         return found
-    from kanefe.contact.rigid_contact import OPEN
+    from kanefe.contact.rigid.rigid_contact import OPEN
 
     for number, load in enumerate(state.model.rigid_contacts):
         contact, z = state.model.rigid_contact(number), state.load_states(load)
@@ -178,7 +178,7 @@ def constraint_rates(state: State) -> Rates:
     if not rows:
         return Rates(J, remainder, reach, given)
     from kanefe.constraints.rows import CouplerRow
-    from kanefe.contact.rigid_contact import ContactRow, wrenches_of
+    from kanefe.contact.rigid.rigid_contact import ContactRow, wrenches_of
 
     between: dict[tuple[Marker, Marker], tuple[list[int], list[MarkerRow]]] = {}
     touching: dict[tuple[Marker, Marker], tuple[list[int], list[ContactRow]]] = {}
@@ -212,7 +212,7 @@ def force_rows(state: State) -> Matrix | None:
     """
     if not state.model.rigid_contacts:
         return None
-    from kanefe.contact.rigid_contact import ContactRow, wrenches_of
+    from kanefe.contact.rigid.rigid_contact import ContactRow, wrenches_of
 
     between: dict[tuple[Marker, Marker], tuple[list[int], list[ContactRow]]] = {}
     for i, (_, row) in enumerate(held_rows(state)):
@@ -283,7 +283,7 @@ def marker_wrenches(state: State, multipliers: Vector) -> list[HeldWrench]:
     if not held_rows(state):
         return []
     from kanefe.constraints.rows import CouplerRow
-    from kanefe.contact.rigid_contact import ContactRow
+    from kanefe.contact.rigid.rigid_contact import ContactRow
 
     sums: dict[tuple[int, int], HeldWrench] = {}
     for (constraint, row), multiplier in zip(held_rows(state), multipliers, strict=True):

@@ -13,8 +13,8 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector, skew
 from kanefe.kane.assemble import equations
-from kanefe.kane.contact_shares import constraint_forces
 from kanefe.kane.kinematics import FrameMotion, interface_motion
+from kanefe.kane.rigid_contacts.contact_shares import constraint_forces
 from kanefe.tree.body_terms import BodyTerms, FlexibleTerms
 
 if TYPE_CHECKING:

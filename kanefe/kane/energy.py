@@ -7,7 +7,7 @@ import numpy as np
 from kanefe.frames import Vector
 from kanefe.kane.active import loaded_frames
 from kanefe.kane.assemble import equations, mass_matrix
-from kanefe.kane.contact_shares import constraint_forces
+from kanefe.kane.rigid_contacts.contact_shares import constraint_forces
 from kanefe.kane.state import State, actions, once
 
 

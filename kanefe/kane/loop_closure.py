@@ -16,7 +16,7 @@ from kanefe.kane.assemble import constrained_solver, mass_matrix
 from kanefe.kane.constraints import constraint_rates, constraint_residuals, held_rows, place_rows
 from kanefe.kane.state import State
 from kanefe.kane.tangents import elastic_stiffness
-from kanefe.kernels.tolerances import (
+from kanefe.kernels.constraints.tolerances import (
     LARGEST_ITERATIONS,
     LARGEST_OPENING,
     LARGEST_STEP,

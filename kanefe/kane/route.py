@@ -9,12 +9,12 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.state import State, actions
-from kanefe.kernels.tolerances import NEAR_SINGULAR
+from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.loads.base import Load
 from kanefe.tree.model_data import WORKS, ModelData
+from kanefe.tree.model_outputs import MechanicalEnergy
 from kanefe.tree.route import Evaluation, Form, Obstacle, PreparedRun, RunSweeps, WatchedEvents
 from kanefe.tree.scene_state import SceneState
-from kanefe.tree.told import MechanicalEnergy
 
 
 class LiteralRoute:
@@ -108,7 +108,7 @@ class LiteralRoute:
 
         state, weakest = self.view(t, y), 1.0
         if self.model.rigid_contacts:
-            from kanefe.kane.rigid_contacts import check_determined
+            from kanefe.kane.rigid_contacts.contact_forces import check_determined
 
             check_determined(state)
         if self.model.is_constrained and held_rows(state):
@@ -192,7 +192,7 @@ def powers(state: State, du: Vector) -> Vector:
 
     found = np.array((dissipated_power(state), load_power(state) + drive_power(state, du)))
     if state.model.rigid_contacts:
-        from kanefe.kane.rigid_contacts import friction_powers
+        from kanefe.kane.rigid_contacts.contact_forces import friction_powers
 
         found += friction_powers(state)
     return found
@@ -207,7 +207,7 @@ def state_rates(state: State) -> Vector:
         if len(action.rates):
             rates[where] = action.rates
     if state.model.rigid_contacts:
-        from kanefe.kane.rigid_contacts import contact_rates
+        from kanefe.kane.rigid_contacts.contact_forces import contact_rates
 
         contact_rates(state, rates)
     add_load_rates(state, rates)
@@ -216,7 +216,7 @@ def state_rates(state: State) -> Vector:
 
 def touched_at_start(model: ModelData, t: float, y: Vector) -> Vector:
     """Return a state (q, u, z) with what touches in it known, after impacts if there are."""
-    from kanefe.kane.impacts import START, resolved
+    from kanefe.kane.rigid_contacts.impacts import START, resolved
 
     found = resolved(model, t, y, START, 0.0)
     return np.concatenate((y[: model.coordinate_count], found.u, found.z))

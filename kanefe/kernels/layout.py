@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.arrays import IntegerRows, Integers, RealRows, Reals
+from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
 
 # Kinds of rows
 FIXED, REVOLUTE, AXIS, GIVEN, SPHERICAL, FREE, INTERFACE = range(7)

@@ -8,7 +8,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
 from kanefe.frames import Vector
 from kanefe.kane.loop_closure import project_positions, project_speeds
-from kanefe.linear.eigenpairs import rate_weights
+from kanefe.linear.modes.eigenpairs import rate_weights
 from kanefe.linear.small_motions import SmallMotions
 
 SAMPLES = (0.37, 1.1, 2.6, 5.3)

@@ -14,8 +14,8 @@ from kanefe.kane.inertia import flexible_inertia
 from kanefe.kane.interactions import generalised_force
 from kanefe.kane.kinematics import elastic_state
 from kanefe.kane.state import State, actions, once
-from kanefe.linear.forces import scene_load_columns
 from kanefe.linear.tangents import tangent_names
+from kanefe.linear.unit_forces import scene_load_columns
 from kanefe.tree.load_names import scene_loads
 
 BALANCED = 1e-9

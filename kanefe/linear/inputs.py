@@ -12,8 +12,8 @@ from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.kane.assemble import assemble
 from kanefe.kane.state import State
-from kanefe.linear.drives import Drive
-from kanefe.linear.forces import carrier, scene_load_columns
+from kanefe.linear.displaced_drives import Drive
+from kanefe.linear.unit_forces import carrier, scene_load_columns
 from kanefe.loads.field_load import FieldLoad
 from kanefe.loads.joint_load import JointLoad
 from kanefe.scene.targets import AXES, Named, Target, asked_for, axis_vector, joint_entry, target_of

@@ -16,7 +16,7 @@ from kanefe.frames import Matrix, Vector, numbers
 from kanefe.instants.instant import Instant
 from kanefe.instants.missed_statics import is_known, warn_of_missed
 from kanefe.kane.assemble import mass_matrix
-from kanefe.kane.impulses import answers
+from kanefe.kane.rigid_contacts.impulses import answers
 from kanefe.kane.state import State
 from kanefe.linear.azimuth import CONSTANT, change_ahead
 from kanefe.linear.inputs import Input, inputs_of
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
     from kanefe.equations.given_state import Start
     from kanefe.linear.frequency_response import FrequencyResponse
-    from kanefe.linear.modes import Modes
+    from kanefe.linear.modes.modes import Modes
 
 
 class Linearisation(StateSpace):
@@ -70,7 +70,7 @@ class Linearisation(StateSpace):
         --------
         ``print(kf.linearise(scene).modes())``
         """
-        from kanefe.linear.modes import modes_of
+        from kanefe.linear.modes.modes import modes_of
 
         self._warn_of_change("modes")
         return modes_of(self)

@@ -32,7 +32,7 @@ from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations, mass_matrix
 from kanefe.kane.constraints import Rates, constraint_rates, place_rows
 from kanefe.kane.state import State
-from kanefe.linear.drives import Drive, Shift, shifted
+from kanefe.linear.displaced_drives import Drive, Shift, shifted
 from kanefe.linear.tangents import Derivatives, difference, tangent_steps, turning
 
 

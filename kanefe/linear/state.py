@@ -8,15 +8,15 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from kanefe.contact.rigid_contact import RigidContact
+from kanefe.contact.rigid.rigid_contact import RigidContact
 from kanefe.equations.given_state import Start, given_state, knows_states, slack_time, time_of
 from kanefe.equations.model import Model
 from kanefe.equations.routes import units_of_route
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.kane.route import touched_at_start
-from kanefe.kernels._numba import IS_COMPILED
-from kanefe.kernels.units import expect
+from kanefe.kernels.compiler._numba import IS_COMPILED
+from kanefe.kernels.compiler.compiled_functions import expect
 from kanefe.loads.base import End, Load
 from kanefe.tree.scales import scene_weight
 

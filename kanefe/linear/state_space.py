@@ -12,9 +12,9 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.linear.imbalance import Imbalance
+from kanefe.linear.modes.unresisted import Unresisted, unresisted
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.tangents import turning
-from kanefe.linear.unresisted import Unresisted, unresisted
 from kanefe.linear.unsettled import told_imbalance, unsettled
 
 

@@ -17,9 +17,9 @@ import numpy as np
 from kanefe.contact.contact import Contact
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector, skew
-from kanefe.kane.impulses import answers
+from kanefe.kane.rigid_contacts.impulses import answers
 from kanefe.kane.state import State
-from kanefe.linear.forces import load_columns, load_values
+from kanefe.linear.unit_forces import load_columns, load_values
 from kanefe.tree.body_terms import BodyTerms
 from kanefe.tree.model_data import WORKS, ModelData
 from kanefe.tree.scales import joint_scales, scene_length

@@ -12,8 +12,8 @@ import numpy as np
 
 from kanefe.errors import outside
 from kanefe.linear.imbalance import Imbalance, worst_imbalance
+from kanefe.linear.modes.unresisted import Unresisted
 from kanefe.linear.small_motions import SmallMotions
-from kanefe.linear.unresisted import Unresisted
 
 TOLD = 1e-3
 """Force left over, of those that act in the same motion, from which on it is told: it is missing, by about as much, in

@@ -10,7 +10,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import numbers, shaped_numbers
-from kanefe.kernels.foreign import check_functions
+from kanefe.kernels.compiler.foreign import check_functions
 from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
 
 

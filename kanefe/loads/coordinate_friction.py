@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.bodies.marker import CoordinateMarker
 from kanefe.frames import Matrix, Vector
 from kanefe.joints.joint_friction import RubbingSurfaces
-from kanefe.kernels.tolerances import HELD_BEYOND
+from kanefe.kernels.constraints.tolerances import HELD_BEYOND
 from kanefe.loads.anchors import Anchor
 from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
 from kanefe.loads.falling_friction import share_of_static, slip_speed
@@ -25,7 +25,7 @@ MOST_DIRECTIONS = 3
 
 @dataclass(frozen=True, eq=False)
 class CoordinateFriction(Load):
-    """Friction along coordinates of a joint, as `kanefe.contact.friction_laws.Coulomb` has it.
+    """Friction along coordinates of a joint, as `kanefe.contact.laws.friction_laws.Coulomb` has it.
 
     The surface slips by ``v_i = arm_i rate_i``. With w the stretch of a spring to the anchor and ``p = k w + c v``,
     what acts against the motion is p, but its size is not more than the cap; ``dw/dt = (drag - k w) / c``, which is

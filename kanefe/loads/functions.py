@@ -14,7 +14,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
-from kanefe.kernels._numba_functions import checked
+from kanefe.kernels.compiler._numba_functions import checked
 
 
 class Spent(threading.local):

@@ -6,13 +6,13 @@ from typing import cast
 
 import numpy as np
 
-from kanefe.kernels.arrays import Prepared
-from kanefe.kernels.closing import closing_memory_size
-from kanefe.kernels.drives import Drives
-from kanefe.kernels.entries import LATER, Call
-from kanefe.kernels.integration import Scene, integrate
-from kanefe.kernels.momenta import balance
-from kanefe.kernels.stepping import AT, NO_INERTIA, STATE, TIME_AT, Run
+from kanefe.kernels.compiler.arrays import Prepared
+from kanefe.kernels.compiler.entries import LATER, Call
+from kanefe.kernels.constraints.closing import closing_memory_size
+from kanefe.kernels.evaluation.momenta import balance
+from kanefe.kernels.steppers.integration import Scene, integrate
+from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, STATE, TIME_AT, Run
+from kanefe.kernels.sweeps.drives import Drives
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.lookouts import Lookouts
 from kanefe.order_n.rates_kernel import RatesKernel

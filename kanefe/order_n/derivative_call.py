@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
-from kanefe.kernels.derivatives import derivatives
-from kanefe.kernels.entries import LATER, Call
-from kanefe.kernels.evaluation import AT_TIME, evaluate
-from kanefe.kernels.stepping import AT
+from kanefe.kernels.compiler.entries import LATER, Call
+from kanefe.kernels.evaluation.derivatives import derivatives
+from kanefe.kernels.evaluation.evaluation import AT_TIME, evaluate
+from kanefe.kernels.steppers.step_commands import AT
 
 
 class DerivativeCall:

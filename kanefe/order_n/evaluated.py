@@ -7,13 +7,13 @@ from typing import Any, NoReturn, Protocol
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
-from kanefe.kernels.constraints import Loops
-from kanefe.kernels.drives import Drives
-from kanefe.kernels.entries import Bound
+from kanefe.kernels.compiler.entries import Bound
+from kanefe.kernels.constraints.multipliers import Loops
 from kanefe.kernels.layout import FlexibleTables, Tables
-from kanefe.kernels.loads_layout import LoadsBetween
-from kanefe.order_n.inputs import InputLayout
-from kanefe.order_n.seats import Seats
+from kanefe.kernels.loads.loads_layout import LoadsBetween
+from kanefe.kernels.sweeps.drives import Drives
+from kanefe.order_n.tables.frame_offsets import Seats
+from kanefe.order_n.tables.inputs import InputLayout
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.route import Evaluation, PreparedRun, WatchedEvents
 
@@ -57,7 +57,7 @@ class Evaluated(Protocol):
 
     @property
     def closing(self) -> Bound:
-        """What closes loops: see `kanefe.kernels.closing.close_state`."""
+        """What closes loops: see `kanefe.kernels.constraints.closing.close_state`."""
         ...
 
     @property

@@ -6,10 +6,10 @@ from functools import cached_property
 
 import numpy as np
 
-from kanefe.kernels.drives import Drives
-from kanefe.kernels.entries import LATER, Bound, Call
-from kanefe.kernels.quiet_steps import AT_TIME, SHARES, Going, Lookout, look_at, pass_quiet_steps
-from kanefe.kernels.stepping import Run
+from kanefe.kernels.compiler.entries import LATER, Bound, Call
+from kanefe.kernels.steppers.quiet_steps import AT_TIME, SHARES, Going, Lookout, look_at, pass_quiet_steps
+from kanefe.kernels.steppers.step_commands import Run
+from kanefe.kernels.sweeps.drives import Drives
 from kanefe.order_n.evaluated import Evaluated
 
 STEP_END = np.ones(1)

@@ -8,9 +8,9 @@ from typing import overload
 import numpy as np
 
 from kanefe.frames import Vector, cross
-from kanefe.kernels.outward import motion_memory_size, motions_of_rows
+from kanefe.kernels.sweeps.outward import motion_memory_size, motions_of_rows
 from kanefe.order_n.evaluated import Evaluated
-from kanefe.order_n.seats import Seat
+from kanefe.order_n.tables.frame_offsets import Seat
 from kanefe.tree.placed import Placed
 
 

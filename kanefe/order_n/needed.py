@@ -4,28 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from kanefe.kernels.addresses import units_of
-from kanefe.kernels.closing import close_state
-from kanefe.kernels.derivatives import derivatives
-from kanefe.kernels.evaluation import evaluate
-from kanefe.kernels.filling import fill_nothing
+from kanefe.kernels.compiler.addresses import units_of
+from kanefe.kernels.compiler.compiled_functions import Unit
+from kanefe.kernels.compiler.filling import fill_nothing
+from kanefe.kernels.compiler.signatures import Variant
+from kanefe.kernels.constraints.closing import close_state
+from kanefe.kernels.evaluation.derivatives import derivatives
+from kanefe.kernels.evaluation.evaluation import evaluate
+from kanefe.kernels.evaluation.momenta import balances_of_states
+from kanefe.kernels.evaluation.replay import between_states, revisit
 from kanefe.kernels.force_elements import places as of_loads
 from kanefe.kernels.force_elements.given import given
-from kanefe.kernels.integration import integrate
 from kanefe.kernels.links import places as of_links
-from kanefe.kernels.momenta import balances_of_states
-from kanefe.kernels.outward import motions_of_rows
+from kanefe.kernels.loads.watching import watch_states
 from kanefe.kernels.planar.evaluation import evaluate_planar
-from kanefe.kernels.quiet_steps import look_at, pass_quiet_steps
-from kanefe.kernels.replay import between_states, revisit
-from kanefe.kernels.signatures import Variant
-from kanefe.kernels.stepping import next_command
-from kanefe.kernels.units import Unit
-from kanefe.kernels.watching import watch_states
-from kanefe.order_n.drive_tables import drive_tables
-from kanefe.order_n.inputs import InputLayout
-from kanefe.order_n.planar_tables import planar_tables
-from kanefe.order_n.tables import TableBuilder
+from kanefe.kernels.steppers.integration import integrate
+from kanefe.kernels.steppers.quiet_steps import look_at, pass_quiet_steps
+from kanefe.kernels.steppers.step_commands import next_command
+from kanefe.kernels.sweeps.outward import motions_of_rows
+from kanefe.order_n.tables.drive_tables import drive_tables
+from kanefe.order_n.tables.inputs import InputLayout
+from kanefe.order_n.tables.planar_tables import planar_tables
+from kanefe.order_n.tables.scene_tables import TableBuilder
 from kanefe.tree.model_data import ModelData
 
 COMPLEX = Variant(has_flexible=True, is_complex=True)

@@ -5,12 +5,12 @@ from __future__ import annotations
 from functools import cached_property
 from typing import Any
 
-from kanefe.kernels.entries import LATER
+from kanefe.kernels.compiler.entries import LATER
 from kanefe.kernels.planar.evaluation import evaluate_planar, planar_workspace_size
 from kanefe.kernels.planar.layout import PlanarTables
-from kanefe.order_n.planar_tables import floats_in_plane
 from kanefe.order_n.rates_kernel import RatesKernel
 from kanefe.order_n.route import OrderN
+from kanefe.order_n.tables.planar_tables import floats_in_plane
 
 
 class PlanarRoute(OrderN):

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels.entries import Bound, Call
-from kanefe.kernels.evaluation import (
+from kanefe.kernels.compiler.entries import Bound, Call
+from kanefe.kernels.evaluation.evaluation import (
     AT_TIME,
     IS_IMPLICIT,
     SHARE_OF_DAMPING,
     SHARE_OF_STIFFNESS,
 )
-from kanefe.kernels.stepping import AT, PUSH_STIFFNESS, SLOPE
+from kanefe.kernels.steppers.step_commands import AT, PUSH_STIFFNESS, SLOPE
 
 
 class RatesKernel:
@@ -20,7 +20,7 @@ class RatesKernel:
     Parameters
     ----------
     evaluation : Bound
-        Takes what `kanefe.kernels.evaluation.evaluate` takes, without the tables.
+        Takes what `kanefe.kernels.evaluation.evaluation.evaluate` takes, without the tables.
     memory_size : int
         Of its memory.
     state_size : int

@@ -14,32 +14,32 @@ import numpy as np
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.route import LiteralRoute
-from kanefe.kernels._numba import IS_COMPILED
-from kanefe.kernels.closing import CLOSED, close_state, closing_memory_size
-from kanefe.kernels.entries import LATER, Bound
-from kanefe.kernels.evaluation import evaluate, workspace_size
-from kanefe.kernels.filling import filler
+from kanefe.kernels.compiler._numba import IS_COMPILED
+from kanefe.kernels.compiler.compiled_functions import expect
+from kanefe.kernels.compiler.entries import LATER, Bound
+from kanefe.kernels.compiler.filling import filler
+from kanefe.kernels.constraints.closing import CLOSED, close_state, closing_memory_size
+from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
+from kanefe.kernels.evaluation.evaluation import evaluate, workspace_size
+from kanefe.kernels.evaluation.momenta import balance
 from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND, FlexibleTables, no_flexible
-from kanefe.kernels.loads_layout import COMPLEX
-from kanefe.kernels.momenta import balance
-from kanefe.kernels.stepping import AT, NO_INERTIA, NOT_FINITE, SLOPE, TIME_AT, Run
-from kanefe.kernels.tolerances import NEAR_SINGULAR
-from kanefe.kernels.units import expect
+from kanefe.kernels.loads.loads_layout import COMPLEX
+from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, SLOPE, TIME_AT, Run
 from kanefe.loads.functions import SPENT
-from kanefe.order_n.constraint_tables import loop_tables
 from kanefe.order_n.derivative_call import DerivativeCall
-from kanefe.order_n.drive_tables import drive_tables
-from kanefe.order_n.load_tables import loads_between
 from kanefe.order_n.moving_frames import MotionsKernel, MovingFrames
 from kanefe.order_n.rates_kernel import RatesCall, RatesKernel
-from kanefe.order_n.seats import Seats
 from kanefe.order_n.sweeps import Sweeps
-from kanefe.order_n.tables import TableBuilder
+from kanefe.order_n.tables.constraint_tables import loop_tables
+from kanefe.order_n.tables.drive_tables import drive_tables
+from kanefe.order_n.tables.frame_offsets import Seats
+from kanefe.order_n.tables.load_tables import loads_between
+from kanefe.order_n.tables.scene_tables import TableBuilder
 from kanefe.order_n.watching import Watching
 from kanefe.tree.model_data import WORKS, ModelData
+from kanefe.tree.model_outputs import MechanicalEnergy
 from kanefe.tree.route import Evaluation, Form, Obstacle, RunSweeps
 from kanefe.tree.scene_state import SceneState
-from kanefe.tree.told import MechanicalEnergy
 
 if TYPE_CHECKING:
     from kanefe.order_n.compiled_run import CompiledRun
@@ -211,7 +211,7 @@ class OrderN(LiteralRoute):
     def sweep(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> float:
         """Write a linearly implicit evaluation to the second of four vectors; return the smallest pivot, see above.
 
-        The first is the state; see `kanefe.kernels.implicit` for the shares and for the other two, the pushes.
+        The first is the state; see `kanefe.kernels.sweeps.implicit` for the shares and for the other two, the pushes.
         """
         kernel = self._rates_kernel(True)
         call = kernel.take()
@@ -295,7 +295,7 @@ class OrderN(LiteralRoute):
         return of_links and bool(np.all(self.between.addresses[:, COMPLEX] != 0))
 
     def balance(self, run: Run, vectors: np.ndarray) -> None:
-        """Write what a method asks for by BALANCE: see `kanefe.kernels.momenta`."""
+        """Write what a method asks for by BALANCE: see `kanefe.kernels.evaluation.momenta`."""
         t, scene = float(run.reals[TIME_AT]), (self.tables, self.elastic, self.between)
         memory = np.empty(self.memory_size)
         balance(t, *scene, self.drives(t), self.inputs.constants, run.integers, run.reals, vectors, memory)

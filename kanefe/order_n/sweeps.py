@@ -14,6 +14,8 @@ from kanefe.frames import (
     euler_parameters_from_matrix,
     multiply,
 )
+from kanefe.kernels.evaluation.momenta import BALANCE_NUMBERS, balances_of_states
+from kanefe.kernels.evaluation.replay import STATE_OF, TIME_OF, between_states, revisit
 from kanefe.kernels.layout import (
     ABOUT,
     AXES,
@@ -29,13 +31,21 @@ from kanefe.kernels.layout import (
     FlexibleTables,
     Tables,
 )
-from kanefe.kernels.momenta import BALANCE_NUMBERS, balances_of_states
-from kanefe.kernels.outward import motion_memory_size, motions_of_rows
-from kanefe.kernels.replay import STATE_OF, TIME_OF, between_states, revisit
-from kanefe.kernels.stepping import AT, DONE, MAP, REALS_OF_METHOD, ROWS_OF_METHOD, SLOPE, STATE, STEPS, Run
+from kanefe.kernels.steppers.step_commands import (
+    AT,
+    DONE,
+    MAP,
+    REALS_OF_METHOD,
+    ROWS_OF_METHOD,
+    SLOPE,
+    STATE,
+    STEPS,
+    Run,
+)
+from kanefe.kernels.sweeps.outward import motion_memory_size, motions_of_rows
 from kanefe.order_n.evaluated import Evaluated
-from kanefe.order_n.seats import Seat, Seats
-from kanefe.order_n.tables import TableBuilder
+from kanefe.order_n.tables.frame_offsets import Seat, Seats
+from kanefe.order_n.tables.scene_tables import TableBuilder
 from kanefe.tree.model_data import WORKS
 from kanefe.tree.route import FrameMotions
 
@@ -188,7 +198,7 @@ class Sweeps:
         return list(zip((0, *jumps), (*jumps, T), strict=True))
 
     def _revisit(self, table: Matrix) -> None:
-        """Write the rates of the states in a table, see `kanefe.kernels.replay`, in their place."""
+        """Write the rates of the states in a table, see `kanefe.kernels.evaluation.replay`, in their place."""
         route, size = self._route, table.shape[1] - STATE_OF
         integers, reals = np.zeros(MAP, dtype=np.int64), np.zeros(REALS_OF_METHOD)
         vectors = np.zeros((ROWS_OF_METHOD, size))

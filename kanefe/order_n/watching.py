@@ -7,11 +7,11 @@ from functools import cached_property
 import numpy as np
 
 from kanefe.frames import Matrix
-from kanefe.kernels.entries import LATER, Bound, Call
-from kanefe.kernels.watching import watch_memory_size, watch_states
+from kanefe.kernels.compiler.entries import LATER, Bound, Call
+from kanefe.kernels.loads.watching import watch_memory_size, watch_states
 from kanefe.order_n.evaluated import Evaluated
-from kanefe.order_n.load_tables import watched_loads
-from kanefe.order_n.reach_tables import far_values
+from kanefe.order_n.tables.load_tables import watched_loads
+from kanefe.order_n.tables.reach_tables import far_values
 
 
 class Watching:

@@ -350,8 +350,8 @@ class RunChannels:
 
     def _points(self, name: str, interface: str) -> dict[Key, np.ndarray]:
         from kanefe.contact.contact import Contact
-        from kanefe.contact.points_told import points_told
-        from kanefe.kane.rigid_contacts import points_told_of
+        from kanefe.contact.contact_point_outputs import points_told
+        from kanefe.kane.rigid_contacts.contact_forces import points_told_of
 
         number = next(i for i, load in enumerate(self.model.loads) if load.name == name)
         load, found = self.model.loads[number], []
@@ -364,7 +364,7 @@ class RunChannels:
         return {("contact_points", name, ""): np.array(found)}
 
     def _loads(self, name: str, interface: str) -> dict[Key, np.ndarray]:
-        from kanefe.kane.rigid_contacts import told as told_of_rigid
+        from kanefe.kane.rigid_contacts.contact_forces import told as told_of_rigid
 
         rigid = self.model.rigid_contacts
         kept: dict[Key, np.ndarray] = {

@@ -17,11 +17,11 @@ from kanefe.scene.loads import LoadMethods
 from kanefe.scene.scene import ContactPatch, Frame, three
 
 if TYPE_CHECKING:
-    from kanefe.contact.bristles import LuGre
-    from kanefe.contact.friction_laws import Coulomb
-    from kanefe.contact.normal_laws import NormalLaw
-    from kanefe.contact.rigid import Rigid
-    from kanefe.contact.shape import Probe, SurfaceShape
+    from kanefe.contact.geometry.shape import Probe, SurfaceShape
+    from kanefe.contact.laws.bristles import LuGre
+    from kanefe.contact.laws.friction_laws import Coulomb
+    from kanefe.contact.laws.normal_laws import NormalLaw
+    from kanefe.contact.laws.rigid import Rigid
     from kanefe.contact.surface import Surface
 
 STIFFNESS_RATIO = 1.0
@@ -83,7 +83,7 @@ class ContactMethods(LoadMethods):
         >>> result.events["drop touch"].round(4)
         array([0.2856])
         """
-        from kanefe.contact.shape import SurfaceShape
+        from kanefe.contact.geometry.shape import SurfaceShape
         from kanefe.contact.surface import Surface
 
         label = f"surface {name!r}"
@@ -150,13 +150,13 @@ class ContactMethods(LoadMethods):
         ModelError
             Naming what is wrong with the contact. That something begins within a surface is found at freeze.
         """
-        from kanefe.contact.bristles import LuGre
         from kanefe.contact.contact import Contact
         from kanefe.contact.convex_contact import ConvexContact
-        from kanefe.contact.friction_laws import Coulomb
-        from kanefe.contact.normal_laws import NormalLaw
-        from kanefe.contact.rigid import Rigid
-        from kanefe.contact.rigid_contact import RigidContact, check_rigid
+        from kanefe.contact.laws.bristles import LuGre
+        from kanefe.contact.laws.friction_laws import Coulomb
+        from kanefe.contact.laws.normal_laws import NormalLaw
+        from kanefe.contact.laws.rigid import Rigid
+        from kanefe.contact.rigid.rigid_contact import RigidContact, check_rigid
         from kanefe.contact.surface import Surface
 
         label = self._new_load(name, "contact")
@@ -240,8 +240,8 @@ class ContactMethods(LoadMethods):
                 or not all(isinstance(given, Surface) and given in among for given in pair)
             ):
                 raise ModelError(f"ignore of add_contacts takes pairs of the surfaces among which it is, not {pair!r}")
-        from kanefe.contact.rigid import Rigid
-        from kanefe.contact.rigid_crowd import FEW, crowd_of
+        from kanefe.contact.laws.rigid import Rigid
+        from kanefe.contact.rigid.granular_contacts import FEW, crowd_of
 
         left_out = {frozenset((a.name, b.name)) for a, b in ignore}
         pairs = [
@@ -273,7 +273,7 @@ class ContactMethods(LoadMethods):
 
         Last comes the shape that touches, where a library has to find the place.
         """
-        from kanefe.contact.shape import Probe
+        from kanefe.contact.geometry.shape import Probe
         from kanefe.contact.surface import Surface, paired, probes_on
 
         if isinstance(one, Surface):
@@ -323,7 +323,7 @@ def _warn_of_stiff_modes(patch: ContactPatch, normal: NormalLaw, label: str) -> 
 
 def _warn_of_valleys(shape: SurfaceShape, probes: Sequence[Probe], label: str) -> None:
     """Tell of balls and rings that touch a field of heights in two places, where its valleys are narrower than they."""
-    from kanefe.contact.height_field import HeightField
+    from kanefe.contact.geometry.height_field import HeightField
 
     largest = max(probe.lever for probe in probes)
     if isinstance(shape, HeightField) and largest > shape.narrowest:
@@ -356,7 +356,7 @@ def _is_flexible(frame: Frame) -> bool:
 
 def _set_valued(friction: Coulomb | LuGre | None, label: str) -> Coulomb | None:
     """Return the friction of a rigid contact; a ModelError says that it has no other."""
-    from kanefe.contact.bristles import LuGre
+    from kanefe.contact.laws.bristles import LuGre
 
     if isinstance(friction, LuGre):
         raise ModelError(f"{label}: friction of rigid contacts is Coulomb's. Remedy: kanefe.Coulomb(...)")

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from kanefe.contact.contact import Contact
-from kanefe.contact.friction_laws import Coulomb
+from kanefe.contact.laws.friction_laws import Coulomb
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
-from kanefe.integrate.load_events import EventOfLoad, events_of_loads
+from kanefe.integrate.events.load_events import EventOfLoad, events_of_loads
 from kanefe.loads.base import Load
 from kanefe.loads.coordinate_friction import CoordinateFriction
 from kanefe.loads.rope import Rope

@@ -10,14 +10,14 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.contact.contact import Contact
-from kanefe.contact.friction_laws import Coulomb
+from kanefe.contact.laws.friction_laws import Coulomb
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers, shaped_numbers
-from kanefe.integrate.account import accounted
-from kanefe.integrate.load_events import events_of_loads
+from kanefe.integrate.events.load_events import events_of_loads
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.run import check_motions, integrate
+from kanefe.integrate.run_checks.energy_check import accounted
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import Trajectory, wanted_times
 from kanefe.loads.periodic_load import PeriodicLoad

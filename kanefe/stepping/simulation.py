@@ -12,17 +12,17 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.instants.instant import Instant
-from kanefe.integrate.asked_events import with_asked_events
-from kanefe.integrate.choice import Choice, choose
+from kanefe.integrate.auto.choice import Choice, choose
 from kanefe.integrate.clock import Clock
 from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.events.requested_events import with_asked_events
 from kanefe.integrate.loop import RunLoop
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.pace import Limits
 from kanefe.integrate.run import SilentBar, one_count, told_events, watch_of
+from kanefe.integrate.run_checks.stiff_contacts import tell_of_stiff_contacts
 from kanefe.integrate.sampling import ControllerLog, Sampler
 from kanefe.integrate.status import RunStatus
-from kanefe.integrate.stiff_contacts import tell_of_stiff_contacts
 from kanefe.integrate.trajectory import is_finite_number
 from kanefe.loads.controller import INPUTS
 from kanefe.order_n.route import OrderN
@@ -294,7 +294,7 @@ class Simulation:
 
     def _checked_contacts(self) -> RunStatus | None:
         """Return the status of a step that ends with a rigid contact whose law is broken; None if none is."""
-        from kanefe.integrate.contact_check import of_contacts
+        from kanefe.integrate.run_checks.contact_check import of_contacts
 
         rtol, at = self._choice.control.get("rtol"), np.array([self.time])
         return of_contacts(self.model, at, self._vector()[None], self._choice.name, 0, rtol)

@@ -20,13 +20,13 @@ from kanefe.integrate.options import RunOptions
 from kanefe.storage.digest import Unhashable, digest_of_functions, installed_versions
 from kanefe.studies.cases import Cases, cases_of, key_of
 from kanefe.studies.outputs import outputs_of
-from kanefe.studies.pools import pickled, pool_of
-from kanefe.studies.progress import progress_bar
-from kanefe.studies.scheduling import Scheduler
 from kanefe.studies.store import Store
 from kanefe.studies.table import StudyTable
-from kanefe.studies.time_limit import TimeIsUp, within
-from kanefe.studies.work import OF_SCREENED, SCREENED, Case, Work, exit_told, stamp
+from kanefe.studies.workers.pools import pickled, pool_of
+from kanefe.studies.workers.progress import progress_bar
+from kanefe.studies.workers.scheduling import Scheduler
+from kanefe.studies.workers.time_limit import TimeIsUp, within
+from kanefe.studies.workers.work import OF_SCREENED, SCREENED, Case, Work, exit_told, stamp
 
 if TYPE_CHECKING:
     from kanefe.result import Result
@@ -187,7 +187,8 @@ class Study:
         ----------
         executor : str, Executor or Client
             "processes" (of this machine, as many as it has cores), "serial", an executor of `concurrent.futures`, or a
-            ``dask.distributed.Client`` (``pip install 'kanefe[study]'``; with Slurm: see ``kanefe/studies/_dask.py``).
+            ``dask.distributed.Client`` (``pip install 'kanefe[study]'``; with Slurm: see
+            ``kanefe/studies/workers/_dask.py``).
         store : path, optional
             Folder of the study. Default: one that is gone with the table.
         workers : int, optional

@@ -15,7 +15,7 @@ from kanefe.studies.store import Store
 
 if TYPE_CHECKING:
     from kanefe.result import Result
-    from kanefe.studies.operability import Operability
+    from kanefe.studies.statistics.operability import Operability
 
 ENDS = ("finished", "stopped", "failed")
 """How a case ends; stopped: by a terminal event or a limit, and its outputs are of what there is."""
@@ -222,7 +222,7 @@ class StudyTable:
         --------
         ``table.operability({"tension": 30e3, "slip": 0.05}).to_html("map.html")``
         """
-        from kanefe.studies.operability import operability
+        from kanefe.studies.statistics.operability import operability
 
         about = self.header | {"counts": self.counts}
         return operability(self.lists(), self.parameters, self.outputs, about, limit, over, band)

@@ -25,8 +25,8 @@ from kanefe.tree.body_terms import BodyTerms, FlexibleTerms, is_unreduced
 
 if TYPE_CHECKING:
     from kanefe.constraints.rows import Constraint
-    from kanefe.contact.rigid_contact import RigidContact
-    from kanefe.contact.rigid_crowd import RigidCrowd
+    from kanefe.contact.rigid.granular_contacts import RigidCrowd
+    from kanefe.contact.rigid.rigid_contact import RigidContact
     from kanefe.contact.surface import Surface
     from kanefe.joints.joint_friction import RubbingSurfaces
     from kanefe.loads.controller import Controller
@@ -102,13 +102,13 @@ class ModelData(PickledByFields):
         """Numbers of the loads that are rigid contacts."""
         if not self.loads:
             return ()
-        from kanefe.contact.rigid_contact import RigidContact
+        from kanefe.contact.rigid.rigid_contact import RigidContact
 
         return tuple(i for i, load in enumerate(self.loads) if isinstance(load, RigidContact))
 
     def rigid_contact(self, number: int) -> RigidContact:
         """Return a rigid contact by its number among them."""
-        from kanefe.contact.rigid_contact import RigidContact
+        from kanefe.contact.rigid.rigid_contact import RigidContact
 
         contact = self.loads[self.rigid_contacts[number]]
         if not isinstance(contact, RigidContact):
@@ -120,7 +120,7 @@ class ModelData(PickledByFields):
         """Rigid contacts of many bodies among each other, which runs step over."""
         if not self.loads:
             return None
-        from kanefe.contact.rigid_crowd import RigidCrowd
+        from kanefe.contact.rigid.granular_contacts import RigidCrowd
 
         return next((load for load in self.loads if isinstance(load, RigidCrowd)), None)
 

@@ -11,12 +11,12 @@ import numpy as np
 from kanefe.frames import Matrix, Vector
 from kanefe.loads.base import Load
 from kanefe.tree.model_data import ModelData
+from kanefe.tree.model_outputs import MechanicalEnergy
 from kanefe.tree.scene_state import SceneState
-from kanefe.tree.told import MechanicalEnergy
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
-    from kanefe.kernels.stepping import Run
+    from kanefe.kernels.steppers.step_commands import Run
 
 
 class Obstacle(NamedTuple):

@@ -128,7 +128,8 @@ def displacement_scales(model: ModelData) -> np.ndarray:
 def coordinate_moves(model: ModelData) -> list[tuple[bool, int, int]]:
     """Return how coordinates move with the speeds: whether they turn, coordinate, and speed.
 
-    What turns are the four Euler parameters from the coordinate on, with three speeds: see `kanefe.kernels.stepping`.
+    What turns are the four Euler parameters from the coordinate on, with three speeds: see
+    `kanefe.kernels.steppers.step_commands`.
     """
     moves = []
     for body in model.bodies:

@@ -21,9 +21,9 @@ from kanefe.kane.route import LiteralRoute, state_rates
 from kanefe.kane.state import State
 from kanefe.loads.base import Load
 from kanefe.tree.model_data import ModelData
+from kanefe.tree.model_outputs import MechanicalEnergy
 from kanefe.tree.route import Evaluation, Form
 from kanefe.tree.scene_state import SceneState
-from kanefe.tree.told import MechanicalEnergy
 from kanefe.unreduced.bordered import Bordered, Edge, edge
 from kanefe.unreduced.closing import closed_start
 from kanefe.unreduced.condensed import Condensed, condensed_inertia, is_unreduced

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from kanefe.environment.dispersion import wave_number
-from kanefe.environment.rao import NAMES, MotionRao
-from kanefe.environment.rao_checks import surface_motion
+from kanefe.environment.rao.rao import NAMES, MotionRao
+from kanefe.environment.rao.rao_checks import surface_motion
 from kanefe.views.plots import COLORS, _dress, _figure, save_figure
 from kanefe.views.plots import Figure as Figure
 

@@ -13,8 +13,8 @@ from benchmarks import engine_scenes as ours
 from exact_accelerations import exact_accelerations, is_extended
 from kanefe.equations.model import Model
 from kanefe.joints import JointFriction
-from kanefe.kernels.elastic import transposed_product
 from kanefe.kernels.layout import COUNT, POOL, POOL_STIFFNESS
+from kanefe.kernels.sweeps.elastic import transposed_product
 from kanefe.system import System
 from kanefe_fem.bench.clocks import FEW_ROUNDS, Race, check_agreement, microseconds, seconds
 from kanefe_fem.bench.goals import Figure, Goal, median
@@ -157,7 +157,7 @@ def _products(model: Model) -> Callable[[int], None]:
     """Return a compiled loop of the nine products with eta and three with deta, on the arrays of the first body."""
     import numba
 
-    from kanefe.kernels._numba import dispatcher
+    from kanefe.kernels.compiler._numba import dispatcher
 
     product = dispatcher(transposed_product)
     flexible = model.route.flexible

@@ -9,7 +9,7 @@ import kanefe as kf
 from kanefe import shapes
 from kanefe.contact.box_pair import EDGES, SLOTS, meeting, slot_of
 from kanefe.frames import rotation_matrix
-from kanefe.integrate.suited import suited
+from kanefe.integrate.auto.suited_method import suited
 from kanefe.loads.base import End
 
 LAW = kf.HuntCrossley(2e4, damping=0.4)

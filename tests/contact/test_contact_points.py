@@ -10,7 +10,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.frames import rotation_matrix
-from kanefe.integrate.load_events import events_of_loads
+from kanefe.integrate.events.load_events import events_of_loads
 
 G = 9.81
 MASS = 2.0

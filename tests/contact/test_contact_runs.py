@@ -9,7 +9,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.checks.verification.contact import shaken_slope
-from kanefe.integrate.event_watch import EventWatch
+from kanefe.integrate.events.event_search import EventWatch
 from kanefe.integrate.methods.kernel_stepper import KernelStepper
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.contact.geometry.shape import SurfaceShape
 from kanefe.contact.outlines import AROUND, outline
-from kanefe.contact.shape import SurfaceShape
 
 TILTED = (1.0, 2.0, -2.0)
 FLAT = 1.0 - np.cos(np.pi / AROUND)  # of what is round, how far the middle of a side is inside

@@ -9,8 +9,8 @@ import kanefe as kf
 import scenes
 from kanefe import shapes
 from kanefe.kernels.layout import WORK
-from kanefe.kernels.outward import sweep_outward
-from kanefe.kernels.reach import find_near, gap_to, nearness_at, reach_size
+from kanefe.kernels.loads.reach import find_near, gap_to, nearness_at, reach_size
+from kanefe.kernels.sweeps.outward import sweep_outward
 from touched_shapes import TOUCHED
 
 LAW = kf.HuntCrossley(2e4, damping=0.4)

@@ -14,8 +14,8 @@ import kanefe as kf
 from joint_scenes import assert_routes_agree
 from kanefe.environment.deck_motion import turned
 from kanefe.environment.harmonics import Ramp
-from kanefe.environment.rao_checks import surface_motion
-from kanefe.environment.roll_damping import roll_resonance
+from kanefe.environment.rao.rao_checks import surface_motion
+from kanefe.environment.rao.roll_damping import roll_resonance
 from kanefe.errors import AccuracyWarning, ModelError
 from kanefe.frames import rotation_matrix
 from kanefe.kernels.links.deck_motion import deck_motion

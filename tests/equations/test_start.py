@@ -5,9 +5,9 @@ import pytest
 
 import kanefe as kf
 from kanefe.checks.robustness import overconstrained
+from kanefe.integrate.auto.vibrations import vibrations
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.run import integrate
-from kanefe.integrate.vibrations import vibrations
 from kanefe.kane.constraints import constraint_rates, constraint_residuals
 from kanefe.kane.loop_closure import consistent_start
 from kanefe.kane.state import State

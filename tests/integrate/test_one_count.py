@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 import kanefe as kf
-from kanefe.kernels import units
-from kanefe.kernels._numba import IS_COMPILED
-from kanefe.kernels.addresses import house_address
+from kanefe.kernels.compiler import compiled_functions as units
+from kanefe.kernels.compiler._numba import IS_COMPILED
+from kanefe.kernels.compiler.addresses import house_address
 from loop_scenes import four_bar
 from steel_beams import steel_bar
 
@@ -114,7 +114,7 @@ def _counts_of(run: Callable[[], object], monkeypatch: pytest.MonkeyPatch) -> tu
     monkeypatch.setattr(units, "_loaded", {})
     monkeypatch.setattr(units, "path_of", found)
     monkeypatch.setattr(units, "_opened", loaded)
-    monkeypatch.setattr("kanefe.kernels.side_by_side.build_by_name", told)
+    monkeypatch.setattr("kanefe.kernels.compiler.side_by_side.build_by_name", told)
     house_address.cache_clear()
     run()
     return counts, used

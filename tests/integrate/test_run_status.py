@@ -15,15 +15,15 @@ import pytest
 
 import kanefe as kf
 from kanefe.checks.robustness.runs import suits
-from kanefe.integrate.choice import Choice
+from kanefe.integrate.auto.choice import Choice
 from kanefe.integrate.clock import Clock
 from kanefe.integrate.methods.table import METHODS, own_methods
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.run import integrate
 from kanefe.integrate.status import summary
 from kanefe.integrate.stepper import StepFailure
-from kanefe.kernels._numba import IS_COMPILED, seconds_compiling
-from kanefe.kernels.filling import filler
+from kanefe.kernels.compiler._numba import IS_COMPILED, seconds_compiling
+from kanefe.kernels.compiler.filling import filler
 from loop_scenes import four_bar
 from run_scenes import ADAPTIVE, double_pendulum
 

@@ -11,7 +11,7 @@ import pytest
 import kanefe as kf
 from kanefe.checks.robustness.bodies import tripod
 from kanefe.errors import ModelError
-from kanefe.integrate.choice import choose
+from kanefe.integrate.auto.choice import choose
 from kanefe.integrate.options import RunOptions
 from scenes import derivatives
 

@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 import kanefe as kf
 from joint_scenes import assert_routes_agree, scene_of
 from kanefe.equations.model import Model
-from kanefe.integrate.suited import suited
+from kanefe.integrate.auto.suited_method import suited
 from repository import surroundings
 
 G = 9.81
@@ -358,7 +358,8 @@ COUNTED = """
 import json
 import numpy as np
 import kanefe as kf
-from kanefe.kernels import evaluation, watching
+from kanefe.kernels.evaluation import evaluation
+from kanefe.kernels.loads import watching
 counts = {}
 def counted(module, name):
     function = getattr(module, name)

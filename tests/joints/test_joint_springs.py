@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.integrate.choice import choose
+from kanefe.integrate.auto.choice import choose
 from kanefe.integrate.methods.generalised_alpha import stiffest_rate
 from kanefe.integrate.options import RunOptions
 

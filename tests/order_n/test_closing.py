@@ -20,7 +20,7 @@ from kanefe.kane.constraints import constraint_rates
 from kanefe.kane.loop_closure import project_positions, project_speeds
 from kanefe.kane.state import State
 from kanefe.kane.tangents import constant_tangents
-from kanefe.kernels.tolerances import NEAR_SINGULAR, TOLERANCE
+from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR, TOLERANCE
 from loop_scenes import four_bar, parallelogram, sprung_loop
 from random_loops import LoopScene, closed_state
 from random_scenes import Recipe, recipes

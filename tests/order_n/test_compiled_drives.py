@@ -11,7 +11,7 @@ import kanefe as kf
 import kanefe.order_n.route
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.run import integrate
-from kanefe.kernels._numba import IS_COMPILED
+from kanefe.kernels.compiler._numba import IS_COMPILED
 from pickled_scenes import acceleration, angle, rate
 
 TIMES = np.linspace(0.0, 1.0, 6)

@@ -26,7 +26,7 @@ from kanefe.kane.energy import dissipated_power, drive_power, load_power
 from kanefe.kane.loop_closure import project_positions, project_speeds
 from kanefe.kane.reactions import joint_reactions
 from kanefe.kane.state import State
-from kanefe.kernels.tolerances import NEAR_SINGULAR
+from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.order_n.planar_route import PlanarRoute
 from kanefe_fem.bench.rigid_chain import GRAVITY, chain_links, chain_scene
 from loop_scenes import spatial_loop
@@ -225,7 +225,7 @@ def test_a_chain_of_a_thousand_links_is_right() -> None:
 PLAIN = """
 import json, sys
 import numpy as np
-from kanefe.kernels._numba import IS_COMPILED
+from kanefe.kernels.compiler._numba import IS_COMPILED
 from order_n_rates import rates_of_recipes
 print(json.dumps([IS_COMPILED, "numba" in sys.modules, [list(rates) for rates in rates_of_recipes()]]))
 """

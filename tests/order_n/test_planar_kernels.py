@@ -14,10 +14,10 @@ from kanefe.kane.assemble import accelerations
 from kanefe.kane.state import State
 from kanefe.kernels.planar.evaluation import evaluate_planar, planar_workspace_size
 from kanefe.kernels.planar.layout import FLOAT, KIND, PlanarTables
-from kanefe.kernels.stepping import NOT_FINITE
+from kanefe.kernels.steppers.step_commands import NOT_FINITE
 from kanefe.order_n.planar_route import PlanarRoute
-from kanefe.order_n.planar_tables import planar_tables
 from kanefe.order_n.route import OrderN
+from kanefe.order_n.tables.planar_tables import planar_tables
 from random_scenes import Recipe, planar_model
 from scenes import lattice_body, random_state
 

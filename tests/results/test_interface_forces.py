@@ -15,7 +15,7 @@ from balances import imbalances
 from kanefe.frames import rotation_matrix
 from kanefe.instants.instant import Instant
 from kanefe.kane.state import State
-from kanefe.kernels.tolerances import NEAR_SINGULAR
+from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.reduction import build
 from kanefe.results.channels import RunChannels
 from random_loops import LoopScene, closed_state

@@ -18,9 +18,9 @@ import pytest
 
 import kanefe as kf
 from kanefe.studies.cases import cases_of
-from kanefe.studies.time_limit import within
-from kanefe.studies.told import Told
-from kanefe.studies.work import run_block, stamp
+from kanefe.studies.workers.case_warnings import Told
+from kanefe.studies.workers.time_limit import within
+from kanefe.studies.workers.work import run_block, stamp
 from repository import ROOT
 from study_scenes import GRID, bits, hinged, lowest, pendulum, told, troubled
 

@@ -7,8 +7,8 @@ import ctypes
 import numpy as np
 
 from kanefe.environment import Sea, Ship, example_rao
-from kanefe.kernels._numba import IS_COMPILED, compiled
-from kanefe.kernels.addresses import addresses
+from kanefe.kernels.compiler._numba import IS_COMPILED, compiled
+from kanefe.kernels.compiler.addresses import addresses
 from kanefe.kernels.links.deck_motion import deck_motion
 from kanefe.kernels.links.places import SIGNATURE
 from kanefe_fem.bench.clocks import repeated

@@ -12,7 +12,7 @@ from kanefe.bodies.flexible import FlexibleBody
 from kanefe.checks.verification import Case, Check, Reference
 from kanefe.joints import Free, Motion, Revolute
 from kanefe.linear import equilibrium
-from kanefe.linear.modes import Modes
+from kanefe.linear.modes.modes import Modes
 from kanefe.loads import Bearing
 from kanefe.reduction import CraigBampton
 from kanefe.system import System

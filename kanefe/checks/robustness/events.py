@@ -11,7 +11,7 @@ import numpy as np
 from kanefe.checks.robustness.case import Effort, Finding, StressCase
 from kanefe.checks.robustness.runs import all_finite, controlled_methods, ended, follow, is_accurate, tolerance
 from kanefe.equations.model import Model
-from kanefe.integrate.events import Event
+from kanefe.integrate.events.event import Event
 from kanefe.integrate.methods.table import METHODS
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.joints import CoordinateForce, Prismatic, Revolute

@@ -15,7 +15,7 @@ from kanefe.equations.model import Model
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.constraints import constraint_residuals
 from kanefe.kane.state import State
-from kanefe.kernels.tolerances import TOLERANCE
+from kanefe.kernels.constraints.tolerances import TOLERANCE
 from kanefe.result import Result
 
 SPAN = 10.0

@@ -9,7 +9,7 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationError, SimulationWarning
-from kanefe.integrate.choice import choose
+from kanefe.integrate.auto.choice import choose
 from kanefe.integrate.methods.table import METHODS, own_methods
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.run import integrate

@@ -22,7 +22,7 @@ from kanefe.checks.robustness.runs import follow
 from kanefe.contact import Coulomb, Rigid
 from kanefe.contact.shapes import Plane
 from kanefe.frames import Vector, rotation_about
-from kanefe.integrate.crossings import crossing_between
+from kanefe.integrate.events.crossings import crossing_between
 from kanefe.joints import Free, Motion, Prismatic
 from kanefe.result import Result
 from kanefe.storage.scipy_later import scipy

@@ -11,7 +11,7 @@ from kanefe.checks.robustness.bodies import lattice
 from kanefe.checks.robustness.case import Effort, Finding, StressCase
 from kanefe.checks.robustness.runs import follow
 from kanefe.equations.model import Model
-from kanefe.integrate.events import Event
+from kanefe.integrate.events.event import Event
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.joints import CoordinateForce, Fixed, Revolute
 from kanefe.scene.scene import FlexibleMember

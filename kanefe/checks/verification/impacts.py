@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.checks.verification.case import Case, Check, Reference
 from kanefe.checks.verification.contact import GRAVITY, falling_with_stiffness, run_of
 from kanefe.contact import Hertz, HuntCrossley, KelvinVoigt, Restitution
-from kanefe.contact.normal_laws import NormalLaw
+from kanefe.contact.laws.normal_laws import NormalLaw
 from kanefe.contact.shapes import Plane, Sphere
 from kanefe.joints import Prismatic
 from kanefe.loads import Rope

@@ -8,11 +8,11 @@ from collections.abc import Iterator
 from kanefe.checks.verification.case import Case, Check, Reference
 from kanefe.checks.verification.contact import GRAVITY
 from kanefe.contact import shapes
-from kanefe.contact.friction_laws import Coulomb
-from kanefe.contact.normal_laws import HuntCrossley, NormalLaw
-from kanefe.contact.rigid import Rigid
+from kanefe.contact.laws.friction_laws import Coulomb
+from kanefe.contact.laws.normal_laws import HuntCrossley, NormalLaw
+from kanefe.contact.laws.rigid import Rigid
 from kanefe.joints import Free
-from kanefe.linear.equilibria import equilibrium
+from kanefe.linear.equilibrium.equilibria import equilibrium
 from kanefe.system import System
 
 STIFFNESS = 1e8

@@ -14,7 +14,7 @@ from kanefe.bodies.flexible import FlexibleBody
 from kanefe.checks.verification.tolerance import scaled
 from kanefe.equations.model import Model
 from kanefe.errors import SimulationError, SimulationWarning
-from kanefe.integrate.events import Event
+from kanefe.integrate.events.event import Event
 from kanefe.integrate.run import integrate
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.assemble import assemble

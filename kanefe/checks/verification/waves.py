@@ -15,7 +15,7 @@ from kanefe.contact import Coulomb, HuntCrossley
 from kanefe.contact.shapes import Plane
 from kanefe.environment import Sea, Ship, example_rao, read_rao
 from kanefe.environment.dispersion import wave_number
-from kanefe.environment.rao import at_point
+from kanefe.environment.rao.rao import at_point
 from kanefe.environment.spectra import Bretschneider, Jonswap, Spectrum
 from kanefe.joints import Free
 from kanefe.result import Result

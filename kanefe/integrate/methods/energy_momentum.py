@@ -32,7 +32,7 @@ def _kernels() -> Kernels:
 def _prepare(memory: Memory) -> None:
     """Write which frequencies the iteration has to know, and whether momenta are kept."""
     from kanefe.kernels.steppers.kept_quantities import FREQUENCIES
-    from kanefe.kernels.stepping import KEEPS_MOMENTA
+    from kanefe.kernels.steppers.step_commands import KEEPS_MOMENTA
     from kanefe.tree.scales import modal_frequencies
 
     model = memory.dynamics.model

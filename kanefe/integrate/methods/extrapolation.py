@@ -32,7 +32,7 @@ def _kernels() -> Kernels:
 def _prepare(memory: Memory) -> None:
     """Write what the estimate of errors has to know of forces, and the number of columns of fixed steps."""
     from kanefe.kernels.steppers.extrapolation_dense import AIM, HAS_KINKS
-    from kanefe.kernels.stepping import IS_FIXED, IS_STIFF
+    from kanefe.kernels.steppers.step_commands import IS_FIXED, IS_STIFF
 
     integers, bodies = memory.integers, memory.dynamics.model.bodies
     integers[IS_STIFF] = any(body.flexible is not None or body.has_coordinate_forces for body in bodies)
@@ -42,8 +42,8 @@ def _prepare(memory: Memory) -> None:
 
 def _first_step(memory: Memory) -> float:
     """Return the first step: a long one would damp all vibrations, unseen by the estimate."""
-    from kanefe.integrate.vibrations import FIRST_SHARE, are_seen
-    from kanefe.kernels.stepping import RELATIVE, SCALE, STATE, STOP, TIME
+    from kanefe.integrate.auto.vibrations import FIRST_SHARE, are_seen
+    from kanefe.kernels.steppers.step_commands import RELATIVE, SCALE, STATE, STOP, TIME
     from kanefe.tree.scales import modal_frequencies
 
     reals, vectors = memory.reals, memory.vectors

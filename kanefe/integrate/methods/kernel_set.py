@@ -1,4 +1,4 @@
-"""What a compiled method consists of (see `kanefe.kernels.stepping`): its functions, memory, coefficients and hooks."""
+"""A compiled method: its functions, memory, coefficients and hooks (see `kanefe.kernels.steppers.step_commands`)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from kanefe.frames import Matrix
-from kanefe.kernels.entries import Pointer
+from kanefe.kernels.compiler.entries import Pointer
 
 if TYPE_CHECKING:
     from kanefe.integrate.dynamics import Dynamics
@@ -22,7 +22,7 @@ class Memory(Protocol):
     ----------
     dynamics : Dynamics
     integers, reals, vectors : ndarray
-        As `kanefe.kernels.stepping` names their places; hooks write to them.
+        As `kanefe.kernels.steppers.step_commands` names their places; hooks write to them.
     """
 
     dynamics: Dynamics

@@ -11,13 +11,13 @@ import numpy as np
 
 from kanefe.errors import FileError, KanefeError, MissingDependency
 from kanefe.frames import Vector
-from kanefe.integrate.bends import bends_in_kernels, bends_of_kernels, watched_bodies
+from kanefe.integrate.breakpoints import changes_of, knots_of
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.knots import changes_of, knots_of
 from kanefe.integrate.methods.kernel_set import Kernels
 from kanefe.integrate.methods.method import LEAST_RTOL
+from kanefe.integrate.run_checks.bending_check import bends_in_kernels, bends_of_kernels, watched_bodies
 from kanefe.integrate.stepper import BESIDE, LEAST_STEPS, StepFailure, beyond
-from kanefe.kernels.stepping import (
+from kanefe.kernels.steppers.step_commands import (
     AT,
     BALANCE,
     BENDS,
@@ -108,7 +108,7 @@ class KernelStepper:
     ----------
     dynamics : Dynamics
     integers, reals, vectors : ndarray
-        Memory of the method, as `kanefe.kernels.stepping` names its places; its hooks write to it.
+        Memory of the method, as `kanefe.kernels.steppers.step_commands` names its places; its hooks write to it.
     """
 
     def __init__(

@@ -22,7 +22,7 @@ ROUND_OFF = 1e-9
 
 
 class MoreauJeanStepper(PythonStepper):
-    """Steps of Moreau and Jean in the middle of a run: see `kanefe.kane.time_stepping`.
+    """Steps of Moreau and Jean in the middle of a run: see `kanefe.kane.rigid_contacts.time_stepping`.
 
     Parameters
     ----------
@@ -36,8 +36,8 @@ class MoreauJeanStepper(PythonStepper):
     """
 
     def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, name: str) -> None:
-        from kanefe.integrate.contact_check import StepsChecked
-        from kanefe.order_n.crowd import CrowdSteps
+        from kanefe.integrate.run_checks.contact_check import StepsChecked
+        from kanefe.order_n.granular_contacts import CrowdSteps
 
         super().__init__(name, dynamics)
         self._step, self._stop = float(control.step or 0.0), stop
@@ -115,7 +115,7 @@ class MoreauJeanStepper(PythonStepper):
 
     def _advance(self, target: float) -> None:
         """Take a step; the last one ends where the run does."""
-        from kanefe.kane.time_stepping import stepped
+        from kanefe.kane.rigid_contacts.time_stepping import stepped
 
         t, y = self._t, self._y
         left = self._stop - t
@@ -139,7 +139,7 @@ class MoreauJeanStepper(PythonStepper):
 def _serves(model: Model) -> str:
     """Return why it cannot run a model, with a remedy."""
     if model.crowd is not None:
-        from kanefe.order_n.crowd import lacking
+        from kanefe.order_n.granular_contacts import lacking
 
         if lack := lacking(model):
             return f"takes loose bodies with {model.crowd.name!r}, and no {lack}. Remedy: add_contact for each pair"

@@ -7,8 +7,8 @@ from abc import ABC, abstractmethod
 import numpy as np
 
 from kanefe.frames import Vector
-from kanefe.integrate.bends import Bends
 from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.run_checks.bending_check import Bends
 from kanefe.tree.bending import Bent
 
 

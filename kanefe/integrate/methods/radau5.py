@@ -58,7 +58,7 @@ def _follow_states(memory: Memory) -> None:
 @cache
 def _kernels() -> Kernels:
     from kanefe.kernels.steppers import radau, radau_polynomial
-    from kanefe.kernels.stepping import JACOBIAN_ROW
+    from kanefe.kernels.steppers.step_commands import JACOBIAN_ROW
 
     rows, rows_per_speed, rows_per_state = radau_polynomial.rows_needed()
     return Kernels(

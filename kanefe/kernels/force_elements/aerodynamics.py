@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels._numba import inlined
-from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.algebra.vectors import Numbers, minus, rotated_back, three
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.bushing import nine
 from kanefe.kernels.force_elements.periodic_load import put_own
 from kanefe.kernels.force_elements.places import SIGNATURE, A, V
-from kanefe.kernels.vectors import Numbers, minus, rotated_back, three
 
 DENSITY, FLAT_AREA, GUSTS, HARMONICS, PIECES, MEAN = range(6)
 FIRST = MEAN + 3

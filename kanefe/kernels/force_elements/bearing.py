@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from kanefe.kernels._numba import inlined
-from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, plus, rotated, rotated_back, three, times
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.bushing import nine, put_on_both, six_by_six
 from kanefe.kernels.force_elements.places import (
     END_NUMBERS,
@@ -19,7 +20,6 @@ from kanefe.kernels.force_elements.places import (
     V,
     W,
 )
-from kanefe.kernels.vectors import Numbers, cross, dot, minus, plus, rotated, rotated_back, three, times
 
 AXIS, ENDS, SPEEDS, TABLE = range(4)
 STIFFNESS, DAMPING, SLOPES, ROW = 1, 37, 73, 145

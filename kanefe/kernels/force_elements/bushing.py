@@ -6,8 +6,21 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels._numba import inlined
-from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.algebra.vectors import (
+    Numbers,
+    cross,
+    dot,
+    minus,
+    plus,
+    product,
+    rotated,
+    rotated_back,
+    three,
+    times,
+    transposed,
+)
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.places import (
     END_NUMBERS,
     GIVEN,
@@ -21,20 +34,7 @@ from kanefe.kernels.force_elements.places import (
     V,
     W,
 )
-from kanefe.kernels.slopes import slope_motion
-from kanefe.kernels.vectors import (
-    Numbers,
-    cross,
-    dot,
-    minus,
-    plus,
-    product,
-    rotated,
-    rotated_back,
-    three,
-    times,
-    transposed,
-)
+from kanefe.kernels.sweeps.slopes import slope_motion
 
 STIFFNESS, DAMPING, INPUTS = 0, 36, 72
 

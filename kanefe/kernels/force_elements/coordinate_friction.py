@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from kanefe.kernels._numba import inlined
-from kanefe.kernels.addresses import called_by_address
-from kanefe.kernels.force_elements.contact_shapes import norm
+from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, plus, times
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.compiler.addresses import called_by_address
+from kanefe.kernels.constraints.tolerances import HELD_BEYOND
+from kanefe.kernels.contact.contact_shapes import norm
 from kanefe.kernels.force_elements.places import (
     END_NUMBERS,
     POTENTIAL,
@@ -18,8 +20,6 @@ from kanefe.kernels.force_elements.places import (
     P,
     V,
 )
-from kanefe.kernels.tolerances import HELD_BEYOND
-from kanefe.kernels.vectors import Numbers, cross, dot, minus, plus, times
 
 # Numbers: see `kanefe.loads.coordinate_friction.CoordinateFriction.kernel`
 (
@@ -85,7 +85,7 @@ def is_held(numbers: Any, states: Any) -> bool:
 
 @inlined
 def waits_for_its_event(numbers: Any, states: Any) -> bool:
-    """Tell whether an event ends the sticking: see `kanefe.kernels.tolerances.HELD_BEYOND`."""
+    """Tell whether an event ends the sticking: see `kanefe.kernels.constraints.tolerances.HELD_BEYOND`."""
     return numbers[HAS_MEMORY] > 0.0 and numbers[AT_REST] == 0.0 and is_held(numbers, states)
 
 

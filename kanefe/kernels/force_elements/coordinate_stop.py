@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from kanefe.kernels._numba import inlined
-from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.algebra.vectors import Numbers
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.places import POTENTIAL, SIGNATURE, TAKEN, WATCH_SIGNATURE, WRENCHES, P, V
-from kanefe.kernels.vectors import Numbers
 
 LOWER, UPPER, STIFFNESS = range(3)
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels._numba import kernel
-from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.coordinate_friction import (
     DAMPING,
     REST,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.places import SIGNATURE
 
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.algebra.vectors import dot, minus, three, times
+from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.places import END_NUMBERS, POTENTIAL, SIGNATURE, TAKEN, WRENCH, WRENCHES, P, V
-from kanefe.kernels.vectors import dot, minus, three, times
 
 EXTENDED, AREA, PRESSURE, VOLUME, EXPONENT, AMBIENT, ORIFICE, REBOUND = range(8)
 

@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels._numba import inlined
-from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.algebra.vectors import Numbers, dot, rotated, three
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.bushing import nine
 from kanefe.kernels.force_elements.places import GIVEN, SIGNATURE, WRENCHES, A, V, W
 from kanefe.kernels.force_elements.spring import interpolated
-from kanefe.kernels.vectors import Numbers, dot, rotated, three
 
 RATE, AZIMUTH, HARMONICS, TABLE_SIZE, MEAN = range(5)
 FIRST = MEAN + 6

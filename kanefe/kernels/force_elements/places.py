@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kanefe.kernels.addresses import NUMBER, NUMBERS, VALUES
+from kanefe.kernels.compiler.addresses import NUMBER, NUMBERS, VALUES
 
 # Of an end, in components of N
 P, A, V, W = 0, 3, 12, 15

@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels._numba import inlined
-from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.algebra.vectors import dot, minus, three, times
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.places import (
     END_NUMBERS,
     POTENTIAL,
@@ -19,7 +20,6 @@ from kanefe.kernels.force_elements.places import (
     P,
     V,
 )
-from kanefe.kernels.vectors import dot, minus, three, times
 
 ENDS, STIFFNESS, DAMPING, LENGTH, BREAKING_LOAD = range(5)
 """The last is zero of one that does not break."""

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels._numba import inlined
-from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.algebra.vectors import dot, minus, three, times
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.places import END_NUMBERS, GIVEN, POTENTIAL, SIGNATURE, TAKEN, WRENCH, WRENCHES, P, V
-from kanefe.kernels.vectors import dot, minus, three, times
 
 STIFFNESS, DAMPING, REST_LENGTH, INPUTS, TABLE_SIZE, TABLE = range(6)
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from kanefe.kernels._numba import inlined
-from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.places import GIVEN, POTENTIAL, SIGNATURE, WATCH_SIGNATURE, WRENCH, WRENCHES
 from kanefe.kernels.force_elements.rope import pull, put_gradient
 from kanefe.kernels.force_elements.spring import interpolated

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels._numba import inlined
-from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, plus, put_three, times
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.links.places import DV, DW, SIGNATURE, A, P, V, W
 from kanefe.kernels.links.polynomials import POWERS, piece_at, polynomial
-from kanefe.kernels.vectors import Numbers, cross, dot, minus, plus, put_three, times
 
 # Numbers: pieces, whether it is closed, whether M turns with it, arc length at which each piece starts and the last
 # ends, and then of each piece the coefficients of the powers 0 to 5 of position and, if M turns, of what is up

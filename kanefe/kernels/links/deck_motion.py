@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.links.places import DV, DW, SIGNATURE, A, P, V, W
 
 # Numbers: pieces, where the first begins, how long each is, the point (3), start and duration of the ramp, whether the

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kanefe.kernels.addresses import NUMBERS, VALUES
+from kanefe.kernels.compiler.addresses import NUMBERS, VALUES
 
 # Position, axes of M, partial velocities, and their derivatives by the coordinate
 P, A, V, W, DV, DW = 0, 3, 12, 15, 18, 21

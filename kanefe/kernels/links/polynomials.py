@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from kanefe.kernels._numba import inlined
+from kanefe.kernels.compiler._numba import inlined
 
 POWERS = 6
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from kanefe.kernels.addresses import called_by_address
+from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.links.places import DV, DW, SIGNATURE, A, P, V, W
 from kanefe.kernels.links.polynomials import POWERS, piece_at, polynomial
 

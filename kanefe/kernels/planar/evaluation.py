@@ -6,18 +6,26 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels._numba import expanded
-from kanefe.kernels.arrays import RealRows, Reals
-from kanefe.kernels.entries import entry
-from kanefe.kernels.evaluation import Parts, parts_of
-from kanefe.kernels.implicit import stiffen_joints
-from kanefe.kernels.joint_forces import add_joint_forces
+from kanefe.kernels.algebra.cosines import put_cosines
+from kanefe.kernels.compiler._numba import expanded
+from kanefe.kernels.compiler.arrays import RealRows, Reals
+from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.evaluation.evaluation import Parts, parts_of
 from kanefe.kernels.layout import DRIVES, SPEEDS
-from kanefe.kernels.planar.cosines import put_cosines
+from kanefe.kernels.loads.joint_forces import add_joint_forces
 from kanefe.kernels.planar.inward import sweep_accelerations, sweep_inward
 from kanefe.kernels.planar.layout import WORK, PlanarTables
 from kanefe.kernels.planar.outward import add_point_loads, set_ground, sweep_outward, sweep_turns
-from kanefe.kernels.stepping import NO_INERTIA, NOT_FINITE, PUSH_DAMPING, PUSH_STIFFNESS, RATES, SLOPE, is_finite
+from kanefe.kernels.steppers.step_commands import (
+    NO_INERTIA,
+    NOT_FINITE,
+    PUSH_DAMPING,
+    PUSH_STIFFNESS,
+    RATES,
+    SLOPE,
+    is_finite,
+)
+from kanefe.kernels.sweeps.implicit import stiffen_joints
 
 
 class PlanarWorkspace(NamedTuple):
@@ -66,7 +74,7 @@ def evaluate_planar(
     vectors: RealRows,
     memory: Reals,
 ) -> tuple[int, float]:
-    """Evaluate dy/dt, as `kanefe.kernels.evaluation.evaluate` does in space.
+    """Evaluate dy/dt, as `kanefe.kernels.evaluation.evaluation.evaluate` does in space.
 
     Arguments and what is returned are the same, without the tables of what no planar scene has;
     `weakest` is 1, as of a scene without constraints.

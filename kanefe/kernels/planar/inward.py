@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels._numba import inlined
+from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.planar.layout import (
     ACCELERATION,
     ALPHA,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from kanefe.kernels.arrays import IntegerRows, Integers, RealRows, Reals
+from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
 
 # Kinds of rows: about the normal, along an axis of the plane, all three motions of the plane
 TURN, SLIDE, FLOAT = range(3)

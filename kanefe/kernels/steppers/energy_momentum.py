@@ -28,9 +28,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels._numba import kernel
-from kanefe.kernels.arrays import ADVANCE, INTERPOLATE
-from kanefe.kernels.entries import pointer
+from kanefe.kernels.algebra.vectors import copy
+from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler.arrays import ADVANCE, INTERPOLATE
+from kanefe.kernels.compiler.entries import pointer
 from kanefe.kernels.steppers.kept_quantities import (
     CHANGE,
     CLOSE,
@@ -58,7 +59,7 @@ from kanefe.kernels.steppers.kept_quantities import (
     put_z,
 )
 from kanefe.kernels.steppers.mixing import ROWS_OF_MIXING, mix
-from kanefe.kernels.stepping import (
+from kanefe.kernels.steppers.step_commands import (
     ACCEPTED,
     AT,
     BALANCE,
@@ -91,7 +92,6 @@ from kanefe.kernels.stepping import (
     clip,
     move,
 )
-from kanefe.kernels.vectors import copy
 
 MANY_SWEEPS, MOST_SWEEPS = 30, 60
 
@@ -199,7 +199,7 @@ def _fail(integers: np.ndarray) -> int:
 
 @pointer(ADVANCE)
 def advance_keeping(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
-    """Go on with the method: see `kanefe.kernels.stepping`."""
+    """Go on with the method: see `kanefe.kernels.steppers.step_commands`."""
     stage = integers[STAGE]
     if stage == BEGIN:
         copy(vectors[STATE], vectors[AT])

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels._numba import inlined, kernel
-from kanefe.kernels.arrays import ADVANCE, INTERPOLATE
-from kanefe.kernels.entries import pointer
-from kanefe.kernels.stepping import (
+from kanefe.kernels.algebra.vectors import copy
+from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler.arrays import ADVANCE, INTERPOLATE
+from kanefe.kernels.compiler.entries import built_first, pointer
+from kanefe.kernels.steppers.step_commands import (
     ACCEPTED,
     AT,
     DONE,
@@ -52,7 +53,6 @@ from kanefe.kernels.stepping import (
     first_step,
     scaled_size,
 )
-from kanefe.kernels.vectors import copy
 
 # Integers of the method
 STAGES, EXTRA, ESTIMATES, DENSE, ORDER = range(OF_METHOD, OF_METHOD + 5)
@@ -142,9 +142,10 @@ def _passes_singular_position(reals: np.ndarray) -> bool:
     return True
 
 
+@built_first
 @pointer(ADVANCE)
 def advance_explicitly(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
-    """Go on with an explicit method: see `kanefe.kernels.stepping`."""
+    """Go on with an explicit method: see `kanefe.kernels.steppers.step_commands`."""
     stage, stages = integers[STAGE], integers[STAGES]
     if stage == BEGIN:
         copy(vectors[STATE], vectors[AT])
@@ -205,6 +206,7 @@ def advance_explicitly(integers: np.ndarray, reals: np.ndarray, vectors: np.ndar
     return _stage(integers, reals, vectors, table, stage + 1)
 
 
+@built_first
 @pointer(INTERPOLATE)
 def interpolate_explicitly(
     integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, t: float, out: np.ndarray

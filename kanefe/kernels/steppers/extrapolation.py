@@ -14,9 +14,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels._numba import kernel
-from kanefe.kernels.arrays import ADVANCE
-from kanefe.kernels.entries import pointer
+from kanefe.kernels.algebra.vectors import copy
+from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler.arrays import ADVANCE
+from kanefe.kernels.compiler.entries import built_first, pointer
 from kanefe.kernels.steppers.extrapolation_dense import (
     AIM,
     COLUMN,
@@ -34,7 +35,7 @@ from kanefe.kernels.steppers.extrapolation_dense import (
     WAS_REJECTED,
     derive,
 )
-from kanefe.kernels.stepping import (
+from kanefe.kernels.steppers.step_commands import (
     ACCEPTED,
     AT,
     COORDINATES,
@@ -79,7 +80,6 @@ from kanefe.kernels.stepping import (
     scaled_size,
     turn,
 )
-from kanefe.kernels.vectors import copy
 
 LEAST_BESIDE_KINKS, LARGEST_BESIDE_KINKS = 4, 6
 """Columns of scenes whose forces have kinks: across one, the differences of many columns say nothing of errors, and
@@ -229,9 +229,10 @@ def _choose_next(integers: np.ndarray, reals: np.ndarray) -> None:
     reals[NEXT_STEP] = max(proposed, reals[NEXT_STEP]) if step < reals[NEXT_STEP] else proposed
 
 
+@built_first
 @pointer(ADVANCE)
 def advance_extrapolating(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
-    """Go on with the method: see `kanefe.kernels.stepping`."""
+    """Go on with the method: see `kanefe.kernels.steppers.step_commands`."""
     stage = integers[STAGE]
     if stage == MOVING:
         _take_substep(integers, reals, vectors)

@@ -2,17 +2,18 @@
 
 The derivatives are extrapolated from backward differences of the substeps (Hairer & Ostermann 1990).
 
-Where the extrapolation keeps what: named places in the memory of `kanefe.kernels.stepping`.
+Where the extrapolation keeps what: named places in the memory of `kanefe.kernels.steppers.step_commands`.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels._numba import kernel
-from kanefe.kernels.arrays import INTERPOLATE
-from kanefe.kernels.entries import pointer
-from kanefe.kernels.stepping import (
+from kanefe.kernels.algebra.vectors import copy
+from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler.arrays import INTERPOLATE
+from kanefe.kernels.compiler.entries import built_first, pointer
+from kanefe.kernels.steppers.step_commands import (
     AT,
     OF_METHOD,
     REALS_OF_METHOD,
@@ -22,7 +23,6 @@ from kanefe.kernels.stepping import (
     TIME,
     TIME_OLD,
 )
-from kanefe.kernels.vectors import copy
 
 
 @kernel
@@ -68,6 +68,7 @@ def derive(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> None
         rest[c] = sign * (vectors[STATE, c] - at_start)
 
 
+@built_first
 @pointer(INTERPOLATE)
 def interpolate_extrapolating(
     integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, t: float, out: np.ndarray

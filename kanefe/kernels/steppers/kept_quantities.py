@@ -7,9 +7,22 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels._numba import inlined, kernel
+from kanefe.kernels.algebra.vectors import (
+    copy,
+    cross,
+    dot,
+    minus,
+    plus,
+    put_three,
+    six,
+    symmetric_inverse,
+    symmetric_times,
+    three,
+    times,
+)
+from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.steppers.mixing import ROWS_OF_MIXING
-from kanefe.kernels.stepping import (
+from kanefe.kernels.steppers.step_commands import (
     CENTRE,
     COORDINATES,
     ENERGY,
@@ -29,19 +42,6 @@ from kanefe.kernels.stepping import (
     TIME,
     TOTAL_MASS,
     move,
-)
-from kanefe.kernels.vectors import (
-    copy,
-    cross,
-    dot,
-    minus,
-    plus,
-    put_three,
-    six,
-    symmetric_inverse,
-    symmetric_times,
-    three,
-    times,
 )
 
 # Integers of the method: sweeps of a step, corrections of it, and whether its directions are known

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels._numba import kernel, vector_kernel
-from kanefe.kernels.elastic import total
-from kanefe.kernels.vectors import copy
+from kanefe.kernels.algebra.vectors import copy
+from kanefe.kernels.compiler._numba import kernel, vector_kernel
+from kanefe.kernels.sweeps.elastic import total
 
 DEPTH = 5
 """Earlier iterations that are mixed: there are about as many slow directions."""

@@ -14,9 +14,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels._numba import kernel
-from kanefe.kernels.arrays import ADVANCE
-from kanefe.kernels.entries import pointer
+from kanefe.kernels.algebra.vectors import copy
+from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler.arrays import ADVANCE
+from kanefe.kernels.compiler.entries import built_first, pointer
 from kanefe.kernels.steppers.radau_polynomial import (
     CHANGES,
     CORRECTION,
@@ -50,7 +51,7 @@ from kanefe.kernels.steppers.radau_polynomial import (
     normalise,
 )
 from kanefe.kernels.steppers.radau_systems import factorise_systems, solve_complex, solve_real
-from kanefe.kernels.stepping import (
+from kanefe.kernels.steppers.step_commands import (
     ACCEPTED,
     AT,
     DONE,
@@ -82,7 +83,6 @@ from kanefe.kernels.stepping import (
     first_step,
     scaled_size,
 )
-from kanefe.kernels.vectors import copy
 
 LARGEST_ITERATIONS, LARGEST_IF_FIXED = 7, 30
 """Iterations of a step, which is shortened if they do not do, and of one that cannot be."""
@@ -273,9 +273,10 @@ def _finish(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int
     return accept(integers, reals, vectors, new)
 
 
+@built_first
 @pointer(ADVANCE)
 def advance_radau(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
-    """Go on with the method: see `kanefe.kernels.stepping`."""
+    """Go on with the method: see `kanefe.kernels.steppers.step_commands`."""
     stage = integers[STAGE]
     if stage == ITERATING:
         node = integers[NODE]

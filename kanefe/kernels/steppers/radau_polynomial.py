@@ -1,16 +1,18 @@
 """The polynomial through the nodes of a step of Radau's method: states within the step, and guesses of the next.
 
-Where Radau's method keeps what: named places in the memory of `kanefe.kernels.stepping`, and in its table.
+Where Radau's method keeps what: named places in the memory of `kanefe.kernels.steppers.step_commands`, and in its
+table.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels._numba import inlined, kernel
-from kanefe.kernels.arrays import INTERPOLATE
-from kanefe.kernels.entries import pointer
-from kanefe.kernels.stepping import (
+from kanefe.kernels.algebra.vectors import copy
+from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler.arrays import INTERPOLATE
+from kanefe.kernels.compiler.entries import built_first, pointer
+from kanefe.kernels.steppers.step_commands import (
     MAP,
     MAP_SIZE,
     OF_METHOD,
@@ -23,7 +25,6 @@ from kanefe.kernels.stepping import (
     TIME,
     TIME_OLD,
 )
-from kanefe.kernels.vectors import copy
 
 
 @inlined
@@ -52,6 +53,7 @@ def guess_changes(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, 
         vectors[CHANGES : CHANGES + STAGES] = 0.0
 
 
+@built_first
 @pointer(INTERPOLATE)
 def interpolate_radau(
     integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, t: float, out: np.ndarray

@@ -13,10 +13,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels._numba import inlined, kernel
-from kanefe.kernels.lu import factorise, solve
+from kanefe.kernels.algebra.lu import factorise, solve
+from kanefe.kernels.algebra.vectors import copy
+from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.steppers.radau_polynomial import EIGENVALUES, FACTORED, FOLLOWED, JACOBIAN_ROWS, ROOM, TURNS
-from kanefe.kernels.stepping import (
+from kanefe.kernels.steppers.step_commands import (
     COORDINATES,
     FACTORISATIONS,
     MAP,
@@ -26,7 +27,6 @@ from kanefe.kernels.stepping import (
     STEP,
     STRAIGHT,
 )
-from kanefe.kernels.vectors import copy
 
 
 @inlined

@@ -19,7 +19,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.integrate.methods.table import METHODS
 from kanefe.joints import Prismatic
-from kanefe.kernels._numba import IS_COMPILED
+from kanefe.kernels.compiler._numba import IS_COMPILED
 from kanefe.system import System
 from kanefe_fem.bench import catalogue, equal_error, good_enough, long_runs, references, rigid_chain, work_precision
 from kanefe_fem.bench.bodies import Trial, refined

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.linear.whirl import whirl_of
+from kanefe.linear.over_speed.whirl import whirl_of
 from kanefe_fem import Material, SolidCircle, beam_body, read_mesh, solid_body, straight_beam
 
 pytestmark = [pytest.mark.gmsh, pytest.mark.fenicsx]

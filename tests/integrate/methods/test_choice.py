@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.integrate.choice import choose
+from kanefe.integrate.auto.choice import choose
+from kanefe.integrate.auto.cost import ERROR_OF_RADAU, LEAST_OF_RADAU, SEEN_BY_RADAU, steps_of_radau
+from kanefe.integrate.auto.explicit_rates import rate_of_functions
+from kanefe.integrate.auto.suited_method import suited
+from kanefe.integrate.auto.vibrations import CALM, LEAST_DAMPING, MOST_RADIANS, Vibrations, least_damping
+from kanefe.integrate.breakpoints import SAMPLES
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.explicit_rates import rate_of_functions
-from kanefe.integrate.knots import SAMPLES
 from kanefe.integrate.methods.radau5 import of_order_three
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.run import integrate
-from kanefe.integrate.suited import suited
-from kanefe.integrate.vibrations import CALM, LEAST_DAMPING, MOST_RADIANS, Vibrations, least_damping
-from kanefe.integrate.work import ERROR_OF_RADAU, LEAST_OF_RADAU, SEEN_BY_RADAU, steps_of_radau
 from kanefe.kernels.steppers.extrapolation_dense import LARGEST_COLUMNS
 from kanefe.tree.scene_state import SceneState
 from kanefe_fem.beams.body import beam_body, straight_beam

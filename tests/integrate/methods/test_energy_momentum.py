@@ -17,8 +17,8 @@ from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepControl, Stepper
 from kanefe.kane.energy import momenta
 from kanefe.kane.state import State
-from kanefe.kernels import stepping
-from kanefe.kernels.stepping import AT
+from kanefe.kernels.steppers import step_commands as stepping
+from kanefe.kernels.steppers.step_commands import AT
 from order_n_rates import order_n
 from run_scenes import check_snapshot
 from scenes import lattice_body, random_inertia, random_state

@@ -13,8 +13,8 @@ from kanefe.kane.constraints import constraint_rates
 from kanefe.kane.loop_closure import project_speeds
 from kanefe.kane.state import State
 from kanefe.kane.tangents import constant_tangents
-from kanefe.kernels.stepping import AT, PUSH_DAMPING, PUSH_STIFFNESS, SLOPE
-from kanefe.kernels.tolerances import NEAR_SINGULAR
+from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
+from kanefe.kernels.steppers.step_commands import AT, PUSH_DAMPING, PUSH_STIFFNESS, SLOPE
 from loop_scenes import four_bar, sprung_loop
 from order_n_rates import order_n
 

@@ -149,7 +149,7 @@ def test_smooth_loads_cost_no_steps(method: str, monkeypatch: pytest.MonkeyPatch
     scene, asked = _pushed(lambda t: 20.0 * math.sin(2.0 * t))
     counts = scene.simulate((0.0, SPAN), method=method, rtol=1e-3).statistics
     assert len(asked) < counts["evaluations"] + 1000  # hundreds of looks
-    monkeypatch.setattr("kanefe.integrate.knots.changes_of", lambda *_: np.zeros(0))
+    monkeypatch.setattr("kanefe.integrate.breakpoints.changes_of", lambda *_: np.zeros(0))
     unlooked = _pushed(lambda t: 20.0 * math.sin(2.0 * t))[0].simulate((0.0, SPAN), method=method, rtol=1e-3)
     assert [counts[name] for name in ("steps", "evaluations")] == [
         unlooked.statistics[name] for name in ("steps", "evaluations")

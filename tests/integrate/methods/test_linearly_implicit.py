@@ -15,7 +15,7 @@ from kanefe.integrate.methods.extrapolation import METHOD
 from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepControl
 from kanefe.kane.tangents import constant_tangents
-from kanefe.kernels.stepping import AT, PUSH_DAMPING, PUSH_STIFFNESS, SLOPE
+from kanefe.kernels.steppers.step_commands import AT, PUSH_DAMPING, PUSH_STIFFNESS, SLOPE
 from kanefe.order_n.planar_route import PlanarRoute
 from order_n_rates import order_n
 from run_scenes import check_snapshot

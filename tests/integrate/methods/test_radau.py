@@ -13,10 +13,10 @@ from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.radau5 import METHOD, radau_iia
 from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepControl
-from kanefe.kernels.lu import factorise, solve
+from kanefe.kernels.algebra.lu import factorise, solve
 from kanefe.kernels.steppers import radau_polynomial as radau_layout
 from kanefe.kernels.steppers import radau_systems
-from kanefe.kernels.stepping import STATE, STEP
+from kanefe.kernels.steppers.step_commands import STATE, STEP
 from kanefe.tree.model_data import WORKS
 from loop_scenes import four_bar
 from run_scenes import SCENES, soft_arm, tumbling

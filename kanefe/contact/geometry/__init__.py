@@ -1,0 +1,1 @@
+"""Shapes that touch: signed distances, meshes and points."""

@@ -1,0 +1,222 @@
+"""Closed meshes of triangles that things touch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Self
+
+import numpy as np
+
+from kanefe.arguments import checked
+from kanefe.contact.geometry.mesh_parts import check_parts
+from kanefe.contact.geometry.points import on_triangles, standing_for
+from kanefe.contact.geometry.shape import SurfaceShape, positive
+from kanefe.contact.geometry.stl import read_stl
+from kanefe.errors import ModelError
+from kanefe.frames import Matrix, Vector, numbers
+from kanefe.loads.reach import Bounds
+
+LEAF = 4
+"""Most triangles in a leaf of the tree."""
+
+FLAT = 1e-12
+"""Area of a triangle of no area, of the square of its longest side."""
+
+VERTEX_AT = ((0, 1), (1, 2), (2, 0))
+"""Vertices of the edges of a triangle, in their order in the kernel's numbers."""
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh(SurfaceShape):
+    """A closed mesh of triangles, which points and balls touch.
+
+    The distance is that of the nearest point of the mesh, its sign that of the normal there; of edges and vertices
+    normals are weighed by angles (Baerentzen and Aanaes, IEEE Trans. Vis. Comput. Graph. 11, 2005).
+
+    Parameters
+    ----------
+    vertices : array_like, shape (n, 3)
+        m.
+    triangles : array_like of int, shape (m, 3)
+        Vertices of each, counter-clockwise seen from outside.
+
+    Raises
+    ------
+    ModelError
+        If the mesh is not closed, is inside out, goes through itself, or has triangles without area; or if one of its
+        parts is within another one and no hollow of it.
+
+    Examples
+    --------
+    >>> import kanefe as kf
+    >>> corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    >>> wedge = kf.shapes.Mesh(corners, [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)])
+    >>> distance, normal = wedge.distance((0.2, 0.2, -0.5))
+    >>> float(distance)
+    0.5
+    """
+
+    vertices: Any
+    triangles: Any
+    kind = 8
+    _table: np.ndarray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        vertices, triangles = numbers(self.vertices), numbers(self.triangles)
+        if vertices.ndim != 2 or vertices.shape[1:] != (3,) or not np.all(np.isfinite(vertices)):
+            raise ModelError("vertices of a mesh must be finite, shape (n, 3), m")
+        if triangles.ndim != 2 or triangles.shape[1:] != (3,) or np.any(triangles % 1.0) or not len(triangles):
+            raise ModelError("triangles of a mesh must be whole numbers, shape (m, 3): the vertices of each")
+        if triangles.min() < 0 or triangles.max() >= len(vertices):
+            raise ModelError(f"triangles of a mesh name vertices that are none of its {len(vertices)}")
+        triangles = triangles.astype(np.int64)
+        _check_closed(vertices, triangles)
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "triangles", triangles)
+        object.__setattr__(self, "_table", _table_of(vertices, triangles))
+
+    @classmethod
+    @checked
+    def from_stl(cls, path: str | Path, scale: float = 1.0) -> Self:
+        """Return the mesh of an STL file, binary or text.
+
+        Parameters
+        ----------
+        path : str or Path
+        scale : float
+            Metres in a unit of the file: 1e-3 of one in millimetres.
+
+        Raises
+        ------
+        FileError
+            If it is no such file.
+        ModelError
+            If its mesh is not closed.
+        """
+        vertices, triangles = read_stl(Path(path))
+        return cls(scale * vertices, triangles)
+
+    def distance(self, x: Vector) -> tuple[float, Vector]:
+        """Return the signed distance of a point from it, m, and its normal."""
+        place, table = np.asarray(x, dtype=float), self._table
+        feature, nearest = _nearest(place, table)
+        offsets = place - nearest
+        best = int(np.argmin(np.einsum("ij,ij->i", offsets, offsets)))
+        normal = table[best, 9 + 3 * feature[best] : 12 + 3 * feature[best]]
+        if feature[best] == 0:
+            return float(normal @ (place - table[best, :3])), normal
+        length = float(np.linalg.norm(offsets[best]))
+        if length == 0.0:
+            return 0.0, normal / np.linalg.norm(normal)
+        sign = 1.0 if normal @ offsets[best] >= 0.0 else -1.0
+        return sign * length, sign / length * offsets[best]
+
+    def sampled(self, spacing: float) -> SurfaceShape:
+        """Return points of its triangles: see `SurfaceShape.sampled`."""
+        places = on_triangles(self.vertices, self.triangles, positive(spacing, "spacing"))
+        return standing_for(self.title, *places)
+
+    @property
+    def bounds(self) -> Bounds:
+        """The box about it."""
+        return Bounds(self.vertices.min(axis=0), self.vertices.max(axis=0))
+
+    @property
+    def numbers(self) -> Vector:
+        """How many nodes its tree has, these, and its triangles: see `kanefe.kernels.contact.contact_mesh`."""
+        nodes, order = _tree(self.vertices[self.triangles])
+        return np.concatenate(((len(nodes),), nodes.ravel(), self._table[order].ravel()))
+
+
+def _check_closed(vertices: Matrix, triangles: np.ndarray) -> None:
+    corners = vertices[triangles]
+    sides = corners - np.roll(corners, -1, axis=1)
+    areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    flat = int(np.sum(areas <= FLAT * np.max(np.sum(sides**2, axis=2), axis=1)))
+    if flat:
+        raise ModelError(f"{flat} of {len(triangles)} triangles of a mesh have no area. Remedy: leave them out")
+    edges = np.concatenate([triangles[:, pair] for pair in VERTEX_AT])
+    one_way, counts = np.unique(edges, axis=0, return_counts=True)
+    both = np.unique(np.concatenate((one_way, one_way[:, ::-1])), axis=0)
+    open_edges = len(both) - len(one_way)
+    if open_edges or counts.max() > 1:
+        twice = int(np.sum(counts > 1))
+        raise ModelError(
+            f"a mesh of {len(triangles)} triangles is not closed: {open_edges} edges have no triangle on their other "
+            f"side, {twice} have two on one. Remedy: close its holes and turn its triangles one way round, counter-"
+            "clockwise from outside; ground is a HeightField"
+        )
+    check_parts(vertices, triangles)
+
+
+def _table_of(vertices: Matrix, triangles: np.ndarray) -> np.ndarray:
+    """Return of each triangle a vertex, two sides, and normals of itself, its edges and its vertices, (m, 30)."""
+    a, b, c = (vertices[triangles[:, i]] for i in range(3))
+    normals = np.cross(b - a, c - a)
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    edges = [np.sort(triangles[:, pair], axis=1) for pair in VERTEX_AT]
+    keys = [edge[:, 0] * len(vertices) + edge[:, 1] for edge in edges]
+    found, where = np.unique(np.concatenate(keys), return_inverse=True)
+    sums = np.zeros((len(found), 3))
+    np.add.at(sums, where, np.tile(normals, (3, 1)))
+    of_edges = sums[where].reshape(3, len(triangles), 3)
+    of_vertices = np.zeros_like(vertices)
+    for at, (p, q, r) in enumerate(((a, b, c), (b, c, a), (c, a, b))):
+        first, second = q - p, r - p
+        cosine = np.einsum("ij,ij->i", first, second)
+        cosine /= np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
+        np.add.at(of_vertices, triangles[:, at], np.arccos(np.clip(cosine, -1.0, 1.0))[:, None] * normals)
+    return np.hstack((a, b - a, c - a, normals, *of_edges, *(of_vertices[triangles[:, i]] for i in range(3))))
+
+
+def _nearest(x: Vector, table: np.ndarray) -> tuple[np.ndarray, Matrix]:
+    """Return of each triangle its place that is nearest to a point, and where that is: 0 within, edges, vertices."""
+    a, ab, ac = table[:, :3], table[:, 3:6], table[:, 6:9]
+    b, c = a + ab, a + ac
+
+    def on_edge(start: Matrix, side: Matrix) -> Matrix:
+        s = np.einsum("ij,ij->i", x - start, side) / np.einsum("ij,ij->i", side, side)
+        return np.clip(s, 0.0, 1.0)
+
+    shares = np.array((on_edge(a, ab), on_edge(b, c - b), on_edge(c, -ac)))
+    places = np.array([p + s[:, None] * side for p, s, side in zip((a, b, c), shares, (ab, c - b, -ac), strict=True)])
+    nearest = np.argmin(np.sum((x - places) ** 2, axis=2), axis=0)
+    rows = np.arange(len(table))
+    share, place = shares[nearest, rows], places[nearest, rows]
+    feature = np.where(share <= 0.0, 4 + nearest, np.where(share >= 1.0, 4 + (nearest + 1) % 3, 1 + nearest))
+    normal = table[:, 9:12]
+    height = np.einsum("ij,ij->i", x - a, normal)
+    foot = x - height[:, None] * normal
+    inside = np.all(
+        [np.einsum("ij,ij->i", np.cross(side, foot - p), normal) >= 0.0 for p, side in ((a, ab), (b, c - b), (c, -ac))],
+        axis=0,
+    )
+    return np.where(inside, 0, feature), np.where(inside[:, None], foot, place)
+
+
+def _tree(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return boxes about triangles (m, 3, 3), each with those in it behind it, and the order of the triangles.
+
+    A node is its lower and upper corner, the node to go to where nothing in it is near, the first of its triangles and
+    how many they are; 0: it is no leaf.
+    """
+    lower, upper, middle = corners.min(axis=1), corners.max(axis=1), corners.mean(axis=1)
+    nodes: list[list[float]] = []
+    order: list[int] = []
+
+    def add(members: np.ndarray) -> None:
+        at, low, high = len(nodes), lower[members].min(axis=0), upper[members].max(axis=0)
+        nodes.append([*low, *high, 0.0, 0.0, 0.0])
+        if len(members) <= LEAF:
+            nodes[at][7:] = len(order), len(members)
+            order.extend(members.tolist())
+        else:
+            axis = int(np.argmax(np.ptp(middle[members], axis=0)))
+            ranked = members[np.argsort(middle[members, axis], kind="stable")]
+            add(ranked[: len(ranked) // 2])
+            add(ranked[len(ranked) // 2 :])
+        nodes[at][6] = len(nodes)
+
+    add(np.arange(len(corners)))
+    return np.array(nodes), np.array(order)

@@ -1,0 +1,1 @@
+"""Laws of normal and friction forces, one family a file."""

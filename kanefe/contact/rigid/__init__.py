@@ -1,0 +1,1 @@
+"""Rigid contacts: unilateral constraints with Coulomb's set-valued friction."""

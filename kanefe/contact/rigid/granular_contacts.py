@@ -1,0 +1,131 @@
+"""Rigid contacts of many bodies among each other: balls and walls, which only time stepping takes at once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from kanefe.contact.laws.rigid import NEWTON, Rigid
+from kanefe.contact.rigid.rigid_contact import check_rigid
+from kanefe.contact.shapes import Plane, Points, Sphere
+from kanefe.errors import ModelError
+from kanefe.frames import Vector
+from kanefe.loads.base import Action, End, Load
+
+if TYPE_CHECKING:
+    from kanefe.contact.laws.friction_laws import Coulomb
+    from kanefe.contact.surface import Surface
+
+FEW = 12
+"""Pairs of surfaces up to which each has a contact of its own, whose touches and slips are events."""
+
+
+class Ball(NamedTuple):
+    """A ball or point fixed in an end: centre from the end in its axes and radius, m."""
+
+    end: int
+    centre: Vector
+    radius: float
+
+
+@dataclass(frozen=True, eq=False)
+class RigidCrowd(Load):
+    """Rigid contacts of balls among each other and with walls; what they do, steps of Moreau and Jean find.
+
+    Its internal states tell of the last step: how many pairs touch, and over all steps the deepest of them, and what
+    the impulses leave of their conditions.
+
+    Attributes
+    ----------
+    name : str
+    ends : tuple of Frame
+        Of the surfaces.
+    balls : tuple of Ball
+    walls : tuple of (int, Plane or Sphere)
+        Each with the number of its end, which is fixed in the ground; a sphere is a room.
+    law : Rigid
+    friction : float
+    left_out : ndarray of int
+        Pairs ``ball * (balls + walls) + other`` that pass through each other, ascending.
+    """
+
+    name: str
+    ends: tuple[Any, ...]
+    balls: tuple[Ball, ...]
+    walls: tuple[tuple[int, Plane | Sphere], ...]
+    law: Rigid
+    friction: float
+    left_out: np.ndarray
+
+    kind = "rigid contacts"
+    columns = "touching [1]", "residual [1]", "penetration [m]"
+
+    @property
+    def initial_states(self) -> Vector:
+        """Nothing touches."""
+        return np.zeros(3)
+
+    @property
+    def has_rates(self) -> bool:
+        """They change from step to step, and not between."""
+        return False
+
+    def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
+        """Return nothing: see `kanefe.kernels.contact.granular_contacts`."""
+        return Action(np.zeros((len(ends), 6)), rates=np.zeros(len(states)))
+
+    def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
+        """Return its states."""
+        return states
+
+
+def crowd_of(
+    name: str, among: Sequence[Surface], law: Rigid, friction: Coulomb | None, ignore: Sequence[tuple[Surface, Surface]]
+) -> RigidCrowd:
+    """Return rigid contacts of each surface with each other one.
+
+    Raises
+    ------
+    ModelError
+        If there are other surfaces than balls and walls, or laws that time stepping does not have.
+    """
+    if law.impact != NEWTON or (friction is not None and (friction.has_memory or len(set(friction.coefficients)) > 1)):
+        raise ModelError(
+            f"{name}: many rigid contacts have Newton's impacts and one coefficient of friction. Remedy: impact="
+            "'newton', Coulomb(mu)"
+        )
+    if friction is not None:
+        check_rigid(Plane("z"), (), friction, np.zeros(3), name)
+    ends = tuple(surface.frame for surface in among)
+    balls: list[Ball] = []
+    walls: list[tuple[int, Plane | Sphere]] = []
+    numbers: dict[str, list[int]] = {}
+    for end, surface in enumerate(among):
+        shape, is_fixed = surface.shape, surface.frame.number < 0
+        is_wall = isinstance(shape, Plane) or (isinstance(shape, Sphere) and shape.inside)
+        if isinstance(shape, (Plane, Sphere)) and is_wall and is_fixed:
+            walls.append((end, shape))
+        elif isinstance(shape, (Sphere, Points)) and not is_wall and not is_fixed:
+            numbers[surface.name] = []
+            for probe in shape.probes():
+                numbers[surface.name].append(len(balls))
+                balls.append(Ball(end, probe.point, probe.radius))
+        else:
+            what = f"{shape.title}{' of the ground' if is_fixed else ''}"
+            raise ModelError(
+                f"{name}: surface {surface.name!r} is a {what}; many rigid contacts take balls and points of bodies, "
+                "and planes and rooms of the ground. Remedy: add_contact for each pair that can meet"
+            )
+    for number, (end, _) in enumerate(walls):
+        numbers[among[end].name] = [len(balls) + number]
+    width = len(balls) + len(walls)
+    out = set()
+    for a, b in ignore:
+        for i in numbers.get(a.name, ()):
+            for j in numbers.get(b.name, ()):
+                out.add(min(i, j) * width + max(i, j))
+    mu = 0.0 if friction is None else max(friction.coefficients)
+    return RigidCrowd(name, ends, tuple(balls), tuple(walls), law, mu, np.array(sorted(out), dtype=np.int64))

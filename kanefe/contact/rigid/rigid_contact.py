@@ -1,0 +1,351 @@
+"""Rigid contacts: probes that cannot enter a surface, and slide on it or stick to it by Coulomb's set-valued law."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from kanefe.bodies.marker import Marker
+from kanefe.constraints.rows import METRE, MarkerMotion, Wrenches
+from kanefe.contact.contact import OPEN, SLIPS, STICKS, Contact
+from kanefe.contact.contact_events import of_point
+from kanefe.contact.rigid.meeting import Meeting, meetings_with, turned
+from kanefe.contact.shapes import Plane
+from kanefe.errors import ModelError
+from kanefe.frames import Vector, cross
+from kanefe.loads.base import Action, End, Load
+
+if TYPE_CHECKING:
+    from kanefe.contact.geometry.shape import Probe, SurfaceShape
+    from kanefe.contact.laws.friction_laws import Coulomb
+    from kanefe.contact.laws.rigid import Rigid
+
+TOLD_EVENTS = "touch", "lift", "slip", "stick", "rest"
+"""What a run tells of a contact; all but the last of a probe too."""
+
+TOLD, EACH = 2, 7
+"""Internal states of a contact: the path slid and the work of friction; then of each probe its status; where on the
+surface it sticks, or in which direction along it it slips, as long as the speed (m/s) up to which that is kept; and the
+rate of the latter."""
+
+TOO_DEEP = 1e-6
+"""Depth at the start that is refused, m: less is closed as a loop is."""
+
+NORMAL = 0
+
+AT_REST, STRAIGHT = 1e-9, 1e-7
+"""Speed (m/s) and share of it across the direction that was kept, below which that direction is taken. Friction turns a
+slow slip into its own direction at a rate that grows without bound as it ends, and would make noise of round-off."""
+
+BEGINS = 2.0 * AT_REST
+"""What is kept of a slip that begins is longer, m/s."""
+
+BACK = 0.01
+"""Of the speed up to which the direction of a slip that begins is kept: so fast it may go back by noise of the run."""
+
+TURNED = 0.5
+"""Cosine of the angle by which a slip turns until its direction is kept anew."""
+
+
+def check_rigid(
+    shape: SurfaceShape, probes: Sequence[tuple[int, Probe]], friction: Coulomb | None, belt: Vector, label: str
+) -> None:
+    """Raise a ModelError that names what a rigid contact does not have."""
+    if not shape.is_smooth:
+        raise ModelError(
+            f"{label}: a {shape.title} has edges, or is curved in a way that rigid contacts do not follow. Remedy: "
+            "planes, spheres or height fields, or a law that yields, kanefe.HuntCrossley(...)"
+        )
+    is_flat = isinstance(shape, Plane)
+    if not is_flat and any(probe.ring > 0.0 for _, probe in probes):
+        raise ModelError(f"{label}: rings roll on planes alone where the contact is rigid. Remedy: a plane, or a ball")
+    if not is_flat and np.any(belt):
+        raise ModelError(
+            f"{label}: a surface velocity of rigid contacts takes a plane. Remedy: kanefe.HuntCrossley(...)"
+        )
+    if friction is not None and len(set(friction.coefficients)) > 1:
+        raise ModelError(f"{label}: friction of rigid contacts is the same in all directions. Remedy: one coefficient")
+    if friction is not None and (friction.stiffness is not None or friction.damping is not None):
+        raise ModelError(f"{label}: what is rigid sticks without springs. Remedy: leave out stiffness and damping")
+    if friction is not None and friction.turning_states:
+        raise ModelError(f"{label}: rigid contacts slip, but turn freely. Remedy: kanefe.HuntCrossley(...)")
+
+
+@dataclass(frozen=True, eq=False)
+class RigidContact(Load):
+    """A rigid contact between a surface and probes fixed in other frames.
+
+    It exerts no force by itself: what holds, `rows` give as constraints to the equations of motion. Which of them do,
+    its internal states say, which change at impacts and where a force or a slip comes to its end.
+
+    Attributes
+    ----------
+    name : str
+    ends : tuple of Frame
+        That of the surface, then those of the probes.
+    shape : SurfaceShape
+    probes : tuple of (int, Probe)
+        Each with the number of its end.
+    law : Rigid
+    friction : Coulomb or None
+    belt : ndarray, shape (3,)
+        Velocity of the surface in its own axes, m/s.
+    tells_points : bool
+        Whether a run tells what each probe does too.
+    """
+
+    name: str
+    ends: tuple[Any, ...]
+    shape: SurfaceShape
+    probes: tuple[tuple[int, Probe], ...]
+    law: Rigid
+    friction: Coulomb | None
+    belt: np.ndarray
+    tells_points: bool = False
+
+    kind = "rigid contact"
+    columns = Contact.columns
+    needs_rotation = False
+
+    @property
+    def title(self) -> str:
+        """Kind and name, for messages."""
+        return f"{self.kind} {self.name!r}"
+
+    @property
+    def initial_states(self) -> Vector:
+        """All open: a run finds out what touches at its start."""
+        return np.zeros(TOLD + EACH * len(self.probes))
+
+    def state_scales(self, acceleration: float) -> Vector:
+        """Return what counts as large of a path and of a work: the way of one second."""
+        scales = np.ones(len(self.initial_states))
+        scales[:TOLD] = max(acceleration, 1e-3)
+        return scales
+
+    @property
+    def told(self) -> tuple[str, ...]:
+        """What a run tells of it, after its name: of the contact, and where that is asked for of each probe."""
+        numbers = range(len(self.probes) if self.tells_points else 0)
+        return *TOLD_EVENTS, *(of_point(what, i) for i in numbers for what in TOLD_EVENTS[:4])
+
+    def in_detail(self) -> RigidContact | None:
+        """Return the contact with what each probe does; None of one probe."""
+        return replace(self, tells_points=True) if len(self.probes) > 1 else None
+
+    @property
+    def exchanges_energy(self) -> bool:
+        """Only by friction: what impacts take is taken into account where they happen."""
+        return self.friction is not None
+
+    def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
+        """Return nothing: see `kanefe.kane.rigid_contacts.contact_forces`."""
+        return Action(np.zeros((len(ends), 6)), rates=np.zeros(len(states)))
+
+    def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
+        """Return what is known without forces; the rest `kanefe.kane.rigid_contacts.contact_forces` tells."""
+        return np.zeros(len(self.columns))
+
+    def started(self, t: float, ends: Sequence[End]) -> RigidContact:
+        """Return it; a ModelError says what begins within the surface."""
+        zero = np.zeros(3)
+        motions = [MarkerMotion(end.p, end.A, zero, zero, zero, zero) for end in ends]
+        met = self.met(range(len(self.probes)), motions[0], [motions[number] for number, _ in self.probes])
+        gaps = [one.gap for one in met]
+        if min(gaps) < -TOO_DEEP:
+            raise ModelError(
+                f"{self.title} begins {-min(gaps):.3g} m deep in its surface, and cannot yield. Remedy: place it "
+                "outside, or kanefe.HuntCrossley(...) in place of Rigid"
+            )
+        return self
+
+    def met(self, which: Sequence[int], a: MarkerMotion, b: Sequence[MarkerMotion]) -> list[Meeting]:
+        """Return where some of the probes meet the surface, from the motions of the surface's frame and their own."""
+        rows = MarkerMotion(*(np.array(parts) for parts in zip(*b, strict=True)))
+        return meetings_with(self.shape, [self.probes[i][1] for i in which], self.belt, a, rows)
+
+    def status(self, z: Vector) -> list[int]:
+        """Return OPEN, STICKS or SLIPS of each probe from the internal states of the contact."""
+        return [SLIPS if x > 1.5 else STICKS if x > 0.5 else OPEN for x in z[TOLD::EACH]]
+
+    def kept(self, z: Vector, i: int) -> Vector:
+        """Return where a probe sticks, or in which direction it slips and up to which speed, in axes of the surface."""
+        at = TOLD + EACH * i + 1
+        return z[at : at + 3]
+
+    def with_status(self, z: Vector, i: int, status: int, kept: Vector, rate: Vector | float = 0.0) -> None:
+        """Write the status of a probe, and what is kept of it with its rate, to the internal states of the contact."""
+        at = TOLD + EACH * i
+        z[at], z[at + 1 : at + 4], z[at + 4 : at + 7] = status, kept, rate
+
+    def turn(self, z: Vector, i: int, rates: Vector) -> None:
+        """Write the rate of the direction in which a probe slips to those of the internal states of the contact."""
+        at = TOLD + EACH * i + 1
+        rates[at : at + 3] = z[at + 3 : at + 6]
+
+    def has_mark(self, i: int) -> bool:
+        """Whether what sticks does so at one place: points do, and balls roll."""
+        probe = self.probes[i][1]
+        return probe.radius == 0.0 and probe.ring == 0.0 and not self.belt.any()
+
+    def friction_at(self, speed: float) -> float:
+        """Return the coefficient of friction at a speed of slipping, m/s."""
+        if self.friction is None:
+            return 0.0
+        return max(self.friction.coefficients) * self.friction.fallen(speed)
+
+    @property
+    def static(self) -> float:
+        """The coefficient that it sticks by."""
+        return 0.0 if self.friction is None else max(self.friction.coefficients) * self.friction.static_ratio
+
+    def slip_directions(self, found: Sequence[Meeting], kept: np.ndarray, surface: MarkerMotion) -> np.ndarray:
+        """Return the directions of slips over the two directions along the surface, (slips, 2).
+
+        That of a slip that begins is kept. Past the end of a slip, where it would turn round, it is that of before: it
+        stays smooth up to there and a little beyond, where the run looks for it.
+        """
+        rates = np.array([one.rates[1:] for one in found])
+        before = turned(np.array([one.axes[1:] for one in found]), turned(surface.A, kept))
+        sizes, speeds = _lengths(before), _lengths(rates)
+        before = np.divide(before, sizes[:, None], out=np.zeros_like(before), where=sizes[:, None] > 0.0)
+        along = (rates * before).sum(axis=1)
+        across = _lengths(rates - along[:, None] * before)
+        keeps = (sizes == 0.0) | (sizes > BEGINS) | (across <= STRAIGHT * speeds)
+        own = np.copysign(1.0, along)[:, None] * rates / np.where(keeps, 1.0, speeds)[:, None]
+        return np.where(keeps[:, None], before, own)
+
+    def left_of_slip(self, found: Meeting, kept: Vector, surface: MarkerMotion) -> float:
+        """Return a number that is zero where a slip ends or has turned by 60 degrees, and above it before, m/s.
+
+        Of one that begins it is zero where it has the speed from which on it has its own direction, or goes back.
+        """
+        size, speed = _length(kept), _length(found.rates[1:])
+        along = float(found.rates[1:] @ found.axes[1:] @ (surface.A @ kept)) / (size or 1.0)
+        return min(along + BACK * size, size - speed) if size > BEGINS else along - TURNED * speed
+
+    def rows(self, z: Vector, which: Sequence[int], found: Sequence[Meeting], surface: MarkerMotion) -> list[Rows]:
+        """Return the constraints of each of some probes that touch: its normal, and what sticks."""
+        statuses = self.status(z)
+        slips = [k for k, i in enumerate(which) if statuses[i] == SLIPS]
+        drags = dict(zip(slips, self._drags(z, which, found, slips, surface), strict=True)) if slips else {}
+        return [
+            (self._row(i, met, NORMAL, drag=drags[k]),) if k in drags else self._stuck(z, i, met, surface)
+            for k, (i, met) in enumerate(zip(which, found, strict=True))
+        ]
+
+    def _drags(
+        self, z: Vector, which: Sequence[int], found: Sequence[Meeting], slips: Sequence[int], surface: MarkerMotion
+    ) -> list[Vector]:
+        """Return friction for a unit of the normal force of those of some probes that slip."""
+        met = [found[k] for k in slips]
+        directions = self.slip_directions(met, np.array([self.kept(z, which[k]) for k in slips]), surface)
+        mu = [self.friction_at(_length(one.rates[1:])) for one in met]
+        return [-mu[k] * (directions[k] @ one.axes[1:]) for k, one in enumerate(met)]
+
+    def _stuck(self, z: Vector, i: int, found: Meeting, surface: MarkerMotion) -> Rows:
+        mark = self.kept(z, i) if self.has_mark(i) else None
+        off = None if mark is None else found.axes[1:] @ (surface.A @ (found.place - mark))
+        given = -found.axes[1:] @ (surface.A @ self.belt)
+        held = [
+            self._row(i, found, 1 + k, off=None if off is None else float(off[k]), given=float(given[k]))
+            for k in (0, 1)
+        ]
+        return self._row(i, found, NORMAL), *held
+
+    def _row(self, i: int, found: Meeting, direction: int, **more: Any) -> ContactRow:
+        ends = self.ends[0], self.ends[self.probes[i][0]]
+        return ContactRow(f"probe {i + 1} of {self.name}", *ends, found, direction, **more)
+
+
+@dataclass(frozen=True, eq=False)
+class ContactRow:
+    """A probe stays on a surface, or does not move along it in one direction; found at one state.
+
+    Attributes
+    ----------
+    label : str
+    a, b : Marker
+        Of the surface, and of the probe.
+    found : Meeting
+    direction : int
+        Which of its axes.
+    drag : ndarray, shape (3,), or None
+        Friction of what slips for a unit of the normal force, in N: the force that holds the row is not along it.
+    off : float or None
+        How far what sticks is from where it does, m; None: it holds speeds alone.
+    given : float
+        Rate along the row beside that of its ends, m/s: that of a belt, reversed.
+    """
+
+    label: str
+    a: Marker
+    b: Marker
+    found: Meeting
+    direction: int
+    drag: Vector | None = None
+    off: float | None = None
+    given: float = 0.0
+    unit: ClassVar[str] = METRE
+
+    @property
+    def markers(self) -> tuple[Marker, ...]:
+        """The two ends."""
+        return self.a, self.b
+
+    @property
+    def holds_place(self) -> bool:
+        """Whether it holds coordinates, and not speeds alone."""
+        return self.direction == NORMAL or self.off is not None
+
+    def residual(self, a: MarkerMotion, b: MarkerMotion) -> float:
+        """Return the gap, or how far it is off, m."""
+        return self.found.gap if self.direction == NORMAL else float(self.off or 0.0)
+
+    def wrenches(self, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
+        """Return the wrenches of a unit force along the row: its Jacobian."""
+        return self._of(self.found.axes[self.direction], a, b)
+
+    def forces(self, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
+        """Return the wrenches of a unit multiplier: with the friction of what slips."""
+        e = self.found.axes[self.direction]
+        return self._of(e if self.drag is None else e + self.drag, a, b)
+
+    def _of(self, e: Vector, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
+        return _on_ends(e, self.found.point, a, b)
+
+    def remainder(self, a: MarkerMotion, b: MarkerMotion) -> float:
+        """Return what is left of the rate of the row's rate without du, m/s2."""
+        return float(self.found.remainder[self.direction])
+
+
+Rows = tuple[ContactRow, ...]
+"""Of one probe that touches."""
+
+
+def wrenches_of(rows: Sequence[ContactRow], a: MarkerMotion, b: MarkerMotion, *, is_pushed: bool = False) -> Wrenches:
+    """Return the wrenches of rows between the same two ends, one a row of each array; pushed: with what rubs."""
+    along = np.array([row.found.axes[row.direction] for row in rows])
+    if is_pushed:
+        along = along + np.array([row.drag if row.drag is not None else np.zeros(3) for row in rows])
+    return _on_ends(along, np.array([row.found.point for row in rows]), a, b)
+
+
+def _length(x: Vector) -> float:
+    return math.sqrt(float(x @ x))
+
+
+def _lengths(x: np.ndarray) -> Vector:
+    """Return the length of each row."""
+    return np.asarray(np.sqrt((x * x).sum(axis=1)))
+
+
+def _on_ends(e: Vector, point: Vector, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
+    return -e, cross(e, point - a.p), e, cross(point - b.p, e)
+
+
+__all__ = ["EACH", "OPEN", "SLIPS", "STICKS", "TOLD", "ContactRow", "RigidContact", "wrenches_of"]

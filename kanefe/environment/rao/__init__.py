@@ -1,0 +1,1 @@
+"""Motions of ships in waves: response amplitude operators, their conventions and files."""

@@ -1,0 +1,145 @@
+"""Whether the explicit method serves where forces act at once: stops, friction in joints, contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kanefe.equations.model import Model
+from kanefe.frames import Matrix, Vector
+from kanefe.integrate.auto.cost import LEAST_BESIDE_KINKS, explicit_work, radau_work
+from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.methods.generalised_alpha import highest_rate
+from kanefe.kane.state import State
+from kanefe.kane.tangents import constant_tangents
+from kanefe.loads.base import Load
+from kanefe.tree.scales import displacement_scales
+
+if TYPE_CHECKING:
+    from kanefe.bodies.marker import Marker
+    from kanefe.contact.contact import Contact
+
+MUCH = 40.0
+"""Times the work of Radau's method: what the explicit one may take where stops act all the time."""
+
+LITTLE, LITTLE_AT_CONTACTS = 0.1, 0.25
+"""The same: what the explicit one may take where friction in joints sticks, which it lets tremble by its tolerance; and
+where contacts touch and settle, which asks for more steps of Radau's method than `LEAST_BESIDE_KINKS`."""
+
+STEPS_A_RADIAN, MOST_MOVED = 30.0, 500.0
+"""Of Radau's method, for each joint that rubs and each radian of the motion of a scene: of chains of 1 to 20 links; and
+radians, after which friction has stopped what it may."""
+
+AT_REST = 0.01
+"""Radians of its motion in a run below which a scene on contacts begins at rest, which Radau's method steps over."""
+
+
+def explicit_serves_stops(model: Model, start: float, span: float) -> bool:
+    """Tell whether the explicit method has little work while stops do not act, and bearable if they do."""
+    free = highest_rate(model, start, *constant_tangents(model))
+    implicit = radau_work(model, LEAST_BESIDE_KINKS)
+    return (
+        explicit_work(model, span * free) < implicit
+        and explicit_work(model, span * rate_at_stops(model, start)) < MUCH * implicit
+    )
+
+
+def explicit_serves_friction(model: Model, sudden: Sequence[Load], start: float, span: float) -> bool:
+    """Tell whether nothing but friction in joints may become stiff, and the explicit method has much less work with it.
+
+    With what does as all of it sticks, and as anchors give way that slip.
+    """
+    from kanefe.loads.coordinate_friction import CoordinateFriction
+
+    frictions = [load for load in sudden if isinstance(load, CoordinateFriction)]
+    if len(frictions) < len(sudden) or model.has_stops:
+        return False
+    K, C = constant_tangents(model)
+    for load in frictions:
+        for end, arm in zip(load.ends, load.arms, strict=True):
+            at = int(model.bodies[end.body].speeds[end.coordinate])
+            if at < model.free_count:
+                K[at, at] += load.stiffness * arm**2
+                C[at, at] += load.damping * arm**2
+    slipping = max(load.stiffness / load.damping for load in frictions)
+    following = max((1.0 / load.load_time for load in frictions if load.bearing is not None), default=0.0)
+    rate = max(highest_rate(model, start, K, C), slipping, following)
+    moved = min(span * _rate_of_motion(model, start), MOST_MOVED)
+    steps = max(LEAST_BESIDE_KINKS, STEPS_A_RADIAN * len(frictions) * moved)
+    return explicit_work(model, span * rate) < LITTLE * radau_work(model, steps)
+
+
+def _rate_of_motion(model: Model, start: float) -> float:
+    """Return how fast a scene moves by its own size, or will as nothing rubs at its start, in rad/s."""
+    dynamics, n = Dynamics(model), model.free_count
+    du = dynamics.rate(start, dynamics.initial_state(start))[model.coordinate_count :][:n]
+    scales = displacement_scales(model)
+    speeds, falls = np.abs(model.initial_speeds[:n]) / scales, np.sqrt(np.abs(du) / scales)
+    return float(max(speeds.max(initial=0.0), falls.max(initial=0.0)))
+
+
+def explicit_serves_contacts(model: Model, sudden: Sequence[Load], start: float, span: float) -> bool:
+    """Tell whether contacts have so many states that the explicit method has much less work.
+
+    With what all of them are at most: pressed at all probes that may be at once, and stuck; anchors that slip give way.
+    """
+    from kanefe.contact.contact import Contact
+    from kanefe.contact.laws.bristles import LuGre
+
+    contacts = [load for load in sudden if isinstance(load, Contact)]
+    allowed = LITTLE_AT_CONTACTS * radau_work(model, LEAST_BESIDE_KINKS)
+    if len(contacts) < len(sudden) or model.has_stops or explicit_work(model, 0.0) >= allowed:
+        return False
+    if span * _rate_of_motion(model, start) < AT_REST:
+        return False
+    state = State(model, start, model.initial_coordinates, model.initial_speeds)
+    (K, C), slipping = constant_tangents(model), 0.0
+    for contact in contacts:
+        friction, law = contact.friction, contact.normal
+        if law.exponent != 1.0 or isinstance(friction, LuGre):
+            return False
+        stiffness, damping = law.stiffness, 0.0
+        if friction is not None and friction.stiffness and friction.damping:
+            stiffness, damping = max(stiffness, friction.stiffness), friction.damping
+            slipping = max(slipping, friction.stiffness / friction.damping)
+        G = _velocities_squared(state, contact)
+        K, C = K + stiffness * G, C + damping * G
+    rate = max(highest_rate(model, start, K, C), slipping)
+    return explicit_work(model, span * rate) < allowed
+
+
+def _velocities_squared(state: State, contact: Contact) -> Matrix:
+    """Return the sum of J^T J of the places where a contact may press, weighted by their shares, (speeds, speeds).
+
+    J are partial velocities past the surface. Balls and tyres may press all around, boxes on boxes at any corner.
+    """
+    n = state.model.free_count
+    found, shares = np.zeros((n, n)), 0.0
+    for end, probe in contact.probes:
+        places = probe.point + probe.lever * np.eye(3) if probe.lever > 0.0 else [probe.point]
+        for place in [probe.axis] if probe.ring < 0.0 else places:
+            J = _velocity_past(state, contact.ends[0], contact.ends[end], place)[:, :n]
+            found += probe.share * (J.T @ J)
+        shares += probe.share
+    return found / max(shares, 1.0)
+
+
+def _velocity_past(state: State, surface: Marker, end: Marker, corner: Vector) -> Matrix:
+    """Return the partial velocities in N of a point fixed in an end (its axes, m) past a surface, (3, columns)."""
+    a, b = state.marker(surface), state.marker(end)
+    point = b.p_NoFo_N + b.A_NF @ corner
+    parts = [F.A_NF @ F.shifted(F.A_NF.T @ (point - F.p_NoFo_N))[0] for F in (a, b)]
+    return np.asarray(parts[1] - parts[0])
+
+
+def rate_at_stops(model: Model, start: float) -> float:
+    """Return the highest rate in rad/s with all stops touched."""
+    K, C = constant_tangents(model)
+    for body in model.bodies:
+        for where, force in zip(body.speeds, body.joint.coordinate_forces, strict=True):
+            if force is not None and where < model.free_count:
+                K[where, where] += force.limit_stiffness
+                C[where, where] += force.limit_damping
+    return highest_rate(model, start, K, C)

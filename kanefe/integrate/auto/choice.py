@@ -1,0 +1,123 @@
+"""The method of a run and its options, checked: the one asked for, or what method="auto" takes, and why."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, cast
+
+import numpy as np
+
+from kanefe.equations.model import Model
+from kanefe.errors import ModelError
+from kanefe.integrate.auto.suited_method import LEAST_SHARE, suited
+from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.methods.method import LEAST_RTOL, Method
+from kanefe.integrate.methods.table import row_for
+from kanefe.integrate.options import AUTO, RunOptions
+from kanefe.integrate.stepper import StepControl, Stepper
+
+if TYPE_CHECKING:
+    from kanefe.integrate.methods.kernel_stepper import KernelStepper
+
+DEFAULT_RTOL = 1e-6
+
+ATOL_SHARE = 0.1
+"""Of rtol: the absolute tolerance where none is given."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The method of a run.
+
+    Attributes
+    ----------
+    name, reason : str
+    make : callable
+        (dynamics) -> stepper at the start of the run.
+    control : dict of str to float
+        The options that it follows, with their defaults.
+    is_plugged : bool
+        See `Method`.
+    """
+
+    name: str
+    reason: str
+    make: Callable[[Dynamics], Stepper]
+    control: dict[str, float]
+    is_plugged: bool = False
+
+
+def choose(model: Model, options: RunOptions) -> Choice:
+    """Return the method of a run.
+
+    Raises
+    ------
+    ModelError
+        If the method does not serve the scene, or an option makes no sense for it.
+    """
+    rtol, step, (start, stop) = options.rtol, options.step, options.span
+    allowed = DEFAULT_RTOL if rtol is None else rtol
+    control = StepControl(allowed, ATOL_SHARE * allowed if options.atol is None else options.atol, step)
+    name, reason = options.method, "asked for"
+    if name == AUTO:
+        found = suited(model, start, stop, allowed if step is None else None, control.atol)
+        name, reason = found.name, found.reason
+        control = replace(control, changes=found.changes)
+        if options.atol is None and step is None:
+            control = replace(control, atol=control.atol * found.share)
+        if step is None and found.step is not None:
+            step = _dividing(options.times, found.step)
+            control = replace(control, step=step)
+    row = row_for(model, name)
+    _check_options(row, options, step)
+    make = partial(_stepper, row, start, stop, control)
+    if options.method == AUTO and found.then:
+        if options.atol is None:  # how large that is which vibrates later, nobody knows yet
+            control = replace(control, atol=control.atol * LEAST_SHARE)
+        make = partial(
+            _handing_over, make, partial(_stepper, row_for(model, found.then), start, stop, control), found.least
+        )
+    return Choice(name, reason, make, {"rtol": allowed} if step is None else {"step": step}, row.is_plugged)
+
+
+def _dividing(times: np.ndarray, step: float) -> float:
+    """Return a step (s) no longer than the one given, of which a whole number leads from output to output."""
+    every = float(times[1] - times[0]) if len(times) > 1 else step
+    return every / math.ceil(every / step) if np.allclose(np.diff(times), every, rtol=1e-9) else step
+
+
+def _stepper(row: Method, start: float, stop: float, control: StepControl, dynamics: Dynamics) -> Stepper:
+    return row.make(dynamics, start, stop, control)
+
+
+def _handing_over(
+    first: Callable[[Dynamics], Stepper], second: Callable[[Dynamics], Stepper], least: float, dynamics: Dynamics
+) -> Stepper:
+    from kanefe.integrate.auto.handing_over import HandingOver
+
+    return HandingOver(dynamics, cast("KernelStepper", first(dynamics)), least, partial(second, dynamics))
+
+
+def _check_options(method: Method, options: RunOptions, step: float | None) -> None:
+    """Refuse what a method with a step does not follow, rather than ignore it."""
+    rtol, atol = options.rtol, options.atol
+    if rtol is not None and rtol < method.least_rtol:
+        other = "" if method.least_rtol <= LEAST_RTOL else ", or 'dop853'"
+        raise ModelError(
+            f"rtol={rtol:g} is below the round-off of {method.name}. Remedy: {method.least_rtol:g} or more{other}"
+        )
+    if step is None and not method.has_error_control:
+        raise ModelError(f"{method.name} needs a step in s")
+    if step is not None and not method.has_fixed_steps:
+        raise ModelError(f"step has no meaning for {method.refuses_step or f'{method.name}, which chooses its own'}")
+    if step is not None and rtol is not None:
+        raise ModelError(f"rtol has no meaning for {method.name}, whose steps are fixed. Remedy: leave it out")
+    if atol is not None and (step is not None or not method.takes_atol):
+        raise ModelError(
+            f"atol has no meaning for {method.name}, which "
+            f"{'has no error control' if step is not None else 'scales errors by the size of the bodies'}. "
+            "Remedy: leave it out"
+        )

@@ -1,0 +1,84 @@
+"""How much work a method has with a scene, in products: estimates, by which methods are weighed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.equations.model import Model
+from kanefe.integrate.auto.vibrations import Vibrations
+from kanefe.integrate.methods.radau5 import of_order_three
+
+PRODUCTS_A_BODY, PRODUCTS_A_FLEXIBLE_BODY, PRODUCTS_A_PAIR = 500.0, 4000.0, 6.0
+"""Of an evaluation, for each rigid and each flexible body, and each pair of modes of one, in units of a product of the
+factors below."""
+
+PRODUCTS_A_CALL = 20_000.0
+"""The same of functions of the user in Python, whatever they do."""
+
+STABLE, STAGES = 5.5, 12.0
+"""Radians of the fastest vibration in a step of the explicit method, and evaluations of a step."""
+
+EVALUATIONS_A_STEP, PRODUCTS_OF_FACTORS = 6.5, 10.0 / 3.0
+"""Of a step of Radau's method: evaluations, and products over the cube of the speeds, of one real and one complex
+factorisation (2/3 and four times as many)."""
+
+EVALUATIONS_A_SAMPLE = 400.0
+"""Of the extrapolation between samples of a controller, where what is hardly damped vibrates by more than 1e-5."""
+
+ERROR_OF_RADAU = 0.0084
+"""Of its formula of order 3, over the fourth power of the radians of a vibration in a step: as measured."""
+
+SEEN_BY_RADAU = 10.0
+"""Times what is allowed: its first step damps smaller vibrations."""
+
+LEAST_DECAY = 1e-6
+"""Of a vibration in a run: below, it is none."""
+
+LEAST_OF_RADAU, LEAST_BESIDE_KINKS = 100.0, 400.0
+"""Steps at least; where forces have kinks."""
+
+
+def _evaluation(model: Model) -> float:
+    """Return how many products an evaluation takes about."""
+    modes = [body.flexible.body.free_count for body in model.bodies if body.flexible is not None]
+    rigid = len(model.bodies) - len(modes)
+    called = 0.0 if model.route.is_autonomous else PRODUCTS_A_CALL
+    own = PRODUCTS_A_FLEXIBLE_BODY * len(modes) + PRODUCTS_A_PAIR * sum(k * k for k in modes)
+    return PRODUCTS_A_BODY * rigid + own + called
+
+
+def explicit_work(model: Model, radians: float) -> float:
+    """Return that of the explicit method, stable over so many radians of the fastest that there is."""
+    return max(radians / STABLE, LEAST_OF_RADAU) * STAGES * _evaluation(model)
+
+
+def radau_work(model: Model, steps: float) -> float:
+    """Return that of so many steps of Radau's method."""
+    size = model.free_count + (model.state_count if model.states_move else 0)
+    return steps * (EVALUATIONS_A_STEP * _evaluation(model) + PRODUCTS_OF_FACTORS * size**3)
+
+
+def sampled_work(model: Model, samples: float) -> float:
+    """Return that of the extrapolation at tight tolerances, which begins anew at samples of controllers."""
+    return samples * EVALUATIONS_A_SAMPLE * _evaluation(model)
+
+
+def steps_of_radau(span: float, rtol: float | None, atol: float, found: Vibrations) -> float:
+    """Return how many steps Radau's method takes about: those that its formula of order 3 asks for.
+
+    They grow with the fourth root of what is left of a vibration, until it is stepped over or begins anew. What nothing
+    else damps the method itself does: by y^6 / 7200 in a step of y radians, and the less is left, the more radians its
+    error allows (Pade's approximation (2, 3) on the imaginary axis; Hairer & Wanner 1996, IV.5).
+    """
+    if rtol is None:
+        return LEAST_OF_RADAU
+    sizes = found.sizes * found.haste
+    errors = sizes / (of_order_three(rtol) * (sizes + atol / rtol))
+    seen = errors > SEEN_BY_RADAU
+    errors, frequencies, begins = errors[seen], found.frequencies[seen], found.begins[seen]
+    decay = np.maximum(found.ratios[seen] * frequencies, LEAST_DECAY / span)
+    lasts = np.minimum(np.log(errors / SEEN_BY_RADAU) / decay, span / begins)
+    paces = frequencies * (ERROR_OF_RADAU * errors) ** 0.25
+    steps = paces * -np.expm1(-0.25 * decay * lasts) / (0.25 * decay)
+    until_lost = 7200.0 / 1.5 * (ERROR_OF_RADAU * errors) ** 1.5
+    return float((begins * np.minimum(steps, until_lost)).max(initial=LEAST_OF_RADAU))

@@ -1,0 +1,143 @@
+"""Two methods one after the other: one that steps over vibrations, and one that follows them once they ask for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from kanefe.frames import Vector
+from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.methods.kernel_stepper import KernelStepper
+from kanefe.integrate.stepper import StepFailure, Stepper
+from kanefe.kernels.steppers.step_commands import SMALLEST
+from kanefe.tree.bending import Bent
+
+
+class HandingOver:
+    """A stepper of the first method, until its error or an event asks for a step below the least one: see `Stepper`.
+
+    From there on it is one of the second method, to the end of the run.
+
+    Parameters
+    ----------
+    dynamics : Dynamics
+    first : KernelStepper
+    least : float
+        s.
+    second : function
+        Returns a stepper at the start of the run.
+
+    Attributes
+    ----------
+    name : str
+        Of the method, or of both.
+    """
+
+    def __init__(self, dynamics: Dynamics, first: KernelStepper, least: float, second: Callable[[], Stepper]) -> None:
+        self.name = first.name
+        self._dynamics, self._first, self._make_second = dynamics, first, second
+        self._second: Stepper | None = None
+        self._aim: float | None = None
+        first.reals[SMALLEST] = max(first.reals[SMALLEST], least)
+
+    @property
+    def _now(self) -> Stepper:
+        return self._first if self._second is None else self._second
+
+    @property
+    def t(self) -> float:
+        """Time reached in s."""
+        return self._now.t
+
+    @property
+    def t_old(self) -> float:
+        """Start of the last step in s."""
+        return self._now.t_old
+
+    @property
+    def second_name(self) -> str:
+        """Name of the method that takes over."""
+        return (self._make_second() if self._second is None else self._second).name
+
+    @property
+    def worst(self) -> int:
+        """Component of the state whose error was the largest at the last step."""
+        return self._first.worst if self._second is None else int(getattr(self._second, "worst", 0))
+
+    @property
+    def statistics(self) -> dict[str, int | float]:
+        """What both have counted."""
+        counts = dict(self._first.statistics)
+        if self._second is not None:
+            # evaluations are counted by the dynamics of both where they are made from Python
+            for name, value in self._second.statistics.items():
+                counts[name] = counts.get(name, 0) + value
+        return counts
+
+    @property
+    def bent(self) -> list[Bent]:
+        """Where each flexible body was bent the most by either."""
+        return self._first.bent + ([] if self._second is None else self._second.bent)
+
+    def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
+        """Go on until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""
+        if self._second is not None:
+            return self._second.integrate_through(times, states, most_steps)
+        first, begun = self._first, int(self._first.statistics["steps"])
+        try:
+            return first.integrate_through(times, states, most_steps)
+        except StepFailure:
+            passed = int(np.searchsorted(times, first.t, side="right"))
+        for i in range(passed):
+            states[i] = self._dynamics.projected(float(times[i]), states[i])
+        second = self._hand_over()
+        second.restart(first.t, first.state())
+        left = most_steps - (int(first.statistics["steps"]) - begun)
+        return passed + second.integrate_through(times[passed:], states[passed:], max(left, 1))
+
+    def _hand_over(self) -> Stepper:
+        self._second = self._make_second()
+        if self._aim is not None:
+            self._second.aim(self._aim)
+        self.name = f"{self._first.name}, then {self._second.name}"
+        return self._second
+
+    def state(self) -> Vector:
+        """Return the state at t."""
+        return self._now.state()
+
+    def states(self, times: np.ndarray) -> np.ndarray:
+        """Return the states at times of the last step, shape (times, state)."""
+        return self._now.states(times)
+
+    def aim(self, stop: float) -> None:
+        """Let a step end at a time, s."""
+        self._aim = stop
+        self._now.aim(stop)
+
+    def go_on_with(self, t: float, y: Vector) -> None:
+        """Go on from a state with other drives."""
+        self._now.go_on_with(t, y)
+
+    def restart(self, t: float, y: Vector) -> None:
+        """Go on from another state."""
+        self._now.restart(t, y)
+
+    def snapshot(self) -> dict[str, np.ndarray]:
+        """Return what both need to go on."""
+        kept = {f"first {name}": array for name, array in self._first.snapshot().items()}
+        if self._second is not None:
+            kept |= {f"second {name}": array for name, array in self._second.snapshot().items()}
+        return kept
+
+    def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
+        """Go on from a snapshot."""
+        self._first.resume(_part(snapshot, "first "))
+        self._second, self.name = None, self._first.name
+        if second := _part(snapshot, "second "):
+            self._hand_over().resume(second)
+
+
+def _part(snapshot: Mapping[str, np.ndarray], prefix: str) -> dict[str, np.ndarray]:
+    return {name.removeprefix(prefix): array for name, array in snapshot.items() if name.startswith(prefix)}

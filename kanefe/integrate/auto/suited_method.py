@@ -1,0 +1,313 @@
+"""The method that suits a scene, and why: what method="auto" takes."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from kanefe.equations.model import Model
+from kanefe.frames import Vector
+from kanefe.integrate.auto.abrupt_forces import (
+    explicit_serves_contacts,
+    explicit_serves_friction,
+    explicit_serves_stops,
+    rate_at_stops,
+)
+from kanefe.integrate.auto.cost import LEAST_OF_RADAU, explicit_work, radau_work, sampled_work, steps_of_radau
+from kanefe.integrate.auto.explicit_rates import look_at_state, rate_of_functions
+from kanefe.integrate.auto.vibrations import (
+    CALM,
+    LEAST_DAMPING,
+    UNSEEN,
+    UNSEEN_UNDAMPED,
+    Vibrations,
+    all_damped,
+    begun_by,
+    least_damping,
+    vibrations,
+)
+from kanefe.integrate.breakpoints import SAMPLES, changes_of
+from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.methods.generalised_alpha import stiffest_rate
+from kanefe.integrate.methods.table import own_methods, serving
+from kanefe.integrate.stepper import LEAST_STEPS
+from kanefe.tree.scales import modal_frequencies, scene_length
+
+if TYPE_CHECKING:
+    from kanefe.contact.rigid.granular_contacts import RigidCrowd
+
+MOST_EXPLICIT_STEPS = 2000.0
+"""Steps that the explicit method would need for the elastic modes, above which an implicit one is taken."""
+
+MOST_SPEEDS = 150
+"""Of a scene that Radau's method, whose work grows with their cube, is taken for."""
+
+LOOSE_RTOL = 1e-4
+"""From which on the extrapolation has less work than Radau's method where what vibrates is damped."""
+
+LEAST_RTOL_OF_SWEEPS = 1e-7
+"""Below which vibrations have to be followed that any motion excites."""
+
+FEW_PERIODS, FEW_IF_LOOSE = 30.0, 20.0
+"""Of the slowest mode in a run: so many steps any method takes, which then follow its vibrations; and from `LOOSE_RTOL`
+on, where the extrapolation has no first step that is long enough."""
+
+MOST_OUTSIDE = 150.0
+"""Rate of what is outside the sweep times the span: below, steps that look at functions often enough take it."""
+
+CONTACT_ATOL = 1e-7
+"""Largest absolute tolerance where there are contacts and friction, of the size of a scene: a hundredth of what they
+yield by, where that is 1e-5. With a larger one a loose run shakes loose what sticks, and takes more steps for it."""
+
+LEAST_SHARE = 0.1
+"""Of the usual absolute tolerance, at least, for vibrations that are small beside the scene."""
+
+LOST = 300.0
+"""Absolute tolerance with that share, over the size of what vibrates at the start and rtol, from which on even that
+does not keep it: in a period some hundred rtol of its energy are lost."""
+
+MANY_SAMPLES = 50.0
+"""Of controllers, from which on Radau's method has more Jacobians to make than steps to spare."""
+
+STOPS = "stops"
+
+LEAST_MOTION, FEWEST_STEPS = 0.02, 500.0
+"""Of the radius of the smallest ball: how far what falls through a scene moves in a step over impacts; and steps of a
+run at least."""
+
+
+class Suited(NamedTuple):
+    """A method for a scene.
+
+    Attributes
+    ----------
+    name, reason : str
+    then : str
+        Method that takes over where the error asks for steps below `least` (s); empty: none does.
+    least : float
+    share : float
+        Of the usual absolute tolerance.
+    step : float or None
+        Of a method with fixed steps, s.
+    changes : ndarray or None
+        Those of functions of the time, where they were asked for.
+    """
+
+    name: str
+    reason: str
+    then: str = ""
+    least: float = 0.0
+    share: float = 1.0
+    step: float | None = None
+    changes: Vector | None = None
+
+
+def suited(model: Model, start: float, stop: float, rtol: float | None, atol: float) -> Suited:
+    """Return the method that suits a scene; for fixed steps without rtol.
+
+    `atol` is that of `StepControl`.
+
+    Not stiff: the explicit method of order 8. Stiff: the extrapolation, which treats modes and joint springs within the
+    order-n sweep, and steps over vibrations. It lets what is hardly damped grow where its steps are some radians of it,
+    so that it hands over where they would be; Radau's method, or the explicit one where that is less work, follows
+    vibrations from the start where they are larger than the tolerance or the run lasts few of their periods. Radau's
+    method also where something stiff is outside the sweep (springs between frames, functions of the state) or begins at
+    once (stops, contacts, friction in joints unless the explicit one has far less work), and where that is too much
+    work generalised-alpha; not under sampled controllers, at whose samples it would begin anew.
+    """
+    if model.crowd is not None:
+        return _of_crowd(model, model.crowd, stop - start)
+    own = serving(model, *own_methods())
+    if len(own) == 1:
+        return Suited(own[0], f"the only one for {model.route.reason}")
+    span, sudden = stop - start, [load for load in model.loads if load.acts_at_once]
+    if sudden and model.free_count + model.state_count <= MOST_SPEEDS:
+        share = min(CONTACT_ATOL / atol, 1.0)
+        if explicit_serves_friction(model, sudden, start, span):
+            return Suited("dop853", "friction in joints, which is not stiff if all of it sticks", share=share)
+        reason = f"{sudden[0].kind} {sudden[0].name!r} may be stiff at once"
+        if explicit_serves_contacts(model, sudden, start, span):
+            unknowns = model.free_count + model.state_count
+            reason += f", but {unknowns} speeds and states of contacts are much work for radau5"
+            return Suited("dop853", reason, share=share)
+        return Suited("radau5", reason, share=share)
+    dynamics = Dynamics(model)
+    outside, rate = rate_of_functions(dynamics, start), _fastest(model, start, span)
+    if not _is_stiff(max(rate, outside), span):
+        return Suited("dop853", "no stiff elastic modes")
+    reason = f"functions of the state with rates up to {outside:.2g} rad/s are stiff over {span:g} s"
+    if _is_stiff(rate, span):
+        reason = f"elastic modes up to {rate / (2 * math.pi):.3g} Hz are stiff over {span:g} s"
+    if model.states_move:
+        by_sweeps = serving(model, "extrapolation", "dop853")[0] if all_damped(model) else "dop853"
+        few = model.free_count + model.state_count <= MOST_SPEEDS and serving(model, "radau5")
+        return Suited("radau5" if few else by_sweeps, f"{reason}, and internal states of loads are followed")
+    names = [STOPS] if model.has_stops else []
+    names += ["springs between frames"] if model.loads else []
+    names += [obstacle.kind for obstacle in model.route.obstacles]
+    if outside * span > MOST_OUTSIDE:
+        names.append(f"functions of the state with rates up to {outside:.2g} rad/s")
+    if names:
+        if _is_stiff(rate, span):
+            reason += f", with {' and '.join(names)}"
+        if names == [STOPS] and explicit_serves_stops(model, start, span):
+            return Suited("dop853", f"{reason}, which act for short times")
+        if model.free_count <= MOST_SPEEDS or outside * span > MOST_OUTSIDE:
+            return Suited("radau5", reason)
+        return Suited("generalised-alpha", f"{reason}, and {model.free_count} speeds are too many for radau5")
+    changes = changes_of(dynamics, start, stop) if dynamics.calls_functions else np.zeros(0)
+    return _by_vibrations(dynamics, (start, stop), rtol, atol, reason, changes)._replace(changes=changes)
+
+
+def may_suit(model: Model, start: float, stop: float, rtol: float | None) -> tuple[str, ...]:
+    """Return the methods of which `suited` may take one, as far as is known before the scene is evaluated."""
+    if model.crowd is not None:
+        return ("moreau-jean",)
+    if any(load.acts_at_once for load in model.loads):
+        return "radau5", "dop853"
+    if not look_at_state(model) and not _is_stiff(_fastest(model, start, stop - start), stop - start):
+        return ("dop853",)
+    is_loose = rtol is None or rtol >= LOOSE_RTOL
+    if is_loose and all_damped(model) and not (model.loads or model.has_stops or look_at_state(model)):
+        return ("extrapolation",)
+    return "extrapolation", "radau5", "dop853"
+
+
+def _of_crowd(model: Model, crowd: RigidCrowd, span: float) -> Suited:
+    """Return the method that steps over the impacts of a scene of many rigid contacts, and its step."""
+    length = scene_length(model)
+    speed = max(
+        math.sqrt(2.0 * float(np.linalg.norm(model.gravity)) * length),
+        *(float(np.abs(body.joint.initial_speeds()[:3]).max()) for body in model.bodies if len(body.speeds) > 2),
+    )
+    radius = min(ball.radius for ball in crowd.balls) or 0.1 * length
+    step = min(span / FEWEST_STEPS, LEAST_MOTION * radius / speed if speed > 0.0 else span)
+    pairs = len(crowd.balls) * (len(crowd.balls) - 1) // 2 + len(crowd.balls) * len(crowd.walls)
+    return Suited(
+        "moreau-jean", f"{pairs} pairs of rigid surfaces may meet, at too many times to end a step", step=step
+    )
+
+
+def _by_vibrations(
+    dynamics: Dynamics, span: tuple[float, float], rtol: float | None, atol: float, reason: str, changes: Vector
+) -> Suited:
+    """Return the method for a scene whose sweep knows all that is stiff: by whether its vibrations are followed.
+
+    They are those of the start, and those that begin where functions of the time change at once.
+    """
+    model, (start, stop) = dynamics.model, span
+    is_loose = rtol is None or rtol >= LOOSE_RTOL
+    if is_loose and all_damped(model):
+        return Suited("extrapolation", reason)
+    found = vibrations(dynamics, start, stop - start)
+    every = min((controller.every for controller in model.controllers), default=math.inf)
+    if stop - start > MANY_SAMPLES * every and np.all(found.ratios >= least_damping(found.frequencies * every)):
+        reason += f", and controllers have every method begin anew each {every:g} s"
+        explicit = explicit_work(model, (stop - start) * float(found.frequencies.max(initial=0.0)))
+        lasts = not is_loose and np.any(found.ratios < LEAST_DAMPING)  # and is seen anew from each sample on
+        is_more = lasts and explicit < sampled_work(model, (stop - start) / every)
+        return Suited("dop853" if is_more else "extrapolation", reason)
+    undamped = float(found.frequencies[found.ratios < LEAST_DAMPING].min(initial=math.inf))
+    if is_loose and undamped == math.inf:
+        return Suited("extrapolation", reason)
+    largest, seen = float(found.sizes.max(initial=0.0)), "at the start"
+    if len(changes):
+        found, when = begun_by(changes, (stop - start) / SAMPLES, dynamics, found)
+        if found.sizes.max(initial=0.0) > largest:
+            largest, seen = float(found.sizes.max()), f"once a function of the time changes, at {when:.4g} s"
+    if largest * (1.0 - (rtol or 0.0)) <= (UNSEEN if undamped == math.inf else UNSEEN_UNDAMPED) * atol:
+        seen = ""
+    followed = _followed(dynamics, (start, stop), rtol, undamped, seen, changes)
+    if not followed and undamped == math.inf:
+        return Suited("extrapolation", reason)
+    # where it is handed over, something vibrates whose radians are steps
+    least = LEAST_OF_RADAU if followed else (stop - start) * undamped
+    name = _follower(model, stop - start, max(least, steps_of_radau(stop - start, rtol, atol, found)), found)
+    if not followed:
+        return Suited("extrapolation", reason, then=name, least=CALM / undamped)
+    reason += f", and {followed}{_without_damping(model)}"
+    if undamped == math.inf and model.free_count > MOST_SPEEDS:
+        return Suited("extrapolation", f"{reason}, and {model.free_count} speeds are too many for radau5")
+    if undamped == math.inf:
+        return Suited(name, reason)
+    share = min(max(largest * (rtol or 0.0) / atol, LEAST_SHARE), 1.0)
+    if seen and not dynamics.calls_functions and LEAST_SHARE * atol > LOST * (rtol or 0.0) * largest:
+        share = 1.0
+    return Suited(name, reason, share=share)
+
+
+def _followed(
+    dynamics: Dynamics,
+    times: tuple[float, float],
+    rtol: float | None,
+    undamped: float,
+    seen: str,
+    changes: Vector,
+) -> str:
+    """Return in words why vibrations are to be followed; nothing where they are not.
+
+    `seen` tells when they are larger than the tolerance, if they are.
+    """
+    model, (start, stop) = dynamics.model, times
+    span, is_undamped = stop - start, undamped < math.inf
+    if rtol is not None and rtol < LEAST_RTOL_OF_SWEEPS:
+        return f"rtol={rtol:g} follows their vibrations"
+    frequencies = modal_frequencies(model)
+    if not np.any(frequencies > 0.0) or (is_undamped and _has_springs(model)):
+        return "vibrations on springs of joints are followed"
+    slowest = undamped if is_undamped else float(frequencies[frequencies > 0.0].min())
+    is_loose = rtol is None or rtol >= LOOSE_RTOL
+    if span * slowest < 2.0 * math.pi * (FEW_IF_LOOSE if is_loose else FEW_PERIODS):
+        return f"the slowest, of {slowest / (2 * math.pi):.3g} Hz, is followed"
+    longest = min((controller.every for controller in model.controllers), default=span)
+    if dynamics.calls_functions:
+        longest = min(longest, span / LEAST_STEPS, float(np.diff(changes).min(initial=math.inf)))
+    if is_undamped and longest < CALM / undamped:
+        return "steps that functions and controllers ask for follow what is not damped"
+    if rtol is not None and seen:
+        return f"vibrate by more than rtol={rtol:g} {seen}"
+    return ""
+
+
+def _without_damping(model: Model) -> str:
+    """Return what to do where the steps are short since flexible bodies vibrate for ever; nothing where none does."""
+    flexible = [(body.name, body.flexible.body) for body in model.bodies if body.flexible is not None]
+    names = [repr(name) for name, body in flexible if not np.any(body.damping)]
+    if not names:
+        return ""
+    shown = names if len(names) < 4 else [*names[:2], f"{len(names) - 2} more"]
+    return f"; no damping of {', '.join(shown)}: with kf.ModalDamping(0.01) steps are longer"
+
+
+def _has_springs(model: Model) -> bool:
+    """Tell whether joints have springs."""
+    forces = [force for body in model.bodies for force in body.joint.coordinate_forces]
+    return any(force is not None and force.stiffness > 0.0 for force in forces)
+
+
+def _follower(model: Model, span: float, steps: float, found: Vibrations) -> str:
+    """Return the method that follows vibrations with less work.
+
+    Radau's, for which so many steps are enough, or the explicit one with those for which the fastest is stable.
+    """
+    explicit = explicit_work(model, span * float(found.frequencies.max(initial=0.0)))
+    return "dop853" if explicit < radau_work(model, steps) else "radau5"
+
+
+def _is_stiff(rate: float, span: float) -> bool:
+    # DOP853 is stable up to |h w| = 6, but where modes are excited its error control asks for |h w| of about 2
+    return span * rate / 2.0 > MOST_EXPLICIT_STEPS
+
+
+def _fastest(model: Model, start: float, span: float) -> float:
+    """Return a rate in rad/s that the scene has at least, good enough to tell whether it is stiff."""
+    is_elastic = any(body.flexible is not None or body.has_coordinate_forces for body in model.bodies)
+    if not (is_elastic or model.loads):
+        return 0.0
+    # of the bodies alone: motions of the whole scene are faster still, and need the mass of all of it
+    alone = float(modal_frequencies(model).max(initial=0.0))
+    if _is_stiff(alone, span):
+        return alone
+    return rate_at_stops(model, start) if model.has_stops and not model.loads else stiffest_rate(model, start)

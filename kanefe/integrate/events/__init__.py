@@ -1,0 +1,1 @@
+"""Events of a run: functions whose zeros are searched for, and what is done there."""

@@ -1,0 +1,194 @@
+"""Events of rigid contacts: they touch, lift, slip and stick, and the run goes on from what follows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kanefe.frames import Vector
+from kanefe.integrate.events.event import Event, MarginEvent
+from kanefe.kane.state import State
+from kanefe.tree.model_data import ModelData
+from kanefe.tree.scene_state import SceneState
+
+if TYPE_CHECKING:
+    from kanefe.kane.rigid_contacts.contact_forces import Margins
+    from kanefe.kane.rigid_contacts.impacts import PointChange
+
+FAR = 1.0
+"""Value of a function that looks at nothing."""
+
+AT_ONCE = 1e-9
+"""Share of a run: changes of a point within it are one."""
+
+
+@dataclass(frozen=True, eq=False)
+class ContactChange(MarginEvent):
+    """A moment at which a rigid contact of a scene touches, lifts, slips or sticks; not told itself.
+
+    Attributes
+    ----------
+    model : ModelData
+    kind : str
+    span, stop : float
+        Length and end of the run, s.
+    rtol : float
+        Of the run.
+    happened : list of (str, float)
+        What it has led to, for the run loop to take: names and times of events that are told.
+    points : list of PointChange
+        The same of single points.
+    """
+
+    model: ModelData = field(kw_only=True)
+    kind: str = field(kw_only=True)
+    span: float = field(kw_only=True)
+    stop: float = field(kw_only=True)
+    rtol: float = field(kw_only=True)
+    happened: list[tuple[str, float]] = field(kw_only=True, default_factory=list)
+    points: list[PointChange] = field(kw_only=True, default_factory=list)
+
+    @property
+    def acts(self) -> bool:
+        """It changes states of contacts, and speeds."""
+        return True
+
+    def blur(self, t: float, state: SceneState) -> float:
+        """Return the largest of the margins that are zero but for round-off: their signs what follows decides."""
+        from kanefe.kane.rigid_contacts.contact_forces import blurs
+
+        return max(_of_kind(self.kind, blurs(_literal(state))).values(), default=0.0)
+
+    def changed(self, t: float, state: SceneState, y: Vector) -> Vector | None:
+        """Return the state after what happens."""
+        from kanefe.kane.rigid_contacts.impacts import resolved
+
+        found = resolved(self.model, t, y, self.kind, self.span, self.stop, self.rtol)
+        self.happened.extend(found.happened)
+        self.points.extend(found.points)
+        return np.concatenate((y[: self.model.coordinate_count], found.u, found.z))
+
+
+@dataclass(frozen=True, eq=False)
+class ToldOfContact(Event):
+    """What is told of a rigid contact; a `ContactChange` finds it."""
+
+    @property
+    def acts(self) -> bool:
+        """It does nothing itself; where it ends the run, the run looks at what a `ContactChange` has led to."""
+        return False
+
+
+STEPS_OVER = "moreau-jean"
+"""The method whose steps impacts do not end."""
+
+
+def changes_of_contacts(model: ModelData, method: str, start: float, stop: float, rtol: float) -> tuple[Event, ...]:
+    """Return the events that find what happens to rigid contacts; of scenes without them none."""
+    if not model.rigid_contacts or method == STEPS_OVER:
+        return ()
+    from kanefe.kane.rigid_contacts.impacts import LIFT, SLIP, STICK, TOUCH
+
+    return tuple(
+        ContactChange(
+            f"a rigid contact: {kind}",
+            partial(_nearest, kind),
+            -1,
+            model=model,
+            kind=kind,
+            span=stop - start,
+            stop=stop,
+            rtol=rtol,
+        )
+        for kind in (TOUCH, LIFT, SLIP, STICK)
+    )
+
+
+def begun(events: Sequence[Event], t: float, y: Vector) -> Vector | None:
+    """Return the state (q, u, z) of which a run begins, with the directions of slips that begin; None without."""
+    for one in events:
+        if isinstance(one, ContactChange):
+            from kanefe.kane.rigid_contacts.impacts import START, resolved
+
+            found = resolved(one.model, t, y, START, one.span, one.stop, one.rtol)
+            return np.concatenate((y[: one.model.coordinate_count], found.u, found.z))
+    return None
+
+
+def told_of_contacts(model: ModelData, method: str) -> tuple[Event, ...]:
+    """Return the events that are told of rigid contacts."""
+    if method == STEPS_OVER:
+        return ()
+    contacts = (model.loads[load] for load in model.rigid_contacts)
+    return tuple(ToldOfContact(f"{one.name} {what}", _never) for one in contacts for what in one.told)
+
+
+class Telling:
+    """What events of rigid contacts have led to, as times of events that are told.
+
+    Forces that several points share are decided in steps: one that is let go and held again at one moment stayed.
+
+    Parameters
+    ----------
+    times : dict of str to list of float
+        Of what happened so far.
+    span : float
+        Of the run, s.
+    """
+
+    def __init__(self, times: dict[str, list[float]], span: float) -> None:
+        self._times, self._moment = times, AT_ONCE * span
+        self._last: dict[tuple[str, int], PointChange] = {}
+
+    def take(self, events: Sequence[Event]) -> set[str]:
+        """Add what events have led to, and forget it there; return its names."""
+        names: set[str] = set()
+        for event in events:
+            if not isinstance(event, ContactChange):
+                continue
+            for name, t in event.happened:
+                self._times[name].append(t)
+                names.add(name)
+            for change in event.points:
+                names.update(self._told(change))
+            event.happened.clear()
+            event.points.clear()
+        return names
+
+    def _told(self, change: PointChange) -> list[str]:
+        key = change.contact, change.point
+        last = self._last.get(key)
+        if last is not None and change.t - last.t <= self._moment:
+            for name in last.names:
+                self._times[name].pop()
+            change = change._replace(before=last.before, is_struck=last.is_struck or change.is_struck)
+        self._last[key] = change
+        for name in change.names:
+            self._times[name].append(change.t)
+        return change.names
+
+
+def _never(t: float, state: SceneState) -> float:
+    return FAR
+
+
+def _nearest(kind: str, t: float, state: SceneState) -> float:
+    from kanefe.kane.rigid_contacts.contact_forces import margins
+
+    return min(_of_kind(kind, margins(_literal(state))).values(), default=FAR)
+
+
+def _of_kind(kind: str, found: Margins) -> dict[tuple[int, int], float]:
+    from kanefe.kane.rigid_contacts.impacts import LIFT, SLIP, STICK, TOUCH
+
+    return {TOUCH: found.gaps, LIFT: found.normals, SLIP: found.reserves, STICK: found.slips}[kind]
+
+
+def _literal(state: SceneState) -> State:
+    if not isinstance(state, State):
+        raise TypeError("scenes with rigid contacts are evaluated by the literal route")
+    return state

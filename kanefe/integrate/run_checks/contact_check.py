@@ -1,0 +1,134 @@
+"""What a run has done with rigid contacts, checked at its output times: no law of theirs may be broken unseen."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kanefe.frames import Matrix, Vector
+from kanefe.integrate.events.contact_changes import STEPS_OVER
+from kanefe.integrate.status import UNFIT, RunStatus
+from kanefe.integrate.stepper import StepFailure
+from kanefe.tree.model_data import ModelData
+from kanefe.tree.scales import scene_length
+
+if TYPE_CHECKING:
+    from kanefe.kane.rigid_contacts.time_stepping import Stepped
+    from kanefe.order_n.granular_contacts import CrowdSteps
+
+BEYOND = 1e-6
+"""Share of what friction holds, of the largest normal force and of the scene's length: what is broken by more is an
+error of the run."""
+
+SHARE = 0.05
+"""Of the evaluations of a run: output times that are checked. The run itself watches the same margins in each step."""
+
+DOUBLY = 2.0
+"""Of what steps over impacts err by to first order: gaps that are entered by more are an error."""
+
+REMEDY_OF_STEPS = "a smaller step, or contacts that yield, kanefe.HuntCrossley(...)"
+
+REMEDY = "a smaller rtol, or contacts that yield, kanefe.HuntCrossley(...)"
+
+
+def of_contacts(
+    model: ModelData, times: Vector, states: Matrix, method: str, evaluations: int, rtol: float | None
+) -> RunStatus | None:
+    """Return the status of a run in which a rigid contact breaks its law at an output time; None if none does.
+
+    Parameters
+    ----------
+    model : ModelData
+    times : ndarray, shape (T,)
+        s.
+    states : ndarray, shape (T, state)
+        (q, u, z, ...).
+    method : str
+        Of the run.
+    evaluations : int
+        Of the run.
+    rtol : float or None
+    """
+    if not model.rigid_contacts or method == STEPS_OVER or not len(times):
+        return None
+    rows = np.unique(np.linspace(0, len(times) - 1, min(len(times), 2 + int(SHARE * evaluations))).round().astype(int))
+    for i in rows.tolist():
+        broken = _broken(model, float(times[i]), states[i], max(BEYOND, UNFIT * (rtol or 0.0)))
+        if broken:
+            return RunStatus("failed", float(times[i]), broken, REMEDY)
+    return None
+
+
+class StepsChecked:
+    """The same of steps over impacts: impulses within the cones of friction, and gaps within the error of the steps.
+
+    A step enters a surface that it has not met before by its way, and leaves one that is curved by half a second
+    difference; from then on contacts hold speeds alone.
+
+    Parameters
+    ----------
+    model : ModelData
+    """
+
+    def __init__(self, model: ModelData) -> None:
+        self._model, self._least = model, BEYOND * scene_length(model)
+        self._approach = self._bend = 0.0
+
+    def check(self, found: Stepped) -> None:
+        """Raise a StepFailure if a step breaks a law of a contact."""
+        self._approach, self._bend = max(self._approach, found.approach), self._bend + found.bend
+        if not found.closed:
+            return
+        pushes = found.impulses.reshape(-1, 3)
+        largest = float(np.abs(pushes[:, 0]).max())
+        for (number, _), push in zip(found.closed, pushes, strict=True):
+            contact = self._model.rigid_contact(number)
+            asked, held = float(np.hypot(push[1], push[2])), contact.static * float(push[0])
+            if push[0] < -BEYOND * largest:
+                raise StepFailure(f"{contact.title} pulls with an impulse of {-push[0]:.4g} N s", REMEDY_OF_STEPS)
+            if asked > held + BEYOND * contact.static * largest:
+                raise StepFailure(
+                    f"the impulse of friction of {contact.title} is {asked:.6g} N s, more than mu N = {held:.6g} N s",
+                    REMEDY_OF_STEPS,
+                )
+        if found.deepest > self._least + DOUBLY * (self._approach + self._bend):
+            names = ", ".join(sorted({self._model.rigid_contact(number).title for number, _ in found.closed}))
+            raise StepFailure(f"{names}: entered by {found.deepest:.3g} m, more than steps err by", REMEDY_OF_STEPS)
+
+    def check_crowd(self, crowd: CrowdSteps) -> None:
+        """Raise a StepFailure if impulses among many are none that contacts can have, or one ball is within another."""
+        title, mu = f"contacts {self._model.crowd.name!r}" if self._model.crowd else "", crowd.friction
+        pushes = crowd.impulses
+        largest = float(np.abs(pushes).max(initial=0.0))
+        beyond = np.hypot(pushes[:, 1], pushes[:, 2]) - mu * pushes[:, 0]
+        for worst, what in ((-pushes[:, 0], "pull by"), (beyond, "have friction beyond mu N by")):
+            if (most := float(worst.max(initial=0.0))) > BEYOND * largest:
+                raise StepFailure(f"impulses of {title} {what} {most:.4g} N s", REMEDY_OF_STEPS)
+        if crowd.deepest > crowd.smallest:
+            raise StepFailure(
+                f"{title}: entered by {crowd.deepest:.3g} m, more than the radius of the smallest ball", REMEDY_OF_STEPS
+            )
+
+
+def _broken(model: ModelData, t: float, y: Vector, entered: float) -> str:
+    """Return which law a contact breaks at a state; empty if none does."""
+    from kanefe.contact.rigid.rigid_contact import STICKS
+    from kanefe.kane.rigid_contacts.contact_forces import margins, probe_forces
+    from kanefe.kane.state import State
+
+    size = model.coordinate_count + model.free_count + model.state_count
+    state = State(model, t, *model.parts(y[:size]))
+    for (number, _), gap in margins(state).gaps.items():
+        if gap < -entered * scene_length(model):
+            return f"{model.rigid_contact(number).title} is entered by {-gap:.3g} m"
+    forces = probe_forces(state)
+    largest = max((abs(force.normal) for force in forces), default=0.0)
+    for force in forces:
+        contact = model.rigid_contact(force.contact)
+        if force.normal < -BEYOND * largest:
+            return f"{contact.title} pulls with {-force.normal:.4g} N"
+        asked, held = float(np.linalg.norm(force.friction)), contact.static * force.normal
+        if force.status == STICKS and contact.friction is not None and asked > held + BEYOND * contact.static * largest:
+            return f"friction of {contact.title} holds {asked:.6g} N, more than mu N = {held:.6g} N"
+    return ""

@@ -1,0 +1,1 @@
+"""Forces and impacts of rigid contacts by the literal route."""

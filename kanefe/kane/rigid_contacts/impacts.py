@@ -1,0 +1,314 @@
+"""What happens to rigid contacts at an event: impacts, and which of them are open, stick and slip afterwards.
+
+Impacts are Newton's or Poisson's with Coulomb's friction of the impulses, all contacts that are closed taking part at
+once. What follows is decided by the forces: the same complementarity, of accelerations.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.contact.contact_events import of_point
+from kanefe.contact.laws.rigid import POISSON
+from kanefe.contact.rigid.cone import Cones, solved
+from kanefe.contact.rigid.rigid_contact import AT_REST, OPEN, SLIPS, STICKS, RigidContact
+from kanefe.errors import SimulationError
+from kanefe.frames import Matrix, Vector
+from kanefe.kane.rigid_contacts.contact_forces import STOPPED, margins, rest_speed
+from kanefe.kane.rigid_contacts.impulses import answers
+from kanefe.kane.rigid_contacts.stick_or_slip import Key, StickOrSlip
+from kanefe.kane.state import State
+from kanefe.tree.model_data import ModelData
+from kanefe.tree.scales import scene_length
+
+TOUCH, LIFT, SLIP, STICK, START = "touch", "lift", "slip", "stick", "start"
+
+NEAR = 1e-9
+"""Of the scene's length: gaps up to which a probe takes part in an impact; and of the largest of what an event looks
+at, up to which others are past it too."""
+
+STILL = 1e-10
+"""Of the speeds with which a probe is moved: what is slower along the normal does not move."""
+
+MOMENT = 1e-11
+"""Of the span: what is slower than something that falls for so long does not move either."""
+
+CROWDED, SHORT_FLIGHT = 1e-6, 5e-8
+"""Of the span: time within which impacts that follow each other come to their end, and time of one flight, below which
+they are taken together: what bounces is at rest."""
+
+BEGINNING = 2.0 / 3.0
+"""Power of rtol: so fast, of the speeds that a scene has, a slip that begins is followed in the direction of the
+friction that would hold it. Friction would draw it there the faster the slower it is, and no step is short enough. That
+direction is known to first order in time, and so the speed to the power 3/2: to rtol."""
+
+
+class PointChange(NamedTuple):
+    """What an event changes at a point of a contact.
+
+    Attributes
+    ----------
+    contact : str
+    point : int
+    t : float
+        s.
+    before, after : int
+        OPEN, STICKS or SLIPS.
+    is_struck : bool
+        Whether it took part in an impact, after which it may be open again.
+    has_friction : bool
+    """
+
+    contact: str
+    point: int
+    t: float
+    before: int
+    after: int
+    is_struck: bool
+    has_friction: bool
+
+    @property
+    def names(self) -> list[str]:
+        """What it is told as: what touches and slips at once is told as both."""
+        has_touched = self.before == OPEN and (self.after != OPEN or self.is_struck)
+        found = {
+            TOUCH: has_touched,
+            LIFT: self.before != OPEN and self.after == OPEN,
+            SLIP: self.has_friction and self.after == SLIPS != self.before,
+            STICK: self.has_friction and self.after == STICKS != self.before,
+        }
+        return [f"{self.contact} {of_point(what, self.point)}" for what, is_told in found.items() if is_told]
+
+
+@dataclass
+class Changed:
+    """What an event leads to.
+
+    Attributes
+    ----------
+    u : ndarray, shape (free,)
+        Speeds after it.
+    z : ndarray, shape (states,)
+        Internal states after it.
+    happened : list of (str, float)
+        Names of what is told, "<contact> touch" and so on, and their times, s.
+    points : list of PointChange
+        What is told of single points, where that is asked for.
+    """
+
+    u: Vector
+    z: Vector
+    happened: list[tuple[str, float]] = field(default_factory=list)
+    points: list[PointChange] = field(default_factory=list)
+
+
+def resolved(
+    model: ModelData, t: float, y: Vector, kind: str, span: float, stop: float = np.inf, rtol: float = 0.0
+) -> Changed:
+    """Return what follows an event of rigid contacts.
+
+    Parameters
+    ----------
+    model : ModelData
+    t : float
+        s.
+    y : ndarray
+        State (q, u, z) at it.
+    kind : str
+        `TOUCH`, `LIFT`, `SLIP` or `STICK`: what the run found; `START`: what touches is not known yet.
+    span : float
+        Of the run, s; zero: only the time itself is looked at.
+    stop : float
+        End of the run, s, beyond which motions may not be known.
+    rtol : float
+        Of the run: the share of speeds, or of the scene's length in a second, that it does not resolve.
+
+    Raises
+    ------
+    SimulationError
+        If contacts have no forces that fit (Painleve's paradox).
+    """
+    return _Event(model, t, y, kind, span, stop, rtol).changed()
+
+
+class _Event(StickOrSlip):
+    def __init__(self, model: ModelData, t: float, y: Vector, kind: str, span: float, stop: float, rtol: float) -> None:
+        super().__init__(model, t, y, span, stop)
+        self.kind, self.rtol = kind, rtol
+        self.before = {key: self._contact(key).status(self._own(key))[key[1]] for key in self.met}
+        self.concerned = self._past(self.state)
+        near = NEAR * scene_length(model)
+        self.keys = [
+            key
+            for key, one in self.met.items()
+            if self.before[key] != OPEN or one.gap <= near or (kind == TOUCH and key in self.concerned)
+        ]
+        self.happened: list[tuple[str, float]] = []
+        self.points: list[PointChange] = []
+
+    def _past(self, state: State) -> set[Key]:
+        """Return the probes that the event is of."""
+        if self.kind == START:
+            return set()
+        found = margins(state)
+        values = {
+            TOUCH: found.gaps,
+            LIFT: found.normals,
+            SLIP: found.reserves,
+            STICK: found.slips,
+        }[self.kind]
+        least = min(values.values(), default=0.0)
+        scale = {TOUCH: scene_length(self.model), STICK: float(np.abs(self.u).max(initial=0.0))}.get(
+            self.kind, max((abs(x) for x in found.normals.values()), default=0.0)
+        )
+        return {key for key, value in values.items() if value <= max(least, 0.0) + NEAR * scale}
+
+    def changed(self) -> Changed:
+        """Return what follows."""
+        if not self.keys:
+            return Changed(self.u, self.z)
+        free = self._without(self.u)
+        J, G, b = self._problem(free)
+        fallen = float(np.abs(b).max()) * MOMENT * self.span
+        sizes = np.array([rest_speed(free, *key) / STOPPED for key in self.keys])
+        still, self.rest = np.maximum(STILL * sizes, fallen), np.maximum(STOPPED * sizes, fallen)
+        speeds = np.maximum(sizes, scene_length(self.model))
+        self.slow = self.rtol**BEGINNING * speeds
+        if self.kind == STICK:  # a slip that ends, or turns, within the noise of the run, begins anew or is over
+            ended = [key in self.concerned for key in self.keys]
+            self.rest = np.where(ended, np.maximum(self.rest, self.rtol * speeds), self.rest)
+        rates = np.concatenate([self.met[key].rates for key in self.keys])
+        self.struck = np.zeros(len(self.keys), dtype=bool)
+        if np.any(rates[::3] < -still):
+            impulses = self._impulses(G, rates)
+            self.struck = impulses[::3] > 0.0
+            self.u = self.u + answers(free, (J.T @ impulses)[:, None])[:, 0]
+            rates = rates + G @ impulses
+            still = np.maximum(still, 1e-11 * (np.abs(G) @ np.abs(impulses))[::3])
+        closed = rates[::3] <= still
+        if self.kind == LIFT:
+            closed &= [key not in self.concerned for key in self.keys]
+        self._decide(J, G, rates, closed)
+        self._tell()
+        return Changed(self.u, self.z, self.happened, self.points)
+
+    def _impulses(self, G: Matrix, rates: Vector) -> Vector:
+        """Return the impulses of an impact, (3 k,)."""
+        laws = [self._contact(key).law for key in self.keys]
+        e = np.array([law.restitution for law in laws])
+        is_poisson = np.array([law.impact == POISSON for law in laws])
+        mu = np.array([self._contact(key).static for key in self.keys])
+        none = np.full((len(self.keys), 2), np.nan)
+        b = rates.copy()
+        b[::3] += np.where(is_poisson, 0.0, e) * np.minimum(rates[::3], 0.0)
+        pressed = self._solved(Cones(G, b, mu, np.zeros(len(mu)), none))
+        least = np.where(is_poisson, e * pressed[::3], 0.0)
+        if not least.any():
+            return pressed
+        # the second part of Poisson's impact; contacts by Newton's law keep what they have come to
+        after = rates + G @ pressed
+        after[::3] += np.where(is_poisson, 0.0, e * np.minimum(rates[::3], 0.0))
+        return pressed + self._solved(Cones(G, after, mu, least, none))
+
+    def _solved(self, problem: Cones) -> Vector:
+        found = solved(problem)
+        if found is None:
+            key = self.keys[0]
+            raise SimulationError(
+                f"at t = {self.t:.6g} s the impact on {self._contact(key).title} has no impulses that were found. "
+                "Remedy: less friction, or contacts that yield, kanefe.HuntCrossley(...)"
+            )
+        return found
+
+    def _decide(self, J: Matrix, G: Matrix, rates: Vector, closed: np.ndarray) -> None:
+        """Write what each probe does from now on, by the accelerations; what bounces too fast to follow is at rest.
+
+        Each round closes a probe more, so that they end.
+        """
+        while True:
+            rates = self._stopped(J, G, rates, closed)
+            y, statuses, kept, turning = self._forces(J, rates, closed)
+            resting = [
+                k
+                for k, key in enumerate(self.keys)
+                if not closed[k] and rates[3 * k] > 0.0 and self._is_crowded(key, rates[3 * k], y[3 * k])
+            ]
+            if not resting:
+                break
+            for k in resting:
+                closed[k], e = True, self._contact(self.keys[k]).law.restitution
+                left = 2.0 * rates[3 * k] / (-y[3 * k] * (1.0 - e))
+                self.happened.append((f"{self._contact(self.keys[k]).name} rest", self.t + left))
+        for k, key in enumerate(self.keys):
+            contact, met = self._contact(key), self.met[key]
+            along = rate = np.zeros(3)
+            if statuses[k] == SLIPS:
+                speed = max(AT_REST, self.slow[k] if self._is_at_rest(k, rates) else 0.0)
+                along, rate = speed * kept[k] @ met.axes[1:] @ self._surfaces[key[0]], speed * turning[k]
+            if statuses[k] == STICKS:
+                was = self.before[key] == STICKS
+                along = contact.kept(self._own(key), key[1]) if was else met.place
+            contact.with_status(self._own(key), key[1], statuses[k], along, rate)
+
+    def _stopped(self, J: Matrix, G: Matrix, rates: Vector, closed: np.ndarray) -> Vector:
+        """Take the round-off from the speeds of what is closed, and from those of what does not slip."""
+        held = [3 * int(k) for k in np.flatnonzero(closed)]
+        held += [
+            3 * int(k) + j
+            for k in np.flatnonzero(closed)
+            for j in (1, 2)
+            if self._contact(self.keys[k]).friction is not None and self._is_at_rest(k, rates)
+        ]
+        if not np.any(rates[held]):
+            return rates
+        stopped = -np.linalg.lstsq(G[np.ix_(held, held)], rates[held], rcond=None)[0]
+        self.u = self.u + answers(self._without(self.u), (J[held].T @ stopped)[:, None])[:, 0]
+        rates = rates + G[:, held] @ stopped
+        rates[held] = 0.0
+        return rates
+
+    def _is_crowded(self, key: Key, rate: float, acceleration: float) -> bool:
+        """Tell whether a probe that has just parted comes back so soon that its impacts cannot be told apart."""
+        e = self._contact(key).law.restitution
+        if acceleration >= 0.0 or e == 1.0:
+            return False
+        flight = 2.0 * rate / -acceleration
+        return flight <= SHORT_FLIGHT * self.span or flight <= (1.0 - e) * CROWDED * self.span
+
+    def _tell(self) -> None:
+        """Note what the event is told as, contact by contact."""
+        for c in sorted({key[0] for key in self.keys}):
+            keys = [key for key in self.keys if key[0] == c]
+            contact = self._contact(keys[0])
+            was = [self.before[key] for key in keys]
+            now = [contact.status(self._own(key))[key[1]] for key in keys]
+            struck = {key for key, is_struck in zip(self.keys, self.struck, strict=True) if is_struck}
+            if contact.tells_points:
+                self._tell_points(contact, keys, was, now)
+            if any(
+                key in struck or (key in self.concerned and self.kind == TOUCH and now[at] != OPEN)
+                for at, key in enumerate(keys)
+                if was[at] == OPEN
+            ):
+                self.happened.append((f"{contact.name} touch", self.t))
+            if max(was) != OPEN and max(now) == OPEN:
+                self.happened.append((f"{contact.name} lift", self.t))
+            if contact.friction is None:
+                continue
+            slipped, slips = SLIPS in was, SLIPS in now
+            if slips and not slipped and STICKS in was:
+                self.happened.append((f"{contact.name} slip", self.t))
+            if STICKS in now and not slips and (slipped or max(was) == OPEN):
+                self.happened.append((f"{contact.name} stick", self.t))
+
+    def _tell_points(self, contact: RigidContact, keys: list[Key], was: list[int], now: list[int]) -> None:
+        """Note what the event is told as of each point."""
+        struck = dict(zip(self.keys, self.struck.tolist(), strict=True))
+        self.points += [
+            PointChange(contact.name, key[1], self.t, before, after, struck[key], contact.friction is not None)
+            for key, before, after in zip(keys, was, now, strict=True)
+            if before != after or (struck[key] and before == OPEN)
+        ]

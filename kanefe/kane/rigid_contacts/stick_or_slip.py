@@ -1,0 +1,231 @@
+"""Forces of rigid contacts at an event, and what they decide: which of what is at rest sticks, and how slips begin.
+
+The complementarity of accelerations; where it is in balance with the limit of friction, that of a moment later.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.contact.rigid.cone import Cones, solved
+from kanefe.contact.rigid.rigid_contact import EACH, OPEN, SLIPS, STICKS, TOLD, RigidContact
+from kanefe.frames import Matrix, Vector
+from kanefe.kane.assemble import accelerations
+from kanefe.kane.constraints import meetings
+from kanefe.kane.rigid_contacts.contact_forces import ROUND_OFF_OF_FORCES, paradox, probe_jacobian
+from kanefe.kane.rigid_contacts.impulses import answers
+from kanefe.kane.state import State
+from kanefe.tree.model_data import ModelData
+
+HOLDS = 1.0 - ROUND_OFF_OF_FORCES
+"""Of what friction holds: from there on the accelerations a moment later tell whether it goes on to hold."""
+
+AHEAD = 1e-9, 1e-8, 1e-7, 1e-6, 1e-5
+"""Of the span: moments after an event at which the accelerations are looked at where those at the event are in balance
+with the limit of friction. The first that is past round-off decides."""
+
+Key = tuple[int, int]
+"""Number of a contact among the rigid ones, and of a probe in it."""
+
+
+class StickOrSlip:
+    """Rigid contacts at a state, and the forces that they have there.
+
+    Parameters
+    ----------
+    model : ModelData
+    t : float
+        s.
+    y : ndarray
+        State (q, u, z) at it.
+    span, stop : float
+        Of the run, and its end, s.
+
+    Attributes
+    ----------
+    state : State
+    met : dict of (int, int) to Meeting
+        Of all probes.
+    keys : list of (int, int)
+        The probes that take part.
+    rest : ndarray, shape (keys,)
+        Speeds below which they do not slip, m/s.
+    """
+
+    def __init__(self, model: ModelData, t: float, y: Vector, span: float, stop: float) -> None:
+        self.model, self.t, self.span, self.stop = model, t, span, stop
+        self.q, self.u, self.z = (part.copy() for part in model.parts(y))
+        self.state = State(model, t, self.q, self.u, self.z)
+        self.met = {(c, i): one for c, probes in enumerate(meetings(self.state)) for i, one in enumerate(probes)}
+        self.keys, self.rest = list(self.met), np.zeros(len(self.met))
+        self._surfaces = {
+            c: self.state.marker(self._contact((c, 0)).ends[0]).A_NF for c in range(len(model.rigid_contacts))
+        }
+
+    def _contact(self, key: Key) -> RigidContact:
+        return self.model.rigid_contact(key[0])
+
+    def _own(self, key: Key) -> Vector:
+        return self.z[self.model.load_states[self.model.rigid_contacts[key[0]]]]
+
+    def _problem(self, state: State) -> tuple[Matrix, Matrix, Vector]:
+        """Return the partial rates of all probes that take part, what unit forces do, and what happens without any."""
+        rows, n = np.vstack([probe_jacobian(state, *key) for key in self.keys]), self.model.free_count
+        met = meetings(state)
+        left = np.concatenate([met[c][i].remainder for c, i in self.keys]) + rows[:, n:] @ state.driven_rates
+        J = rows[:, :n]
+        return J, J @ answers(state, J.T), J @ accelerations(state) + left
+
+    def _without(self, u: Vector) -> State:
+        """Return the state at some speeds with all rigid contacts open."""
+        z = self.z.copy()
+        for load in self.model.rigid_contacts:
+            where = self.model.load_states[load]
+            z[where.start + TOLD : where.stop : EACH] = OPEN
+        return State(self.model, self.t, self.q, u, z)
+
+    def _is_at_rest(self, k: int, rates: Vector) -> bool:
+        """Tell whether a probe does not slip but for round-off: what it does next its acceleration decides."""
+        return float(np.hypot(*rates[3 * k + 1 : 3 * k + 3])) <= self.rest[k]
+
+    def _forces(self, J: Matrix, rates: Vector, closed: np.ndarray) -> tuple[Vector, list[int], Matrix, Matrix]:
+        """Return accelerations, and what each probe does with the direction of its slip and the rate of that.
+
+        What is at rest sticks, unless the accelerations say that it slips; where these are at the limit of friction,
+        those a moment later. Each round lets a probe more slip, and none stick again, so that they end.
+        """
+        k, free = len(self.keys), self._without(self.u)
+        _, G, b = self._problem(free)
+        active = [int(i) for i in np.flatnonzero(closed)]
+        rows = [3 * i + j for i in active for j in range(3)]
+        slips = np.full((len(active), 2), np.nan)
+        mu = np.array([self._contact(self.keys[i]).static for i in active])
+        begins: set[int] = set()
+        for at, i in enumerate(active):
+            contact, along = self._contact(self.keys[i]), rates[3 * i + 1 : 3 * i + 3]
+            if contact.friction is None:
+                slips[at] = 0.0
+            elif not self._is_at_rest(i, rates):
+                speed = float(np.linalg.norm(along))
+                slips[at], mu[at] = along / speed, contact.friction_at(speed)
+        problem = Cones(G[np.ix_(rows, rows)], b[rows], mu, np.zeros(len(active)), slips)
+        while True:
+            x = self._followed(problem, begins, active)
+            new = _slipping(problem, x) or self._slipping_soon(problem, x, J, rows, active)
+            if not new:
+                break
+            for at, along in new.items():
+                problem.slips[at] = along
+                problem.mu[at] = self._contact(self.keys[active[at]]).friction_at(0.0)
+            begins |= set(new)
+        forces = np.zeros(3 * k)
+        forces[rows] = x
+        statuses, kept, turning = [OPEN] * k, np.zeros((k, 2)), self._turning(problem, x, J, rows, begins, active)
+        biggest = float(np.abs(x).max(initial=0.0))
+        for at, i in enumerate(active):
+            if x[3 * at] <= ROUND_OFF_OF_FORCES * biggest:
+                continue
+            is_slip = not np.isnan(problem.slips[at, 0])
+            statuses[i] = SLIPS if is_slip else STICKS
+            if is_slip:
+                kept[i] = problem.slips[at]
+        return b + G @ forces, statuses, kept, turning
+
+    def _slipping_soon(
+        self, problem: Cones, x: Vector, J: Matrix, rows: list[int], active: list[int]
+    ) -> dict[int, Vector]:
+        """Return the directions in which begins to slip what is held by all that friction can hold."""
+        full = _at_limit(problem, x)
+        if not full:
+            return {}
+        for share in AHEAD if self.span > 0.0 else ():
+            _, later = self._ahead(share, problem, x, J, rows)
+            found = solved(later, x)
+            if found is None:
+                continue
+            new = {at: along for at, along in _slipping(later, found).items() if at in full}
+            if new or not full & _at_limit(later, found):
+                return new
+        return {}
+
+    def _ahead(self, share: float, problem: Cones, x: Vector, J: Matrix, rows: list[int]) -> tuple[State, Cones]:
+        """Return the state a share of the span later, and what is asked of the forces there."""
+        free, h = self._without(self.u), min(share * self.span, self.stop - self.t)
+        du = accelerations(free) + answers(free, (J[rows].T @ x)[:, None])[:, 0]
+        q = self.model.advance(self.q, h * (self.u + 0.5 * h * du))
+        later = State(self.model, self.t + h, q, self.u + h * du, free.z)
+        _, G, b = self._problem(later)
+        return later, problem._replace(G=G[np.ix_(rows, rows)], b=b[rows])
+
+    def _turning(
+        self, problem: Cones, x: Vector, J: Matrix, rows: list[int], begins: set[int], active: list[int]
+    ) -> Matrix:
+        """Return the rates of the directions of slips that begin, in the axes of the surfaces, 1/s."""
+        turning = np.zeros((len(self.keys), 3))
+        if not begins or min(self.span, self.stop - self.t) <= 0.0:
+            return turning
+        state, later = self._ahead(AHEAD[-1], problem, x, J, rows)
+        slips = problem.slips.copy()
+        slips[list(begins)] = np.nan
+        if (found := solved(later._replace(slips=slips), x)) is None:
+            return turning
+        for at in begins:
+            (c, i), friction = self.keys[active[at]], found[3 * at + 1 : 3 * at + 3]
+            if size := float(np.linalg.norm(friction)):
+                before = problem.slips[at] @ self.met[c, i].axes[1:] @ self._surfaces[c]
+                A = state.marker(self._contact((c, i)).ends[0]).A_NF
+                after = -friction / size @ meetings(state)[c][i].axes[1:] @ A
+                turning[active[at]] = (after - before) / (state.t - self.t)
+        return turning
+
+    def _followed(self, problem: Cones, begins: set[int], active: list[int]) -> Vector:
+        """Return the forces, with slips that begin against the friction of what is free to choose its direction.
+
+        That is known also where it is all but balanced, and accelerations are the difference of large numbers.
+        """
+        if begins:
+            slips = problem.slips.copy()
+            slips[list(begins)] = np.nan
+            free = solved(problem._replace(slips=slips))
+            for at in begins:
+                friction = np.zeros(2) if free is None else free[3 * at + 1 : 3 * at + 3]
+                size = float(np.linalg.norm(friction))
+                if size > 0.0:
+                    problem.slips[at] = -friction / size
+        self._check_paradox(problem, active)
+        x = solved(problem)
+        if x is None:
+            raise paradox(*self._named(active[0]), self.t)
+        return x
+
+    def _check_paradox(self, problem: Cones, active: list[int]) -> None:
+        for at, slip in enumerate(problem.slips):
+            if not np.isnan(slip[0]):
+                row = problem.G[3 * at]
+                own = float(row[3 * at] - problem.mu[at] * (row[3 * at + 1 : 3 * at + 3] @ slip))
+                if own <= 1e-9 * row[3 * at]:
+                    raise paradox(*self._named(active[at]), self.t)
+
+    def _named(self, number: int) -> tuple[RigidContact, int]:
+        key = self.keys[number]
+        return self._contact(key), key[1]
+
+
+def _at_limit(problem: Cones, x: Vector) -> set[int]:
+    """Return the contacts that stick by all that their friction can hold."""
+    biggest = float(np.abs(x).max(initial=0.0))
+    return {
+        at
+        for at in range(len(problem.mu))
+        if np.isnan(problem.slips[at, 0])
+        and x[3 * at] > ROUND_OFF_OF_FORCES * biggest
+        and np.hypot(*x[3 * at + 1 : 3 * at + 3]) >= HOLDS * problem.mu[at] * x[3 * at]
+    }
+
+
+def _slipping(problem: Cones, x: Vector) -> dict[int, Vector]:
+    """Return the directions of the accelerations of what should stick and does not, by its number."""
+    y = problem.G @ x + problem.b
+    least = ROUND_OFF_OF_FORCES * float(np.abs(problem.b).max(initial=0.0))
+    found = {at: y[3 * at + 1 : 3 * at + 3] for at in sorted(_at_limit(problem, x))}
+    return {at: along / np.linalg.norm(along) for at, along in found.items() if np.linalg.norm(along) > least}

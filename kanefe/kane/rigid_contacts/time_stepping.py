@@ -1,0 +1,160 @@
+"""A step of Moreau and Jean over whatever happens in it: impulses of rigid contacts in the place of forces and impacts.
+
+    q_M = q_A + h/2 u_A,    M (u_E - u_A) = h F + W I,    q_E = q_M + h/2 u_E
+
+with M, F and W at the midpoint, where also the contacts are found that are closed. Their impulses I solve the
+complementarity of ``v_E + e v_A`` along the normal and v_E across it (Moreau, "Unilateral contact and dry friction in
+finite freedom dynamics", 1988; Jean, Comput. Methods Appl. Mech. Eng. 177 (1999) 235-257). F is taken at the speeds of
+the middle of the step without impulses: between impacts a step is of order 2.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.contact.rigid.cone import Cones, residual, solved
+from kanefe.contact.rigid.rigid_contact import AT_REST, EACH, OPEN, SLIPS, STICKS, TOLD
+from kanefe.errors import SimulationError
+from kanefe.frames import Matrix, Vector
+from kanefe.kane.assemble import accelerations
+from kanefe.kane.constraints import meetings
+from kanefe.kane.energy import dissipated_power, drive_power, load_power
+from kanefe.kane.loop_closure import project_positions, project_speeds
+from kanefe.kane.rigid_contacts.contact_forces import probe_jacobian
+from kanefe.kane.rigid_contacts.impulses import answers
+from kanefe.kane.state import State
+from kanefe.tree.model_data import WORKS, ModelData
+
+BARELY = 1e-9
+"""Of the largest speed at a contact, below which what is held does not slip."""
+
+
+class Stepped(NamedTuple):
+    """What a step leads to.
+
+    Attributes
+    ----------
+    y : ndarray
+        State (q, u, z, energy dissipated, work) at its end.
+    impulses : ndarray, shape (3 k,)
+        Of the contacts that were closed, N s.
+    deepest : float
+        Depth of the deepest of them at the midpoint, m.
+    residual : float
+        Of their complementarity, of the largest impulse.
+    closed : list of (int, int)
+        Of the contacts that were closed: the number among the rigid ones, and of the probe.
+    approach, bend : float
+        By how much a step may enter a surface that it has not met before, and one along which it goes, m.
+    """
+
+    y: Vector
+    impulses: Vector
+    deepest: float
+    residual: float
+    closed: list[tuple[int, int]]
+    approach: float
+    bend: float
+
+
+def stepped(model: ModelData, t: float, y: Vector, h: float) -> Stepped:
+    """Return the state after a step of h (s) from time t (s).
+
+    Raises
+    ------
+    SimulationError
+        If the impulses of contacts were not found.
+    """
+    q, u, z = (part.copy() for part in model.parts(y))
+    for load in model.rigid_contacts:
+        where = model.load_states[load]
+        z[where.start + TOLD : where.stop : EACH] = OPEN
+    z_open = z.copy()
+    mid, n = t + 0.5 * h, model.free_count
+    q_mid = model.advance(q, 0.5 * h * u)
+    first = State(model, mid, q_mid, u, z_open)
+    state = State(model, mid, q_mid, u + 0.5 * h * accelerations(first), z_open)
+    du = accelerations(state)
+    u_after, works = u + h * du, h * _powers(state, du)
+    closed = [(c, i) for c, met in enumerate(meetings(first)) for i, one in enumerate(met) if one.gap <= 0.0]
+    impulses, deepest, left, approach, bend = np.zeros(0), 0.0, 0.0, 0.0, 0.0
+    if closed:
+        rows = np.vstack([probe_jacobian(first, c, i) for c, i in closed])
+        J = rows[:, :n]
+        before = np.concatenate([meetings(first)[c][i].rates for c, i in closed])
+        freely = before + h * (J @ du)
+        laws = [model.rigid_contact(c).law for c, _ in closed]
+        G = J @ answers(first, J.T)
+        b = freely.copy()
+        b[::3] += np.array([law.restitution for law in laws]) * before[::3]
+        mu = np.array([model.rigid_contact(c).static for c, _ in closed])
+        problem = Cones(G, b, mu, np.zeros(len(mu)), np.full((len(mu), 2), np.nan))
+        found = solved(problem)
+        if found is None:
+            raise SimulationError(
+                f"at t = {t:.6g} s the impulses of {len(mu)} contacts were not found. Remedy: a smaller step, less "
+                "friction, or contacts that yield, kanefe.HuntCrossley(...)"
+            )
+        impulses = found
+        u_after = u_after + answers(first, (J.T @ impulses)[:, None])[:, 0]
+        after = freely + G @ impulses
+        deepest = -min(meetings(first)[c][i].gap for c, i in closed)
+        approach = h * max(0.0, -float(before[::3].min()))
+        curved = np.array([meetings(first)[c][i].remainder[0] for c, i in closed])
+        bend = 0.5 * h * h * float(np.abs(curved + rows[::3, n:] @ first.driven_rates).max())
+        largest = max(float(np.abs(impulses).max()), float(np.abs(before).max()) / float(np.diag(G).max()))
+        left = residual(problem, impulses) / max(largest, 1e-300)
+        _write(first, closed, impulses, before, after, h, z, works)
+    q_end = model.advance(q_mid, 0.5 * h * u_after)
+    if model.constraints:
+        q_end = project_positions(model, t + h, q_end, None, z_open)
+        u_after = project_speeds(model, t + h, q_end, u_after, None, z_open)
+    y_end = np.concatenate((q_end, u_after, z, y[-WORKS:] + works))
+    return Stepped(y_end, impulses, deepest, left, closed, approach, bend)
+
+
+def _powers(state: State, du: Vector) -> Vector:
+    """Return the power that dampers take and that loads and drives give, W."""
+    return np.array((dissipated_power(state), load_power(state) + drive_power(state, du)))
+
+
+def _write(
+    state: State,
+    closed: list[tuple[int, int]],
+    impulses: Vector,
+    before: Vector,
+    after: Vector,
+    h: float,
+    z: Vector,
+    works: Matrix,
+) -> None:
+    """Write what contacts did in a step to their states, and the energy that they took to the books.
+
+    With the mean of the speeds before and after the step, by which the coordinates move, the books balance: what forces
+    have given to speeds that impulses take again is in both.
+    """
+    model, fastest = state.model, float(np.abs(before).max())
+    for k, (c, i) in enumerate(closed):
+        rows = slice(3 * k, 3 * k + 3)
+        push, mean = impulses[rows], 0.5 * (before[rows] + after[rows])
+        contact = model.rigid_contact(c)
+        where, met = model.load_states[model.rigid_contacts[c]], meetings(state)[c][i]
+        A = state.marker(contact.ends[0]).A_NF
+        belt = met.axes[1:] @ (A @ contact.belt)
+        works[0] -= float(push @ mean)
+        works[1] += float(push[1:] @ belt)
+        if push[0] <= 0.0:
+            continue
+        own = z[where]
+        slip = float(np.linalg.norm(after[rows][1:]))
+        own[1] -= float(push[1:] @ mean[1:])
+        own[0] += contact.probes[i][1].share * slip * h
+        if after[3 * k] > BARELY * fastest:  # it has bounced
+            continue
+        if contact.friction is not None and slip <= BARELY * fastest:
+            contact.with_status(own, i, STICKS, met.place)
+        else:
+            along = AT_REST / slip * after[rows][1:] @ met.axes[1:] @ A if slip > 0.0 else np.zeros(3)
+            contact.with_status(own, i, SLIPS, along)

@@ -1,0 +1,1 @@
+"""Vectors, rotations and small linear systems in kernels."""

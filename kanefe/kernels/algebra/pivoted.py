@@ -1,0 +1,138 @@
+"""Symmetric systems whose rows may depend on each other: ``L D L^T`` with the largest pivot first.
+
+Rows are scaled, so that a pivot says how much of a row is not said by those before it. Pivots of round-off are left
+out: the unknowns of their rows are zero, and the others are solved for.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from kanefe.kernels.compiler._numba import kernel
+
+# Pivot of a scaled row, of 1 at most, that the tolerance is taken of at least: see `kanefe.kane.constraints.ROUND_OFF`
+ROUND_OFF = 1e-16
+
+# Pivots below this share of the tolerance are left out; above it they fade, see `kanefe.kane.constraints`
+LEAST_KEPT = 1e-3
+
+
+# A negative pivot that is no round-off, of the largest: what moves with the row has an inertia below zero
+NEGATIVE = 1e-8
+
+
+@kernel
+def factor(
+    A: np.ndarray,
+    scale: np.ndarray,
+    tolerance: float,
+    L: np.ndarray,
+    inverses: np.ndarray,
+    order: np.ndarray,
+    column: np.ndarray,
+) -> tuple[int, Any]:
+    """Factor the rows of A whose scale is not zero; return how many pivots count, and the least of the largest.
+
+    The least is 0 if A is indefinite.
+
+    Parameters
+    ----------
+    A : ndarray, shape (m, m)
+        Its lower triangle is read.
+    scale : ndarray, shape (m,)
+        Of each row.
+    tolerance : float
+        Pivot below which a row depends on others. A cut there would be a jump of the accelerations, on which error
+        control gets stuck: the inverses of smaller pivots fall to zero smoothly.
+    L, inverses, order : ndarray, shapes (m, m), (m,), (m,)
+        On return: for `solve`.
+    column : ndarray, shape (m,)
+        Workspace.
+    """
+    live = 0
+    for i in range(len(scale)):
+        if scale[i].real > 0.0:
+            order[live] = i
+            live += 1
+    for a in range(live):
+        i = int(order[a].real)
+        for b in range(a + 1):
+            j = int(order[b].real)
+            L[a, b] = scale[i] * scale[j] * A[i, j]
+    least = tolerance * ROUND_OFF
+    largest, weakest = ROUND_OFF, 1.0
+    for k in range(live):
+        best = k
+        for i in range(k + 1, live):
+            if L[i, i].real > L[best, best].real:
+                best = i
+        if best != k:
+            _exchange(L, k, best, live)
+            order[k], order[best] = order[best], order[k]
+        pivot = L[k, k]
+        if k == 0:
+            largest = max(ROUND_OFF, pivot.real)
+            least = tolerance * largest
+        if not pivot.real > LEAST_KEPT * least:
+            for i in range(k, live):
+                if L[i, i].real < -NEGATIVE * largest:
+                    weakest = 0.0
+            return k, weakest
+        weakest = pivot.real / largest
+        fade = (least / pivot.real) ** 4
+        inverses[k] = 1.0 / (pivot * (1.0 + fade))
+        inverse = 1.0 / pivot
+        for i in range(k + 1, live):
+            column[i] = L[i, k]
+        for i in range(k + 1, live):
+            share = inverse * column[i]
+            if share != 0.0:
+                row = L[i]
+                for j in range(k + 1, i + 1):
+                    row[j] -= share * column[j]
+            L[i, k] = share
+    return live, weakest
+
+
+@kernel
+def _exchange(L: np.ndarray, p: int, q: int, n: int) -> None:
+    """Exchange rows and columns p < q of a symmetric matrix of which the lower triangle is kept."""
+    for c in range(p):
+        L[p, c], L[q, c] = L[q, c], L[p, c]
+    L[p, p], L[q, q] = L[q, q], L[p, p]
+    for i in range(p + 1, q):
+        L[i, p], L[q, i] = L[q, i], L[i, p]
+    for i in range(q + 1, n):
+        L[i, p], L[i, q] = L[i, q], L[i, p]
+
+
+@kernel
+def solve(
+    L: np.ndarray,
+    inverses: np.ndarray,
+    order: np.ndarray,
+    rank: int,
+    scale: np.ndarray,
+    right: np.ndarray,
+    column: np.ndarray,
+    x: np.ndarray,
+) -> None:
+    """Write x of ``A x = right`` (m,), zero for rows that were left out; `column` is workspace."""
+    for k in range(rank):
+        i = int(order[k].real)
+        total = scale[i] * right[i]
+        for c in range(k):
+            total -= L[k, c] * column[c]
+        column[k] = total
+    for k in range(rank):
+        column[k] *= inverses[k]
+    for k in range(rank - 1, 0, -1):
+        for c in range(k):
+            column[c] -= L[k, c] * column[k]
+    for i in range(len(x)):
+        x[i] = 0.0
+    for k in range(rank):
+        i = int(order[k].real)
+        x[i] = scale[i] * column[k]

@@ -1,0 +1,1 @@
+"""Machine code of kernels: how it is compiled, kept in files and called. Nothing here knows any physics."""

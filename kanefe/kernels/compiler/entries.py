@@ -1,0 +1,320 @@
+"""Kernels that are called from outside: from Python, or by other kernels through prepared calls.
+
+`entry` declares one, with the variants that it is built in: with and without the code of flexible bodies, and with
+complex values. It is called in three ways, the later the faster: once; `bound` to what stays the same; or `prepared`,
+with arrays that stay where they are.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from enum import Enum, auto
+from functools import cached_property
+from typing import Any, TypeVar
+
+import numpy as np
+
+from kanefe.kernels.compiler._numba import IS_COMPILED
+from kanefe.kernels.compiler._numba_objects import compiled_entry, compiled_pointer
+from kanefe.kernels.compiler.arrays import Prepared
+from kanefe.kernels.compiler.compiled_functions import MachineCode, Unit, machine_code
+from kanefe.kernels.compiler.signatures import (
+    BOOLEAN,
+    INTEGER,
+    NUMBER,
+    Group,
+    Part,
+    Signature,
+    Variant,
+    signature_of,
+    wrapper_source,
+)
+
+
+class _Argument(Enum):
+    LATER = auto()
+
+
+LATER: Any = _Argument.LATER
+"""An argument that comes with each call."""
+
+
+class Entry:
+    """A kernel that is called from outside.
+
+    Parameters
+    ----------
+    function : function
+        With annotations of `kanefe.kernels.compiler.arrays`.
+    variants : tuple of Variant
+
+    Attributes
+    ----------
+    function : function
+    variants : tuple of Variant
+    """
+
+    def __init__(self, function: Callable[..., Any], variants: tuple[Variant, ...]) -> None:
+        self.function, self.variants = function, variants
+        self.__name__, self.__qualname__ = function.__name__, function.__qualname__
+        self.__module__, self.__doc__ = function.__module__, function.__doc__
+        self.is_built_first = False
+        self._names = function.__code__.co_varnames[: function.__code__.co_argcount]
+
+    def __reduce__(self) -> str:
+        return self.__qualname__
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call it once: what is called often is bound first."""
+        return self.bound(*arguments)()
+
+    def unit(self, variant: Variant) -> Unit:
+        """Return what is built for a variant."""
+        name = f"{self.__name__}-{variant.label}".rstrip("-")
+
+        def compile_() -> Any:
+            return compiled_entry(self.function, *wrapper_source(signature_of(self.function, variant)))
+
+        # where there are variants with flexible bodies, these serve the first runs
+        is_first = variant.has_flexible or not any(other.has_flexible for other in self.variants)
+        return Unit(name, self.__module__, compile_, self.is_built_first and is_first)
+
+    def bound(self, *arguments: Any, is_complex: bool = False) -> Bound:
+        """Return it with arguments that stay the same; in the place of others is LATER.
+
+        `is_complex`: whether values are complex.
+        """
+        given = zip(self._names, arguments, strict=True)
+        has_flexible = any(name == "flexible" and value is not None for name, value in given)
+        return Bound(self, Variant(has_flexible, is_complex), arguments)
+
+
+class Bound:
+    """An entry with arguments that stay the same. Calls from several threads do not meet.
+
+    Parameters
+    ----------
+    entry : Entry
+    variant : Variant
+    arguments : tuple
+        LATER for those that come with each call.
+    """
+
+    def __init__(self, entry: Entry, variant: Variant, arguments: tuple[Any, ...]) -> None:
+        self._entry, self._variant, self._arguments = entry, variant, arguments
+        self._signature = signature = signature_of(entry.function, variant)
+        places = (ctypes.c_int64 * max(signature.place_count, 1))()
+        numbers = (ctypes.c_double * (signature.error_at + 1))()
+        self._later: list[Part] = []
+        for part, value in zip(signature.parts, arguments, strict=True):
+            if value is LATER:
+                self._later.append(part)
+            else:
+                _write(part, value, places, numbers)
+        self._places, self._numbers = places, numbers
+
+    @property
+    def unit(self) -> Unit:
+        """What is built for it."""
+        return self._entry.unit(self._variant)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Bound, (self._entry, self._variant, self._arguments)
+
+    def __call__(self, *later: Any) -> Any:
+        """Call it with the arguments that were left out; return what the kernel returns."""
+        return self.prepared(*later)()
+
+    def prepared(self, *later: Any) -> Call:
+        """Return the call with the arguments that were left out."""
+        places = type(self._places).from_buffer_copy(self._places)
+        numbers = type(self._numbers).from_buffer_copy(self._numbers)
+        for part, value in zip(self._later, later, strict=True):
+            _write(part, value, places, numbers)
+        return Call(self, later, places, numbers)
+
+    @cached_property
+    def code(self) -> MachineCode:
+        """What is called."""
+        return machine_code(self.unit)
+
+    @property
+    def signature(self) -> Signature:
+        """Where everything is."""
+        return self._signature
+
+    def with_later(self, later: tuple[Any, ...]) -> tuple[Any, ...]:
+        """Return all arguments, those that were left out filled in."""
+        rest = iter(later)
+        return tuple(next(rest) if value is LATER else value for value in self._arguments)
+
+    def in_python(self, later: tuple[Any, ...], places: Any, numbers: Any) -> None:
+        """Do in Python what a call does where nothing is compiled: scalars are read when it is called."""
+        signature, given = self._signature, self.with_later(later)
+        taken = [_read(part, value, places, numbers) for part, value in zip(signature.parts, given, strict=True)]
+        try:
+            found = self._entry.function(*taken)
+        except ZeroDivisionError:
+            numbers[signature.error_at] = 1.0
+            return
+        if signature.result:
+            numbers[signature.number_count : signature.error_at] = found if len(signature.result) > 1 else [found]
+
+
+class Call:
+    """A call with all its arguments, whose arrays stay where they are: of one thread at a time.
+
+    Attributes
+    ----------
+    places, numbers : ctypes arrays
+        See `kanefe.kernels.compiler.signatures`: scalars among them may be written before each call.
+    """
+
+    def __init__(self, bound: Bound, later: tuple[Any, ...], places: Any, numbers: Any) -> None:
+        self._bound, self._later = bound, later  # which keep the memory of the arrays
+        self.places, self.numbers = places, numbers
+        self._given: tuple[Any, ...]
+        if IS_COMPILED:
+            self._code, self._given = bound.code.call, (ctypes.byref(places), ctypes.byref(numbers))
+        else:
+            self._code, self._given = bound.in_python, (later, places, numbers)
+        signature = bound.signature
+        self._error, self._found = signature.error_at, slice(signature.number_count, signature.error_at)
+        self._others = [(i, kinds[kind]) for i, kind in enumerate(signature.result) if kind != NUMBER]
+
+    def __call__(self) -> Any:
+        """Call it; return what the kernel returns."""
+        self._code(*self._given)
+        if self.numbers[self._error]:
+            raise ZeroDivisionError("complex division by zero")
+        found = self.numbers[self._found]
+        for i, kind in self._others:
+            found[i] = kind(found[i])
+        return tuple(found) if len(found) > 1 else found[0] if found else None
+
+    @property
+    def signature(self) -> Signature:
+        """Where everything is."""
+        return self._bound.signature
+
+    @property
+    def arguments(self) -> tuple[Any, ...]:
+        """What the kernel is given, in the order of its parameters."""
+        return self._bound.with_later(self._later)
+
+    @property
+    def address(self) -> int:
+        """Where its machine code is."""
+        return self._bound.code.address
+
+    def for_kernels(self) -> Prepared:
+        """Return the call as kernels take it; it is to be kept as long as they use that."""
+        if IS_COMPILED:
+            address = self._bound.code.address
+        else:
+            from kanefe.kernels.compiler.addresses import stand_in
+
+            address = stand_in(lambda places, numbers: self._bound.in_python(self._later, places, numbers))
+        return Prepared(address, np.frombuffer(self.places, np.int64), np.frombuffer(self.numbers, np.float64))
+
+
+CHARACTERS = {kind: np.dtype(kind).char for kind in ("int64", "float64", "complex128")}
+
+
+def _write(part: Part, value: Any, places: Any, numbers: Any) -> None:
+    """Write an argument to its places; where nothing is compiled scalars alone, which are read there."""
+    if part is None:
+        return
+    if isinstance(part, Group):
+        for inner, item in zip(part.parts, value, strict=True):
+            _write(inner, item, places, numbers)
+    elif part.is_number:
+        numbers[part.at] = value
+    elif part.axes == 0:
+        places[part.at] = value
+    elif IS_COMPILED:
+        if part.axes > 0:
+            at = part.at + 1
+            places[part.at] = _address(value, part.axes, part.kind)
+            places[at : at + part.axes] = value.shape
+        else:
+            places[part.at] = value.address
+
+
+def _read(part: Part, value: Any, places: Any, numbers: Any) -> Any:
+    """Return an argument with its scalars as they are in its places by now."""
+    if isinstance(part, Group):
+        return part.of(*(_read(inner, item, places, numbers) for inner, item in zip(part.parts, value, strict=True)))
+    if part is None or part.axes != 0:
+        return value
+    return numbers[part.at] if part.is_number else kinds[part.kind](places[part.at])
+
+
+def _address(array: np.ndarray, axes: int, kind: str) -> int:
+    """Return where the numbers of an array are; a TypeError says that it is not of the kind declared."""
+    if array.dtype.char == CHARACTERS[kind] and array.ndim == axes:
+        if array.size == 0:
+            return 0
+        try:
+            return ctypes.addressof(ctypes.c_char.from_buffer(array))  # type: ignore[arg-type]  # half the time of numpy's
+        except TypeError:  # read-only, or in pieces
+            if array.flags.c_contiguous:
+                return array.__array_interface__["data"][0]  # type: ignore[no-any-return]
+    raise TypeError(f"a kernel wants a contiguous {kind} array of {axes} axes, not {array.dtype} {array.shape}")
+
+
+kinds: dict[str, Callable[[Any], Any]] = {INTEGER: int, BOOLEAN: bool}
+
+
+def entry(*variants: Variant) -> Callable[[Callable[..., Any]], Entry]:
+    """Declare a kernel that is called from outside."""
+    return lambda function: Entry(function, variants or (Variant(),))
+
+
+class Pointer:
+    """A kernel that others call by its address, one of a type that all methods, or all scenes, share.
+
+    Parameters
+    ----------
+    function : function
+    kind : str
+        Name of the type, see `kanefe.kernels.compiler.arrays`.
+    """
+
+    def __init__(self, function: Callable[..., Any], kind: str) -> None:
+        self.function, self.kind, self.is_built_first = function, kind, False
+        self.__name__, self.__qualname__ = function.__name__, function.__qualname__
+        self.__module__, self.__doc__ = function.__module__, function.__doc__
+
+    def __reduce__(self) -> str:
+        return self.__qualname__
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call the plain function."""
+        return self.function(*arguments)
+
+    @property
+    def unit(self) -> Unit:
+        """What is built for it."""
+        function, kind = self.function, self.kind
+        return Unit(self.__name__, self.__module__, lambda: compiled_pointer(function, kind), self.is_built_first)
+
+    @property
+    def address(self) -> int:
+        """Where its machine code is."""
+        return machine_code(self.unit).address
+
+
+Declared = TypeVar("Declared", Entry, Pointer)
+
+
+def built_first(kernel: Declared) -> Declared:
+    """Mark a kernel that trees of flexible bodies need: the first build makes these, and leaves the rest to later."""
+    kernel.is_built_first = True
+    return kernel
+
+
+def pointer(kind: str) -> Callable[[Callable[..., Any]], Pointer]:
+    """Declare a kernel that is called by its address."""
+    return lambda function: Pointer(function, kind)

@@ -1,0 +1,22 @@
+"""What writes the values that functions of the user give: a function of one type for all scenes, called by address."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from kanefe.kernels.compiler._numba import Part, compiled_filler
+from kanefe.kernels.compiler.arrays import FILLER
+from kanefe.kernels.compiler.entries import built_first, pointer
+
+
+@built_first
+@pointer(FILLER)
+def fill_nothing(t: float, y: Any, inputs: Any) -> None:
+    """Write nothing: of a scene without functions of the user."""
+    return
+
+
+def filler(parts: tuple[Part, ...]) -> Callable[..., None]:
+    """Return a function (t, y, inputs) that writes what functions of the user give, all of them compiled."""
+    return compiled_filler(parts) if parts else fill_nothing

@@ -1,0 +1,194 @@
+"""The C signature of kernels that are called from outside: where each part of their arguments is.
+
+A built kernel is ``void f(int64_t *places, double *numbers)``. `places` has whole numbers, addresses of functions, and
+of each array its address and its lengths; `numbers` has floating-point numbers and, behind them, what is returned and
+whether an error was raised. One such function serves any number of calls, from Python by ctypes and from other kernels
+by address.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from functools import cache
+from types import NoneType, UnionType
+from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
+
+from kanefe.kernels.compiler.arrays import VALUE
+
+INTEGER, NUMBER, BOOLEAN = "int64", "float64", "boolean"
+
+
+class Variant(NamedTuple):
+    """One of the forms that an entry is built in.
+
+    Attributes
+    ----------
+    has_flexible : bool
+        Whether there is code of flexible bodies: without, the parameter of their tables is None.
+    is_complex : bool
+        Whether values are complex.
+    """
+
+    has_flexible: bool = False
+    is_complex: bool = False
+
+    @property
+    def label(self) -> str:
+        """For names of files."""
+        return "_".join((*("flexible",) * self.has_flexible, *("complex",) * self.is_complex))
+
+
+class Leaf(NamedTuple):
+    """A scalar, an array or a function among the arguments.
+
+    Attributes
+    ----------
+    kind : str
+        Of a scalar or of the elements of an array; of a function: its name in `kanefe.kernels.compiler.arrays`.
+    axes : int
+        Of an array; 0 of a scalar, -1 of a function.
+    at : int
+        Its first place, in the numbers if it is one.
+    """
+
+    kind: str
+    axes: int
+    at: int
+
+    @property
+    def is_number(self) -> bool:
+        """Whether it is passed among the numbers."""
+        return self.axes == 0 and self.kind == NUMBER
+
+
+class Group(NamedTuple):
+    """A named tuple among the arguments."""
+
+    of: type
+    parts: tuple[Leaf | Group | None, ...]
+
+
+Part = Leaf | Group | None
+
+
+class Signature(NamedTuple):
+    """Where everything is.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the parameters.
+    parts : tuple
+        Of each parameter; None of one that is left out.
+    place_count, number_count : int
+        Of `numbers`, arguments alone.
+    result : tuple of str
+        Kinds of what is returned.
+    """
+
+    names: tuple[str, ...]
+    parts: tuple[Part, ...]
+    place_count: int
+    number_count: int
+    result: tuple[str, ...]
+
+    @property
+    def error_at(self) -> int:
+        """Where in `numbers` it is told whether an error was raised; it is their last place."""
+        return self.number_count + len(self.result)
+
+    def place_of(self, name: str, field: str) -> int:
+        """Return where a scalar of a named tuple among the parameters is."""
+        group = self.parts[self.names.index(name)]
+        names = group.of._fields  # type: ignore[union-attr]
+        return group.parts[names.index(field)].at  # type: ignore[union-attr, no-any-return]
+
+
+class _Counter:
+    def __init__(self, is_complex: bool) -> None:
+        self.places = self.numbers = 0
+        self._values = "complex128" if is_complex else "float64"
+
+    def leaf(self, kind: str, axes: int) -> Leaf:
+        if axes == 0 and kind == NUMBER:
+            self.numbers += 1
+            return Leaf(kind, axes, self.numbers - 1)
+        at = self.places
+        self.places += 1 + max(axes, 0)
+        return Leaf(self._values if kind == VALUE else kind, axes, at)
+
+    def part(self, hint: Any) -> Leaf | Group:
+        if hint in SCALARS:
+            return self.leaf(SCALARS[hint], 0)
+        if get_origin(hint) is Annotated:
+            kind, *axes = hint.__metadata__
+            return self.leaf(kind, axes[0] if axes else -1)
+        fields = get_type_hints(hint, include_extras=True)
+        return Group(hint, tuple(self.part(fields[name]) for name in hint._fields))
+
+
+SCALARS = {int: INTEGER, float: NUMBER, bool: BOOLEAN}
+
+
+@cache
+def signature_of(function: Callable[..., Any], variant: Variant) -> Signature:
+    """Return the signature of a kernel that is called from outside, from the annotations of its parameters."""
+    hints = get_type_hints(function, include_extras=True)
+    names = tuple(inspect.signature(function).parameters)
+    counter = _Counter(variant.is_complex)
+    parts: list[Part] = []
+    for name in names:
+        hint = hints[name]
+        if is_optional(hint):
+            if not variant.has_flexible:
+                parts.append(None)
+                continue
+            (hint,) = (kind for kind in get_args(hint) if kind is not NoneType)
+        parts.append(counter.part(hint))
+    returned = hints["return"]
+    kinds = get_args(returned) or (() if returned is NoneType else (returned,))
+    return Signature(names, tuple(parts), counter.places, counter.numbers, tuple(SCALARS[kind] for kind in kinds))
+
+
+def is_optional(hint: Any) -> bool:
+    """Return whether a parameter may be None."""
+    return isinstance(hint, UnionType) and NoneType in get_args(hint)
+
+
+def wrapper_source(signature: Signature) -> tuple[str, dict[str, Any]]:
+    """Return the source of the C function around a kernel for numba, and of `call` in it; and the tuples it names.
+
+    See `kanefe.kernels.compiler._numba_objects.compiled_entry` for the rest of the names in it.
+    """
+    types: dict[str, Any] = {}
+
+    def text(part: Part) -> str:
+        if part is None:
+            return "None"
+        if isinstance(part, Group):
+            types[part.of.__name__] = part.of
+            return f"{part.of.__name__}({', '.join(map(text, part.parts))},)"
+        if part.axes > 0:
+            lengths = "".join(f"places[{part.at + 1 + axis}], " for axis in range(part.axes))
+            return f"array_of(pointer_to(places[{part.at}]), ({lengths}), {part.kind})"
+        if part.axes < 0:
+            return f"{part.kind}_at(places[{part.at}])"
+        if part.is_number:
+            return f"numbers[{part.at}]"
+        return f"places[{part.at}] != 0" if part.kind == BOOLEAN else f"places[{part.at}]"
+
+    first = signature.number_count
+    lines = [f"found = function({', '.join(map(text, signature.parts))})"]
+    for i, _ in enumerate(signature.result):
+        lines.append(f"numbers[{first + i}] = found{f'[{i}]' if len(signature.result) > 1 else ''}")
+    body = "".join(f"    {line}\n" for line in lines)
+    # numba asks after each expression in a `try` whether it has raised: there is one alone
+    source = (
+        f"def call(places, numbers):\n{body}\n\n"
+        "def wrapper(places, numbers):\n"
+        f"    numbers[{signature.error_at}] = 0.0\n"
+        "    try:\n        call(places, numbers)\n"
+        f"    except Exception:\n        numbers[{signature.error_at}] = 1.0\n"
+    )
+    return source, types

@@ -1,0 +1,1 @@
+"""Loop joints and couplers in order n: rows, multipliers, and how loops are closed."""

@@ -1,0 +1,1 @@
+"""Contacts: shapes, normal and friction forces, and steps of many loose bodies."""

@@ -1,0 +1,443 @@
+"""Steps of Moreau and Jean of many loose bodies: balls that meet each other and walls, and what impulses make of them.
+
+The equations are those of `kanefe.kane.rigid_contacts.time_stepping`. Every body turns about its centre of mass, so
+that each has an inverse of its own; impulses come from Gauss and Seidel's iteration over the contacts, each with the
+speeds that the others have left, from those that it had in the step before. Which balls may meet is found by a sweep
+along x, whose order hardly changes from step to step.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from kanefe.kernels.algebra.vectors import (
+    Numbers,
+    cross,
+    dot,
+    minus,
+    plus,
+    rotated,
+    rotated_back,
+    rotation,
+    three,
+    times,
+)
+from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
+from kanefe.kernels.compiler.entries import entry
+
+MASS, INERTIA, INVERSE, BODY_SIZE = 0, 1, 10, 19
+"""Columns of bodies: kg, then matrices in the body's axes."""
+
+OF_BODY, CENTRE, RADIUS, BALL_SIZE = 0, 1, 4, 5
+"""Columns of balls."""
+
+KIND, PLACE, OFFSET, WALL_SIZE = 0, 1, 4, 5
+"""Columns of walls: 0, normal and distance of a plane from the origin; 1, centre and radius of a room."""
+
+NORMAL, ARMS, OTHER_ARMS, IMPULSE, BEFORE, INVERSE_NORMAL, INVERSE_ALONG, CONTACT_SIZE = 0, 9, 18, 27, 30, 33, 34, 35
+"""Columns of contacts: normal and two directions along the surface in N; the moment of a unit force along each about
+the body and about the other, in their axes; impulses; rates at the start of the step; inverses of what they change."""
+
+FIRST, SECOND, KEY = 0, 1, 2
+"""Columns of who meets: the body of the ball, the other (-1: a wall), and a number of the pair."""
+
+STEPS, TOUCHING, SWEEPS, MOST_SWEEPS = 0, 1, 2, 3
+"""Places of counts: steps to be done, contacts of the last one, sweeps of all, and most of them in a step."""
+
+STEP, GRAVITY, RESTITUTION, FRICTION, ENOUGH, DEEPEST, RESIDUAL, TAKEN, CONTROL_SIZE = 0, 1, 4, 5, 6, 7, 8, 9, 10
+"""Places of control: s, m/s2, shares, and the change of speeds of a sweep, of the largest, that is none; deepest
+contact (m), largest change of speeds where sweeps ended, of the largest, and energy taken (J)."""
+
+DONE, TOO_MANY = 0, 1
+
+
+@entry()
+def march_crowd(
+    counts: Integers,
+    control: Reals,
+    bodies: RealRows,
+    balls: RealRows,
+    walls: RealRows,
+    left_out: Integers,
+    q: RealRows,
+    u: RealRows,
+    order: Integers,
+    places: RealRows,
+    contacts: RealRows,
+    pairs: IntegerRows,
+    slots: Integers,
+    kept: RealRows,
+    kept_keys: Integers,
+) -> int:
+    """Take steps; return `TOO_MANY` before one that has more contacts than there is room for.
+
+    Parameters
+    ----------
+    counts, control : ndarray
+        See above.
+    bodies, balls, walls : ndarray
+        See above.
+    left_out : ndarray
+        Numbers of pairs that pass through each other, ascending.
+    q, u : ndarray, shapes (bodies, 7), (bodies, 6)
+        Places and Euler parameters; velocities in N, and angular velocities in axes of the body.
+    order : ndarray, shape (balls,)
+        By x, as it was last.
+    places : ndarray, shape (balls, 3)
+        Room for their centres.
+    contacts, pairs : ndarray, shapes (c, CONTACT_SIZE), (c, 3)
+        Room.
+    slots : ndarray, shape (a power of two,)
+        Room for a table of the pairs of the step before, -1.
+    kept, kept_keys : ndarray, shapes (c, 3), (c + 1,)
+        Impulses of those pairs, and their numbers; the last is how many they are.
+    """
+    h = control[STEP]
+    while counts[STEPS] > 0:
+        _advance(q, u, 0.5 * h)
+        found = _detect(control, bodies, balls, walls, left_out, q, u, order, places, contacts, pairs)
+        if found < 0:
+            _advance(q, u, -0.5 * h)
+            return TOO_MANY
+        _recall(found, contacts, pairs, slots, kept, kept_keys)
+        _accelerate(control, bodies, u, h)
+        if found > 0:
+            counts[SWEEPS] += _solve(found, counts[MOST_SWEEPS], control, bodies, u, contacts, pairs)
+            _account(found, control, u, contacts, pairs)
+        _keep(found, contacts, pairs, kept, kept_keys)
+        _advance(q, u, 0.5 * h)
+        counts[TOUCHING] = found
+        counts[STEPS] -= 1
+    return DONE
+
+
+@kernel
+def _advance(q: np.ndarray, u: np.ndarray, h: float) -> None:
+    """Move all bodies for a time, turns by the exponential."""
+    for i in range(len(q)):
+        for k in range(3):
+            q[i, k] += h * u[i, k]
+        x, y, z = h * u[i, 3], h * u[i, 4], h * u[i, 5]
+        angle = math.sqrt(x * x + y * y + z * z)
+        s = 0.5 - angle * angle / 48 if angle < 1e-4 else math.sin(0.5 * angle) / angle
+        c, x, y, z = math.cos(0.5 * angle), s * x, s * y, s * z
+        a, b, d, e = q[i, 3], q[i, 4], q[i, 5], q[i, 6]
+        p0, p1 = a * c - b * x - d * y - e * z, a * x + b * c + d * z - e * y
+        p2, p3 = a * y - b * z + d * c + e * x, a * z + b * y - d * x + e * c
+        length = math.sqrt(p0 * p0 + p1 * p1 + p2 * p2 + p3 * p3)
+        q[i, 3], q[i, 4], q[i, 5], q[i, 6] = p0 / length, p1 / length, p2 / length, p3 / length
+
+
+@kernel
+def _times(bodies: np.ndarray, i: int, at: int, a: Numbers) -> Numbers:
+    """Return a matrix of a body times a vector."""
+    B = bodies
+    return (
+        B[i, at] * a[0] + B[i, at + 1] * a[1] + B[i, at + 2] * a[2],
+        B[i, at + 3] * a[0] + B[i, at + 4] * a[1] + B[i, at + 5] * a[2],
+        B[i, at + 6] * a[0] + B[i, at + 7] * a[1] + B[i, at + 8] * a[2],
+    )
+
+
+@kernel
+def _spin_rate(bodies: np.ndarray, i: int, w: Numbers) -> Numbers:
+    """Return the rate of the angular velocity of what turns freely: Euler's equations."""
+    return times(-1.0, _times(bodies, i, INVERSE, cross(w, _times(bodies, i, INERTIA, w))))
+
+
+@kernel
+def _accelerate(control: np.ndarray, bodies: np.ndarray, u: np.ndarray, h: float) -> None:
+    """Change the speeds as without contacts; by the spins of the middle of the step."""
+    for i in range(len(u)):
+        for k in range(3):
+            u[i, k] += h * control[GRAVITY + k]
+        w = three(u[i], 3)
+        mid = plus(w, times(0.5 * h, _spin_rate(bodies, i, w)))
+        after = plus(w, times(h, _spin_rate(bodies, i, mid)))
+        u[i, 3], u[i, 4], u[i, 5] = after
+
+
+@kernel
+def _detect(
+    control: np.ndarray,
+    bodies: np.ndarray,
+    balls: np.ndarray,
+    walls: np.ndarray,
+    left_out: np.ndarray,
+    q: np.ndarray,
+    u: np.ndarray,
+    order: np.ndarray,
+    places: np.ndarray,
+    contacts: np.ndarray,
+    pairs: np.ndarray,
+) -> int:
+    """Write what is closed; return how many, or -1 if there is no room."""
+    count, found = len(balls), 0
+    largest = 0.0
+    for i in range(count):
+        body = int(balls[i, OF_BODY])
+        c = plus(three(q[body], 0), rotated(rotation(q[body], 3), three(balls[i], CENTRE)))
+        places[i, 0], places[i, 1], places[i, 2] = c
+        largest = max(largest, balls[i, RADIUS])
+    for i in range(1, count):  # nearly in order: few moves
+        one, k = order[i], i - 1
+        while k >= 0 and places[order[k], 0] > places[one, 0]:
+            order[k + 1] = order[k]
+            k -= 1
+        order[k + 1] = one
+    for at in range(count):
+        i = order[at]
+        c, r = three(places[i], 0), balls[i, RADIUS]
+        for w in range(len(walls)):
+            place = three(walls[w], PLACE)
+            if walls[w, KIND] == 0.0:
+                gap, n = dot(place, c) - walls[w, OFFSET] - r, place
+            else:
+                away = minus(place, c)
+                length = math.sqrt(dot(away, away))
+                gap = walls[w, OFFSET] - length - r
+                n = times(1.0 / length, away) if length > 0.0 else (0.0, 0.0, 1.0)
+            key = i * (count + len(walls)) + count + w
+            if gap <= 0.0 and not _is_among(left_out, key):
+                if found == len(contacts):
+                    return -1
+                _meet(found, key, i, -1, gap, n, control, bodies, balls, q, u, places, contacts, pairs)
+                found += 1
+        for k in range(at + 1, count):
+            j = order[k]
+            if places[j, 0] - c[0] > r + largest:
+                break
+            reach = r + balls[j, RADIUS]
+            if abs(places[j, 1] - c[1]) > reach or abs(places[j, 2] - c[2]) > reach:
+                continue
+            probe, other = (i, j) if i < j else (j, i)
+            away = minus(three(places[probe], 0), three(places[other], 0))
+            square = dot(away, away)
+            key = probe * (count + len(walls)) + other
+            if square > reach * reach or balls[i, OF_BODY] == balls[j, OF_BODY] or _is_among(left_out, key):
+                continue
+            if found == len(contacts):
+                return -1
+            length = math.sqrt(square)
+            n = times(1.0 / length, away) if length > 0.0 else (0.0, 0.0, 1.0)
+            _meet(
+                found,
+                key,
+                probe,
+                int(balls[other, OF_BODY]),
+                length - reach,
+                n,
+                control,
+                bodies,
+                balls,
+                q,
+                u,
+                places,
+                contacts,
+                pairs,
+            )
+            found += 1
+    return found
+
+
+@kernel
+def _is_among(numbers: np.ndarray, one: int) -> bool:
+    low, high = 0, len(numbers)
+    while low < high:
+        middle = (low + high) // 2
+        if numbers[middle] < one:
+            low = middle + 1
+        else:
+            high = middle
+    return low < len(numbers) and numbers[low] == one
+
+
+@kernel
+def _meet(
+    found: int,
+    key: int,
+    ball: int,
+    other: int,
+    gap: float,
+    n: Numbers,
+    control: np.ndarray,
+    bodies: np.ndarray,
+    balls: np.ndarray,
+    q: np.ndarray,
+    u: np.ndarray,
+    places: np.ndarray,
+    contacts: np.ndarray,
+    pairs: np.ndarray,
+) -> None:
+    """Write a contact of a ball with another body, or a wall."""
+    control[DEEPEST] = max(control[DEEPEST], -gap)
+    body = int(balls[ball, OF_BODY])
+    pairs[found, FIRST], pairs[found, SECOND], pairs[found, KEY] = body, other, key
+    point = minus(three(places[ball], 0), times(balls[ball, RADIUS], n))
+    x, y, z = abs(n[0]), abs(n[1]), abs(n[2])
+    least = (1.0, 0.0, 0.0) if x <= y and x <= z else (0.0, 1.0, 0.0) if y <= z else (0.0, 0.0, 1.0)
+    first = cross(n, least)
+    first = times(1.0 / math.sqrt(dot(first, first)), first)
+    second = cross(n, first)
+    row = contacts[found]
+    A, arm = rotation(q[body], 3), minus(point, three(q[body], 0))
+    for k in range(3):
+        e = n if k == 0 else first if k == 1 else second
+        about = rotated_back(A, cross(arm, e))
+        row[3 * k], row[3 * k + 1], row[3 * k + 2] = e
+        row[ARMS + 3 * k], row[ARMS + 3 * k + 1], row[ARMS + 3 * k + 2] = about
+        row[OTHER_ARMS + 3 * k], row[OTHER_ARMS + 3 * k + 1], row[OTHER_ARMS + 3 * k + 2] = 0.0, 0.0, 0.0
+    if other >= 0:
+        A, arm = rotation(q[other], 3), minus(point, three(q[other], 0))
+        for k in range(3):
+            about = rotated_back(A, cross(arm, three(row, 3 * k)))
+            row[OTHER_ARMS + 3 * k], row[OTHER_ARMS + 3 * k + 1], row[OTHER_ARMS + 3 * k + 2] = about
+    for k in range(3):
+        row[BEFORE + k] = _rate(row, k, body, other, u)
+    a, b = _answer(row, 1, 1, body, other, bodies), _answer(row, 1, 2, body, other, bodies)
+    c = _answer(row, 2, 2, body, other, bodies)
+    row[INVERSE_NORMAL] = 1.0 / _answer(row, 0, 0, body, other, bodies)
+    row[INVERSE_ALONG] = 1.0 / (0.5 * (a + c) + math.sqrt(0.25 * (a - c) * (a - c) + b * b))
+
+
+@kernel
+def _rate(row: np.ndarray, k: int, body: int, other: int, u: np.ndarray) -> float:
+    """Return the rate of a contact along one of its directions, m/s."""
+    rate = dot(three(row, 3 * k), three(u[body], 0)) + dot(three(row, ARMS + 3 * k), three(u[body], 3))
+    if other >= 0:
+        rate -= dot(three(row, 3 * k), three(u[other], 0)) + dot(three(row, OTHER_ARMS + 3 * k), three(u[other], 3))
+    return float(rate)
+
+
+@kernel
+def _answer(row: np.ndarray, j: int, k: int, body: int, other: int, bodies: np.ndarray) -> float:
+    """Return by what a unit impulse along one direction changes the rate along another, 1/kg."""
+    along = dot(three(row, 3 * j), three(row, 3 * k))
+    found = along / bodies[body, MASS]
+    found += dot(three(row, ARMS + 3 * j), _times(bodies, body, INVERSE, three(row, ARMS + 3 * k)))
+    if other >= 0:
+        found += along / bodies[other, MASS]
+        found += dot(three(row, OTHER_ARMS + 3 * j), _times(bodies, other, INVERSE, three(row, OTHER_ARMS + 3 * k)))
+    return float(found)
+
+
+@kernel
+def _push(row: np.ndarray, k: int, body: int, other: int, bodies: np.ndarray, u: np.ndarray, impulse: float) -> None:
+    """Change speeds by an impulse along one of the directions of a contact."""
+    e = three(row, 3 * k)
+    spin = _times(bodies, body, INVERSE, three(row, ARMS + 3 * k))
+    for i in range(3):
+        u[body, i] += impulse / bodies[body, MASS] * e[i]
+        u[body, 3 + i] += impulse * spin[i]
+    if other >= 0:
+        spin = _times(bodies, other, INVERSE, three(row, OTHER_ARMS + 3 * k))
+        for i in range(3):
+            u[other, i] -= impulse / bodies[other, MASS] * e[i]
+            u[other, 3 + i] -= impulse * spin[i]
+
+
+@kernel
+def _solve(
+    found: int,
+    most: int,
+    control: np.ndarray,
+    bodies: np.ndarray,
+    u: np.ndarray,
+    contacts: np.ndarray,
+    pairs: np.ndarray,
+) -> int:
+    """Write impulses, and the speeds that they lead to; return the number of sweeps."""
+    e, mu = control[RESTITUTION], control[FRICTION]
+    largest = 0.0
+    for c in range(found):
+        row = contacts[c]
+        body, other = pairs[c, FIRST], pairs[c, SECOND]
+        largest = max(largest, abs(_rate(row, 0, body, other, u) + e * row[BEFORE]))
+    for c in range(found):  # from the impulses of the step before
+        row = contacts[c]
+        for k in range(3):
+            if row[IMPULSE + k] != 0.0:
+                _push(row, k, pairs[c, FIRST], pairs[c, SECOND], bodies, u, row[IMPULSE + k])
+    change = 0.0
+    for sweep in range(most):
+        change = 0.0
+        for c in range(found):
+            row = contacts[c]
+            body, other = pairs[c, FIRST], pairs[c, SECOND]
+            rate = _rate(row, 0, body, other, u) + e * row[BEFORE]
+            normal = max(0.0, row[IMPULSE] - row[INVERSE_NORMAL] * rate)
+            more = normal - row[IMPULSE]
+            if more != 0.0:
+                row[IMPULSE] = normal
+                _push(row, 0, body, other, bodies, u, more)
+                change = max(change, abs(more) / row[INVERSE_NORMAL])
+            if mu == 0.0:
+                continue
+            s = row[IMPULSE + 1] - row[INVERSE_ALONG] * _rate(row, 1, body, other, u)
+            t = row[IMPULSE + 2] - row[INVERSE_ALONG] * _rate(row, 2, body, other, u)
+            size = math.sqrt(s * s + t * t)
+            if size > mu * normal:
+                s, t = mu * normal / size * s, mu * normal / size * t
+            for k in range(1, 3):
+                more = (s if k == 1 else t) - row[IMPULSE + k]
+                if more != 0.0:
+                    row[IMPULSE + k] += more
+                    _push(row, k, body, other, bodies, u, more)
+                    change = max(change, abs(more) / row[INVERSE_ALONG])
+        if change <= control[ENOUGH] * largest:
+            control[RESIDUAL] = max(control[RESIDUAL], change / largest if largest > 0.0 else 0.0)
+            return sweep + 1
+    control[RESIDUAL] = max(control[RESIDUAL], change / largest if largest > 0.0 else 0.0)
+    return most
+
+
+@kernel
+def _account(found: int, control: np.ndarray, u: np.ndarray, contacts: np.ndarray, pairs: np.ndarray) -> None:
+    """Add the energy that contacts took in a step: impulses times the mean of the rates before and after it."""
+    for c in range(found):
+        row = contacts[c]
+        for k in range(3):
+            after = _rate(row, k, pairs[c, FIRST], pairs[c, SECOND], u)
+            control[TAKEN] -= row[IMPULSE + k] * 0.5 * (row[BEFORE + k] + after)
+
+
+@kernel
+def _slot(slots: np.ndarray, key: int) -> int:
+    return (key * 2654435761) & (len(slots) - 1)
+
+
+@kernel
+def _recall(
+    found: int, contacts: np.ndarray, pairs: np.ndarray, slots: np.ndarray, kept: np.ndarray, kept_keys: np.ndarray
+) -> None:
+    """Write the impulses that contacts had in the step before, and zero of new ones."""
+    count = kept_keys[-1]
+    for i in range(count):
+        at = _slot(slots, kept_keys[i])
+        while slots[at] >= 0:
+            at = (at + 1) & (len(slots) - 1)
+        slots[at] = i
+    for c in range(found):
+        at = _slot(slots, pairs[c, KEY])
+        while slots[at] >= 0 and kept_keys[slots[at]] != pairs[c, KEY]:
+            at = (at + 1) & (len(slots) - 1)
+        for k in range(3):
+            contacts[c, IMPULSE + k] = kept[slots[at], k] if slots[at] >= 0 else 0.0
+    for i in range(count):
+        at = _slot(slots, kept_keys[i])
+        while slots[at] >= 0:
+            slots[at] = -1
+            at = (at + 1) & (len(slots) - 1)
+
+
+@kernel
+def _keep(found: int, contacts: np.ndarray, pairs: np.ndarray, kept: np.ndarray, kept_keys: np.ndarray) -> None:
+    """Keep impulses for the next step."""
+    for c in range(found):
+        kept_keys[c] = pairs[c, KEY]
+        for k in range(3):
+            kept[c, k] = contacts[c, IMPULSE + k]
+    kept_keys[len(kept_keys) - 1] = found

@@ -1,0 +1,1 @@
+"""One evaluation of the equations of a scene, and what is computed from states of a run."""

@@ -1,0 +1,37 @@
+"""Derivatives of the rates by complex steps, exact to round-off: ``f'(y) d = Im f(y + i e d) / e``, whose e^2 vanishes.
+
+Nothing is subtracted, so that nothing cancels (Squire & Trapp 1998).
+"""
+
+from __future__ import annotations
+
+from kanefe.kernels.compiler.arrays import Prepared, RealRows, ValueRows
+from kanefe.kernels.compiler.calls import call_address
+from kanefe.kernels.compiler.entries import built_first, entry
+from kanefe.kernels.compiler.signatures import Variant
+from kanefe.kernels.evaluation.evaluation import DONE_AS, IS_ERROR
+from kanefe.kernels.steppers.step_commands import AT, SLOPE
+
+COMPLEX_STEP = 1e-30
+
+
+@built_first
+@entry(Variant(is_complex=True))
+def derivatives(evaluation: Prepared, vectors: ValueRows, directions: RealRows, found: RealRows) -> bool:
+    """Write derivatives of dy/dt to the rows of `found`, along the rows of `directions`; tell whether all are finite.
+
+    The first row of `vectors`, complex, is the state; `evaluation` is a call of
+    `kanefe.kernels.evaluation.evaluation.evaluate` with these vectors.
+    """
+    at, slope = vectors[AT], vectors[SLOPE]
+    for row in range(len(directions)):
+        direction = directions[row]
+        for i in range(len(at)):
+            at[i] = complex(at[i].real, COMPLEX_STEP * direction[i])
+        call_address(evaluation.address, (evaluation.places, evaluation.numbers))
+        # numba divides complex numbers like Python, whatever its error model: by zero it is an error
+        if evaluation.numbers[IS_ERROR] != 0.0 or evaluation.numbers[DONE_AS] < 0.0:
+            return False
+        for i in range(len(at)):
+            found[row, i] = slope[i].imag / COMPLEX_STEP
+    return True

@@ -1,0 +1,344 @@
+"""One evaluation of the right-hand side in order n: dy/dt of a state ``(q, u, z, energy dissipated, work)``."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kanefe.kernels.algebra.vectors import put_euler_rates, three
+from kanefe.kernels.compiler._numba import expanded, inlined
+from kanefe.kernels.compiler.arrays import RealRows, Reals, ValueRows, Values
+from kanefe.kernels.compiler.entries import built_first, entry
+from kanefe.kernels.compiler.signatures import Variant
+from kanefe.kernels.constraints.multipliers import Loops, answer_multipliers, hold, hold_size
+from kanefe.kernels.layout import (
+    BORDER_SIZE,
+    COORDINATE,
+    COORDINATES,
+    COUNT,
+    DAMPING,
+    DETA,
+    DRIVE,
+    DRIVES,
+    ETA,
+    FIXED,
+    FREE,
+    GIVEN,
+    KIND,
+    MODAL_SIZE,
+    SPEED,
+    SPEEDS,
+    SPHERICAL,
+    STATES,
+    WORK,
+    WORK_DETA,
+    FlexibleTables,
+    Tables,
+)
+from kanefe.kernels.loads.joint_forces import add_joint_forces
+from kanefe.kernels.loads.joint_reactions import REACTION, add_reactions, follow_reactions
+from kanefe.kernels.loads.loads_between import add_loads_between
+from kanefe.kernels.loads.loads_layout import WHOLE, LoadsBetween
+from kanefe.kernels.loads.point_and_field_loads import add_field_loads, add_point_loads
+from kanefe.kernels.planar.layout import PlanarTables
+from kanefe.kernels.steppers.step_commands import (
+    AT,
+    NO_INERTIA,
+    NOT_FINITE,
+    PUSH_DAMPING,
+    PUSH_STIFFNESS,
+    RATES,
+    SLOPE,
+    is_finite,
+)
+from kanefe.kernels.sweeps.accelerations import put_driving_forces, sweep_accelerations
+from kanefe.kernels.sweeps.elastic import span, total
+from kanefe.kernels.sweeps.implicit import stiffen_joints, stiffen_modes
+from kanefe.kernels.sweeps.inertia import set_inertia
+from kanefe.kernels.sweeps.inward import sweep_inward
+from kanefe.kernels.sweeps.outward import sweep_outward
+
+
+class Workspace(NamedTuple):
+    """What an evaluation writes on its way, of the type of the state.
+
+    Attributes
+    ----------
+    work : ndarray, shape (rows, WORK)
+    modal, border : ndarray
+        Of flexible bodies: see `kanefe.kernels.layout` and `kanefe.kernels.sweeps.border`.
+    applied, added : ndarray, shape (free + driven,)
+        Generalised forces at the joints, and inertia that a linearly implicit evaluation adds along them.
+    driving : ndarray, shape (driven,)
+        Forces that drive the driven coordinates.
+    multipliers : ndarray, shape (m,)
+        Of the constraints.
+    holding : ndarray, shape (`hold_size`,)
+        Of `hold`.
+    reactions : ndarray, shape (bearings, REACTION)
+        Of joints whose load is followed.
+    acting : ndarray
+        Of `add_loads_between`.
+    """
+
+    work: np.ndarray
+    modal: np.ndarray
+    border: np.ndarray
+    applied: np.ndarray
+    added: np.ndarray
+    driving: np.ndarray
+    multipliers: np.ndarray
+    holding: np.ndarray
+    reactions: np.ndarray
+    acting: np.ndarray
+
+
+class Parts(NamedTuple):
+    """Parts of the state AT and of the rates SLOPE.
+
+    Attributes
+    ----------
+    q, u, z : ndarray, shapes (coordinates,), (free,), (states,)
+        Coordinates, free speeds, internal states of loads.
+    du, dz : ndarray, shapes (free,), (states,)
+    powers : ndarray, shape (2,)
+        Taken and given, W.
+    """
+
+    q: np.ndarray
+    u: np.ndarray
+    z: np.ndarray
+    du: np.ndarray
+    dz: np.ndarray
+    powers: np.ndarray
+
+
+def workspace_size(
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    between: LoadsBetween,
+    loops: Loops,
+) -> int:
+    """Return how many numbers the workspace of a scene has."""
+    speeds = int(tables.sizes[SPEEDS] + tables.sizes[DRIVES])
+    size = WORK * len(tables.rows) + 2 * speeds + int(tables.sizes[DRIVES])
+    if flexible is not None:
+        size += int(flexible.sizes[MODAL_SIZE] + flexible.sizes[BORDER_SIZE])
+    m = len(loops.rows)
+    of_loads = int(between.workspace_size[WHOLE]) + REACTION * len(between.bearings)
+    return size + of_loads + m + hold_size(m, speeds)
+
+
+@expanded
+def workspace_in(
+    memory: np.ndarray, tables: Tables, flexible: FlexibleTables | None, between: LoadsBetween, loops: Loops
+) -> Workspace:
+    """Return the parts of a memory of `workspace_size`."""
+    rows, driven = WORK * len(tables.rows), tables.sizes[DRIVES]
+    speeds, modes, borders, m = tables.sizes[SPEEDS] + driven, 0, 0, len(loops.rows)
+    holds = hold_size(m, speeds)
+    if flexible is not None:
+        modes, borders = flexible.sizes[MODAL_SIZE], flexible.sizes[BORDER_SIZE]
+    work, rest = memory[:rows].reshape(-1, WORK), memory[rows:]
+    modal, border, rest = rest[:modes], rest[modes : modes + borders], rest[modes + borders :]
+    applied, added, rest = rest[:speeds], rest[speeds : 2 * speeds], rest[2 * speeds :]
+    driving, multipliers, rest = rest[:driven], rest[driven : driven + m], rest[driven + m :]
+    holding, rest, count = rest[:holds], rest[holds:], REACTION * len(between.bearings)
+    reactions, acting = rest[:count].reshape(-1, REACTION), rest[count:]
+    return Workspace(work, modal, border, applied, added, driving, multipliers, holding, reactions, acting)
+
+
+@inlined
+def parts_of(tables: Tables | PlanarTables, vectors: np.ndarray) -> Parts:
+    """Return the parts of the state and of its rates."""
+    at, slope, n = vectors[AT], vectors[SLOPE], tables.sizes[COORDINATES]
+    m = n + tables.sizes[SPEEDS]
+    k = m + tables.sizes[STATES]
+    return Parts(at[:n], at[n:m], at[m:k], slope[n:m], slope[m:k], slope[k:])
+
+
+# Of a prepared call of `evaluate` and `evaluate_planar`: its place, and its numbers with what is returned
+IS_IMPLICIT = 0
+AT_TIME, SHARE_OF_DAMPING, SHARE_OF_STIFFNESS, DONE_AS, LEAST_PIVOT, IS_ERROR = range(6)
+
+
+@built_first
+@entry(Variant(), Variant(has_flexible=True), Variant(has_flexible=True, is_complex=True))
+def evaluate(
+    is_implicit: bool,
+    t: float,
+    share_damping: float,
+    share_stiffness: float,
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    between: LoadsBetween,
+    loops: Loops,
+    drives: RealRows,
+    inputs: Reals,
+    vectors: ValueRows,
+    memory: Values,
+) -> tuple[int, float]:
+    """Evaluate dy/dt.
+
+    Parameters
+    ----------
+    is_implicit : bool
+        Whether the evaluation is linearly implicit.
+    t : float
+        Time, s.
+    share_damping, share_stiffness : float
+        s and r of a linearly implicit evaluation.
+    tables : Tables
+    flexible : FlexibleTables or None
+        None leaves out the code of flexible bodies.
+    between : LoadsBetween
+    loops : Loops
+    drives : ndarray, shape (driven, 3)
+        Position, speed and acceleration of the driven coordinates.
+    inputs : ndarray
+        Values of loads.
+    vectors : ndarray, shape (2 or more, state)
+        The state, of `coordinates + free + states + 2` numbers, and, on return, dy/dt; two pushes follow for a linearly
+        implicit evaluation, which gives ``z`` in the place of du: see `kanefe.kernels.sweeps.implicit`.
+    memory : ndarray, shape (`workspace_size`,)
+        Of the type of the vectors.
+
+    Returns
+    -------
+    done : int
+        RATES, or NO_INERTIA along a joint, or rates that are NOT_FINITE.
+    weakest : float
+        Smallest pivot of a constraint, of 1: it falls to zero towards a singular position.
+    """
+    workspace, shares = workspace_in(memory, tables, flexible, between, loops), (share_damping, share_stiffness)
+    parts = parts_of(tables, vectors)
+    is_regular, pivot = put_rates(
+        tables, flexible, between, loops, drives, t, inputs, vectors, parts, is_implicit, shares, workspace
+    )
+    weakest = min(1.0, pivot)
+    if not is_regular:
+        return NO_INERTIA, weakest
+    return RATES if is_finite(vectors[SLOPE]) else NOT_FINITE, weakest
+
+
+@expanded
+def put_rates(
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    between: LoadsBetween,
+    loops: Loops,
+    drives: np.ndarray,
+    t: float,
+    inputs: np.ndarray,
+    vectors: np.ndarray,
+    parts: Parts,
+    is_implicit: bool,
+    shares: tuple[float, float],
+    workspace: Workspace,
+) -> tuple[bool, Any]:
+    """Write dy/dt; return whether every joint has inertia along it, and the smallest pivot of the constraints."""
+    work, modal, border, applied, added, driving, multipliers, holding, reactions, acting = workspace
+    q, u, z, du, dz, powers = parts
+
+    rates_of_coordinates(tables, flexible, q, u, vectors[SLOPE])
+    sweep_outward(tables, flexible, drives, q, u, work, modal)
+    set_inertia(tables, flexible, work, modal)
+
+    applied[:] = 0.0
+    dz[:] = 0.0
+    powers[1] = add_point_loads(tables, flexible, inputs, work, modal)
+    dissipated, motors = add_joint_forces(tables, drives, inputs, q, u, applied)
+    powers[0] = dissipated
+    powers[1] += motors
+    if flexible is not None:
+        powers[0] += modal_dissipation(flexible, modal, powers)
+        powers[1] += add_field_loads(flexible, inputs, work, modal)
+    if len(between.loads) > 0:
+        taken, given = add_loads_between(
+            between, tables.rows, flexible, t, inputs, z, dz, drives, q, u, applied, work, modal, acting
+        )
+        powers[0] += taken
+        powers[1] += given
+
+    if is_implicit:
+        speeds = slice(len(q), len(q) + len(u))
+        pushes = vectors[PUSH_DAMPING, speeds], vectors[PUSH_STIFFNESS, speeds]
+        stiffen_joints(tables, shares[0], shares[1], pushes[0], pushes[1], q, u, applied, added)
+        if flexible is not None:
+            stiffen_modes(flexible, shares[0], shares[1], pushes[0], pushes[1], modal)
+
+    is_regular = sweep_inward(tables, flexible, applied, work, modal, border, is_implicit, added)
+    sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, du)
+    if len(driving) > 0:
+        put_driving_forces(tables, applied, work, driving)
+    if len(reactions) > 0:
+        reactions[:] = 0.0
+        add_reactions(between, work, reactions)
+
+    pivot = 1.0
+    if len(loops.rows) > 0:
+        pivot = hold(
+            loops,
+            tables,
+            flexible,
+            drives,
+            z,
+            applied,
+            work,
+            modal,
+            border,
+            du,
+            driving,
+            multipliers,
+            holding,
+            is_implicit,
+        )
+        if len(reactions) > 0:
+            answer_multipliers(
+                loops, tables, flexible, applied, work, modal, border, is_implicit, len(du), multipliers, holding
+            )
+            add_reactions(between, work, reactions)
+    if len(reactions) > 0:
+        follow_reactions(between, drives, q, u, z, work, reactions, acting, dz)
+    for i in range(len(driving)):
+        powers[1] += driving[i] * drives[i, 1]
+    return is_regular, pivot
+
+
+@inlined
+def rates_of_coordinates(
+    tables: Tables, flexible: FlexibleTables | None, q: np.ndarray, u: np.ndarray, rates: np.ndarray
+) -> None:
+    """Write dq/dt."""
+    rows = tables.rows
+    for i in range(len(rows)):
+        kind, at, speed = rows[i, KIND], rows[i, COORDINATE], rows[i, SPEED]
+        if FIXED < kind <= GIVEN:
+            if rows[i, DRIVE] < 0:
+                rates[at] = u[speed]
+        elif kind == SPHERICAL:
+            put_euler_rates(rates, at, q, three(u, speed))
+        elif kind == FREE:
+            rates[at], rates[at + 1], rates[at + 2] = u[speed], u[speed + 1], u[speed + 2]
+            put_euler_rates(rates, at + 3, q, three(u, speed + 3))
+    if flexible is not None:
+        for f in range(len(flexible.bodies)):
+            at, speed = flexible.bodies[f, ETA], flexible.bodies[f, DETA]
+            for j in range(flexible.bodies[f, COUNT]):
+                rates[at + j] = u[speed + j]
+
+
+@inlined
+def modal_dissipation(flexible: FlexibleTables, modal: np.ndarray, powers: np.ndarray) -> float:
+    """Return deta^T C deta of all flexible bodies."""
+    power = 0.0 * powers[1]
+    for f in range(len(flexible.bodies)):
+        body = flexible.bodies[f]
+        if body[DAMPING] >= 0:
+            k = body[COUNT]
+            deta = modal[span(body, WORK_DETA)]
+            C = flexible.pool[body[DAMPING] : body[DAMPING] + k * k].reshape(k, k)
+            for j in range(k):
+                power += deta[j] * total(C[j], deta)
+    return power

@@ -1,0 +1,175 @@
+"""Forces and torques on rows, and distributed loads on flexible bodies (Eq. 11, 30, 35)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from kanefe.kernels.algebra.vectors import (
+    Numbers,
+    accumulate,
+    cross,
+    dot,
+    matrix,
+    plus,
+    rotated,
+    rotated_back,
+    three,
+    times,
+    vector,
+)
+from kanefe.kernels.compiler._numba import kernel, vector_kernel
+from kanefe.kernels.layout import (
+    BASIS,
+    BENT,
+    CARRIES,
+    COUNT,
+    FLEXIBLE,
+    FORCE,
+    INTERFACE,
+    KIND,
+    MOMENT,
+    OFFSET,
+    OMEGA,
+    PARENT,
+    ROW,
+    TANGENT,
+    VELOCITY,
+    WORK_DETA,
+    WORK_ETA,
+    WORK_FORCE,
+    FlexibleTables,
+    R,
+    Tables,
+)
+from kanefe.kernels.sweeps.elastic import project, span, transposed_product
+
+
+@kernel
+def push(
+    rows: np.ndarray,
+    flexible: FlexibleTables | None,
+    i: int,
+    force: Numbers,
+    moment: Numbers,
+    work: np.ndarray,
+    modal: np.ndarray,
+) -> None:
+    """Apply a force and a moment, about the row's origin in N, to a row; i = -1 is N, which does not move."""
+    if i < 0:
+        return
+    if flexible is not None and rows[i, KIND] == INTERFACE and not rows[i, CARRIES]:
+        parent = rows[i, PARENT]
+        _push_modes(flexible, rows, i, force, moment, work, modal)
+        moment = plus(moment, cross(vector(work, i, OFFSET), force))
+        i = parent
+    accumulate(work, i, FORCE, (-force[0], -force[1], -force[2]))
+    accumulate(work, i, MOMENT, (-moment[0], -moment[1], -moment[2]))
+
+
+@kernel
+def _push_modes(
+    flexible: FlexibleTables,
+    rows: np.ndarray,
+    i: int,
+    force: Numbers,
+    moment: Numbers,
+    work: np.ndarray,
+    modal: np.ndarray,
+) -> None:
+    """Add the share of the modes in what acts on an interface."""
+    body = flexible.bodies[rows[i, FLEXIBLE]]
+    k, at, bent = body[COUNT], rows[i, BASIS], rows[i, BENT]
+    G = matrix(work, rows[i, PARENT], R)
+    a = rotated_back(G, force)
+    b = rotated_back(matrix(work, i, TANGENT), rotated_back(G, moment))
+    p = modal[span(body, WORK_FORCE)]
+    if bent < 0:
+        _add_share(flexible.pool[at : at + 6 * k].reshape(6, k), a, b, p)
+    else:
+        _add_share(modal[bent : bent + 6 * k].reshape(6, k), a, b, p)
+
+
+@vector_kernel
+def _add_share(basis: np.ndarray, a: Numbers, b: Numbers, p: np.ndarray) -> None:
+    for j in range(len(p)):
+        p[j] += (
+            basis[0, j] * a[0]
+            + basis[1, j] * a[1]
+            + basis[2, j] * a[2]
+            + basis[3, j] * b[0]
+            + basis[4, j] * b[1]
+            + basis[5, j] * b[2]
+        )
+
+
+@kernel
+def add_point_loads(
+    tables: Tables, flexible: FlexibleTables | None, inputs: np.ndarray, work: np.ndarray, modal: np.ndarray
+) -> Any:
+    """Apply forces and torques; return their power."""
+    power = 0.0 * work[0, R]
+    for n in range(len(tables.loads)):
+        i, at = tables.loads[n, 0], tables.loads[n, 1]
+        axes = matrix(work, i, R)
+        zero = 0.0 * axes[0]
+        value = three(inputs, at)
+        value = (zero + value[0], zero + value[1], zero + value[2])
+        if tables.loads[n, 3]:  # follows
+            value = rotated(axes, rotated(matrix(tables.points, n, 3), value))
+        if tables.loads[n, 2]:  # a torque
+            power += dot(value, vector(work, i, OMEGA))
+            push(tables.rows, flexible, i, (zero, zero, zero), value, work, modal)
+        else:
+            moment = cross(rotated(axes, vector(tables.points, n, 0)), value)
+            power += dot(value, vector(work, i, VELOCITY)) + dot(moment, vector(work, i, OMEGA))
+            push(tables.rows, flexible, i, value, moment, work, modal)
+    return power
+
+
+@kernel
+def add_field_loads(flexible: FlexibleTables, inputs: np.ndarray, work: np.ndarray, modal: np.ndarray) -> Any:
+    """Apply tractions, line loads and pressures; return their power."""
+    power = 0.0 * work[0, R]
+    for n in range(len(flexible.fields)):
+        f, at, is_pressure, follows, pool, bending, bent = flexible.fields[n]
+        body = flexible.bodies[f]
+        k, i = body[COUNT], body[ROW]
+        G = matrix(work, i, R)
+        zero = 0.0 * G[0]
+        eta, deta, p = modal[span(body, WORK_ETA)], modal[span(body, WORK_DETA)], modal[span(body, WORK_FORCE)]
+        if is_pressure:
+            pressure = inputs[at]
+            force = times(zero + pressure, three(flexible.pool, pool))
+            moment = times(zero + pressure, three(flexible.pool, pool + 3))
+            shapes = flexible.pool[pool + 6 : pool + 6 + k]
+            for j in range(k):
+                p[j] += pressure * shapes[j]
+                power += pressure * shapes[j] * deta[j]
+        else:
+            t = three(inputs, at)
+            t = (zero + t[0], zero + t[1], zero + t[2])
+            if not follows:
+                t = rotated_back(G, t)
+            basis = flexible.pool[pool + 4 : pool + 4 + 3 * k].reshape(3, k)
+            force = times(flexible.pool[pool], t)
+            place = plus(three(flexible.pool, pool + 1), project(basis, 0, eta))
+            rate = project(basis, 0, deta)
+            for j in range(k):
+                p[j] += t[0] * basis[0, j] + t[1] * basis[1, j] + t[2] * basis[2, j]
+            if bending >= 0:
+                rows = modal[bent : bent + 3 * k].reshape(3, k)
+                moments = flexible.pool[bending : bending + 3 * k * k].reshape(k, 3 * k)
+                transposed_product(moments, 0, eta, modal[bent : bent + 3 * k])
+                place = plus(place, times(0.5, project(rows, 0, eta)))
+                rate = plus(rate, project(rows, 0, deta))
+                for j in range(k):
+                    p[j] += t[0] * rows[0, j] + t[1] * rows[1, j] + t[2] * rows[2, j]
+            moment = cross(place, t)
+            power += dot(t, rate)
+        force, moment = rotated(G, force), rotated(G, moment)
+        power += dot(force, vector(work, i, VELOCITY)) + dot(moment, vector(work, i, OMEGA))
+        accumulate(work, i, FORCE, (-force[0], -force[1], -force[2]))
+        accumulate(work, i, MOMENT, (-moment[0], -moment[1], -moment[2]))
+    return power

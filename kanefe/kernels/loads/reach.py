@@ -1,0 +1,289 @@
+"""Which loads can act at a state: balls about what touches, against boxes and balls about what is touched.
+
+A load whose balls are all out of the bounds of its first end does nothing, and its ends are not looked at. What is
+found is exact: it depends on the state alone, whatever the speeds are. A ball on a flexible body grows by a bound on
+how far its points are displaced, ``sum_j w_j |eta_j|``.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kanefe.kernels.algebra.vectors import Numbers, dot, minus, rotated, rotated_back, vector
+from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
+from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
+from kanefe.kernels.contact.broad_phase import BALL, overlap, sort_along_widest
+from kanefe.kernels.layout import COUNT, POSITION, WORK_ETA, FlexibleTables, R
+from kanefe.kernels.sweeps.elastic import span
+
+# Columns of the integers of a ball
+BALL_ROW, SWELL = range(2)
+BALL_INTEGERS = 2
+# Columns of bounds, in the row of the first end of a load
+ORIGIN, AXES, LOWER, UPPER, ROUNDING, STRETCH, IS_ROOM = 0, 3, 12, 15, 18, 19, 20
+BOUNDS_NUMBERS = 21
+# Columns of the integers of a team
+(
+    FIRST_LOAD,
+    LOADS,
+    BALL_OF_TEAM,
+    FIRST_STATE_OF_TEAM,
+    STATES_OF_TEAM,
+    BODY,
+    POINTS,
+    POOL,
+    TURNS,
+    IS_PLAIN,
+) = range(10)
+TEAM_INTEGERS = 10
+# Of a load in `Reach.loads`
+BOUNDS_ROW, FIRST_BALL, BALL_COUNT = range(3)
+# Sizes
+FIRST_SWEPT, SWEPT_BALLS, HAS_SWEPT_STATES = range(3)
+
+
+class Reach(NamedTuple):
+    """What tells which loads between frames can act. All but swept loads are in teams, of loads beside each other.
+
+    Attributes
+    ----------
+    teams : ndarray of int, shape (teams, TEAM_INTEGERS)
+        First load and number of loads; a ball about all their ends, where they have one and the same bounds, or -1;
+        their first internal state and how many there are, or -1 where these are not beside each other; the flexible
+        body of their points or -1, how many points these are, where their numbers begin, whether they turn, and whether
+        all ends are the points themselves.
+    loads : ndarray of int, shape (loads, 3)
+        Row of the first end, first of its balls among `members`, and number of balls; 0: it may always act.
+    balls : ndarray of int, shape (balls, BALL_INTEGERS)
+        Row (-1: N), and the swell that it grows by or -1. Those that are swept come first.
+    centres : ndarray, shape (balls, BALL)
+        Centre in the row and radius.
+    swells : ndarray of int, shape (swells, 2)
+        Flexible body, and the first of its weights.
+    weights : ndarray
+        Of the modes, of all swells.
+    members : ndarray of int
+        Balls of loads, one load after the other.
+    bounds : ndarray, shape (loads, BOUNDS_NUMBERS)
+        Origin and axes of a box in the row of the first end, its lower and upper corner, how far it is rounded, by how
+        much a ball counts as larger, and whether it is a room, that what is in it does not reach.
+    pairs : ndarray of int, shape (swept loads, 2)
+        ``a * balls + b`` of the two balls, a < b, in rising order, and the load.
+    points : ndarray
+        Of each team with points: undeformed places in G, (n, 3), and motion from the modes, (k, 3 n), or (k, 6 n) of
+        those that turn.
+    sizes : ndarray of int, shape (3,)
+        First of the loads that are found by a sweep over balls, how many balls it has, and whether one of these loads
+        has internal states.
+    """
+
+    teams: IntegerRows
+    loads: IntegerRows
+    balls: IntegerRows
+    centres: RealRows
+    swells: IntegerRows
+    weights: Reals
+    members: Integers
+    bounds: RealRows
+    pairs: IntegerRows
+    points: Reals
+    sizes: Integers
+
+
+def no_reach() -> Reach:
+    """Return the tables of a scene without loads."""
+    none, two = np.zeros(0), np.zeros((0, 2), dtype=np.int64)
+    return Reach(
+        np.zeros((0, TEAM_INTEGERS), dtype=np.int64),
+        np.zeros((0, 3), dtype=np.int64),
+        two,
+        np.zeros((0, BALL)),
+        two,
+        none,
+        np.zeros(0, dtype=np.int64),
+        np.zeros((0, BOUNDS_NUMBERS)),
+        two,
+        none,
+        np.zeros(3, dtype=np.int64),
+    )
+
+
+def reach_size(reach: Reach) -> int:
+    """Return how many numbers `find_near` writes."""
+    return int(_near_at(reach)) + 2 * len(reach.loads) - int(reach.sizes[FIRST_SWEPT])
+
+
+@inlined
+def nearness_at(reach: Reach) -> int:
+    """Return where it is written of each load whether it is near: above zero; else minus the gap, as far as known."""
+    return BALL * len(reach.balls) + len(reach.swells) + 2 * reach.sizes[SWEPT_BALLS]
+
+
+@inlined
+def _near_at(reach: Reach) -> int:
+    """Return where the numbers of the swept loads that are near begin."""
+    return nearness_at(reach) + len(reach.loads)
+
+
+@inlined
+def near_load(reach: Reach, i: int, out: np.ndarray) -> int:
+    """Return the number of one of the swept loads that are near."""
+    return int(out[_near_at(reach) + i].real)
+
+
+@inlined
+def find_near(
+    reach: Reach, flexible: FlexibleTables | None, work: np.ndarray, modal: np.ndarray, out: np.ndarray
+) -> int:
+    """Write how near all loads are, and in rising order the swept ones that are; return how many these are."""
+    place_balls(reach, flexible, work, modal, out)
+    nearness = out[nearness_at(reach) : _near_at(reach)]
+    for n in range(len(reach.teams)):
+        first, ball = reach.teams[n, FIRST_LOAD], reach.teams[n, BALL_OF_TEAM]
+        last = first + reach.teams[n, LOADS]
+        if ball >= 0:
+            gap = gap_of(reach, first, ball, work, out)
+            if gap > 0.0:
+                for load in range(first, last):
+                    nearness[load] = -gap
+                continue
+        for load in range(first, last):
+            gap, at = 0.0, reach.loads[load, FIRST_BALL]
+            for m in range(reach.loads[load, BALL_COUNT]):
+                to_ball = gap_of(reach, load, reach.members[at + m], work, out)
+                gap = to_ball if m == 0 else min(gap, to_ball)
+            nearness[load] = -gap if gap > 0.0 else 1.0
+    return find_swept(reach, out)
+
+
+@inlined
+def find_swept(reach: Reach, out: np.ndarray) -> int:
+    """Write which swept loads are near, of balls that are placed; return how many."""
+    if reach.sizes[SWEPT_BALLS] == 0:
+        return 0
+    return sweep_over_balls(reach.pairs, len(reach.balls), reach.sizes, nearness_at(reach), len(reach.loads), out)
+
+
+@kernel
+def sweep_over_balls(
+    pairs: np.ndarray, balls: int, sizes: np.ndarray, nearness_begins: int, loads: int, out: np.ndarray
+) -> int:
+    """Write which swept loads are near, and their numbers in rising order; return how many these are."""
+    count, first = sizes[SWEPT_BALLS], sizes[FIRST_SWEPT]
+    begin = nearness_begins - 2 * count
+    keys, order = out[begin : begin + count], out[begin + count : nearness_begins]
+    nearness, near = out[nearness_begins : nearness_begins + loads], out[nearness_begins + loads :]
+    nearness[first:] = 0.0
+    axis, found = sort_along_widest(out, count, keys, order), 0
+    for i in range(count):
+        a = int(order[i].real)
+        end = out[BALL * a + axis].real + out[BALL * a + 3].real
+        for j in range(i + 1, count):
+            b = int(order[j].real)
+            if keys[b].real > end:
+                break
+            if not overlap(out, a, b):
+                continue
+            pair = min(a, b) * balls + max(a, b)
+            for place in range(place_of_pair(pairs, pair), len(pairs)):
+                if pairs[place, 0] != pair:
+                    break
+                near[found] = pairs[place, 1]
+                nearness[pairs[place, 1]] = 1.0
+                found += 1
+    for i in range(1, found):  # in rising order: sums do not depend on where the balls are
+        moved, j = near[i], i
+        while j > 0 and near[j - 1].real > moved.real:
+            near[j] = near[j - 1]
+            j -= 1
+        near[j] = moved
+    return found
+
+
+@inlined
+def place_of_pair(pairs: np.ndarray, pair: int) -> int:
+    """Return the first place of a pair in a list in rising order, or that of the next."""
+    low, high = 0, len(pairs)
+    while low < high:
+        middle = (low + high) // 2
+        if pairs[middle, 0] < pair:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@inlined
+def place_balls(
+    reach: Reach, flexible: FlexibleTables | None, work: np.ndarray, modal: np.ndarray, out: np.ndarray
+) -> None:
+    """Write centres in N and radii of all balls, grown by what their bodies are displaced."""
+    grown = BALL * len(reach.balls)
+    if flexible is not None:
+        for s in range(len(reach.swells)):
+            body, at = flexible.bodies[reach.swells[s, 0]], reach.swells[s, 1]
+            eta = modal[span(body, WORK_ETA)]
+            out[grown + s] = weighed_sizes(reach.weights[at : at + body[COUNT]], eta)
+    for b in range(len(reach.balls)):
+        row, swell = reach.balls[b, BALL_ROW], reach.balls[b, SWELL]
+        centre, radius = vector(reach.centres, b, 0), reach.centres[b, 3]
+        if row >= 0:
+            turned = rotated(real_matrix(work, row, R), centre)
+            centre = (
+                work[row, POSITION].real + turned[0],
+                work[row, POSITION + 1].real + turned[1],
+                work[row, POSITION + 2].real + turned[2],
+            )
+        if swell >= 0:
+            radius += out[grown + swell].real
+        out[BALL * b], out[BALL * b + 1], out[BALL * b + 2], out[BALL * b + 3] = centre[0], centre[1], centre[2], radius
+
+
+@vector_kernel
+def weighed_sizes(weights: np.ndarray, x: np.ndarray) -> float:
+    """Return the sum of the sizes of numbers times their weights."""
+    s = 0.0
+    for i in range(len(x)):
+        s += weights[i] * abs(x[i].real)
+    return s
+
+
+@inlined
+def gap_of(reach: Reach, n: int, ball: int, work: np.ndarray, out: np.ndarray) -> Any:
+    """Return how far a ball is from the bounds of a load, m, at least; up to zero: the load may act."""
+    row, b = reach.loads[n, BOUNDS_ROW], BALL * ball
+    x = (out[b].real, out[b + 1].real, out[b + 2].real)
+    if row >= 0:
+        place = (work[row, POSITION].real, work[row, POSITION + 1].real, work[row, POSITION + 2].real)
+        x = rotated_back(real_matrix(work, row, R), minus(x, place))
+    x = rotated_back(real_matrix(reach.bounds, n, AXES), minus(x, vector(reach.bounds, n, ORIGIN)))
+    return gap_to(reach.bounds, n, x, out[b + 3].real)
+
+
+@inlined
+def gap_to(bounds: np.ndarray, n: int, x: Numbers, radius: float) -> Any:
+    """Return how far a ball is from bounds, seen in their axes."""
+    lower, upper = vector(bounds, n, LOWER), vector(bounds, n, UPPER)
+    below, above = minus(lower, x), minus(x, upper)
+    if bounds[n, IS_ROOM] > 0.0:
+        return -max(below[0], above[0], below[1], above[1], below[2], above[2]) - radius
+    out = (max(below[0], above[0], 0.0), max(below[1], above[1], 0.0), max(below[2], above[2], 0.0))
+    return np.sqrt(dot(out, out)) - bounds[n, ROUNDING] - bounds[n, STRETCH] * radius
+
+
+@inlined
+def real_matrix(array: np.ndarray, i: int, at: int) -> Numbers:
+    """Read the real part of a matrix in row i of an array."""
+    return (
+        array[i, at].real,
+        array[i, at + 1].real,
+        array[i, at + 2].real,
+        array[i, at + 3].real,
+        array[i, at + 4].real,
+        array[i, at + 5].real,
+        array[i, at + 6].real,
+        array[i, at + 7].real,
+        array[i, at + 8].real,
+    )

@@ -1,0 +1,171 @@
+"""What events of loads look at, in states of a run: values of functions of loads between frames."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.compiler.arrays import Integers, RealBlocks, RealRows, Reals
+from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.compiler.signatures import Variant
+from kanefe.kernels.contact.broad_phase import BALL
+from kanefe.kernels.force_elements.places import END_NUMBERS
+from kanefe.kernels.layout import COORDINATES, MODAL_SIZE, SPEEDS, STATES, WORK, FlexibleTables, Tables
+from kanefe.kernels.loads.loads_between import evaluate_load
+from kanefe.kernels.loads.loads_layout import COORDINATE, END_COUNT, TEAM, WHOLE, LoadsBetween, place_of_load
+from kanefe.kernels.loads.points import gather_points
+from kanefe.kernels.loads.reach import FIRST_SWEPT, SWEPT_BALLS, find_near, find_swept, nearness_at
+from kanefe.kernels.sweeps.outward import sweep_outward
+
+PATH = 2.0
+"""Times the longest way between two places of a step: so near something may come between them without being seen."""
+
+PATH_NUMBERS = 10
+"""Of a swept ball in a step: a box about its centres, the last one, and the longest way along an axis."""
+
+
+@entry(Variant(), Variant(has_flexible=True))
+def watch_states(
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    between: LoadsBetween,
+    counts: Integers,
+    far: RealRows,
+    times: Reals,
+    drives: RealBlocks,
+    inputs: RealRows,
+    states: RealRows,
+    found: RealRows,
+    memory: Reals,
+) -> None:
+    """Write the values that events of loads look at, in some states.
+
+    Of several states, those of a step, it is told of loads that come nowhere near how far away they are, at least. Of
+    one state all are looked at.
+
+    Parameters
+    ----------
+    between : LoadsBetween
+        Of these loads, with the addresses of what they are watched by.
+    counts : ndarray of int, shape (loads,)
+        How many values each has.
+    far : ndarray, shape (values, 2)
+        What is written of a load that cannot act: so much of how far it is from acting, and so much where that is not
+        known.
+    times : ndarray, shape (T,)
+    drives : ndarray, shape (T, driven, 3)
+    inputs : ndarray, shape (T, inputs)
+    states : ndarray, shape (T, state)
+        Each begins with q, u and z.
+    found : ndarray, shape (T, values)
+    memory : ndarray, shape (`watch_memory_size`,)
+    """
+    loads = len(between.loads)
+    size = WORK * len(tables.rows)
+    work, rest = memory[:size].reshape(-1, WORK), memory[size:]
+    modes = len(rest) - between.workspace_size[WHOLE] - path_size(between)
+    modal, acting, paths = (
+        rest[:modes],
+        rest[modes : len(rest) - path_size(between)],
+        rest[len(rest) - path_size(between) :],
+    )
+    wanted, least, last, change = (
+        paths[:loads],
+        paths[loads : 2 * loads],
+        paths[2 * loads : 3 * loads],
+        paths[3 * loads :],
+    )
+    n = tables.sizes[COORDINATES]
+    m = n + tables.sizes[SPEEDS]
+    k = m + tables.sizes[STATES]
+    wanted[:] = 1.0
+    has_frames = False  # along joint coordinates alone nothing else has to be known of the scene
+    for end in range(len(between.rows)):
+        has_frames = has_frames or between.rows[end] != COORDINATE
+    if len(states) > 1 and len(between.reach.balls) > 0:
+        wanted[:] = change[:loads] = 0.0
+        for row in range(len(states)):
+            y = states[row]
+            sweep_outward(tables, flexible, drives[row], y[:n], y[n:m], work, modal)
+            find_near(between.reach, flexible, work, modal, acting)
+            enclose_balls(between, acting, row == 0, change[loads:])
+            nearness, at = acting[nearness_at(between.reach) :], 0
+            for load in range(loads):
+                gap = -min(nearness[load], 0.0)
+                least[load] = gap if row == 0 else min(least[load], gap)
+                if row > 0:
+                    change[load] = max(change[load], abs(gap - last[load]))
+                last[load] = gap
+                for i in range(counts[load]):
+                    found[row, at + i] = far[at + i, 0] * gap + (far[at + i, 1] if gap == 0.0 else 0.0)
+                at += counts[load]
+        put_enclosing(between, change[loads:], acting)
+        find_swept(between.reach, acting)
+        nearness = acting[nearness_at(between.reach) :]
+        for load in range(loads):
+            is_swept = load >= between.reach.sizes[FIRST_SWEPT]
+            if (is_swept and nearness[load] > 0.0) or (not is_swept and least[load] <= PATH * change[load]):
+                wanted[load] = 1.0
+    if not is_any(wanted):
+        return
+    for row in range(len(states)):
+        y, at = states[row], 0
+        q, u, z = y[:n], y[n:m], y[m:k]
+        if has_frames:
+            sweep_outward(tables, flexible, drives[row], q, u, work, modal)
+        for load in range(loads):
+            if wanted[load] > 0.0:
+                gather_points(between, flexible, between.loads[load, TEAM], load, load + 1, work, modal, acting)
+                evaluate_load(
+                    between, load, load, flexible, times[row], inputs[row], z, drives[row], q, u, work, acting
+                )
+                written = place_of_load(between) + END_NUMBERS * between.loads[load, END_COUNT]
+                for i in range(counts[load]):
+                    found[row, at + i] = acting[written + i]
+            at += counts[load]
+
+
+@inlined
+def is_any(wanted: np.ndarray) -> bool:
+    """Tell whether any load is wanted."""
+    total = 0.0
+    for load in range(len(wanted)):
+        total += wanted[load]
+    return total > 0.0
+
+
+@inlined
+def enclose_balls(between: LoadsBetween, acting: np.ndarray, is_first: bool, boxes: np.ndarray) -> None:
+    """Take in where the centres of swept balls are: a box about all places of each, and its longest way."""
+    for b in range(between.reach.sizes[SWEPT_BALLS]):
+        box, way = boxes[PATH_NUMBERS * b :], 0.0
+        for c in range(3):
+            x = acting[BALL * b + c]
+            if not is_first:
+                way = max(way, abs(x - box[6 + c]))
+            box[c], box[3 + c] = (x, x) if is_first else (min(box[c], x), max(box[3 + c], x))
+            box[6 + c] = x
+        box[9] = way if is_first else max(box[9], way)
+
+
+@inlined
+def put_enclosing(between: LoadsBetween, boxes: np.ndarray, acting: np.ndarray) -> None:
+    """Write balls about all that swept balls were in, and may have been between, in their place."""
+    for b in range(between.reach.sizes[SWEPT_BALLS]):
+        box, square = boxes[PATH_NUMBERS * b :], 0.0
+        for c in range(3):
+            acting[BALL * b + c] = 0.5 * (box[c] + box[3 + c])
+            square += (box[3 + c] - box[c]) ** 2
+        acting[BALL * b + 3] += 0.5 * np.sqrt(square) + PATH * box[9]
+
+
+@inlined
+def path_size(between: LoadsBetween) -> int:
+    """Return how many numbers are kept of a step: of each load and of each swept ball."""
+    return 4 * len(between.loads) + PATH_NUMBERS * between.reach.sizes[SWEPT_BALLS]
+
+
+def watch_memory_size(tables: Tables, flexible: FlexibleTables | None, between: LoadsBetween) -> int:
+    """Return how many numbers the memory of `watch_states` has."""
+    modes = 0 if flexible is None else int(flexible.sizes[MODAL_SIZE])
+    return WORK * len(tables.rows) + modes + int(between.workspace_size[WHOLE] + path_size(between))

@@ -1,0 +1,162 @@
+"""Runs in order n: a method of integration gets what it wants evaluated until its outputs or steps are done.
+
+The scene is behind prepared calls of its kernels: one function serves scenes of every kind, in space and in the plane.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from kanefe.kernels.algebra.vectors import copy
+from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler.arrays import Filler, Prepared, RealRows, Reals
+from kanefe.kernels.compiler.calls import call_address
+from kanefe.kernels.compiler.entries import built_first, entry
+from kanefe.kernels.constraints.closing import CLOSED, ENDED_AS, SHARE_IN_METRIC
+from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
+from kanefe.kernels.evaluation.evaluation import (
+    AT_TIME,
+    DONE_AS,
+    IS_IMPLICIT,
+    LEAST_PIVOT,
+    SHARE_OF_DAMPING,
+    SHARE_OF_STIFFNESS,
+)
+from kanefe.kernels.evaluation.momenta import BALANCE_TIME
+from kanefe.kernels.steppers.step_commands import (
+    AT,
+    BALANCE,
+    IMPLICIT,
+    IS_LEFT_OPEN,
+    LARGEST_OF_DRIVES,
+    NO_INERTIA,
+    PROJECT,
+    RATES,
+    SHARE_DAMPING,
+    SHARE_STIFFNESS,
+    STATE,
+    STORED,
+    TIME,
+    TIME_AT,
+    WEAKEST,
+    Run,
+    go_on,
+)
+from kanefe.kernels.sweeps.drives import Drives, put_drives
+
+
+class Scene(NamedTuple):
+    """What a run needs of a scene.
+
+    Attributes
+    ----------
+    evaluation, closing, balance : Prepared
+        Calls of the kernels `evaluate` or `evaluate_planar`, `close_state` (where there are loops) and `balance`, all
+        with `drives`, `inputs` and the vectors of the run.
+    has_loops : bool
+    drives : ndarray, shape (driven, 3)
+        Written by `motions` at each time.
+    motions : Drives
+    fill : function (t, y, inputs)
+        Writes the values of loads that are compiled functions.
+    inputs : ndarray
+        Values of loads, the constant ones written.
+    closed : ndarray, shape (state,)
+        The state that `closing` closes.
+    asked : ndarray, shape (state,)
+        Where the state that was asked for is kept, while another is in its place.
+    """
+
+    evaluation: Prepared
+    closing: Prepared
+    balance: Prepared
+    has_loops: bool
+    drives: RealRows
+    motions: Drives
+    fill: Filler
+    inputs: Reals
+    closed: Reals
+    asked: Reals
+
+
+@built_first
+@entry()
+def integrate(scene: Scene, run: Run, vectors: RealRows) -> tuple[int, float]:
+    """Go on with a run until its method wants what is not to be had here.
+
+    Parameters
+    ----------
+    scene : Scene
+    run : Run
+    vectors : ndarray, shape (vectors of the method, state)
+
+    Returns
+    -------
+    command : int
+        What the method wants: ACCEPTED where the outputs or the steps have come to their end; RATES, IMPLICIT or
+        PROJECT where the loops could not be closed, or only they hold what has no inertia. Or NO_INERTIA.
+    weakest : float
+        Smallest pivot of a constraint met, of 1.
+    """
+    at, reals = vectors[AT], run.reals
+    places, numbers = scene.evaluation.places, scene.evaluation.numbers
+    weakest, closed = 1.0, run.integers[STORED]
+    while True:
+        command = go_on(run, vectors)
+        if scene.has_loops:
+            for stored in range(closed, run.integers[STORED]):
+                if not _close(scene, run.times[stored], reals[SHARE_STIFFNESS], run.states[stored]):
+                    run.integers[IS_LEFT_OPEN] = 1
+            closed = run.integers[STORED]
+            if command == PROJECT and _close(scene, reals[TIME], reals[SHARE_STIFFNESS], vectors[STATE]):
+                continue
+        if command != RATES and command != IMPLICIT and command != BALANCE:
+            return command, weakest
+        t = reals[TIME_AT]
+        reals[LARGEST_OF_DRIVES] = put_drives(scene.motions, t, scene.drives)
+        if command == BALANCE:
+            scene.balance.numbers[BALANCE_TIME] = t
+            call_address(scene.balance.address, (scene.balance.places, scene.balance.numbers))
+            continue
+        places[IS_IMPLICIT], numbers[AT_TIME] = command == IMPLICIT, t
+        numbers[SHARE_OF_DAMPING], numbers[SHARE_OF_STIFFNESS] = reals[SHARE_DAMPING], reals[SHARE_STIFFNESS]
+        for is_beside in range(2):  # a second time where the loops are nearly singular
+            scene.fill(t, at, scene.inputs)
+            call_address(scene.evaluation.address, (places, numbers))
+            is_regular, pivot = numbers[DONE_AS] != NO_INERTIA, numbers[LEAST_PIVOT]
+            weakest = min(weakest, pivot)
+            if not scene.has_loops:
+                break
+            if is_beside:
+                copy(scene.asked, at)
+                break
+            reals[WEAKEST] = pivot
+            if is_regular and not pivot < NEAR_SINGULAR:
+                break
+            if not is_regular or not _step_beside(scene, t, at):
+                return command, weakest
+        if not is_regular:
+            return NO_INERTIA, weakest
+
+
+@kernel
+def _close(scene: Scene, t: float, share_stiffness: float, y: Reals) -> bool:
+    """Close the loops of a state at a time; tell whether that was possible."""
+    put_drives(scene.motions, t, scene.drives)
+    copy(y, scene.closed)
+    scene.closing.numbers[SHARE_IN_METRIC] = share_stiffness
+    call_address(scene.closing.address, (scene.closing.places, scene.closing.numbers))
+    if scene.closing.numbers[ENDED_AS] != CLOSED:
+        return False
+    copy(scene.closed, y)
+    return True
+
+
+@kernel
+def _step_beside(scene: Scene, t: float, at: Reals) -> bool:
+    """Put the nearest closed state in the place of one near a singular position, whose rates are then its own.
+
+    Off the constraints they would be without bounds. Tells whether there is one.
+    """
+    copy(at, scene.asked)
+    return _close(scene, t, 0.0, at)

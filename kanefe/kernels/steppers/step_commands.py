@@ -1,0 +1,316 @@
+"""How a method of integration and the equations talk: by commands, and through arrays with named places.
+
+A method is a function ``advance(integers, reals, vectors, table)`` that returns what it wants done next: an evaluation,
+a projection onto the loops, or that a step is accepted. It knows nothing of the scene, and the scene nothing of it, so
+that one implementation serves scenes of every kind, in compiled code as well as where Python functions are called, and
+a run can be left and taken up again at any command, from a file too.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.kernels.algebra.vectors import copy
+from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
+from kanefe.kernels.compiler.arrays import Advance, Integers, Interpolate, RealRows, Reals
+from kanefe.kernels.compiler.entries import built_first, entry
+from kanefe.kernels.evaluation.bending import watch_bends
+from kanefe.kernels.sweeps.advance import put_turned
+
+# Commands
+START = 0
+RATES = 1  # write dy/dt of the state AT at the time TIME_AT to SLOPE
+IMPLICIT = 2  # the same with (M + s C + r K) in place of M, see `Reals`, and forces C, K times the pushes
+ACCEPTED = 3  # a step has been taken: TIME and STATE are further
+PROJECT = 4  # put STATE onto the loops, to the nearest place in the metric M + r K
+JACOBIAN = 5  # write derivatives of the rates of STATE at TIME to the rows from JACOBIAN_ROW on: see `derivatives`
+FAILED = 6  # no step is small enough, or a solution could not be found
+DONE = 7  # TIME is STOP
+BALANCE = 8  # write energy and, where kept, momenta and rigid motions of the state AT at the time TIME_AT
+NO_INERTIA, NOT_FINITE = -1, -2  # of an evaluation: nothing moves along a joint, or the rates are no numbers
+
+# Places in `integers`
+(
+    COMMAND,
+    STAGE,
+    STEPS,
+    REJECTED,
+    EVALUATIONS,
+    FACTORISATIONS,
+    JACOBIANS,
+    COORDINATES,
+    SPEEDS,
+    IS_FIXED,
+    HAS_LOOPS,
+    WANTS_DENSE,
+    WORST,
+    REASON,
+    STORED,
+    LAST_STEP,
+    MAP_SIZE,
+    JACOBIAN_ROW,
+    KEEPS_MOMENTA,
+    IS_STIFF,
+    IS_LEFT_OPEN,
+    KNOTS,
+    BENDS,
+) = range(23)
+OF_METHOD = 24  # from here on a method has its own
+MAP = 60  # triples of kind, coordinate and speed: how a coordinate moves
+
+# Behind it, from the place BENDS on where that is not 0: the flexible bodies that are watched, see `kernels.bends`
+
+# Why a method failed
+TOO_SMALL, NO_CONVERGENCE, NO_NUMBERS, HELD = 1, 2, 3, 4
+
+# How coordinates move
+STRAIGHT, TURNING = 0, 1
+
+# Places in `reals`
+(
+    TIME,
+    TIME_OLD,
+    TIME_AT,
+    STEP,
+    NEXT_STEP,
+    STOP,
+    SMALLEST,
+    RELATIVE,
+    NEXT_OUTPUT,
+    SHARE_DAMPING,
+    SHARE_STIFFNESS,
+    ERROR,
+    WEAKEST,
+    LARGEST,
+    LARGEST_OF_DRIVES,
+) = range(15)
+
+# What BALANCE writes to `reals`: energies, the second the sum of the sizes of its parts; and where KEEPS_MOMENTA is set
+# the mass of the scene, its centre, its momentum, its angular momentum about the centre with that of rotors, that of
+# rotors, and the inertia about the centre as of one rigid body
+ENERGY, ENERGY_SIZE, KINETIC, TOTAL_MASS = range(15, 19)
+CENTRE, MOMENTUM, SPIN, ROTORS, LOCKED = range(19, 32, 3)
+TIME_EXCESS = 37  # by how much TIME is above the sum of fixed steps: taken off the next one
+REALS_OF_METHOD = 38
+
+# From the place KNOTS on in `reals`, where it is not 0: the place of the next knot of tables in time, that of the last
+# at which steps have to end, how many these are at a time, the rejected steps at the last look; then all knots, s
+NEXT_KNOT, LAST_KEPT, KEPT_AT_ONCE, REJECTED_BEFORE, FIRST_KNOT = range(5)
+FEWEST_KEPT, MOST_KEPT = 8, 1024
+PIECES_OF_FREE_STEP = 4.0  # steps that want more pieces of a table than these pass over its knots
+
+# Rows of `vectors`, each of the length of a state (q, u, dissipated energy, work)
+AT, SLOPE, PUSH_DAMPING, PUSH_STIFFNESS, STATE, STATE_OLD, SCALE = range(7)
+ROWS_OF_METHOD = 7
+RIGID = ROWS_OF_METHOD  # with BALANCE six rows: speeds of the rigid motions of the scene, about its centre of mass
+
+
+class Run(NamedTuple):
+    """A method in the middle of a run.
+
+    Attributes
+    ----------
+    advance, interpolate : functions
+        Of the method; compiled: pointers of one type for all.
+    integers, reals, table : ndarray
+        Its memory, beside the vectors, and its coefficients.
+    times : ndarray
+        Output times, ascending.
+    states : ndarray, shape (times, state)
+    most_steps : int
+        Count of accepted steps, from the start of the run, at which to return.
+    """
+
+    advance: Advance
+    interpolate: Interpolate
+    integers: Integers
+    reals: Reals
+    table: RealRows
+    times: Reals
+    states: RealRows
+    most_steps: int
+
+
+@inlined
+def ask(integers: np.ndarray, command: int, stage: int) -> int:
+    """Remember where to go on, and return the command."""
+    integers[COMMAND] = command
+    integers[STAGE] = stage
+    if command in (RATES, IMPLICIT):
+        integers[EVALUATIONS] += 1
+    return command
+
+
+@kernel
+def scaled_size(
+    integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, error: np.ndarray, a: np.ndarray, b: np.ndarray
+) -> float:
+    """Return the largest component of an error, of what is allowed there; infinite if it is not finite.
+
+    Allowed is the absolute tolerance and the relative one of the larger of two states.
+    The worst that is told is a coordinate or a speed: energies only follow.
+    """
+    largest, moving = 0.0, integers[COORDINATES] + integers[SPEEDS]
+    for i in range(len(error)):
+        allowed = vectors[SCALE, i] + reals[RELATIVE] * max(abs(a[i]), abs(b[i]))
+        size = abs(error[i]) / allowed
+        if not size <= largest:
+            largest = size
+            if i < moving:
+                integers[WORST] = i
+            if not size < np.inf:
+                return np.inf
+    return largest
+
+
+@kernel
+def first_step(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, rates: np.ndarray) -> float:
+    """Return a step that moves the state by a hundredth of what such rates do in one unit of error."""
+    largest, span = 0.0, reals[STOP] - reals[TIME]
+    for i in range(integers[COORDINATES] + integers[SPEEDS]):
+        allowed = vectors[SCALE, i] + reals[RELATIVE] * abs(vectors[STATE, i])
+        largest = max(largest, abs(rates[i]) / allowed)
+    return min(1e-3 * span, 0.01 / (reals[RELATIVE] * largest) if largest > 0.0 else span)
+
+
+@kernel
+def accept(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, new: np.ndarray) -> int:
+    """Make `new` the state at the end of the step, and say so; a step to what is no number fails."""
+    for i in range(len(new)):
+        if not abs(new[i]) < np.inf:
+            integers[REASON], integers[WORST] = NO_NUMBERS, i
+            return FAILED
+    copy(vectors[STATE], vectors[STATE_OLD])
+    copy(new, vectors[STATE])
+    reals[TIME_OLD] = reals[TIME]
+    if integers[LAST_STEP]:
+        reals[TIME] = reals[STOP]
+    elif not integers[IS_FIXED]:
+        reals[TIME] += reals[STEP]
+    else:  # Kahan's sum: a million rounded steps would end beside the outputs, and what is kept is so at their ends
+        step = reals[STEP] - reals[TIME_EXCESS]
+        reals[TIME] += step
+        reals[TIME_EXCESS] = (reals[TIME] - reals[TIME_OLD]) - step
+    integers[STEPS] += 1
+    return ACCEPTED
+
+
+@kernel
+def go_on(run: Run, vectors: np.ndarray) -> int:
+    """Return the next command of a method that is not an accepted step with more to come; write the outputs passed."""
+    integers, reals = run.integers, run.reals
+    while True:
+        command = run.advance(integers, reals, vectors, run.table)
+        if command != ACCEPTED:
+            return command
+        if integers[BENDS] > 0:  # where the step began: what it went past an event with has not been
+            watch_bends(integers[integers[BENDS] :], reals, reals[TIME_OLD], vectors[STATE_OLD])
+        stored = integers[STORED]
+        while stored < len(run.times) and run.times[stored] <= reals[TIME]:
+            run.interpolate(integers, reals, vectors, run.table, run.times[stored], run.states[stored])
+            stored += 1
+        integers[STORED] = stored
+        reals[NEXT_OUTPUT] = run.times[stored] if stored < len(run.times) else np.inf
+        if stored == len(run.times) or integers[STEPS] >= run.most_steps:
+            return command
+
+
+@vector_kernel
+def is_finite(x: np.ndarray) -> bool:
+    """Tell whether no number of x is infinite or not a number."""
+    total = 0.0
+    for i in range(len(x)):
+        total += abs(x[i].real) + abs(x[i].imag)
+    return total < np.inf
+
+
+@kernel
+def knot_ahead(integers: np.ndarray, reals: np.ndarray, wanted: float) -> float:
+    """Return the knot of a table at which the step must end, s; infinity if steps may pass over knots.
+
+    No method is of its order across a kink. Where a step that passes over knots is rejected until few are left, the
+    next steps end at them: `FEWEST_KEPT` at first, twice as many each time that a longer step fails at once again.
+    """
+    at, t = integers[KNOTS], reals[TIME]
+    i, end = int(reals[at + NEXT_KNOT]), len(reals)
+    while i < end and reals[i] <= t + 1e-9 * (reals[i] - reals[i - 1]):
+        i += 1
+    while i > at + FIRST_KNOT + 1 and reals[i - 1] > t + 1e-9 * (reals[i - 1] - reals[i - 2]):
+        i -= 1
+    is_rejected = integers[REJECTED] > reals[at + REJECTED_BEFORE]
+    reals[at + NEXT_KNOT], reals[at + REJECTED_BEFORE] = i, integers[REJECTED]
+    if i == end:
+        return np.inf
+    free = PIECES_OF_FREE_STEP * (reals[i] - reals[i - 1])
+    last = reals[at + LAST_KEPT]
+    if i > last:
+        if not (is_rejected and t + reals[STEP] > reals[i] and wanted < free):
+            return np.inf
+        is_same = i <= last + 2.0 * PIECES_OF_FREE_STEP
+        reals[at + KEPT_AT_ONCE] = min(2.0 * reals[at + KEPT_AT_ONCE], MOST_KEPT) if is_same else FEWEST_KEPT
+        reals[at + LAST_KEPT] = i + reals[at + KEPT_AT_ONCE]
+    reals[NEXT_STEP] = min(reals[NEXT_STEP], free)  # steps that end at knots have errors so small that they say nothing
+    return reals[i]
+
+
+@inlined
+def clip(integers: np.ndarray, reals: np.ndarray, wanted: float) -> None:
+    """Set the step: the one wanted, or what is left; two even steps are better than a full one and a sliver."""
+    rest, knot = reals[STOP] - reals[TIME], np.inf
+    if not integers[IS_FIXED]:
+        wanted = min(wanted, reals[LARGEST], reals[LARGEST_OF_DRIVES])
+        if integers[KNOTS] > 0:
+            knot = knot_ahead(integers, reals, wanted) - reals[TIME]
+    integers[LAST_STEP] = 1 if min(wanted, knot) >= rest * (1.0 - 1e-9) else 0
+    rest = min(rest, knot)
+    if integers[LAST_STEP] or wanted >= rest * (1.0 - 1e-9):
+        reals[STEP] = rest
+    elif integers[IS_FIXED] or wanted <= 0.5 * rest:
+        reals[STEP] = wanted
+    else:
+        reals[STEP] = 0.5 * rest
+
+
+@kernel
+def move(integers: np.ndarray, q: np.ndarray, step: np.ndarray, first: int, moved: np.ndarray) -> None:
+    """Write coordinates moved along the speeds by ``step[first:]``; rotations by the exponential map."""
+    for row in range(integers[MAP_SIZE]):
+        kind, at, speed = integers[MAP + 3 * row], integers[MAP + 3 * row + 1], first + integers[MAP + 3 * row + 2]
+        if kind == STRAIGHT:
+            moved[at] = q[at] + step[speed]
+            continue
+        put_turned(moved, at, q, step[speed], step[speed + 1], step[speed + 2])
+
+
+@kernel
+def turn(integers: np.ndarray, q: np.ndarray, h: float, speeds: np.ndarray, first: int, changes: np.ndarray) -> None:
+    """Add to small changes of the coordinates q those of speeds ``speeds[first:]`` in a time h, to first order."""
+    for row in range(integers[MAP_SIZE]):
+        kind, at, speed = integers[MAP + 3 * row], integers[MAP + 3 * row + 1], first + integers[MAP + 3 * row + 2]
+        if kind == STRAIGHT:
+            changes[at] += h * speeds[speed]
+            continue
+        x, y, z = 0.5 * h * speeds[speed], 0.5 * h * speeds[speed + 1], 0.5 * h * speeds[speed + 2]
+        e0, e1, e2, e3 = q[at], q[at + 1], q[at + 2], q[at + 3]
+        changes[at] -= e1 * x + e2 * y + e3 * z
+        changes[at + 1] += e0 * x + e2 * z - e3 * y
+        changes[at + 2] += e0 * y - e1 * z + e3 * x
+        changes[at + 3] += e0 * z + e1 * y - e2 * x
+
+
+@built_first
+@entry()
+def next_command(run: Run, vectors: RealRows) -> int:
+    """Return the next command of a method, for a loop in Python: see `go_on`."""
+    return go_on(run, vectors)
+
+
+@built_first
+@entry()
+def interpolated(
+    interpolate: Interpolate, integers: Integers, reals: Reals, vectors: RealRows, table: RealRows, t: float, out: Reals
+) -> None:
+    """Write the state at a time of the last step, for a call from Python."""
+    interpolate(integers, reals, vectors, table, t, out)

@@ -1,0 +1,75 @@
+"""The way to a rest among contacts: they act from afar at first, then from less, so that the search feels them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from kanefe.contact.rigid.rigid_contact import RigidContact
+from kanefe.equations.model import Model
+from kanefe.errors import SimulationError
+from kanefe.frames import Vector
+from kanefe.kane.state import State
+from kanefe.linear.equilibrium.balance import BalanceSearch
+from kanefe.linear.state import at_rest
+from kanefe.linear.tangents import contact_depths
+from kanefe.tree.scales import scene_length
+
+SHORTEST = 3e-3
+"""Of the steps of a search among contacts, in rad or scene lengths: they pass through nothing that is thicker."""
+
+SOFTEST, HARDEST, HARDER = 3e-2, 3e-6, 0.3
+"""Of the length of a scene: over what distances contacts act from afar, one after the other, in a search for a rest; a
+stiffness at the end of the next is never lost beside others in round-off."""
+
+FAR = 20.0
+"""Such distances at most from a contact to what it is to meet, where the search begins: it still feels it."""
+
+MOST_FAILURES = 3
+"""Searches in a row that find nothing, after which the others will not either."""
+
+
+def is_put_down(model: Model) -> bool:
+    """Return whether loads are as they were added, and not as a run left them; of rigid contacts nothing is asked."""
+    states = zip(model.loads, model.load_states, strict=True)
+    return all(
+        isinstance(load, RigidContact) or np.array_equal(model.initial_states[where], load.initial_states)
+        for load, where in states
+    )
+
+
+def felt(
+    model: Model,
+    t: float,
+    q: Vector,
+    u: Vector,
+    found: np.ndarray,
+    held: tuple[str, ...],
+    yielding: Callable[[float], Model] | None = None,
+) -> Vector:
+    """Return coordinates near the balance of a scene with contacts, which act from afar at first, then from less.
+
+    Steps are no longer than that, so that they pass through nothing. What sticks is put down anew, without tension,
+    each time: in the end friction holds what it has to and no more. `yielding` gives the model in the place of one with
+    rigid contacts, by how far (m) these yield.
+    """
+    length = scene_length(model)
+
+    def yields(depth: float) -> Model:
+        return model if yielding is None else yielding(depth)
+
+    depths = contact_depths(State(yields(SOFTEST * length), t, q, u))
+    farthest = max((-max(probes) for probes in depths), default=0.0)
+    softness = max(SOFTEST, farthest / FAR / length)
+    failures = 0
+    while softness >= HARDEST and failures < MOST_FAILURES:
+        soft = yields(softness * length)
+        soft = at_rest(soft, t, np.concatenate((q, u, soft.initial_states)), softness * length)
+        try:
+            q, _ = BalanceSearch(soft, t, q, u, found, held, max(softness, SHORTEST)).run()
+            failures = 0
+        except SimulationError:
+            failures += 1  # the next ones may do without
+        softness *= HARDER
+    return q

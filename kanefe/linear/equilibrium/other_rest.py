@@ -1,0 +1,218 @@
+"""Whether another rest on contacts is near: what a small tilt, or a little more load, lifts or puts down.
+
+Contacts that carry least are taken away, as many as it takes until what is left is not stable: the rest that they have
+then is one from which the scene tips. How far it is away says how far the rest that was found holds. One search by a
+tangent: it is right to first order in that distance, and sees contacts lift in the order of their loads only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.contact.contact import Contact
+from kanefe.contact.rigid.rigid_contact import OPEN
+from kanefe.equations.model import Model
+from kanefe.frames import Vector
+from kanefe.kane.constraints import meetings, motion_in_N
+from kanefe.kane.rigid_contacts.contact_forces import probe_forces
+from kanefe.kane.state import State
+from kanefe.linear.equilibrium.balance import step_length
+from kanefe.linear.small_motions import SmallMotions
+from kanefe.tree.scales import scene_length
+
+NEAR = 0.1
+"""In rad or scene lengths: how far the rest may be from which it tips, to be told."""
+
+TOUCHED, LIFTED = 1e-6, 1e-3
+"""Of the scene's length: gap up to which something touches at the start, and from which on it has lifted."""
+
+UNSTABLE, WEAKEST = -1e-11, 1e-9
+"""Stiffness over mass, of the largest, below which a motion tips; and share by which what is lifted still presses."""
+
+TURNED = 0.5
+"""Angle to its surface, rad, by which what stood on three contacts or more has turned over; soft ones sink by less."""
+
+PARTING = 1e-6
+"""In rad or scene lengths: how far it is looked whether contacts part."""
+
+Key = tuple[int, int]
+"""Number of a load, and of a probe in it."""
+
+
+class OtherRestWarning(UserWarning):
+    """A rest on contacts near which there is another one."""
+
+
+@dataclass(frozen=True)
+class OtherRest:
+    """Another rest that is near.
+
+    Attributes
+    ----------
+    contacts : tuple of str
+        Those that lift on the way there; of a rest that has lifted some which touched at the start: these.
+    distance : float
+        To where it tips, in rad or scene lengths; of what has lifted: the largest gap, in scene lengths.
+    has_lifted : bool
+        Whether something that touched at the start has lifted on the way to this rest, for good or while it turned.
+    turned : float
+        Of what has turned over on the way: by what angle to its surface, rad.
+    """
+
+    contacts: tuple[str, ...]
+    distance: float
+    has_lifted: bool
+    turned: float = 0.0
+
+    def __str__(self) -> str:
+        names = ", ".join(repr(name) for name in self.contacts[:6]) + (", ..." if len(self.contacts) > 6 else "")
+        if self.turned:
+            return (
+                f"what {names} carried at the start has turned over, by {np.degrees(self.turned):.3g} degrees to what "
+                "it stands on: this is not the rest of the start. Remedy: start=..., a state near the rest that is "
+                "meant, or less load if that is to hold"
+            )
+        if self.has_lifted:
+            return (
+                f"{names} touched at the start and lifted, by {self.distance:.2g} of the scene's length: this is not "
+                "the rest of the start, and there may be one where all of it carries. Remedy: start=..., a state near "
+                "the rest that is meant, or less load if that is to hold"
+            )
+        return (
+            f"another rest is near: tilted by {self.distance:.2g} (rad, or of the scene's length) it balances without "
+            f"{names}, and goes on from there by itself. Remedy: more room before it tips; start=..., a state near the "
+            "other rest, tells that one"
+        )
+
+
+def other_rest(model: Model, t: float, q: Vector, u: Vector, begun: Model) -> OtherRest | None:
+    """Return another rest near one on contacts, if there is one.
+
+    Parameters
+    ----------
+    model : Model
+        As it rests at q, u.
+    begun : Model
+        At the start of the search.
+    """
+    state = State(model, t, q, u)
+    start = State(begun, t, begun.initial_coordinates, begun.initial_speeds)
+    length = scene_length(model)
+    before, after = {key: met for key, met in _met(start).items() if met.gap <= TOUCHED * length}, _met(state)
+    lifted = {key: after[key].gap for key in before if after[key].gap > LIFTED * length}
+    if lifted:
+        return OtherRest(_names(model, list(lifted)), max(lifted.values()) / length, True)
+    turned = _turned_over(before, after, length)
+    if turned is not None:
+        return OtherRest(_names(model, turned[0]), 0.0, True, turned[1])
+    forces = _forces(state)
+    least = sorted(forces, key=lambda key: forces[key])
+    # the fewest without which it tips
+    few, many, distance = 0, len(least), None
+    while many - few > 1:
+        middle = (few + many) // 2
+        tipped = _tips(_without(model, least[:middle]), t, q, u, least[:middle])
+        if tipped is None:
+            few = middle
+        else:
+            many, distance = middle, tipped
+    if distance is None or distance > NEAR:
+        return None
+    return OtherRest(_names(model, least[:many]), distance, False)
+
+
+class _Met(NamedTuple):
+    """Where a probe is: its gap (m), place in N, the normal there in its own axes, and the two bodies."""
+
+    gap: float
+    point: Vector
+    normal: Vector
+    bodies: tuple[int, int]
+
+
+def _met(state: State) -> dict[Key, _Met]:
+    found = {}
+    for number, load in enumerate(state.model.loads):
+        if isinstance(load, Contact):
+            ends = state.load_ends(number)
+            for i, touch in enumerate(load.touches(ends, state.load_states(number))):
+                bodies = load.ends[0].body, load.ends[touch.end].body
+                found[number, i] = _Met(-touch.depth, touch.point, ends[touch.end].A.T @ touch.normal, bodies)
+    for number, met in zip(state.model.rigid_contacts, meetings(state), strict=True):
+        contact = state.model.rigid_contact(state.model.rigid_contacts.index(number))
+        for i, one in enumerate(met):
+            end = contact.ends[contact.probes[i][0]]
+            normal = motion_in_N(state, end).A.T @ one.axes[0]
+            found[number, i] = _Met(one.gap, one.point, normal, (contact.ends[0].body, end.body))
+    return found
+
+
+def _turned_over(before: dict[Key, _Met], after: dict[Key, _Met], length: float) -> tuple[list[Key], float] | None:
+    """Return what stands on an area and has turned over since, and by what angle to its surface: it has not rolled."""
+    groups: dict[tuple[int, int], list[Key]] = {}
+    for key, met in before.items():
+        groups.setdefault(met.bodies, []).append(key)
+    worst: tuple[list[Key], float] | None = None
+    for keys in groups.values():
+        points = np.array([before[key].point for key in keys])
+        spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+        tilt = max(float(np.arccos(np.clip(before[key].normal @ after[key].normal, -1.0, 1.0))) for key in keys)
+        if len(keys) > 2 and spread[1] > LIFTED * length and tilt > max(TURNED, worst[1] if worst else 0.0):
+            worst = keys, tilt
+    return worst
+
+
+def _forces(state: State) -> dict[Key, float]:
+    """Return the normal forces of what carries, N."""
+    model = state.model
+    found = {
+        (number, i): float(touch.press)
+        for number, load in enumerate(model.loads)
+        if isinstance(load, Contact)
+        for i, touch in enumerate(load.touches(state.load_ends(number), state.load_states(number)))
+    }
+    found |= {(model.rigid_contacts[force.contact], force.probe): force.normal for force in probe_forces(state)}
+    return {key: force for key, force in found.items() if force > 0.0}
+
+
+def _without(model: Model, lifted: list[Key]) -> Model:
+    """Return the model in which some probes press no more."""
+    loads, z = list(model.loads), model.initial_states.copy()
+    for number, i in lifted:
+        load = loads[number]
+        if isinstance(load, Contact):
+            probes = list(load.probes)
+            probes[i] = (probes[i][0], probes[i][1]._replace(share=WEAKEST * probes[i][1].share))
+            loads[number] = replace(load, probes=tuple(probes))
+        else:
+            contact = model.rigid_contact(model.rigid_contacts.index(number))
+            contact.with_status(z[model.load_states[number]], i, OPEN, np.zeros(3))
+    return replace(model, loads=tuple(loads), initial_states=z)
+
+
+def _tips(model: Model, t: float, q: Vector, u: Vector, lifted: list[Key]) -> float | None:
+    """Return how far the rest is from which a scene tips, as all that is lifted parts; None: it does not tip so."""
+    small = SmallMotions(model, t, q, u)
+    lead, P = small.speeds.leading, small.along_positions
+    if not small.is_holonomic or not len(lead):
+        return None
+    L = np.linalg.cholesky(small.speeds.N.T @ small.mass @ small.speeds.N)
+    H = -L.T @ P.ddu[lead] @ np.linalg.inv(L).T
+    squares, motions = np.linalg.eigh(0.5 * (H + H.T))
+    if squares[0] >= UNSTABLE * np.abs(squares).max():
+        return None
+    tipping = P.z @ np.linalg.solve(L.T, motions[:, 0])
+    beside = model.advance(q, PARTING / step_length(model, tipping) * tipping)
+    here, there = (_met(State(model, t, place, u)) for place in (q, beside))
+    parts = np.array([there[key].gap - here[key].gap for key in lifted])
+    if parts.min() < 0.0 < parts.max():
+        return None  # what lies on the other side holds it
+    pushed = float(motions[:, 0] @ L.T @ small.du[lead])
+    return abs(pushed / float(squares[0])) * step_length(model, tipping)
+
+
+def _names(model: Model, keys: list[Key]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(model.loads[number].name for number, _ in keys))

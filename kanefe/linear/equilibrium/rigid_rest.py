@@ -1,0 +1,294 @@
+"""Rest on rigid contacts: which of them carry, so that none pulls, none is entered, and friction holds what sticks.
+
+    0 <= gap  _|_  normal force >= 0,    what sticks stays where it is, with |friction| <= mu normal
+
+An active set: what carries is held by the rows that a run holds it by, the balance is found under these, what pulls is
+let go and what is entered is taken in. Where that does not lead there from the start, contacts that yield show the way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from kanefe.contact.contact import Contact
+from kanefe.contact.laws.friction_laws import Coulomb
+from kanefe.contact.laws.normal_laws import KelvinVoigt
+from kanefe.contact.rigid.rigid_contact import NORMAL, OPEN, SLIPS, STICKS, RigidContact
+from kanefe.equations.model import Model
+from kanefe.errors import SimulationError
+from kanefe.frames import Vector
+from kanefe.kane.constraints import held_rows, meetings, touching_rows
+from kanefe.kane.rigid_contacts.contact_forces import margins, probe_forces
+from kanefe.kane.rigid_contacts.contact_shares import DEPENDENT, spare_forces
+from kanefe.kane.rigid_contacts.impacts import START, resolved
+from kanefe.kane.state import State
+from kanefe.linear.equilibrium.balance import BalanceSearch
+from kanefe.linear.equilibrium.dynamic_relaxation import NoRest, found_or_fallen
+from kanefe.linear.imbalance import force_sizes
+from kanefe.loads.base import Load
+from kanefe.tree.scales import scene_length, scene_weight
+
+Key = tuple[int, int]
+"""Number of a contact among the rigid ones, and of a probe in it."""
+
+Found = tuple[Model, BalanceSearch, tuple[Vector, Vector]]
+
+HELD, FREED = "held", "freed"
+"""A probe that carries: it sticks, where there is friction; or is let slide for once, where that holds too little."""
+
+TOUCHING = 1e-9
+"""Of the scene's length: gap up to which a probe touches at the start, and depth up to which it has not entered."""
+
+PULLED = 1e-9
+"""Of the largest normal force, beyond which a probe pulls, or needs more friction than it has: round-off is less."""
+
+THROUGH = 1e-2
+"""Of the scene's length: depth from which on a search has gone through what it should have met."""
+
+NEARLY = 0.0, 1e-4, 1e-2
+"""Of the scene's length: gaps up to which probes are tried as those that carry where contacts that yield have led."""
+
+SETTLING = 1e-4
+"""Of the scene's length: depth to which contacts yield to its weight where it is let move until it comes to rest."""
+
+MOST_SLIDES = 3
+"""Times that what friction does not hold is let slide to where less is to be held."""
+
+
+def rest_on_contacts(
+    model: Model,
+    t: float,
+    q: Vector,
+    u: Vector,
+    search: Callable[[Model, Vector], Found],
+    feel: Callable[[Vector, Callable[[float], Model]], Vector],
+    may_stay: bool,
+) -> Found:
+    """Return a balance on rigid contacts.
+
+    Parameters
+    ----------
+    model : Model
+    t : float
+        s.
+    q, u : ndarray
+        Where the search begins.
+    search : callable
+        Finds the balance of a model, under the rows that its internal states say, from coordinates.
+    feel : callable
+        Finds coordinates near the balance from others and models of contacts that yield by some length (m).
+    may_stay : bool
+        Whether what touches at the start may be tried first: what sticks stays to the last digit then.
+
+    Raises
+    ------
+    SimulationError
+        If there is no balance that was found; the message names what slips.
+    """
+    if may_stay:
+        state = State(model, t, q, u)
+        near = TOUCHING * scene_length(model)
+        touching = {key: HELD for key, gap in _gaps(state).items() if gap <= near}
+        rest = _Rest(model, t, u, search, 0)
+        try:
+            return rest.found_if_held(q, touching)
+        except SimulationError:
+            pass  # it has to go somewhere first
+    led = feel(q, lambda depth: yielding(model, t, q, u, depth))
+    depth = SETTLING * scene_length(model)
+    return found_or_fallen(
+        lambda q: _from_near(model, t, q, u, search), led, lambda: yielding(model, t, q, u, depth), t, q, u
+    )
+
+
+def _from_near(model: Model, t: float, q: Vector, u: Vector, search: Callable[[Model, Vector], Found]) -> Found:
+    """Return a balance where the probes carry that are nearest to touching at q."""
+    gaps = _gaps(State(model, t, q, u))
+    tried: list[dict[Key, str]] = []
+    error: SimulationError | None = None
+    for share in NEARLY:
+        touching = {key: HELD for key, gap in gaps.items() if gap <= share * scene_length(model)}
+        if touching in tried:
+            continue
+        tried.append(touching)
+        try:
+            return _Rest(model, t, u, search, MOST_SLIDES).found_if_held(q, touching)
+        except SimulationError as failed:
+            error = failed if error is None or touching else error
+    raise error or SimulationError("the scene has no balance that could be found")
+
+
+class _Rest:
+    """The active set about a state; `marks` are where on their surfaces the probes stick."""
+
+    def __init__(
+        self, model: Model, t: float, u: Vector, search: Callable[[Model, Vector], Found], most_slides: int
+    ) -> None:
+        self.model, self.t, self.u, self.search, self.most_slides = model, t, u, search, most_slides
+        self.length = scene_length(model)
+        self.marks: dict[Key, Vector] = {}
+        self.asked: dict[Key, tuple[Vector, float]] = {}  # of friction where it slipped: what balance takes, and mu N
+
+    def found(self, q: Vector, carries: dict[Key, str]) -> Found:
+        """Return the balance found from q, where some probes carry."""
+        slides, most = 0, 4 * sum(len(model_contact.probes) for model_contact in self._contacts()) + 10
+        for _ in range(most):
+            try:
+                model, search, (q, u) = self.search(self.held(q, carries), q)
+            except SimulationError as error:
+                if FREED not in carries.values():
+                    raise
+                raise self._slips([key for key, kind in carries.items() if kind == FREED]) from error
+            state = State(model, self.t, q, u)
+            carries, changed = self._changed(state, carries)
+            if changed:
+                continue
+            slipping, loose = self._beyond_friction(state, carries)
+            if not slipping and not loose and FREED not in carries.values():
+                return model, search, (q, u)
+            slides += bool(slipping)
+            if slides > self.most_slides:
+                raise self._slips(sorted(slipping))
+            # what has slid sticks where it is now
+            self.marks = {key: mark for key, mark in self.marks.items() if carries.get(key) == HELD}
+            carries = {key: FREED if key in slipping else HELD for key in carries if key not in loose}
+        raise SimulationError(
+            f"the scene has no balance that could be found on its rigid contacts: after {most} changes of what "
+            "carries, contacts still pull or are entered. Remedy: start=..., a state nearer to the balance (such as "
+            "the end of a damped run), or contacts that yield, kanefe.HuntCrossley(...)"
+        )
+
+    def found_if_held(self, q: Vector, carries: dict[Key, str]) -> Found:
+        """Return the balance found from q, where some probes carry; nothing is let fall until it is lost."""
+        begun = BalanceSearch(self.held(q, carries), self.t, q, self.u, np.zeros(0, dtype=int), ())
+        if not begun.is_held:
+            raise begun.refusal()
+        return self.found(q, carries)
+
+    def _contacts(self) -> list[RigidContact]:
+        return [self.model.rigid_contact(c) for c in range(len(self.model.rigid_contacts))]
+
+    def held(self, q: Vector, carries: dict[Key, str]) -> Model:
+        """Return the model with rows for what carries."""
+        z = self.model.initial_states.copy()
+        met = meetings(State(self.model, self.t, q, self.u))
+        for c, contact in enumerate(self._contacts()):
+            own = z[self.model.load_states[self.model.rigid_contacts[c]]]
+            for i in range(len(contact.probes)):
+                kind = carries.get((c, i))
+                if kind is None:
+                    contact.with_status(own, i, OPEN, np.zeros(3))
+                    self.marks.pop((c, i), None)
+                elif contact.friction is None or kind == FREED:
+                    contact.with_status(own, i, SLIPS, np.zeros(3))  # in no direction: without friction
+                else:
+                    mark = self.marks.setdefault((c, i), met[c][i].place)
+                    contact.with_status(own, i, STICKS, mark)
+        return replace(self.model, initial_states=z)
+
+    def _changed(self, state: State, carries: dict[Key, str]) -> tuple[dict[Key, str], bool]:
+        """Return what carries after the worst that pulls is let go, or what is entered is taken in."""
+        entered = {key: -gap for key, gap in margins(state).gaps.items() if gap < -TOUCHING * self.length}
+        if entered and max(entered.values()) > THROUGH * self.length:
+            worst = max(entered, key=lambda key: entered[key])
+            raise SimulationError(
+                f"the search for a balance goes through {self._name(worst)}. Remedy: start=..., a state nearer to it"
+            )
+        forces = {(force.contact, force.probe): force.normal for force in probe_forces(state)}
+        pulled = min(forces, key=lambda key: forces[key], default=None)
+        if pulled is not None and forces[pulled] < -PULLED * max(abs(force) for force in forces.values()):
+            return {key: kind for key, kind in carries.items() if key != pulled}, True
+        return carries | dict.fromkeys(entered, HELD), bool(entered)
+
+    def _beyond_friction(self, state: State, carries: dict[Key, str]) -> tuple[set[Key], set[Key]]:
+        """Return the probes that stick but could not, and those that could not without being pressed on.
+
+        Of the former there are no forces in balance that are within their cones: what is rigid may share forces in more
+        than one way, and another one than that of least norm may do.
+        """
+        found = margins(state)
+        largest = max(found.normals.values(), default=0.0)
+        if min(found.reserves.values(), default=0.0) >= -PULLED * largest:
+            return set(), set()
+        z = resolved(state.model, self.t, np.concatenate((state.q, state.u, state.z)), START, 0.0).z
+        forces = {(force.contact, force.probe): force.friction for force in probe_forces(state)}
+        slipping: set[Key] = set()
+        loose: set[Key] = set()
+        for key in found.reserves:
+            where = self.model.load_states[self.model.rigid_contacts[key[0]]]
+            status = self.model.rigid_contact(key[0]).status(z[where])[key[1]]
+            if status == SLIPS and carries.get(key) == HELD:
+                slipping.add(key)
+                asked = float(np.linalg.norm(forces[key]))
+                self.asked[key] = forces[key], asked + found.reserves[key]
+            elif status == OPEN and found.reserves[key] < -PULLED * largest:
+                loose.add(key)
+        return slipping, loose
+
+    def _slips(self, keys: list[Key]) -> NoRest:
+        told = []
+        for name in dict.fromkeys(map(self._name, keys)):
+            own = [self.asked[key] for key in keys if self._name(key) == name]
+            most = sum(most for _, most in own)
+            together = float(np.linalg.norm(np.sum([force for force, _ in own], axis=0)))
+            each = sum(float(np.linalg.norm(force)) for force, _ in own)
+            if together > most:
+                told.append(f"{name} would slip: its friction is asked for {together:.4g} N and holds {most:.4g} N")
+            elif each > most:
+                told.append(
+                    f"{name} would turn: friction of its probes is asked for {each:.4g} N and holds {most:.4g} N"
+                )
+        if not told:  # each has friction enough, but no share of the forces is within that of all
+            names = ", ".join(dict.fromkeys(map(self._name, keys)))
+            told.append(f"{names} would slip: no share of the forces is within the friction of each probe")
+        return NoRest(
+            f"the scene has no balance: {'; '.join(told)}. "
+            "Remedy: more friction, kanefe.Coulomb(mu), a support, or a run"
+        )
+
+    def _name(self, key: Key) -> str:
+        return self.model.rigid_contact(key[0]).title
+
+
+def _gaps(state: State) -> dict[Key, float]:
+    return {(c, i): one.gap for c, probes in enumerate(meetings(state)) for i, one in enumerate(probes)}
+
+
+def yielding(model: Model, t: float, q: Vector, u: Vector, depth: float) -> Model:
+    """Return a model with contacts in the place of rigid ones that yield by a depth (m) to the weight of the scene."""
+    force = scene_weight(model) or float(force_sizes(State(model, t, q, u)).max(initial=0.0)) or 1.0
+    k = force / depth
+    loads: list[Load] = []
+    for load in model.loads:
+        if isinstance(load, RigidContact):
+            friction = None if load.friction is None else Coulomb(load.static, stiffness=k, damping=1e-3 * k)
+            law = KelvinVoigt(k, damping=0.0)
+            loads.append(Contact(load.name, load.ends, load.shape, load.probes, law, friction, np.zeros(3)))
+        else:
+            loads.append(load)
+    soft = model.with_loads(loads)
+    z = soft.initial_states.copy()
+    for new, old, load in zip(soft.load_states, model.load_states, model.loads, strict=True):
+        if not isinstance(load, RigidContact):
+            z[new] = model.initial_states[old]
+    switches = sum(len(load.initial_states) for load in model.loads)
+    z[sum(len(load.initial_states) for load in loads) :] = model.initial_states[switches:]
+    return replace(soft, initial_states=z)
+
+
+def undetermined(state: State) -> tuple[str, ...]:
+    """Return the names of rigid contacts whose normal forces are not determined: rigid bodies share them in many ways.
+
+    What is told of them is of least norm, or what lets none pull.
+    """
+    if not touching_rows(state):
+        return ()
+    spare = spare_forces(state)
+    totals: dict[str, Vector] = {}
+    for number, (owner, row) in enumerate(held_rows(state)):
+        if isinstance(owner, RigidContact) and getattr(row, "direction", None) == NORMAL:
+            totals[owner.name] = totals.get(owner.name, np.zeros(spare.shape[1])) + spare[number]
+    return tuple(name for name, total in totals.items() if np.abs(total).max(initial=0.0) > DEPENDENT)

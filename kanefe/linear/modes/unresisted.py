@@ -1,0 +1,196 @@
+"""Motions that nothing resists: neither elastic nor geometric stiffness, gravity nor loads.
+
+They are a matter of rank, not of low frequencies. Small motions ``M a = F x`` stand still for ever, or drift, where
+
+    T dx/dt = X x,   X = [[A_11, A_12], [M A_21, M A_22]],   T = [[1, 0], [0, M]]
+
+leaves them in the null space of X, or leads them there: ``X x = T c`` with c found before. Each entry of X is a sum, of
+which the sizes of the parts are known, and with them its round-off: rows and columns are scaled so that the largest
+parts in each are one, and what is left of a sum is compared with these.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import scipy.linalg
+
+from kanefe.frames import Matrix, Vector
+from kanefe.linear.imbalance import force_sizes
+from kanefe.linear.modes.eigenpairs import rate_weights
+from kanefe.linear.modes.hill import hill_matrix
+from kanefe.linear.small_motions import SmallMotions
+from kanefe.linear.tangents import DIFFERENCE_STEP, tangent_steps
+
+NOTHING = {True: 1e-11, False: 1e-9}
+"""Singular value of scaled sums of parts of size one that is round-off: where derivatives are exact, and where not."""
+
+LEAST = 1e-20
+"""Stiffness, of that of the fastest entry over the same masses, that is always looked at as nothing: times `NOTHING` it
+has a frequency that is round-off of the highest."""
+
+ALIKE = 1e-6
+"""Place of a unit motion that is none, and rate of its places below which it stands still."""
+
+SCALINGS, EVEN = 30, 0.1
+"""Rounds in which rows and columns are scaled, at most, and by how much their largest entries may differ from one then:
+little beside the powers of ten between what is round-off and what is not."""
+
+
+@dataclass(frozen=True, eq=False)
+class Unresisted:
+    """Motions that nothing resists: places that stay as they are, and speeds that go on.
+
+    Attributes
+    ----------
+    motions : ndarray, shape (states, k)
+        Basis: each moves one of the leading states by one, and none of the others.
+    leading : ndarray of int, shape (k,)
+    still : int
+        How many of the first ones are displacements that stay where they are: the rigid motions.
+    drifts : ndarray, shape (speeds, d)
+        Speeds that nothing resists, and with which nothing else has to move.
+    """
+
+    motions: Matrix
+    leading: np.ndarray
+    still: int
+    drifts: Matrix
+
+
+class _Sums(NamedTuple):
+    """``T dx/dt = X x`` with the sizes of what X is the sum of, and how large unit states are."""
+
+    T: Matrix
+    X: Matrix
+    sizes: Matrix
+    weights: Vector
+    rates: Vector
+    p: int
+
+
+def _sums(small: SmallMotions, A: Matrix) -> _Sums:
+    drives = len(small.drives)
+    p, r = len(small.positions.leading) - drives, len(small.speeds.leading) - drives
+    mass, Z, N = small.mass, small.along_positions.z[:, :p], small.speeds.N[:, :r]
+    M = N.T @ mass @ N
+    rates, speeds = rate_weights(A, p)[:p], np.sqrt(np.diag(M))
+    places = rates * np.sqrt(np.abs(np.einsum("ik,ij,jk->k", Z, mass, Z)))
+    T = scipy.linalg.block_diag(np.eye(p), M)
+    sizes, weights = np.abs(T) @ np.abs(A), np.concatenate((places, speeds))
+    sizes[p:] += _of_loads(small, Z, N) + LEAST * rates.max(initial=0.0) * np.outer(speeds, weights)
+    return _Sums(T, T @ A, sizes, weights, rates, p)
+
+
+def unresisted_around(points: Sequence[SmallMotions], matrices: np.ndarray, rate: float, reach: int) -> int:
+    """Return how many motions about one that repeats nothing resists at any azimuth.
+
+    Parameters
+    ----------
+    points : sequence of SmallMotions
+        At equal steps of a period.
+    matrices : ndarray, shape (n, x, x)
+        A at each.
+    rate : float
+        rad/s.
+    reach : int
+        Harmonics to either side that they may have.
+    """
+    sums = [_sums(small, A) for small, A in zip(points, matrices, strict=True)]
+    turns = rate * np.arange(-reach, reach + 1).repeat(matrices.shape[1])
+    Ts, Xs = np.array([each.T for each in sums]), np.array([each.X for each in sums])
+    T, X = (hill_matrix(np.fft.fft(each, axis=0) / len(points), 0.0, reach) for each in (Ts, Xs))
+    sizes, masses = np.max([each.sizes for each in sums], axis=0), np.abs(Ts).max(axis=0)
+    sizes, masses = (np.tile(each, (2 * reach + 1, 2 * reach + 1)) for each in (sizes, masses))
+    found = np.zeros((len(turns), 0))
+    is_exact = all(small.derivatives.is_exact for small in points)
+    while True:
+        wider = np.hstack((sizes + masses * np.abs(turns), masses @ np.abs(found)))
+        null = _null_space(np.hstack((X - 1j * T * turns, T @ found)), wider, NOTHING[is_exact])[: len(turns)]
+        if null.shape[1] == found.shape[1]:
+            return found.shape[1]
+        found = null
+
+
+def unresisted(small: SmallMotions, A: Matrix) -> Unresisted:
+    """Return what nothing resists, driven coordinates held.
+
+    Parameters
+    ----------
+    small : SmallMotions
+    A : ndarray, shape (states, states)
+        Its state matrix, without the states of drives.
+    """
+    sums = _sums(small, A)
+    p, r, found = sums.p, len(A) - sums.p, np.zeros((len(A), 0))
+    while True:
+        wider = np.hstack((sums.sizes, np.abs(sums.T) @ np.abs(found)))
+        null = _null_space(np.hstack((sums.X, sums.T @ found)), wider, NOTHING[small.derivatives.is_exact])[: p + r]
+        if null.shape[1] == found.shape[1]:
+            break
+        found = null
+    weights = sums.weights
+    found = np.linalg.qr(weights[:, None] * found)[0] / weights[:, None]
+    return _led(found, (weights[:p] / sums.rates)[:, None] * (A[:p] @ found), weights)
+
+
+def _led(found: Matrix, moving: Matrix, weights: Vector) -> Unresisted:
+    """Return motions by which states lead that are large in them, by their weights: first those that stand still.
+
+    `moving` are the rates of their places, of unit motions.
+    """
+    p, count = len(moving), found.shape[1]
+    if not count:
+        return Unresisted(found, np.zeros(0, dtype=int), 0, found[p:])
+    _, values, right = np.linalg.svd(weights[:p, None] * found[:p])
+    drifts = found[p:] @ right[int(np.count_nonzero(values > ALIKE)) :].T
+    _, values, right = np.linalg.svd(moving)
+    still = count - int(np.count_nonzero(values > ALIKE))
+    basis = weights[:, None] * (found @ right[::-1].T)
+    leading = _pivots(basis[:p, :still])
+    rest = basis[:, still:] - basis[:, :still] @ np.linalg.solve(basis[leading, :still], basis[leading, still:])
+    leading = np.concatenate((leading, _pivots(rest)))
+    basis = basis / weights[:, None]
+    return Unresisted(basis @ np.linalg.inv(basis[leading]), leading, still, drifts)
+
+
+def _pivots(basis: Matrix) -> np.ndarray:
+    """Return the rows that tell vectors apart best, one for each column."""
+    if not basis.size:
+        return np.zeros(0, dtype=int)
+    return np.asarray(scipy.linalg.qr(basis.T, mode="r", pivoting=True)[1][: basis.shape[1]])
+
+
+def _of_loads(small: SmallMotions, Z: Matrix, N: Matrix) -> Matrix:
+    """Return by how much the forces that act may change with each state, (r, states): what they are the round-off of.
+
+    By large displacements they change by their own sizes, and likewise by speeds as large as those there are.
+    """
+    model, n = small.model, small.model.free_count
+    forces = np.abs(N).T @ force_sizes(small.here)[small.columns]
+    of_places, of_speeds = (DIFFERENCE_STEP / tangent_steps(model, along[:n]) for along in (Z, N))
+    driven = model.driven_speeds(small.t)[0] if model.driven_count else np.zeros(0)
+    fastest = float(np.abs(driven).max(initial=0.0))
+    if small.u.any():
+        fastest = max(fastest, DIFFERENCE_STEP / float(tangent_steps(model, small.u[:, None])[0]))
+    return np.outer(forces, np.concatenate((of_places, of_speeds / fastest if fastest else 0.0 * of_speeds)))
+
+
+def _null_space(X: Matrix, sizes: Matrix, tolerance: float) -> Matrix:
+    """Return a basis of the null space of sums whose parts are known in size, (columns, k)."""
+    rows, columns = np.ones(X.shape[0]), np.ones(X.shape[1])
+    for _ in range(SCALINGS):
+        scaled = rows[:, None] * sizes * columns
+        by_row, by_column = (
+            np.where(largest > 0.0, largest, 1.0)
+            for largest in (scaled.max(axis=1, initial=0.0), scaled.max(axis=0, initial=0.0))
+        )
+        if max(np.abs(by_row - 1.0).max(initial=0.0), np.abs(by_column - 1.0).max(initial=0.0)) < EVEN:
+            break
+        rows, columns = rows / np.sqrt(by_row), columns / np.sqrt(by_column)
+    _, values, right = np.linalg.svd(rows[:, None] * X * columns)
+    rank = int(np.count_nonzero(values > tolerance))
+    return np.asarray(columns[:, None] * right[rank:].conj().T)

@@ -1,0 +1,1 @@
+"""How modes and stability change with the speed of a scene."""

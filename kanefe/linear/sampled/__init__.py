@@ -1,0 +1,1 @@
+"""Small motions of scenes with sampled controllers."""

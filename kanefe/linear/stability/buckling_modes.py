@@ -1,0 +1,184 @@
+"""Buckling of a scene: the factors of its loads at which a motion is resisted no more, and the shapes of these motions.
+
+    (K + factor dK) p = 0
+
+with K and dK of `kanefe.linear.stability.load_path`: linearised buckling of bodies, joints, springs and loops at once.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kanefe.arguments import checked
+from kanefe.equations.model import Model
+from kanefe.errors import AccuracyWarning, ModelError, outside
+from kanefe.frames import Matrix, Vector
+from kanefe.linear.modes.mode_shapes import Shapes
+from kanefe.linear.small_motions import SmallMotions
+from kanefe.linear.stability.load_path import LoadPath, load_path
+
+if TYPE_CHECKING:
+    from kanefe.equations.given_state import Start
+    from kanefe.linear.state import Freezable
+
+SYMMETRIC = 1e-7
+"""Asymmetry of the scaled dK, of its largest entry, that is its round-off: of differences it is some 1e-10."""
+
+FELT = 1e-9
+"""Inverse of a factor, of the largest, below which the loads do nothing to a motion."""
+
+FAR = 0.1
+"""Of rad or scene lengths, beyond which the displacement before buckling is more than linear."""
+
+
+@dataclass(frozen=True, eq=False)
+class Buckling(Shapes):
+    """Factors of the loads at which a scene buckles, lowest first, and shapes; ``print`` shows a table.
+
+    Attributes
+    ----------
+    path : LoadPath
+        The scene at rest, and what is raised.
+    factors : ndarray, shape (k,)
+        Times the loads of the scene.
+    vectors : ndarray, shape (p, k)
+        Over the independent coordinates; what moves farthest moves by one rad or one length of the scene.
+    reversed_factor : float
+        The lowest factor of the loads the other way round; inf: those do not buckle it.
+    """
+
+    path: LoadPath
+    factors: Vector
+    vectors: Matrix
+    reversed_factor: float
+
+    @property
+    def _small(self) -> SmallMotions:
+        return self.path.small
+
+    @cached_property
+    def tangents(self) -> np.ndarray:
+        """Shapes as tangents of the tree (free, k), real: what `Model.advance` takes."""
+        return self.path.along(self.vectors)
+
+    def __str__(self) -> str:
+        lines = [f"buckling {self.path}", f"{'mode':>4}  {'factor':>14}  moves (share of kinetic energy)"]
+        lines += [f"{i:4d}  {factor:14.6g}  {self.describe(i)}" for i, factor in enumerate(self.factors)]
+        if not len(self.factors):
+            lines.append("      no factor: these loads stiffen")
+        if np.isfinite(self.reversed_factor):
+            lines.append(f"the other way round the loads buckle it at {self.reversed_factor:.6g} times")
+        return "\n".join(lines)
+
+
+@checked("loads", "count", "t", "start")
+def buckling(
+    scene: Freezable | Model,
+    *,
+    loads: str | Sequence[str] | None = None,
+    count: int = 6,
+    t: float | None = None,
+    start: Start = None,
+) -> Buckling:
+    """Find the factors of a scene's loads at which it buckles, and how it does.
+
+    Linear: the stiffness at rest under what is kept, and its change as the loads are raised, in the loads and in the
+    displacement that goes with them. Flexible bodies need ``stiffening="full"``. A body of few modes buckles too late;
+    static shapes at loaded interfaces, or several bodies in a chain, take care of that.
+
+    Parameters
+    ----------
+    scene : System or Model
+        At rest under its loads.
+    loads : str or sequence of str, optional
+        What is raised in proportion: ``"gravity"``, and loads by the names that ``linearise(inputs="load ...")`` takes;
+        all else is kept as it is. Default: gravity and all loads that are no functions of the state.
+    count : int
+        How many factors at most.
+    t : float, optional
+        Time at which functions of time are taken, s; default: that of the start, or zero.
+    start : state, optional
+        Where the search for the rest under what is kept begins, as `kanefe.System.simulate` takes it.
+
+    Returns
+    -------
+    Buckling
+
+    Raises
+    ------
+    ModelError
+        If a flexible body has no geometric stiffness, nothing is raised, the scene is not held or not stable under what
+        is kept, or loads have no potential, such as forces that follow: `kanefe.stability_limit` is for those.
+    SimulationError
+        If there is no rest under what is kept.
+
+    Warns
+    -----
+    AccuracyWarning
+        If the scene moves far before it buckles, so that linear factors mean little.
+
+    Examples
+    --------
+    A rigid rod on a hinge with a spring, under its weight: k / (m g l / 2).
+
+    >>> import kanefe as kf
+    >>> scene = kf.System(gravity=(0, 0, -10.0))
+    >>> hinge = kf.Revolute("y", forces=kf.CoordinateForce(stiffness=100.0))
+    >>> rod = scene.add_rigid_body("rod", 2.0, 0.2, com=(0, 0, 0.5), joint=hinge)
+    >>> kf.buckling(scene).factors.round(6)
+    array([10.])
+    """
+    if not isinstance(count, (int, np.integer)) or isinstance(count, bool) or count < 1:
+        raise ModelError(f"buckling: count must be a whole number of at least 1, not {count!r}")
+    path = load_path(scene, t, start, loads, "buckling")
+    scale = 1.0 / np.sqrt(np.diag(path.K))
+    K, dK = (X * np.outer(scale, scale) for X in (path.K, path.dK))
+    _check_symmetric(path, dK)
+    # from L^-1 dK L^-T, K = L L^T: factors are minus the inverse of its eigenvalues
+    inverse = np.linalg.inv(np.linalg.cholesky(0.5 * (K + K.T)))
+    values, vectors = np.linalg.eigh(inverse @ (0.5 * (dK + dK.T)) @ inverse.T)
+    felt = FELT * np.abs(values).max(initial=0.0)
+    softens, stiffens = values < -felt, values > felt
+    order = np.flatnonzero(softens)[:count]
+    found = scale[:, None] * (inverse.T @ vectors[:, order])
+    sizes = np.array([path.moved_by(z) for z in path.along(found).T])
+    signs = np.array([z[np.abs(z).argmax()] for z in path.along(found).T])
+    result = Buckling(
+        path=path,
+        factors=-1.0 / values[order],
+        vectors=found / (sizes * np.where(signs < 0.0, -1.0, 1.0)),
+        reversed_factor=float(1.0 / values[-1]) if stiffens.any() else np.inf,
+    )
+    _warn_of_displacement(result)
+    return result
+
+
+def _check_symmetric(path: LoadPath, dK: Matrix) -> None:
+    size = np.abs(dK).max(initial=0.0)
+    if np.abs(dK - dK.T).max(initial=0.0) > SYMMETRIC * max(size, 1.0e-300):
+        which = " and ".join(path.turning) or "what is raised"
+        raise ModelError(
+            f"buckling: {which} has no potential (it turns with what it acts on, or is a torque about a fixed axis), "
+            "and what such a load does first may be flutter, which no static shape tells. Remedy: "
+            "kanefe.stability_limit(scene)"
+        )
+
+
+def _warn_of_displacement(found: Buckling) -> None:
+    if not len(found.factors):
+        return
+    before = found.factors[0] * found.path.moved_by(found.path.displacement)
+    if before > FAR:
+        warnings.warn(
+            f"before it buckles at {found.factors[0]:.4g} times its loads, the scene moves by some {before:.2g} rad or "
+            "scene lengths, which is more than linear buckling holds for. Remedy: kanefe.equilibrium with loads that "
+            "are raised in steps, each from the last one, and linearise(...).modes() there",
+            AccuracyWarning,
+            stacklevel=outside(),
+        )

@@ -1,0 +1,1 @@
+"""Tables that kernels read, from the frozen scene."""

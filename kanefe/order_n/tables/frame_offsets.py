@@ -1,0 +1,82 @@
+"""Where the frames of a scene sit in the rows of the kernels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kanefe.bodies.marker import CoordinateMarker, Marker
+from kanefe.frames import Matrix, Vector
+from kanefe.kernels.loads.loads_layout import AT, COORDINATE, SPEED
+from kanefe.kernels.loads.markers import MARKER_NUMBERS
+from kanefe.order_n.tables.inputs import InputLayout
+from kanefe.order_n.tables.load_points import body_of_points
+from kanefe.order_n.tables.modal_constants import ModalConstants
+from kanefe.tree.model_data import ModelData
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import InterfaceFrame
+
+
+@dataclass(frozen=True, eq=False)
+class Seat:
+    """Where a frame of the model sits in the rows: row (-1: N), axes to those of the row, origin in the row (m)."""
+
+    row: int
+    axes: Matrix
+    place: Vector
+
+
+class Seats:
+    """The seats of a model's frames, which tables of loads and constraints ask for.
+
+    Parameters
+    ----------
+    model : ModelData
+
+    Attributes
+    ----------
+    seats : list of Seat
+        Of every body's frame.
+    interfaces : dict
+        Row of an interface by body number and name.
+    modes : dict of int to ModalConstants
+        Of flexible bodies, by their number in the model.
+    flexible_numbers : dict of int to int
+        Their numbers among the flexible bodies of the kernels.
+    reaches : list of LoadReach or None
+        Of loads with kernels that say where they can act.
+    point_bodies : list of int
+        Whose points all ends of a load but the first are, or -1.
+    inputs : InputLayout
+        Where the values of loads are.
+    """
+
+    def __init__(self, model: ModelData) -> None:
+        self.model = model
+        self.seats: list[Seat] = []
+        self.interfaces: dict[tuple[int, str], int] = {}
+        self.modes: dict[int, ModalConstants] = {}
+        self.flexible_numbers: dict[int, int] = {}
+        self.reaches = [load.reach if load.kernel is not None else None for load in model.loads]
+        self.point_bodies = [body_of_points(load, reach) for load, reach in zip(model.loads, self.reaches, strict=True)]
+        self.inputs = InputLayout(model)
+
+    def seat(self, number: int, interface: InterfaceFrame | None) -> Seat:
+        """Return where the frame of a body, or of one of its interfaces, sits; number -1 is N."""
+        if number < 0:
+            return Seat(-1, np.eye(3), np.zeros(3))
+        if interface is None:
+            return self.seats[number]
+        return Seat(self.interfaces[number, interface.name], np.eye(3), np.zeros(3))
+
+    def marker_numbers(self, marker: Marker) -> tuple[int, np.ndarray]:
+        """Return the row of a marker, and its place and axes in that row; of a joint coordinate where it is."""
+        if isinstance(marker, CoordinateMarker):
+            numbers = np.zeros(MARKER_NUMBERS)
+            numbers[[AT, SPEED]] = self.model.coordinate_places(marker.body)[marker.coordinate]
+            return COORDINATE, numbers
+        seat = self.seat(marker.body, marker.interface)
+        return seat.row, np.concatenate((seat.place + seat.axes @ marker.point, (seat.axes @ marker.axes).ravel()))

@@ -1,0 +1,106 @@
+"""Values of loads for the kernels: where they are, and how they are found."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from kanefe.frames import Vector
+from kanefe.kernels.compiler._numba import Part
+from kanefe.kernels.compiler._numba_functions import guarded
+from kanefe.loads.base import ValuedLoad
+from kanefe.loads.functions import CompiledCallback
+from kanefe.tree.model_data import ModelData
+
+
+class InputLayout:
+    """Where the values of loads are in the kernels' `inputs`, and how they are found.
+
+    Loads that are the same at all times are filled in once. What depends on the time alone is asked for once an
+    evaluation; what depends on the state needs the outward sweep first.
+
+    Attributes
+    ----------
+    constants : ndarray
+        `inputs` with what never changes.
+    of_time, of_state : list of (slice, load)
+    held : list of (int, int, float)
+        Of loads that controllers drive: place in `inputs`, number in z, and factor.
+    between : list of (slice, int)
+        Numbers of the loads between frames that Python has a part in, which look at the state.
+    """
+
+    def __init__(self, model: ModelData) -> None:
+        self._at: dict[int, int] = {}
+        self._state_size = model.coordinate_count + model.free_count + model.state_count
+        self.of_time: list[tuple[slice, ValuedLoad]] = []
+        self.of_state: list[tuple[slice, ValuedLoad]] = []
+        self.held: list[tuple[int, int, float]] = []
+        values: list[float] = []
+        for load, count in loads_with_values(model):
+            from kanefe.loads.controller import Held
+
+            where = slice(len(values), len(values) + count)
+            self._at[id(load)] = where.start
+            values += [0.0] * count
+            if isinstance(load.function, Held):
+                at = model.held[load.function.controller].start + load.function.number
+                direction = load.function.direction or (1.0,)
+                self.held += [(where.start + i, at, factor) for i, factor in enumerate(direction)]
+            elif load.is_constant:
+                values[where] = np.atleast_1d(load.value(0.0, None)).tolist()
+            else:
+                (self.of_state if load.takes_state else self.of_time).append((where, load))
+        self.between: list[tuple[slice, int]] = []
+        for number, item in enumerate(model.loads):
+            if item.input_count:
+                where = slice(len(values), len(values) + item.input_count)
+                self._at[id(item)] = where.start
+                values += [0.0] * item.input_count
+                self.between.append((where, number))
+        self.constants = np.array(values)
+
+    def begun(self, z: Vector) -> np.ndarray:
+        """Return `inputs` with what does not change while controllers hold what is in z (states,)."""
+        values = self.constants.copy()
+        for place, state, factor in self.held:
+            values[place] = factor * z[state]
+        return values
+
+    def compiled(self) -> list[Part]:
+        """Return the functions that numba has compiled, for the kernels; none if there are others besides."""
+        parts: list[Part] = []
+        for where, load in (*self.of_time, *self.of_state):
+            if self.between or not isinstance(load.function, CompiledCallback):
+                return []
+            count = where.stop - where.start
+            count = count if count > 1 else 0
+            size = self._state_size if load.takes_state else None
+            function = guarded(load.function.function, load.label, count, size)
+            parts.append((function, where.start, count, load.takes_state))
+        return parts
+
+    @property
+    def needs_state(self) -> bool:
+        """Whether functions of the user look at the state."""
+        return bool(self.of_state or self.between)
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether no function of the user is called in a run."""
+        return not (self.of_time or self.of_state or self.between)
+
+    def of(self, item: object) -> int:
+        """Return where the values of a load begin; -1: it has none."""
+        return self._at.get(id(item), -1)
+
+
+def loads_with_values(model: ModelData) -> list[tuple[Any, int]]:
+    """Return every load with the number of its values."""
+    found: list[tuple[Any, int]] = []
+    for body in model.bodies:
+        found += [(load, 3) for load, _ in body.loads]
+        found += [(load, 1) for load in body.joint_loads]
+        found += [(load, 1 if load.is_pressure else 3) for load in body.field_loads]
+    return found

@@ -1,0 +1,266 @@
+"""From the frozen model to the rows of the kernels: links, interfaces, constants of flexible bodies.
+
+This is where it is decided what a scene needs. Joints of several coordinates become chains of links with one axis,
+which is z; rigid bodies fixed to rigid bodies melt into them; interfaces have rows only where something is attached.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kanefe.frames import Matrix, Vector
+from kanefe.kernels.compiler.addresses import addresses
+from kanefe.kernels.layout import (
+    ABOUT,
+    ALONG,
+    AXES,
+    BASIS,
+    BENDING,
+    BENT,
+    BODY_INTEGERS,
+    BORDER,
+    CARRIED,
+    CARRIED_COUNT,
+    CARRIES,
+    COMPLEX_FUNCTION,
+    COORDINATE,
+    COUNT,
+    DAMPING,
+    DETA,
+    DRIVE,
+    ETA,
+    FIRST,
+    FIRST_NUMBER,
+    FIXED,
+    FLEXIBLE,
+    FUNCTION,
+    HAS_GRAVITY,
+    INTERFACE,
+    KIND,
+    MASS,
+    MODAL,
+    MODAL_WORK,
+    PARENT,
+    PLACE,
+    POOL,
+    QUADRATIC,
+    QUADRATIC_WORK,
+    ROTATION_VECTOR,
+    ROTOR,
+    ROW,
+    ROW_INTEGERS,
+    ROW_NUMBERS,
+    SECOND,
+    SPEED,
+    TAIT_BRYAN,
+    TRANSFORM,
+    FlexibleTables,
+    Tables,
+)
+from kanefe.kernels.links.places import SIGNATURE
+from kanefe.kernels.sweeps.border import border_size
+from kanefe.order_n.tables.frame_offsets import Seat, Seats
+from kanefe.order_n.tables.load_tables import attached_interfaces, joint_force_tables, point_load_tables
+from kanefe.order_n.tables.modal_constants import modal_constants
+from kanefe.tree.body_terms import BodyTerms
+from kanefe.tree.model_data import ModelData
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import InterfaceFrame
+
+UPPER = np.triu_indices(3)
+"""Of a symmetric matrix: those of its six numbers that are kept, row by row."""
+
+SLOPE_CODES = {"rotation-vector": ROTATION_VECTOR, "tait-bryan": TAIT_BRYAN}
+
+
+@dataclass(eq=False)
+class _Pool:
+    """Numbers that flexible bodies or given links bring, one after the other."""
+
+    parts: list[np.ndarray] = field(default_factory=list)
+    size: int = 0
+
+    def add(self, *arrays: Any) -> int:
+        start = self.size
+        for array in arrays:
+            flat = np.asarray(array, dtype=float).ravel()
+            self.parts.append(flat)
+            self.size += len(flat)
+        return start
+
+
+class TableBuilder(Seats):
+    """Writes the tables of a model and remembers where its frames went.
+
+    Parameters
+    ----------
+    model : ModelData
+    is_complete : bool
+        Whether interfaces have rows to which nothing is attached.
+    """
+
+    def __init__(self, model: ModelData, is_complete: bool = False) -> None:
+        super().__init__(model)
+        self._integers: list[np.ndarray] = []
+        self._numbers: list[np.ndarray] = []
+        self._bodies: list[np.ndarray] = []
+        self._pool = _Pool()
+        self._of_links = _Pool()
+        self._carrying: list[int] = []
+        self._fields: list[tuple[int, int, int, int, int, int, int]] = []
+        self._modal = self._border = 0
+        wanted = attached_interfaces(model, self.point_bodies, is_complete)
+        for number, body in enumerate(model.bodies):
+            self._add_body(number, body, wanted[number])
+
+    def tables(self) -> tuple[Tables, FlexibleTables | None]:
+        """Return the tables, and those of flexible bodies if there are any."""
+        model = self.model
+        point_loads, joint_forces = point_load_tables(self), joint_force_tables(self)
+        tables = Tables(
+            rows=np.array(self._integers).reshape(-1, ROW_INTEGERS),
+            geometry=np.array(self._numbers).reshape(-1, ROW_NUMBERS),
+            gravity=np.array(model.gravity),
+            loads=point_loads[0],
+            points=point_loads[1],
+            joint_forces=joint_forces[0],
+            laws=joint_forces[1],
+            sizes=np.array((model.coordinate_count, model.free_count, model.driven_count, model.state_count)),
+            numbers=np.concatenate((*self._of_links.parts, np.zeros(0))),
+        )
+        if not self._bodies:
+            return tables, None
+        return tables, FlexibleTables(
+            bodies=np.array(self._bodies, dtype=np.int64).reshape(-1, BODY_INTEGERS),
+            pool=np.concatenate(self._pool.parts),
+            carrying=np.array(self._carrying, dtype=np.int64),
+            fields=np.array(self._fields, dtype=np.int64).reshape(-1, 7),
+            sizes=np.array((self._modal, self._border, SLOPE_CODES[model.slopes.name])),
+        )
+
+    def _add_body(self, number: int, body: BodyTerms, attached: dict[str, tuple[InterfaceFrame, bool]]) -> None:
+        parent = self.seat(body.parent, body.parent_interface)
+        place = parent.place + parent.axes @ body.p_PoFo_P
+        axes = parent.axes @ body.A_PF
+        if self._melts(body, parent.row):
+            seat = Seat(parent.row, axes, place)
+        else:
+            seat = self._add_links(body, parent.row, place, axes)
+        if body.rigid is not None:
+            self._add_mass(body, seat)
+        elif body.flexible is not None:
+            if not np.array_equal(seat.axes, np.eye(3)):
+                seat = Seat(self._add_row(FIXED, seat.row, seat.place, seat.axes), np.eye(3), np.zeros(3))
+            self._add_flexible(number, body, seat.row, attached)
+        self.seats.append(seat)
+
+    def _melts(self, body: BodyTerms, row: int) -> bool:
+        """Tell whether a body is a rigid part of the row it is fixed to."""
+        if row < 0 or body.rigid is None or not body.joint.is_fixed:
+            return False
+        integers = self._integers[row]
+        is_rigid = integers[KIND] != INTERFACE and integers[FLEXIBLE] < 0
+        return bool(is_rigid and integers[HAS_GRAVITY] == body.has_gravity)
+
+    def _add_links(self, body: BodyTerms, parent: int, place: Vector, axes: Matrix) -> Seat:
+        row, speed, coordinate = parent, 0, 0
+        for link in body.joint.links() or ():
+            turn = link.turn
+            row = self._add_row(link.kind, row, place, axes @ turn, link.along, link.about)
+            integers = self._integers[row]
+            if link.kernel is not None:
+                functions = addresses(link.kernel.real, link.kernel.complex_, SIGNATURE)
+                integers[FUNCTION], integers[COMPLEX_FUNCTION] = functions
+                integers[FIRST_NUMBER] = self._of_links.add(link.kernel.numbers)
+            if not link.is_fixed:
+                integers[SPEED] = body.speeds[speed]
+                if body.speeds[speed] >= self.model.free_count:
+                    integers[DRIVE] = body.speeds[speed] - self.model.free_count
+                else:
+                    integers[COORDINATE] = body.coordinates[coordinate]
+            speed, coordinate = speed + link.speed_count, coordinate + link.coordinate_count
+            place, axes = np.zeros(3), turn.T
+        return Seat(row, axes, place)
+
+    def _add_row(
+        self, kind: int, parent: int, place: Vector, axes: Matrix, along: float = 0.0, about: float = 0.0
+    ) -> int:
+        integers, numbers = np.full(ROW_INTEGERS, -1, dtype=np.int64), np.zeros(ROW_NUMBERS)
+        integers[PARENT], integers[KIND], integers[HAS_GRAVITY], integers[CARRIES] = parent, kind, 1, 0
+        numbers[PLACE : PLACE + 3] = place
+        numbers[AXES : AXES + 9] = axes.ravel()
+        numbers[ALONG], numbers[ABOUT] = along, about
+        self._integers.append(integers)
+        self._numbers.append(numbers)
+        return len(self._integers) - 1
+
+    def _add_mass(self, body: BodyTerms, seat: Seat) -> None:
+        rigid, numbers = body.rigid, self._numbers[seat.row]
+        if rigid is None:
+            return
+        com = seat.place + seat.axes @ rigid.com
+        about_origin = seat.axes @ rigid.inertia @ seat.axes.T + rigid.mass * (
+            com @ com * np.eye(3) - np.outer(com, com)
+        )
+        numbers[MASS] += rigid.mass
+        numbers[FIRST : FIRST + 3] += rigid.mass * com
+        numbers[SECOND : SECOND + 6] += about_origin[UPPER]
+        numbers[ROTOR : ROTOR + 3] += seat.axes @ rigid.rotor
+        self._integers[seat.row][HAS_GRAVITY] = body.has_gravity
+
+    def _add_flexible(
+        self, number: int, body: BodyTerms, row: int, attached: dict[str, tuple[InterfaceFrame, bool]]
+    ) -> None:
+        terms = body.flexible
+        if terms is None:
+            return
+        k = terms.body.free_count
+        modes = modal_constants(terms)
+        integers = np.full(BODY_INTEGERS, -1, dtype=np.int64)
+        integers[COUNT], integers[ROW] = k, row
+        self._integers[row][HAS_GRAVITY] = body.has_gravity
+        integers[ETA], integers[DETA] = terms.eta.start, terms.speeds.start
+        integers[POOL] = self._pool.add(*modes.constants)
+        if modes.transform is not None:
+            integers[TRANSFORM] = self._pool.add(*modes.transform)
+        if modes.damping is not None:
+            integers[DAMPING] = self._pool.add(modes.damping)
+        integers[MODAL] = self._modal_space(MODAL_WORK * k)
+        if modes.quadratic is not None:
+            integers[QUADRATIC], integers[QUADRATIC_WORK] = self._pool.add(modes.quadratic), self._modal_space(9 * k)
+        flexible = len(self._bodies)
+        self.modes[number], self.flexible_numbers[number] = modes, flexible
+        self._integers[row][FLEXIBLE] = flexible
+        integers[CARRIED] = len(self._carrying)
+        for name, (frame, carries) in attached.items():
+            at = self._add_row(INTERFACE, row, frame.position, np.eye(3))
+            self._integers[at][FLEXIBLE] = flexible
+            self._integers[at][BASIS] = self._pool.add(modes.of_interface(frame.motion[:, :k]))
+            self._integers[at][CARRIES] = carries
+            if frame.quadratic is not None and k:
+                self._integers[at][BENDING] = self._pool.add(modes.of_bending(frame.quadratic[:, :k, :k]))
+                self._integers[at][BENT] = self._modal_space(12 * k)
+            self.interfaces[number, name] = at
+            if carries:
+                self._carrying.append(at)
+        integers[CARRIED_COUNT] = len(self._carrying) - integers[CARRIED]
+        integers[BORDER] = self._border
+        self._border += border_size(k, int(integers[CARRIED_COUNT]))
+        for load in body.field_loads:
+            constants = self._pool.add(*modes.of_field(load, k))
+            quadratic, bending, bent = load.pattern.quadratic_first, -1, -1
+            if quadratic is not None and k and not load.is_pressure:
+                bending, bent = self._pool.add(modes.of_bending(quadratic[:, :k, :k])), self._modal_space(3 * k)
+            kinds = int(load.is_pressure), int(load.follows)
+            self._fields.append((flexible, self.inputs.of(load), *kinds, constants, bending, bent))
+        self._bodies.append(integers)
+
+    def _modal_space(self, size: int) -> int:
+        """Return where so many numbers are in the modal work."""
+        start = self._modal
+        self._modal += size
+        return start

@@ -1,0 +1,86 @@
+"""Cells of a map: the maxima of all runs that differ by chance alone, against a limit."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.studies.statistics.gumbel import GumbelFit
+
+LEAST_SPREAD = 5
+"""Different maxima that a fit needs: where most runs give the same, as no slip, there is no law of extremes."""
+
+SAME_DIGITS = 9
+"""Of the largest maximum, within which two are the same: what friction caps differs by round-off."""
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One cell of the map: one combination of the parameters that are no seeds.
+
+    Attributes
+    ----------
+    parameters : dict
+    runs : int
+        With this output.
+    failed : int
+        Without.
+    exceeded : int
+        Runs above the limit.
+    probability : float
+        Share of the runs above the limit.
+    band : (float, float)
+        Of that share, by Clopper and Pearson: exact for any number of runs.
+    fit : GumbelFit or None
+        None where there are too few different maxima.
+    mean, highest : float
+        Of the maxima.
+    """
+
+    parameters: dict[str, Any]
+    runs: int
+    failed: int
+    exceeded: int
+    probability: float
+    band: tuple[float, float]
+    fit: GumbelFit | None
+    mean: float
+    highest: float
+
+
+def cell_of(parameters: dict[str, Any], values: list[Any], limit: float, band: float) -> Cell:
+    """Return the cell of some maxima, None of those that failed."""
+    numbers = [value for value in values if isinstance(value, (int, float)) and math.isfinite(value)]
+    if any(isinstance(value, (str, list)) for value in values):
+        raise ModelError("operability needs outputs that are numbers: the maximum of each run")
+    maxima = np.array(numbers, dtype=float)
+    count, exceeded = len(maxima), int(np.count_nonzero(maxima > limit))
+    different = len(np.unique(np.round(maxima / max(np.abs(maxima).max(initial=0.0), 1e-300), SAME_DIGITS)))
+    is_spread = different >= LEAST_SPREAD and different > 0.5 * count
+    return Cell(
+        parameters=parameters,
+        runs=count,
+        failed=len(values) - count,
+        exceeded=exceeded,
+        probability=exceeded / count if count else math.nan,
+        band=share_band(exceeded, count, band),
+        fit=GumbelFit.of(maxima) if is_spread else None,
+        mean=float(maxima.mean()) if count else math.nan,
+        highest=float(maxima.max()) if count else math.nan,
+    )
+
+
+def share_band(hits: int, count: int, band: float) -> tuple[float, float]:
+    """Return the band of Clopper and Pearson of a share."""
+    if count == 0:
+        return 0.0, 1.0
+    from scipy.stats import beta
+
+    tail = 0.5 * (1.0 - band)
+    low = float(beta.ppf(tail, hits, count - hits + 1)) if hits else 0.0
+    high = float(beta.ppf(1.0 - tail, hits + 1, count - hits)) if hits < count else 1.0
+    return low, high

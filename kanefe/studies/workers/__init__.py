@@ -1,0 +1,1 @@
+"""How the cases of a study are run: blocks, pools, time limits."""

@@ -1,0 +1,260 @@
+"""What workers do: build a case, run it, and write down what came of it. Nothing here knows who asked.
+
+A row is a line of json: the parameters, the outputs, how the run ended, its warnings and times.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import socket
+import time
+import traceback
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kanefe._version import __version__
+from kanefe.errors import KanefeError, ModelError, SimulationError
+from kanefe.result import Result
+from kanefe.screening.windows import screen
+from kanefe.storage.digest import code_stamp
+from kanefe.storage.sealed import sealed
+from kanefe.studies.workers.case_warnings import Told
+from kanefe.studies.workers.time_limit import TimeIsUp, within
+from kanefe.system import System
+
+PACKAGE = Path(__file__).parents[2]
+
+OF_STUDIES = ("checkpoint", "resume", "progress")
+"""Options of runs that a study does not pass on: its store is what it goes on from."""
+
+
+SCREENED = "screened"
+"""Option of the runs of a study: they are those of `kanefe.screen`."""
+
+OF_SCREENED = ("spacing",)
+"""Options that these take and others do not."""
+
+
+@dataclass(frozen=True)
+class Work:
+    """What is done with each case.
+
+    Attributes
+    ----------
+    build : function
+        Of the parameters, to a System, or to (System, options of simulate).
+    outputs : function
+        Of the Result, to a dict of numbers.
+    options : dict
+        Of ``System.simulate``.
+    most_seconds : float or None
+        That a case may take.
+    """
+
+    build: Callable[..., Any]
+    outputs: Callable[[Result], Any]
+    options: Mapping[str, Any]
+    most_seconds: float | None = None
+
+    def built(self, parameters: Mapping[str, Any]) -> tuple[System, dict[str, Any]]:
+        """Return the scene of a case, and the options of its run.
+
+        Raises
+        ------
+        ModelError
+            If build returns something else.
+        """
+        made = self.build(**parameters)
+        made, own = made if isinstance(made, tuple) and len(made) == 2 else (made, {})
+        if not isinstance(made, System) or not isinstance(own, Mapping):
+            raise ModelError(
+                f"build returned {type(made).__name__}, not a scene. Remedy: return the System, or (System, options of "
+                "simulate)"
+            )
+        options = {**self.options, **own}
+        refused = [name for name in OF_STUDIES if name in options]
+        if refused:
+            raise ModelError(
+                f"{', '.join(refused)} cannot be given to the runs of a study, whose store they go on from"
+            )
+        if "t_span" not in options:
+            raise ModelError("the runs have no time span. Remedy: Study(..., duration=...) in s")
+        return made, options
+
+    def result(self, parameters: Mapping[str, Any], progress: bool | None) -> Result:
+        """Return the run of a case, all of it."""
+        scene, options = self.built(parameters)
+        return simulated(scene, options, progress)
+
+
+def simulated(scene: System, options: Mapping[str, Any], progress: bool | None) -> Result:
+    """Return the run of a scene, whole or screened."""
+    given = dict(options)
+    if not given.pop(SCREENED, False):
+        return scene.simulate(**given, progress=progress)
+    return screen(scene, given.pop("t_span"), **given).result
+
+
+class Case(NamedTuple):
+    """One case: its number in the study, its key, and its parameters."""
+
+    number: int
+    key: str
+    parameters: dict[str, Any]
+
+
+class Done(NamedTuple):
+    """What a block of cases gave: their lines, how many they are, how many failed, and how long they took (s)."""
+
+    lines: str
+    cases: int
+    failed: int
+    seconds: float
+
+
+@cache
+def stamp() -> str:
+    """Return what tells this kanefe from others: its version and a digest of its code."""
+    return f"{__version__} ({code_stamp(PACKAGE)[:8]})"
+
+
+def run_block(work: Work | bytes, expected: str, cases: Sequence[Case]) -> Done:
+    """Run some cases, and return a line of json of each.
+
+    Parameters
+    ----------
+    work : Work or bytes
+        Pickled where it came from another process.
+    expected : str
+        The stamp of the kanefe that asks.
+    cases : sequence of Case
+
+    Raises
+    ------
+    SimulationError
+        If this worker has another kanefe; no case is run then.
+    """
+    task = ready(work, expected)
+    began = time.perf_counter()
+    rows = [run_case(task, case) for case in cases]
+    lines = "".join(f"{sealed(row)}\n" for row in rows)
+    return Done(lines, len(rows), sum(row["status"] == "failed" for row in rows), time.perf_counter() - began)
+
+
+def ready(work: Work | bytes, expected: str) -> Work:
+    """Return the work, unpickled; raise a SimulationError on a worker with another kanefe."""
+    if stamp() != expected:
+        raise SimulationError(
+            f"the worker {worker()} has kanefe {stamp()}, the study is of {expected}. Remedy: the same everywhere"
+        )
+    return work if isinstance(work, Work) else _unpickled(work)
+
+
+@lru_cache(maxsize=2)
+def _unpickled(work: bytes) -> Work:
+    found: Work = pickle.loads(work)
+    return found
+
+
+def run_case(work: Work, case: Case) -> dict[str, Any]:
+    """Return the row of a case. Whatever goes wrong in it is told there, and stops nothing else."""
+    row: dict[str, Any] = {"case": case.number, "key": case.key, "parameters": case.parameters}
+    wall, cpu = time.perf_counter(), time.thread_time()
+    doing, told = ["build"], Told()
+
+    def outcome() -> dict[str, Any]:
+        with told:
+            return _outcome(work, case.parameters, doing)
+
+    try:
+        row |= within(work.most_seconds, outcome)
+    except TimeIsUp:
+        row |= _failed(f"{doing[0]} went on when the case had taken its {work.most_seconds:g} s (most_seconds=)")
+    told.close()
+    row["warnings"] = list(told.texts)
+    row |= {"wall": time.perf_counter() - wall, "cpu": time.thread_time() - cpu, "worker": worker()}
+    return row
+
+
+def failed_row(case: Case, reason: str) -> dict[str, Any]:
+    """Return the row of a case that no worker could tell of."""
+    row: dict[str, Any] = {"case": case.number, "key": case.key, "parameters": case.parameters}
+    return row | _failed(reason) | {"warnings": [], "wall": 0.0, "cpu": 0.0, "worker": ""}
+
+
+def _outcome(work: Work, parameters: Mapping[str, Any], doing: list[str]) -> dict[str, Any]:
+    """Return how a case ends; `doing` says meanwhile how far it has come."""
+    try:
+        scene, options = work.built(parameters)
+        doing[0] = "simulate"
+        result = simulated(scene, options, progress=False)
+        status = result.status
+        if status.kind == "stopped" and status.reason == "by Ctrl-C":
+            raise KeyboardInterrupt
+        if status.kind == "failed":  # a part of a run has no peak
+            return _failed(str(status), float(status.time))
+        doing[0] = "outputs"
+        outputs = checked_outputs(work.outputs(result), parameters)
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - what a case raises is its own matter
+        return _failed(_reason(doing[0], error))
+    reason = "" if status.is_finished else str(status)
+    return {"status": status.kind, "reason": reason, "simulated": float(status.time), "outputs": outputs}
+
+
+def _failed(reason: str, simulated: float | None = None) -> dict[str, Any]:
+    return {"status": "failed", "reason": reason, "simulated": simulated, "outputs": {}}
+
+
+def _reason(doing: str, error: BaseException) -> str:
+    """Return what was raised, and where if the house did not raise it on purpose."""
+    if isinstance(error, KanefeError):
+        return f"{doing}: {error}"
+    if isinstance(error, SystemExit):
+        return f"{doing} {exit_told(error)}"
+    place = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{doing} raised {type(error).__name__}: {error} ({Path(place.filename).name}, line {place.lineno})"
+
+
+def exit_told(error: SystemExit) -> str:
+    """Return what a call of sys.exit asked for."""
+    return f"called sys.exit({'' if error.code is None else repr(error.code)})"
+
+
+def checked_outputs(outputs: Any, parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the outputs as Python's own numbers, texts and lists of numbers.
+
+    Raises
+    ------
+    ModelError
+        If they are no dict, have a name of a parameter or column, or a value that is none of these.
+    """
+    from kanefe.studies.cases import COLUMNS
+
+    if not isinstance(outputs, Mapping):
+        raise ModelError(f"it returned {type(outputs).__name__}, not a dict of numbers by name")
+    for name in outputs:
+        if not isinstance(name, str) or name in parameters or name in COLUMNS:
+            raise ModelError(f"{name!r} is a parameter or another column of the table. Remedy: another name")
+    return {name: _number(name, value) for name, value in outputs.items()}
+
+
+def _number(name: str, value: Any) -> Any:
+    if isinstance(value, (np.ndarray, np.generic)):
+        value = value.tolist()
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    if isinstance(value, (list, tuple)):
+        return [_number(name, item) for item in value]
+    raise ModelError(f"{name!r} is a {type(value).__name__}, not a number, text, or array of numbers")
+
+
+@cache
+def worker() -> str:
+    """Return the name of this process among all machines."""
+    return f"{socket.gethostname()}:{os.getpid()}"

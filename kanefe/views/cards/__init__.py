@@ -1,0 +1,1 @@
+"""What notebooks show of a scene, a body, modes or a run."""

@@ -1,0 +1,58 @@
+"""Modes as a card of a notebook: a table, and the eigenvalues in their plane."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from kanefe.views.cards.card import card, table
+
+MOST = 20
+"""Modes that are listed."""
+
+LEAST = 1e-6
+"""Width of the plane, of its height: what is less than that is on the axis."""
+
+WIDE, TALL, EDGE = 240, 190, 26
+"""Of the picture, and of what is left free around it, pixels."""
+
+
+def modes_card(eigenvalues: np.ndarray, grows: np.ndarray, rows: Sequence[Sequence[str]]) -> str:
+    """Return the card of the modes of a scene.
+
+    Parameters
+    ----------
+    eigenvalues : ndarray of complex, shape (modes,)
+        1/s.
+    grows : ndarray of bool, shape (modes,)
+        Which are unstable.
+    rows : sequence of (str, str, str, str)
+        Number, frequency, damping, and what moves.
+    """
+    shown = list(rows[:MOST])
+    if len(rows) > MOST:
+        shown.append(("...", f"{len(rows) - MOST} more", "", ""))
+    header = ("mode", "frequency", "damping", "moves (share of kinetic energy)")
+    return card(f"{len(rows)} modes", _plane(eigenvalues, grows), table(shown, header))
+
+
+def _plane(values: np.ndarray, grows: np.ndarray) -> str:
+    """Return the eigenvalues in the complex plane as a picture; those that grow are red."""
+    imaginary = float(np.abs(values.imag).max(initial=0.0)) or 1.0
+    real = max(float(np.abs(values.real).max(initial=0.0)), LEAST * imaginary)
+    right = float(values.real.max(initial=0.0)) > LEAST * imaginary
+    share, bottom = 0.5 if right else 1.0, TALL - EDGE
+    zero = EDGE + share * (WIDE - 2 * EDGE)
+    spots = []
+    for value, is_red in zip(values, grows, strict=True):
+        x = zero + share * (WIDE - 2 * EDGE) * value.real / real
+        y = bottom - (TALL - 2 * EDGE) * value.imag / imaginary
+        spots.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="3" fill="{"#c0392b" if is_red else "#2c5fa8"}"/>')
+    return (
+        f'<svg width="{WIDE}" height="{TALL}" style="font:11px system-ui,sans-serif" role="img" '
+        f'aria-label="eigenvalues"><path d="M{EDGE} {bottom}H{WIDE - EDGE + 8}M{zero} {bottom}V{EDGE - 10}" '
+        f'stroke="#9aa5b1" fill="none"/><text x="{EDGE}" y="{TALL - 8}" fill="#52606d">Re, 1/s: {-real:.3g} to '
+        f'{real if right else 0:.3g}</text><text x="{EDGE}" y="{EDGE - 12}" fill="#52606d">Im, rad/s: 0 to '
+        f"{imaginary:.4g}</text>{''.join(spots)}</svg>"
+    )

@@ -1,0 +1,32 @@
+"""A run as a card of a notebook."""
+
+from __future__ import annotations
+
+from kanefe.integrate.status import summary
+from kanefe.results.reader import Reader
+from kanefe.views.cards.card import card, picture, table
+from kanefe.views.still import picture_of_run
+from kanefe.views.thumbnail import SIZE
+
+MOST = 12
+"""Bodies that are listed."""
+
+
+def run_card(result: Reader) -> str:
+    """Return the card of a run: how it ended and by what, its bodies, and where they are at the end."""
+    status, *lines = summary(result.status, result.statistics, result.events).splitlines()
+    told = [(line.split()[0], line.split(maxsplit=1)[1]) for line in lines]
+    told.append(("outputs", f"{len(result.times)}, {result.times[0]:.6g} to {result.times[-1]:.6g} s"))
+    rows = [(name, *_body(result, name)) for name in result.bodies[:MOST]]
+    if len(result.bodies) > MOST:
+        rows.append(("...", f"{len(result.bodies) - MOST} more bodies", ""))
+    still = picture_of_run(result)
+    shown = picture(still, SIZE[0], f"the scene at {result.times[-1]:.6g} s") if still else ""
+    return card(status, shown, table(told), table(rows, ("body", "", "joint")))
+
+
+def _body(result: Reader, name: str) -> tuple[str, str]:
+    shape = result.body(name)
+    if shape.is_flexible:
+        return f"flexible, {shape.mass:.5g} kg, {shape.basis.shape[1]} modes", shape.joint
+    return f"rigid, {shape.mass:.5g} kg" if shape.mass > 0.0 else "massless", shape.joint
