@@ -12,10 +12,10 @@ from kanefe._version import __version__
 from kanefe.errors import KanefeError
 
 COMMANDS = "kanefe.commands"
-"""Entry points whose functions become commands."""
+"""Group of entry points whose functions become commands."""
 
 FIRST = ("demo",)
-"""Commands of plugins that newcomers run before all others."""
+"""Plugin commands that are listed first, because newcomers run them before all others."""
 
 VARIABLES = (
     "Environment: KANEFE_CACHE_DIR is the folder of the cache, of compiled kernels too; KANEFE_CACHE_GB how much its "

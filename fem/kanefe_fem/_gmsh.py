@@ -50,10 +50,10 @@ _KINDS = {
     19: "pyramid13",
 }
 _LOCK = threading.Lock()
-"""gmsh is one per process: one reader at a time."""
+"""Lock for gmsh, which has one state per process and so serves one reader at a time."""
 
 Block = tuple[int, np.ndarray]
-"""gmsh's element type and the node tags (m, nodes per element) of elements."""
+"""Element type of gmsh and node tags (m, nodes per element) of its elements."""
 
 
 def read(path: Path, order: int | None, trusted: bool = False) -> Mesh:

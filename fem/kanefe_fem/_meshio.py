@@ -31,10 +31,10 @@ GROUP_DATA = (
     "CellEntityIds",
     "Label",
 )
-"""Names of integer cell data that number the groups, first come first served."""
+"""Names of integer cell data that number the groups, in order of precedence."""
 
 READS_AT_END = 1000
-"""Of a file, after which its reader is taken for one that would go on for ever."""
+"""Number of reads at the end of a file after which its reader is taken to loop for ever."""
 
 _DIMENSIONS = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2, "tetra": 3, "hexahedron": 3, "wedge": 3, "pyramid": 3}
 

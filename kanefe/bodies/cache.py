@@ -39,10 +39,11 @@ Kept = TypeVar("Kept")
 
 DEFAULT_GB = 10.0
 LEFT_OVER = 24 * 3600.0
-"""Age in s of an unfinished file from which it counts as left by a process that was killed."""
+"""Age of an unfinished file from which it counts as left by a killed process, s."""
 
 FRESH = 60.0
-"""Age in s of the last use from which the next one is noted: until then a process need not look at the file again."""
+"""Age of the last recorded use from which the next use is recorded, s: until then the file need not be touched again.
+"""
 
 
 class CacheWarning(UserWarning):

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody
 
 Field = Callable[[np.ndarray], Any] | Sequence[Sequence[float]] | np.ndarray
-"""A function of places (P, 3) in G that gives vectors (P, 3), or a vector of each node (n, 3)."""
+"""Function of positions (P, 3) in G that returns vectors (P, 3), or one vector per node (n, 3)."""
 
 TOLD = 1e-2
-"""Error from which on a warning tells it."""
+"""Relative error from which a warning is issued."""
 
 
 def projected(body: FlexibleBody, field: Field, label: str) -> Vector:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from kanefe.bodies.inertia_field import InertiaField
 
 LISTED_FREQUENCIES = 12
-"""How many of its natural frequencies an unreduced body tells."""
+"""Number of natural frequencies that an unreduced body lists."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -12,7 +12,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
 
 UNEVEN = 1e-3
-"""Largest difference of the steps between directions, as a share of them."""
+"""Largest relative difference between the steps of the directions."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,17 +26,13 @@ if TYPE_CHECKING:
     from kanefe.loads.coordinate_friction import CoordinateFriction
 
 YIELD = 1e-7
-"""Of the scene's length, or rad: by so much an anchor gives way at the cap, where no stiffness is given.
-
-A tenth of what a run at the default tolerance, 1e-6, resolves. Less costs implicit methods little, and explicit ones
-the root of it in steps: see the curves in docs/theory/contact.md.
-"""
+"""Default deflection of an anchor at the friction limit, relative to the scene's length, or in rad: a tenth of what a
+run at the default tolerance, 1e-6, resolves. A smaller value costs implicit methods little, and explicit methods its
+square root in steps: see the curves in docs/theory/contact.md."""
 
 DAMPING_TIME = 1e-4
-"""Damping over stiffness in scenes with unreduced bodies, where inertias along joints are not at hand, s.
-
-Critical where friction alone would move the scene by its length in a fifth of a second.
-"""
+"""Damping over stiffness in scenes with unreduced bodies, s, where inertias along joints are not available. It is
+critical where friction alone would move the scene by its length in a fifth of a second."""
 
 
 def with_joint_frictions(model: Model, t: float) -> Model:

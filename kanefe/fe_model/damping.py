@@ -23,7 +23,7 @@ from kanefe.fe_model.model import FiniteElementModel
 from kanefe.frames import numbers
 
 MOST_MODES = 1_000_000
-"""Of one body: more are no count of modes."""
+"""Largest number of modes of one body: a larger number is a mistake."""
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ def _check_vibrates(ratios: np.ndarray, what: str, meant: str) -> None:
 
 
 Damping: TypeAlias = RayleighDamping | ModalDamping | sp.spmatrix | np.ndarray | None
-"""What the `damping` argument of a body takes."""
+"""Types of the `damping` argument of a body."""
 
 
 def damping_matrix(

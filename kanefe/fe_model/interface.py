@@ -16,7 +16,7 @@ from kanefe.frames import Orientation, numbers, orientation_parameters, rotation
 RULES = ("rigid", "average", "node")
 WEIGHTS = ("area", "mass", "uniform")
 WORDS = {"all": COMPONENTS, "position": TRANSLATIONS}
-"""What is fixed, as far as the nodes can follow."""
+"""Components that are fixed, as far as the nodes can follow, by word."""
 
 
 @checked("fixed", "kind", "released")

@@ -36,11 +36,11 @@ FOLDERS = {
     "x86_64": {"2.0": "linux64", "3.0": "x86_64-linux"},
     "aarch64": {"2.0": "aarch64-linux", "3.0": "aarch64-linux"},
 }
-"""Of binaries, by processor and version of the standard."""
+"""Folders of the binaries, by processor and version of the standard."""
 
 FLAGS = ("-std=gnu11", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off", "-Wl,-s")
 EPOCH = (1980, 1, 1, 0, 0, 0)
-"""Of all files in an archive: it is the same whenever it is made."""
+"""Date of all files in an archive, so that it does not depend on when it is made."""
 
 
 def write_scene(sim: Simulation, path: str | Path, version: str, every: float) -> Path:

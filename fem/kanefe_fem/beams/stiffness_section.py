@@ -13,12 +13,12 @@ from kanefe.errors import ModelError
 from kanefe_fem.beams.beam_section import BeamSection, LineMass
 
 _NAMES = ("EA", "GA_y", "GA_z", "GJ", "EI_y", "EI_z")
-"""Of the diagonal of the stiffness, in its order."""
+"""Names of the diagonal entries of the stiffness, in order."""
 
 _IN_PLANE, _OUT_OF_PLANE = [0, 1, 5], [2, 3, 4]
 
 _PRINTED = 1e-3
-"""How far matrices may be from symmetric or from those of a rigid section: files have four digits."""
+"""Largest relative deviation of matrices from symmetry or from those of a rigid section: files have four digits."""
 
 Matrix = tuple[tuple[float, ...], ...]
 

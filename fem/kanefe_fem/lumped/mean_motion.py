@@ -15,7 +15,7 @@ Target: TypeAlias = str | int
 """Name of a group, or number of a node."""
 
 LARGEST_PATCH = 300
-"""A larger group is followed by so many of its nodes, each with the weight of those near it: M and K stay sparse."""
+"""Number of nodes that represent a larger group, each with the weight of its neighbours: M and K stay sparse."""
 
 
 def mean_motion(model: FiniteElementModel, at: Target, position: np.ndarray) -> tuple[sp.csr_matrix, np.ndarray]:

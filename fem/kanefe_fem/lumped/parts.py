@@ -28,7 +28,7 @@ from kanefe_fem.materials.voigt import check_numbers
 Vector: TypeAlias = Sequence[float] | np.ndarray
 
 FOLLOWS = 1e-8
-"""Relative part of a motion that nodes cannot follow from which it is refused."""
+"""Relative part of a motion that the nodes cannot follow above which the motion is refused."""
 
 
 @checked("at")

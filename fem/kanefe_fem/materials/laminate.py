@@ -14,7 +14,7 @@ from kanefe_fem.materials.oriented import SolidMaterial, axes_at_angle
 from kanefe_fem.materials.voigt import IN_PLANE, check_numbers, rotated
 
 ACROSS = (2, 3, 4)
-"""Places of the stresses zz, yz, xz that act between plies."""
+"""Indices of the stresses zz, yz, xz that act between plies."""
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from kanefe_fem.materials.voigt import PLACES, check_density, check_stiffness
 Measure = Literal["strain", "deformation gradient"]
 
 REST = 1e-8
-"""Stress at rest, and stiffness against rotation, that count as none (relative to the moduli)."""
+"""Stress at rest and stiffness against rotation, relative to the moduli, that count as zero."""
 
 
 @checked

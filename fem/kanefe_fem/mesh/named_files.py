@@ -11,7 +11,7 @@ from kanefe.errors import FileError
 from kanefe.storage.files import named_file
 
 MOST = 10
-"""Files in files; more is a file that includes itself."""
+"""Largest depth of included files; a deeper one includes itself."""
 
 
 def check_named_files(path: Path, trusted: bool, top: Path | None = None, depth: int = 0) -> None:

@@ -18,7 +18,8 @@ from kanefe.fe_model.shapes import FACES, corner_kind, quadrature, row_numbers, 
 from kanefe_fem.mesh.mesh import Mesh
 
 DEGREE = 6
-"""Of the quadrature: exact for pressures (5 in each direction at most); the area of a curved facet is no polynomial."""
+"""Degree of the quadrature: exact for pressures (at most 5 in each direction); the area of a curved facet is not a
+polynomial."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -51,7 +51,7 @@ OWN: tuple[StressCase, ...] = (
     *invariances.CASES,
     *determinism.CASES,
 )
-"""In the order in which they are run and shown."""
+"""Cases in the order in which they are run and shown."""
 
 
 def registered_cases() -> tuple[StressCase, ...]:

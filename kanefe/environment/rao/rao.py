@@ -15,19 +15,20 @@ from kanefe.frames import Vector
 
 NAMES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 MIRRORED = np.array((1.0, -1.0, 1.0, -1.0, 1.0, -1.0))
-"""Signs of the motions of a ship that is its own mirror image, in waves from the other side."""
+"""Signs of the motions of a symmetric ship in waves from the other side."""
 
 ROUND_OFF = 1e-4
-"""By which a speed, as a share of the highest, and a frequency, as a share of itself, may lie beyond what is known:
-files are rounded so."""
+"""Excess over the known range within rounding of files: of a speed relative to the highest, and of a frequency relative
+to itself."""
 
 SAME_HEADING = 1e-6
-"""Degrees."""
+"""Difference below which headings are the same, degrees."""
 
 HEADING_DIGITS = 6
 
 ASYMMETRY = 1e-2
-"""Of the largest transverse motion, what one of a symmetric ship in head or following seas may be: what is noise."""
+"""Largest noise in the transverse motions of a symmetric ship in head or following seas, relative to the largest
+transverse motion."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -23,7 +23,7 @@ READERS = {
     ".csv": (read_table, ("convention",)),
     ".txt": (read_table, ("convention",)),
 }
-"""By suffix: the reader, and what it must or may be told."""
+"""Reader, with its required and optional arguments, by suffix."""
 
 
 @checked("symmetric")

@@ -15,13 +15,14 @@ from kanefe.frames import Vector
 from kanefe.storage.files import regular_file
 
 DIGITS = 9
-"""Significant ones by which headings and frequencies of rows are the same."""
+"""Number of significant digits in which headings and frequencies of rows are compared."""
 
 ROWS = 20
-"""Last ones of a file, among which those like the last one are looked for."""
+"""Number of last rows of a file among which repetitions of the last row are searched."""
 
 FULL_CIRCLE = 360.0
-"""Degrees: files give headings of 0 to 360 or of -180 to 180, and what is more is an error of the file."""
+"""Largest heading, degrees: files give headings of 0 to 360 or of -180 to 180, and larger values are errors of the
+file."""
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ FREQUENCIES = {
     "frequency": lambda x: 2.0 * np.pi * x,
     "period": lambda x: 2.0 * np.pi / x,
 }
-"""Columns of wave frequency, in rad/s, Hz and s."""
+"""Conversion to rad/s of columns of wave frequency in rad/s and Hz and of wave period in s."""
 
 
 def read_table(

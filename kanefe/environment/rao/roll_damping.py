@@ -14,7 +14,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import Vector
 
 BESIDE = 2
-"""Points to either side of the largest roll through which the response of one degree of freedom is laid."""
+"""Number of points on either side of the largest roll through which the response of one degree of freedom is fitted."""
 
 
 @dataclass(frozen=True)

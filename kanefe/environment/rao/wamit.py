@@ -13,7 +13,7 @@ from kanefe.environment.rao.rao_grid import Rows, number_lines, numbers_of
 from kanefe.errors import FileError, ModelError
 
 COLUMNS = 7
-"""Period, heading, motion, modulus, phase, real and imaginary part."""
+"""Number of columns: period, heading, motion, modulus, phase, real and imaginary part."""
 
 
 def read_wamit(
