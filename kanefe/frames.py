@@ -222,7 +222,7 @@ def turn_to(direction: Vector) -> Matrix:
 
 
 NOT_A_ROTATION = 1e-8
-"""How far given axes may be from a rotation: numbers typed with nine digits pass."""
+"""Largest deviation of given axes from a rotation: numbers typed with nine digits pass."""
 
 LETTERS = "xyz"
 
@@ -237,7 +237,7 @@ class Rotation(Protocol):
 
 
 Orientation = Sequence[float] | Sequence[Sequence[float]] | np.ndarray | Rotation
-"""Euler parameters (4,), scalar first; a rotation matrix (3, 3), its columns the axes; or a rotation of scipy."""
+"""Euler parameters (4,), scalar first; a rotation matrix (3, 3) with the axes as columns; or a rotation of scipy."""
 
 
 def orientation_parameters(given: object, what: str) -> Vector:

@@ -31,7 +31,7 @@ class NeedsPython(ModelError):
 
 
 Block = tuple[int, int]
-"""First address, and the one after the last."""
+"""First address, and the address after the last."""
 
 
 class CallPlaces(NamedTuple):

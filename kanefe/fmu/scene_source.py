@@ -24,7 +24,7 @@ from kanefe.stepping.simulation import Simulation
 from kanefe.tree.model_data import WORKS
 
 ROW, ACCELERATED_ROW = 18, 24
-"""Numbers of the motion of a row, without and with accelerations."""
+"""Number of values of the motion of a link, without and with accelerations."""
 
 COMMANDS = "START ACCEPTED DONE JACOBIAN FAILED NO_INERTIA"
 PLACES = (
@@ -51,7 +51,7 @@ class SceneSource(NamedTuple):
 
 
 MOST_NAMED = 4
-"""Events that a message names."""
+"""Largest number of events that a message names."""
 
 
 def obstacle(sim: Simulation) -> str:

@@ -15,7 +15,7 @@ from kanefe.imports.node_table import NodeTable
 from kanefe.storage.files import regular_file
 
 _DAMAGE = (OSError, ValueError, KeyError, IndexError, TypeError, EOFError, struct.error, AttributeError, RuntimeError)
-"""What pyyeti raises on a damaged file."""
+"""Exceptions that pyyeti raises on a damaged file."""
 
 
 def nodes(path: Path) -> NodeTable:

@@ -22,19 +22,20 @@ from kanefe.fe_model.factorise import Factorise, splu_factorise
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
 
 ROUND_OFF = 1e-6
-"""Relative error below which a property of exported matrices counts as round-off: files often carry 7 digits."""
+"""Relative error below which a property of exported matrices counts as round-off: files often have 7 digits."""
 
 STATED = 1e-3
-"""Relative error that is allowed between mass properties of M and stated ones: listings carry four digits."""
+"""Relative error that is permitted between mass properties of M and given ones: listings have four digits."""
 
 COUNTED_SIZE = 20_000
-"""Degrees of freedom up to which the zero modes of K are counted by scipy's own factorisation."""
+"""Number of degrees of freedom up to which the zero modes of K are counted with scipy's own factorisation."""
 
 WAVE_SPEEDS = (1.0, 1e5)
-"""Speeds of waves in m/s outside of which units look wrong: soft rubber has some 30, diamond 18,000."""
+"""Range of wave speeds, m/s, outside which units look wrong: soft rubber has about 30, diamond 18,000."""
 
 DENSEST = 5e4
-"""Mass in the box around a body in kg/m3 from which units look wrong: osmium has 22,600, and the box is never full."""
+"""Mass in the bounding box of a body from which units look wrong, kg/m3: osmium has 22,600, and the box is never full.
+"""
 
 MOTIONS = ("translation x", "translation y", "translation z", "rotation x", "rotation y", "rotation z")
 

@@ -21,7 +21,7 @@ from kanefe.imports.text import read_text
 BODY_TERMS = ("mdCM", "J", "Ct", "Cr", "Me", "Gr", "Ge", "Oe", "ksigma", "Ke", "De")
 NODE_TERMS = ("origin", "phi", "psi", "AP", "sigma")
 ZERO, DIAGONAL, SYMMETRIC, FULL, IDENTITY = range(5)
-"""What `structure` says of a matrix."""
+"""Values of `structure` of a matrix."""
 
 _ENTRY = re.compile(r"^(m0|m1|mn)\s*\(([\d\s,]+)\)\s*=\s*(\S+)", re.IGNORECASE)
 _VALUE = re.compile(r"^(\w+)\s*(?:\(\s*(\d+)\s*\))?\s*=\s*(.*)$")

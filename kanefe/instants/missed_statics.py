@@ -27,10 +27,11 @@ if TYPE_CHECKING:
     from kanefe.fe_model.load_pattern import LoadPattern
 
 TOLD = 0.05
-"""Share of the deformation, by the root of its energy, from which on it is told."""
+"""Fraction of the deformation, as the root of its energy, from which a warning is issued."""
 
 FELT = 1e-6
-"""Displacement, of the size of the body, below which nothing is told: the stretch of a steel bar that hangs."""
+"""Displacement relative to the size of the body below which no warning is issued: the stretch of a hanging steel bar.
+"""
 
 
 class Missed(NamedTuple):

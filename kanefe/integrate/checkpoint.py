@@ -23,10 +23,10 @@ from kanefe.storage.object_file import DAMAGE
 
 FORMAT = "kanefe checkpoint"
 VERSION = 2
-"""In 1 the files of the code that classes were in counted for the scene."""
+"""Version of the file. In version 1 the source files of classes were part of the identity of the scene."""
 
 LEAST_SHARE = 20.0
-"""Times what a file took to write that pass before the next one: writing takes a twentieth of a run at most."""
+"""Time to the next file in multiples of the time to write one: writing takes at most a twentieth of a run."""
 
 
 @dataclass(frozen=True)

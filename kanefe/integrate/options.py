@@ -16,7 +16,7 @@ from kanefe.integrate.methods.table import METHODS
 from kanefe.integrate.trajectory import checked_span, is_finite_number, wanted_times
 
 AUTO = "auto"
-"""In place of the name of a method: one that suits the scene."""
+"""Name in place of a method that chooses one for the scene."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -72,13 +72,13 @@ class RunStatus:
 
 
 UNFIT = 10.0
-"""Times rtol: a share of the energy that a run may miss without a word."""
+"""Relative error of the energy, in multiples of rtol, that is permitted without a remark."""
 
 LISTED_EVENTS = 8
-"""That a summary counts one by one."""
+"""Number of events that a summary counts individually."""
 
 LEAST_SECONDS = 5e-4
-"""Parts of a run that took less are not told."""
+"""Time below which a part of a run is not reported, s."""
 
 
 def _counted(events: Mapping[str, np.ndarray]) -> str:

@@ -15,11 +15,11 @@ from kanefe.frames import Matrix, numbers, shaped_numbers
 LEAST_POINTS = 4
 
 PIECES_NEAR = 3
-"""Pieces of a table beside one that swings out, among which the step is that makes it."""
+"""Number of table pieces next to an overshoot among which the jump that causes it is searched."""
 
 MOST_OVERSHOOT = 1.0
-"""How far a spline may go beyond the points of its table, over their range: beside a jump among evenly spaced points it
-does by a tenth."""
+"""Largest overshoot of a spline beyond the points of its table, relative to their range: next to a jump among evenly
+spaced points it is a tenth."""
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,8 @@ from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import displacement_scales, modal_frequencies
 
 STEPS = (0.1, 0.03, 0.01, 0.001)
-"""How far from the start the rank is looked at again, in rad or scene lengths: the first that the loops allow."""
+"""Distances from the start at which the rank is computed again, in rad or scene lengths: the first that the loops
+permit."""
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import joint_scales, scene_length
 
 CONTACT_TOLERANCE = 1e-15
-"""Of the scene's length: how far a rigid contact that touches may be open, where nothing else is closed. It has no
+"""Largest gap of a rigid contact that touches, relative to the scene's length, if no other loop is closed. It has no
 singular positions that would magnify it."""
 
 

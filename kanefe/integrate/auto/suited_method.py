@@ -39,43 +39,44 @@ if TYPE_CHECKING:
     from kanefe.contact.rigid.granular_contacts import RigidCrowd
 
 MOST_EXPLICIT_STEPS = 2000.0
-"""Steps that the explicit method would need for the elastic modes, above which an implicit one is taken."""
+"""Steps of the explicit method for the elastic modes above which an implicit method is taken."""
 
 MOST_SPEEDS = 150
-"""Of a scene that Radau's method, whose work grows with their cube, is taken for."""
+"""Largest number of speeds for Radau's method, whose work grows with their cube."""
 
 LOOSE_RTOL = 1e-4
-"""From which on the extrapolation has less work than Radau's method where what vibrates is damped."""
+"""Relative tolerance from which the extrapolation has less work than Radau's method if all vibrations are damped."""
 
 LEAST_RTOL_OF_SWEEPS = 1e-7
-"""Below which vibrations have to be followed that any motion excites."""
+"""Relative tolerance below which vibrations that any motion excites have to be resolved."""
 
 FEW_PERIODS, FEW_IF_LOOSE = 30.0, 20.0
-"""Of the slowest mode in a run: so many steps any method takes, which then follow its vibrations; and from `LOOSE_RTOL`
-on, where the extrapolation has no first step that is long enough."""
+"""Periods of the slowest mode in a run up to which every method resolves its vibrations; and their number from
+`LOOSE_RTOL` on, where the extrapolation has no first step that is long enough."""
 
 MOST_OUTSIDE = 150.0
-"""Rate of what is outside the sweep times the span: below, steps that look at functions often enough take it."""
+"""Product of the highest rate outside the sweep and the span below which steps that sample functions often enough
+suffice."""
 
 CONTACT_ATOL = 1e-7
-"""Largest absolute tolerance where there are contacts and friction, of the size of a scene: a hundredth of what they
-yield by, where that is 1e-5. With a larger one a loose run shakes loose what sticks, and takes more steps for it."""
+"""Largest absolute tolerance with contacts and friction, relative to the size of the scene: a hundredth of their
+deflection, if that is 1e-5. With a larger tolerance a loose run shakes sticking points loose and takes more steps."""
 
 LEAST_SHARE = 0.1
-"""Of the usual absolute tolerance, at least, for vibrations that are small beside the scene."""
+"""Smallest absolute tolerance for vibrations that are small relative to the scene, as a fraction of the usual one."""
 
 LOST = 300.0
-"""Absolute tolerance with that share, over the size of what vibrates at the start and rtol, from which on even that
-does not keep it: in a period some hundred rtol of its energy are lost."""
+"""Absolute tolerance with that fraction, relative to the initial vibration and rtol, from which even that does not
+conserve the vibration: it loses some hundred rtol of its energy per period."""
 
 MANY_SAMPLES = 50.0
-"""Of controllers, from which on Radau's method has more Jacobians to make than steps to spare."""
+"""Number of controller samples from which Radau's method needs too many Jacobians."""
 
 STOPS = "stops"
 
 LEAST_MOTION, FEWEST_STEPS = 0.02, 500.0
-"""Of the radius of the smallest ball: how far what falls through a scene moves in a step over impacts; and steps of a
-run at least."""
+"""Motion of a falling body in a step over impacts, relative to the radius of the smallest ball; and least number of
+steps of a run."""
 
 
 class Suited(NamedTuple):

@@ -22,19 +22,22 @@ from kanefe.integrate.stepper import LooksOut, StepFailure, Stepper
 from kanefe.kernels.steppers.quiet_steps import LEAST_DIP, SHARES
 
 FIRST_PLACES = 10.0 ** np.arange(-9, -1)
-"""The same after an event, whose function begins at zero: its sign shows however short the way to the next zero is."""
+"""Positions in a step, relative to it, at which a function that starts at zero after an event is evaluated: they show
+its sign however near its next zero is."""
 
 ROOT_TOLERANCE = 1e-13
-"""Of the span: to which a moment is found. That of the states, and so of the moment itself, is the run's."""
+"""Tolerance of the time of an event relative to the span. The accuracy of the states, and so of the time itself, is
+that of the run."""
 
 NOISE = 10.0
-"""Times the value at the root that was found: what is not larger has no sign."""
+"""Value below which the sign of a function is noise, in multiples of its value at the root found."""
 
 ROUND_OFF = 1e-15
-"""Of the largest value of the function in the step: the same, where the value at the root is zero by chance."""
+"""Value below which the sign of a function is noise, relative to its largest value in the step, if its value at the
+root is zero by chance."""
 
 STORM, STORM_SHARE = 32, 1e-6
-"""So many actions within this share of the span are a storm, which has no end."""
+"""Number of actions within this fraction of the span from which they count as an infinite sequence."""
 
 EPSILON = float(np.finfo(float).eps)
 

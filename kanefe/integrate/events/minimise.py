@@ -7,7 +7,7 @@ from collections.abc import Callable
 GOLDEN = 0.6180339887498949
 
 CLOSEST = 1e-15
-"""Of the numbers themselves: nearer to each other there is hardly one between them."""
+"""Relative distance of two numbers below which there is hardly a number between them."""
 
 
 def lowest_between(f: Callable[[float], float], a: float, b: float, tolerance: float) -> tuple[float, float]:

@@ -10,7 +10,7 @@ from kanefe.integrate.methods.method import Method, no_reactions
 from kanefe.tree.route import Form
 
 COLUMNS_OF_FIXED_STEPS = 6
-"""Columns of an extrapolation with fixed steps: order 6."""
+"""Number of columns of an extrapolation with fixed steps: order 6."""
 
 
 @cache

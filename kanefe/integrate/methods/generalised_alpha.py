@@ -37,17 +37,17 @@ if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
 
 SPECTRAL_RADIUS = 0.8
-"""Share of an unresolved mode that a step keeps: 1 keeps all, 0 kills it in one step."""
+"""Amplification of an unresolved mode per step: 1 keeps it, 0 removes it in one step."""
 
 FORMULA = GeneralisedAlpha(SPECTRAL_RADIUS)
 
 FIXED_RTOL = 1e-7
-"""Where the step is fixed: what the iteration converges to a thousandth of."""
+"""Relative tolerance with fixed steps: the iteration converges to a thousandth of it."""
 
 LARGEST_ITERATIONS = 8
 
 KEPT_ITERATIONS = 3
-"""Iterations of a step above which its matrices are not kept for the next one."""
+"""Iterations of a step above which its matrices are not reused for the next one."""
 
 
 class GeneralisedAlphaStepper(PythonStepper):

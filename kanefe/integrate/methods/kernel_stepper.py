@@ -83,11 +83,12 @@ if TYPE_CHECKING:
     from kanefe.tree.route import PreparedRun
 
 SMALLEST_STEP = 16.0 * np.finfo(float).eps
-"""Of the largest time: below such a step, times lose their digits. A jump of a force or a power leaves an error in
-proportion to the step, so that nothing longer may do for a step across one; a run that creeps is ended by its loop."""
+"""Smallest step relative to the largest time: below it, times lose their digits. A jump of a force or a power leaves an
+error proportional to the step, so that a step across a jump may have to be this small; the loop ends runs that do not
+advance."""
 
 ITERATED = 1e-10, 1e-12
-"""Relative and absolute tolerance to which methods iterate where steps are fixed."""
+"""Relative and absolute tolerance of the iterations with fixed steps."""
 
 
 class KernelStepper:

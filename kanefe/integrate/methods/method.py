@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 LEAST_RTOL = 3e-14
-"""Relative error below which round-off is all that a method controls, unless it has more of that."""
+"""Smallest relative tolerance: below it methods control nothing but round-off, which may be larger still."""
 
 
 def serves_all(model: Model) -> str:

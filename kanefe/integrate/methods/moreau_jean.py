@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 ROUND_OFF = 1e-9
-"""Of a step: by what the last one may be longer."""
+"""Tolerance, relative to a step, by which the last step may be longer."""
 
 
 class MoreauJeanStepper(PythonStepper):

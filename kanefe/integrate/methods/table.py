@@ -36,10 +36,10 @@ ROWS: tuple[Method, ...] = (
     *external.METHODS,
     _sundials.METHOD,
 )
-"""Of rows with one name the first is taken that serves the scene."""
+"""Methods in order of precedence: of those with the same name, the first that can integrate the scene is taken."""
 
 METHODS: dict[str, Method] = {}
-"""The first row of each name."""
+"""First method of each name."""
 
 for _row in ROWS:
     METHODS.setdefault(_row.name, _row)

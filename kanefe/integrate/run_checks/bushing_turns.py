@@ -19,7 +19,8 @@ REMEDY = (
 )
 
 FIT = 0.5
-"""Of a turn from one output time to the next, by how much it may differ from what the speeds at both let expect."""
+"""Largest difference, in turns, between the rotation from one output time to the next and the rotation expected from
+the speeds at both."""
 
 
 def of_bushings(model: Model, times: Vector, states: Matrix) -> RunStatus | None:

@@ -18,14 +18,15 @@ if TYPE_CHECKING:
     from kanefe.order_n.granular_contacts import CrowdSteps
 
 BEYOND = 1e-6
-"""Share of what friction holds, of the largest normal force and of the scene's length: what is broken by more is an
-error of the run."""
+"""Violation relative to the friction limit, to the largest normal force and to the scene's length above which the run
+is in error."""
 
 SHARE = 0.05
-"""Of the evaluations of a run: output times that are checked. The run itself watches the same margins in each step."""
+"""Number of output times that are checked, relative to the number of evaluations of a run. The run itself monitors
+these margins in each step."""
 
 DOUBLY = 2.0
-"""Of what steps over impacts err by to first order: gaps that are entered by more are an error."""
+"""Penetration, in multiples of the first-order error of steps over impacts, above which it is an error."""
 
 REMEDY_OF_STEPS = "a smaller step, or contacts that yield, kanefe.HuntCrossley(...)"
 

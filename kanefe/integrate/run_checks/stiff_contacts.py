@@ -15,7 +15,8 @@ from kanefe.tree.scales import scene_length
 EPSILON = float(np.finfo(float).eps)
 
 SOFT_ENOUGH = 1e6
-"""Times round-off of places: by so much a contact should yield under the weight on it, for a force of six digits."""
+"""Smallest deflection of a contact under its weight, in multiples of the round-off of positions, for a force of six
+digits."""
 
 
 class StiffContact(NamedTuple):

@@ -28,7 +28,7 @@ from kanefe.kane.state import State
 from kanefe.tree.model_data import WORKS, ModelData
 
 BARELY = 1e-9
-"""Of the largest speed at a contact, below which what is held does not slip."""
+"""Speed relative to the largest at a contact below which a held point does not slip."""
 
 
 class Stepped(NamedTuple):

@@ -26,10 +26,10 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 INTEGER, NUMBER = "int64", "float64"
 INTEGERS, NUMBERS, COMPLEX_NUMBERS = "int64*", "float64*", "complex128*"
 VALUES = "float64* or complex128*"
-"""Of a function that there is twice, see `addresses`: numbers that are complex where those of the scene are."""
+"""Type of a function that exists twice, see `addresses`: its numbers are complex where those of the scene are."""
 
 _in_python: dict[int, Callable[..., None]] = {}
-"""Functions of the house by their stand-in for an address, below zero, where nothing is compiled."""
+"""Functions of the library by their substitute for an address, a negative number, if nothing is compiled."""
 
 
 def called_by_address(*kinds: str) -> Callable[[Function], Function]:
@@ -109,7 +109,7 @@ def call_in_python(address: int, arguments: tuple[Any, ...]) -> None:
 
 
 LAW_NUMBERS = 5
-"""Numbers that a law of the user writes: see `kanefe.contact.laws.compiled_law.CompiledLaw`."""
+"""Number of values that a law of the user writes: see `kanefe.contact.laws.compiled_law.CompiledLaw`."""
 
 
 def law_in_python(address: int, depth: float, rate: float, numbers: Any, at: int) -> tuple[float, ...]:

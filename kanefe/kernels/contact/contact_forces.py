@@ -68,12 +68,12 @@ from kanefe.kernels.force_elements.places import (
 )
 
 ON_ITS_AXIS, MOST_TURNS, SAME_NORMAL = 1e-9, 100, 1e-15
-"""Those of `kanefe.contact.contact`."""
+"""Constants of the same names in `kanefe.contact.contact`."""
 
 MOST_TRIALS = 60
 
 AT_THE_LIMIT = 1e-9
-"""That of `kanefe.contact.contact_events`."""
+"""Constant of the same name in `kanefe.contact.contact_events`."""
 
 
 @called_by_address(*SIGNATURE)

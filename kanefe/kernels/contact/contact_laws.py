@@ -73,7 +73,8 @@ def of_table(numbers: Any, at: int, share: float, depth: Any) -> Any:
 
 
 STEP, LEAST_STEP = 1e-5, 1e-6
-"""Of differences: share of a depth and of a rate; of that at least, m/s. Truncation and round-off both leave 1e-10."""
+"""Steps of differences: relative to a depth and a rate, and the least step of a rate, m/s. Truncation and round-off
+both leave 1e-10."""
 
 
 @kernel

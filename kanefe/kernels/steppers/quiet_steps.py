@@ -19,13 +19,13 @@ from kanefe.kernels.steppers.step_commands import ACCEPTED, STAGE, STATE, STEPS,
 from kanefe.kernels.sweeps.drives import Drives, put_drives
 
 LEAST_DIP = 0.3
-"""Of the largest of three samples: how near zero their parabola must come for a pair of roots to be looked for."""
+"""Minimum of the parabola through three samples, relative to their largest, below which a pair of roots is searched."""
 
 SHARES = np.arange(1, 5) / 4.0
-"""Places in a step at which functions are looked at, the last one its end."""
+"""Positions in a step at which functions are evaluated, relative to the step; the last is its end."""
 
 AT_TIME = 0
-"""Of a prepared call of `look_at`: its number."""
+"""Index of the time in a prepared call of `look_at`."""
 
 
 class Going(NamedTuple):

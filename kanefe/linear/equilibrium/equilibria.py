@@ -38,13 +38,14 @@ if TYPE_CHECKING:
     from kanefe.linear.state import Freezable
 
 MOST_ROUNDS, SAME_LOADS = 30, 1e-10
-"""Searches at most, each under the loads of joints that the last one has found, and what of these may still change."""
+"""Largest number of searches, each under the joint loads of the previous one, and the relative change of these loads at
+which they end."""
 
 LOST = 1e-6
-"""Imbalance later on from which a balance is lost: coordinates that turn carry the round-off of the turn."""
+"""Imbalance later on above which the equilibrium is lost: rotating coordinates carry the round-off of the rotation."""
 
 MOST_TOLD = 6
-"""Modal coordinates of a body that are listed one by one."""
+"""Largest number of modal coordinates of a body that are listed individually."""
 
 
 class Equilibrium(Instant):

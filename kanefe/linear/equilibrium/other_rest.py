@@ -24,22 +24,24 @@ from kanefe.linear.small_motions import SmallMotions
 from kanefe.tree.scales import scene_length
 
 NEAR = 0.1
-"""In rad or scene lengths: how far the rest may be from which it tips, to be told."""
+"""Distance of the tipping equilibrium below which it is reported, rad or scene lengths."""
 
 TOUCHED, LIFTED = 1e-6, 1e-3
-"""Of the scene's length: gap up to which something touches at the start, and from which on it has lifted."""
+"""Gap relative to the scene's length up to which a contact is closed at the start, and from which it has lifted."""
 
 UNSTABLE, WEAKEST = -1e-11, 1e-9
-"""Stiffness over mass, of the largest, below which a motion tips; and share by which what is lifted still presses."""
+"""Stiffness over mass, relative to the largest, below which a motion tips; and fraction of the force with which a
+lifted contact still presses."""
 
 TURNED = 0.5
-"""Angle to its surface, rad, by which what stood on three contacts or more has turned over; soft ones sink by less."""
+"""Angle to its surface by which a body on three contacts or more has turned over, rad; soft contacts deflect by less.
+"""
 
 PARTING = 1e-6
-"""In rad or scene lengths: how far it is looked whether contacts part."""
+"""Distance over which contacts are checked for separation, rad or scene lengths."""
 
 Key = tuple[int, int]
-"""Number of a load, and of a probe in it."""
+"""Number of a load, and number of its contact point."""
 
 
 class OtherRestWarning(UserWarning):

@@ -32,30 +32,34 @@ from kanefe.loads.base import Load
 from kanefe.tree.scales import scene_length, scene_weight
 
 Key = tuple[int, int]
-"""Number of a contact among the rigid ones, and of a probe in it."""
+"""Number of a contact among the rigid contacts, and number of its contact point."""
 
 Found = tuple[Model, BalanceSearch, tuple[Vector, Vector]]
 
 HELD, FREED = "held", "freed"
-"""A probe that carries: it sticks, where there is friction; or is let slide for once, where that holds too little."""
+"""States of a loaded contact point: it sticks, if there is friction; or it may slide once, if friction holds too
+little."""
 
 TOUCHING = 1e-9
-"""Of the scene's length: gap up to which a probe touches at the start, and depth up to which it has not entered."""
+"""Gap relative to the scene's length up to which a contact point touches at the start, and depth up to which it has not
+penetrated."""
 
 PULLED = 1e-9
-"""Of the largest normal force, beyond which a probe pulls, or needs more friction than it has: round-off is less."""
+"""Force relative to the largest normal force beyond which a contact point is in tension or needs more friction than it
+has; round-off is smaller."""
 
 THROUGH = 1e-2
-"""Of the scene's length: depth from which on a search has gone through what it should have met."""
+"""Depth relative to the scene's length from which a search has passed through the surface it should have met."""
 
 NEARLY = 0.0, 1e-4, 1e-2
-"""Of the scene's length: gaps up to which probes are tried as those that carry where contacts that yield have led."""
+"""Gaps relative to the scene's length up to which contact points are tried as the loaded ones after the search with
+compliant contacts."""
 
 SETTLING = 1e-4
-"""Of the scene's length: depth to which contacts yield to its weight where it is let move until it comes to rest."""
+"""Deflection of contacts under the weight in dynamic relaxation, relative to the scene's length."""
 
 MOST_SLIDES = 3
-"""Times that what friction does not hold is let slide to where less is to be held."""
+"""Largest number of times that a body which friction does not hold slides to a position with a smaller demand."""
 
 
 def rest_on_contacts(
