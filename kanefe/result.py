@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from kanefe.views.plots import Figure
 
 LOOKED_AT = 9
-"""Output times at which ``print(result)`` looks at what the modes of flexible bodies carry."""
+"""Number of output times at which ``print(result)`` evaluates what the modes of flexible bodies represent."""
 
 
 class Result(Reader):

@@ -225,11 +225,11 @@ class SmallMotions:
 
 
 WELL_CONDITIONED = 1e-2
-"""Pivot, of the largest, down to which only coordinates of joints are asked to follow."""
+"""Pivot relative to the largest down to which only joint coordinates are taken as dependent."""
 
 
 RANK = 1e-6
-"""Pivot of scaled rows, of the largest, below which a row depends on others: some 1e-12 is round-off."""
+"""Pivot of scaled rows, relative to the largest, below which a row depends on others: round-off is about 1e-12."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,10 +21,11 @@ from kanefe.loads.base import End, Load
 from kanefe.tree.scales import scene_weight
 
 MOST_WEIGHTS = 10.0
-"""Of the scene: what a contact that acts from afar presses by at most, where a search for a rest begins."""
+"""Largest force of a contact that acts at a distance at the start of a search for an equilibrium, in multiples of the
+weight of the scene."""
 
 HALVINGS = 30
-"""Of the distance over which it does."""
+"""Number of halvings of the distance over which it acts."""
 
 
 @runtime_checkable

@@ -12,7 +12,7 @@ from kanefe.errors import FileError, ModelError
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 WORD = "PROJECT"
-"""What stands for the name in the files of the template, whose own names end in ``.txt``."""
+"""Placeholder of the name in the files of the template, whose own names end in ``.txt``."""
 
 
 def new_project(where: str) -> list[Path]:

@@ -17,19 +17,19 @@ from kanefe.report.modes import BodyModes, body_modes, compliance_shares, interf
 from kanefe.report.record_tables import record_tables
 
 MOST_MODES = 30
-"""Modes that tables list."""
+"""Largest number of modes in tables."""
 
 PICTURES = 12
-"""Modes that are drawn."""
+"""Largest number of modes that are drawn."""
 
 WORST = 5
-"""Cells that are named."""
+"""Largest number of cells that are listed."""
 
 DENSE = 400
-"""Free coordinates up to which the modes of a body are computed for the report."""
+"""Number of free coordinates up to which the modes of a body are computed for the report."""
 
 FLAT, LONG, BENT = 0.1, 10.0, 0.25
-"""Scaled Jacobian below which, aspect ratio and bend of sides above which cells are called poor."""
+"""Quality limits of poor cells: scaled Jacobian below the first, aspect ratio and bend of sides above the others."""
 
 SHAPES = "Frequencies and mode shapes"
 

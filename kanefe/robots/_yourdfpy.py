@@ -9,7 +9,7 @@ from typing import Any
 from kanefe.errors import FileError, MissingDependency
 
 _DAMAGE = (ValueError, KeyError, IndexError, TypeError, AttributeError, OSError)
-"""What yourdfpy raises on elements without what they must have."""
+"""Exceptions that yourdfpy raises on elements with missing parts."""
 
 
 def parsed(path: Path) -> Any:

@@ -17,11 +17,11 @@ from kanefe.scene.scene import FlexibleMember, Frame
 from kanefe.system import System
 
 MOST_NAMES = 4
-"""Names that a warning lists of each kind; `RobotScene.not_taken` has them all."""
+"""Largest number of names of each kind in a warning; `RobotScene.not_taken` has them all."""
 
 
 POINT = 1e-12
-"""Square of a radius of gyration, m2, below which an inertia is round-off of a converter: the link is a point."""
+"""Square of a radius of gyration below which an inertia is round-off of a converter and the link is a point, m2."""
 
 
 class NotTakenWarning(UserWarning):

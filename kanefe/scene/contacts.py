@@ -25,13 +25,15 @@ if TYPE_CHECKING:
     from kanefe.contact.surface import Surface
 
 STIFFNESS_RATIO = 1.0
-"""Of the stiffness of an anchor of friction over that of the normal law, where it is not given."""
+"""Default stiffness of a friction anchor relative to that of the normal law."""
 
 ALONG = 1e-9
-"""Of a surface velocity: what of it may be along the normal of a plane, as round-off of a normal that is turned."""
+"""Part of a surface velocity along the normal of a plane that is permitted as round-off of a rotated normal, relative
+to it."""
 
 MOST_LEFT_OUT = 0.1
-"""Of what the law of a contact yields by: how much of a body's own yielding its modes may leave out untold."""
+"""Largest local compliance of a body missing in its modes, relative to the deflection of a contact law, without a
+warning."""
 
 
 class ContactMethods(LoadMethods):

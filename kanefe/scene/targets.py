@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 AXES = {"x": 0, "y": 1, "z": 2}
 
 Named = Sequence[str] | Mapping[str, str] | str
-"""Names of channels as a script gives them: one, several, or a mapping from names of its own."""
+"""Names of channels in a script: one, several, or a mapping from names of its own."""
 
 
 class NamedBody(Protocol):

@@ -26,31 +26,31 @@ from kanefe.screening.carrier import Carrier, Displacement
 from kanefe.screening.riders import Motions, Riders
 
 STICKY = 1e6
-"""By what friction is multiplied where things stick whatever pulls them."""
+"""Factor on friction where everything is to stick under any force."""
 
 APRON, TAPER = 16, 32
-"""Steps around a stretch in which the carrier is followed too, and in which the forcing then dies away."""
+"""Steps around a stretch in which the carrier is followed too, and over which the forcing then decays."""
 
 ROUNDS = 6
 CLOSE = 1e-4
-"""Of what an event looks at: how near the superposition comes to the whole equations, where it does."""
+"""Accuracy of the superposition relative to the full equations, relative to the event functions."""
 
 SLOWEST = 0.3
-"""Ratio of one round to the next beyond which they are not waited for."""
+"""Ratio of successive corrections beyond which the iteration ends."""
 
 LEAST_DECAY = 1e-3
-"""1/s: what dies away slower is not superposed."""
+"""Decay rate below which a motion is not superposed, 1/s."""
 
 SAFETY = 2.0
-"""By what all that bounds is multiplied."""
+"""Safety factor on the error bounds."""
 
 TENSION = Rope.columns.index("tension [N]")
 
 LOWEST = 5
-"""Times at which the tension of a rope is looked at: where it is least by what small motions do to it."""
+"""Number of times at which the tension of a rope is evaluated: where it is smallest under small motions."""
 
 NUDGES = 1e-8, 1e-6
-"""Of tangents and of their rates, for the slopes of what events look at."""
+"""Steps of tangents and of their rates for the slopes of event functions."""
 
 
 class NotSuperposed(Exception):

@@ -58,10 +58,10 @@ class SavedSimulation(NamedTuple):
 
 
 STEPS = 100.0
-"""Of the usual length: how long a simulation is taken to be, where that is not said."""
+"""Default duration of a simulation relative to the usual step."""
 
 LEAST = 1.0
-"""And at least, s."""
+"""Least default duration of a simulation, s."""
 
 
 def stretch(t: float, every: float, duration: float | None) -> tuple[float, float]:

@@ -21,10 +21,10 @@ from kanefe.storage.scipy_later import sp
 PIECE = 1 << 20
 
 MADE = {f"__{name}__" for name in ("init", "repr", "eq", "lt", "le", "gt", "ge", "hash", "setattr", "delattr")}
-"""Functions that dataclasses write."""
+"""Names of functions that dataclasses generate."""
 
 OWN = ("kanefe", "kanefe_fem")
-"""Packages whose classes count by their names, whatever file they are in."""
+"""Packages whose classes are identified by their names, whatever file they are in."""
 
 
 class Unhashable(TypeError):

@@ -21,19 +21,19 @@ from kanefe.errors import FileError, MissingDependency
 from kanefe.storage.files import regular_file
 
 SMALLEST_COMPRESSED = 1024
-"""Numbers in an array below which compression costs more than it saves."""
+"""Number of values in an array below which compression costs more than it saves."""
 
 MOST_COMPRESSED = 1100
-"""Times that an array can be larger than its bytes in the file: deflate makes at most 1032 of one."""
+"""Largest ratio of an array to its bytes in the file: deflate achieves at most 1032."""
 
 
 HEAD = 512
-"""Bytes ahead of HDF5's own, the least that it allows."""
+"""Bytes before those of HDF5, the least that it permits."""
 
 PIECE = 1 << 20
 
 DEEPEST = 32
-"""Groups in groups; the house writes five."""
+"""Largest depth of groups; the package writes five."""
 
 
 def come_first() -> None:

@@ -59,7 +59,7 @@ DAMAGE = (
     zlib.error,
     struct.error,
 )
-"""What reading a file that is truncated, damaged or of another kind may raise."""
+"""Exceptions that may be raised in reading a file that is truncated, damaged or of another kind."""
 
 
 def write_object(path: str | Path, value: object, kind: FileKind) -> None:

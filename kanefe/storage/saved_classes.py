@@ -26,7 +26,7 @@ SAVED_CLASSES = {
     "node shares": "kanefe.fe_model.node_shares:NodeShares",
     "unreduced body": "kanefe.bodies.unreduced:UnreducedBody",
 }
-"""Word -> "module:Class"."""
+"""Classes that can be saved, as "module:Class" by name."""
 
 _WORDS = {place: word for word, place in SAVED_CLASSES.items()}
 

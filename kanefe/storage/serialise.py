@@ -17,10 +17,10 @@ from kanefe.storage.saved_classes import class_of, word_of
 from kanefe.storage.scipy_later import sp
 
 NOT_SAVED = {"saved": False}
-"""``field(metadata=NOT_SAVED)`` marks a field that a file leaves out; it has to have a default."""
+"""Metadata of a field that a file leaves out, ``field(metadata=NOT_SAVED)``; the field must have a default."""
 
 SHARED = 1 << 16
-"""Bytes from which an array is compared with the others, and written once if there are two of it."""
+"""Size from which an array is compared with the others and written only once, bytes."""
 
 _TAG = "is"
 

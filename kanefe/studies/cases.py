@@ -14,15 +14,16 @@ import numpy as np
 from kanefe.errors import ModelError
 
 COLUMNS = ("case", "key", "status", "reason", "simulated", "warnings", "wall", "cpu", "worker")
-"""Of a table, beside parameters and outputs."""
+"""Columns of a table in addition to parameters and outputs."""
 
 KEY_DIGITS = 16
 
 MOST_NESTED = 32
-"""Sequences within each other in one value, as many as arrays have axes."""
+"""Largest depth of nested sequences in one value, as many as arrays have axes."""
 
 MOST_VALUES = 1_000_000
-"""Of a parameter, and rows of a table: what goes on is a generator without an end, or a mistake."""
+"""Largest number of values of a parameter, and of rows of a table: more come from an infinite generator or a mistake.
+"""
 
 
 @dataclass(frozen=True)

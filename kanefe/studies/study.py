@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from kanefe.result import Result
 
 OPTIONS = ("build", "outputs", "table", "duration", "rtol", "simulate")
-"""Arguments of `Study` that no parameter can be called."""
+"""Arguments of `Study` whose names a parameter cannot have."""
 
 
 @checked("duration", "rtol", "simulate")

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from kanefe.fe_model.factorise import Factorisation
 
 LARGEST_STORE = 2**32
-"""Bytes of states and accelerations above which a run asks for fewer outputs."""
+"""Size of states and accelerations above which a run requires fewer outputs, bytes."""
 
 
 class Residual(NamedTuple):

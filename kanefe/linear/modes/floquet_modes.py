@@ -26,13 +26,13 @@ if TYPE_CHECKING:
     from kanefe.linear.state import Freezable
 
 RIGID = 1e-7
-"""Eigenvalue, of the largest, that may be zero: one that is double is known to the root of round-off only."""
+"""Eigenvalue relative to the largest that may be zero: a double one is known to the root of round-off only."""
 
 REACH_OF_RIGID = 4
-"""Harmonics of motions that nothing resists, to either side: coordinates in axes that turn take two."""
+"""Harmonics on either side of motions without restoring force: coordinates in rotating axes need two."""
 
 TOLD_SHARE = 0.005
-"""Of a mode, from which on ``print`` tells a harmonic."""
+"""Smallest fraction of a mode for which ``print`` lists a harmonic."""
 
 
 @dataclass(frozen=True, eq=False)

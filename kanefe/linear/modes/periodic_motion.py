@@ -22,13 +22,13 @@ from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.tangents import rotations
 
 FEWEST, MOST = 17, 129
-"""Azimuths at which a motion is looked at; odd, so that a Fourier series has as many terms."""
+"""Least and largest number of azimuths at which a motion is evaluated; odd, to equal the number of Fourier terms."""
 
 STEADY = 1e-6
-"""Imbalance below which a motion goes on as it is: coordinates that turn carry the round-off of the turn."""
+"""Imbalance below which a motion continues unchanged: rotating coordinates carry the round-off of the rotation."""
 
 FLAT = 1e-8
-"""Fourier coefficients of A, of the largest, that the azimuths leave out."""
+"""Fourier coefficients of A, relative to the largest, that the azimuths may leave out."""
 
 MOST_NEWTON = 25
 

@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     from kanefe.views.plots import Figure
 
 USUAL = 6
-"""Modes that are followed where nothing is said."""
+"""Default number of modes that are followed."""
 
 MOST_ORDERS = 100
-"""Lines of excitation in one picture."""
+"""Largest number of excitation lines in one picture."""
 
 
 @dataclass(frozen=True, eq=False)

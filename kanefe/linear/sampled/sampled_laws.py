@@ -15,19 +15,19 @@ from kanefe.frames import Matrix, Vector
 from kanefe.loads.controller import Controller
 
 STEP = 6e-6
-"""Of a number, or of one, by which differences go to either side: the cube root of the precision."""
+"""Step of central differences, relative to a number or to one: the cube root of the precision."""
 
 CALLS = 2000
-"""How often a controller is called with what it reads at rest, at most, until what it remembers stays."""
+"""Largest number of calls of a controller with constant inputs until its memory is constant."""
 
 SETTLED = 1e-12
-"""Change of what it remembers from one call to the next, of its size, that is none."""
+"""Change of the memory from one call to the next, relative to its size, that counts as zero."""
 
 ALIKE = 1e-9
-"""Difference of two calls with the same arguments, of their size, that is none."""
+"""Difference of two calls with the same arguments, relative to their size, that counts as zero."""
 
 NOTHING = 1e-9
-"""Derivative, of the largest, that is round-off of differences."""
+"""Derivative relative to the largest that is round-off of differences."""
 
 
 @dataclass(frozen=True, eq=False)

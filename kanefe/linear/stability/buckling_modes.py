@@ -28,13 +28,13 @@ if TYPE_CHECKING:
     from kanefe.linear.state import Freezable
 
 SYMMETRIC = 1e-7
-"""Asymmetry of the scaled dK, of its largest entry, that is its round-off: of differences it is some 1e-10."""
+"""Asymmetry of the scaled dK, relative to its largest entry, that is round-off: differences leave about 1e-10."""
 
 FELT = 1e-9
-"""Inverse of a factor, of the largest, below which the loads do nothing to a motion."""
+"""Inverse of a load factor, relative to the largest, below which the loads do not affect a motion."""
 
 FAR = 0.1
-"""Of rad or scene lengths, beyond which the displacement before buckling is more than linear."""
+"""Displacement before buckling beyond which it is nonlinear, rad or scene lengths."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 GRAVITY = "gravity"
 
 RESISTED = 1e-11
-"""Eigenvalue of the scaled stiffness, of the largest, below which nothing resists a motion."""
+"""Eigenvalue of the scaled stiffness, relative to the largest, below which a motion has no restoring force."""
 
 
 @dataclass(frozen=True, eq=False)

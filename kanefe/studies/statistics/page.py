@@ -11,7 +11,7 @@ from kanefe.report.record_tables import record_tables
 from kanefe.studies.statistics.cells import Cell
 
 LEAST_SHARE = 1e-6
-"""A probability below which no digits are shown: no law that is fitted to tens of runs knows them."""
+"""Probability below which no digits are shown: no law fitted to tens of runs can resolve them."""
 
 Map = Mapping[str, tuple[Cell, ...]]
 

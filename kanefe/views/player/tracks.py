@@ -9,7 +9,7 @@ from kanefe.frames import rotation_matrix
 from kanefe.results.reader import Reader
 
 GROUND = -1
-"""Number of the frame that does not move."""
+"""Number of the fixed frame."""
 
 
 class Tracks:
