@@ -35,8 +35,8 @@ RANDOM_COUNT = 200
 MOST_WAVES = 100_000
 
 STEEPEST = 1.0 / 7.0
-"""Height over length of the steepest wave in deep water, by Michell 1893 (0.142): steeper waves break. In water of
-depth d the limit is tanh(k d) times this (Miche 1944)."""
+"""Ratio of height to length of the steepest wave in deep water, by Michell 1893 (0.142): steeper waves break. In water
+of depth d the limit is tanh(k d) times this (Miche 1944)."""
 
 
 class Waves(NamedTuple):

@@ -24,7 +24,7 @@ GRAVITY = 9.81
 """Default gravity, m/s2."""
 
 NARROW, WIDE = 0.07, 0.09
-"""Widths of the peak of a JONSWAP spectrum below and above its frequency (Hasselmann et al. 1973)."""
+"""Widths of the peak of a JONSWAP spectrum below and above its frequency, dimensionless (Hasselmann et al. 1973)."""
 
 STEEPNESS, DECAY = 8.10e-3, 0.74
 """Constants of Pierson & Moskowitz (1964), dimensionless."""

@@ -22,7 +22,7 @@ ORDER = 12
 ARC_LENGTH."""
 
 ARC_LENGTH = 1e-12
-"""Largest deviation of the length of the tangent from 1."""
+"""Largest deviation of the length of the tangent from 1, dimensionless."""
 
 MOST_PIECES = 20_000
 """Number at which pieces are no longer halved: points this noisy have no smooth curve."""
@@ -31,7 +31,8 @@ ALIKE = 1e-9
 """Distance relative to the largest distance of the points below which two points are the same."""
 
 LEAST_RATE = 1e-3
-"""Smallest rate of the spline with respect to the chord lengths, normally about 1: below it the spline has a cusp."""
+"""Smallest ratio of the rates of arc length and chord length along the spline, normally about 1: below it the spline
+has a cusp."""
 
 ALONG_Z = 0.99
 """Cosine of the angle between the start of a curve and z of F above which z does not define a direction across."""

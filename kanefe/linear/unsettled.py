@@ -16,8 +16,8 @@ from kanefe.linear.modes.unresisted import Unresisted
 from kanefe.linear.small_motions import SmallMotions
 
 TOLD = 1e-3
-"""Force left over, of those that act in the same motion, from which on it is told: it is missing, by about as much, in
-the stiffness that they make."""
+"""Remaining force, relative to those that act in the same motion, from which a warning is issued: it is missing, by
+about as much, in the stiffness that these forces cause."""
 
 
 class UnsettledWarning(UserWarning):

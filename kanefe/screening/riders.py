@@ -17,7 +17,7 @@ from kanefe.screening.carrier import Carrier, Displacement
 from kanefe.tree.body_terms import BodyTerms
 
 OUT_OF_PLANE = 1e-9
-"""Part of a carrier's axes outside the plane of a planar joint on the ground that is permitted."""
+"""Largest component of a carrier's axes, dimensionless, outside the plane of a planar joint on the ground."""
 
 
 class Motions(NamedTuple):

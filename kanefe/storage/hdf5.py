@@ -28,12 +28,12 @@ MOST_COMPRESSED = 1100
 
 
 HEAD = 512
-"""Bytes before those of HDF5, the least that it permits."""
+"""Number of bytes before those of HDF5, the least that it permits."""
 
 PIECE = 1 << 20
 
 DEEPEST = 32
-"""Largest depth of groups; the package writes five."""
+"""Largest number of nested groups; the package writes five."""
 
 
 def come_first() -> None:

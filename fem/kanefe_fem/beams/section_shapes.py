@@ -11,7 +11,7 @@ FIBRES = 16
 stress is 2 % higher."""
 
 ZETA_OF_5 = 1.03692775514337
-"""Riemann's zeta function at 5: the sum of n^-5."""
+"""Value of Riemann's zeta function at 5: the sum of n^-5."""
 
 
 def circle(diameter: float) -> np.ndarray:

@@ -18,7 +18,7 @@ Vector = Sequence[float] | np.ndarray
 Axes = np.ndarray | Sequence[Sequence[float]] | Callable[[np.ndarray], np.ndarray]
 
 ORTHONORMAL = 1e-9
-"""Largest error of A^T A for given axes."""
+"""Largest error of A^T A for given axes, dimensionless."""
 
 
 @runtime_checkable

@@ -11,7 +11,7 @@ from kanefe.errors import FileError
 from kanefe.storage.files import named_file
 
 MOST = 10
-"""Largest depth of included files; a deeper one includes itself."""
+"""Largest number of nested includes; a deeper file includes itself."""
 
 
 def check_named_files(path: Path, trusted: bool, top: Path | None = None, depth: int = 0) -> None:

@@ -100,7 +100,7 @@ LAYERS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-6)
 
 SLENDER = (30.0, 100.0, 300.0, 1000.0)
 TOO_SLENDER = (3000.0, 1e4, 1e5)
-"""Length over thickness of bars with one or a few cells."""
+"""Ratios of length to thickness of bars with one or a few cells."""
 
 
 def aspect_ratios(effort: Effort) -> Iterator[Finding]:

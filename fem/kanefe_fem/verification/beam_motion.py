@@ -22,7 +22,7 @@ ALUMINIUM = Material(E=70e9, nu=0.3, rho=2700.0)
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 
 TIP = 40
-"""Last node of the beams below."""
+"""Index of the last node of the beams below."""
 
 RTOL, ATOL = 1e-9, 1e-9
 """Tolerances of the runs with beam S. Stability limits the steps, so that 1e-6 costs as much; but then round-off

@@ -24,7 +24,7 @@ STIFF = (1e2, 1e4, 1e6)
 """Frequencies of the stiff mode, Hz; that of the third mode lies between the two."""
 
 AMPLITUDE = 0.01
-"""Initial amplitude of the soft mode."""
+"""Initial displacement along the soft bar, m."""
 
 DAMPING = 0.02
 """Damping ratio of every mode of the damped bodies."""

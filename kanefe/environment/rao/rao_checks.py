@@ -26,7 +26,7 @@ BELOW_ROLL = 2.0
 """
 
 INSIDE = 0.5
-"""Smallest component of head or beam seas in a heading for motions along or across to be checked."""
+"""Cosine or sine of a heading from which motions along or across are checked."""
 
 
 def surface_motion(heading_deg: float, number: float) -> Vector:

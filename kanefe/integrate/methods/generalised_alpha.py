@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
 
 SPECTRAL_RADIUS = 0.8
-"""Amplification of an unresolved mode per step: 1 keeps it, 0 removes it in one step."""
+"""Amplification factor of an unresolved mode per step: 1 keeps it, 0 removes it in one step."""
 
 FORMULA = GeneralisedAlpha(SPECTRAL_RADIUS)
 

@@ -22,8 +22,8 @@ HOLDS = 1.0 - ROUND_OFF_OF_FORCES
 """
 
 AHEAD = 1e-9, 1e-8, 1e-7, 1e-6, 1e-5
-"""Times after an event, relative to the span, at which the accelerations are evaluated if those at the event are at the
-friction limit. The first that exceeds round-off decides."""
+"""Instants after an event, relative to the span, at which the accelerations are evaluated if those at the event are at
+the friction limit. The first that exceeds round-off decides."""
 
 Key = tuple[int, int]
 """Number of a contact among the rigid contacts, and number of its contact point."""

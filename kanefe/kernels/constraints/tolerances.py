@@ -8,8 +8,8 @@ TOLERANCE = 1e-12
 round-off."""
 
 LARGEST_OPENING = 1e-7
-"""Gap during a run, on the same scale, above which a loop cannot be closed. At a singular position round-off leaves its
-root, about 1e-8; a drive beyond the reach of a mechanism leaves more after its first step."""
+"""Gap during a run, relative to the same scale, above which a loop cannot be closed. At a singular position round-off
+leaves its root, about 1e-8; a drive beyond the reach of a mechanism leaves more after its first step."""
 
 LARGEST_ITERATIONS = 80
 

@@ -14,20 +14,20 @@ from kanefe.linear.modes.floquet_modes import FloquetModes
 from kanefe.linear.modes.modes import Modes
 
 SURE = 0.7
-"""Correlation of a mode with its successor from which they are taken to be the same: below it an intermediate speed is
-tried."""
+"""Correlation of a mode with its successor, dimensionless, from which they are the same: below it an intermediate speed
+is tried."""
 
 DEEPEST = 5
 """Largest number of divisions of an interval between two speeds to follow modes through it."""
 
 ASIDE = 0.47
-"""Position at which it is divided: not the middle, which may be zero speed, where modes are double."""
+"""Fraction of the interval at which it is divided: not the middle, which may be zero speed, where modes are double."""
 
 SIDE = 4
 """Number of harmonics on either side by which Floquet modes are identified."""
 
 MOST_SHIFT = 2
-"""Largest change of the harmonic in the name of such a mode between two speeds."""
+"""Largest number of harmonics by which the name of such a mode may change between two speeds."""
 
 AnyModes = Modes | FloquetModes
 

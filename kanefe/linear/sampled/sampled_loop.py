@@ -51,8 +51,8 @@ GROWTH = 1e-9
 """Distance of a pole outside the unit circle below which it counts as on the circle."""
 
 NEUTRAL = 1e-6
-"""Distance of a pole from 1 within which it is a motion without restoring force: double ones are found to the root of
-this."""
+"""Distance of a pole from 1, dimensionless, within which it is a motion without restoring force: double ones are found
+to the root of this."""
 
 ROUND_OFF = 1e-11
 """Change relative to the largest change of the inputs that is round-off of differences."""

@@ -31,7 +31,11 @@ OUTSIDE = {
     "compiler/_numba_functions.py": {"kanefe.errors"},
     "compiler/foreign.py": {"kanefe.errors"},
     "compiler/compiled_functions.py": {"kanefe.errors", "kanefe.storage.files", "kanefe.storage.kept_code"},
-    "compiler/build.py": {"kanefe.errors", "kanefe.storage.kept_code", "kanefe.unknown"},  # it imports all that there are
+    "compiler/build.py": {
+        "kanefe.errors",
+        "kanefe.storage.kept_code",
+        "kanefe.unknown",
+    },  # it imports all that there are
 }
 
 
