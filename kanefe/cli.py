@@ -19,7 +19,8 @@ FIRST = ("demo",)
 
 VARIABLES = (
     "Environment: KANEFE_CACHE_DIR is the folder of the cache, of compiled kernels too; KANEFE_CACHE_GB how much its "
-    "files may take (default 10), those not used for longest going first; KANEFE_CACHE=0 keeps no bodies and models."
+    "files may take (default 10), those unused for longest are removed first; KANEFE_CACHE=0 keeps no bodies and "
+    "models."
 )
 
 
@@ -41,7 +42,7 @@ def verify(
 
 def stress(
     cases: Annotated[list[str] | None, typer.Argument(help="Cases to run, such as drift slopes; default: all.")] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="The short form: less of everything.")] = False,
+    quick: Annotated[bool, typer.Option("--quick", help="Short form with fewer and shorter cases.")] = False,
     method: Annotated[str | None, typer.Option(help="Method of the runs over a million steps.")] = None,
     json: Annotated[
         str | None, typer.Option(help="Write the findings to this file as JSON; '-' for standard output.")
@@ -138,13 +139,13 @@ def list_cache() -> None:
 
 
 def clear_cache(
-    kernels: Annotated[bool, typer.Option("--kernels", help="Throw the compiled kernels away as well.")] = False,
+    kernels: Annotated[bool, typer.Option("--kernels", help="Remove the compiled kernels as well.")] = False,
 ) -> None:
     """Throw away all bodies and models in the cache."""
     from kanefe.bodies import cache
 
     count, freed = cache.clear()
-    typer.echo(f"{count} files, {1e-6 * freed:.1f} MB thrown away")
+    typer.echo(f"{count} files, {1e-6 * freed:.1f} MB removed")
     if kernels:
         freed = cache.clear_kernels()
         typer.echo(f"the compiled kernels, {1e-6 * freed:.1f} MB, thrown away")

@@ -276,7 +276,7 @@ def rotation_about(axis: str | Sequence[float] | Vector, angle: float) -> Vector
     Raises
     ------
     ModelError
-        If the axis has no length or the angle is no finite number.
+        If the axis has no length or the angle is not a finite number.
 
     Examples
     --------

@@ -171,7 +171,9 @@ def limit() -> float:
     try:
         return 1e9 * float(text) if text else 1e9 * DEFAULT_GB
     except ValueError as error:
-        raise ModelError(f"KANEFE_CACHE_GB={text!r} is no number of gigabytes. Remedy: KANEFE_CACHE_GB=10") from error
+        raise ModelError(
+            f"KANEFE_CACHE_GB={text!r} is not a number of gigabytes. Remedy: KANEFE_CACHE_GB=10"
+        ) from error
 
 
 def _path(key: str) -> Path:
@@ -185,7 +187,7 @@ def _found(key: str, kind: Kind, load: Callable[[Path], Kept]) -> Kept | None:
     try:
         found = load(path)
     except FileError as error:
-        warnings.warn(f"a cached {kind} is thrown away and made again: {error}", CacheWarning, stacklevel=outside())
+        warnings.warn(f"a cached {kind} is removed and made again: {error}", CacheWarning, stacklevel=outside())
         with contextlib.suppress(OSError):
             path.unlink()
         return None

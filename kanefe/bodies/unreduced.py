@@ -175,6 +175,6 @@ class UnreducedBody(FlexibleBody):
             Always.
         """
         raise FileError(
-            f"an unreduced body is not written to {path}: it is as large as its matrices. Remedy: make it anew from "
+            f"an unreduced body is not written to {path}: it is as large as its matrices. Remedy: make it again from "
             "the model, or save a reduced one, reduction=CraigBampton(modes=20)"
         )

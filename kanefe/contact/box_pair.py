@@ -25,7 +25,7 @@ SIDES = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
 """Corners of a face, round it."""
 
 PARALLEL = 1e-6
-"""Sine of the angle between edges below which their product is no axis."""
+"""Sine of the angle between edges below which their product is not an axis."""
 
 PREFERRED = 1e-6
 """Of the size of the boxes: by so much less must edges overlap than faces, to lead."""

@@ -179,7 +179,8 @@ def _collected(names: list[str], process: subprocess.Popen[str]) -> dict[str, tu
     while left:
         try:
             out, errors = process.communicate(timeout=LONGEST)
-            end = f"ended its process with {process.returncode}: {errors.strip().splitlines()[-1:] or 'without a word'}"
+            said = errors.strip().splitlines()[-1:] or "without a message"
+            end = f"ended its process with {process.returncode}: {said}"
         except subprocess.TimeoutExpired:
             process.kill()
             out, errors = process.communicate()

@@ -68,7 +68,7 @@ def of_compass(frequencies: Any, densities: Any, directions_deg: Any) -> tuple[T
             f"least; shapes {w.shape}, {directions.shape} and {table.shape} were given"
         )
     if not np.all(np.isfinite(table)) or not np.all(np.isfinite(directions)):
-        raise ModelError("a spectrum over directions holds something that is no finite number")
+        raise ModelError("a spectrum over directions holds something that is not a finite number")
     if np.any(table < 0.0):
         i, j = np.unravel_index(int(np.argmin(table)), table.shape)
         raise ModelError(

@@ -116,7 +116,7 @@ class Ship:
         if self.rao.depth != self.sea.depth:
             warnings.warn(
                 f"{self.rao.name} is of water {self.rao.depth:g} m deep, the sea is {self.sea.depth:g} m deep. Remedy: "
-                "an RAO of that depth; of waves that are shorter than twice both depths it is the same",
+                "an RAO of that depth; for waves shorter than twice both depths it is the same",
                 AccuracyWarning,
                 stacklevel=outside(),
             )

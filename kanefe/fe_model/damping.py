@@ -188,7 +188,7 @@ def real_matrix(given: object) -> sp.csr_matrix:
 def checked_damping(damping: object, model: FiniteElementModel) -> sp.csr_matrix:
     """Return a given C of all degrees of freedom, (N, N), sparse; a ModelError says what is wrong with it."""
     if isinstance(damping, (int, float, str)):
-        raise ModelError(f"damping={damping!r} is no damping. Remedy: ModalDamping({damping!r}) or RayleighDamping")
+        raise ModelError(f"damping={damping!r} is not a damping. Remedy: ModalDamping({damping!r}) or RayleighDamping")
     C = real_matrix(damping)
     if C.shape != (model.size, model.size):
         raise ModelError(

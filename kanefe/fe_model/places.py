@@ -192,7 +192,8 @@ def contained(nodes: np.ndarray, place: PlaceLike, label: str) -> np.ndarray:
         return place.contains(nodes, SLACK * float(np.ptp(nodes, axis=0).max()))
     if not callable(place):
         raise ModelError(
-            f"{label}: {place!r} is no place. Remedy: Near, OnPlane, InBox, InCylinder, or a function of points (n, 3)"
+            f"{label}: {place!r} is not a place. Remedy: Near, OnPlane, InBox, InCylinder, or a function of points (n, "
+            "3)"
         )
     answer = np.asarray(place(np.array(nodes)))
     if answer.shape != (len(nodes),) or answer.dtype != bool:

@@ -186,13 +186,13 @@ def _warn(tie: Tie, error: float, case: str, is_sharp: bool) -> None:
     if is_sharp:
         text = (
             f"interface {tie.name!r} is a single node, line or facet of a solid: {error:.0%} of the body's compliance "
-            f"under {case} is the dent in the elements there, which hangs on their size. Remedy: a patch as large as "
-            "the true contact, with at least three rows of elements across it"
+            f"under {case} is the local deformation of the elements there, which depends on their size. Remedy: a "
+            "patch as large as the true contact, with at least three rows of elements across it"
         )
     else:
         text = (
             f"the rigid tie of interface {tie.name!r} ({len(tie.nodes)} nodes) takes up to {error:.0%} of the body's "
             f"compliance under {case}, against a tie on average. Remedy: Interface(..., kind='average') if what it is "
-            "joined to is soft (the truth lies between the two), a larger patch, or keep it if that is stiff"
+            "joined to is soft (the true value lies between the two), a larger patch, or keep it if that is stiff"
         )
     warnings.warn(text, TieWarning, stacklevel=outside())

@@ -62,7 +62,7 @@ def write_scene(sim: Simulation, path: str | Path, version: str, every: float) -
         found = _served(sim, path, version, every, str(reason))
         warnings.warn(
             f"the unit {Path(path).name} needs kanefe {__version__} where it runs, by KANEFE_PYTHON or as python3, "
-            f"and keeps no states: {reason}",
+            f"and cannot save states: {reason}",
             SimulationWarning,
             stacklevel=outside(),
         )
@@ -202,7 +202,7 @@ def _compiled(version: str, engine: str, header: str, image: bytes) -> bytes:
             )
         except FileNotFoundError as error:
             raise ModelError(
-                f"to_fmu needs a C compiler, and {linker()!r} is none here. Remedy: apt-get install gcc, or CC=..."
+                f"to_fmu needs a C compiler, and {linker()!r} is not available. Remedy: apt-get install gcc, or CC=..."
             ) from error
         except subprocess.CalledProcessError as error:
             raise ModelError(f"the C compiler {linker()!r} refuses the unit: {error.stderr.strip()[:500]}") from error

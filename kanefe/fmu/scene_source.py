@@ -71,7 +71,7 @@ def obstacle(sim: Simulation) -> str:
     if not isinstance(model.route, OrderN):
         return f"the scene is not in compiled code: {model.route.reason}"
     if not model.route.is_autonomous:
-        return "a load or a motion is a Python function of time or state. Remedy: it as an input, or as a table of time"
+        return "a load or a motion is a Python function of time or state. Remedy: an input, or a table of time, instead"
     if not isinstance(stepper, KernelStepper):
         return f"the method {stepper.name!r} is in Python. Remedy: method='radau5', 'dop853' or 'extrapolation'"
     if stepper.name == "energy-momentum":

@@ -231,7 +231,7 @@ def _check_mass(model: FiniteElementModel) -> None:
         moments = np.linalg.eigvalsh(0.5 * (about_com + about_com.T))
         if moments[0] < -ROUND_OFF * abs(moments[2]) or moments[2] > (1 + ROUND_OFF) * (moments[0] + moments[1]):
             raise ModelError(
-                f"the body's principal moments of inertia by its matrix, {moments} kg m2, belong to no body. "
+                f"the body's principal moments of inertia by its matrix, {moments} kg m2, are not those of a body. "
                 "Remedy: check that nodes and matrix are in the same order and units" + _order_hint(model)
             )
 
@@ -281,7 +281,7 @@ def _check_rigid_motions(model: FiniteElementModel) -> tuple[float, int]:
     if forces[worst] > ROUND_OFF * scale:
         only_rotations = forces[kept < 3].max(initial=0.0) <= ROUND_OFF * scale
         hint = (
-            " (translations are free, so it is no support: the nodes stand in another order)" if only_rotations else ""
+            " (translations are free, so it is not a support: the nodes are in another order)" if only_rotations else ""
         )
         raise ModelError(
             f"the stiffness matrix resists the rigid {MOTIONS[kept[worst]]} of the nodes (force "

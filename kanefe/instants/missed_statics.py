@@ -52,8 +52,9 @@ class Missed(NamedTuple):
 
     def __str__(self) -> str:
         return (
-            f"the modes of {self.body!r} miss {100 * self.share:.2g} % of its deformation, most of it by {self.load} "
-            f"(root of the strain energy). Remedy: reduction=...(..., loads=({self.load!r},)), or more modes"
+            f"the modes of {self.body!r} miss {100 * self.share:.2g} % of its deformation, most of it due to "
+            f"{self.load} (root of the strain energy). Remedy: reduction=...(..., loads=({self.load!r},)), or more "
+            "modes"
         )
 
 

@@ -36,7 +36,7 @@ SOON, LONG = 2.0, 60.0
 MANY = 1e5
 """Number of remaining vibrations on a contact from which they dominate the time of a run: each takes several steps."""
 
-LARGER = "a larger limit, or go on from a checkpoint with resume="
+LARGER = "a larger limit, or continue from a checkpoint with resume="
 """Remedy for a run that is ended by a limit."""
 
 OTHERS = ("radau5", "dop853", "generalised-alpha")
@@ -172,9 +172,9 @@ class Pace:
         self._is_warned = True
         warnings.warn(
             f"at t = {t:.6g} s, after {elapsed:.0f} s, the steps of {self._stepper.name} are {step:.2g} s long on "
-            f"average: they follow {contact}, on which {contact.mass:.3g} kg vibrates with a period of "
-            f"{contact.period:.2g} s. At this pace the run takes {_duration(left)} more. Remedy: a stiffness that lets "
-            "it yield as far as you allow (weight over depth), more damping, or kanefe.Rigid(), which does not yield",
+            f"average: they resolve {contact}, on which {contact.mass:.3g} kg vibrates with a period of "
+            f"{contact.period:.2g} s. At this pace the run takes {_duration(left)} more. Remedy: a lower "
+            "stiffness (weight over permitted depth), more damping, or kanefe.Rigid()",
             SimulationWarning,
             stacklevel=outside(),
         )

@@ -109,9 +109,9 @@ class Sampler:
             if grown is not None:
                 controller = one.controller
                 return (
-                    f"controller {controller.name!r} has come to change {controller.drives[grown.drive]!r} by "
+                    f"controller {controller.name!r} now changes {controller.drives[grown.drive]!r} by "
                     f"{grown.change:.2g} from one sample to the next, {grown.times:.2g} times as much as at the start: "
-                    "as it is sampled its loop may be unstable",
+                    "the sampled loop may be unstable",
                     f"smaller gains or a shorter every= of controller {controller.name!r} (now {controller.every:g} s)",
                 )
         return None

@@ -136,7 +136,7 @@ def summary(status: RunStatus, statistics: Mapping[str, Any], events: Mapping[st
         lines.append(f"  energy  balance {missing:+.3g} J at the end, {share:.2g} of what moved{unfit}")
     if "bending" in statistics:
         bending = Bending(*statistics["bending"])
-        lines.append(f"  bending {bending}{', beyond its reach' if bending.is_too_far else ''}")
+        lines.append(f"  bending {bending}{', beyond its valid range' if bending.is_too_far else ''}")
     if events:
         lines.append("  events  " + _counted(events))
     return "\n".join(lines)

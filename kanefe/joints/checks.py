@@ -129,7 +129,7 @@ def _pose(joint: Joint, q: Vector, where: str) -> tuple[Vector, Matrix]:
         shaped_numbers(axes, (3, 3), f"the rotation of {where}"),
     )
     if abs(axes.T @ axes - np.eye(3)).max() > SAME or np.linalg.det(axes) < 0.0:
-        raise ModelError(f"the rotation of {where} is no rotation matrix: {axes.tolist()}")
+        raise ModelError(f"the rotation of {where} is not a rotation matrix: {axes.tolist()}")
     return p, axes
 
 

@@ -199,7 +199,7 @@ def _checked_points(given: object, closed: bool, kind: str) -> Matrix:
     alike = np.flatnonzero(np.linalg.norm(np.diff(points, axis=0), axis=1) <= near)
     if len(alike):
         raise ModelError(
-            f"points {alike[0]} and {alike[0] + 1} of a {kind} joint are one. Remedy: leave out one of them"
+            f"points {alike[0]} and {alike[0] + 1} of a {kind} joint coincide. Remedy: leave out one of them"
         )
     return points
 

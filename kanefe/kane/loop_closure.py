@@ -106,7 +106,7 @@ def _positioned(state: State, stiffness: Matrix | None) -> Vector:
     found = _closed(_position(state), np.arange(model.free_count), metric, last_digit)
     if found.worst > LARGEST_OPENING:
         raise SimulationError(
-            f"at t = {state.t:.6g} s the mechanism cannot go on: {open_constraints(found)}. "
+            f"at t = {state.t:.6g} s the mechanism cannot continue: {open_constraints(found)}. "
             "Remedy: check that driven joints stay within its reach"
         )
     return found.state.q

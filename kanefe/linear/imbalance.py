@@ -93,7 +93,7 @@ def slipping_friction(model: Model, t: float, q: Vector, u: Vector, left: Imbala
         if not sticks:
             unit, held = "N m" if load.units[0] == "rad" else "N", abs(float(force))
             asked = held + abs(left.force)
-            return f"{load.kind} of {load.coordinate} is asked for {asked:.4g} {unit} and holds {held:.4g} {unit}"
+            return f"{load.kind} of {load.coordinate} needs {asked:.4g} {unit} and holds {held:.4g} {unit}"
     return ""
 
 

@@ -219,7 +219,7 @@ class SmallMotions:
         if report.is_singular:
             raise ModelError(
                 f"the loops are singular at t = {self.t:.6g} s ({', '.join(report.singular[:3])} hold nothing there): "
-                "the mechanism can go on in more than one way, and small motions are not linear. Remedy: a state "
+                "the mechanism can continue in more than one way, and small motions are not linear. Remedy: a state "
                 "beside this one"
             )
 

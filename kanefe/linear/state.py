@@ -69,7 +69,7 @@ def _check_states(model: Model, what: str) -> None:
     """Raise a ModelError that names loads whose internal states move, or change in steps, without a form at rest."""
     if model.crowd is not None:
         raise ModelError(
-            f"{what} is not offered with many rigid contacts among each other, here {model.crowd.name!r}, which runs "
+            f"{what} is not supported with many rigid contacts among each other, here {model.crowd.name!r}, which runs "
             "step over. Remedy: add_contact for those that carry, or a damped run"
         )
     if model.states_move:
@@ -90,8 +90,8 @@ def check_no_rigid_contacts(model: Model, what: str) -> None:
     """Raise a ModelError that names a rigid contact in an analysis that raises loads or follows a motion."""
     if model.rigid_contacts:
         raise ModelError(
-            f"{what} is not offered with rigid contacts, here {model.rigid_contact(0).title}: what touches may change "
-            "on the way. Remedy: a contact that yields, kanefe.HuntCrossley(...), or a loop joint in its place; "
+            f"{what} is not supported with rigid contacts, here {model.rigid_contact(0).title}: what touches may "
+            "change on the way. Remedy: a compliant contact, kanefe.HuntCrossley(...), or a loop joint in its place; "
             "equilibrium and linearise take them"
         )
 

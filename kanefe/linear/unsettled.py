@@ -45,8 +45,8 @@ def warn_of_imbalance(found: Imbalance, what: str, remedy: str = "kanefe.equilib
     """Warn of a state that is not in balance; `what` names the analysis."""
     if found.ratio > TOLD:
         warnings.warn(
-            f"{what}: the state is not in balance: {found} is left over, {found.ratio:.2g} of the forces that act "
-            f"there, and the stiffness that loads make is missing with it. Remedy: {remedy}, which finds the balance "
+            f"{what}: the state is not in equilibrium: {found} remains, {found.ratio:.2g} of the forces that act "
+            f"there, and the stiffness due to loads is wrong by as much. Remedy: {remedy}, which finds the equilibrium "
             "first",
             UnsettledWarning,
             stacklevel=outside(),

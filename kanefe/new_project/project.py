@@ -33,7 +33,7 @@ def new_project(where: str) -> list[Path]:
     folder = Path(where)
     if NAME.fullmatch(folder.name) is None:
         raise ModelError(
-            f"{folder.name!r} is no name of a project. Remedy: letters, digits, '_', '-' and '.', a letter or "
+            f"{folder.name!r} is not a name of a project. Remedy: letters, digits, '_', '-' and '.', a letter or "
             "digit first"
         )
     if os.path.lexists(folder):

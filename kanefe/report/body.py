@@ -69,7 +69,7 @@ def _mesh(body: FlexibleBody) -> list[Block]:
     quality = mesh_quality(body.nodes, body.cells)
     blocks: list[Block] = [Heading("Mesh quality")]
     if not quality.kinds:
-        return [*blocks, Paragraph("The body has no cells (given matrices): nothing can be said of its mesh.")]
+        return [*blocks, Paragraph("The body has no cells (given matrices): its mesh is not known.")]
     size = np.ptp(body.nodes, axis=0)
     counts = ", ".join(f"{count} {kind}" for kind, count in quality.kinds.items())
     shortest, longest = quality.edges[:, 0].min(), quality.edges[:, 1].max()
@@ -285,7 +285,7 @@ def _skipped(body: FlexibleBody) -> list[Block]:
 
 def _provenance(body: FlexibleBody) -> list[Block]:
     record: dict[str, Any] = {key: value for key, value in body.provenance.items() if key != "reduction"}
-    return [Heading("Where it comes from"), *record_tables(record)] if record else []
+    return [Heading("Origin"), *record_tables(record)] if record else []
 
 
 def _pictures(body: FlexibleBody, modes: BodyModes | None) -> dict[str, list[Picture]]:

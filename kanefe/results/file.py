@@ -141,7 +141,7 @@ def read_channels(path: str | Path) -> FileChannels:
     path = Path(path)
     header, arrays = decode(path)
     if header.get("format") != FORMAT:
-        raise FileError(f"{path} is no saved result. Remedy: give the file that Result.save wrote")
+        raise FileError(f"{path} is not a saved result. Remedy: give the file that Result.save wrote")
     if header.get("version") != VERSION:
         raise FileError(
             f"{path} has format version {header.get('version')}, this kanefe reads version {VERSION}. "

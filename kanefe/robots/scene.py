@@ -225,8 +225,8 @@ def _warn_of_what_acts(robot: Robot) -> None:
         more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
         parts.append(f"{kind}: {', '.join(names[:MOST_NAMES])}{more}")
     warnings.warn(
-        f"robot {robot.name!r}: what would change its motion and is not in the scene: {'; '.join(parts)}. "
-        "scene.not_taken has all of it",
+        f"robot {robot.name!r}: parts that would change its motion are not in the scene: {'; '.join(parts)}. "
+        "scene.not_taken lists all of them",
         NotTakenWarning,
         stacklevel=outside(),
     )

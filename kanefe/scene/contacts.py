@@ -187,8 +187,8 @@ class ContactMethods(LoadMethods):
         _check_belt(belt, other.shape, label)
         if convex is not None and isinstance(normal, Rigid):
             raise ModelError(
-                f"{label}: a rigid contact of a {convex.title} on a {other.shape.title} is not served. Remedy: a law "
-                "that yields, such as kanefe.HuntCrossley(1e6)"
+                f"{label}: a rigid contact of a {convex.title} on a {other.shape.title} is not supported. Remedy: a "
+                "compliant law, such as kanefe.HuntCrossley(1e6)"
             )
         if isinstance(normal, Rigid):
             friction = _set_valued(friction, label)
@@ -302,8 +302,7 @@ def _anchored(friction: Coulomb, normal: NormalLaw, label: str) -> Coulomb:
         return friction
     if normal.exponent != 1.0:
         raise ModelError(
-            f"{label}: the normal law has no one stiffness that the friction's anchors could take. "
-            "Remedy: stiffness= of Coulomb"
+            f"{label}: the normal law has no single stiffness for the friction anchors. Remedy: stiffness= of Coulomb"
         )
     return replace(friction, stiffness=STIFFNESS_RATIO * normal.stiffness)
 
@@ -315,8 +314,8 @@ def _warn_of_stiff_modes(patch: ContactPatch, normal: NormalLaw, label: str) -> 
     softening = patch.left_out * normal.stiffness * max(patch.shares)
     if softening > MOST_LEFT_OUT:
         warnings.warn(
-            f"{label}: a point of the patch yields by {patch.left_out:.2g} m/N more than the modes of "
-            f"{patch.frames[0].name!r} have, {softening:.2g} times as much as by the law of the contact. Remedy: a "
+            f"{label}: the modes of {patch.frames[0].name!r} lack a local compliance of {patch.left_out:.2g} m/N at a "
+            f"point of the patch, {softening:.2g} times the compliance of the contact law. Remedy: a "
             f"PatchCase of the same place and most={len(patch.frames)} among the loads of its reduction",
             AccuracyWarning,
             stacklevel=outside(),
@@ -330,9 +329,9 @@ def _warn_of_valleys(shape: SurfaceShape, probes: Sequence[Probe], label: str) -
     largest = max(probe.lever for probe in probes)
     if isinstance(shape, HeightField) and largest > shape.narrowest:
         warnings.warn(
-            f"{label}: valleys of the height field have a radius of {shape.narrowest:.2g} m, in which what touches, of "
-            f"{largest:.2g} m, lies on two places; one is followed. Remedy: smoother heights, or points of its shape, "
-            "shape.sampled(spacing)",
+            f"{label}: valleys of the height field have a radius of {shape.narrowest:.2g} m, in which a shape with a "
+            f"radius of {largest:.2g} m touches two points, of which one is computed. Remedy: smoother heights, or "
+            "points of its shape, shape.sampled(spacing)",
             AccuracyWarning,
             stacklevel=outside(),
         )
@@ -347,8 +346,9 @@ def _check_belt(belt: Vector, shape: SurfaceShape, label: str) -> None:
     across = float(belt @ shape.normal)
     if abs(across) > ALONG * float(np.linalg.norm(belt)):
         raise ModelError(
-            f"{label}: {across:.3g} m/s of its surface velocity are along the normal of the plane, which stays. "
-            "Remedy: a velocity along the plane, in its axes; for a plane that moves, a driven joint under its surface"
+            f"{label}: {across:.3g} m/s of its surface velocity are along the normal of the plane, which does not "
+            "move. Remedy: a velocity along the plane, in its axes; for a plane that moves, a driven joint under its "
+            "surface"
         )
 
 

@@ -114,7 +114,7 @@ def axes_of(target: Target, role: str) -> list[tuple[str, int, bool]]:
     plain = target.axis.removesuffix("'")
     if plain not in AXES:
         raise ModelError(
-            f"{role} {target.name!r}: {target.axis!r} is no axis. Remedy: x, y or z of N, x', y' or z' of the frame"
+            f"{role} {target.name!r}: {target.axis!r} is not an axis. Remedy: x, y or z of N, x', y' or z' of the frame"
         )
     return [(target.name, AXES[plain], target.axis.endswith("'"))]
 

@@ -259,7 +259,7 @@ def superposed(sticking: Sticking, t: Vector, y: Vector, known: tuple[float, flo
                 break
         last = size
     else:
-        raise NotSuperposed(f"after {ROUNDS} rounds too much is left over")
+        raise NotSuperposed(f"after {ROUNDS} rounds the residual is too large")
     states = path.states(motions)
     watched = sticking.watched(model, times[inside], states[inside])
     reached = np.unique([before, *(before + np.argmin(np.abs(watched), axis=0))])
@@ -304,7 +304,7 @@ class _Path:
         found = sticking.riders.accelerations(self._moved, self._q, motions, turns, rates[:, n:m])
         left = found - motions.acceleration
         if not np.all(np.isfinite(left)):
-            raise NotSuperposed("what is left over is not finite")
+            raise NotSuperposed("the residual is not finite")
         # anchors follow to first order by W xi, and beyond by what their rates are
         beyond = (rates[:, m:] - motions.rate @ self._small.W.T) @ self._small.follows
         if beyond.any():
@@ -410,7 +410,7 @@ def _only_anchors(load: Load) -> bool:
 
 
 def _check(model: Model) -> None:
-    """Raise a ModelError that names what a screened run is not offered for."""
+    """Raise a ModelError that names what a screened run is not supported for."""
     found = ""
     if model.constraints:
         found = "loops and couplers"
@@ -430,4 +430,4 @@ def _check(model: Model) -> None:
         elif load.has_rates and not _only_anchors(load):
             found = f"loads whose internal states move by themselves, as of {load.kind} {load.name!r}"
     if found:
-        raise ModelError(f"screened runs are not offered for scenes with {found}. Remedy: kf.System.simulate")
+        raise ModelError(f"screened runs are not supported for scenes with {found}. Remedy: kf.System.simulate")

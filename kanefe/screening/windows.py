@@ -129,7 +129,7 @@ def screen(
     unknown = [name for name in options if name not in OF_WINDOWS]
     if unknown:
         raise ModelError(
-            f"{', '.join(unknown)} cannot be given to a screened run, of which windows are integrated. Remedy: "
+            f"{', '.join(unknown)} cannot be given to a screened run, of which only windows are integrated. Remedy: "
             f"{', '.join(OF_WINDOWS)}, or kf.System.simulate"
         )
     RunOptions(t_span=(first, last), rtol=rtol, output_step=output_step, **options)

@@ -378,7 +378,7 @@ class Simulation:
         if not isinstance(saved, SavedSimulation) or [len(saved.inputs), len(saved.pieces)] != sizes:
             raise ModelError(f"restore takes what save of this simulation has returned, not {saved!r}")
         if saved.status.kind == "stopped":
-            raise ModelError("what was saved is of a simulation that an event had ended. Remedy: save before")
+            raise ModelError("what was saved is of a simulation that an event has ended. Remedy: save before")
         self._inputs = saved.inputs.copy()
         for course, piece in zip(self.courses, saved.pieces, strict=True):
             course.piece[:] = piece

@@ -45,7 +45,7 @@ def class_of(word: str) -> Any:
         If there is no such word.
     """
     if word not in SAVED_CLASSES:
-        raise ValueError(f"{word!r} is no kind of object that this version knows")
+        raise ValueError(f"{word!r} is not a kind of object that this version knows")
     module, _, name = SAVED_CLASSES[word].partition(":")
     found: Any = getattr(import_module(module), name)
     if not is_dataclass(found):

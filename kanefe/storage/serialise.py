@@ -82,7 +82,7 @@ def _encode(value: Any, path: str, arrays: dict[str, np.ndarray]) -> Any:
     if isinstance(value, Mapping):
         strange = [key for key in value if not isinstance(key, str)]
         if strange:
-            raise TypeError(f"{path or 'the value'} has the key {strange[0]!r}, which is no name")
+            raise TypeError(f"{path or 'the value'} has the key {strange[0]!r}, which is not a name")
         return {_TAG: "dict", "items": {k: _encode(v, f"{path}.{k}", arrays) for k, v in value.items()}}
     if is_dataclass(value) and not isinstance(value, type):
         kind = type(value)

@@ -168,7 +168,7 @@ def _rows(table: Any) -> tuple[dict[str, Any], ...]:
     rows: list[dict[str, Any]] = []
     for number, row in enumerate(bounded(table, "the rows of the table")):
         if not isinstance(row, Mapping) or not all(isinstance(name, str) for name in row):
-            raise ModelError(f"row {number} of the table is no mapping of names to values")
+            raise ModelError(f"row {number} of the table is not a mapping of names to values")
         rows.append({name: plain(value, f"{name} in row {number} of the table") for name, value in row.items()})
         if set(row) != set(rows[0]):
             raise ModelError(f"row {number} of the table has {_listed(row)}, row 0 has {_listed(rows[0])}")

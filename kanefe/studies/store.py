@@ -163,7 +163,7 @@ def _row(line: bytes) -> dict[str, Any]:
     row = unsealed(line)
     missing = [name for name in NEEDED if name not in row]
     if missing:
-        raise ValueError(f"it is no row of a study, without {', '.join(missing)}")
+        raise ValueError(f"it is not a row of a study, without {', '.join(missing)}")
     return row
 
 
@@ -206,7 +206,7 @@ class RowWriter:
             raise FileError(
                 f"cannot write {self._file.name}: {error.strerror or error}. "
                 + ("All finished cases are in the store. " if kept else "All cases before are in the store. ")
-                + "Remedy: free some space and run the study again: it goes on"
+                + "Remedy: free some space and run the study again: it continues"
             ) from error
         if time.monotonic() - self._synced > SECONDS_TO_DISK:
             self._sync()

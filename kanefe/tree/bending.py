@@ -76,9 +76,9 @@ class Bending(NamedTuple):
         """What to say of a body that is bent too far, with a remedy."""
         unit = "of its length" if self.of_displacements else "rad"
         return (
-            f"a flexible body is bent beyond its reach, {self}; its kinematics hold to about {self.reach:.2g} {unit}. "
-            "Remedy: check what drives it; where it is truly so soft, a chain of several bodies, each of which bends "
-            "less"
+            f"a flexible body is bent beyond its valid range, {self}; its kinematics hold to about {self.reach:.2g} "
+            f"{unit}. Remedy: check what drives it; if it really is this soft, a chain of several bodies, each of "
+            "which bends less"
         )
 
 

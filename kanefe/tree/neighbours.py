@@ -74,7 +74,7 @@ class Neighbours(NamedTuple):
                 return names
         if of not in everything:
             there = ", ".join(map(repr, (F_U, F_K, *everything)))
-            raise ModelError(f"of={of!r}: nothing called so acts at {where}. Remedy: one of {there}")
+            raise ModelError(f"of={of!r}: nothing of this name acts at {where}. Remedy: one of {there}")
         return (of,)
 
 

@@ -105,7 +105,7 @@ class Artist:
             return ""
         self._errors.seek(0)
         lines = self._errors.read().decode(errors="replace").strip().splitlines()
-        return lines[-1] if lines else "it stopped without a word"
+        return lines[-1] if lines else "it stopped without a message"
 
 
 @contextlib.contextmanager

@@ -126,7 +126,7 @@ def _diagonal(numbers: Mapping[str, Any]) -> np.ndarray:
 
 def _positive(name: str, given: Any, what: str) -> float:
     if isinstance(given, bool) or not hasattr(given, "__float__") or np.ndim(given):
-        raise ModelError(f"from_stiffness: {name} = {given!r} is no number. Remedy: give {what}, in SI units")
+        raise ModelError(f"from_stiffness: {name} = {given!r} is not a number. Remedy: give {what}, in SI units")
     value = float(given)
     if not 0.0 < value < math.inf:
         raise ModelError(f"from_stiffness: {name} = {value:g} must be positive and finite. Remedy: give SI units")

@@ -64,7 +64,8 @@ def patch(model: FiniteElementModel, at: Target) -> tuple[np.ndarray, np.ndarray
         nodes = np.array([at])
     else:
         raise ModelError(
-            f"{at!r} is no place of this model. Remedy: the name of a group, or a node from 0 to {len(model.nodes) - 1}"
+            f"{at!r} is not a place of this model. Remedy: the name of a group, or a node from 0 to "
+            f"{len(model.nodes) - 1}"
         )
     if not len(nodes):
         raise ModelError(f"the group {at!r} has no nodes. Remedy: give its physical group some facets")

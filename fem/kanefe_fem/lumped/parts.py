@@ -350,5 +350,5 @@ def _point(label: str, position: Any) -> tuple[float, ...] | None:
         return None
     point = numbers(position)
     if point.shape != (3,) or not np.isfinite(point).all():
-        raise ModelError(f"{label}: position={position!r} is no point. Remedy: three coordinates in m")
+        raise ModelError(f"{label}: position={position!r} is not a point. Remedy: three coordinates in m")
     return tuple(point.tolist())

@@ -118,7 +118,7 @@ def keep_digests(folder: Path) -> None:
             if found and found == note.read_bytes():
                 _sound.add(ready)
                 continue
-            print(f"kanefe: {folder / name} is damaged: it is compiled anew", file=sys.stderr, flush=True)
+            print(f"kanefe: {folder / name} is damaged: it is compiled again", file=sys.stderr, flush=True)
             _remove(folder, name)
         if folder == forms_folder():  # in another one programs compile that know no locks of ours
             with _lock(folder, COMPILED, alone=True, wait=False) as nobody_compiles:

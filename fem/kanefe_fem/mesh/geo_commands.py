@@ -102,7 +102,7 @@ def harmless_script(path: Path) -> bytes:
     refuse_options(path)
     script = path.read_bytes().decode("latin-1")  # one character a byte, as gmsh reads it
     if script.startswith("$"):
-        raise FileError(f"{path.name} is no script, but begins as a mesh. Remedy: name it .msh")
+        raise FileError(f"{path.name} is not a script, but begins as a mesh. Remedy: name it .msh")
     found = first_refused(script)
     if found is not None:
         line = script.split("\n")[found.line - 1].encode("latin-1").decode("utf-8", errors="replace")
@@ -178,7 +178,7 @@ def _fault(script: str, token: Token, previous: str, after: Token) -> str:
     if token.kind in ("text", "comment"):
         return _fault_of_text(word)
     if word == "\0":
-        return "is a zero byte, which is no text"
+        return "is a zero byte, which is not text"
     if token.kind != "word":
         return ""
     if word in COMMANDS and not (word == "Print" and after.text == "."):

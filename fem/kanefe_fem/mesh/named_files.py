@@ -59,4 +59,4 @@ def xml_elements(path: Path, tag: str) -> Iterator[ElementTree.Element]:
     try:
         yield from ElementTree.parse(path).iter(tag)
     except (ElementTree.ParseError, ValueError, LookupError) as error:  # of the last two: an encoding that is none
-        raise FileError(f"{path} is no XML: {error}. Remedy: write it again") from error
+        raise FileError(f"{path} is not XML: {error}. Remedy: write it again") from error

@@ -65,7 +65,7 @@ def check_long_waves(rao: MotionRao) -> None:
                 rao, "heave of long waves is as high as the surface but not with it", "phases are of another wave"
             )
         warnings.warn(
-            f"{rao.name}: its longest waves ({rao.frequencies[0]:.3g} rad/s) are too short to check the axes and signs "
+            f"{rao.name}: its longest waves ({rao.frequencies[0]:.3g} rad/s) are too short to check axes and signs "
             f"by: the ship heaves {abs(heave).max():.3g} m in 1 m. Remedy: an RAO with longer waves, or a look at "
             "Ship.plot_rao()",
             AccuracyWarning,

@@ -55,7 +55,7 @@ class Rows:
         beyond = ~(np.abs(self.headings) <= FULL_CIRCLE)
         if np.any(beyond):
             raise FileError(
-                f"{path}: heading {self.headings[beyond][0]:g} is no direction, which are -360 to 360 degrees. Remedy: "
+                f"{path}: heading {self.headings[beyond][0]:g} is not a direction from -360 to 360 degrees. Remedy: "
                 "check the column of headings"
             )
         turned = convention.headings(self.headings)
@@ -96,7 +96,7 @@ def number_lines(path: Path, what: str) -> list[str]:
     except OSError as error:
         raise FileError(f"cannot read {path}: {error.strerror}. Remedy: check the file") from error
     if not text.strip() or "\0" in text[:4096]:
-        raise FileError(f"{path} is empty or no text, where {what} were expected. Remedy: export it again")
+        raise FileError(f"{path} is empty or not text, where {what} were expected. Remedy: export it again")
     lines = text.splitlines()
     if not text.endswith(("\n", "\r")) and _is_cut(lines):
         raise FileError(
@@ -123,7 +123,7 @@ def numbers_of(line: str, count: int, where: str) -> list[float]:
     Raises
     ------
     FileError
-        If it has fewer, or something that is no number.
+        If it has fewer, or something that is not a number.
     """
     try:
         found = [float(word.translate(_EXPONENTS)) for word in line.split()]

@@ -96,5 +96,5 @@ def _motion(path: Path, columns: dict[str, Any], name: str) -> np.ndarray:
         return np.asarray(columns[f"{name}_amplitude"] * np.exp(1j * np.radians(columns[f"{name}_phase"])))
     raise FileError(
         f"{path} has no columns {name}_re and {name}_im, or {name}_amplitude and {name}_phase. Remedy: add them; zeros "
-        "where the ship does not move so"
+        "where the ship does not have such a motion"
     )

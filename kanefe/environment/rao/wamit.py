@@ -39,7 +39,7 @@ def read_wamit(
     """
     if length is None or not (math.isfinite(length) and length > 0.0):
         raise ModelError(
-            f"{path.name}: the motions of WAMIT are free of dimensions by ULEN, which the file does not say. Remedy: "
+            f"{path.name}: the motions of WAMIT are made dimensionless by ULEN, which the file does not give. Remedy: "
             "length=..., that of the .gdf, m"
         )
     lines = number_lines(path, "motions of WAMIT")

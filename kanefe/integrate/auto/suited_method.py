@@ -128,10 +128,10 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
         share = min(CONTACT_ATOL / atol, 1.0)
         if explicit_serves_friction(model, sudden, start, span):
             return Suited("dop853", "friction in joints, which is not stiff if all of it sticks", share=share)
-        reason = f"{sudden[0].kind} {sudden[0].name!r} may be stiff at once"
+        reason = f"{sudden[0].kind} {sudden[0].name!r} may become stiff suddenly"
         if explicit_serves_contacts(model, sudden, start, span):
             unknowns = model.free_count + model.state_count
-            reason += f", but {unknowns} speeds and states of contacts are much work for radau5"
+            reason += f", but {unknowns} speeds and states of contacts are costly for radau5"
             return Suited("dop853", reason, share=share)
         return Suited("radau5", reason, share=share)
     dynamics = Dynamics(model)
@@ -187,7 +187,7 @@ def _of_crowd(model: Model, crowd: RigidCrowd, span: float) -> Suited:
     step = min(span / FEWEST_STEPS, LEAST_MOTION * radius / speed if speed > 0.0 else span)
     pairs = len(crowd.balls) * (len(crowd.balls) - 1) // 2 + len(crowd.balls) * len(crowd.walls)
     return Suited(
-        "moreau-jean", f"{pairs} pairs of rigid surfaces may meet, at too many times to end a step", step=step
+        "moreau-jean", f"{pairs} pairs of rigid surfaces may collide too often to end a step each time", step=step
     )
 
 
@@ -205,7 +205,7 @@ def _by_vibrations(
     found = vibrations(dynamics, start, stop - start)
     every = min((controller.every for controller in model.controllers), default=math.inf)
     if stop - start > MANY_SAMPLES * every and np.all(found.ratios >= least_damping(found.frequencies * every)):
-        reason += f", and controllers have every method begin anew each {every:g} s"
+        reason += f", and controllers restart every method each {every:g} s"
         explicit = explicit_work(model, (stop - start) * float(found.frequencies.max(initial=0.0)))
         lasts = not is_loose and np.any(found.ratios < LEAST_DAMPING)  # and is seen anew from each sample on
         is_more = lasts and explicit < sampled_work(model, (stop - start) / every)
@@ -254,10 +254,10 @@ def _followed(
     model, (start, stop) = dynamics.model, times
     span, is_undamped = stop - start, undamped < math.inf
     if rtol is not None and rtol < LEAST_RTOL_OF_SWEEPS:
-        return f"rtol={rtol:g} follows their vibrations"
+        return f"rtol={rtol:g} resolves their vibrations"
     frequencies = modal_frequencies(model)
     if not np.any(frequencies > 0.0) or (is_undamped and _has_springs(model)):
-        return "vibrations on springs of joints are followed"
+        return "vibrations on springs of joints are resolved"
     slowest = undamped if is_undamped else float(frequencies[frequencies > 0.0].min())
     is_loose = rtol is None or rtol >= LOOSE_RTOL
     if span * slowest < 2.0 * math.pi * (FEW_IF_LOOSE if is_loose else FEW_PERIODS):
@@ -266,7 +266,7 @@ def _followed(
     if dynamics.calls_functions:
         longest = min(longest, span / LEAST_STEPS, float(np.diff(changes).min(initial=math.inf)))
     if is_undamped and longest < CALM / undamped:
-        return "steps that functions and controllers ask for follow what is not damped"
+        return "steps that functions and controllers require resolve undamped vibrations"
     if rtol is not None and seen:
         return f"vibrate by more than rtol={rtol:g} {seen}"
     return ""

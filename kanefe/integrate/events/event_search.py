@@ -303,7 +303,7 @@ def ends_step_alone(event: Event) -> bool:
 
 def _storm(event: Event, what: str) -> StepFailure:
     return StepFailure(
-        f"event {event.name!r} {what}: a storm without end",
+        f"event {event.name!r} {what}: infinitely many events in a finite time",
         "let its action bring the scene to rest once it is slow, make the event terminal, or give the contact a "
         "stiffness (kf.CoordinateForce with limits, a spring)",
     )

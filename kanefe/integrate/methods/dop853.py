@@ -107,4 +107,6 @@ def coefficients() -> Tableau:
     return tableau(((), *STAGES), STEP, NODES, order=8, errors=ERRORS, extra=EXTRA, extra_c=EXTRA_NODES, dense=DENSE)
 
 
-METHOD = explicit_method("dop853", "explicit, of Dormand & Prince: the choice where nothing is stiff", coefficients, 8)
+METHOD = explicit_method(
+    "dop853", "explicit method of Dormand & Prince: for scenes that are not stiff", coefficients, 8
+)

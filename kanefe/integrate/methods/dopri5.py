@@ -40,4 +40,4 @@ def coefficients() -> Tableau:
     return tableau(((), *STAGES), STEP, NODES, order=5, errors=[ERROR], dense=[QUARTIC])
 
 
-METHOD = explicit_method("dopri5", "explicit, of Dormand & Prince: loose tolerances", coefficients, 5)
+METHOD = explicit_method("dopri5", "explicit method of Dormand & Prince: for loose tolerances", coefficients, 5)

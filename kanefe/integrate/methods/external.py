@@ -85,7 +85,7 @@ class PluggedStepper(PythonStepper):
 
     def snapshot(self) -> dict[str, np.ndarray]:
         """Refuse: what such a solver remembers of earlier steps is not to be had."""
-        raise StepFailure(f"{self.name} cannot be left and taken up again", "method='radau5'")
+        raise StepFailure(f"{self.name} cannot be interrupted and resumed", "method='radau5'")
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
         """Refuse: see `snapshot`."""

@@ -56,7 +56,7 @@ def _first_step(memory: Memory) -> float:
 
 METHOD = Method(
     name="extrapolation",
-    about="linearly implicit, one order-n sweep a substep: stiff scenes",
+    about="linearly implicit, one order-n sweep per substep: for stiff scenes",
     stepper=Compiled(_kernels),
     order=COLUMNS_OF_FIXED_STEPS,
     has_fixed_steps=True,

@@ -170,7 +170,7 @@ class GeneralisedAlphaStepper(PythonStepper):
                 break
             if self._fixed:
                 reason = f"the Newton iteration of {self.name} does not converge with steps of {h:.3g} s"
-                raise StepFailure(reason, "a smaller step, or rtol in its place", self._worst)
+                raise StepFailure(reason, "a smaller step, or rtol instead", self._worst)
             self._rejected += 1
             self._h = 0.25 * h if trial is None else h * max(0.2, 0.9 * trial[0] ** (-1 / 3))
             if self._h < self._smallest:
@@ -357,7 +357,7 @@ def highest_rate(model: Model, start: float, K: Matrix, C: Matrix) -> float:
 
 METHOD = Method(
     name="generalised-alpha",
-    about="damps what a step does not resolve: stiff scenes of every kind",
+    about="damps vibrations that a step does not resolve: for stiff scenes of every kind",
     stepper=GeneralisedAlphaStepper,
     order=2,
     has_fixed_steps=True,

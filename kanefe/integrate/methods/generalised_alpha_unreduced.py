@@ -405,7 +405,7 @@ def _doublings(error: float) -> int:
 
 METHOD = Method(
     name="generalised-alpha",
-    about="the same for unreduced bodies, factored once for each size of steps",
+    about="for unreduced bodies, factored once per step size",
     stepper=UnreducedStepper,
     order=2,
     refuses_step="unreduced bodies, whose run chooses its own. Remedy: rtol",

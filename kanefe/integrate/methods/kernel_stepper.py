@@ -385,7 +385,7 @@ class KernelStepper:
             return StepFailure("the motion has grown without bound", "check the loads, or take smaller steps", worst)
         if self.integers[REASON] == NO_CONVERGENCE:
             reason = f"the Newton iteration of {self.name} does not converge with steps of {self.reals[STEP]:.3g} s"
-            return StepFailure(reason, "a smaller step, or rtol in its place", worst)
+            return StepFailure(reason, "a smaller step, or rtol instead", worst)
         return StepFailure(
             f"{self.name} found no step of {self.reals[SMALLEST]:.1g} s or more that keeps the error in tolerance",
             "check loads for jumps or growth without bound there, or loosen rtol",

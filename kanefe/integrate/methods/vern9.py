@@ -128,4 +128,4 @@ def coefficients() -> Tableau:
     return tableau(((), *STAGES), STEP, NODES, order=9, errors=[ERROR], extra=EXTRA, extra_c=EXTRA_NODES, dense=DENSE)
 
 
-METHOD = explicit_method("vern9", "explicit, of Verner: tight tolerances, nothing stiff", coefficients, 9)
+METHOD = explicit_method("vern9", "explicit method of Verner: for tight tolerances without stiffness", coefficients, 9)

@@ -14,7 +14,7 @@ from kanefe.loads.base import Load
 from kanefe.tree.route import RunSweeps
 
 REMEDY = (
-    "kf.Bearing for a shaft that turns on and on; or a joint for the direction that is free, and no stiffness about it "
+    "kf.Bearing for a shaft that keeps turning; or a joint for the direction that is free, and no stiffness about it "
     "(a law= that is periodic)"
 )
 

@@ -66,9 +66,9 @@ def tell_of_stiff_contacts(model: ModelData) -> None:
     depth = weight / contact.stiffness
     if depth < rounding:
         warnings.warn(
-            f"{contact} yields {depth:.2g} m under the weight on it, less than the {rounding:.2g} m by which numbers "
-            "round places in this scene: its force is noise, and the run may take very long. Remedy: a stiffness of at "
-            f"most {weight / (SOFT_ENOUGH * rounding):.1g} N/m, or kanefe.Rigid(), which does not yield",
+            f"{contact} deflects by {depth:.2g} m under the weight on it, less than the round-off of positions in this "
+            f"scene, {rounding:.2g} m: its force is noise, and the run may take very long. Remedy: a stiffness of at "
+            f"most {weight / (SOFT_ENOUGH * rounding):.1g} N/m, or kanefe.Rigid()",
             SimulationWarning,
             stacklevel=outside(),
         )

@@ -243,7 +243,7 @@ def paradox(contact: RigidContact, i: int, t: float) -> SimulationError:
     return SimulationError(
         f"at t = {t:.6g} s the force on probe {i + 1} of {contact.title}, which slips, has no value, or several: "
         "friction presses it into the surface more than the force can hold it out (Painleve's paradox). Remedy: less "
-        "friction, or a contact that yields, kanefe.HuntCrossley(...)"
+        "friction, or a compliant contact, kanefe.HuntCrossley(...)"
     )
 
 

@@ -219,7 +219,7 @@ class _Event(StickOrSlip):
             key = self.keys[0]
             raise SimulationError(
                 f"at t = {self.t:.6g} s the impact on {self._contact(key).title} has no impulses that were found. "
-                "Remedy: less friction, or contacts that yield, kanefe.HuntCrossley(...)"
+                "Remedy: less friction, or compliant contacts, kanefe.HuntCrossley(...)"
             )
         return found
 

@@ -95,7 +95,7 @@ def stepped(model: ModelData, t: float, y: Vector, h: float) -> Stepped:
         if found is None:
             raise SimulationError(
                 f"at t = {t:.6g} s the impulses of {len(mu)} contacts were not found. Remedy: a smaller step, less "
-                "friction, or contacts that yield, kanefe.HuntCrossley(...)"
+                "friction, or compliant contacts, kanefe.HuntCrossley(...)"
             )
         impulses = found
         u_after = u_after + answers(first, (J.T @ impulses)[:, None])[:, 0]

@@ -141,7 +141,7 @@ def _from_file(unit: Unit) -> MachineCode | None:
             with opened(path) as (descriptor, _):
                 return _opened(_name_to_open(descriptor, path), path)
         except Damaged:
-            _tell(f"{path} is damaged: it is built anew")
+            _tell(f"{path} is damaged: it is built again")
     return None
 
 

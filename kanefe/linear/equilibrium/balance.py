@@ -265,7 +265,7 @@ class BalanceSearch:
         return float(pulled @ pulled), float(z @ M @ du)
 
     def _advice(self, imbalance: Imbalance, q: Vector, u: Vector) -> str:
-        text = f"the scene has no balance that could be found at t = {self.t:.6g} s: {imbalance} is left over"
+        text = f"no equilibrium of the scene was found at t = {self.t:.6g} s: {imbalance} remains"
         if slipping := slipping_friction(self.model, self.t, q, u, imbalance):
             return (
                 f"{text}, and {slipping}. Remedy: more friction, or a spring, a support or a drive there; if the "
@@ -277,7 +277,7 @@ class BalanceSearch:
                 "gravity=False; of one that spins or runs steadily, its speed in speeds={...}"
             )
         return (
-            f"{text} after {self.iterations} iterations. Remedy: start=..., a state nearer to the balance (such as "
+            f"{text} after {self.iterations} iterations. Remedy: start=..., a state nearer to equilibrium (such as "
             "the end of a damped run), or loads and speeds raised in steps, each from the last state"
         )
 

@@ -122,7 +122,7 @@ def _stopped(model: Model, t: float, y: Vector, length: float, longest: float) -
         if len(run.times) <= LOOKS:
             break  # it failed
         y, length = states[-1], 2.0 * length
-    raise SimulationError("nothing stops what moves")
+    raise SimulationError("nothing stops the motion")
 
 
 def _pace(model: Model, t: float, y: Vector) -> float:

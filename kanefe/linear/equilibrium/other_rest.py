@@ -73,20 +73,20 @@ class OtherRest:
         names = ", ".join(repr(name) for name in self.contacts[:6]) + (", ..." if len(self.contacts) > 6 else "")
         if self.turned:
             return (
-                f"what {names} carried at the start has turned over, by {np.degrees(self.turned):.3g} degrees to what "
-                "it stands on: this is not the rest of the start. Remedy: start=..., a state near the rest that is "
-                "meant, or less load if that is to hold"
+                f"the body that {names} carried at the start has turned over, by {np.degrees(self.turned):.3g} degrees "
+                "relative to its support: this is not the equilibrium of the start. Remedy: start=..., a state near "
+                "the intended equilibrium, or less load"
             )
         if self.has_lifted:
             return (
                 f"{names} touched at the start and lifted, by {self.distance:.2g} of the scene's length: this is not "
-                "the rest of the start, and there may be one where all of it carries. Remedy: start=..., a state near "
-                "the rest that is meant, or less load if that is to hold"
+                "the equilibrium of the start, and there may be one in which all of them carry load. Remedy: "
+                "start=..., a state near the intended equilibrium, or less load"
             )
         return (
-            f"another rest is near: tilted by {self.distance:.2g} (rad, or of the scene's length) it balances without "
-            f"{names}, and goes on from there by itself. Remedy: more room before it tips; start=..., a state near the "
-            "other rest, tells that one"
+            f"another equilibrium is near: tilted by {self.distance:.2g} (rad, or relative to the scene's length) the "
+            f"scene balances without {names}, and tips from there by itself. Remedy: a larger margin against tipping; "
+            "to find the other equilibrium, start=..., a state near it"
         )
 
 

@@ -122,7 +122,7 @@ def _from_near(model: Model, t: float, q: Vector, u: Vector, search: Callable[[M
             return _Rest(model, t, u, search, MOST_SLIDES).found_if_held(q, touching)
         except SimulationError as failed:
             error = failed if error is None or touching else error
-    raise error or SimulationError("the scene has no balance that could be found")
+    raise error or SimulationError("no equilibrium of the scene was found")
 
 
 class _Rest:
@@ -160,9 +160,9 @@ class _Rest:
             self.marks = {key: mark for key, mark in self.marks.items() if carries.get(key) == HELD}
             carries = {key: FREED if key in slipping else HELD for key in carries if key not in loose}
         raise SimulationError(
-            f"the scene has no balance that could be found on its rigid contacts: after {most} changes of what "
-            "carries, contacts still pull or are entered. Remedy: start=..., a state nearer to the balance (such as "
-            "the end of a damped run), or contacts that yield, kanefe.HuntCrossley(...)"
+            f"no equilibrium of the scene was found on its rigid contacts: after {most} changes of what "
+            "carries, contacts are still in tension or penetrated. Remedy: start=..., a state nearer to equilibrium "
+            "(such as the end of a damped run), or compliant contacts, kanefe.HuntCrossley(...)"
         )
 
     def found_if_held(self, q: Vector, carries: dict[Key, str]) -> Found:
@@ -199,7 +199,8 @@ class _Rest:
         if entered and max(entered.values()) > THROUGH * self.length:
             worst = max(entered, key=lambda key: entered[key])
             raise SimulationError(
-                f"the search for a balance goes through {self._name(worst)}. Remedy: start=..., a state nearer to it"
+                f"the search for an equilibrium passes through {self._name(worst)}. Remedy: start=..., a state nearer "
+                "to it"
             )
         forces = {(force.contact, force.probe): force.normal for force in probe_forces(state)}
         pulled = min(forces, key=lambda key: forces[key], default=None)
@@ -240,16 +241,18 @@ class _Rest:
             together = float(np.linalg.norm(np.sum([force for force, _ in own], axis=0)))
             each = sum(float(np.linalg.norm(force)) for force, _ in own)
             if together > most:
-                told.append(f"{name} would slip: its friction is asked for {together:.4g} N and holds {most:.4g} N")
+                told.append(f"{name} would slip: it needs a friction of {together:.4g} N and holds {most:.4g} N")
             elif each > most:
                 told.append(
                     f"{name} would turn: friction of its probes is asked for {each:.4g} N and holds {most:.4g} N"
                 )
         if not told:  # each has friction enough, but no share of the forces is within that of all
             names = ", ".join(dict.fromkeys(map(self._name, keys)))
-            told.append(f"{names} would slip: no share of the forces is within the friction of each probe")
+            told.append(
+                f"{names} would slip: no distribution of the forces is within the friction of each contact point"
+            )
         return NoRest(
-            f"the scene has no balance: {'; '.join(told)}. "
+            f"the scene has no equilibrium: {'; '.join(told)}. "
             "Remedy: more friction, kanefe.Coulomb(mu), a support, or a run"
         )
 

@@ -78,7 +78,7 @@ def hill_motions(harmonics: np.ndarray, rate: float) -> Hill:
         if len(chosen) == size and ends <= EMPTY:
             return Hill(values[chosen], shapes[:, :, chosen] / weights[:, None])
     raise SimulationError(
-        f"floquet: harmonics up to {reach} of {rate / 2 / np.pi:.4g} Hz do not show the motions of {size} states. "
+        f"floquet: harmonics up to {reach} of {rate / 2 / np.pi:.4g} Hz do not resolve the motions of {size} states. "
         "Remedy: fewer modes of the flexible bodies, or a faster rotation: at a slow one modes change as frozen ones do"
     )
 

@@ -98,7 +98,7 @@ class Modes(OfEigenvalues, Shapes):
     def __str__(self) -> str:
         head = f"{'frequency [Hz]':>14}  {'[rad/s]':>11}  {'damping [%]':>11}"
         rigid, others = np.flatnonzero(self.is_rigid), np.flatnonzero(~self.is_rigid)
-        lines = ["rigid motions, which nothing resists:"] if len(rigid) else []
+        lines = ["rigid motions (without restoring force):"] if len(rigid) else []
         lines += [f"{i:4d}  {self.describe(int(i))}" for i in rigid]
         lines += [f"{'mode':>4}  {head}  moves (share of kinetic energy)"] if len(others) else []
         noise = self._noise

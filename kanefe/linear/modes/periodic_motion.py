@@ -58,7 +58,7 @@ def motion_around(model: Model, t: float, q: Vector, u: Vector, period: float) -
     Raises
     ------
     ModelError
-        If it does not repeat, or what it takes to find it is not offered.
+        If it does not repeat, or what it takes to find it is not supported.
     SimulationError
         If Newton's method finds none.
     """
@@ -147,7 +147,7 @@ def _check_repeats(model: Model, t: float, q: Vector, u: Vector, period: float, 
     if np.abs(b - a).max() > STEADY * np.abs(a).max():
         raise ModelError(
             f"floquet: the scene is not the same after {period:.6g} s: its small motions differ by "
-            f"{np.abs(b - a).max() / np.abs(a).max():.2g}. Remedy: period=, in s, after which all is as it was"
+            f"{np.abs(b - a).max() / np.abs(a).max():.2g}. Remedy: period=, in s, after which the scene repeats"
         )
 
 

@@ -82,7 +82,7 @@ def linear_law(controller: Controller, t: float, reads: Vector) -> LinearLaw:
     again, _ = called(reads, m)
     if np.any(np.abs(again - drives) > ALIKE * (1.0 + np.abs(drives))):
         raise ModelError(
-            f"{label} gives two different answers to the same reads: it keeps something outside of its memory, or "
+            f"{label} gives two different results for the same inputs: it keeps something outside of its memory, or "
             "draws random numbers, and has no poles. Remedy: keep it in the third argument, memory"
         )
     r = len(reads)
@@ -163,7 +163,7 @@ def _numbers_in(memory: object, label: str, name: str = "") -> tuple[tuple[str, 
         return (name,), np.array((float(memory),))
     else:
         raise ModelError(
-            f"{label} remembers {name!r}, a {type(memory).__name__}, of which small motions are not known. Remedy: "
+            f"{label} remembers {name!r}, a {type(memory).__name__}, which cannot be linearised. Remedy: "
             "numbers and arrays in its memory"
         )
     names = tuple(one for part, _ in parts for one in part)

@@ -137,7 +137,7 @@ class SampledLoop:
         if not self.is_stable:
             raise ModelError(
                 f"the loop is not stable, it grows by {self.growth:.6g} in {self.period:g} s, and has no response that "
-                "stays. Remedy: smaller gains, or samples that follow faster"
+                "stays. Remedy: smaller gains, or a shorter sampling interval"
             )
         response = np.empty((len(at), len(self.plant.C), self.plant.B.shape[1]), dtype=complex)
         for i, f in enumerate(at):

@@ -73,7 +73,7 @@ class Buckling(Shapes):
         if not len(self.factors):
             lines.append("      no factor: these loads stiffen")
         if np.isfinite(self.reversed_factor):
-            lines.append(f"the other way round the loads buckle it at {self.reversed_factor:.6g} times")
+            lines.append(f"with reversed loads it buckles at {self.reversed_factor:.6g} times")
         return "\n".join(lines)
 
 
@@ -177,7 +177,7 @@ def _warn_of_displacement(found: Buckling) -> None:
     if before > FAR:
         warnings.warn(
             f"before it buckles at {found.factors[0]:.4g} times its loads, the scene moves by some {before:.2g} rad or "
-            "scene lengths, which is more than linear buckling holds for. Remedy: kanefe.equilibrium with loads that "
+            "scene lengths, beyond the range of linear buckling. Remedy: kanefe.equilibrium with loads that "
             "are raised in steps, each from the last one, and linearise(...).modes() there",
             AccuracyWarning,
             stacklevel=outside(),

@@ -50,7 +50,7 @@ class Tracks:
             if bad.any():
                 t = self.result.times[self.frames][bad][0]
                 raise ModelError(
-                    f"where body {body!r} is at t = {t:.6g} s is no finite number, so that it cannot be shown. "
+                    f"where body {body!r} is at t = {t:.6g} s is not a finite number, so that it cannot be shown. "
                     "Remedy: print(result.status)"
                 )
             self._numbers[key] = len(self.poses)

@@ -206,7 +206,7 @@ class TestBadInput:
             (lambda: LumpedSpring("tip", 7.0), "stiffness=7.0"),
             (lambda: LumpedSpring("tip", (1.0, 1.0, 1.0), to="tip"), "both ends"),
             (lambda: attach(cube(), [LumpedMass("top", 1.0)]), "'top'"),
-            (lambda: attach(cube(), [LumpedMass(64, 1.0)]), "64 is no place"),
+            (lambda: attach(cube(), [LumpedMass(64, 1.0)]), "64 is not a place"),
             (lambda: attach(cube(), LumpedMass("tip", 1.0)), "a list of"),
             (lambda: attach(cube(), [LumpedMass(3, 1.0, J)]), "one node without rotations"),
             (lambda: attach(cube(), [LumpedMass(3, 1.0, position=(0, 0, 0.5))]), "one node without rotations"),
