@@ -82,7 +82,7 @@ def _check_states(model: Model, what: str) -> None:
         if names:
             raise ModelError(
                 f"{what}: the load {', '.join(names)} has internal states that move, and small motions of those are "
-                "not offered. Remedy: leave it out, or frequencies from a run"
+                "not supported. Remedy: leave it out, or frequencies from a run"
             )
 
 

@@ -82,7 +82,7 @@ class TestStore:
 
     def test_a_body_is_no_model(self) -> None:
         cache.keep(KEY, lattice_body(0))
-        with pytest.warns(cache.CacheWarning, match="no saved model"):
+        with pytest.warns(cache.CacheWarning, match="not a saved model"):
             assert cache.find_model(KEY) is None
 
     def test_a_folder_that_cannot_be_written_is_warned_of(self, folder: Path) -> None:

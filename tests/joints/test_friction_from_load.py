@@ -163,7 +163,7 @@ def test_a_screw_holds_its_load_where_friction_is_above_the_tangent_of_its_lead(
     else:
         assert turned < -0.1
         with pytest.raises(
-            kf.SimulationError, match=r"friction of nut is asked for .* N m and holds .* N m\. Remedy: more"
+            kf.SimulationError, match=r"friction of nut needs .* N m and holds .* N m\. Remedy: more"
         ):
             kf.equilibrium(scene)
 

@@ -63,7 +63,7 @@ def test_wamit(tmp_path: Path) -> None:
     assert_same_ship(kf.read_rao(path, length=50.0))
     path.write_text("PER BETA I MOD PHA RE IM\n" + path.read_text())
     assert_same_ship(kf.read_rao(path, length=50.0))
-    with pytest.raises(ModelError, match="ULEN, which the file does not say"):
+    with pytest.raises(ModelError, match="ULEN, which the file does not give"):
         kf.read_rao(path)
     with pytest.raises(ModelError, match=r"0.02 times the slope.*unit slope, not height"):
         kf.read_rao(path, length=2500.0)
@@ -220,7 +220,7 @@ def test_asymmetric_ships_are_not_mirrored() -> None:
     assert not rao.is_symmetric
     rao.at(FREQUENCIES, 90.0, 0.0)
     with pytest.raises(
-        ModelError, match="ferry has headings of 0 to 180 degrees and was asked for 270: the ship is not its"
+        ModelError, match="ferry has headings of 0 to 180 degrees and was asked for 270: the ship is not symmetric"
     ):
         rao.at(FREQUENCIES, 270.0, 0.0)
     round_ = np.arange(0.0, 360.0, 30.0)

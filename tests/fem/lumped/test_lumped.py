@@ -200,7 +200,7 @@ class TestBadInput:
             (lambda: LumpedMass("tip", "heavy"), "mass is 'heavy'"),
             (lambda: LumpedMass("tip", 1.0, (1.0, 1.0, 3.0)), "no body has the inertia"),
             (lambda: LumpedMass("tip", 1.0, (1.0, 1.0)), "inertia=(1.0, 1.0)"),
-            (lambda: LumpedMass("tip", 1.0, position=(0, np.nan, 0)), "no point"),
+            (lambda: LumpedMass("tip", 1.0, position=(0, np.nan, 0)), "not a point"),
             (lambda: LumpedSpring("tip", (1.0, -1.0, 1.0)), "pushes"),
             (lambda: LumpedSpring("tip", (0.0, 0.0, 0.0)), "zero"),
             (lambda: LumpedSpring("tip", 7.0), "stiffness=7.0"),
