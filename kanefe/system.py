@@ -402,7 +402,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
 
 
 def _told_poles(model: Model, t: float, y: np.ndarray) -> str | None:
-    """Return what `kanefe.linear.sampled.sampled_loop.told_poles` does, which runs of sound loops do without."""
-    from kanefe.linear.sampled.sampled_loop import told_poles
+    """Return what `kanefe.linear.sampled.sampled_loop.poles_in_words` does, which runs of sound loops do without."""
+    from kanefe.linear.sampled.sampled_loop import poles_in_words
 
-    return told_poles(model, t, y)
+    return poles_in_words(model, t, y)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Field = Callable[[np.ndarray], Any] | Sequence[Sequence[float]] | np.ndarray
 """Function of positions (P, 3) in G that returns vectors (P, 3), or one vector per node (n, 3)."""
 
-TOLD = 1e-2
+REPORTED = 1e-2
 """Relative error from which a warning is issued."""
 
 
@@ -57,7 +57,7 @@ def projected(body: FlexibleBody, field: Field, label: str) -> Vector:
     left = f - basis @ eta
     whole = float(f @ (weights @ f))
     error = float(np.sqrt(max(left @ (weights @ left), 0.0) / whole)) if whole > 0.0 else 0.0
-    if error > TOLD:
+    if error > REPORTED:
         warnings.warn(
             f"{label}: the modes of the body show it but for {100.0 * error:.2g} % (root mean square "
             f"{'by mass' if is_by_mass else 'over the nodes'}). Remedy: more modes; rigid motion belongs to the "

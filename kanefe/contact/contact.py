@@ -17,7 +17,7 @@ from kanefe.contact.laws.bristles import LuGre
 from kanefe.contact.laws.friction_laws import Coulomb
 from kanefe.contact.rest import Rest
 from kanefe.contact.shapes import Box, Plane
-from kanefe.contact.starts import tell_of_start
+from kanefe.contact.starts import warn_of_start
 from kanefe.contact.touching_point import Touch, along_surface, velocity_past
 from kanefe.frames import Vector, cross
 from kanefe.kernels.constraints.tolerances import HELD_BEYOND
@@ -68,7 +68,7 @@ class Contact(Load):
         Of a contact that is looked at about a rest.
     slides : tuple of int
         Probes that slip or do not touch at the start.
-    tells_points : bool
+    reports_points : bool
         Whether its events are those of each probe too.
     """
 
@@ -82,7 +82,7 @@ class Contact(Load):
     mass: float = 1.0
     rest: Rest | None = None
     slides: tuple[int, ...] = ()
-    tells_points: bool = False
+    reports_points: bool = False
 
     kind = "contact"
     columns = (
@@ -329,7 +329,7 @@ class Contact(Load):
     def started(self, t: float, ends: Sequence[End]) -> Contact:
         """Return it with what slips at the start; what begins badly is told."""
         touches = self.touches(ends, replace(self, slides=()).initial_states)
-        tell_of_start(self.name, self.probes, ends, touches)
+        warn_of_start(self.name, self.probes, ends, touches)
         slides = [i for i, touch in enumerate(touches) if touch.depth <= 0.0 or touch.reserve > 0.0]
         return replace(self, slides=tuple(slides))
 
@@ -453,4 +453,4 @@ class Contact(Load):
         What touches of two boxes changes from corners to edges: it is no point that is known from before.
         """
         is_of_points = len(self.probes) > 1 and self.probes[0][1].ring >= 0.0
-        return replace(self, tells_points=True) if is_of_points else None
+        return replace(self, reports_points=True) if is_of_points else None

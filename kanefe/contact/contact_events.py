@@ -43,7 +43,7 @@ class Touching(Protocol):
         ...
 
     @property
-    def tells_points(self) -> bool:
+    def reports_points(self) -> bool:
         """Whether events of each probe are looked for."""
         ...
 
@@ -85,7 +85,7 @@ class Watched:
         if isinstance(friction, Coulomb):
             slip, stick = (partial(self.changed, to) if friction.has_memory else None for to in (0.0, 1.0))
             found += [LoadEvent("slip", self.above, 1, slip), LoadEvent("stick", self.below, -1, stick)]
-        for i in range(len(self.contact.probes) if self.contact.tells_points else 0):
+        for i in range(len(self.contact.probes) if self.contact.reports_points else 0):
             found += self._events_of(i, isinstance(friction, Coulomb))
         return tuple(found)
 

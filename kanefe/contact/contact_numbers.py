@@ -58,7 +58,7 @@ class Numbered(Protocol):
         ...
 
     @property
-    def tells_points(self) -> bool:
+    def reports_points(self) -> bool:
         """Whether its events are those of each probe too."""
         ...
 
@@ -89,7 +89,7 @@ def kernel_of(contact: Numbered) -> LoadKernel:
         law.damping,
         *of_friction,
         *contact.belt,
-        contact.tells_points,
+        contact.reports_points,
     ]
     parts = [np.array(head, dtype=float), np.ravel(probes)]
     if rest is not None:

@@ -17,18 +17,18 @@ if TYPE_CHECKING:
     from kanefe.contact.contact import Contact
     from kanefe.contact.touching_point import Touch
 
-TOLD_OF_POINT = 12
+POINT_OUTPUTS = 12
 """Normal force and friction (N), depth and stretch (m), slip (m/s), status; vectors in axes of the surface."""
 
 
-def points_told(contact: Contact, ends: Sequence[End], states: Vector) -> Matrix:
+def contact_point_outputs(contact: Contact, ends: Sequence[End], states: Vector) -> Matrix:
     """Return what each point does, (points, 12): see `kanefe.results.contact_points`."""
     return np.array([_told(contact, ends, touch) for touch in contact.touches(ends, states)])
 
 
 def _told(contact: Contact, ends: Sequence[End], touch: Touch) -> Vector:
     law, n, back = contact.friction, touch.normal, ends[0].A.T
-    found = np.zeros(TOLD_OF_POINT)
+    found = np.zeros(POINT_OUTPUTS)
     found[4], found[5:8] = touch.depth, back @ along_surface(touch.stretch, n)
     if touch.depth <= 0.0:
         found[11] = OPEN

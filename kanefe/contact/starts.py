@@ -20,7 +20,7 @@ FLAT = 1.0 - 1e-8
 """Cosine of the angle between the axis of a rim and the normal from which on it lies flat: 1.4e-4 rad."""
 
 
-def tell_of_start(
+def warn_of_start(
     name: str, probes: Sequence[tuple[int, Probe]], ends: Sequence[End], touches: Sequence[Touch]
 ) -> None:
     """Warn of what begins deep in its surface, and of rims that lie flat on it."""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from kanefe.bodies import cache
 from kanefe.kernels.compiler import _numba
-from kanefe.kernels.compiler.build import all_units
+from kanefe.kernels.compiler.build import all_compiled_functions
 from kanefe.kernels.compiler.compiled_functions import BUILT, path_of
 from kanefe.storage.files import cache_folder
 
@@ -64,7 +64,7 @@ class CacheStore:
 
 def kernels() -> BuiltKernels:
     """Return how many kernels are built; nothing is built here."""
-    paths = {unit.name: path_of(unit) for unit in all_units()}
+    paths = {unit.name: path_of(unit) for unit in all_compiled_functions()}
     built = [path for path in paths.values() if path is not None]
     from_wheel = sum(path.is_relative_to(BUILT) for path in built)
     missing = tuple(name for name, path in paths.items() if path is None)

@@ -38,7 +38,7 @@ that they grow without bound there; in reality autopilots and helmsmen control t
 HORIZONTAL = np.array((0, 1, 5))
 """Indices of surge, sway and yaw."""
 
-TOLD = 0.01
+REPORTED = 0.01
 """Fraction of the variance of a motion that may be left out without a warning."""
 
 DIRECTIONS = 90
@@ -121,8 +121,8 @@ class Ship:
                 stacklevel=outside(),
             )
         left = self.left_out
-        if max(left.values(), default=0.0) > TOLD:
-            said = ", ".join(f"{name} {100 * share:.2g} %" for name, share in left.items() if share > TOLD)
+        if max(left.values(), default=0.0) > REPORTED:
+            said = ", ".join(f"{name} {100 * share:.2g} %" for name, share in left.items() if share > REPORTED)
             warnings.warn(
                 f"motions in the plane slower than {self.slowest_hz:g} Hz are left out; of the variance it is {said}. "
                 "Remedy: slowest_hz=0 to keep them",

@@ -14,7 +14,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
-from kanefe.tree.model_data import WORKS, ModelData
+from kanefe.tree.model_data import QUADRATURES, ModelData
 from kanefe.tree.model_outputs import FrameKinematics, MechanicalEnergy
 
 if TYPE_CHECKING:
@@ -103,8 +103,8 @@ class Model(ModelData):
         self._check(y)
         self.route.check_dense("the Jacobian")
         size = len(y)
-        full = np.concatenate((y, np.zeros(WORKS)))
-        found = self.route.partial_derivatives(t, full, np.eye(size, size + WORKS))
+        full = np.concatenate((y, np.zeros(QUADRATURES)))
+        found = self.route.partial_derivatives(t, full, np.eye(size, size + QUADRATURES))
         if found is None:
             what = " and ".join(map(str, self.route.obstacles)) or "functions that take no complex numbers"
             raise ModelError(

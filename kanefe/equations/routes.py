@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from kanefe.kane.route import LiteralRoute
-from kanefe.kernels.compiler.compiled_functions import Unit
+from kanefe.kernels.compiler.compiled_functions import CompiledFunction
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.route import Route
 
@@ -26,12 +26,12 @@ def route_of(model: ModelData) -> Route:
     return in_space if planar is None else PlanarRoute(in_space, planar)
 
 
-def units_of_route(model: ModelData, has_jacobian: bool) -> list[Unit]:
+def functions_of_route(model: ModelData, has_jacobian: bool) -> list[CompiledFunction]:
     """Return what is built for the route of a scene and the reading of results; `has_jacobian`: with derivatives."""
-    from kanefe.order_n.needed import units_of_scene
+    from kanefe.order_n.needed import functions_of_scene
     from kanefe.order_n.route import obstacles_of
 
-    return [] if model.has_unreduced or obstacles_of(model) else units_of_scene(model, has_jacobian)
+    return [] if model.has_unreduced or obstacles_of(model) else functions_of_scene(model, has_jacobian)
 
 
 def starting_route(model: ModelData) -> Route:

@@ -79,7 +79,7 @@ def stages(total: int, wanted: bool | None = None) -> Iterator[Stages]:
     total : int
         How many there will be.
     wanted : bool, optional
-        Default: when the standard error is a terminal and `told_size` told of a large body.
+        Default: when the standard error is a terminal and `size_in_words` told of a large body.
 
     Examples
     --------
@@ -113,7 +113,7 @@ def stage(name: str) -> Iterator[None]:
     shown.end(name, time.perf_counter() - start)
 
 
-def told_size(size: int) -> None:
+def size_in_words(size: int) -> None:
     """Tell the number of degrees of freedom as soon as it is known."""
     shown = _shown.get()
     if shown is not None:

@@ -26,7 +26,7 @@ from kanefe.fmu.scene_source import scene_source
 from kanefe.fmu.serve import packed
 from kanefe.kernels.compiler.compiled_functions import content_of, linker
 from kanefe.linear.linearisation import Linearisation
-from kanefe.linear.unsettled import told_imbalance
+from kanefe.linear.unsettled import imbalance_in_words
 from kanefe.stepping.simulation import Simulation
 from kanefe.storage.files import write_whole
 
@@ -133,7 +133,7 @@ def write_linear(small: Linearisation, path: str | Path, version: str) -> Path:
             (
                 "A scene of kanefe, linearised: inputs and states are differences from the state that it was "
                 "linearised about",
-                *(line.strip() for line in told_imbalance(small.imbalance)),
+                *(line.strip() for line in imbalance_in_words(small.imbalance)),
             )
         ),
         _token(body.encode(), repr(named).encode()),

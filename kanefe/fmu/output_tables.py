@@ -9,7 +9,7 @@ from kanefe.fmu import c_text as c
 from kanefe.fmu.image import NeedsPython
 from kanefe.loads.controller import Reading
 from kanefe.order_n.sweeps import Sweeps
-from kanefe.order_n.tables.frame_offsets import Seat
+from kanefe.order_n.tables.frame_offsets import FrameOffset
 from kanefe.stepping.simulation import Simulation
 
 VECTORS = ("position", "rotation", "velocity", "angular_velocity", "acceleration", "angular_acceleration")
@@ -32,7 +32,7 @@ class OutputTables:
 
     Attributes
     ----------
-    frames : list of Seat
+    frames : list of FrameOffset
         Whose motion is looked at.
     has_accelerations : bool
 
@@ -44,7 +44,7 @@ class OutputTables:
 
     def __init__(self, sim: Simulation, sweeps: Sweeps) -> None:
         self.sweeps, self._model = sweeps, sim.model
-        self.frames: list[Seat] = []
+        self.frames: list[FrameOffset] = []
         self._numbers: dict[tuple[int, str], int] = {}
         self.has_accelerations = False
         self._rows = [self._row(output.name, output.reading) for output in sim.output_list]
@@ -52,7 +52,7 @@ class OutputTables:
     def lines(self) -> list[str]:
         """Return the tables."""
         found = ["enum { " + ", ".join(KINDS) + " };", TYPES.strip(), c.define("OUTPUT_COUNT", len(self._rows))]
-        frames = [_frame(seat) for seat in self.frames]
+        frames = [_frame(frame_offset) for frame_offset in self.frames]
         if frames:
             found.append(f"static const frame FRAMES[] = {{{', '.join(frames)}}};")
         rows = [f"{{{', '.join((*map(str, row[:-1]), c.number(row[-1])))}}}" for row in self._rows]
@@ -95,10 +95,10 @@ class OutputTables:
         key = number, "" if frame is None else frame.name
         if key not in self._numbers:
             self._numbers[key] = len(self.frames)
-            self.frames.append(self.sweeps.seat(number, frame))
+            self.frames.append(self.sweeps.frame_offset(number, frame))
         return self._numbers[key]
 
 
-def _frame(seat: Seat) -> str:
-    axes, place = (", ".join(map(c.number, np.ravel(x).tolist())) for x in (seat.axes, seat.place))
-    return f"{{{seat.row}, {{{axes}}}, {{{place}}}}}"
+def _frame(frame_offset: FrameOffset) -> str:
+    axes, place = (", ".join(map(c.number, np.ravel(x).tolist())) for x in (frame_offset.axes, frame_offset.place))
+    return f"{{{frame_offset.row}, {{{axes}}}, {{{place}}}}}"

@@ -21,7 +21,7 @@ from kanefe.loads.controller import INPUTS
 from kanefe.order_n.route import OrderN
 from kanefe.order_n.sweeps import Sweeps
 from kanefe.stepping.simulation import Simulation
-from kanefe.tree.model_data import WORKS
+from kanefe.tree.model_data import QUADRATURES
 
 ROW, ACCELERATED_ROW = 18, 24
 """Number of values of the motion of a link, without and with accelerations."""
@@ -147,7 +147,7 @@ class _Tables:
         if not self.outputs.frames:
             return
         model, (_, tables, flexible) = self.model, self.outputs.sweeps.placed
-        count = self.size - WORKS
+        count = self.size - QUADRATURES
         drives, state = np.zeros((1, self.driven, 3)), np.zeros((1, count))
         rates = np.zeros((int(self.outputs.has_accelerations), model.free_count))
         found = np.zeros((1, len(tables.rows), ACCELERATED_ROW if len(rates) else ROW))
@@ -167,7 +167,7 @@ class _Tables:
         counts = {
             "IMAGE_BYTES": image.size,
             "SIZE": self.size,
-            "WORKS": WORKS,
+            "WORKS": QUADRATURES,
             "COORDINATE_COUNT": model.coordinate_count,
             "SPEED_COUNT": model.free_count,
             "LOAD_COUNT": held.stop - held.start,

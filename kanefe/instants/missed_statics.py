@@ -26,7 +26,7 @@ from kanefe.tree.scales import largest_extent
 if TYPE_CHECKING:
     from kanefe.fe_model.load_pattern import LoadPattern
 
-TOLD = 0.05
+REPORTED = 0.05
 """Fraction of the deformation, as the root of its energy, from which a warning is issued."""
 
 FELT = 1e-6
@@ -64,7 +64,7 @@ def is_known(model: ModelData) -> bool:
 
 
 def missed_statics(instants: Sequence[Instant]) -> list[Missed]:
-    """Return the bodies whose modes miss more than `TOLD` of their deformation, at the worst of some instants."""
+    """Return the bodies whose modes miss more than `REPORTED` of their deformation, at the worst of some instants."""
     found = []
     for number, body in enumerate(instants[0].model.bodies):
         record = _record(body)
@@ -82,7 +82,7 @@ def missed_statics(instants: Sequence[Instant]) -> list[Missed]:
         K = body.flexible.body.stiffness[:k, :k]
         taken = max(float(eta @ K @ eta) for eta in (instant.q[body.flexible.eta] for instant in instants))
         share = float(np.sqrt(missed[worst] / (missed[worst] + taken)))
-        if share > TOLD:
+        if share > REPORTED:
             found.append(Missed(body.name, share, _largest(loads, carried[worst], energy)))
     return found
 

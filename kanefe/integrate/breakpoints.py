@@ -24,11 +24,11 @@ LOOKS = 32
 SAMPLES = LEAST_STEPS * LOOKS
 """Number of samples in a run, without the first."""
 
-SUDDEN = 0.5 * (2.0 * math.pi / LOOKS) ** 2
+ABRUPT = 0.5 * (2.0 * math.pi / LOOKS) ** 2
 """Second difference of the samples, relative to their range, from which a step may hide a change: that of a vibration
 whose period is the longest step."""
 
-LIVELY = 0.125 * SUDDEN
+LIVELY = 0.125 * ABRUPT
 """Second difference down to which a change lasts: that of a vibration is below it for a twelfth of its period."""
 
 PAUSE = LOOKS // 8
@@ -41,20 +41,20 @@ ROUND_OFF = 1e-9
 """Range of a function relative to its values below which it counts as constant."""
 
 
-def knots_of(dynamics: Dynamics, base: int, changes: np.ndarray) -> np.ndarray:
+def breakpoints_of(dynamics: Dynamics, base: int, changes: np.ndarray) -> np.ndarray:
     """Return what stands in `reals` from the place KNOTS, `base`, on, for a run; nothing where steps end anywhere.
 
     `changes` are those of `changes_of`. Knots of tables only count where steps that pass over them fail. At changes of
     functions all steps end: nothing is seen of a pulse by a step that passes over it. Where there are such, tables go
     without: one list has one rule.
     """
-    knots = changes if len(changes) else _knots_of_tables(dynamics)
-    if len(knots) < 2:
+    breakpoints = changes if len(changes) else _breakpoints_of_tables(dynamics)
+    if len(breakpoints) < 2:
         return np.zeros(0)
     head = np.zeros(FIRST_KNOT)
     head[0] = base + FIRST_KNOT + 1
     head[LAST_KEPT] = base + FIRST_KNOT + len(changes) if len(changes) else 0.0
-    return np.concatenate((head, knots))
+    return np.concatenate((head, breakpoints))
 
 
 def changes_of(dynamics: Dynamics, start: float, stop: float) -> np.ndarray:
@@ -121,14 +121,16 @@ def _stretches(change: np.ndarray) -> list[tuple[int, int]]:
     """Return the first and last number of the samples of each change, in order."""
     lively = np.flatnonzero(change > LIVELY)
     parts = np.split(lively, np.flatnonzero(np.diff(lively) > PAUSE) + 1)
-    return [(int(part[0]), int(part[-1])) for part in parts if len(part) and change[part].max() > SUDDEN]
+    return [(int(part[0]), int(part[-1])) for part in parts if len(part) and change[part].max() > ABRUPT]
 
 
-def _knots_of_tables(dynamics: Dynamics) -> np.ndarray:
+def _breakpoints_of_tables(dynamics: Dynamics) -> np.ndarray:
     """Return the knots of the tables that drive a scene, s."""
     tables = [motion.pieces[:, 0] for motion, _ in dynamics.model.drives if motion.pieces is not None]
-    knots = np.unique(np.concatenate([table for table in tables if len(table) > 1] or [np.zeros(0)]))
-    if len(knots) < 2:
+    breakpoints = np.unique(np.concatenate([table for table in tables if len(table) > 1] or [np.zeros(0)]))
+    if len(breakpoints) < 2:
         return np.zeros(0)
     # two tables of the same times may differ by round-off
-    return np.asarray(knots[np.concatenate(([True], np.diff(knots) > 1e-9 * (knots[-1] - knots[0])))])
+    return np.asarray(
+        breakpoints[np.concatenate(([True], np.diff(breakpoints) > 1e-9 * (breakpoints[-1] - breakpoints[0])))]
+    )

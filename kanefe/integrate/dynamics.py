@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
-from kanefe.tree.model_data import WORKS
+from kanefe.tree.model_data import QUADRATURES
 from kanefe.tree.scales import coordinate_moves, state_scales
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ class Dynamics:
 
     def initial_state(self, start: float) -> Vector:
         """Return y at the start, consistent with the loops at that time (s)."""
-        return np.concatenate((self.route.start(start), np.zeros(WORKS)))
+        return np.concatenate((self.route.start(start), np.zeros(QUADRATURES)))
 
     def scales(self, t: float, y: Vector) -> Vector:
         """Return what counts as a large value of each component of y, for a run that begins at a state.
@@ -82,7 +82,7 @@ class Dynamics:
         """
         found = state_scales(self.model)
         if any(load.acts_at_once for load in self.model.loads):
-            found[-WORKS:] = np.maximum(found[-WORKS:], self.model.energy(t, y[:-WORKS]).kinetic)
+            found[-QUADRATURES:] = np.maximum(found[-QUADRATURES:], self.model.energy(t, y[:-QUADRATURES]).kinetic)
         return found
 
     def projected(self, t: float, y: Vector, share: float = 0.0) -> Vector:
@@ -120,7 +120,7 @@ class Dynamics:
         """Directions of tangents, speeds and moving states, (2 free + states, state); those of rotations left out."""
         n, m = self.model.coordinate_count, self.model.free_count
         moving = self.model.state_count if self.model.states_move else 0
-        directions = np.eye(2 * m + moving, n + m + self.model.state_count + WORKS, k=n - m)
+        directions = np.eye(2 * m + moving, n + m + self.model.state_count + QUADRATURES, k=n - m)
         directions[:m] = 0.0
         for turns, at, speed in coordinate_moves(self.model):
             if not turns:
@@ -134,8 +134,8 @@ class Dynamics:
 
     def jacobian(self, t: float, y: Vector) -> Matrix:
         """Return d(dy/dt)/dy, (state, state)."""
-        directions = np.eye(len(y))[: len(y) - WORKS]  # nothing depends on the quadratures
-        return np.vstack((self._derivatives(t, y, directions), np.zeros((WORKS, len(y))))).T
+        directions = np.eye(len(y))[: len(y) - QUADRATURES]  # nothing depends on the quadratures
+        return np.vstack((self._derivatives(t, y, directions), np.zeros((QUADRATURES, len(y))))).T
 
     def _derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix:
         """Return derivatives of dy/dt along directions, (k, state) both.

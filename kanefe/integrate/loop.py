@@ -21,9 +21,9 @@ from kanefe.integrate.events.switching import check_switched
 from kanefe.integrate.pace import Limits, OutOfTime, Pace, Poles
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.status import RunStatus
-from kanefe.integrate.stepper import LooksOut, StepFailure, Stepper, TellsAccelerations
+from kanefe.integrate.stepper import GivesAccelerations, LooksOut, StepFailure, Stepper
 from kanefe.kane.bent import bent_too_far
-from kanefe.tree.model_data import WORKS
+from kanefe.tree.model_data import QUADRATURES
 
 if TYPE_CHECKING:
     from kanefe.integrate.checkpoint import CheckpointFile, Progress
@@ -40,7 +40,7 @@ SOME_SHARE = 0.3
 COUNTED = ("steps", "rejected", "evaluations", "factorisations", "jacobians")
 """Counts in the statistics of every run, zero if they do not apply to a method."""
 
-WORKS_NAMES = ("dissipated energy", "work of the loads")
+QUADRATURE_NAMES = ("dissipated energy", "work of the loads")
 
 
 class RunLoop:
@@ -90,24 +90,24 @@ class RunLoop:
     ) -> None:
         self._dynamics, self._model, self._stepper = dynamics, dynamics.model, stepper
         y = stepper.state()
-        if watch and (first := begun(watch.events, stepper.t, y[:-WORKS])) is not None:
-            stepper.restart(stepper.t, np.concatenate((first, y[-WORKS:])))
+        if watch and (first := begun(watch.events, stepper.t, y[:-QUADRATURES])) is not None:
+            stepper.restart(stepper.t, np.concatenate((first, y[-QUADRATURES:])))
         self._times, self._watch, self._limits, self._clock, self._bar = times, watch, limits, clock, bar
         self._sampler = sampler
         self._start, self._pace = stepper.t, Pace(dynamics.model, stepper, float(times[-1]), limits, sampler, poles)
         self.is_interrupted = False
         # asked once: whether something keeps such a protocol takes longer than many a step
         self._looking = stepper if watch and sampler is None and isinstance(stepper, LooksOut) else None
-        self._telling = stepper if isinstance(stepper, TellsAccelerations) else None
+        self._change_reports = stepper if isinstance(stepper, GivesAccelerations) else None
         looks_out = watch is None or (self._looking is not None and self._looking.can_look_out)
-        self._chunk = 16 if looks_out and self._telling is None else 1
+        self._chunk = 16 if looks_out and self._change_reports is None else 1
         self._is_quiet = False
         self._file: CheckpointFile | None = None
         self._kept: tuple[float, Progress] | None = None
         self._before: dict[str, int | float] = {}
         self.states = np.empty((len(times), len(stepper.state())))
         self.accelerations: np.ndarray | None = None
-        if self._telling is not None:
+        if self._change_reports is not None:
             self.accelerations = np.empty((len(times), self._model.free_count))
         self.stored = 0
         self._first = stepper.t, stepper.state()
@@ -276,8 +276,8 @@ class RunLoop:
                 return
 
     def _store_accelerations(self, first: int, last: int) -> None:
-        if self.accelerations is not None and self._telling is not None:
-            self.accelerations[first:last] = self._telling.accelerations(self._times[first:last])
+        if self.accelerations is not None and self._change_reports is not None:
+            self.accelerations[first:last] = self._change_reports.accelerations(self._times[first:last])
 
     def _events(self, watch: EventWatch) -> RunStatus | None:
         """Look for events in the last step, and do what they ask for; return a status if one ends the run."""
@@ -307,7 +307,9 @@ class RunLoop:
                 for event in (*happened, *asked):
                     y = self._acted(event, acting, y)
                 if any(event.action is not None for event in (*happened, *asked)):
-                    y = np.concatenate((torn_loose(self._model, watch.events, acting, y[:-WORKS]), y[-WORKS:]))
+                    y = np.concatenate(
+                        (torn_loose(self._model, watch.events, acting, y[:-QUADRATURES]), y[-QUADRATURES:])
+                    )
             except SimulationError as refusal:
                 self._stand_at(acting, y)
                 if isinstance(refusal, StepFailure):
@@ -328,7 +330,7 @@ class RunLoop:
 
     def _acted(self, event: Event, t: float, y: Vector) -> Vector:
         """Return the state after an action, its loops closed, and the energy of the change taken into account."""
-        size = len(y) - WORKS
+        size = len(y) - QUADRATURES
         changed = event.changed(t, seen(self._model, t, y), y[:size])
         if changed is None:
             return y
@@ -344,7 +346,7 @@ class RunLoop:
         return RunStatus("failed", self._stepper.t, f"{failure.reason}{named}", failure.remedy)
 
     def _name(self, component: int) -> str:
-        names = (*self._model.state_names, *WORKS_NAMES)
+        names = (*self._model.state_names, *QUADRATURE_NAMES)
         return f"'{names[component]}'"
 
     def _ended(self, status: RunStatus) -> RunStatus:
@@ -367,8 +369,8 @@ class RunLoop:
 
     def _stand_at(self, t: float, y: Vector) -> None:
         self.last = t, y
-        if self._telling is not None:
-            self.last_accelerations = self._telling.accelerations(np.array([t]))
+        if self._change_reports is not None:
+            self.last_accelerations = self._change_reports.accelerations(np.array([t]))
 
     def _progress(self) -> Progress:
         from kanefe.integrate.checkpoint import Progress

@@ -16,7 +16,7 @@ from kanefe.integrate.auto.choice import Choice, choose
 from kanefe.integrate.breakpoints import accelerations_at, sample_times
 from kanefe.integrate.clock import Clock
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.events.contact_changes import changes_of_contacts, told_of_contacts
+from kanefe.integrate.events.contact_changes import changes_of_contacts, reported_contact_events
 from kanefe.integrate.events.event import Event, checked_events
 from kanefe.integrate.events.event_search import EventWatch
 from kanefe.integrate.events.load_events import events_of_loads
@@ -26,12 +26,12 @@ from kanefe.integrate.options import RunOptions
 from kanefe.integrate.pace import Limits, Poles
 from kanefe.integrate.run_checks.bushing_turns import of_bushings
 from kanefe.integrate.run_checks.joint_ranges import ends_of_ranges
-from kanefe.integrate.run_checks.stiff_contacts import tell_of_stiff_contacts
+from kanefe.integrate.run_checks.stiff_contacts import warn_of_stiff_contacts
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.trajectory import Trajectory
-from kanefe.kernels.compiler.compiled_functions import Unit, foreseen
+from kanefe.kernels.compiler.compiled_functions import CompiledFunction, foreseen
 from kanefe.storage.watched import is_watched, progress_bar
-from kanefe.tree.model_data import WORKS
+from kanefe.tree.model_data import QUADRATURES
 
 if TYPE_CHECKING:
     from kanefe.integrate.checkpoint import CheckpointFile, Progress
@@ -76,10 +76,10 @@ def run(model: Model, options: RunOptions, poles: Poles | None = None) -> Trajec
 def one_count(model: Model, options: RunOptions) -> AbstractContextManager[None]:
     """Have all that a run needs built at once, with the first of it that is missing; see `foreseen`."""
 
-    def needed() -> list[Unit]:
-        from kanefe.integrate.auto.compiled_code_needed import units_of_run
+    def needed() -> list[CompiledFunction]:
+        from kanefe.integrate.auto.compiled_code_needed import functions_of_run
 
-        return units_of_run(model, options)
+        return functions_of_run(model, options)
 
     return foreseen(needed)
 
@@ -87,9 +87,9 @@ def one_count(model: Model, options: RunOptions) -> AbstractContextManager[None]
 def _run(model: Model, options: RunOptions, poles: Poles | None) -> Trajectory:
     (start, stop), wanted = options.span, options.times
     check_motions(model, start, stop, may_end=any(event.terminal for event in options.watched))
-    tell_of_stiff_contacts(model)
+    warn_of_stiff_contacts(model)
     choice = choose(model, options)
-    told = told_events(model, choice, options)
+    told = reported_events(model, choice, options)
     model.route.check_outputs(len(wanted))
     if choice.is_plugged and model.controllers:
         raise ModelError(
@@ -134,7 +134,7 @@ def _run(model: Model, options: RunOptions, poles: Poles | None) -> Trajectory:
         times=times,
         coordinates=states[:, :n],
         speeds=states[:, n : n + m],
-        dissipated=states[:, -WORKS],
+        dissipated=states[:, -QUADRATURES],
         work=states[:, -1],
         statistics={
             "method": stepper.name,
@@ -148,7 +148,7 @@ def _run(model: Model, options: RunOptions, poles: Poles | None) -> Trajectory:
         },
         accelerations=rates,
         status=status,
-        internal=states[:, n + m : -WORKS],
+        internal=states[:, n + m : -QUADRATURES],
         events={event.name: np.array(watch.times[event.name]) for event in told} if watch else {},
         controllers=sampler.logs() if sampler else {},
         bent=stepper.bent,
@@ -177,9 +177,9 @@ def check_motions(model: Model, start: float, stop: float, may_end: bool = False
             motion.check_over(times, what, accelerations_at(model, motion, times))
 
 
-def told_events(model: Model, choice: Choice, options: RunOptions) -> tuple[Event, ...]:
+def reported_events(model: Model, choice: Choice, options: RunOptions) -> tuple[Event, ...]:
     """Return the events that a run tells: those of the user, of loads and of contacts."""
-    of_loads = (*events_of_loads(model), *told_of_contacts(model, choice.name))
+    of_loads = (*events_of_loads(model), *reported_contact_events(model, choice.name))
     own = [event for event in options.watched if event.function is not None]
     return checked_events(own, with_what_is_asked(of_loads, options.watched))
 

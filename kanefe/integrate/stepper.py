@@ -133,7 +133,7 @@ class Stepper(Protocol):
 
 
 @runtime_checkable
-class TellsAccelerations(Protocol):
+class GivesAccelerations(Protocol):
     """A stepper of a scene whose accelerations are kept, because they cost more than they take room."""
 
     def accelerations(self, times: np.ndarray) -> np.ndarray:
@@ -183,7 +183,7 @@ class LooksOut(Protocol):
 
 
 @runtime_checkable
-class TellsWorst(Protocol):
+class ReportsWorst(Protocol):
     """A stepper that knows which component of the state held its last step down."""
 
     @property

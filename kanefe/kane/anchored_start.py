@@ -18,7 +18,7 @@ from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.bearing_loads import with_consistent_loads
 from kanefe.kane.interactions import slip_rows
-from kanefe.kane.rigid_contacts.impulses import answers
+from kanefe.kane.rigid_contacts.impulses import unit_responses
 from kanefe.kane.state import State
 from kanefe.loads.anchors import Anchor
 from kanefe.tree.model_data import ModelData
@@ -113,7 +113,7 @@ def _held(free: State, groups: list[_Group], resting: np.ndarray, x: Vector, sli
     D, n = np.vstack([slip_rows(free, groups[i].number, groups[i].anchor) for i in resting]), free.model.free_count
     shares = np.concatenate([groups[i].anchor.shares for i in resting])
     D, b = shares[:, None] * D, shares * _slip_accelerations(free, groups)[chosen]
-    G = D[:, :n] @ answers(free, D[:, :n].T)
+    G = D[:, :n] @ unit_responses(free, D[:, :n].T)
     # in the roots of the springs' energies
     root = np.concatenate([np.full(len(groups[i].anchor.slip), np.sqrt(groups[i].anchor.stiffness)) for i in resting])
     stops = np.cumsum([len(groups[i].anchor.slip) for i in resting])

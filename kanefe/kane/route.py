@@ -11,7 +11,7 @@ from kanefe.frames import Matrix, Vector
 from kanefe.kane.state import State, actions
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.loads.base import Load
-from kanefe.tree.model_data import WORKS, ModelData
+from kanefe.tree.model_data import QUADRATURES, ModelData
 from kanefe.tree.model_outputs import MechanicalEnergy
 from kanefe.tree.route import Evaluation, Form, Obstacle, PreparedRun, RunSweeps, WatchedEvents
 from kanefe.tree.scene_state import SceneState
@@ -187,7 +187,7 @@ class LiteralRoute:
 def powers(state: State, du: Vector) -> Vector:
     """Return the power that dampers take and that loads and drives give, W; of scenes without them nothing is found."""
     if not state.model.has_power:
-        return np.zeros(WORKS)
+        return np.zeros(QUADRATURES)
     from kanefe.kane.energy import dissipated_power, drive_power, load_power
 
     found = np.array((dissipated_power(state), load_power(state) + drive_power(state, du)))

@@ -11,7 +11,7 @@ import numpy as np
 from kanefe.contact.rigid.rigid_contact import RigidContact
 from kanefe.equations.given_state import Start, given_state, knows_states, slack_time, time_of
 from kanefe.equations.model import Model
-from kanefe.equations.routes import units_of_route
+from kanefe.equations.routes import functions_of_route
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.kane.route import touched_at_start
@@ -57,7 +57,7 @@ def model_of(scene: object, what: str, t: float = 0.0) -> Model:
     if not isinstance(model, Model):
         raise ModelError(f"{what} needs a System or a Model, not {scene!r}. Remedy: the scene, or scene.freeze()")
     if IS_COMPILED and "route" not in vars(model):
-        expect(units_of_route(model, has_jacobian=True))  # in one go, not each when it is first called
+        expect(functions_of_route(model, has_jacobian=True))  # in one go, not each when it is first called
     model.route.check_dense(what)
     _check_states(model, what)
     if model.free_count == 0:

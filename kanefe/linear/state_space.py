@@ -15,7 +15,7 @@ from kanefe.linear.imbalance import Imbalance
 from kanefe.linear.modes.unresisted import Unresisted, unresisted
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.tangents import turning
-from kanefe.linear.unsettled import told_imbalance, unsettled
+from kanefe.linear.unsettled import imbalance_in_words, unsettled
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +70,7 @@ class StateSpace:
             f"  inputs   {listed(self.input_names)}",
             f"  outputs  {listed(self.output_names)}",
         ]
-        return "\n".join(lines + told_imbalance(self.imbalance))
+        return "\n".join(lines + imbalance_in_words(self.imbalance))
 
     @property
     def position_count(self) -> int:

@@ -17,11 +17,11 @@ import numpy as np
 from kanefe.contact.contact import Contact
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector, skew
-from kanefe.kane.rigid_contacts.impulses import answers
+from kanefe.kane.rigid_contacts.impulses import unit_responses
 from kanefe.kane.state import State
 from kanefe.linear.unit_forces import load_columns, load_values
 from kanefe.tree.body_terms import BodyTerms
-from kanefe.tree.model_data import WORKS, ModelData
+from kanefe.tree.model_data import QUADRATURES, ModelData
 from kanefe.tree.scales import joint_scales, scene_length
 
 DIFFERENCE_STEP = 1e-3
@@ -115,7 +115,7 @@ class Derivatives:
 
     def __init__(self, model: Model, t: float, q: Vector, u: Vector) -> None:
         self.model, self.t, self.q, self.u = model, t, q, u
-        self._state = np.concatenate((q, u, model.initial_states, np.zeros(WORKS)))
+        self._state = np.concatenate((q, u, model.initial_states, np.zeros(QUADRATURES)))
         none = np.zeros((0, len(self._state)))
         is_own = model.route.evaluate(t, self._state).is_own
         self.is_exact = is_own and model.route.partial_derivatives(t, self._state, none) is not None
@@ -123,7 +123,7 @@ class Derivatives:
         self._share = 1.0 if self.is_exact else parting_share(State(model, t, q, u))
         if self.is_exact and model.route.derivatives(t, self._state, none) is None:
             state = State(model, t, q, u)
-            self._loads = answers(state, load_columns(state))
+            self._loads = unit_responses(state, load_columns(state))
 
     def along(self, z: Matrix, du: Matrix) -> Matrix:
         """Return the rates of change of the accelerations along tangents z and speeds du, each (free, k)."""

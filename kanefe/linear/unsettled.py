@@ -15,7 +15,7 @@ from kanefe.linear.imbalance import Imbalance, worst_imbalance
 from kanefe.linear.modes.unresisted import Unresisted
 from kanefe.linear.small_motions import SmallMotions
 
-TOLD = 1e-3
+REPORTED = 1e-3
 """Remaining force, relative to those that act in the same motion, from which a warning is issued: it is missing, by
 about as much, in the stiffness that these forces cause."""
 
@@ -36,14 +36,14 @@ def unsettled(small: SmallMotions, free: Unresisted) -> Imbalance:
     return worst_imbalance(small.here, N[:n] @ du, N[:n], leading)
 
 
-def told_imbalance(found: Imbalance) -> list[str]:
+def imbalance_in_words(found: Imbalance) -> list[str]:
     """Return the line of a listing that tells what is out of balance; none where that is too little."""
-    return [f"  out of balance: {found}, {found.ratio:.2g} of the forces there"] if found.ratio > TOLD else []
+    return [f"  out of balance: {found}, {found.ratio:.2g} of the forces there"] if found.ratio > REPORTED else []
 
 
 def warn_of_imbalance(found: Imbalance, what: str, remedy: str = "kanefe.equilibrium(scene).linearise()") -> None:
     """Warn of a state that is not in balance; `what` names the analysis."""
-    if found.ratio > TOLD:
+    if found.ratio > REPORTED:
         warnings.warn(
             f"{what}: the state is not in equilibrium: {found} remains, {found.ratio:.2g} of the forces that act "
             f"there, and the stiffness due to loads is wrong by as much. Remedy: {remedy}, which finds the equilibrium "

@@ -12,7 +12,7 @@ from kanefe.kernels.constraints.multipliers import Loops
 from kanefe.kernels.layout import FlexibleTables, Tables
 from kanefe.kernels.loads.loads_layout import LoadsBetween
 from kanefe.kernels.sweeps.drives import Drives
-from kanefe.order_n.tables.frame_offsets import Seats
+from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.inputs import InputLayout
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.route import Evaluation, PreparedRun, WatchedEvents
@@ -24,7 +24,7 @@ class Evaluated(Protocol):
     Attributes
     ----------
     model : ModelData
-    places : Seats
+    places : FrameOffsets
         Where frames sit in the rows.
     inputs : InputLayout
     tables, flexible, between, loops : named tuples
@@ -39,7 +39,7 @@ class Evaluated(Protocol):
     """
 
     model: ModelData
-    places: Seats
+    places: FrameOffsets
     inputs: InputLayout
     tables: Tables
     flexible: FlexibleTables | None

@@ -7,7 +7,7 @@ import numpy as np
 from kanefe.contact.rigid.granular_contacts import RigidCrowd
 from kanefe.contact.shapes import Plane
 from kanefe.kernels.contact import granular_contacts as kernel
-from kanefe.tree.model_data import WORKS, ModelData
+from kanefe.tree.model_data import QUADRATURES, ModelData
 
 ENOUGH = 1e-5
 """Change of speeds in a sweep over the contacts, relative to the largest, at which the sweeps end: below the error of a
@@ -179,5 +179,5 @@ class CrowdSteps:
             self._make_room(2 * len(self._kept))
         after[: 7 * count], after[7 * count : 13 * count] = q.ravel(), u.ravel()
         after[13 * count : 13 * count + 3] = self._counts[kernel.TOUCHING], self.residual, self.deepest
-        after[-WORKS] += self._control[kernel.TAKEN]
+        after[-QUADRATURES] += self._control[kernel.TAKEN]
         return after

@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.frames import Vector, cross
 from kanefe.kernels.sweeps.outward import motion_memory_size, motions_of_rows
 from kanefe.order_n.evaluated import Evaluated
-from kanefe.order_n.tables.frame_offsets import Seat
+from kanefe.order_n.tables.frame_offsets import FrameOffset
 from kanefe.tree.placed import Placed
 
 
@@ -22,7 +22,7 @@ class MovingFrames(Sequence[Placed]):
         self._rows: np.ndarray | None = None
 
     def __len__(self) -> int:
-        return len(self._kernel.seats)
+        return len(self._kernel.frame_offsets)
 
     @overload
     def __getitem__(self, number: int) -> Placed: ...
@@ -35,7 +35,7 @@ class MovingFrames(Sequence[Placed]):
             return [self[i] for i in range(*number.indices(len(self)))]
         if self._rows is None:
             self._rows = self._kernel.rows(self._t, self._y)
-        return _placed(self._rows, self._kernel.seats[number])
+        return _placed(self._rows, self._kernel.frame_offsets[number])
 
 
 class MotionsKernel:
@@ -43,12 +43,12 @@ class MotionsKernel:
 
     Attributes
     ----------
-    seats : list of Seat
+    frame_offsets : list of FrameOffset
         Of every body's frame.
     """
 
     def __init__(self, route: Evaluated) -> None:
-        self._route, self.seats = route, route.places.seats
+        self._route, self.frame_offsets = route, route.places.frame_offsets
         self._idle: list[_MotionsCall] = []
 
     def rows(self, t: float, y: Vector) -> np.ndarray:
@@ -81,9 +81,14 @@ class _MotionsCall:
         return self._found[0].copy()
 
 
-def _placed(work: np.ndarray, seat: Seat) -> Placed:
-    if seat.row < 0:
-        return Placed(seat.axes, seat.place, np.zeros(3), np.zeros(3))
-    p, R, v, w = work[seat.row, :3], work[seat.row, 3:12].reshape(3, 3), work[seat.row, 12:15], work[seat.row, 15:18]
-    lever, A = R @ seat.place, R @ seat.axes
+def _placed(work: np.ndarray, frame_offset: FrameOffset) -> Placed:
+    if frame_offset.row < 0:
+        return Placed(frame_offset.axes, frame_offset.place, np.zeros(3), np.zeros(3))
+    p, R, v, w = (
+        work[frame_offset.row, :3],
+        work[frame_offset.row, 3:12].reshape(3, 3),
+        work[frame_offset.row, 12:15],
+        work[frame_offset.row, 15:18],
+    )
+    lever, A = R @ frame_offset.place, R @ frame_offset.axes
     return Placed(A, p + lever, A.T @ (v + cross(w, lever)), A.T @ w)

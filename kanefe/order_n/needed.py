@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from kanefe.kernels.compiler.addresses import units_of
-from kanefe.kernels.compiler.compiled_functions import Unit
+from kanefe.kernels.compiler.addresses import compiled_functions_of
+from kanefe.kernels.compiler.compiled_functions import CompiledFunction
 from kanefe.kernels.compiler.filling import fill_nothing
 from kanefe.kernels.compiler.signatures import Variant
 from kanefe.kernels.constraints.closing import close_state
@@ -32,7 +32,7 @@ COMPLEX = Variant(has_flexible=True, is_complex=True)
 """Kernel variant that all scenes need."""
 
 
-def units_of_scene(model: ModelData, has_jacobian: bool) -> list[Unit]:
+def functions_of_scene(model: ModelData, has_jacobian: bool) -> list[CompiledFunction]:
     """Return the units of a run and of the reading of its results, but for those of the method.
 
     `has_jacobian`: whether the method takes derivatives. Nothing is built or loaded for the answer.
@@ -49,7 +49,7 @@ def units_of_scene(model: ModelData, has_jacobian: bool) -> list[Unit]:
         found.append(close_state.unit(Variant(has_flexible=True)))
     if has_jacobian:
         found += [evaluate.unit(COMPLEX), derivatives.unit(Variant(is_complex=True))]
-    if _calls_python(model):
+    if InputLayout(model).calls_python or drive_tables(model) is None:
         found.append(next_command.unit(Variant()))
     else:
         found += [integrate.unit(Variant()), fill_nothing.unit, revisit.unit, between_states.unit]
@@ -58,12 +58,12 @@ def units_of_scene(model: ModelData, has_jacobian: bool) -> list[Unit]:
     return found
 
 
-def _functions(model: ModelData) -> Iterator[list[Unit]]:
+def _functions(model: ModelData) -> Iterator[list[CompiledFunction]]:
     """Yield what is built for each function of a load or a joint."""
     for load in model.loads:
         kernel = load.kernel
         if kernel is None:
-            yield units_of(given, of_loads.SIGNATURE)
+            yield compiled_functions_of(given, of_loads.SIGNATURE)
             continue
         yield _both(kernel.real, kernel.complex_, of_loads.SIGNATURE)
         yield _both(kernel.watch, None, of_loads.WATCH_SIGNATURE)
@@ -75,12 +75,7 @@ def _functions(model: ModelData) -> Iterator[list[Unit]]:
 
 def _both(
     real: Callable[..., None] | int | None, complex_: Callable[..., None] | int | None, signature: tuple[str, ...]
-) -> list[Unit]:
+) -> list[CompiledFunction]:
     """Return what is built for a function of real and of complex numbers; nothing for those that have an address."""
-    found = units_of(real, signature)[:1] if callable(real) else []
-    return found + (units_of(complex_, signature)[1:] if callable(complex_) else [])
-
-
-def _calls_python(model: ModelData) -> bool:
-    inputs = InputLayout(model)
-    return not (inputs.is_constant or inputs.compiled()) or drive_tables(model) is None
+    found = compiled_functions_of(real, signature)[:1] if callable(real) else []
+    return found + (compiled_functions_of(complex_, signature)[1:] if callable(complex_) else [])

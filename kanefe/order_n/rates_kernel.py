@@ -11,7 +11,7 @@ from kanefe.kernels.evaluation.evaluation import (
     SHARE_OF_DAMPING,
     SHARE_OF_STIFFNESS,
 )
-from kanefe.kernels.steppers.step_commands import AT, PUSH_STIFFNESS, SLOPE
+from kanefe.kernels.steppers.step_commands import AT, SLOPE, STIFFNESS_DIRECTION
 
 
 class RatesKernel:
@@ -48,7 +48,7 @@ class RatesKernel:
         try:
             return self._idle.pop()
         except IndexError:
-            vectors = np.zeros((PUSH_STIFFNESS + 1, self._state_size))
+            vectors = np.zeros((STIFFNESS_DIRECTION + 1, self._state_size))
             return RatesCall(self, vectors, np.empty((self._driven, 3)), self._constants.copy())
 
 

@@ -32,11 +32,11 @@ from kanefe.order_n.rates_kernel import RatesCall, RatesKernel
 from kanefe.order_n.sweeps import Sweeps
 from kanefe.order_n.tables.constraint_tables import loop_tables
 from kanefe.order_n.tables.drive_tables import drive_tables
-from kanefe.order_n.tables.frame_offsets import Seats
+from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.load_tables import loads_between
 from kanefe.order_n.tables.scene_tables import TableBuilder
 from kanefe.order_n.watching import Watching
-from kanefe.tree.model_data import WORKS, ModelData
+from kanefe.tree.model_data import QUADRATURES, ModelData
 from kanefe.tree.model_outputs import MechanicalEnergy
 from kanefe.tree.route import Evaluation, Form, Obstacle, RunSweeps
 from kanefe.tree.scene_state import SceneState
@@ -72,12 +72,10 @@ class OrderN(LiteralRoute):
         self.between, self.loops = loads_between(builder), loop_tables(builder)
         self.has_loops = bool(model.constraints)
         self.memory_size = workspace_size(self.tables, self.flexible, self.between, self.loops)
-        self.places: Seats = builder
+        self.places: FrameOffsets = builder
         self.inputs = builder.inputs
         self._inputs_stay = self.inputs.is_constant and not self.inputs.held
-        parts = tuple(self.inputs.compiled())
-        self._has_compiled_loads = bool(parts)
-        self.fill = filler(parts)
+        self.fill = filler(tuple(self.inputs.compiled()))
         self._drives = model.drives
         self.motion_tables = drive_tables(model)
         self._frames = MotionsKernel(self)
@@ -98,13 +96,12 @@ class OrderN(LiteralRoute):
     @property
     def is_autonomous(self) -> bool:
         """Whether no Python function is called in a run, so that whole runs can be compiled."""
-        calls_python = not self.inputs.is_constant and not self._has_compiled_loads
-        return not calls_python and self.motion_tables is not None
+        return not self.inputs.calls_python and self.motion_tables is not None
 
     @property
     def _run_size(self) -> int:
         """Numbers of a state of a run: those of q, u and z, and the works."""
-        return self.model.coordinate_count + self.model.free_count + self.model.state_count + WORKS
+        return self.model.coordinate_count + self.model.free_count + self.model.state_count + QUADRATURES
 
     def drives(self, t: float) -> np.ndarray:
         """Return position, speed and acceleration of the driven coordinates, (driven, 3)."""
@@ -272,9 +269,9 @@ class OrderN(LiteralRoute):
         ):
             if not is_right:
                 raise ModelError(
-                    f"derivatives: {name} of this model must have {size} entries, those of y and {WORKS} works, not "
-                    f"shape {np.shape(given)}. Remedy: numpy.append(y, numpy.zeros({WORKS})) for a state, and "
-                    f"numpy.eye({size}) for all directions"
+                    f"derivatives: {name} of this model must have {size} entries, those of y and {QUADRATURES} "
+                    f"energy quadratures, not shape {np.shape(given)}. Remedy: "
+                    f"numpy.append(y, numpy.zeros({QUADRATURES})) for a state, and numpy.eye({size}) for all directions"
                 )
 
     def derivative_call(self, size: int) -> DerivativeCall:
@@ -318,10 +315,10 @@ class OrderN(LiteralRoute):
     def powers(self, t: float, y: Vector, du: Vector) -> Vector:
         """Return the power taken and given; of trees from one sweep."""
         if not self.model.has_power:
-            return np.zeros(WORKS)
+            return np.zeros(QUADRATURES)
         if self.model.constraints:
             return super().powers(t, y, du)
-        return self.held_rates(t, y)[0][-WORKS:]
+        return self.held_rates(t, y)[0][-QUADRATURES:]
 
     def check_functions(self, t: float, y: Vector) -> None:
         """Raise the ModelError of a load or motion that gives no numbers at a state."""

@@ -44,9 +44,9 @@ from kanefe.kernels.steppers.step_commands import (
 )
 from kanefe.kernels.sweeps.outward import motion_memory_size, motions_of_rows
 from kanefe.order_n.evaluated import Evaluated
-from kanefe.order_n.tables.frame_offsets import Seat, Seats
+from kanefe.order_n.tables.frame_offsets import FrameOffset, FrameOffsets
 from kanefe.order_n.tables.scene_tables import TableBuilder
-from kanefe.tree.model_data import WORKS
+from kanefe.tree.model_data import QUADRATURES
 from kanefe.tree.route import FrameMotions
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ class Sweeps:
         return self._route.drives_over(self._times)
 
     @cached_property
-    def placed(self) -> tuple[Seats, Tables, FlexibleTables | None]:
+    def placed(self) -> tuple[FrameOffsets, Tables, FlexibleTables | None]:
         """Where all frames are in the rows, those of interfaces with nothing attached included, and the rows."""
         route = self._route
         flexible = [(i, body.flexible) for i, body in enumerate(route.model.bodies) if body.flexible is not None]
@@ -106,28 +106,30 @@ class Sweeps:
 
     def frame(self, number: int, interface: InterfaceFrame | None, is_accelerated: bool = False) -> FrameMotions:
         """Return the motion of a body's frame or of one of its interfaces, at all times."""
-        seat, T = self.seat(number, interface), len(self._times)
-        if seat.row < 0:
+        frame_offset, T = self.frame_offset(number, interface), len(self._times)
+        if frame_offset.row < 0:
             none = np.zeros((T, 3))
-            return FrameMotions(np.tile(seat.place, (T, 1)), np.tile(seat.axes, (T, 1, 1)), none, none, none, none)
-        rows = (self._accelerated if is_accelerated else self._moving)[:, seat.row]
+            return FrameMotions(
+                np.tile(frame_offset.place, (T, 1)), np.tile(frame_offset.axes, (T, 1, 1)), none, none, none, none
+            )
+        rows = (self._accelerated if is_accelerated else self._moving)[:, frame_offset.row]
         p, v, w = rows[:, :3], rows[:, 12:15], rows[:, 15:18]
         axes = rows[:, 3:12].reshape(T, 3, 3)
         a, alpha = (rows[:, 18:21], rows[:, 21:24]) if is_accelerated else (None, None)
-        if seat.place.any():
-            lever = axes @ seat.place
+        if frame_offset.place.any():
+            lever = axes @ frame_offset.place
             swing = cross(w, lever)
             p, v = p + lever, v + swing
             if a is not None and alpha is not None:
                 a = a + cross(alpha, lever) + cross(w, swing)
-        if not np.array_equal(seat.axes, np.eye(3)):
-            axes = axes @ seat.axes
+        if not np.array_equal(frame_offset.axes, np.eye(3)):
+            axes = axes @ frame_offset.axes
         return FrameMotions(p, axes, v, w, a, alpha)
 
     def rotation(self, number: int, interface: InterfaceFrame | None) -> Matrix:
         """Return the Euler parameters of a frame, (T, 4), continuous in the coordinates of the joints."""
-        seat = self.seat(number, interface)
-        e = multiply(self._turn(seat.row), euler_parameters_from_matrix(seat.axes)[None])
+        frame_offset = self.frame_offset(number, interface)
+        e = multiply(self._turn(frame_offset.row), euler_parameters_from_matrix(frame_offset.axes)[None])
         if len(e) < len(self._times):  # nothing turns
             e = np.tile(e, (len(self._times), 1))
         e = e / np.linalg.norm(e, axis=1)[:, None]
@@ -170,18 +172,22 @@ class Sweeps:
         own[1:] *= np.cumprod(np.where(np.sum(own[1:] * own[:-1], axis=1) < 0.0, -1.0, 1.0))[:, None]
         return multiply(e, own)
 
-    def seat(self, number: int, interface: InterfaceFrame | None) -> Seat:
+    def frame_offset(self, number: int, interface: InterfaceFrame | None) -> FrameOffset:
         """Return where a frame sits; that of an interface with its own axes."""
-        seat = self.placed[0].seat(number, interface)
-        return seat if interface is None else Seat(seat.row, seat.axes @ interface.axes, seat.place)
+        frame_offset = self.placed[0].frame_offset(number, interface)
+        return (
+            frame_offset
+            if interface is None
+            else FrameOffset(frame_offset.row, frame_offset.axes @ interface.axes, frame_offset.place)
+        )
 
     @cached_property
     def rates(self) -> Matrix:
         """The rates dy/dt of all states, (T, state and quadratures)."""
         route, T = self._route, len(self._times)
-        size = self._states.shape[1] + WORKS
+        size = self._states.shape[1] + QUADRATURES
         table = np.zeros((T, STATE_OF + size))
-        table[:, TIME_OF], table[:, STATE_OF:-WORKS] = self._times, self._states
+        table[:, TIME_OF], table[:, STATE_OF:-QUADRATURES] = self._times, self._states
         if not route.is_autonomous:
             for row in table:
                 row[STATE_OF:] = route.evaluate(float(row[TIME_OF]), row[STATE_OF:].copy()).rates

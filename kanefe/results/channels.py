@@ -350,21 +350,21 @@ class RunChannels:
 
     def _points(self, name: str, interface: str) -> dict[Key, np.ndarray]:
         from kanefe.contact.contact import Contact
-        from kanefe.contact.contact_point_outputs import points_told
-        from kanefe.kane.rigid_contacts.contact_forces import points_told_of
+        from kanefe.contact.contact_point_outputs import contact_point_outputs
+        from kanefe.kane.rigid_contacts.contact_forces import rigid_point_outputs
 
         number = next(i for i, load in enumerate(self.model.loads) if load.name == name)
         load, found = self.model.loads[number], []
         for state in self._loaded_states():
             if isinstance(load, Contact):
-                told = points_told(load, state.load_ends(number), state.load_states(number))
+                told = contact_point_outputs(load, state.load_ends(number), state.load_states(number))
             elif isinstance(state, State):
-                told = points_told_of(state, self.model.rigid_contacts.index(number))
+                told = rigid_point_outputs(state, self.model.rigid_contacts.index(number))
             found.append(in_columns(told))
         return {("contact_points", name, ""): np.array(found)}
 
     def _loads(self, name: str, interface: str) -> dict[Key, np.ndarray]:
-        from kanefe.kane.rigid_contacts.contact_forces import told as told_of_rigid
+        from kanefe.kane.rigid_contacts.contact_forces import told as rigid_outputs
 
         rigid = self.model.rigid_contacts
         kept: dict[Key, np.ndarray] = {
@@ -373,7 +373,7 @@ class RunChannels:
         for row, state in enumerate(self._loaded_states()):
             for i, (load, told) in enumerate(zip(self.model.loads, kept.values(), strict=True)):
                 if i in rigid and isinstance(state, State):
-                    told[row] = told_of_rigid(state, rigid.index(i))
+                    told[row] = rigid_outputs(state, rigid.index(i))
                 else:
                     told[row] = load.tell(state.time, state.load_ends(i), state.load_states(i))
         return kept

@@ -19,8 +19,8 @@ from kanefe.integrate.events.requested_events import with_asked_events
 from kanefe.integrate.loop import RunLoop
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.pace import Limits
-from kanefe.integrate.run import SilentBar, one_count, told_events, watch_of
-from kanefe.integrate.run_checks.stiff_contacts import tell_of_stiff_contacts
+from kanefe.integrate.run import SilentBar, one_count, reported_events, watch_of
+from kanefe.integrate.run_checks.stiff_contacts import warn_of_stiff_contacts
 from kanefe.integrate.sampling import ControllerLog, Sampler
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import is_finite_number
@@ -111,7 +111,7 @@ def started(scene: Steppable, asked: Asked) -> Simulation:
         states = model.initial_states.copy()
         states[model.held[INPUTS]] = [one.start for one in held if one.course is None]
         model = replace(model, initial_states=states)
-    tell_of_stiff_contacts(model)
+    warn_of_stiff_contacts(model)
     return Simulation(scene, asked, own, model, held)
 
 
@@ -180,7 +180,7 @@ class Simulation:
         start, stop = options.span
         dynamics, clock = Dynamics(model), Clock()
         self.stepper = self._choice.make(dynamics)
-        self._told = told_events(model, self._choice, options)
+        self._told = reported_events(model, self._choice, options)
         self._watch = watch_of(model, self._choice, options, self._told)
         is_sampled = any(controller.is_sampled for controller in model.controllers)
         self._sampler = Sampler(model, start, stop) if is_sampled else None
@@ -190,7 +190,7 @@ class Simulation:
         )
         self._status = RunStatus("finished", start)
         self._has_begun = False
-        self._told_outputs: dict[str, float] | None = None
+        self._reported_outputs: dict[str, float] | None = None
 
     @property
     def time(self) -> float:
@@ -223,10 +223,10 @@ class Simulation:
     @property
     def outputs(self) -> dict[str, float]:
         """The outputs now, by name; computed when they are first asked for after a step."""
-        if self._told_outputs is None:
+        if self._reported_outputs is None:
             values = self._read(self.time, self._vector())
-            self._told_outputs = dict(zip(self.output_names, values, strict=True))
-        return dict(self._told_outputs)
+            self._reported_outputs = dict(zip(self.output_names, values, strict=True))
+        return dict(self._reported_outputs)
 
     @property
     def state(self) -> Instant:
@@ -274,7 +274,7 @@ class Simulation:
         """
         if not (is_finite_number(dt) and dt > 0.0):
             raise ModelError(f"dt of a step must be above zero, in s, not {dt!r}")
-        values = self._told_values({} if inputs is None else inputs)
+        values = self._reported_values({} if inputs is None else inputs)
         if self._status.kind == "stopped":
             raise ModelError(f"{self._status}. Remedy: restore a state from before, or another start")
         stop = self.stepper.t + float(dt)
@@ -290,7 +290,7 @@ class Simulation:
         except BaseException:
             self.restore(before)
             raise
-        self._has_begun, self._told_outputs = True, None
+        self._has_begun, self._reported_outputs = True, None
 
     def _checked_contacts(self) -> RunStatus | None:
         """Return the status of a step that ends with a rigid contact whose law is broken; None if none is."""
@@ -299,7 +299,7 @@ class Simulation:
         rtol, at = self._choice.control.get("rtol"), np.array([self.time])
         return of_contacts(self.model, at, self._vector()[None], self._choice.name, 0, rtol)
 
-    def _told_values(self, inputs: Mapping[str, float]) -> Vector:
+    def _reported_values(self, inputs: Mapping[str, float]) -> Vector:
         """Return the values of all inputs from now on."""
         values = self._inputs.copy()
         if not isinstance(inputs, Mapping):
@@ -389,7 +389,7 @@ class Simulation:
         if self._sampler is not None and saved.sampler is not None:
             self._sampler.resume(saved.sampler)
         self._loop.stored, self._loop.last = 0, None
-        self._status, self._has_begun, self._told_outputs = saved.status, saved.has_begun, None
+        self._status, self._has_begun, self._reported_outputs = saved.status, saved.has_begun, None
 
     def copy(self) -> Simulation:
         """Return a simulation that goes on from here by itself."""

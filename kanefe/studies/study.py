@@ -26,7 +26,7 @@ from kanefe.studies.workers.pools import pickled, pool_of
 from kanefe.studies.workers.progress import progress_bar
 from kanefe.studies.workers.scheduling import Scheduler
 from kanefe.studies.workers.time_limit import TimeIsUp, within
-from kanefe.studies.workers.work import OF_SCREENED, SCREENED, Case, Work, exit_told, stamp
+from kanefe.studies.workers.work import OF_SCREENED, SCREENED, Case, Work, exit_in_words, stamp
 
 if TYPE_CHECKING:
     from kanefe.result import Result
@@ -317,7 +317,7 @@ class Study:
             ) from None
         except SystemExit as error:
             raise ModelError(
-                f"build({told}) {exit_told(error)}. Nothing was run. Remedy: a build that returns a scene for the "
+                f"build({told}) {exit_in_words(error)}. Nothing was run. Remedy: a build that returns a scene for the "
                 "first case"
             ) from error
         except Exception as error:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from kanefe.loads.controller import Controller
     from kanefe.loads.coordinate_friction import CoordinateFriction
 
-WORKS = 2
+QUADRATURES = 2
 """Number of energy quadratures at the end of the state of a run: energy dissipated, and work of loads and drives, J."""
 
 

@@ -14,7 +14,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from kanefe.frames import Vector
-from kanefe.tree.model_data import WORKS, ModelData
+from kanefe.tree.model_data import QUADRATURES, ModelData
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody
@@ -169,7 +169,7 @@ def state_scales(model: ModelData) -> Vector:
     """
     n, m = model.coordinate_count, model.free_count
     displacements = displacement_scales(model)
-    scales = np.ones(n + m + model.state_count + WORKS)
+    scales = np.ones(n + m + model.state_count + QUADRATURES)
     for turns, at, speed in coordinate_moves(model):
         if not turns:
             scales[at] = displacements[speed]
@@ -177,5 +177,5 @@ def state_scales(model: ModelData) -> Vector:
     acceleration = float(np.linalg.norm(model.gravity)) or 1.0
     for load, states in zip(model.loads, model.load_states, strict=True):
         scales[n + m + states.start : n + m + states.stop] = load.state_scales(acceleration)
-    scales[-WORKS:] = scene_energy(model, scene_length(model))
+    scales[-QUADRATURES:] = scene_energy(model, scene_length(model))
     return scales

@@ -29,12 +29,12 @@ if TYPE_CHECKING:
     from kanefe.fe_model.factorise import Factorisation
     from kanefe.kane.constraints import ConstrainedSolver, Rates
     from kanefe.kane.kinematics import FrameMotion
-    from kanefe.unreduced.condensed import Condensed, Member
+    from kanefe.unreduced.condensed import Condensed, Substructure
 
 NO_MULTIPLIERS = np.zeros(0)
 
 
-class Edge(NamedTuple):
+class Border(NamedTuple):
     """The border of one body.
 
     Attributes
@@ -61,13 +61,13 @@ class Edge(NamedTuple):
     inverse: Matrix
 
 
-def edge(member: Member, eta: Vector, factors: Factorisation) -> Edge:
+def border(substructure: Substructure, eta: Vector, factors: Factorisation) -> Border:
     """Return the border of a body at coordinates eta, (k,): one solve for each of its columns."""
-    rigid, between = member.body.inertia_field.rigid_inertia(eta)
-    rows = np.vstack((between, member.carried.toarray(), member.body.mean_motions))
+    rigid, between = substructure.body.inertia_field.rigid_inertia(eta)
+    rows = np.vstack((between, substructure.carried.toarray(), substructure.body.mean_motions))
     columns = factors.solve(np.ascontiguousarray(rows.T))
     gram = rows @ columns
-    return Edge(factors, rows, columns, rigid - gram[:6, :6], gram[:6, 6:], _inverse(gram[6:, 6:]))
+    return Border(factors, rows, columns, rigid - gram[:6, :6], gram[:6, 6:], _inverse(gram[6:, 6:]))
 
 
 def _inverse(H: Matrix) -> Matrix:
@@ -80,7 +80,7 @@ def _inverse(H: Matrix) -> Matrix:
 
 
 class Solution(NamedTuple):
-    """Twin speeds z (free of the twin), coordinates of the members, and multipliers of the constraints."""
+    """Twin speeds z (free of the twin), coordinates of the substructures, and multipliers of the constraints."""
 
     z: Vector
     parts: list[Vector]
@@ -93,7 +93,7 @@ class Bordered:
     Parameters
     ----------
     condensed : Condensed
-    edges : sequence of Edge
+    borders : sequence of Border
         One for each member.
     matrix : ndarray, shape (free of the twin, free of the twin)
         A.
@@ -106,19 +106,19 @@ class Bordered:
     def __init__(
         self,
         condensed: Condensed,
-        edges: Sequence[Edge],
+        borders: Sequence[Border],
         matrix: Matrix,
         motions: Sequence[FrameMotion],
         rows: Rates | None = None,
     ) -> None:
         n = condensed.small.free_count
         A = np.array(matrix)
-        self.edges, self._couplings = edges, list[Matrix]()
-        for member, own in zip(condensed.members, edges, strict=True):
-            G = motions[member.number]
+        self.borders, self._couplings = borders, list[Matrix]()
+        for substructure, own in zip(condensed.substructures, borders, strict=True):
+            G = motions[substructure.number]
             gamma = np.vstack((G.V[:, :n], G.W[:, :n]))
             Y_t = own.mixed.T @ gamma
-            Y_t[range(member.carried_count), range(member.rates.start, member.rates.stop)] += 1.0
+            Y_t[range(substructure.carried_count), range(substructure.rates.start, substructure.rates.stop)] += 1.0
             pull = own.inverse @ Y_t
             A += gamma.T @ own.rigid @ gamma + Y_t.T @ pull
             self._couplings.append(np.vstack((gamma, -pull)))
@@ -138,17 +138,17 @@ class Bordered:
         """
         if parts is None:
             z, multipliers = self._solve_twin(right, known)
-            pairs = zip(self.edges, self._couplings, strict=True)
+            pairs = zip(self.borders, self._couplings, strict=True)
             return Solution(z, [-(own.columns @ (C @ z)) for own, C in pairs], multipliers)
         free, pulled = [], []
-        for f, own, C in zip(parts, self.edges, self._couplings, strict=True):
+        for f, own, C in zip(parts, self.borders, self._couplings, strict=True):
             w = own.factors.solve(f)
             y = own.rows @ w
             right = right - y @ C
             free.append(w)
             pulled.append(y[6:])
         z, multipliers = self._solve_twin(right, known)
-        for w, y, own, C in zip(free, pulled, self.edges, self._couplings, strict=True):
+        for w, y, own, C in zip(free, pulled, self.borders, self._couplings, strict=True):
             share = C @ z
             if len(y):
                 share[6:] += own.inverse @ y

@@ -34,13 +34,13 @@ def closed_start(model: ModelData, t: float) -> tuple[Vector, Vector]:
     condensed = Condensed(model, is_complete=True)
     q, u = model.initial_coordinates, model.initial_speeds
     moments = []
-    for member in condensed.members:
-        metric = some_inertia(member, q[member.eta])
+    for substructure in condensed.substructures:
+        metric = some_inertia(substructure, q[substructure.eta])
         moments.append(FrozenMoments(metric, np.zeros(len(metric))))
     twin = condensed.with_moments(moments)
     q_s, u_s = consistent_start(twin, t)
-    for member in condensed.members:
-        names = (model.bodies[member.number].name, member.d, member.rates)
+    for substructure in condensed.substructures:
+        names = (model.bodies[substructure.number].name, substructure.d, substructure.rates)
         for now, before, at in ((q_s, twin.initial_coordinates, names[1]), (u_s, twin.initial_speeds, names[2])):
             if np.any(now[at] != before[at]):
                 raise ModelError(

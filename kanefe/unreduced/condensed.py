@@ -83,7 +83,7 @@ def condensed_inertia(
 
 
 @dataclass(frozen=True, eq=False)
-class Member:
+class Substructure:
     """An unreduced body of a scene.
 
     Attributes
@@ -131,7 +131,7 @@ class Condensed:
     ----------
     model, small : ModelData
         The scene and its twin.
-    members : tuple of Member
+    substructures : tuple of Substructure
     plain_coordinates, plain_speeds : ndarray of int
         Coordinates and free speeds of the scene outside unreduced bodies.
     plain_places, plain_rates : ndarray of int
@@ -188,7 +188,7 @@ class Condensed:
         coordinates = np.full(model.coordinate_count + 1, -1)  # the last stays: driven coordinates are -1
         speeds = np.full(model.free_count + model.driven_count, -1)
         q = u = 0
-        members, self._slices = [], dict[int, tuple[slice, slice]]()
+        substructures, self._slices = [], dict[int, tuple[slice, slice]]()
         for number, (body, Q) in enumerate(zip(model.bodies, bases, strict=True)):
             at, free = body.free_coordinates()
             coordinates[at] = q + np.arange(len(at))
@@ -203,8 +203,8 @@ class Condensed:
             if Q is None:
                 coordinates[terms.eta], speeds[terms.speeds] = np.arange(q - count, q), np.arange(u - count, u)
             elif isinstance(terms.body, UnreducedBody):
-                members.append(
-                    Member(
+                substructures.append(
+                    Substructure(
                         number,
                         terms.body,
                         terms.eta,
@@ -216,7 +216,7 @@ class Condensed:
                     )
                 )
         speeds[model.free_count :] = u + np.arange(model.driven_count)
-        self.members = tuple(members)
+        self.substructures = tuple(substructures)
         self._coordinates, self._speeds, self._sizes = coordinates, speeds, (q, u)
         self.plain_coordinates = np.flatnonzero(coordinates[:-1] >= 0)
         self.plain_speeds = np.flatnonzero(speeds[: model.free_count] >= 0)
@@ -225,7 +225,7 @@ class Condensed:
 
     def _twin(self, model: ModelData, bases: list[sp.csr_matrix | None]) -> ModelData:
         q, u = self._sizes
-        members = {member.number: member for member in self.members}
+        substructures = {substructure.number: substructure for substructure in self.substructures}
         fixed = u + model.driven_count
         bodies = []
         for number, body in enumerate(model.bodies):
@@ -235,8 +235,8 @@ class Condensed:
                 "loads": tuple((load, self.frame(interface)) for load, interface in body.loads),
                 "parent_interface": self.frame(body.parent_interface),
             }
-            if number in members:
-                twin = self._massless(members[number], fixed)
+            if number in substructures:
+                twin = self._massless(substructures[number], fixed)
                 fixed = twin.fixed.stop if twin is not None else fixed
                 changes["flexible"], changes["field_loads"] = twin, ()
             elif body.flexible is not None:
@@ -257,12 +257,12 @@ class Condensed:
             loads=tuple(load.with_ends(tuple(map(self.marker, load.ends))) for load in model.loads),
         )
 
-    def _massless(self, member: Member, fixed: int) -> FlexibleTerms | None:
+    def _massless(self, substructure: Substructure, fixed: int) -> FlexibleTerms | None:
         """Return the terms of a body in the twin: its frames alone; None if nobody asks for them."""
-        body, p = member.body, member.carried_count
+        body, p = substructure.body, substructure.carried_count
         if not p and not self._is_asked:
             return None
-        full = self.model.bodies[member.number].flexible
+        full = self.model.bodies[substructure.number].flexible
         if full is None:
             raise TypeError("a member is flexible")
         held = body.fixed_count if self.is_complete else 0
@@ -289,8 +289,8 @@ class Condensed:
             free_moments=none,
             all_moments=none,
             damping=None,
-            eta=member.d,
-            speeds=member.rates,
+            eta=substructure.d,
+            speeds=substructure.rates,
             fixed=slice(fixed, fixed + held),
             fixed_rigid=full.fixed_rigid[:, :held],
             fixed_elastic=elastic,
@@ -299,12 +299,12 @@ class Condensed:
     def with_moments(self, moments: Sequence[FrozenMoments]) -> ModelData:
         """Return the twin with other moments of its unreduced bodies."""
         bodies = list(self.small.bodies)
-        for member, own in zip(self.members, moments, strict=True):
-            terms = bodies[member.number].flexible
+        for substructure, own in zip(self.substructures, moments, strict=True):
+            terms = bodies[substructure.number].flexible
             if terms is not None:
                 frozen: Any = own
-                bodies[member.number] = replace(
-                    bodies[member.number], flexible=replace(terms, free_moments=frozen, all_moments=frozen)
+                bodies[substructure.number] = replace(
+                    bodies[substructure.number], flexible=replace(terms, free_moments=frozen, all_moments=frozen)
                 )
         return replace(self.small, bodies=tuple(bodies))
 
@@ -331,9 +331,9 @@ class Condensed:
         """Return the coordinates of the twin from those of the scene."""
         small = np.empty(self._sizes[0])
         small[self.plain_places] = q[self.plain_coordinates]
-        for member in self.members:
-            if member.carried_count:
-                small[member.d] = member.carried @ q[member.eta]
+        for substructure in self.substructures:
+            if substructure.carried_count:
+                small[substructure.d] = substructure.carried @ q[substructure.eta]
         return small
 
     def state(self, t: float, q: Vector, u: Vector, z: Vector | None = None) -> State:
@@ -344,25 +344,25 @@ class Condensed:
         """Return the free speeds of the twin from those of the scene, or their rates likewise."""
         small = np.empty(self._sizes[1])
         small[self.plain_rates] = u[self.plain_speeds]
-        for member in self.members:
-            if member.carried_count:
-                small[member.rates] = member.carried @ u[member.speeds]
+        for substructure in self.substructures:
+            if substructure.carried_count:
+                small[substructure.rates] = substructure.carried @ u[substructure.speeds]
         return small
 
     def expanded(self, wide: Matrix) -> Matrix:
         """Return partial velocities over the free speeds of the scene from those over the twin's, (rows, free)."""
         whole = np.empty((len(wide), self.model.free_count))
         whole[:, self.plain_speeds] = wide[:, self.plain_rates]
-        for member in self.members:
-            whole[:, member.speeds] = wide[:, member.rates] @ member.carried
+        for substructure in self.substructures:
+            whole[:, substructure.speeds] = wide[:, substructure.rates] @ substructure.carried
         return whole
 
     def joined(self, z: Vector, parts: Sequence[Vector]) -> Vector:
-        """Return a vector over the free speeds of the scene from one of the twin and those of the members."""
+        """Return a vector over the free speeds of the scene from one of the twin and those of the substructures."""
         whole = np.empty(self.model.free_count)
         whole[self.plain_speeds] = z[self.plain_rates]
-        for member, part in zip(self.members, parts, strict=True):
-            whole[member.speeds] = part
+        for substructure, part in zip(self.substructures, parts, strict=True):
+            whole[substructure.speeds] = part
         return whole
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from kanefe.frames import Matrix, Vector
 from kanefe.storage.scipy_later import spla
 from kanefe.tree.scene_state import SceneState
-from kanefe.unreduced.condensed import FrozenMoments, Member
+from kanefe.unreduced.condensed import FrozenMoments, Substructure
 
 if TYPE_CHECKING:
     from kanefe.kane.kinematics import FrameMotion
@@ -19,13 +19,13 @@ Own = tuple[Vector, Vector, Vector]
 
 
 def demand(
-    member: Member, own: Own, a: Vector, alpha: Vector, G: FrameMotion, t: float, state: SceneState | None
+    substructure: Substructure, own: Own, a: Vector, alpha: Vector, G: FrameMotion, t: float, state: SceneState | None
 ) -> tuple[Vector, Vector, Vector]:
     """Return force and moment about the origin of G, in its components, and forces on the free coordinates (k,).
 
     Parameters
     ----------
-    member : Member
+    substructure : Member
     own : tuple of ndarray
         eta, deta, ddeta.
     a, alpha : ndarray, shape (3,)
@@ -37,7 +37,7 @@ def demand(
         For field loads.
     """
     eta, deta, ddeta = own
-    body = member.body
+    body = substructure.body
     force, moment, elastic = body.inertia_field.forces(eta, deta, ddeta, a, alpha, G.w)
     of_mass, of_stiffness = body.damping_factors
     elastic += body.free_stiffness @ (eta + of_stiffness * deta if of_stiffness else eta)
@@ -45,7 +45,7 @@ def demand(
         elastic += of_mass * (body.free_mass @ deta)
     if body.damping.nnz:
         elastic += body.damping @ deta
-    for load in member.field_loads:
+    for load in substructure.field_loads:
         known = load.forces(t, G.A_NF, eta, state)
         force, moment = force - known[0], moment - known[1]
         elastic -= known[2]
@@ -53,46 +53,46 @@ def demand(
 
 
 def equivalent_moments(
-    member: Member, own: Own, a: Vector, alpha: Vector, G: FrameMotion, t: float, state: SceneState
+    substructure: Substructure, own: Own, a: Vector, alpha: Vector, G: FrameMotion, t: float, state: SceneState
 ) -> FrozenMoments:
     """Return moments of a body of the complete twin that demand the same forces at this state."""
     eta, _, ddeta = own
-    force, moment, elastic = demand(member, own, a, alpha, G, t, state)
-    held = _held_demand(member, own, a, alpha, G, t, state)
-    generalised = some_inertia(member, eta)
-    bias = np.concatenate((force, moment, _carried_forces(member, elastic), held))
-    bias -= generalised @ np.concatenate((a, alpha, member.carried @ ddeta, np.zeros(len(held))))
+    force, moment, elastic = demand(substructure, own, a, alpha, G, t, state)
+    held = _held_demand(substructure, own, a, alpha, G, t, state)
+    generalised = some_inertia(substructure, eta)
+    bias = np.concatenate((force, moment, _carried_forces(substructure, elastic), held))
+    bias -= generalised @ np.concatenate((a, alpha, substructure.carried @ ddeta, np.zeros(len(held))))
     return FrozenMoments(generalised, bias)
 
 
-def some_inertia(member: Member, eta: Vector) -> Matrix:
+def some_inertia(substructure: Substructure, eta: Vector) -> Matrix:
     """Return rigid inertia of the deformed body, and some of the right size of what it carries: a metric.
 
     Over (translation of G, rotation of G, carried coordinates, fixed ones, of which it is zero).
     """
-    body, p = member.body, member.carried_count
+    body, p = substructure.body, substructure.carried_count
     metric = np.zeros((6 + p + body.fixed_count,) * 2)
     metric[:6, :6] = body.inertia_field.rigid_inertia(eta)[0]
     at = range(6, 6 + p)
-    metric[at, at] = 1.0 / (member.carried.multiply(member.carried) @ (1.0 / body.free_mass.diagonal()))
+    metric[at, at] = 1.0 / (substructure.carried.multiply(substructure.carried) @ (1.0 / body.free_mass.diagonal()))
     return metric
 
 
-def _carried_forces(member: Member, elastic: Vector) -> Vector:
+def _carried_forces(substructure: Substructure, elastic: Vector) -> Vector:
     """Return the forces on d that ``elastic = Q^T force + (mean motions)^T reaction`` is made of."""
-    if not member.carried_count:
+    if not substructure.carried_count:
         return np.zeros(0)
-    rows = np.vstack((member.carried.toarray(), member.body.mean_motions))
+    rows = np.vstack((substructure.carried.toarray(), substructure.body.mean_motions))
     rows /= np.linalg.norm(rows, axis=1)[:, None]
-    found = np.linalg.solve(rows @ rows.T, rows @ elastic)[: member.carried_count]
-    return np.asarray(found / spla.norm(member.carried, axis=1))
+    found = np.linalg.solve(rows @ rows.T, rows @ elastic)[: substructure.carried_count]
+    return np.asarray(found / spla.norm(substructure.carried, axis=1))
 
 
 def _held_demand(
-    member: Member, own: Own, a: Vector, alpha: Vector, G: FrameMotion, t: float, state: SceneState
+    substructure: Substructure, own: Own, a: Vector, alpha: Vector, G: FrameMotion, t: float, state: SceneState
 ) -> Vector:
     """Return the forces on the components fixed in G; damping is handed on to them statically."""
-    body = member.body
+    body = substructure.body
     k, held = body.free_count, body.fixed_count
     if not held:
         return np.zeros(0)
@@ -105,6 +105,6 @@ def _held_demand(
     if of_mass or body.damping.nnz:
         moved = moved + body.held_factors.solve(of_mass * (body.free_mass @ deta) + body.damping @ deta)
     found = found + body.stiffness[k:, :k] @ moved
-    for load in member.field_loads:
+    for load in substructure.field_loads:
         found = found - load.forces(t, G.A_NF, eta_all, state)[2][k:]
     return np.asarray(found)

@@ -24,7 +24,7 @@ from kanefe.tree.model_data import ModelData
 from kanefe.tree.model_outputs import MechanicalEnergy
 from kanefe.tree.route import Evaluation, Form
 from kanefe.tree.scene_state import SceneState
-from kanefe.unreduced.bordered import Bordered, Edge, edge
+from kanefe.unreduced.bordered import Border, Bordered, border
 from kanefe.unreduced.closing import closed_start
 from kanefe.unreduced.condensed import Condensed, condensed_inertia, is_unreduced
 from kanefe.unreduced.demand import demand, equivalent_moments
@@ -45,7 +45,7 @@ class Residual(NamedTuple):
     twin : ndarray, shape (free of the twin,)
         Zero for carried coordinates, whose share is in `parts`.
     parts : list of ndarray, each (k,)
-        Of the members.
+        Of the substructures.
     state : State
         Of the twin.
     mass : ndarray
@@ -141,33 +141,33 @@ class UnreducedRoute(LiteralRoute):
         M, F = assemble(state, condensed_inertia)
         twin = M @ rates - F
         parts = []
-        for member in condensed.members:
-            G = state.motions[member.number]
+        for substructure in condensed.substructures:
+            G = state.motions[substructure.number]
             a, alpha = G.V @ rates + G.Z, G.W @ rates + G.Y
-            if member.has_gravity:
+            if substructure.has_gravity:
                 a = a - G.A_NF.T @ small.gravity
-            own = (q[member.eta], u[member.speeds], du[member.speeds])
-            force, moment, elastic = demand(member, own, a, alpha, G, t, state)
+            own = (q[substructure.eta], u[substructure.speeds], du[substructure.speeds])
+            force, moment, elastic = demand(substructure, own, a, alpha, G, t, state)
             twin += force @ G.V + moment @ G.W
             parts.append(elastic)
         n = small.free_count
-        for i, member in enumerate(condensed.members):
-            if member.carried_count:
-                parts[i] = parts[i] + twin[member.rates] @ member.carried
-        for member in condensed.members:
-            twin[member.rates] = 0.0
+        for i, substructure in enumerate(condensed.substructures):
+            if substructure.carried_count:
+                parts[i] = parts[i] + twin[substructure.rates] @ substructure.carried
+        for substructure in condensed.substructures:
+            twin[substructure.rates] = 0.0
         return Residual(twin[:n], parts, state, M, rates)
 
-    def edges(self, q: Vector, factors: Sequence[Factorisation]) -> list[Edge]:
+    def borders(self, q: Vector, factors: Sequence[Factorisation]) -> list[Border]:
         """Return the borders of all members at coordinates q of the scene."""
-        return [edge(m, q[m.eta], own) for m, own in zip(self.condensed.members, factors, strict=True)]
+        return [border(m, q[m.eta], own) for m, own in zip(self.condensed.substructures, factors, strict=True)]
 
     def factored(self, damping_share: float, stiffness_share: float) -> list[Factorisation]:
         """Return factors of ``M + damping_share C + stiffness_share K`` of all members."""
         self.factorisations += 1
         found = []
-        for member in self.condensed.members:
-            body = member.body
+        for substructure in self.condensed.substructures:
+            body = substructure.body
             of_mass, of_stiffness = body.damping_factors
             S = (1.0 + damping_share * of_mass) * body.free_mass
             S = S + (stiffness_share + damping_share * of_stiffness) * body.free_stiffness
@@ -217,10 +217,10 @@ class UnreducedRoute(LiteralRoute):
         """Return du of the free speeds, loops held."""
         zero = np.zeros(self.model.free_count)
         at_rest = self.residual(t, q, u, zero, z)
-        solvers = [MassSolver(member.body.free_mass) for member in self.condensed.members]
+        solvers = [MassSolver(substructure.body.free_mass) for substructure in self.condensed.substructures]
         small, n = self.small, self.small.free_count
         rows = constraint_rates(at_rest.state) if small.constraints else None
-        bordered = Bordered(self.condensed, self.edges(q, solvers), at_rest.mass[:n, :n], at_rest.state.motions, rows)
+        bordered = Bordered(self.condensed, self.borders(q, solvers), at_rest.mass[:n, :n], at_rest.state.motions, rows)
         known = None if rows is None else rows.remainder + rows.J[:, n:] @ at_rest.rates[n:]
         solution = bordered.solve(-at_rest.twin, [-part for part in at_rest.parts], known)
         return self.condensed.joined(solution.z, solution.parts)
@@ -231,18 +231,18 @@ class UnreducedRoute(LiteralRoute):
         z = condensed.speeds(step)
         twin = at.mass[:n, :n] @ z
         parts, none = [], np.zeros(3)
-        for member in condensed.members:
-            G, still = at.state.motions[member.number], np.zeros(member.body.free_count)
+        for substructure in condensed.substructures:
+            G, still = at.state.motions[substructure.number], np.zeros(substructure.body.free_count)
             a, alpha = G.V[:, :n] @ z, G.W[:, :n] @ z
-            field = member.body.inertia_field
-            force, moment, elastic = field.forces(q[member.eta], still, step[member.speeds], a, alpha, none)
+            field = substructure.body.inertia_field
+            force, moment, elastic = field.forces(q[substructure.eta], still, step[substructure.speeds], a, alpha, none)
             twin += (force @ G.V + moment @ G.W)[:n]
             parts.append(elastic)
-        for i, member in enumerate(condensed.members):
-            if member.carried_count:
-                parts[i] = parts[i] + twin[member.rates] @ member.carried
-        for member in condensed.members:
-            twin[member.rates] = 0.0
+        for i, substructure in enumerate(condensed.substructures):
+            if substructure.carried_count:
+                parts[i] = parts[i] + twin[substructure.rates] @ substructure.carried
+        for substructure in condensed.substructures:
+            twin[substructure.rates] = 0.0
         return twin, parts
 
     def energy(self, t: float, y: Vector) -> MechanicalEnergy:
@@ -251,14 +251,14 @@ class UnreducedRoute(LiteralRoute):
         q, u, z = self.parts(y)
         state = condensed.state(t, q, u, z)
         kinetic, elastic, gravity = kinetic_energy(state), elastic_energy(state), gravity_energy(state)
-        for member in condensed.members:
-            eta, deta, G = q[member.eta], u[member.speeds], state.motions[member.number]
-            force, moment, part = member.body.inertia_field.momenta(eta, deta, G.v, G.w)
+        for substructure in condensed.substructures:
+            eta, deta, G = q[substructure.eta], u[substructure.speeds], state.motions[substructure.number]
+            force, moment, part = substructure.body.inertia_field.momenta(eta, deta, G.v, G.w)
             kinetic += 0.5 * float(force @ G.v + moment @ G.w + part @ deta)
-            elastic += 0.5 * float(eta @ (member.body.free_stiffness @ eta))
-            if member.has_gravity:
-                first = member.body.inertia_field.first_moment(eta)
-                gravity -= float(small.gravity @ (member.body.mass * G.p_NoFo_N + G.A_NF @ first))
+            elastic += 0.5 * float(eta @ (substructure.body.free_stiffness @ eta))
+            if substructure.has_gravity:
+                first = substructure.body.inertia_field.first_moment(eta)
+                gravity -= float(small.gravity @ (substructure.body.mass * G.p_NoFo_N + G.A_NF @ first))
         return MechanicalEnergy(kinetic, elastic, gravity)
 
     def momenta(self, t: float, y: Vector) -> tuple[Vector, Vector]:
@@ -266,9 +266,11 @@ class UnreducedRoute(LiteralRoute):
         q, u, z = self.parts(y)
         state = self.condensed.state(t, q, u, z)
         linear, angular = twin_momenta(state)
-        for member in self.condensed.members:
-            G = state.motions[member.number]
-            force, moment, _ = member.body.inertia_field.momenta(q[member.eta], u[member.speeds], G.v, G.w)
+        for substructure in self.condensed.substructures:
+            G = state.motions[substructure.number]
+            force, moment, _ = substructure.body.inertia_field.momenta(
+                q[substructure.eta], u[substructure.speeds], G.v, G.w
+            )
             linear = linear + G.A_NF @ force
             angular = angular + G.A_NF @ moment + np.cross(G.p_NoFo_N, G.A_NF @ force)
         return linear, angular
@@ -281,11 +283,11 @@ class UnreducedRoute(LiteralRoute):
         q, u, z = self.parts(y)
         state = condensed.state(t, q, u, z)
         taken, given = dissipated_power(state), load_power(state)
-        for member in condensed.members:
-            eta, deta, G = q[member.eta], u[member.speeds], state.motions[member.number]
-            if member.body.is_damped:
-                taken += float(deta @ member.body.damping_force(deta))
-            for load in member.field_loads:
+        for substructure in condensed.substructures:
+            eta, deta, G = q[substructure.eta], u[substructure.speeds], state.motions[substructure.number]
+            if substructure.body.is_damped:
+                taken += float(deta @ substructure.body.damping_force(deta))
+            for load in substructure.field_loads:
                 force, moment, elastic = load.forces(t, G.A_NF, eta, state)
                 given += float(force @ G.v + moment @ G.w + elastic @ deta)
         if small.driven_count:
@@ -304,11 +306,11 @@ class UnreducedRoute(LiteralRoute):
         state, du_s = twin.state(t, q, u, z), twin.speeds(du)
         rates = np.concatenate((du_s, state.driven_rates))
         moments = []
-        for member in twin.members:
-            G = state.motions[member.number]
+        for substructure in twin.substructures:
+            G = state.motions[substructure.number]
             a, alpha = G.V @ rates + G.Z, G.W @ rates + G.Y
-            if member.has_gravity:
+            if substructure.has_gravity:
                 a = a - G.A_NF.T @ twin.small.gravity
-            own = (q[member.eta], u[member.speeds], du[member.speeds])
-            moments.append(equivalent_moments(member, own, a, alpha, G, t, state))
+            own = (q[substructure.eta], u[substructure.speeds], du[substructure.speeds])
+            moments.append(equivalent_moments(substructure, own, a, alpha, G, t, state))
         return State(twin.with_moments(moments), t, state.q, state.u, state.z), du_s

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import kanefe as kf
-from fmu_units import Unit
+from fmu_units import CompiledFunction
 from kanefe_fem.bench.clocks import Race, check_agreement, repeated, seconds
 from kanefe_fem.bench.goals import Figure, Goal
 from kanefe_fem.demo import beam_arm, motor_torque
@@ -55,7 +55,7 @@ def stepping(rounds: int) -> list[Figure]:
         angles["simulate"] = float(result.joint_coordinates("hub")[-1, 0])
 
     with tempfile.TemporaryDirectory() as folder:
-        unit = Unit(scene.to_fmu(Path(folder) / "arm.fmu", inputs="motor hub", outputs=OUTPUTS))
+        unit = CompiledFunction(scene.to_fmu(Path(folder) / "arm.fmu", inputs="motor hub", outputs=OUTPUTS))
         begun = unit.state()
 
         def units() -> None:

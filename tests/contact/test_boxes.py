@@ -9,7 +9,7 @@ import kanefe as kf
 from kanefe import shapes
 from kanefe.contact.box_pair import EDGES, SLOTS, meeting, slot_of
 from kanefe.frames import rotation_matrix
-from kanefe.integrate.auto.suited_method import suited
+from kanefe.integrate.auto.suited_method import candidates
 from kanefe.loads.base import End
 
 LAW = kf.HuntCrossley(2e4, damping=0.4)
@@ -163,7 +163,9 @@ def stack(count: int, stiffness: float = 1e5) -> kf.System:
 
 def test_auto_weighs_the_states_of_slots():
     """Systems of radau5 have 53 states a pair, most of slots that are open; it is taken where all is stiff."""
-    few, stiff = (suited(stack(2, k).freeze(), 0.0, span, 1e-6, 1e-7) for k, span in ((1e5, 0.2), (1e9, 1e4)))
+    few, stiff = (
+        candidates(stack(2, k).freeze(), 0.0, span, 1e-6, 1e-7).choose() for k, span in ((1e5, 0.2), (1e9, 1e4))
+    )
     assert few.name == "dop853"
     assert "118 speeds and states of contacts are costly for radau5" in few.reason
     assert stiff.name == "radau5"

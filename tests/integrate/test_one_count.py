@@ -104,7 +104,7 @@ def _counts_of(run: Callable[[], object], monkeypatch: pytest.MonkeyPatch) -> tu
     def told(batches: Sequence[Sequence[str]], *_: Any) -> None:
         counts.append([name for names in batches for name in names])
 
-    def found(unit: units.Unit) -> Path | None:
+    def found(unit: units.CompiledFunction) -> Path | None:
         return there(unit) if any(unit.name in names for names in counts) else None
 
     def loaded(name: str, path: Path) -> units.MachineCode:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.linear.unsettled import TOLD, UnsettledWarning
+from kanefe.linear.unsettled import REPORTED, UnsettledWarning
 from kanefe_fem import Material, Rectangle, beam_body, straight_beam
 from linear_scenes import GRAVITY
 
@@ -88,7 +88,7 @@ def test_free_and_steady_motion_is_in_balance(build: Callable[[], kf.System]) ->
         assert kf.linearise(build()).imbalance.ratio < 1e-9
 
 
-@pytest.mark.parametrize("share", [0.3 * TOLD, 3.0 * TOLD])
+@pytest.mark.parametrize("share", [0.3 * REPORTED, 3.0 * REPORTED])
 def test_what_is_left_over_is_measured_by_what_acts(share: float) -> None:
     scene = kf.System(gravity=GRAVITY)
     spring = kf.CoordinateForce(stiffness=100.0)
@@ -99,7 +99,7 @@ def test_what_is_left_over_is_measured_by_what_acts(share: float) -> None:
     assert abs(found.imbalance.force) == pytest.approx(share * 19.62, rel=1e-6)
     # the weight and the spring, each by its size
     assert found.imbalance.ratio == pytest.approx(share / (2.0 + share), rel=1e-6)
-    assert [issubclass(one.category, UnsettledWarning) for one in told] == [True] * (share / 2.0 > TOLD)
+    assert [issubclass(one.category, UnsettledWarning) for one in told] == [True] * (share / 2.0 > REPORTED)
 
 
 def test_a_campbell_diagram_about_starts_is_told_once() -> None:
@@ -134,4 +134,4 @@ def test_a_shape_that_is_off_by_round_off_is_balanced() -> None:
     state = scene.freeze().initial_state
     assert kf.linearise(scene, start=state + 1e-17).imbalance.ratio < 1e-9
     with pytest.warns(UnsettledWarning, match="is left over"):
-        assert kf.linearise(scene, start=state + 1e-9).imbalance.ratio > TOLD
+        assert kf.linearise(scene, start=state + 1e-9).imbalance.ratio > REPORTED

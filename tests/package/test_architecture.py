@@ -57,7 +57,7 @@ def test_every_name_of_a_file_is_one_of_a_folder_in_its_line() -> None:
 
 def test_every_word_stands_where_it_is_said_to() -> None:
     rows = re.findall(r"\| ([\w, ]+) \| (`\S+`[^|]*) \| [^|]+ \|\n", MAP.split("## Words of the house")[1])
-    assert len(rows) > 15
+    assert 0 < len(rows) <= 8  # every other word is one of the field
     for words, places in rows:
         for path in re.findall(r"`(\S+)`", places):
             text = (ROOT / path).read_text(encoding="utf-8")

@@ -16,7 +16,7 @@ from kanefe.doctor import examination, routes
 from kanefe.doctor.examination import Examination
 from kanefe.doctor.parts import PARTS, Dependency, Found, Search
 from kanefe.doctor.stores import BuiltKernels, kernels, stores
-from kanefe.kernels.compiler.build import all_units
+from kanefe.kernels.compiler.build import all_compiled_functions
 from repository import ROOT, surroundings
 
 
@@ -94,7 +94,7 @@ def test_the_kernels_of_the_solves_are_known() -> None:
 
 def test_after_the_demo_the_routes_of_flexible_bodies_are_tried(capsys: pytest.CaptureFixture) -> None:
     """`make demo` builds what trees of flexible bodies need; the rest is missing, and no solve may build it."""
-    missing = [unit.name for unit in all_units() if not unit.is_first]
+    missing = [unit.name for unit in all_compiled_functions() if not unit.is_first]
     done = list(routes.solves(missing))
     assert [solve.route.partition(",")[0] for solve in done] == ["literal", "compiled", "compiled", "unreduced"]
     there = BuiltKernels(63, 63 - len(missing), 0, True, tuple(missing))

@@ -74,36 +74,36 @@ FREE: dict[str, Any] = {"reduction": kf.CraigBampton(modes=2)}
 SKIPS: dict[str, tuple[list[str], Callable[[], Model], Callable[[], Model]]] = {
     "elastic code without flexible bodies": (
         [
-            "evaluation.modal_dissipation",
-            "evaluation.add_field_loads",
-            "outward.modal_state",
-            "outward._interface",
-            "inertia.set_flexible",
-            "inward.eliminate_modes",
-            "accelerations.modal_accelerations",
+            "evaluation.evaluation.modal_dissipation",
+            "evaluation.evaluation.add_field_loads",
+            "sweeps.outward.modal_state",
+            "sweeps.outward._interface",
+            "sweeps.inertia.set_flexible",
+            "sweeps.inward.eliminate_modes",
+            "sweeps.accelerations.modal_accelerations",
         ],
         chain,
         lambda: chain(flexible_beside),
     ),
-    "springs": (["evaluation.add_loads_between"], chain, lambda: chain(spring_beside)),
+    "springs": (["evaluation.evaluation.add_loads_between"], chain, lambda: chain(spring_beside)),
     "contacts out of reach": (
-        ["loads_between.evaluate_load", "loads_between.apply_load"],
+        ["loads.loads_between.evaluate_load", "loads.loads_between.apply_load"],
         lambda: chain(lambda scene: contact_beside(scene, gap=1e-3)),
         lambda: chain(lambda scene: contact_beside(scene, gap=-1e-4)),
     ),
-    "constraints": (["evaluation.hold"], chain, lambda: chain(loop_beside)),
+    "constraints": (["evaluation.evaluation.hold"], chain, lambda: chain(loop_beside)),
     "constraints that are switched off": (
-        ["constraints.write_row", "constraints.walk_inward"],
+        ["constraints.multipliers.write_row", "constraints.multipliers.walk_inward"],
         lambda: chain(lambda scene: switched_beside(scene, is_on=False)),
         lambda: chain(lambda scene: switched_beside(scene, is_on=True)),
     ),
-    "driving forces": (["evaluation.put_driving_forces"], chain, lambda: chain(drive_beside)),
+    "driving forces": (["evaluation.evaluation.put_driving_forces"], chain, lambda: chain(drive_beside)),
     "damping product": (
-        ["evaluation.total", "elastic._subtract_product"],
+        ["evaluation.evaluation.total", "sweeps.elastic._subtract_product"],
         lambda: chain(**FREE),
         lambda: chain(**DAMPED),
     ),
-    "second-order displacement": (["elastic._bend"], lambda: chain(**FREE), lambda: chain(**FREE, is_bent=True)),
+    "second-order displacement": (["sweeps.elastic._bend"], lambda: chain(**FREE), lambda: chain(**FREE, is_bent=True)),
 }
 
 
@@ -118,7 +118,7 @@ def patched_rates(model: Model, functions: list[str]) -> list[str]:
     """Return the functions that a model calls, by replacing each of them in turn by one that raises."""
     called = []
     for where in functions:
-        module_name, name = where.split(".")
+        module_name, name = where.rsplit(".", 1)
         module = importlib.import_module(f"kanefe.kernels.{module_name}")
         kept = getattr(module, name)
 

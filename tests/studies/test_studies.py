@@ -18,7 +18,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.studies.cases import cases_of
-from kanefe.studies.workers.case_warnings import Told
+from kanefe.studies.workers.case_warnings import CaseWarnings
 from kanefe.studies.workers.time_limit import within
 from kanefe.studies.workers.work import run_block, stamp
 from repository import ROOT
@@ -406,7 +406,7 @@ def test_warnings_of_threads_are_kept_apart() -> None:
     together = threading.Barrier(2)
 
     def warned(name: str) -> None:
-        with Told() as told:
+        with CaseWarnings() as told:
             together.wait()
             for _ in range(2):
                 warnings.warn(f"of {name}", UserWarning, stacklevel=1)
@@ -478,6 +478,6 @@ def test_a_table_is_a_data_set_over_its_parameters() -> None:
 
 def test_files_that_others_left_open_are_no_warning_of_a_case() -> None:
     """They are told when the garbage collector comes by, so that rows would depend on what was run before."""
-    with pytest.warns(ResourceWarning, match="left open"), Told() as told:
+    with pytest.warns(ResourceWarning, match="left open"), CaseWarnings() as told:
         warnings.warn("left open", ResourceWarning, stacklevel=1)
     assert told.texts == []

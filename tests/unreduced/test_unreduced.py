@@ -388,12 +388,12 @@ def test_border_is_the_solution_of_the_whole_system(monkeypatch):
         at = scene.residual(0.0, q, u, 0 * u)
         n = scene.small.free_count
         bordered = Bordered(
-            scene.condensed, scene.edges(q, scene.factored(damping, stiffness)), at.mass[:n, :n], at.state.motions
+            scene.condensed, scene.borders(q, scene.factored(damping, stiffness)), at.mass[:n, :n], at.state.motions
         )
         rng = np.random.default_rng(1)
-        right = [rng.standard_normal(m.body.free_count) for m in scene.condensed.members]
+        right = [rng.standard_normal(m.body.free_count) for m in scene.condensed.substructures]
         z = rng.standard_normal(n)
-        for member in scene.condensed.members:
+        for member in scene.condensed.substructures:
             z[member.rates] = 0.0
         solution = bordered.solve(z, right)
         found = nodal_rates(sparse, scene.condensed.joined(solution.z, solution.parts))
@@ -405,7 +405,7 @@ def test_border_is_the_solution_of_the_whole_system(monkeypatch):
             s = body.flexible.speeds
             M[s, s] += damping * C[s, s] + stiffness * K[s, s]
         forces = np.zeros(dense.free_count)
-        members = {member.number: f for member, f in zip(scene.condensed.members, right, strict=True)}
+        members = {member.number: f for member, f in zip(scene.condensed.substructures, right, strict=True)}
         for number, (own, other) in enumerate(zip(sparse.bodies, dense.bodies, strict=True)):
             at_own, at_other = own.free_coordinates()[1], other.free_coordinates()[1]
             forces[at_other] = scene.condensed.joined(z, right)[at_own]

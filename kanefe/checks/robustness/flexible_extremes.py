@@ -9,7 +9,7 @@ import numpy as np
 
 from kanefe.checks.robustness.bodies import tripod
 from kanefe.checks.robustness.case import Effort, Finding, StressCase
-from kanefe.checks.robustness.runs import ended, follow, implicit_methods, is_told
+from kanefe.checks.robustness.runs import ended, follow, implicit_methods, is_reported
 from kanefe.equations.model import Model
 from kanefe.frames import rotation_matrix
 from kanefe.integrate.methods.table import METHODS
@@ -87,7 +87,7 @@ def _struck(method: str, effort: Effort) -> Iterator[Finding]:
             run = ended(model, span, rtol=1e-6, method=method, output_step=0.1, most_steps=MOST_STEPS * int(span))
             missing.append(1.0 - run.times[-1] / span)
             steps.append(run.statistics["steps"] / (run.times[-1] * stiff))
-            untold += not is_told(run)
+            untold += not is_reported(run)
             energy = Result(model, run).energy
             growth.append(float((energy.total - energy.total[0]).max() / energy.total[0]))
             momentum = np.array(

@@ -104,7 +104,7 @@ def failure_of(model: Model, span: float, **options: Any) -> str:
     return ""
 
 
-def is_told(trajectory: Trajectory) -> bool:
+def is_reported(trajectory: Trajectory) -> bool:
     """Tell whether a run came to its end, or says why it did not and what to try."""
     status = trajectory.status
     return status is None or status.is_finished or bool(status.reason and status.remedy)

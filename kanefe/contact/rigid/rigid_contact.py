@@ -24,10 +24,10 @@ if TYPE_CHECKING:
     from kanefe.contact.laws.friction_laws import Coulomb
     from kanefe.contact.laws.rigid import Rigid
 
-TOLD_EVENTS = "touch", "lift", "slip", "stick", "rest"
+REPORTED_EVENTS = "touch", "lift", "slip", "stick", "rest"
 """What a run tells of a contact; all but the last of a probe too."""
 
-TOLD, EACH = 2, 7
+REPORTED_CHANGES, EACH = 2, 7
 """Internal states of a contact: the path slid and the work of friction; then of each probe its status; where on the
 surface it sticks, or in which direction along it it slips, as long as the speed (m/s) up to which that is kept; and the
 rate of the latter."""
@@ -94,7 +94,7 @@ class RigidContact(Load):
     friction : Coulomb or None
     belt : ndarray, shape (3,)
         Velocity of the surface in its own axes, m/s.
-    tells_points : bool
+    reports_points : bool
         Whether a run tells what each probe does too.
     """
 
@@ -105,7 +105,7 @@ class RigidContact(Load):
     law: Rigid
     friction: Coulomb | None
     belt: np.ndarray
-    tells_points: bool = False
+    reports_points: bool = False
 
     kind = "rigid contact"
     columns = Contact.columns
@@ -119,23 +119,23 @@ class RigidContact(Load):
     @property
     def initial_states(self) -> Vector:
         """All open: a run finds out what touches at its start."""
-        return np.zeros(TOLD + EACH * len(self.probes))
+        return np.zeros(REPORTED_CHANGES + EACH * len(self.probes))
 
     def state_scales(self, acceleration: float) -> Vector:
         """Return what counts as large of a path and of a work: the way of one second."""
         scales = np.ones(len(self.initial_states))
-        scales[:TOLD] = max(acceleration, 1e-3)
+        scales[:REPORTED_CHANGES] = max(acceleration, 1e-3)
         return scales
 
     @property
     def told(self) -> tuple[str, ...]:
         """What a run tells of it, after its name: of the contact, and where that is asked for of each probe."""
-        numbers = range(len(self.probes) if self.tells_points else 0)
-        return *TOLD_EVENTS, *(of_point(what, i) for i in numbers for what in TOLD_EVENTS[:4])
+        numbers = range(len(self.probes) if self.reports_points else 0)
+        return *REPORTED_EVENTS, *(of_point(what, i) for i in numbers for what in REPORTED_EVENTS[:4])
 
     def in_detail(self) -> RigidContact | None:
         """Return the contact with what each probe does; None of one probe."""
-        return replace(self, tells_points=True) if len(self.probes) > 1 else None
+        return replace(self, reports_points=True) if len(self.probes) > 1 else None
 
     @property
     def exchanges_energy(self) -> bool:
@@ -170,21 +170,21 @@ class RigidContact(Load):
 
     def status(self, z: Vector) -> list[int]:
         """Return OPEN, STICKS or SLIPS of each probe from the internal states of the contact."""
-        return [SLIPS if x > 1.5 else STICKS if x > 0.5 else OPEN for x in z[TOLD::EACH]]
+        return [SLIPS if x > 1.5 else STICKS if x > 0.5 else OPEN for x in z[REPORTED_CHANGES::EACH]]
 
     def kept(self, z: Vector, i: int) -> Vector:
         """Return where a probe sticks, or in which direction it slips and up to which speed, in axes of the surface."""
-        at = TOLD + EACH * i + 1
+        at = REPORTED_CHANGES + EACH * i + 1
         return z[at : at + 3]
 
     def with_status(self, z: Vector, i: int, status: int, kept: Vector, rate: Vector | float = 0.0) -> None:
         """Write the status of a probe, and what is kept of it with its rate, to the internal states of the contact."""
-        at = TOLD + EACH * i
+        at = REPORTED_CHANGES + EACH * i
         z[at], z[at + 1 : at + 4], z[at + 4 : at + 7] = status, kept, rate
 
     def turn(self, z: Vector, i: int, rates: Vector) -> None:
         """Write the rate of the direction in which a probe slips to those of the internal states of the contact."""
-        at = TOLD + EACH * i + 1
+        at = REPORTED_CHANGES + EACH * i + 1
         rates[at : at + 3] = z[at + 3 : at + 6]
 
     def has_mark(self, i: int) -> bool:
@@ -348,4 +348,4 @@ def _on_ends(e: Vector, point: Vector, a: MarkerMotion, b: MarkerMotion) -> Wren
     return -e, cross(e, point - a.p), e, cross(point - b.p, e)
 
 
-__all__ = ["EACH", "OPEN", "SLIPS", "STICKS", "TOLD", "ContactRow", "RigidContact", "wrenches_of"]
+__all__ = ["EACH", "OPEN", "REPORTED_CHANGES", "SLIPS", "STICKS", "ContactRow", "RigidContact", "wrenches_of"]

@@ -47,15 +47,15 @@ def explicit_serves_stops(model: Model, start: float, span: float) -> bool:
     )
 
 
-def explicit_serves_friction(model: Model, sudden: Sequence[Load], start: float, span: float) -> bool:
+def explicit_serves_friction(model: Model, abrupt: Sequence[Load], start: float, span: float) -> bool:
     """Tell whether nothing but friction in joints may become stiff, and the explicit method has much less work with it.
 
     With what does as all of it sticks, and as anchors give way that slip.
     """
     from kanefe.loads.coordinate_friction import CoordinateFriction
 
-    frictions = [load for load in sudden if isinstance(load, CoordinateFriction)]
-    if len(frictions) < len(sudden) or model.has_stops:
+    frictions = [load for load in abrupt if isinstance(load, CoordinateFriction)]
+    if len(frictions) < len(abrupt) or model.has_stops:
         return False
     K, C = constant_tangents(model)
     for load in frictions:
@@ -81,7 +81,7 @@ def _rate_of_motion(model: Model, start: float) -> float:
     return float(max(speeds.max(initial=0.0), falls.max(initial=0.0)))
 
 
-def explicit_serves_contacts(model: Model, sudden: Sequence[Load], start: float, span: float) -> bool:
+def explicit_serves_contacts(model: Model, abrupt: Sequence[Load], start: float, span: float) -> bool:
     """Tell whether contacts have so many states that the explicit method has much less work.
 
     With what all of them are at most: pressed at all probes that may be at once, and stuck; anchors that slip give way.
@@ -89,9 +89,9 @@ def explicit_serves_contacts(model: Model, sudden: Sequence[Load], start: float,
     from kanefe.contact.contact import Contact
     from kanefe.contact.laws.bristles import LuGre
 
-    contacts = [load for load in sudden if isinstance(load, Contact)]
+    contacts = [load for load in abrupt if isinstance(load, Contact)]
     allowed = LITTLE_AT_CONTACTS * radau_work(model, LEAST_BESIDE_KINKS)
-    if len(contacts) < len(sudden) or model.has_stops or explicit_work(model, 0.0) >= allowed:
+    if len(contacts) < len(abrupt) or model.has_stops or explicit_work(model, 0.0) >= allowed:
         return False
     if span * _rate_of_motion(model, start) < AT_REST:
         return False

@@ -12,7 +12,7 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
-from kanefe.integrate.auto.suited_method import LEAST_SHARE, suited
+from kanefe.integrate.auto.suited_method import LEAST_SHARE, Candidates, candidates
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.method import LEAST_RTOL, Method
 from kanefe.integrate.methods.table import row_for
@@ -58,12 +58,10 @@ def choose(model: Model, options: RunOptions) -> Choice:
     ModelError
         If the method does not serve the scene, or an option makes no sense for it.
     """
-    rtol, step, (start, stop) = options.rtol, options.step, options.span
-    allowed = DEFAULT_RTOL if rtol is None else rtol
-    control = StepControl(allowed, ATOL_SHARE * allowed if options.atol is None else options.atol, step)
-    name, reason = options.method, "asked for"
+    step, (start, stop), control = options.step, options.span, _control(options)
+    name, reason, allowed = options.method, "asked for", control.rtol
     if name == AUTO:
-        found = suited(model, start, stop, allowed if step is None else None, control.atol)
+        found = _candidates(model, options).choose()
         name, reason = found.name, found.reason
         control = replace(control, changes=found.changes)
         if options.atol is None and step is None:
@@ -81,6 +79,22 @@ def choose(model: Model, options: RunOptions) -> Choice:
             _handing_over, make, partial(_stepper, row_for(model, found.then), start, stop, control), found.least
         )
     return Choice(name, reason, make, {"rtol": allowed} if step is None else {"step": step}, row.is_plugged)
+
+
+def method_names(model: Model, options: RunOptions) -> tuple[str, ...]:
+    """Return the methods of which `choose` takes one, known before anything is evaluated."""
+    return _candidates(model, options).names if options.method == AUTO else (options.method,)
+
+
+def _candidates(model: Model, options: RunOptions) -> Candidates:
+    control = _control(options)
+    rtol = control.rtol if options.step is None else None
+    return candidates(model, *options.span, rtol, control.atol)
+
+
+def _control(options: RunOptions) -> StepControl:
+    rtol = DEFAULT_RTOL if options.rtol is None else options.rtol
+    return StepControl(rtol, ATOL_SHARE * rtol if options.atol is None else options.atol, options.step)
 
 
 def _dividing(times: np.ndarray, step: float) -> float:

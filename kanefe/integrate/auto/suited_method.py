@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -33,6 +34,7 @@ from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.generalised_alpha import stiffest_rate
 from kanefe.integrate.methods.table import own_methods, serving
 from kanefe.integrate.stepper import LEAST_STEPS
+from kanefe.loads.base import Load
 from kanefe.tree.scales import modal_frequencies, scene_length
 
 if TYPE_CHECKING:
@@ -79,7 +81,7 @@ LEAST_MOTION, FEWEST_STEPS = 0.02, 500.0
 steps of a run."""
 
 
-class Suited(NamedTuple):
+class SuitedMethod(NamedTuple):
     """A method for a scene.
 
     Attributes
@@ -105,8 +107,23 @@ class Suited(NamedTuple):
     changes: Vector | None = None
 
 
-def suited(model: Model, start: float, stop: float, rtol: float | None, atol: float) -> Suited:
-    """Return the method that suits a scene; for fixed steps without rtol.
+class Candidates(NamedTuple):
+    """Methods of which one is taken for a scene.
+
+    Attributes
+    ----------
+    names : tuple of str
+        All that `choose` may return: known before anything is evaluated, so that they are compiled together.
+    choose : function () -> SuitedMethod
+        Evaluates the scene where it has to.
+    """
+
+    names: tuple[str, ...]
+    choose: Callable[[], SuitedMethod]
+
+
+def candidates(model: Model, start: float, stop: float, rtol: float | None, atol: float) -> Candidates:
+    """Return the methods of which one is taken for a scene, and what chooses among them; for fixed steps without rtol.
 
     `atol` is that of `StepControl`.
 
@@ -118,33 +135,69 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
     once (stops, contacts, friction in joints unless the explicit one has far less work), and where that is too much
     work generalised-alpha; not under sampled controllers, at whose samples it would begin anew.
     """
-    if model.crowd is not None:
-        return _of_crowd(model, model.crowd, stop - start)
-    own = serving(model, *own_methods())
-    if len(own) == 1:
-        return Suited(own[0], f"the only one for {model.route.reason}")
-    span, sudden = stop - start, [load for load in model.loads if load.acts_at_once]
-    if sudden and model.free_count + model.state_count <= MOST_SPEEDS:
-        share = min(CONTACT_ATOL / atol, 1.0)
-        if explicit_serves_friction(model, sudden, start, span):
-            return Suited("dop853", "friction in joints, which is not stiff if all of it sticks", share=share)
-        reason = f"{sudden[0].kind} {sudden[0].name!r} may become stiff suddenly"
-        if explicit_serves_contacts(model, sudden, start, span):
-            unknowns = model.free_count + model.state_count
-            reason += f", but {unknowns} speeds and states of contacts are costly for radau5"
-            return Suited("dop853", reason, share=share)
-        return Suited("radau5", reason, share=share)
+    span, crowd = stop - start, model.crowd
+    if crowd is not None:
+        return Candidates(("moreau-jean",), lambda: _of_crowd(model, crowd, span))
+    if model.has_unreduced:
+        return Candidates(own_methods(), lambda: _of_route(model, serving(model, *own_methods())))
+    found = _of_many(model, start, stop, rtol, atol)
+
+    def choose() -> SuitedMethod:
+        own = serving(model, *own_methods())  # its route is asked, for which kernels are compiled
+        return _of_route(model, own) if len(own) == 1 else found.choose()
+
+    return Candidates(found.names, choose)
+
+
+def _of_route(model: Model, own: Sequence[str]) -> SuitedMethod:
+    return SuitedMethod(own[0], f"the only one for {model.route.reason}")
+
+
+def _of_many(model: Model, start: float, stop: float, rtol: float | None, atol: float) -> Candidates:
+    """Return the methods that may suit a scene which several serve."""
+    span = stop - start
+    abrupt = [load for load in model.loads if load.acts_at_once]
+    if abrupt and model.free_count + model.state_count <= MOST_SPEEDS:
+        return Candidates(("radau5", "dop853"), lambda: _for_abrupt_forces(model, abrupt, start, span, atol))
+    rate = _fastest(model, start, span)
+    if not look_at_state(model) and not _is_stiff(rate, span):
+        return Candidates(("dop853",), lambda: SuitedMethod("dop853", "no stiff elastic modes"))
+    is_plain = not (model.loads or model.has_stops or look_at_state(model)) and all_damped(model)
+    names = ("extrapolation",) if is_plain and _is_loose(rtol) else ("extrapolation", "radau5", "dop853")
+    return Candidates((*names, "generalised-alpha"), lambda: _by_rates(model, (start, stop), rtol, atol, rate))
+
+
+def _is_loose(rtol: float | None) -> bool:
+    return rtol is None or rtol >= LOOSE_RTOL
+
+
+def _for_abrupt_forces(model: Model, abrupt: Sequence[Load], start: float, span: float, atol: float) -> SuitedMethod:
+    """Return the method for a scene with forces that act at once: contacts, friction, stops."""
+    share = min(CONTACT_ATOL / atol, 1.0)
+    if explicit_serves_friction(model, abrupt, start, span):
+        return SuitedMethod("dop853", "friction in joints, which is not stiff if all of it sticks", share=share)
+    reason = f"{abrupt[0].kind} {abrupt[0].name!r} may become stiff suddenly"
+    if explicit_serves_contacts(model, abrupt, start, span):
+        unknowns = model.free_count + model.state_count
+        reason += f", but {unknowns} speeds and states of contacts are costly for radau5"
+        return SuitedMethod("dop853", reason, share=share)
+    return SuitedMethod("radau5", reason, share=share)
+
+
+def _by_rates(model: Model, times: tuple[float, float], rtol: float | None, atol: float, rate: float) -> SuitedMethod:
+    """Return the method for a scene by the rates (rad/s) of its elastic modes and of functions of the state."""
+    (start, stop), span = times, times[1] - times[0]
     dynamics = Dynamics(model)
-    outside, rate = rate_of_functions(dynamics, start), _fastest(model, start, span)
+    outside = rate_of_functions(dynamics, start)
     if not _is_stiff(max(rate, outside), span):
-        return Suited("dop853", "no stiff elastic modes")
+        return SuitedMethod("dop853", "no stiff elastic modes")
     reason = f"functions of the state with rates up to {outside:.2g} rad/s are stiff over {span:g} s"
     if _is_stiff(rate, span):
         reason = f"elastic modes up to {rate / (2 * math.pi):.3g} Hz are stiff over {span:g} s"
     if model.states_move:
         by_sweeps = serving(model, "extrapolation", "dop853")[0] if all_damped(model) else "dop853"
         few = model.free_count + model.state_count <= MOST_SPEEDS and serving(model, "radau5")
-        return Suited("radau5" if few else by_sweeps, f"{reason}, and internal states of loads are followed")
+        return SuitedMethod("radau5" if few else by_sweeps, f"{reason}, and internal states of loads are followed")
     names = [STOPS] if model.has_stops else []
     names += ["springs between frames"] if model.loads else []
     names += [obstacle.kind for obstacle in model.route.obstacles]
@@ -154,29 +207,15 @@ def suited(model: Model, start: float, stop: float, rtol: float | None, atol: fl
         if _is_stiff(rate, span):
             reason += f", with {' and '.join(names)}"
         if names == [STOPS] and explicit_serves_stops(model, start, span):
-            return Suited("dop853", f"{reason}, which act for short times")
+            return SuitedMethod("dop853", f"{reason}, which act for short times")
         if model.free_count <= MOST_SPEEDS or outside * span > MOST_OUTSIDE:
-            return Suited("radau5", reason)
-        return Suited("generalised-alpha", f"{reason}, and {model.free_count} speeds are too many for radau5")
+            return SuitedMethod("radau5", reason)
+        return SuitedMethod("generalised-alpha", f"{reason}, and {model.free_count} speeds are too many for radau5")
     changes = changes_of(dynamics, start, stop) if dynamics.calls_functions else np.zeros(0)
-    return _by_vibrations(dynamics, (start, stop), rtol, atol, reason, changes)._replace(changes=changes)
+    return _by_vibrations(dynamics, times, rtol, atol, reason, changes)._replace(changes=changes)
 
 
-def may_suit(model: Model, start: float, stop: float, rtol: float | None) -> tuple[str, ...]:
-    """Return the methods of which `suited` may take one, as far as is known before the scene is evaluated."""
-    if model.crowd is not None:
-        return ("moreau-jean",)
-    if any(load.acts_at_once for load in model.loads):
-        return "radau5", "dop853"
-    if not look_at_state(model) and not _is_stiff(_fastest(model, start, stop - start), stop - start):
-        return ("dop853",)
-    is_loose = rtol is None or rtol >= LOOSE_RTOL
-    if is_loose and all_damped(model) and not (model.loads or model.has_stops or look_at_state(model)):
-        return ("extrapolation",)
-    return "extrapolation", "radau5", "dop853"
-
-
-def _of_crowd(model: Model, crowd: RigidCrowd, span: float) -> Suited:
+def _of_crowd(model: Model, crowd: RigidCrowd, span: float) -> SuitedMethod:
     """Return the method that steps over the impacts of a scene of many rigid contacts, and its step."""
     length = scene_length(model)
     speed = max(
@@ -186,22 +225,22 @@ def _of_crowd(model: Model, crowd: RigidCrowd, span: float) -> Suited:
     radius = min(ball.radius for ball in crowd.balls) or 0.1 * length
     step = min(span / FEWEST_STEPS, LEAST_MOTION * radius / speed if speed > 0.0 else span)
     pairs = len(crowd.balls) * (len(crowd.balls) - 1) // 2 + len(crowd.balls) * len(crowd.walls)
-    return Suited(
+    return SuitedMethod(
         "moreau-jean", f"{pairs} pairs of rigid surfaces may collide too often to end a step each time", step=step
     )
 
 
 def _by_vibrations(
     dynamics: Dynamics, span: tuple[float, float], rtol: float | None, atol: float, reason: str, changes: Vector
-) -> Suited:
+) -> SuitedMethod:
     """Return the method for a scene whose sweep knows all that is stiff: by whether its vibrations are followed.
 
     They are those of the start, and those that begin where functions of the time change at once.
     """
     model, (start, stop) = dynamics.model, span
-    is_loose = rtol is None or rtol >= LOOSE_RTOL
+    is_loose = _is_loose(rtol)
     if is_loose and all_damped(model):
-        return Suited("extrapolation", reason)
+        return SuitedMethod("extrapolation", reason)
     found = vibrations(dynamics, start, stop - start)
     every = min((controller.every for controller in model.controllers), default=math.inf)
     if stop - start > MANY_SAMPLES * every and np.all(found.ratios >= least_damping(found.frequencies * every)):
@@ -209,10 +248,10 @@ def _by_vibrations(
         explicit = explicit_work(model, (stop - start) * float(found.frequencies.max(initial=0.0)))
         lasts = not is_loose and np.any(found.ratios < LEAST_DAMPING)  # and is seen anew from each sample on
         is_more = lasts and explicit < sampled_work(model, (stop - start) / every)
-        return Suited("dop853" if is_more else "extrapolation", reason)
+        return SuitedMethod("dop853" if is_more else "extrapolation", reason)
     undamped = float(found.frequencies[found.ratios < LEAST_DAMPING].min(initial=math.inf))
     if is_loose and undamped == math.inf:
-        return Suited("extrapolation", reason)
+        return SuitedMethod("extrapolation", reason)
     largest, seen = float(found.sizes.max(initial=0.0)), "at the start"
     if len(changes):
         found, when = begun_by(changes, (stop - start) / SAMPLES, dynamics, found)
@@ -222,21 +261,21 @@ def _by_vibrations(
         seen = ""
     followed = _followed(dynamics, (start, stop), rtol, undamped, seen, changes)
     if not followed and undamped == math.inf:
-        return Suited("extrapolation", reason)
+        return SuitedMethod("extrapolation", reason)
     # where it is handed over, something vibrates whose radians are steps
     least = LEAST_OF_RADAU if followed else (stop - start) * undamped
     name = _follower(model, stop - start, max(least, steps_of_radau(stop - start, rtol, atol, found)), found)
     if not followed:
-        return Suited("extrapolation", reason, then=name, least=CALM / undamped)
+        return SuitedMethod("extrapolation", reason, then=name, least=CALM / undamped)
     reason += f", and {followed}{_without_damping(model)}"
     if undamped == math.inf and model.free_count > MOST_SPEEDS:
-        return Suited("extrapolation", f"{reason}, and {model.free_count} speeds are too many for radau5")
+        return SuitedMethod("extrapolation", f"{reason}, and {model.free_count} speeds are too many for radau5")
     if undamped == math.inf:
-        return Suited(name, reason)
+        return SuitedMethod(name, reason)
     share = min(max(largest * (rtol or 0.0) / atol, LEAST_SHARE), 1.0)
     if seen and not dynamics.calls_functions and LEAST_SHARE * atol > LOST * (rtol or 0.0) * largest:
         share = 1.0
-    return Suited(name, reason, share=share)
+    return SuitedMethod(name, reason, share=share)
 
 
 def _followed(
@@ -259,7 +298,7 @@ def _followed(
     if not np.any(frequencies > 0.0) or (is_undamped and _has_springs(model)):
         return "vibrations on springs of joints are resolved"
     slowest = undamped if is_undamped else float(frequencies[frequencies > 0.0].min())
-    is_loose = rtol is None or rtol >= LOOSE_RTOL
+    is_loose = _is_loose(rtol)
     if span * slowest < 2.0 * math.pi * (FEW_IF_LOOSE if is_loose else FEW_PERIODS):
         return f"the slowest, of {slowest / (2 * math.pi):.3g} Hz, is followed"
     longest = min((controller.every for controller in model.controllers), default=span)

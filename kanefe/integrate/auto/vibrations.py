@@ -14,7 +14,7 @@ from kanefe.integrate.dynamics import Dynamics
 from kanefe.kane.assemble import mass_at_start
 from kanefe.kane.state import State
 from kanefe.kane.tangents import constant_tangents, current_tangents
-from kanefe.kernels.steppers.step_commands import AT, PUSH_STIFFNESS, SLOPE
+from kanefe.kernels.steppers.step_commands import AT, SLOPE, STIFFNESS_DIRECTION
 from kanefe.storage.scipy_later import scipy
 from kanefe.tree.scales import coordinate_moves, displacement_scales, modal_frequencies, state_scales
 
@@ -80,9 +80,9 @@ def are_seen(dynamics: Dynamics, t: float, y: Vector, longest: float, rtol: floa
         return False
     h = min(longest, FIRST_PERIODS / float(rates[rates > 0.0].min()))
     n, m = model.coordinate_count, model.free_count
-    vectors = np.zeros((PUSH_STIFFNESS + 1, len(y)))
+    vectors = np.zeros((STIFFNESS_DIRECTION + 1, len(y)))
     vectors[AT] = y
-    vectors[PUSH_STIFFNESS, n : n + m] = -h * y[n : n + m]
+    vectors[STIFFNESS_DIRECTION, n : n + m] = -h * y[n : n + m]
     dynamics.implicit_rate(t, vectors, h, h * h)
     for turns, at, speed in coordinate_moves(model):
         if not turns and rates[speed] > 0.0:
@@ -186,9 +186,9 @@ def begun_by(changes: Vector, sample: float, dynamics: Dynamics, found: Vibratio
     n, m, y = dynamics.model.coordinate_count, dynamics.model.free_count, dynamics.initial_state(changes[0])
     begun = np.zeros((1, len(found.frequencies)))
     with suppress(Exception):  # of the user: the run tells of it, if it comes there
-        pushes = np.array([dynamics.rate(t, y)[n : n + m] for t in changes[:MOST_CHANGES].tolist()])
+        directions = np.array([dynamics.rate(t, y)[n : n + m] for t in changes[:MOST_CHANGES].tolist()])
         radians = found.frequencies * np.maximum(np.diff(changes[:MOST_CHANGES]) - sample, 0.0)[:, None]
-        begun = np.abs(np.diff(pushes, axis=0) @ found.momenta.T) / np.maximum(0.5 * radians, 1.0)
+        begun = np.abs(np.diff(directions, axis=0) @ found.momenta.T) / np.maximum(0.5 * radians, 1.0)
         begun *= found.reach / found.frequencies**2
     sizes = np.maximum(found.sizes, begun.max(axis=0))
     often = np.maximum((begun > OFTEN * sizes).sum(axis=0), 1)

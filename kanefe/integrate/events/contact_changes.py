@@ -74,7 +74,7 @@ class ContactChange(MarginEvent):
 
 
 @dataclass(frozen=True, eq=False)
-class ToldOfContact(Event):
+class ReportedContactEvent(Event):
     """What is told of a rigid contact; a `ContactChange` finds it."""
 
     @property
@@ -119,15 +119,15 @@ def begun(events: Sequence[Event], t: float, y: Vector) -> Vector | None:
     return None
 
 
-def told_of_contacts(model: ModelData, method: str) -> tuple[Event, ...]:
+def reported_contact_events(model: ModelData, method: str) -> tuple[Event, ...]:
     """Return the events that are told of rigid contacts."""
     if method == STEPS_OVER:
         return ()
     contacts = (model.loads[load] for load in model.rigid_contacts)
-    return tuple(ToldOfContact(f"{one.name} {what}", _never) for one in contacts for what in one.told)
+    return tuple(ReportedContactEvent(f"{one.name} {what}", _never) for one in contacts for what in one.told)
 
 
-class Telling:
+class ChangeReports:
     """What events of rigid contacts have led to, as times of events that are told.
 
     Forces that several points share are decided in steps: one that is let go and held again at one moment stayed.

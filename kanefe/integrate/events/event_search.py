@@ -13,7 +13,7 @@ import numpy as np
 from kanefe.equations.forces_at import seen
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
-from kanefe.integrate.events.contact_changes import Telling
+from kanefe.integrate.events.contact_changes import ChangeReports
 from kanefe.integrate.events.crossings import crossing_between
 from kanefe.integrate.events.event import Event, MarginEvent
 from kanefe.integrate.events.load_events import EventOfLoad
@@ -97,7 +97,7 @@ class EventWatch:
         self._actions: deque[float] = deque(maxlen=STORM)
         self.acting: float | None = None
         self.times: dict[str, list[float]] = {event.name: [] for event in self.events}
-        self.telling = Telling(self.times, span)
+        self.telling = ChangeReports(self.times, span)
 
     def begin(self, t: float, y: np.ndarray, happened: Sequence[Event] = ()) -> None:
         """Take in a state from which the run goes on, after what has just happened there."""

@@ -9,7 +9,7 @@ from fnmatch import fnmatchcase
 
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
-from kanefe.integrate.events.contact_changes import ToldOfContact
+from kanefe.integrate.events.contact_changes import ReportedContactEvent
 from kanefe.integrate.events.event import Event
 from kanefe.integrate.events.load_events import EventOfLoad
 from kanefe.loads.base import Load
@@ -65,7 +65,7 @@ def with_what_is_asked(of_loads: Sequence[Event], events: Sequence[Event]) -> tu
 def _asked(event: Event, by: Event) -> Event:
     if isinstance(event, EventOfLoad):
         return replace(event, asked=by, terminal=by.terminal)
-    if isinstance(event, ToldOfContact) and by.action is None:
+    if isinstance(event, ReportedContactEvent) and by.action is None:
         return replace(event, terminal=True)
     raise ModelError(
         f"event {event.name!r} is one of a rigid contact, after which the contact determines how the run continues. "

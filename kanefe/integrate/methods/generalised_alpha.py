@@ -29,7 +29,7 @@ from kanefe.kane.route import state_rates
 from kanefe.kane.state import State
 from kanefe.kane.tangents import constant_tangents, current_tangents
 from kanefe.storage.scipy_later import scipy
-from kanefe.tree.model_data import WORKS
+from kanefe.tree.model_data import QUADRATURES
 from kanefe.tree.route import Form
 from kanefe.tree.scales import displacement_scales
 
@@ -104,8 +104,8 @@ class GeneralisedAlphaStepper(PythonStepper):
             move = x * (1 - x) ** 2 * h * u0 + x * x * (x - 1) * h * u1 + x * x * (3 - 2 * x) * self._move
             rates = (1 - x) * (1 - 3 * x) * u0 + x * (3 * x - 2) * u1 + 6 * x * (1 - x) / h * self._move
             tail = len(q0) + len(u0)  # internal states and quadratures
-            works = (1 - x) * self._before[tail:] + x * self._state[tail:]
-            found[i] = np.concatenate((self._model.advance(q0, move), rates, works))
+            quadratures = (1 - x) * self._before[tail:] + x * self._state[tail:]
+            found[i] = np.concatenate((self._model.advance(q0, move), rates, quadratures))
             found[i] = self._closed(times[i], found[i], h)
         return found
 
@@ -183,10 +183,10 @@ class GeneralisedAlphaStepper(PythonStepper):
         self._jerk, self._h_of_a = (a - self._begun) / h, h
         self._steps += 1
         self._states.keep(self._model.parts(self._state)[2], h)
-        works, y = self._state[-WORKS:], np.concatenate((q, u, z))
-        power = self._dynamics.powers(self.t + h, np.concatenate((y, works)), du)
-        works = works + 0.5 * h * (self._power + power)
-        self._state = self._closed(self.t + h, np.concatenate((y, works)), h)
+        quadratures, y = self._state[-QUADRATURES:], np.concatenate((q, u, z))
+        power = self._dynamics.powers(self.t + h, np.concatenate((y, quadratures)), du)
+        quadratures = quadratures + 0.5 * h * (self._power + power)
+        self._state = self._closed(self.t + h, np.concatenate((y, quadratures)), h)
         self._du, self._a, self._power = du, a, power
         self._t = target if h == rest else self.t + h
         if self._fixed:
@@ -296,7 +296,7 @@ class GeneralisedAlphaStepper(PythonStepper):
         anew only when the step changes or the iteration slows down.
         """
         n, t = self._model.free_count, self.t + h
-        y = np.concatenate((q, u, z, self._state[-WORKS:]))
+        y = np.concatenate((q, u, z, self._state[-QUADRATURES:]))
         needed = self._dynamics.rate(t, y)[len(q) : len(q) + n]
         if not np.all(np.isfinite(needed)):
             return None

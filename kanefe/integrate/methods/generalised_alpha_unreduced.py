@@ -23,7 +23,7 @@ from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha,
 from kanefe.integrate.methods.method import Method
 from kanefe.integrate.methods.python_stepper import PythonStepper
 from kanefe.integrate.methods.unreduced_matrices import IterationMatrices, Reached, large_displacements
-from kanefe.tree.model_data import WORKS
+from kanefe.tree.model_data import QUADRATURES
 from kanefe.tree.route import Form
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ class UnreducedStepper(PythonStepper):
 
     def state(self) -> Vector:
         """Return the state at t."""
-        return np.concatenate((self._q, self._u, self._works))
+        return np.concatenate((self._q, self._u, self._quadratures))
 
     def restart(self, t: float, y: Vector) -> None:
         """Go on from another state: with the same step sizes, counted from there, whose factors are kept."""
@@ -138,12 +138,12 @@ class UnreducedStepper(PythonStepper):
     def _begin(self, y: Vector) -> None:
         t = self.t
         q, u = self._dynamics.parts(y)
-        self._q, self._u, self._works = q.copy(), u.copy(), y[len(q) + len(u) :].copy()
+        self._q, self._u, self._quadratures = q.copy(), u.copy(), y[len(q) + len(u) :].copy()
         self._du = self._scene.accelerations(t, self._q, self._u, self._z)
         self._a = self._du.copy()
         self._power = self._powers(t, self._q, self._u, self._du, self._z)
         self._states.forget()
-        self._before = (t, self._q, self._u, self._du, self._works)
+        self._before = (t, self._q, self._u, self._du, self._quadratures)
         self._move = np.zeros_like(self._u)
         self._begun: tuple[float, Step] | None = None
         self._matrices.bordered = None
@@ -156,7 +156,7 @@ class UnreducedStepper(PythonStepper):
     @property
     def _z(self) -> Vector:
         """Internal states of loads."""
-        return self._works[:-WORKS]
+        return self._quadratures[:-QUADRATURES]
 
     def _followed(self, h: float, q: Vector, u: Vector) -> Vector:
         """Return the internal states of loads at the end of a step, with q and u there."""
@@ -166,7 +166,14 @@ class UnreducedStepper(PythonStepper):
 
     def snapshot(self) -> dict[str, np.ndarray]:
         """Return what is needed to go on; of factors and borders the states at which they were made."""
-        kept = {"q": self._q, "u": self._u, "du": self._du, "a": self._a, "power": self._power, "works": self._works}
+        kept = {
+            "q": self._q,
+            "u": self._u,
+            "du": self._du,
+            "a": self._a,
+            "power": self._power,
+            "works": self._quadratures,
+        }
         arrays = {name: array.copy() for name, array in kept.items()}
         counters = (
             self._halvings,
@@ -191,7 +198,7 @@ class UnreducedStepper(PythonStepper):
         self._is_first, self._unmeasured = bool(counters[4]), counters[5]
         self._rate, self._measured = rate, _Measured(counters[6], error, first)
         self._du, self._a, self._power = (np.array(snapshot[name]) for name in ("du", "a", "power"))
-        self._before = (self.t, self._q, self._u, self._du, self._works)
+        self._before = (self.t, self._q, self._u, self._du, self._quadratures)
         self._matrices.resume(snapshot, self._span)
         self._bends.resume(snapshot)
 
@@ -243,14 +250,14 @@ class UnreducedStepper(PythonStepper):
         t1 = self.t + h
         q, u = self._closed(t1, end.q, end.u)
         power = self._powers(t1, q, u, end.du, end.z)
-        works = np.concatenate((end.z, self._works[-WORKS:] + 0.5 * h * (self._power + power)))
-        self._before = (self.t, self._q, self._u, self._du, self._works)
+        quadratures = np.concatenate((end.z, self._quadratures[-QUADRATURES:] + 0.5 * h * (self._power + power)))
+        self._before = (self.t, self._q, self._u, self._du, self._quadratures)
         self._states.keep(self._z, h)
         self._move = self._formula.move(h, self._u, self._a, end.a)
         self._begun = None
         self._steps += 1
         self._ticks += 1 << (MOST_HALVINGS - self._halvings)
-        self._q, self._u, self._du, self._a, self._power, self._works = q, u, end.du, end.a, power, works
+        self._q, self._u, self._du, self._a, self._power, self._quadratures = q, u, end.du, end.a, power, quadratures
 
     def _grow(self, error: float) -> None:
         """Take larger steps when the error has been small for some: only where the larger ones can begin."""
@@ -269,7 +276,7 @@ class UnreducedStepper(PythonStepper):
 
     def states(self, times: np.ndarray) -> np.ndarray:
         """Return the states at times of the last step, shape (times, state)."""
-        t0, q0, u0, _, works0 = self._before
+        t0, q0, u0, _, quadratures0 = self._before
         if t0 == self.t:
             return np.tile(self.state(), (len(times), 1))
         h = self.t - t0
@@ -280,7 +287,7 @@ class UnreducedStepper(PythonStepper):
             move = x * (1 - x) ** 2 * h * u0 + x * x * (x - 1) * h * self._u + x * x * (3 - 2 * x) * self._move
             rates = (1 - x) * (1 - 3 * x) * u0 + x * (3 * x - 2) * self._u + 6 * x * (1 - x) / h * self._move
             q = self._q if x == 1.0 else self._model.advance(q0, move)
-            found.append(np.concatenate((q, rates, (1 - x) * works0 + x * self._works)))
+            found.append(np.concatenate((q, rates, (1 - x) * quadratures0 + x * self._quadratures)))
         return np.array(found).reshape(len(times), -1)
 
     def accelerations(self, times: np.ndarray) -> np.ndarray:

@@ -11,7 +11,7 @@ import numpy as np
 
 from kanefe.errors import FileError, KanefeError, MissingDependency
 from kanefe.frames import Vector
-from kanefe.integrate.breakpoints import changes_of, knots_of
+from kanefe.integrate.breakpoints import breakpoints_of, changes_of
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.kernel_set import Kernels
 from kanefe.integrate.methods.method import LEAST_RTOL
@@ -21,6 +21,7 @@ from kanefe.kernels.steppers.step_commands import (
     AT,
     BALANCE,
     BENDS,
+    BREAKPOINTS,
     COMMAND,
     COORDINATES,
     EVALUATIONS,
@@ -34,7 +35,6 @@ from kanefe.kernels.steppers.step_commands import (
     JACOBIAN,
     JACOBIAN_ROW,
     JACOBIANS,
-    KNOTS,
     LARGEST,
     LARGEST_OF_DRIVES,
     MAP,
@@ -44,7 +44,6 @@ from kanefe.kernels.steppers.step_commands import (
     NO_CONVERGENCE,
     NO_NUMBERS,
     PROJECT,
-    PUSH_STIFFNESS,
     RATES,
     REASON,
     REJECTED,
@@ -61,6 +60,7 @@ from kanefe.kernels.steppers.step_commands import (
     STATE_OLD,
     STEP,
     STEPS,
+    STIFFNESS_DIRECTION,
     STOP,
     STORED,
     TIME,
@@ -74,7 +74,7 @@ from kanefe.kernels.steppers.step_commands import (
     interpolated,
     next_command,
 )
-from kanefe.tree.model_data import WORKS
+from kanefe.tree.model_data import QUADRATURES
 from kanefe.tree.scales import coordinate_moves
 
 if TYPE_CHECKING:
@@ -123,13 +123,13 @@ class KernelStepper:
         self._bodies = watched_bodies(model)
         bent, bends = bends_in_kernels(self._bodies, kernels.reals)
         self.integers = np.concatenate((np.zeros(MAP + 3 * len(moves), dtype=np.int64), bent))
-        knots, base = np.zeros(0), kernels.reals + len(bends)
+        breakpoints, base = np.zeros(0), kernels.reals + len(bends)
         if control.step is None:
             changes = changes_of(dynamics, start, stop) if control.changes is None else control.changes
-            knots = knots_of(dynamics, base, changes)
-        self.reals = np.concatenate((np.zeros(kernels.reals), bends, knots))
+            breakpoints = breakpoints_of(dynamics, base, changes)
+        self.reals = np.concatenate((np.zeros(kernels.reals), bends, breakpoints))
         rows = kernels.rows + kernels.rows_per_speed * m + kernels.rows_per_state * model.state_count
-        self.vectors = np.zeros((rows, n + m + model.state_count + WORKS))
+        self.vectors = np.zeros((rows, n + m + model.state_count + QUADRATURES))
         integers, reals = self.integers, self.reals
         integers[COORDINATES], integers[SPEEDS], integers[MAP_SIZE] = n, m, len(moves)
         integers[MAP : MAP + 3 * len(moves)] = np.array(moves, dtype=np.int64).ravel()
@@ -137,8 +137,8 @@ class KernelStepper:
         integers[HAS_LOOPS] = model.is_constrained
         for place, value in kernels.integers.items():
             integers[place] = value
-        if len(knots):
-            integers[KNOTS] = base
+        if len(breakpoints):
+            integers[BREAKPOINTS] = base
         reals[TIME] = reals[TIME_OLD] = start
         self._span = stop - start
         reals[STOP], reals[SMALLEST] = stop, SMALLEST_STEP * max(abs(start), abs(stop))
@@ -343,7 +343,7 @@ class KernelStepper:
                 reals[WEAKEST] = dynamics.weakest
             elif command == IMPLICIT:
                 shares = float(reals[SHARE_DAMPING]), float(reals[SHARE_STIFFNESS])
-                dynamics.implicit_rate(float(reals[TIME_AT]), vectors[: PUSH_STIFFNESS + 1], *shares)
+                dynamics.implicit_rate(float(reals[TIME_AT]), vectors[: STIFFNESS_DIRECTION + 1], *shares)
             elif command == BALANCE:
                 dynamics.balance(run, vectors)
             else:

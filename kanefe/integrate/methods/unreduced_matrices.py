@@ -16,7 +16,7 @@ from kanefe.kane.tangents import constant_tangents, current_tangents
 from kanefe.tree.scales import joint_scales, scene_length
 
 if TYPE_CHECKING:
-    from kanefe.unreduced.bordered import Bordered, Edge
+    from kanefe.unreduced.bordered import Border, Bordered
     from kanefe.unreduced.route import Residual, UnreducedRoute
 
 LARGE = 20_000
@@ -53,8 +53,8 @@ class IterationMatrices:
         self._scene, self._formula, self._span = scene, formula, span
         self._changes = scene.model.has_varying_tangents
         self._stiffness, self._damping = constant_tangents(scene.small)
-        self._edges: OrderedDict[int, tuple[list[Edge], Vector]] = OrderedDict()
-        is_large = any(member.body.free_count > LARGE for member in scene.condensed.members)
+        self._edges: OrderedDict[int, tuple[list[Border], Vector]] = OrderedDict()
+        is_large = any(substructure.body.free_count > LARGE for substructure in scene.condensed.substructures)
         self._kept = 2 if is_large else 4
         self.bordered: tuple[int, Bordered] | None = None
         self._made_at: Reached | None = None
@@ -67,8 +67,8 @@ class IterationMatrices:
     def renew(self, q: Vector) -> None:
         """Have the border made anew, at the bodies' present shape: the factors of S are good whatever happens."""
         self.bordered = None
-        for key, (edges, _) in self._edges.items():
-            self._edges[key] = self._scene.edges(q, [own.factors for own in edges]), q
+        for key, (borders, _) in self._edges.items():
+            self._edges[key] = self._scene.borders(q, [own.factors for own in borders]), q
 
     def equations(self, halvings: int, found: Residual, at: Reached, shape: Vector) -> tuple[Bordered, Vector | None]:
         """Return the equations of an iteration, and what is known of the constraints; kept where nothing changes.
@@ -127,7 +127,7 @@ class IterationMatrices:
             self._edges.popitem(last=False)
         h = math.ldexp(self._span, -halvings)
         factors = self._scene.factored(self._formula.damping_share(h), self._formula.stiffness_share(h))
-        self._edges[halvings] = self._scene.edges(shape, factors), shape
+        self._edges[halvings] = self._scene.borders(shape, factors), shape
 
 
 def large_displacements(scene: UnreducedRoute) -> Vector:
@@ -138,10 +138,10 @@ def large_displacements(scene: UnreducedRoute) -> Vector:
         if body.flexible is None:
             continue
         extent = float(np.ptp(body.flexible.body.nodes, axis=0).max()) or length
-        member = next((m for m in scene.condensed.members if m.speeds == body.flexible.speeds), None)
-        if member is None:
+        substructure = next((m for m in scene.condensed.substructures if m.speeds == body.flexible.speeds), None)
+        if substructure is None:
             modal = np.diag(body.flexible.free_moments.elastic_mass)
             whole[body.flexible.speeds] = extent * np.sqrt(body.flexible.body.mass / np.maximum(modal, 1e-300))
             continue
-        whole[member.speeds] = member.body.coordinate_scales(extent)
+        whole[substructure.speeds] = substructure.body.coordinate_scales(extent)
     return whole

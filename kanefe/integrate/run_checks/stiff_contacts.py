@@ -57,7 +57,7 @@ def stiffest_contact(model: ModelData) -> StiffContact | None:
     return min(found, key=lambda one: one.period, default=None)
 
 
-def tell_of_stiff_contacts(model: ModelData) -> None:
+def warn_of_stiff_contacts(model: ModelData) -> None:
     """Warn of a contact that yields less under the weight on it than places are rounded by."""
     contact, g = stiffest_contact(model), float(np.linalg.norm(model.gravity))
     if contact is None or g == 0.0:

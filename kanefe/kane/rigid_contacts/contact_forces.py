@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from kanefe.contact.contact_point_outputs import TOLD_OF_POINT
+from kanefe.contact.contact_point_outputs import POINT_OUTPUTS
 from kanefe.contact.rigid.rigid_contact import OPEN, SLIPS, STICKS, RigidContact
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector, cross
@@ -135,12 +135,12 @@ def told(state: State, number: int) -> Vector:
     return np.array((*total, normal, np.linalg.norm(drag), -nearest.gap, z[0], *point, z[1], status))
 
 
-def points_told_of(state: State, number: int) -> Matrix:
+def rigid_point_outputs(state: State, number: int) -> Matrix:
     """Return what each point of a rigid contact does, (points, 12): see `kanefe.results.contact_points`."""
     contact, z = state.model.rigid_contact(number), state.load_states(state.model.rigid_contacts[number])
     back = state.marker(contact.ends[0]).A_NF.T
     met, statuses = meetings(state)[number], contact.status(z)
-    found = np.zeros((len(met), TOLD_OF_POINT))
+    found = np.zeros((len(met), POINT_OUTPUTS))
     found[:, 4], found[:, 11] = [-one.gap for one in met], statuses
     for force in probe_forces(state):
         if force.contact == number:

@@ -18,7 +18,7 @@ from kanefe.contact.rigid.rigid_contact import AT_REST, OPEN, SLIPS, STICKS, Rig
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.rigid_contacts.contact_forces import STOPPED, margins, rest_speed
-from kanefe.kane.rigid_contacts.impulses import answers
+from kanefe.kane.rigid_contacts.impulses import unit_responses
 from kanefe.kane.rigid_contacts.stick_or_slip import Key, StickOrSlip
 from kanefe.kane.state import State
 from kanefe.tree.model_data import ModelData
@@ -80,7 +80,7 @@ class PointChange(NamedTuple):
             SLIP: self.has_friction and self.after == SLIPS != self.before,
             STICK: self.has_friction and self.after == STICKS != self.before,
         }
-        return [f"{self.contact} {of_point(what, self.point)}" for what, is_told in found.items() if is_told]
+        return [f"{self.contact} {of_point(what, self.point)}" for what, is_reported in found.items() if is_reported]
 
 
 @dataclass
@@ -185,7 +185,7 @@ class _Event(StickOrSlip):
         if np.any(rates[::3] < -still):
             impulses = self._impulses(G, rates)
             self.struck = impulses[::3] > 0.0
-            self.u = self.u + answers(free, (J.T @ impulses)[:, None])[:, 0]
+            self.u = self.u + unit_responses(free, (J.T @ impulses)[:, None])[:, 0]
             rates = rates + G @ impulses
             still = np.maximum(still, 1e-11 * (np.abs(G) @ np.abs(impulses))[::3])
         closed = rates[::3] <= still
@@ -265,7 +265,7 @@ class _Event(StickOrSlip):
         if not np.any(rates[held]):
             return rates
         stopped = -np.linalg.lstsq(G[np.ix_(held, held)], rates[held], rcond=None)[0]
-        self.u = self.u + answers(self._without(self.u), (J[held].T @ stopped)[:, None])[:, 0]
+        self.u = self.u + unit_responses(self._without(self.u), (J[held].T @ stopped)[:, None])[:, 0]
         rates = rates + G[:, held] @ stopped
         rates[held] = 0.0
         return rates
@@ -286,8 +286,8 @@ class _Event(StickOrSlip):
             was = [self.before[key] for key in keys]
             now = [contact.status(self._own(key))[key[1]] for key in keys]
             struck = {key for key, is_struck in zip(self.keys, self.struck, strict=True) if is_struck}
-            if contact.tells_points:
-                self._tell_points(contact, keys, was, now)
+            if contact.reports_points:
+                self._report_points(contact, keys, was, now)
             if any(
                 key in struck or (key in self.concerned and self.kind == TOUCH and now[at] != OPEN)
                 for at, key in enumerate(keys)
@@ -304,7 +304,7 @@ class _Event(StickOrSlip):
             if STICKS in now and not slips and (slipped or max(was) == OPEN):
                 self.happened.append((f"{contact.name} stick", self.t))
 
-    def _tell_points(self, contact: RigidContact, keys: list[Key], was: list[int], now: list[int]) -> None:
+    def _report_points(self, contact: RigidContact, keys: list[Key], was: list[int], now: list[int]) -> None:
         """Note what the event is told as of each point."""
         struck = dict(zip(self.keys, self.struck.tolist(), strict=True))
         self.points += [

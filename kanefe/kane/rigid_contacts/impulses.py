@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from kanefe.kane.state import State
 
 
-def answers(state: State, F: Matrix) -> Matrix:
+def unit_responses(state: State, F: Matrix) -> Matrix:
     """Return the accelerations of the free speeds (free, k) that forces on them (free, k) add; loops hold."""
     model, n = state.model, state.model.free_count
     rows = constraint_rates(state).over(slice(n))
@@ -47,4 +47,4 @@ def struck_speeds(
     frame, n = state.motion(number, interface), state.model.free_count
     p, about = frame.A_NF.T @ impulse, frame.A_NF.T @ moment
     F = frame.V.T @ p + frame.W.T @ (about + np.cross(point, p))
-    return np.asarray(state.u + answers(state, F[:n, None])[:, 0])
+    return np.asarray(state.u + unit_responses(state, F[:n, None])[:, 0])

@@ -8,12 +8,12 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.contact.rigid.cone import Cones, solved
-from kanefe.contact.rigid.rigid_contact import EACH, OPEN, SLIPS, STICKS, TOLD, RigidContact
+from kanefe.contact.rigid.rigid_contact import EACH, OPEN, REPORTED_CHANGES, SLIPS, STICKS, RigidContact
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.constraints import meetings
 from kanefe.kane.rigid_contacts.contact_forces import ROUND_OFF_OF_FORCES, paradox, probe_jacobian
-from kanefe.kane.rigid_contacts.impulses import answers
+from kanefe.kane.rigid_contacts.impulses import unit_responses
 from kanefe.kane.state import State
 from kanefe.tree.model_data import ModelData
 
@@ -75,14 +75,14 @@ class StickOrSlip:
         met = meetings(state)
         left = np.concatenate([met[c][i].remainder for c, i in self.keys]) + rows[:, n:] @ state.driven_rates
         J = rows[:, :n]
-        return J, J @ answers(state, J.T), J @ accelerations(state) + left
+        return J, J @ unit_responses(state, J.T), J @ accelerations(state) + left
 
     def _without(self, u: Vector) -> State:
         """Return the state at some speeds with all rigid contacts open."""
         z = self.z.copy()
         for load in self.model.rigid_contacts:
             where = self.model.load_states[load]
-            z[where.start + TOLD : where.stop : EACH] = OPEN
+            z[where.start + REPORTED_CHANGES : where.stop : EACH] = OPEN
         return State(self.model, self.t, self.q, u, z)
 
     def _is_at_rest(self, k: int, rates: Vector) -> bool:
@@ -152,7 +152,7 @@ class StickOrSlip:
     def _ahead(self, share: float, problem: Cones, x: Vector, J: Matrix, rows: list[int]) -> tuple[State, Cones]:
         """Return the state a share of the span later, and what is asked of the forces there."""
         free, h = self._without(self.u), min(share * self.span, self.stop - self.t)
-        du = accelerations(free) + answers(free, (J[rows].T @ x)[:, None])[:, 0]
+        du = accelerations(free) + unit_responses(free, (J[rows].T @ x)[:, None])[:, 0]
         q = self.model.advance(self.q, h * (self.u + 0.5 * h * du))
         later = State(self.model, self.t + h, q, self.u + h * du, free.z)
         _, G, b = self._problem(later)

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.contact.rigid.cone import Cones, residual, solved
-from kanefe.contact.rigid.rigid_contact import AT_REST, EACH, OPEN, SLIPS, STICKS, TOLD
+from kanefe.contact.rigid.rigid_contact import AT_REST, EACH, OPEN, REPORTED_CHANGES, SLIPS, STICKS
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations
@@ -23,9 +23,9 @@ from kanefe.kane.constraints import meetings
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
 from kanefe.kane.loop_closure import project_positions, project_speeds
 from kanefe.kane.rigid_contacts.contact_forces import probe_jacobian
-from kanefe.kane.rigid_contacts.impulses import answers
+from kanefe.kane.rigid_contacts.impulses import unit_responses
 from kanefe.kane.state import State
-from kanefe.tree.model_data import WORKS, ModelData
+from kanefe.tree.model_data import QUADRATURES, ModelData
 
 BARELY = 1e-9
 """Speed relative to the largest at a contact below which a held point does not slip."""
@@ -70,14 +70,14 @@ def stepped(model: ModelData, t: float, y: Vector, h: float) -> Stepped:
     q, u, z = (part.copy() for part in model.parts(y))
     for load in model.rigid_contacts:
         where = model.load_states[load]
-        z[where.start + TOLD : where.stop : EACH] = OPEN
+        z[where.start + REPORTED_CHANGES : where.stop : EACH] = OPEN
     z_open = z.copy()
     mid, n = t + 0.5 * h, model.free_count
     q_mid = model.advance(q, 0.5 * h * u)
     first = State(model, mid, q_mid, u, z_open)
     state = State(model, mid, q_mid, u + 0.5 * h * accelerations(first), z_open)
     du = accelerations(state)
-    u_after, works = u + h * du, h * _powers(state, du)
+    u_after, quadratures = u + h * du, h * _powers(state, du)
     closed = [(c, i) for c, met in enumerate(meetings(first)) for i, one in enumerate(met) if one.gap <= 0.0]
     impulses, deepest, left, approach, bend = np.zeros(0), 0.0, 0.0, 0.0, 0.0
     if closed:
@@ -86,7 +86,7 @@ def stepped(model: ModelData, t: float, y: Vector, h: float) -> Stepped:
         before = np.concatenate([meetings(first)[c][i].rates for c, i in closed])
         freely = before + h * (J @ du)
         laws = [model.rigid_contact(c).law for c, _ in closed]
-        G = J @ answers(first, J.T)
+        G = J @ unit_responses(first, J.T)
         b = freely.copy()
         b[::3] += np.array([law.restitution for law in laws]) * before[::3]
         mu = np.array([model.rigid_contact(c).static for c, _ in closed])
@@ -98,7 +98,7 @@ def stepped(model: ModelData, t: float, y: Vector, h: float) -> Stepped:
                 "friction, or compliant contacts, kanefe.HuntCrossley(...)"
             )
         impulses = found
-        u_after = u_after + answers(first, (J.T @ impulses)[:, None])[:, 0]
+        u_after = u_after + unit_responses(first, (J.T @ impulses)[:, None])[:, 0]
         after = freely + G @ impulses
         deepest = -min(meetings(first)[c][i].gap for c, i in closed)
         approach = h * max(0.0, -float(before[::3].min()))
@@ -106,12 +106,12 @@ def stepped(model: ModelData, t: float, y: Vector, h: float) -> Stepped:
         bend = 0.5 * h * h * float(np.abs(curved + rows[::3, n:] @ first.driven_rates).max())
         largest = max(float(np.abs(impulses).max()), float(np.abs(before).max()) / float(np.diag(G).max()))
         left = residual(problem, impulses) / max(largest, 1e-300)
-        _write(first, closed, impulses, before, after, h, z, works)
+        _write(first, closed, impulses, before, after, h, z, quadratures)
     q_end = model.advance(q_mid, 0.5 * h * u_after)
     if model.constraints:
         q_end = project_positions(model, t + h, q_end, None, z_open)
         u_after = project_speeds(model, t + h, q_end, u_after, None, z_open)
-    y_end = np.concatenate((q_end, u_after, z, y[-WORKS:] + works))
+    y_end = np.concatenate((q_end, u_after, z, y[-QUADRATURES:] + quadratures))
     return Stepped(y_end, impulses, deepest, left, closed, approach, bend)
 
 
@@ -128,7 +128,7 @@ def _write(
     after: Vector,
     h: float,
     z: Vector,
-    works: Matrix,
+    quadratures: Matrix,
 ) -> None:
     """Write what contacts did in a step to their states, and the energy that they took to the books.
 
@@ -143,8 +143,8 @@ def _write(
         where, met = model.load_states[model.rigid_contacts[c]], meetings(state)[c][i]
         A = state.marker(contact.ends[0]).A_NF
         belt = met.axes[1:] @ (A @ contact.belt)
-        works[0] -= float(push @ mean)
-        works[1] += float(push[1:] @ belt)
+        quadratures[0] -= float(push @ mean)
+        quadratures[1] += float(push[1:] @ belt)
         if push[0] <= 0.0:
             continue
         own = z[where]

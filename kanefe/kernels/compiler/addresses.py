@@ -18,7 +18,7 @@ import numpy as np
 
 from kanefe.kernels.compiler._numba import IS_COMPILED
 from kanefe.kernels.compiler._numba_objects import compiled_function
-from kanefe.kernels.compiler.compiled_functions import Unit, machine_code
+from kanefe.kernels.compiler.compiled_functions import CompiledFunction, machine_code
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -42,15 +42,15 @@ def called_by_address(*kinds: str) -> Callable[[Function], Function]:
     return mark
 
 
-def units_of(function: Callable[..., None], kinds: tuple[str, ...]) -> list[Unit]:
+def compiled_functions_of(function: Callable[..., None], kinds: tuple[str, ...]) -> list[CompiledFunction]:
     """Return what is built for a function of the house: for real and for complex numbers, where it takes VALUES."""
     forms = [tuple(form if kind == VALUES else kind for kind in kinds) for form in (NUMBERS, COMPLEX_NUMBERS)]
     return [_unit(function, form) for form in dict.fromkeys(forms)]
 
 
-def _unit(function: Callable[..., None], kinds: tuple[str, ...]) -> Unit:
+def _unit(function: Callable[..., None], kinds: tuple[str, ...]) -> CompiledFunction:
     name = f"{function.__name__}-{'complex' if COMPLEX_NUMBERS in kinds else 'real'}"
-    return Unit(name, function.__module__, lambda: compiled_function(function, kinds))
+    return CompiledFunction(name, function.__module__, lambda: compiled_function(function, kinds))
 
 
 @cache

@@ -16,27 +16,27 @@ from types import FunctionType
 import kanefe.kernels
 from kanefe.errors import FileError, MissingDependency
 from kanefe.kernels.compiler._numba_objects import build_alone
-from kanefe.kernels.compiler.addresses import units_of
+from kanefe.kernels.compiler.addresses import compiled_functions_of
 from kanefe.kernels.compiler.compiled_functions import (
     BUILT,
     GENERATIONS,
-    Unit,
+    CompiledFunction,
     can_keep,
     folder_for,
     generations_here,
     linker,
     name_of,
     own_folder,
-    write_unit,
+    write_compiled_function,
 )
 from kanefe.kernels.compiler.entries import Entry, Pointer
 from kanefe.kernels.compiler.side_by_side import BUILDER, Say, batches_of, build_by_name, processors_here
 from kanefe.storage.kept_code import is_sound, kept, opened
 
 
-def all_units() -> list[Unit]:
+def all_compiled_functions() -> list[CompiledFunction]:
     """Return all there is to build."""
-    found: dict[str, Unit] = {}
+    found: dict[str, CompiledFunction] = {}
     for module in pkgutil.walk_packages(kanefe.kernels.__path__, "kanefe.kernels."):
         if module.name == BUILDER:
             continue
@@ -46,7 +46,7 @@ def all_units() -> list[Unit]:
             elif isinstance(value, Pointer):
                 units = [value.unit]
             elif isinstance(value, FunctionType) and hasattr(value, "kinds"):
-                units = units_of(value, value.kinds)
+                units = compiled_functions_of(value, value.kinds)
             else:
                 continue
             found |= {unit.name: unit for unit in units}
@@ -75,7 +75,11 @@ def build(folder: Path, jobs: int, say: Say, generation: str | None = None, only
     subprocess.CalledProcessError
         If a compiler fails; what it said has been printed.
     """
-    missing = [unit.name for unit in all_units() if (unit.is_first or not only_first) and not _is_there(folder, unit)]
+    missing = [
+        unit.name
+        for unit in all_compiled_functions()
+        if (unit.is_first or not only_first) and not _is_there(folder, unit)
+    ]
     if missing and shutil.which(linker()) is None:
         raise MissingDependency(
             f"the C compiler {linker()!r}", "the solver, to be built,", "apt-get install gcc libc6-dev, or CC=..."
@@ -94,7 +98,7 @@ def build_into_package(generations: Iterable[str], jobs: int, say: Say) -> None:
         with _folder_to_build_in(folder_for(generation)) as folder:
             build(folder, jobs, say, generation)
             (BUILT / generation).mkdir(parents=True, exist_ok=True)
-            for unit in all_units():
+            for unit in all_compiled_functions():
                 path = kept(folder, name_of(unit))
                 if path is None:
                     raise FileError(f"{unit.name} was built and is gone from {folder}. Remedy: build again")
@@ -116,7 +120,7 @@ def _folder_to_build_in(wanted: Path) -> Iterator[Path]:
             yield Path(folder)
 
 
-def _is_there(folder: Path, unit: Unit) -> bool:
+def _is_there(folder: Path, unit: CompiledFunction) -> bool:
     """Return whether a folder has a unit, whole."""
     path = kept(folder, name_of(unit))
     return path is not None and is_sound(path)
@@ -127,9 +131,9 @@ def write_named(names: set[str], folder: Path, generation: str | None) -> None:
     if generation is not None:
         os.environ |= {"NUMBA_CPU_NAME": GENERATIONS[generation].compiler_name, "NUMBA_CPU_FEATURES": ""}
     build_alone()
-    for unit in all_units():
+    for unit in all_compiled_functions():
         if unit.name in names:
-            write_unit(folder, unit)
+            write_compiled_function(folder, unit)
             print(unit.name, flush=True)
 
 

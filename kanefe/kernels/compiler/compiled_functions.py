@@ -72,7 +72,7 @@ class ObjectCode(Protocol):
         ...
 
 
-class Unit(NamedTuple):
+class CompiledFunction(NamedTuple):
     """A C function to be built.
 
     Attributes
@@ -115,10 +115,10 @@ class MachineCode(NamedTuple):
 _loaded: dict[tuple[str, str], MachineCode] = {}
 _lock = threading.RLock()
 _opens = itertools.count()
-_foreseen: list[Callable[[], Iterable[Unit]]] = []
+_foreseen: list[Callable[[], Iterable[CompiledFunction]]] = []
 
 
-def machine_code(unit: Unit) -> MachineCode:
+def machine_code(unit: CompiledFunction) -> MachineCode:
     """Return the function of a unit, from its file; it is built where there is none."""
     key = unit.module, unit.name
     if key not in _loaded:
@@ -128,7 +128,7 @@ def machine_code(unit: Unit) -> MachineCode:
     return _loaded[key]
 
 
-def _from_file(unit: Unit) -> MachineCode | None:
+def _from_file(unit: CompiledFunction) -> MachineCode | None:
     """Return the function of a unit from its file, or None where none can be kept; what is damaged is built anew."""
     for _ in range(2):
         expect([unit])
@@ -177,7 +177,7 @@ def content_of(path: Path) -> bytes:
         raise FileError(f"{path} has changed since it was loaded. Remedy: run this again, in a new process") from error
 
 
-def expect(units: Iterable[Unit]) -> None:
+def expect(units: Iterable[CompiledFunction]) -> None:
     """Have what is missing of units built now, side by side, where their files can be kept, with what is foreseen."""
     missing = _missing(units)
     if missing and can_keep(own_folder()):
@@ -192,14 +192,14 @@ def expect(units: Iterable[Unit]) -> None:
             build_by_name(names, own_folder(), processors_here(), _tell)
 
 
-def _missing(units: Iterable[Unit]) -> list[Unit]:
+def _missing(units: Iterable[CompiledFunction]) -> list[CompiledFunction]:
     return [
         unit for unit in units if _is_kept(unit) and (unit.module, unit.name) not in _loaded and path_of(unit) is None
     ]
 
 
 @contextmanager
-def foreseen(units: Callable[[], Iterable[Unit]]) -> Iterator[None]:
+def foreseen(units: Callable[[], Iterable[CompiledFunction]]) -> Iterator[None]:
     """Have what a function gives built with the first unit that is missing meanwhile, so that there is one count."""
     _foreseen.append(units)
     try:
@@ -239,7 +239,7 @@ def linker() -> str:
     return os.environ.get("CC", "cc")
 
 
-def path_of(unit: Unit) -> Path | None:
+def path_of(unit: CompiledFunction) -> Path | None:
     """Return the file of a unit, or None where it is to be built.
 
     Raises
@@ -256,12 +256,12 @@ def path_of(unit: Unit) -> Path | None:
     return kept(own_folder(), name)
 
 
-def _is_kept(unit: Unit) -> bool:
+def _is_kept(unit: CompiledFunction) -> bool:
     """Return whether there are files of a unit: its kernel is one of the package."""
     return unit.module.startswith("kanefe.kernels.")
 
 
-def name_of(unit: Unit) -> str:
+def name_of(unit: CompiledFunction) -> str:
     """Return what the name of a unit's file begins with, which tells what it was made from."""
     return f"{unit.name}-{stamp(unit.module)}"
 
@@ -362,7 +362,7 @@ def _opened(name: str, path: Path) -> MachineCode:
     return MachineCode(ctypes.cast(function, ctypes.c_void_p).value or 0, function, library, path)
 
 
-def _in_memory(unit: Unit) -> MachineCode:
+def _in_memory(unit: CompiledFunction) -> MachineCode:
     if _is_kept(unit):
         _tell(
             f"preparing the solver: one more part, some 10 s, in each process ({unit.name}): {own_folder()} cannot be "
@@ -373,7 +373,7 @@ def _in_memory(unit: Unit) -> MachineCode:
     return MachineCode(address, ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(address), made)
 
 
-def write_unit(folder: Path, unit: Unit) -> None:
+def write_compiled_function(folder: Path, unit: CompiledFunction) -> None:
     """Build a unit, link it to a library and put it into a folder.
 
     Raises

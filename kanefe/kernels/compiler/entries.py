@@ -18,7 +18,7 @@ import numpy as np
 from kanefe.kernels.compiler._numba import IS_COMPILED
 from kanefe.kernels.compiler._numba_objects import compiled_entry, compiled_pointer
 from kanefe.kernels.compiler.arrays import Prepared
-from kanefe.kernels.compiler.compiled_functions import MachineCode, Unit, machine_code
+from kanefe.kernels.compiler.compiled_functions import CompiledFunction, MachineCode, machine_code
 from kanefe.kernels.compiler.signatures import (
     BOOLEAN,
     INTEGER,
@@ -69,7 +69,7 @@ class Entry:
         """Call it once: what is called often is bound first."""
         return self.bound(*arguments)()
 
-    def unit(self, variant: Variant) -> Unit:
+    def unit(self, variant: Variant) -> CompiledFunction:
         """Return what is built for a variant."""
         name = f"{self.__name__}-{variant.label}".rstrip("-")
 
@@ -78,7 +78,7 @@ class Entry:
 
         # where there are variants with flexible bodies, these serve the first runs
         is_first = variant.has_flexible or not any(other.has_flexible for other in self.variants)
-        return Unit(name, self.__module__, compile_, self.is_built_first and is_first)
+        return CompiledFunction(name, self.__module__, compile_, self.is_built_first and is_first)
 
     def bound(self, *arguments: Any, is_complex: bool = False) -> Bound:
         """Return it with arguments that stay the same; in the place of others is LATER.
@@ -115,7 +115,7 @@ class Bound:
         self._places, self._numbers = places, numbers
 
     @property
-    def unit(self) -> Unit:
+    def unit(self) -> CompiledFunction:
         """What is built for it."""
         return self._entry.unit(self._variant)
 
@@ -295,10 +295,12 @@ class Pointer:
         return self.function(*arguments)
 
     @property
-    def unit(self) -> Unit:
+    def unit(self) -> CompiledFunction:
         """What is built for it."""
         function, kind = self.function, self.kind
-        return Unit(self.__name__, self.__module__, lambda: compiled_pointer(function, kind), self.is_built_first)
+        return CompiledFunction(
+            self.__name__, self.__module__, lambda: compiled_pointer(function, kind), self.is_built_first
+        )
 
     @property
     def address(self) -> int:

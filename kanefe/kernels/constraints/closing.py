@@ -21,12 +21,12 @@ from kanefe.kernels.compiler.signatures import Variant
 from kanefe.kernels.constraints.multipliers import (
     HOLDS_PLACE,
     RANK_TOLERANCE,
-    Answers,
     Loops,
-    answer_rows,
-    answers_in,
+    UnitResponses,
     hold_size,
     holds,
+    respond_to_rows,
+    unit_responses_in,
     write_row,
 )
 from kanefe.kernels.constraints.openings import openings, rate_of_row
@@ -145,26 +145,28 @@ def close(
     workspace : ndarray, shape (`close_size`,)
     """
     m, count, n = len(loops.rows), len(u), len(u) + len(drives)
-    kept = answers_in(workspace, m, n)
+    kept = unit_responses_in(workspace, m, n)
     at = _closing_in(workspace[hold_size(m, n) :], m, n, count, len(q))
     copy(q, at.place)
     sweep_outward(tables, flexible, drives, at.place, u, work, modal)
     worst, total = openings(loops, tables, drives, at.place, z, work, at.residuals)
     start, rank, weakest = worst, 0, 1.0
-    has_answers = is_here = False  # whether there are answers, and whether they are those of the place
+    has_responses = is_here = False  # whether there are answers, and whether they are those of the place
     is_swept = True
     for _ in range(LARGEST_ITERATIONS):
         if worst == 0.0:
             break
-        if not has_answers:
+        if not has_responses:
             if not is_swept:
                 sweep_outward(tables, flexible, drives, at.place, u, work, modal)
-            if not _answer(loops, tables, flexible, drives, share_stiffness, u, z, work, modal, border, at, kept):
+            if not _unit_responses(
+                loops, tables, flexible, drives, share_stiffness, u, z, work, modal, border, at, kept
+            ):
                 return WITHOUT_INERTIA, 0.0
             rank, weakest = _factor_places(loops, worst, at, kept)
             if weakest == 0.0:
                 return WITHOUT_INERTIA, 0.0
-            has_answers = is_here = True
+            has_responses = is_here = True
         solve(kept.L, kept.inverses, kept.order, rank, at.scale, at.residuals, kept.column, at.multipliers)
         _combine(kept, at.multipliers, at.step)
         shrink = 1.0
@@ -183,20 +185,20 @@ def close(
                 break
             share *= 0.5
         if is_better:
-            has_answers = opening <= TOLERANCE or square <= SLOW * SLOW * total
+            has_responses = opening <= TOLERANCE or square <= SLOW * SLOW * total
             worst, total, is_here, is_swept = opening, square, False, True
             copy(at.trial, at.place)
             copy(at.trial_residuals, at.residuals)
         elif is_here or worst <= TOLERANCE:
             break
         else:
-            has_answers = False
+            has_responses = False
     if not worst <= LARGEST_OPENING:
         return LEFT_OPEN, weakest
     if not is_swept:
         sweep_outward(tables, flexible, drives, at.place, u, work, modal)
-    if not has_answers or (start > FAR * weakest and not is_here):
-        if not _answer(loops, tables, flexible, drives, share_stiffness, u, z, work, modal, border, at, kept):
+    if not has_responses or (start > FAR * weakest and not is_here):
+        if not _unit_responses(loops, tables, flexible, drives, share_stiffness, u, z, work, modal, border, at, kept):
             return WITHOUT_INERTIA, 0.0
         rank, weakest = factor(
             kept.A, kept.scale, loops.limits[RANK_TOLERANCE], kept.L, kept.inverses, kept.order, kept.column
@@ -270,7 +272,7 @@ def closing_memory_size(tables: Tables, flexible: FlexibleTables, loops: Loops) 
 
 
 @kernel
-def _answer(
+def _unit_responses(
     loops: Loops,
     tables: Tables,
     flexible: FlexibleTables,
@@ -282,7 +284,7 @@ def _answer(
     modal: np.ndarray,
     border: np.ndarray,
     at: Closing,
-    kept: Answers,
+    kept: UnitResponses,
 ) -> bool:
     """Write the rows and their answers after an outward sweep; tell whether everything has inertia."""
     count, is_implicit, none = len(u), share_stiffness > 0.0, at.step
@@ -297,12 +299,12 @@ def _answer(
         stiffen_modes(flexible, 0.0, share_stiffness, none, none, modal)
     if not sweep_inward(tables, flexible, at.applied, work, modal, border, is_implicit, at.added):
         return False
-    answer_rows(loops, tables, flexible, z, at.applied, work, modal, border, is_implicit, count, kept)
+    respond_to_rows(loops, tables, flexible, z, at.applied, work, modal, border, is_implicit, count, kept)
     return True
 
 
 @kernel
-def _factor_places(loops: Loops, worst: float, at: Closing, kept: Answers) -> tuple[int, Any]:
+def _factor_places(loops: Loops, worst: float, at: Closing, kept: UnitResponses) -> tuple[int, Any]:
     """Factor the rows that hold places, with openings of `worst` at most; return rank and weakest pivot."""
     for j in range(len(loops.rows)):
         at.scale[j] = kept.scale[j] if loops.rows[j, HOLDS_PLACE] else 0.0
@@ -312,10 +314,10 @@ def _factor_places(loops: Loops, worst: float, at: Closing, kept: Answers) -> tu
 
 
 @kernel
-def _combine(kept: Answers, multipliers: np.ndarray, step: np.ndarray) -> None:
+def _combine(kept: UnitResponses, multipliers: np.ndarray, step: np.ndarray) -> None:
     """Write what all multipliers cause together."""
     step[:] = 0.0
     for j in range(len(multipliers)):
         if multipliers[j] != 0.0:
             for i in range(len(step)):
-                step[i] += multipliers[j] * kept.answers[j, i]
+                step[i] += multipliers[j] * kept.unit_responses[j, i]

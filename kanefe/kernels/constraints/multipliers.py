@@ -90,14 +90,14 @@ def no_loops() -> Loops:
     return Loops(rows, markers, np.zeros((0, 7)), integers, numbers, integers, numbers, numbers, np.zeros(2))
 
 
-class Answers(NamedTuple):
+class UnitResponses(NamedTuple):
     """What the constraints do to the speeds at one configuration.
 
     Attributes
     ----------
     wrenches : ndarray, shape (m, WRENCHES)
         Of each row's unit multiplier, about the origins of its rows.
-    answers : ndarray, shape (m, n)
+    unit_responses : ndarray, shape (m, n)
         Accelerations that they cause, and driving forces.
     A : ndarray, shape (m, m)
         Lower triangle of ``J M^-1 J^T``.
@@ -112,7 +112,7 @@ class Answers(NamedTuple):
     """
 
     wrenches: np.ndarray
-    answers: np.ndarray
+    unit_responses: np.ndarray
     A: np.ndarray
     L: np.ndarray
     inverses: np.ndarray
@@ -131,19 +131,19 @@ def hold_size(m: int, n: int) -> int:
 
 
 @inlined
-def answers_in(workspace: np.ndarray, m: int, n: int) -> Answers:
+def unit_responses_in(workspace: np.ndarray, m: int, n: int) -> UnitResponses:
     """Return the parts of a workspace of `hold_size`."""
     at = m * WRENCHES
     wrenches = workspace[:at].reshape(m, WRENCHES)
-    answers = workspace[at : at + m * n].reshape(m, n)
+    unit_responses = workspace[at : at + m * n].reshape(m, n)
     at += m * n
     A = workspace[at : at + m * m].reshape(m, m)
     at += m * m
     L = workspace[at : at + m * m].reshape(m, m)
     workspace = workspace[at + m * m :]
-    return Answers(
+    return UnitResponses(
         wrenches,
-        answers,
+        unit_responses,
         A,
         L,
         workspace[:m],
@@ -195,13 +195,13 @@ def hold(
         Whether the inertias are those of a linearly implicit sweep.
     """
     m, count = len(loops.rows), len(du)
-    kept = answers_in(workspace, m, len(applied))
+    kept = unit_responses_in(workspace, m, len(applied))
     for j in range(m):
         if not holds(loops, j, z):
             continue
         remainder = write_row(loops, j, tables.gravity, drives, count, work, kept.wrenches)
         kept.rest[j] = -remainder - _along(loops, j, work, kept.wrenches, du)
-    answer_rows(loops, tables, flexible, z, applied, work, modal, border, is_implicit, count, kept)
+    respond_to_rows(loops, tables, flexible, z, applied, work, modal, border, is_implicit, count, kept)
     rank, weakest = factor(
         kept.A, kept.scale, loops.limits[RANK_TOLERANCE], kept.L, kept.inverses, kept.order, kept.column
     )
@@ -209,14 +209,14 @@ def hold(
     for j in range(m):
         if multipliers[j] != 0.0:
             for i in range(count):
-                du[i] += multipliers[j] * kept.answers[j, i]
+                du[i] += multipliers[j] * kept.unit_responses[j, i]
             for i in range(len(driving)):
-                driving[i] += multipliers[j] * kept.answers[j, count + i]
+                driving[i] += multipliers[j] * kept.unit_responses[j, count + i]
     return weakest
 
 
 @kernel
-def answer_rows(
+def respond_to_rows(
     loops: Loops,
     tables: Tables,
     flexible: FlexibleTables | None,
@@ -227,7 +227,7 @@ def answer_rows(
     border: np.ndarray,
     is_implicit: bool,
     count: int,
-    kept: Answers,
+    kept: UnitResponses,
 ) -> None:
     """Write what the unit multiplier of each row causes, and A; the rows are written and the inertias eliminated.
 
@@ -264,14 +264,14 @@ def answer_rows(
             continue
         clear_all_forces(tables, flexible, applied, work, modal)
         push_row(loops, tables, flexible, j, 1.0, kept.wrenches, applied, work, modal)
-        answer = kept.answers[j, :count]  # the driven entries keep the answer of the driving forces
+        response = kept.unit_responses[j, :count]  # the driven entries keep the answer of the driving forces
         sweep_forces_inward(tables, flexible, applied, work, modal, border, is_implicit)
-        sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, answer)
+        sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, response)
         if driven > 0:
-            put_driving_forces(tables, applied, work, kept.answers[j, count:])
+            put_driving_forces(tables, applied, work, kept.unit_responses[j, count:])
         for i in range(j, m):
             if kept.scale[i] != 0.0:
-                kept.A[i, j] = _along(loops, i, work, kept.wrenches, answer)
+                kept.A[i, j] = _along(loops, i, work, kept.wrenches, response)
     for j in range(m):
         # a row of unit length if it pointed along the motion of its ends
         if kept.scale[j] != 0.0:
@@ -280,7 +280,7 @@ def answer_rows(
 
 
 @kernel
-def answer_multipliers(
+def respond_to_multipliers(
     loops: Loops,
     tables: Tables,
     flexible: FlexibleTables | None,
@@ -304,13 +304,13 @@ def answer_multipliers(
     workspace : ndarray, shape (`hold_size`,)
         Of `hold`; its answers are lost.
     """
-    kept = answers_in(workspace, len(loops.rows), len(applied))
+    kept = unit_responses_in(workspace, len(loops.rows), len(applied))
     clear_all_forces(tables, flexible, applied, work, modal)
     for j in range(len(loops.rows)):
         if multipliers[j] != 0.0:
             push_row(loops, tables, flexible, j, multipliers[j], kept.wrenches, applied, work, modal)
     sweep_forces_inward(tables, flexible, applied, work, modal, border, is_implicit)
-    sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, kept.answers[0, :count])
+    sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, kept.unit_responses[0, :count])
 
 
 @kernel

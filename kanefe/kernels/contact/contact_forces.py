@@ -28,6 +28,7 @@ from kanefe.kernels.contact.contact_places import (
     MU_ACROSS,
     MU_ALONG,
     POINT,
+    POINT_REPORTS,
     PROBE,
     PROBE_NUMBERS,
     PROBES,
@@ -43,7 +44,6 @@ from kanefe.kernels.contact.contact_places import (
     STATIC_RATIO,
     STIFFNESS,
     STRIBECK_SPEED,
-    TELLS_POINTS,
     TORSIONAL,
     TURNED,
     VISCOUS,
@@ -150,7 +150,7 @@ def contact_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, o
     is_any = has_held = has_slipping = False
     A_s, has_memory = nine(ends, A), numbers[HAS_MEMORY] > 0.0
     count, met = int(numbers[PROBES]), met_by(numbers, ends)
-    has_anchors, tells_points = numbers[HAS_FRICTION] == ANCHORED, numbers[TELLS_POINTS] > 0.0
+    has_anchors, reports_points = numbers[HAS_FRICTION] == ANCHORED, numbers[POINT_REPORTS] > 0.0
     each = 4 if has_anchors else 2
     for i in range(count):
         probe = PROBE + PROBE_NUMBERS * i
@@ -158,7 +158,7 @@ def contact_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, o
         at = each * (i + 1)  # after those of the contact
         deepest = depth if i == 0 else max(deepest, depth)
         shallowest = depth if i == 0 else min(shallowest, depth)
-        if tells_points:
+        if reports_points:
             out[at] = out[at + 1] = depth
             if has_anchors:
                 out[at + 2], out[at + 3] = depth * numbers[STIFFNESS], -depth * numbers[STIFFNESS]
@@ -175,7 +175,7 @@ def contact_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, o
         pull = pulled(numbers, A_s, normal, v, rate, rotated(A_s, three(states, place)), k, c)[2]
         is_held = not has_memory or states[place + 3] > 0.5
         reserve = above_the_most(numbers, pull, normal, A_s, press, c, is_held)
-        if tells_points:
+        if reports_points:
             near = AT_THE_LIMIT * press if has_memory else 0.0
             if is_held:
                 out[at + 2] = reserve + near

@@ -28,8 +28,8 @@ from __future__ import annotations
 ) = range(21)
 VISCOUS = TORSIONAL  # of bristles, which do not hold against turning
 BELT = ALONG + 3
-TELLS_POINTS = BELT + 3
-PROBE = TELLS_POINTS + 1
+POINT_REPORTS = BELT + 3
+PROBE = POINT_REPORTS + 1
 # Kinds of normal laws, numbers of a piece of a table, and of a function of the user: see `CompiledLaw`
 KELVIN_VOIGT, TABLE, BY_FUNCTION = 1.0, 2.0, 3.0
 PIECE = 6

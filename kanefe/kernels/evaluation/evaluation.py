@@ -11,7 +11,7 @@ from kanefe.kernels.compiler._numba import expanded, inlined
 from kanefe.kernels.compiler.arrays import RealRows, Reals, ValueRows, Values
 from kanefe.kernels.compiler.entries import built_first, entry
 from kanefe.kernels.compiler.signatures import Variant
-from kanefe.kernels.constraints.multipliers import Loops, answer_multipliers, hold, hold_size
+from kanefe.kernels.constraints.multipliers import Loops, hold, hold_size, respond_to_multipliers
 from kanefe.kernels.layout import (
     BORDER_SIZE,
     COORDINATE,
@@ -44,12 +44,12 @@ from kanefe.kernels.loads.point_and_field_loads import add_field_loads, add_poin
 from kanefe.kernels.planar.layout import PlanarTables
 from kanefe.kernels.steppers.step_commands import (
     AT,
+    DAMPING_DIRECTION,
     NO_INERTIA,
     NOT_FINITE,
-    PUSH_DAMPING,
-    PUSH_STIFFNESS,
     RATES,
     SLOPE,
+    STIFFNESS_DIRECTION,
     is_finite,
 )
 from kanefe.kernels.sweeps.accelerations import put_driving_forces, sweep_accelerations
@@ -263,10 +263,10 @@ def put_rates(
 
     if is_implicit:
         speeds = slice(len(q), len(q) + len(u))
-        pushes = vectors[PUSH_DAMPING, speeds], vectors[PUSH_STIFFNESS, speeds]
-        stiffen_joints(tables, shares[0], shares[1], pushes[0], pushes[1], q, u, applied, added)
+        directions = vectors[DAMPING_DIRECTION, speeds], vectors[STIFFNESS_DIRECTION, speeds]
+        stiffen_joints(tables, shares[0], shares[1], directions[0], directions[1], q, u, applied, added)
         if flexible is not None:
-            stiffen_modes(flexible, shares[0], shares[1], pushes[0], pushes[1], modal)
+            stiffen_modes(flexible, shares[0], shares[1], directions[0], directions[1], modal)
 
     is_regular = sweep_inward(tables, flexible, applied, work, modal, border, is_implicit, added)
     sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, du)
@@ -295,7 +295,7 @@ def put_rates(
             is_implicit,
         )
         if len(reactions) > 0:
-            answer_multipliers(
+            respond_to_multipliers(
                 loops, tables, flexible, applied, work, modal, border, is_implicit, len(du), multipliers, holding
             )
             add_reactions(between, work, reactions)

@@ -17,12 +17,12 @@ from kanefe.kernels.planar.inward import sweep_accelerations, sweep_inward
 from kanefe.kernels.planar.layout import WORK, PlanarTables
 from kanefe.kernels.planar.outward import add_point_loads, set_ground, sweep_outward, sweep_turns
 from kanefe.kernels.steppers.step_commands import (
+    DAMPING_DIRECTION,
     NO_INERTIA,
     NOT_FINITE,
-    PUSH_DAMPING,
-    PUSH_STIFFNESS,
     RATES,
     SLOPE,
+    STIFFNESS_DIRECTION,
     is_finite,
 )
 from kanefe.kernels.sweeps.implicit import stiffen_joints
@@ -110,8 +110,8 @@ def put_planar_rates(
     dissipated, work_of_motors = add_joint_forces(tables, drives, inputs, q, u, applied)
     if is_implicit:
         speeds = slice(len(q), len(q) + len(u))
-        pushes = vectors[PUSH_DAMPING, speeds], vectors[PUSH_STIFFNESS, speeds]
-        stiffen_joints(tables, shares[0], shares[1], pushes[0], pushes[1], q, u, applied, added)
+        directions = vectors[DAMPING_DIRECTION, speeds], vectors[STIFFNESS_DIRECTION, speeds]
+        stiffen_joints(tables, shares[0], shares[1], directions[0], directions[1], q, u, applied, added)
 
     is_regular = sweep_inward(tables, drives, applied, work, is_implicit, added)
     work_of_drives = sweep_accelerations(tables, drives, applied, work, du)

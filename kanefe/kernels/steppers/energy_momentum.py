@@ -64,14 +64,13 @@ from kanefe.kernels.steppers.step_commands import (
     AT,
     BALANCE,
     COORDINATES,
+    DAMPING_DIRECTION,
     DONE,
     FAILED,
     IMPLICIT,
     KEEPS_MOMENTA,
     NEXT_STEP,
     NO_CONVERGENCE,
-    PUSH_DAMPING,
-    PUSH_STIFFNESS,
     REASON,
     SCALE,
     SHARE_DAMPING,
@@ -82,6 +81,7 @@ from kanefe.kernels.steppers.step_commands import (
     STATE,
     STATE_OLD,
     STEP,
+    STIFFNESS_DIRECTION,
     STOP,
     TIME,
     TIME_AT,
@@ -130,8 +130,8 @@ def _ask_middle(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) ->
     _put_step(integers, reals, vectors, z)
     for i in range(n, n + m):
         half[i] = 0.5 * vectors[MOVE, i]
-        vectors[PUSH_DAMPING, i] = 0.5 * h * z[i]
-        vectors[PUSH_STIFFNESS, i] = 0.25 * h * h * z[i]
+        vectors[DAMPING_DIRECTION, i] = 0.5 * h * z[i]
+        vectors[STIFFNESS_DIRECTION, i] = 0.25 * h * h * z[i]
     move(integers, state, half, n, at)
     for i in range(n + m, len(state)):
         at[i] = state[i]

@@ -39,6 +39,7 @@ from kanefe.kernels.steppers.step_commands import (
     ACCEPTED,
     AT,
     COORDINATES,
+    DAMPING_DIRECTION,
     DONE,
     ERROR,
     FAILED,
@@ -54,8 +55,6 @@ from kanefe.kernels.steppers.step_commands import (
     NEXT_OUTPUT,
     NEXT_STEP,
     PROJECT,
-    PUSH_DAMPING,
-    PUSH_STIFFNESS,
     REASON,
     REJECTED,
     SHARE_DAMPING,
@@ -67,6 +66,7 @@ from kanefe.kernels.steppers.step_commands import (
     START,
     STATE,
     STEP,
+    STIFFNESS_DIRECTION,
     STOP,
     STRAIGHT,
     TIME,
@@ -112,8 +112,8 @@ def _ask_substep(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -
     n, m = integers[COORDINATES], integers[SPEEDS]
     h = reals[STEP] / integers[COLUMN]
     for i in range(n, n + m):
-        vectors[PUSH_STIFFNESS, i] = -h * vectors[AT, i]
-        vectors[PUSH_DAMPING, i] = 0.0
+        vectors[STIFFNESS_DIRECTION, i] = -h * vectors[AT, i]
+        vectors[DAMPING_DIRECTION, i] = 0.0
     reals[SHARE_DAMPING], reals[SHARE_STIFFNESS] = h, h * h
     reals[TIME_AT] = reals[TIME] + integers[SUBSTEP] * h
     return ask(integers, IMPLICIT, MOVING)
@@ -121,7 +121,7 @@ def _ask_substep(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -
 
 @kernel
 def _take_substep(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> None:
-    n, at, slope, step = integers[COORDINATES], vectors[AT], vectors[SLOPE], vectors[PUSH_STIFFNESS]
+    n, at, slope, step = integers[COORDINATES], vectors[AT], vectors[SLOPE], vectors[STIFFNESS_DIRECTION]
     h = reals[STEP] / integers[COLUMN]
     if integers[SUBSTEP] == 0:
         copy(slope, vectors[FIRST_SLOPE])
@@ -167,11 +167,11 @@ def _ask_filter(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) ->
     difference, state = vectors[DIFFERENCE], vectors[STATE]
     copy(state, vectors[AT])
     for i in range(n, n + m):
-        vectors[PUSH_DAMPING, i] = h * difference[i]
-        vectors[PUSH_STIFFNESS, i] = h * (h * difference[i] - state[i])
+        vectors[DAMPING_DIRECTION, i] = h * difference[i]
+        vectors[STIFFNESS_DIRECTION, i] = h * (h * difference[i] - state[i])
     for row in range(integers[MAP_SIZE]):
         if integers[MAP + 3 * row] == STRAIGHT:
-            vectors[PUSH_STIFFNESS, n + integers[MAP + 3 * row + 2]] += h * difference[integers[MAP + 3 * row + 1]]
+            vectors[STIFFNESS_DIRECTION, n + integers[MAP + 3 * row + 2]] += h * difference[integers[MAP + 3 * row + 1]]
     reals[TIME_AT] = reals[TIME]
     return ask(integers, IMPLICIT, FILTERING)
 
@@ -372,7 +372,7 @@ def _look_ahead(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) ->
     derive(integers, reals, vectors)
     copy(vectors[DIFFERENCE], vectors[AT])
     for i in range(n, n + m):
-        vectors[PUSH_STIFFNESS, i] = vectors[PUSH_DAMPING, i] = 0.0
+        vectors[STIFFNESS_DIRECTION, i] = vectors[DAMPING_DIRECTION, i] = 0.0
     reals[SHARE_DAMPING] = reals[SHARE_STIFFNESS] = 0.0
     reals[TIME_AT] = _end(integers, reals)
     return ask(integers, IMPLICIT, LOOKING)

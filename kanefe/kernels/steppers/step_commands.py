@@ -54,7 +54,7 @@ NO_INERTIA, NOT_FINITE = -1, -2  # of an evaluation: nothing moves along a joint
     KEEPS_MOMENTA,
     IS_STIFF,
     IS_LEFT_OPEN,
-    KNOTS,
+    BREAKPOINTS,
     BENDS,
 ) = range(23)
 OF_METHOD = 24  # from here on a method has its own
@@ -102,7 +102,7 @@ FEWEST_KEPT, MOST_KEPT = 8, 1024
 PIECES_OF_FREE_STEP = 4.0  # steps that want more pieces of a table than these pass over its knots
 
 # Rows of `vectors`, each of the length of a state (q, u, dissipated energy, work)
-AT, SLOPE, PUSH_DAMPING, PUSH_STIFFNESS, STATE, STATE_OLD, SCALE = range(7)
+AT, SLOPE, DAMPING_DIRECTION, STIFFNESS_DIRECTION, STATE, STATE_OLD, SCALE = range(7)
 ROWS_OF_METHOD = 7
 RIGID = ROWS_OF_METHOD  # with BALANCE six rows: speeds of the rigid motions of the scene, about its centre of mass
 
@@ -233,7 +233,7 @@ def knot_ahead(integers: np.ndarray, reals: np.ndarray, wanted: float) -> float:
     No method is of its order across a kink. Where a step that passes over knots is rejected until few are left, the
     next steps end at them: `FEWEST_KEPT` at first, twice as many each time that a longer step fails at once again.
     """
-    at, t = integers[KNOTS], reals[TIME]
+    at, t = integers[BREAKPOINTS], reals[TIME]
     i, end = int(reals[at + NEXT_KNOT]), len(reals)
     while i < end and reals[i] <= t + 1e-9 * (reals[i] - reals[i - 1]):
         i += 1
@@ -261,7 +261,7 @@ def clip(integers: np.ndarray, reals: np.ndarray, wanted: float) -> None:
     rest, knot = reals[STOP] - reals[TIME], np.inf
     if not integers[IS_FIXED]:
         wanted = min(wanted, reals[LARGEST], reals[LARGEST_OF_DRIVES])
-        if integers[KNOTS] > 0:
+        if integers[BREAKPOINTS] > 0:
             knot = knot_ahead(integers, reals, wanted) - reals[TIME]
     integers[LAST_STEP] = 1 if min(wanted, knot) >= rest * (1.0 - 1e-9) else 0
     rest = min(rest, knot)

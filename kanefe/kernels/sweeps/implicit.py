@@ -43,8 +43,8 @@ def stiffen_modes(
     flexible: FlexibleTables,
     share_damping: float,
     share_stiffness: float,
-    push_damping: np.ndarray,
-    push_stiffness: np.ndarray,
+    damping_direction: np.ndarray,
+    stiffness_direction: np.ndarray,
     modal: np.ndarray,
 ) -> None:
     """Scale forces and coupling of all modes by ``1 / sqrt(d)``, after adding the pushes (over the speeds)."""
@@ -56,12 +56,12 @@ def stiffen_modes(
         workspace = modal[body[MODAL] + WORK_PRODUCTS * k : body[MODAL] + (WORK_PRODUCTS + 2) * k]
         of_damping, of_stiffness = workspace[:k], workspace[k:]
         if body[TRANSFORM] < 0:
-            copy(push_damping[speed : speed + k], of_damping)
-            copy(push_stiffness[speed : speed + k], of_stiffness)
+            copy(damping_direction[speed : speed + k], of_damping)
+            copy(stiffness_direction[speed : speed + k], of_stiffness)
         else:
             transform = flexible.pool[body[TRANSFORM] : body[TRANSFORM] + k * k].reshape(k, k)
-            transposed_product(transform, 0, push_damping[speed : speed + k], of_damping)
-            transposed_product(transform, 0, push_stiffness[speed : speed + k], of_stiffness)
+            transposed_product(transform, 0, damping_direction[speed : speed + k], of_damping)
+            transposed_product(transform, 0, stiffness_direction[speed : speed + k], of_stiffness)
         diagonal = flexible.pool[body[POOL] + POOL_STIFFNESS :]
         for j in range(k):
             stiffness, damping = diagonal[j], 0.0
@@ -79,8 +79,8 @@ def stiffen_joints(
     tables: Tables | PlanarTables,
     share_damping: float,
     share_stiffness: float,
-    push_damping: np.ndarray,
-    push_stiffness: np.ndarray,
+    damping_direction: np.ndarray,
+    stiffness_direction: np.ndarray,
     q: np.ndarray,
     u: np.ndarray,
     applied: np.ndarray,
@@ -93,7 +93,7 @@ def stiffen_joints(
         if at >= 0 and law >= 0:
             stiffness, damping = _tangents(tables.laws[law], q[at].real, u[speed].real)
             added[speed] += share_damping * damping + share_stiffness * stiffness
-            applied[speed] += damping * push_damping[speed] + stiffness * push_stiffness[speed]
+            applied[speed] += damping * damping_direction[speed] + stiffness * stiffness_direction[speed]
 
 
 @inlined

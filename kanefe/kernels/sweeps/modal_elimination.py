@@ -320,7 +320,7 @@ def modal_accelerations(
         return
     coupling, p = modal[coupling_span(body)].reshape(6, body[COUNT]), modal[span(body, WORK_FORCE)]
     x = modal[span(body, WORK_DDETA)]
-    _answer(coupling, p, a, alpha, x)
+    _response(coupling, p, a, alpha, x)
     if carried > 0:
         parts = border_in(border, body)
         basis = parts.basis
@@ -368,7 +368,7 @@ def _scale(rows: np.ndarray, scale: np.ndarray) -> None:
 
 
 @vector_kernel
-def _answer(coupling: np.ndarray, p: np.ndarray, a: Numbers, alpha: Numbers, x: np.ndarray) -> None:
+def _response(coupling: np.ndarray, p: np.ndarray, a: Numbers, alpha: Numbers, x: np.ndarray) -> None:
     for i in range(len(x)):
         x[i] = p[i] - (
             a[0] * coupling[0, i]

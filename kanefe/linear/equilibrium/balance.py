@@ -14,7 +14,7 @@ from kanefe.kane.loop_closure import project_positions, project_speeds
 from kanefe.linear.imbalance import BALANCED, Imbalance, slipping_friction, worst_imbalance
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.tangents import DIFFERENCE_STEP, tangent_steps
-from kanefe.linear.unsettled import TOLD
+from kanefe.linear.unsettled import REPORTED
 
 LARGEST_ITERATIONS = 200
 
@@ -112,7 +112,7 @@ class BalanceSearch:
             z = small.along_positions.z @ inverse.T @ x
             q, u = self._closed(self.model.advance(q, z), u)
             if step_length(self.model, z) <= UNBOWED:
-                return (q, u) if self.imbalance(q, u).ratio <= TOLD else None
+                return (q, u) if self.imbalance(q, u).ratio <= REPORTED else None
             small = self.small(q, u)
         return None
 

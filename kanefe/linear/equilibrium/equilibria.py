@@ -44,7 +44,7 @@ which they end."""
 LOST = 1e-6
 """Imbalance later on above which the equilibrium is lost: rotating coordinates carry the round-off of the rotation."""
 
-MOST_TOLD = 6
+MOST_NAMED = 6
 """Largest number of modal coordinates of a body that are listed individually."""
 
 
@@ -86,7 +86,7 @@ class Equilibrium(Instant):
         lines = [f"equilibrium at t = {self.time:g} s after {self.iterations} iterations; {left}"]
         told = [f"  {name}: {value:.6g}" for name, value in self.coordinates.items()]
         for body in reversed(self.model.bodies):
-            if body.flexible is not None and body.flexible.body.free_count > MOST_TOLD:
+            if body.flexible is not None and body.flexible.body.free_count > MOST_NAMED:
                 eta = self.q[body.flexible.eta]
                 at = int(np.argmax(np.abs(eta)))
                 told[body.flexible.eta] = [
@@ -95,7 +95,7 @@ class Equilibrium(Instant):
         bending = self.bending
         told += [f"  bending inside bodies: {bending}"] if bending is not None else []
         other = [f"  {self.other_rest}"] if self.other_rest is not None else []
-        return "\n".join([*lines, *told, *self._told_of_contacts(), *other])
+        return "\n".join([*lines, *told, *self._contacts_in_words(), *other])
 
     @property
     def bending(self) -> Bending | None:
@@ -120,7 +120,7 @@ class Equilibrium(Instant):
         """Rigid contacts whose normal forces rigid bodies could share otherwise: those told are of least norm."""
         return undetermined(State(self.model, self.time, self.q, self.u, self.z))
 
-    def _told_of_contacts(self) -> list[str]:
+    def _contacts_in_words(self) -> list[str]:
         """Return a line for each contact."""
         lines, carrying, shared = [], self.carrying, self.undetermined
         for name in self.contacts:

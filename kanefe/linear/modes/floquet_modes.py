@@ -31,7 +31,7 @@ RIGID = 1e-7
 REACH_OF_RIGID = 4
 """Harmonics on either side of motions without restoring force: coordinates in rotating axes need two."""
 
-TOLD_SHARE = 0.005
+REPORTED_SHARE = 0.005
 """Smallest fraction of a mode for which ``print`` lists a harmonic."""
 
 
@@ -119,7 +119,7 @@ class FloquetModes(OfEigenvalues):
         parts = [
             (int(k), float(own + k / self.period), float(share))
             for k, share in zip(self.orders, self.shares[:, mode], strict=True)
-            if share >= TOLD_SHARE
+            if share >= REPORTED_SHARE
         ]
         return sorted(parts, key=lambda part: -part[2])
 

@@ -15,7 +15,7 @@ from kanefe.linear.modes.mode_shapes import Shapes
 from kanefe.linear.modes.unresisted import Unresisted
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.state_space import StateSpace
-from kanefe.linear.unsettled import told_imbalance
+from kanefe.linear.unsettled import imbalance_in_words
 
 ROUND_OFF = 1e-14
 """Imaginary part, relative to the largest eigenvalue, below which an eigenvalue is real."""
@@ -111,7 +111,7 @@ class Modes(OfEigenvalues, Shapes):
                 damping = 100 * self.damping_ratios[i] if abs(value.real) > noise[i] else 0.0
                 kind = f"{self.frequencies[i]:14.6g}  {value.imag:11.6g}  {damping:11.4g}"
             lines.append(f"{i:4d}  {kind}  {self.describe(i)}{'  (unstable)' if self.grows[i] else ''}")
-        return "\n".join(lines + told_imbalance(self.linearisation.imbalance))
+        return "\n".join(lines + imbalance_in_words(self.linearisation.imbalance))
 
 
 def modes_of(linearisation: StateSpace) -> Modes:

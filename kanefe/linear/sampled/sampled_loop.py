@@ -233,7 +233,7 @@ def sampled_loop(
     return loop
 
 
-def told_poles(model: Model, t: float, y: Vector) -> str | None:
+def poles_in_words(model: Model, t: float, y: Vector) -> str | None:
     """Return what is told of the poles of a loop about a state in a run; None if none grows or they are not known."""
     try:
         loop = _about(model, t, y.copy(), (), ())

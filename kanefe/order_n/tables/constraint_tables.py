@@ -17,7 +17,7 @@ from kanefe.kernels.constraints.constraint_rows import (
 from kanefe.kernels.constraints.multipliers import CONSTRAINT_INTEGERS, Loops, no_loops
 from kanefe.kernels.constraints.tolerances import LARGEST_STEP
 from kanefe.kernels.loads.markers import MARKER_NUMBERS
-from kanefe.order_n.tables.frame_offsets import Seats
+from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import displacement_scales, joint_scales, scene_length
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from kanefe.constraints.rows import Constraint, MarkerRow, Row
 
 
-def loop_tables(builder: Seats) -> Loops:
+def loop_tables(builder: FrameOffsets) -> Loops:
     """Return the tables of the rows of all constraints."""
     model = builder.model
     if not model.constraints:

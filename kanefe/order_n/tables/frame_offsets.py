@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class Seat:
+class FrameOffset:
     """Where a frame of the model sits in the rows: row (-1: N), axes to those of the row, origin in the row (m)."""
 
     row: int
@@ -29,8 +29,8 @@ class Seat:
     place: Vector
 
 
-class Seats:
-    """The seats of a model's frames, which tables of loads and constraints ask for.
+class FrameOffsets:
+    """The frame offsets of a model's frames, which tables of loads and constraints ask for.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class Seats:
 
     Attributes
     ----------
-    seats : list of Seat
+    frame_offsets : list of FrameOffset
         Of every body's frame.
     interfaces : dict
         Row of an interface by body number and name.
@@ -56,7 +56,7 @@ class Seats:
 
     def __init__(self, model: ModelData) -> None:
         self.model = model
-        self.seats: list[Seat] = []
+        self.frame_offsets: list[FrameOffset] = []
         self.interfaces: dict[tuple[int, str], int] = {}
         self.modes: dict[int, ModalConstants] = {}
         self.flexible_numbers: dict[int, int] = {}
@@ -64,13 +64,13 @@ class Seats:
         self.point_bodies = [body_of_points(load, reach) for load, reach in zip(model.loads, self.reaches, strict=True)]
         self.inputs = InputLayout(model)
 
-    def seat(self, number: int, interface: InterfaceFrame | None) -> Seat:
+    def frame_offset(self, number: int, interface: InterfaceFrame | None) -> FrameOffset:
         """Return where the frame of a body, or of one of its interfaces, sits; number -1 is N."""
         if number < 0:
-            return Seat(-1, np.eye(3), np.zeros(3))
+            return FrameOffset(-1, np.eye(3), np.zeros(3))
         if interface is None:
-            return self.seats[number]
-        return Seat(self.interfaces[number, interface.name], np.eye(3), np.zeros(3))
+            return self.frame_offsets[number]
+        return FrameOffset(self.interfaces[number, interface.name], np.eye(3), np.zeros(3))
 
     def marker_numbers(self, marker: Marker) -> tuple[int, np.ndarray]:
         """Return the row of a marker, and its place and axes in that row; of a joint coordinate where it is."""
@@ -78,5 +78,7 @@ class Seats:
             numbers = np.zeros(MARKER_NUMBERS)
             numbers[[AT, SPEED]] = self.model.coordinate_places(marker.body)[marker.coordinate]
             return COORDINATE, numbers
-        seat = self.seat(marker.body, marker.interface)
-        return seat.row, np.concatenate((seat.place + seat.axes @ marker.point, (seat.axes @ marker.axes).ravel()))
+        frame_offset = self.frame_offset(marker.body, marker.interface)
+        return frame_offset.row, np.concatenate(
+            (frame_offset.place + frame_offset.axes @ marker.point, (frame_offset.axes @ marker.axes).ravel())
+        )

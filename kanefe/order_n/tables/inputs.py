@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -90,6 +91,11 @@ class InputLayout:
     def is_constant(self) -> bool:
         """Whether no function of the user is called in a run."""
         return not (self.of_time or self.of_state or self.between)
+
+    @cached_property
+    def calls_python(self) -> bool:
+        """Whether functions of the user are called in Python in a run."""
+        return not (self.is_constant or self.compiled())
 
     def of(self, item: object) -> int:
         """Return where the values of a load begin; -1: it has none."""

@@ -21,7 +21,7 @@ from kanefe.kernels.loads.loads_layout import (
 from kanefe.kernels.loads.markers import MARKER_NUMBERS
 from kanefe.kernels.loads.reach import POINTS, reach_size
 from kanefe.loads.base import LoadKernel
-from kanefe.order_n.tables.frame_offsets import Seats
+from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.reach_tables import in_teams, reach_tables, sweeps
 from kanefe.tree.model_data import ModelData
 
@@ -34,7 +34,7 @@ def attached_interfaces(
 ) -> list[dict[str, tuple[InterfaceFrame, bool]]]:
     """Return for each body its interfaces with something attached, and whether they carry a body or close a loop.
 
-    Ends that are points, see `Seats.point_bodies`, have no rows. `is_complete`: all its interfaces.
+    Ends that are points, see `FrameOffsets.point_bodies`, have no rows. `is_complete`: all its interfaces.
     """
     attached: list[dict[str, tuple[InterfaceFrame, bool]]] = [{} for _ in model.bodies]
     for body in model.bodies:
@@ -60,18 +60,20 @@ def attached_interfaces(
     return attached
 
 
-def point_load_tables(builder: Seats) -> tuple[np.ndarray, np.ndarray]:
+def point_load_tables(builder: FrameOffsets) -> tuple[np.ndarray, np.ndarray]:
     """Return `Tables.loads` and `Tables.points`."""
     loads, points = [], []
     for number, body in enumerate(builder.model.bodies):
         for load, interface in body.loads:
-            seat = builder.seat(number, interface)
-            loads.append((seat.row, builder.inputs.of(load), int(load.is_torque), int(load.follows)))
-            points.append(np.concatenate((seat.place + seat.axes @ load.point, seat.axes.ravel())))
+            frame_offset = builder.frame_offset(number, interface)
+            loads.append((frame_offset.row, builder.inputs.of(load), int(load.is_torque), int(load.follows)))
+            points.append(
+                np.concatenate((frame_offset.place + frame_offset.axes @ load.point, frame_offset.axes.ravel()))
+            )
     return np.array(loads, dtype=np.int64).reshape(-1, 4), np.array(points, dtype=float).reshape(-1, 12)
 
 
-def joint_force_tables(builder: Seats) -> tuple[np.ndarray, np.ndarray]:
+def joint_force_tables(builder: FrameOffsets) -> tuple[np.ndarray, np.ndarray]:
     """Return `Tables.joint_forces` and `Tables.laws`."""
     forces: list[tuple[int, ...]] = []
     laws: list[tuple[float, ...]] = []
@@ -96,7 +98,7 @@ def joint_force_tables(builder: Seats) -> tuple[np.ndarray, np.ndarray]:
     return np.array(forces, dtype=np.int64).reshape(-1, 4), np.array(laws, dtype=float).reshape(-1, 7)
 
 
-def loads_between(builder: Seats) -> LoadsBetween:
+def loads_between(builder: FrameOffsets) -> LoadsBetween:
     """Return the tables of loads between frames."""
     kernels = {}
     for number, load in enumerate(builder.model.loads):
@@ -105,7 +107,7 @@ def loads_between(builder: Seats) -> LoadsBetween:
     return _tables(builder, kernels)[0]
 
 
-def watched_loads(builder: Seats) -> tuple[LoadsBetween, list[int]]:
+def watched_loads(builder: FrameOffsets) -> tuple[LoadsBetween, list[int]]:
     """Return the same of those whose functions write what their events look at, and their numbers in the model."""
     kernels, most = {}, 0
     for number, load in enumerate(builder.model.loads):
@@ -117,7 +119,7 @@ def watched_loads(builder: Seats) -> tuple[LoadsBetween, list[int]]:
 
 
 def _tables(
-    builder: Seats, kernels: Mapping[int, tuple[tuple[int, int], np.ndarray]], values: int = 0
+    builder: FrameOffsets, kernels: Mapping[int, tuple[tuple[int, int], np.ndarray]], values: int = 0
 ) -> tuple[LoadsBetween, list[int]]:
     """Return the tables of loads by their numbers in the model, and these in the order of the tables.
 
@@ -143,9 +145,9 @@ def _tables(
             integers.append((*where, team, points, own_points, count - own_points))
             points += own_points
             if number in model.bearings:
-                seat, (_, bearing) = builder.seats[model.bearings[number]], model.following(number)
-                bearings.append((len(integers) - 1, seat.row, int(bearing.has_moment)))
-                places.append(np.concatenate((seat.place, seat.axes @ bearing.axis)))
+                frame_offset, (_, bearing) = builder.frame_offsets[model.bearings[number]], model.following(number)
+                bearings.append((len(integers) - 1, frame_offset.row, int(bearing.has_moment)))
+                places.append(np.concatenate((frame_offset.place, frame_offset.axes @ bearing.axis)))
             pool += constants.tolist()
             reach_of_load = builder.reaches[number]
             if reach_of_load is not None:

@@ -28,7 +28,7 @@ from kanefe.kernels.planar.layout import (
     TURN,
     PlanarTables,
 )
-from kanefe.order_n.tables.frame_offsets import Seat
+from kanefe.order_n.tables.frame_offsets import FrameOffset
 from kanefe.tree.body_terms import BodyTerms
 from kanefe.tree.model_data import ModelData
 
@@ -131,7 +131,7 @@ class _Builder:
     def __init__(self, model: ModelData, axes: list[Matrix], basis: Matrix) -> None:
         self.model = model
         self.basis = basis
-        self.seats: list[Seat] = []
+        self.frame_offsets: list[FrameOffset] = []
         self._integers: list[list[int]] = []
         self._numbers: list[list[float]] = []
         self._add_row(TURN, 0, np.zeros(3))
@@ -141,7 +141,11 @@ class _Builder:
     def tables(self, in_space: Tables) -> PlanarTables:
         """Return the tables; what is the same in space is taken from there."""
         loads = in_space.loads.copy()
-        loads[:, 0] = [seat.row for body, seat in zip(self.model.bodies, self.seats, strict=True) for _ in body.loads]
+        loads[:, 0] = [
+            frame_offset.row
+            for body, frame_offset in zip(self.model.bodies, self.frame_offsets, strict=True)
+            for _ in body.loads
+        ]
         return PlanarTables(
             rows=np.array(self._integers, dtype=np.int64),
             geometry=np.array(self._numbers),
@@ -165,7 +169,7 @@ class _Builder:
         return len(self._integers) - 1
 
     def _add_body(self, body: BodyTerms, axes: Matrix) -> None:
-        parent = self.seats[body.parent] if body.parent >= 0 else Seat(0, self.basis, np.zeros(3))
+        parent = self.frame_offsets[body.parent] if body.parent >= 0 else FrameOffset(0, self.basis, np.zeros(3))
         row, place, joint = parent.row, parent.place + parent.axes @ body.p_PoFo_P, body.joint
         moving: list[Link] = [link for link in joint.links() or () if not link.is_fixed]
         if floats_in_plane(joint) and not body.is_driven:
@@ -181,9 +185,9 @@ class _Builder:
                     row = self._add_row(SLIDE, row, place, axes @ link.axis)
                 self._number(row, body, i)
                 place = np.zeros(3)
-        seat = Seat(row, axes, place)
-        self._add_mass(body, seat)
-        self.seats.append(seat)
+        frame_offset = FrameOffset(row, axes, place)
+        self._add_mass(body, frame_offset)
+        self.frame_offsets.append(frame_offset)
 
     def _number(self, row: int, body: BodyTerms, i: int) -> None:
         """Write where coordinate i of a body's joint is in the state, or among the driven ones."""
@@ -194,18 +198,18 @@ class _Builder:
         else:
             integers[COORDINATE] = int(body.coordinates[i])
 
-    def _add_mass(self, body: BodyTerms, seat: Seat) -> None:
-        rigid, numbers = body.rigid, self._numbers[seat.row]
+    def _add_mass(self, body: BodyTerms, frame_offset: FrameOffset) -> None:
+        rigid, numbers = body.rigid, self._numbers[frame_offset.row]
         if rigid is None or rigid.mass == 0.0:
             return
-        x, y, _ = (seat.place + seat.axes @ rigid.com).tolist()
-        normal = seat.axes[2]
+        x, y, _ = (frame_offset.place + frame_offset.axes @ rigid.com).tolist()
+        normal = frame_offset.axes[2]
         numbers[MASS] += rigid.mass
         numbers[FIRST] += rigid.mass * x
         numbers[FIRST + 1] += rigid.mass * y
         numbers[SECOND] += float(normal @ rigid.inertia @ normal) + rigid.mass * (x * x + y * y)
         if not body.has_gravity:
-            self._integers[seat.row][IS_LIFTED] = 1
+            self._integers[frame_offset.row][IS_LIFTED] = 1
             numbers[LIFTED] += rigid.mass
             numbers[LIFTED + 1] += rigid.mass * x
             numbers[LIFTED + 2] += rigid.mass * y
@@ -213,12 +217,12 @@ class _Builder:
     def _points(self) -> np.ndarray:
         """Return where loads act, and what takes their values into the plane."""
         points = []
-        for body, seat in zip(self.model.bodies, self.seats, strict=True):
+        for body, frame_offset in zip(self.model.bodies, self.frame_offsets, strict=True):
             for load, _ in body.loads:
-                into_plane = seat.axes if load.follows else self.basis
+                into_plane = frame_offset.axes if load.follows else self.basis
                 if load.is_torque:
                     points.append((0.0, 0.0, *into_plane[2], 0.0, 0.0, 0.0))
                 else:
-                    place = seat.place + seat.axes @ load.point
+                    place = frame_offset.place + frame_offset.axes @ load.point
                     points.append((*place[:2], *into_plane[0], *into_plane[1]))
         return np.array(points, dtype=float).reshape(-1, 8)

@@ -12,7 +12,7 @@ import numpy as np
 from kanefe.frames import Vector
 from kanefe.kernels.contact.broad_phase import BALL
 from kanefe.kernels.loads.reach import BALL_INTEGERS, BOUNDS_NUMBERS, TEAM_INTEGERS, Reach
-from kanefe.order_n.tables.frame_offsets import Seats
+from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.load_points import point_numbers
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ SLACK = 1.01
 """Factor on the radii of balls in a sweep: events see contacts approach before they touch."""
 
 
-def sweeps(builder: Seats, chosen: Sequence[int]) -> list[int]:
+def sweeps(builder: FrameOffsets, chosen: Sequence[int]) -> list[int]:
     """Return those of some loads that are found by a sweep over balls."""
     found, balls = [], set[tuple[object, ...]]()
     for number in chosen:
@@ -54,7 +54,7 @@ class _Ball:
         return self.row, *self.centre.tolist(), self.radius, self.flexible
 
 
-def _balls_of(builder: Seats, number: int) -> list[_Ball]:
+def _balls_of(builder: FrameOffsets, number: int) -> list[_Ball]:
     """Return balls about all probes of a load, one for each row or flexible body that they are in; none: it acts."""
     load, reach, body = builder.model.loads[number], builder.reaches[number], builder.point_bodies[number]
     if reach is None:
@@ -64,14 +64,14 @@ def _balls_of(builder: Seats, number: int) -> list[_Ball]:
         marker = load.ends[end]
         if body >= 0:
             motion = builder.modes[body].of_interface(marker.interface.motion[:3, : builder.modes[body].count])
-            key = builder.seats[body].row, builder.flexible_numbers[body]
+            key = builder.frame_offsets[body].row, builder.flexible_numbers[body]
             place = marker.interface.position
             arm = float(np.linalg.norm(marker.point + marker.axes @ point))
             of_ball = place, radius + arm, np.linalg.norm(motion, axis=0)
         else:
-            seat = builder.seat(marker.body, marker.interface)
-            place = seat.place + seat.axes @ (marker.point + marker.axes @ point)
-            key, of_ball = (seat.row, -1), (place, radius, np.zeros(0))
+            frame_offset = builder.frame_offset(marker.body, marker.interface)
+            place = frame_offset.place + frame_offset.axes @ (marker.point + marker.axes @ point)
+            key, of_ball = (frame_offset.row, -1), (place, radius, np.zeros(0))
         places.setdefault(key, []).append(of_ball)
     found = []
     for (row, flexible), of_row in places.items():
@@ -83,16 +83,16 @@ def _balls_of(builder: Seats, number: int) -> list[_Ball]:
     return found
 
 
-def _ball_of_bounds(builder: Seats, number: int, bounds: Bounds) -> _Ball:
+def _ball_of_bounds(builder: FrameOffsets, number: int, bounds: Bounds) -> _Ball:
     """Return the ball about bounds that end somewhere."""
     marker = builder.model.loads[number].ends[0]
-    seat = builder.seat(marker.body, marker.interface)
+    frame_offset = builder.frame_offset(marker.body, marker.interface)
     middle = marker.axes @ bounds.axes @ (0.5 * (bounds.lower + bounds.upper))
-    centre = seat.place + seat.axes @ (marker.point + middle)
-    return _Ball(seat.row, centre, bounds.size)
+    centre = frame_offset.place + frame_offset.axes @ (marker.point + middle)
+    return _Ball(frame_offset.row, centre, bounds.size)
 
 
-def in_teams(builder: Seats, numbers: Sequence[int]) -> list[list[int]]:
+def in_teams(builder: FrameOffsets, numbers: Sequence[int]) -> list[list[int]]:
     """Return loads that are not swept in teams: those of the points of one body, or of one row, on one surface."""
     teams: dict[object, list[int]] = {}
     for number in numbers:
@@ -106,7 +106,7 @@ def in_teams(builder: Seats, numbers: Sequence[int]) -> list[list[int]]:
     return list(teams.values())
 
 
-def reach_tables(builder: Seats, teams: Sequence[Sequence[int]], swept: Sequence[int]) -> Reach:
+def reach_tables(builder: FrameOffsets, teams: Sequence[Sequence[int]], swept: Sequence[int]) -> Reach:
     """Return the tables of the reach of loads: those of all teams one by one, and then those that are swept."""
     numbers: dict[tuple[object, ...], int] = {}
     balls: list[_Ball] = []
@@ -158,7 +158,7 @@ def reach_tables(builder: Seats, teams: Sequence[Sequence[int]], swept: Sequence
 
 
 def _teams(
-    builder: Seats,
+    builder: FrameOffsets,
     teams: Sequence[Sequence[int]],
     balls_of: Sequence[Sequence[_Ball]],
     number_of: Callable[[_Ball], int],
@@ -190,14 +190,14 @@ def _about(balls: Sequence[_Ball]) -> _Ball:
     return _Ball(balls[0].row, centre, radius, balls[0].flexible, np.max([ball.weights for ball in balls], axis=0))
 
 
-def _bounds(builder: Seats, number: int, bounds: Bounds) -> tuple[int, np.ndarray]:
+def _bounds(builder: FrameOffsets, number: int, bounds: Bounds) -> tuple[int, np.ndarray]:
     """Return the row of the first end of a load, and its bounds there, as the kernels have them."""
     marker = builder.model.loads[number].ends[0]
-    seat = builder.seat(marker.body, marker.interface)
-    axes = seat.axes @ marker.axes
-    origin = seat.place + seat.axes @ marker.point
+    frame_offset = builder.frame_offset(marker.body, marker.interface)
+    axes = frame_offset.axes @ marker.axes
+    origin = frame_offset.place + frame_offset.axes @ marker.point
     numbers = bounds.rounding, bounds.stretch, float(bounds.is_room)
-    return seat.row, np.concatenate((origin, (axes @ bounds.axes).ravel(), bounds.lower, bounds.upper, numbers))
+    return frame_offset.row, np.concatenate((origin, (axes @ bounds.axes).ravel(), bounds.lower, bounds.upper, numbers))
 
 
 def _swells(balls: Sequence[_Ball]) -> tuple[list[tuple[int, int]], list[Vector], list[tuple[int, int]]]:
@@ -216,7 +216,7 @@ def _swells(balls: Sequence[_Ball]) -> tuple[list[tuple[int, int]], list[Vector]
     return swells, list(largest.values()), of_balls
 
 
-def far_values(builder: Seats, number: int) -> np.ndarray:
+def far_values(builder: FrameOffsets, number: int) -> np.ndarray:
     """Return what the events of a load see where it cannot act, (events, 2): see `kanefe.kernels.loads.watching`."""
     reach = builder.reaches[number]
     if reach is None:

@@ -62,7 +62,7 @@ from kanefe.kernels.layout import (
 )
 from kanefe.kernels.links.places import SIGNATURE
 from kanefe.kernels.sweeps.border import border_size
-from kanefe.order_n.tables.frame_offsets import Seat, Seats
+from kanefe.order_n.tables.frame_offsets import FrameOffset, FrameOffsets
 from kanefe.order_n.tables.load_tables import attached_interfaces, joint_force_tables, point_load_tables
 from kanefe.order_n.tables.modal_constants import modal_constants
 from kanefe.tree.body_terms import BodyTerms
@@ -93,7 +93,7 @@ class _Pool:
         return start
 
 
-class TableBuilder(Seats):
+class TableBuilder(FrameOffsets):
     """Writes the tables of a model and remembers where its frames went.
 
     Parameters
@@ -143,20 +143,24 @@ class TableBuilder(Seats):
         )
 
     def _add_body(self, number: int, body: BodyTerms, attached: dict[str, tuple[InterfaceFrame, bool]]) -> None:
-        parent = self.seat(body.parent, body.parent_interface)
+        parent = self.frame_offset(body.parent, body.parent_interface)
         place = parent.place + parent.axes @ body.p_PoFo_P
         axes = parent.axes @ body.A_PF
         if self._melts(body, parent.row):
-            seat = Seat(parent.row, axes, place)
+            frame_offset = FrameOffset(parent.row, axes, place)
         else:
-            seat = self._add_links(body, parent.row, place, axes)
+            frame_offset = self._add_links(body, parent.row, place, axes)
         if body.rigid is not None:
-            self._add_mass(body, seat)
+            self._add_mass(body, frame_offset)
         elif body.flexible is not None:
-            if not np.array_equal(seat.axes, np.eye(3)):
-                seat = Seat(self._add_row(FIXED, seat.row, seat.place, seat.axes), np.eye(3), np.zeros(3))
-            self._add_flexible(number, body, seat.row, attached)
-        self.seats.append(seat)
+            if not np.array_equal(frame_offset.axes, np.eye(3)):
+                frame_offset = FrameOffset(
+                    self._add_row(FIXED, frame_offset.row, frame_offset.place, frame_offset.axes),
+                    np.eye(3),
+                    np.zeros(3),
+                )
+            self._add_flexible(number, body, frame_offset.row, attached)
+        self.frame_offsets.append(frame_offset)
 
     def _melts(self, body: BodyTerms, row: int) -> bool:
         """Tell whether a body is a rigid part of the row it is fixed to."""
@@ -166,7 +170,7 @@ class TableBuilder(Seats):
         is_rigid = integers[KIND] != INTERFACE and integers[FLEXIBLE] < 0
         return bool(is_rigid and integers[HAS_GRAVITY] == body.has_gravity)
 
-    def _add_links(self, body: BodyTerms, parent: int, place: Vector, axes: Matrix) -> Seat:
+    def _add_links(self, body: BodyTerms, parent: int, place: Vector, axes: Matrix) -> FrameOffset:
         row, speed, coordinate = parent, 0, 0
         for link in body.joint.links() or ():
             turn = link.turn
@@ -184,7 +188,7 @@ class TableBuilder(Seats):
                     integers[COORDINATE] = body.coordinates[coordinate]
             speed, coordinate = speed + link.speed_count, coordinate + link.coordinate_count
             place, axes = np.zeros(3), turn.T
-        return Seat(row, axes, place)
+        return FrameOffset(row, axes, place)
 
     def _add_row(
         self, kind: int, parent: int, place: Vector, axes: Matrix, along: float = 0.0, about: float = 0.0
@@ -198,19 +202,19 @@ class TableBuilder(Seats):
         self._numbers.append(numbers)
         return len(self._integers) - 1
 
-    def _add_mass(self, body: BodyTerms, seat: Seat) -> None:
-        rigid, numbers = body.rigid, self._numbers[seat.row]
+    def _add_mass(self, body: BodyTerms, frame_offset: FrameOffset) -> None:
+        rigid, numbers = body.rigid, self._numbers[frame_offset.row]
         if rigid is None:
             return
-        com = seat.place + seat.axes @ rigid.com
-        about_origin = seat.axes @ rigid.inertia @ seat.axes.T + rigid.mass * (
+        com = frame_offset.place + frame_offset.axes @ rigid.com
+        about_origin = frame_offset.axes @ rigid.inertia @ frame_offset.axes.T + rigid.mass * (
             com @ com * np.eye(3) - np.outer(com, com)
         )
         numbers[MASS] += rigid.mass
         numbers[FIRST : FIRST + 3] += rigid.mass * com
         numbers[SECOND : SECOND + 6] += about_origin[UPPER]
-        numbers[ROTOR : ROTOR + 3] += seat.axes @ rigid.rotor
-        self._integers[seat.row][HAS_GRAVITY] = body.has_gravity
+        numbers[ROTOR : ROTOR + 3] += frame_offset.axes @ rigid.rotor
+        self._integers[frame_offset.row][HAS_GRAVITY] = body.has_gravity
 
     def _add_flexible(
         self, number: int, body: BodyTerms, row: int, attached: dict[str, tuple[InterfaceFrame, bool]]

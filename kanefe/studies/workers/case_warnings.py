@@ -13,7 +13,7 @@ _shown: Any = None
 _filters: Any = None
 
 
-class Told:
+class CaseWarnings:
     """Collects the warnings of this thread; the others' go where they went.
 
     Attributes
@@ -34,7 +34,7 @@ class Told:
         self.texts: list[str] = []
         self._is_open = False
 
-    def __enter__(self) -> Told:
+    def __enter__(self) -> CaseWarnings:
         global _users, _shown, _filters
         with _lock:
             self._is_open = True

@@ -24,7 +24,7 @@ from kanefe.result import Result
 from kanefe.screening.windows import screen
 from kanefe.storage.digest import code_stamp
 from kanefe.storage.sealed import sealed
-from kanefe.studies.workers.case_warnings import Told
+from kanefe.studies.workers.case_warnings import CaseWarnings
 from kanefe.studies.workers.time_limit import TimeIsUp, within
 from kanefe.system import System
 
@@ -166,7 +166,7 @@ def run_case(work: Work, case: Case) -> dict[str, Any]:
     """Return the row of a case. Whatever goes wrong in it is told there, and stops nothing else."""
     row: dict[str, Any] = {"case": case.number, "key": case.key, "parameters": case.parameters}
     wall, cpu = time.perf_counter(), time.thread_time()
-    doing, told = ["build"], Told()
+    doing, told = ["build"], CaseWarnings()
 
     def outcome() -> dict[str, Any]:
         with told:
@@ -216,12 +216,12 @@ def _reason(doing: str, error: BaseException) -> str:
     if isinstance(error, KanefeError):
         return f"{doing}: {error}"
     if isinstance(error, SystemExit):
-        return f"{doing} {exit_told(error)}"
+        return f"{doing} {exit_in_words(error)}"
     place = traceback.extract_tb(error.__traceback__)[-1]
     return f"{doing} raised {type(error).__name__}: {error} ({Path(place.filename).name}, line {place.lineno})"
 
 
-def exit_told(error: SystemExit) -> str:
+def exit_in_words(error: SystemExit) -> str:
     """Return what a call of sys.exit asked for."""
     return f"called sys.exit({'' if error.code is None else repr(error.code)})"
 

@@ -14,7 +14,7 @@ import kanefe as kf
 from kanefe.constraints.rows import DirectionRow, PointRow
 from kanefe.equations.model import Model
 from kanefe.kane.state import State
-from kanefe.tree.model_data import WORKS
+from kanefe.tree.model_data import QUADRATURES
 from kanefe.tree.scene_state import SceneState
 from random_loops import LoopScene, closed_state
 from random_scenes import Recipe, recipes
@@ -103,8 +103,8 @@ def test_what_is_off_is_not_there(recipe: Recipe, loops: int, flags: int) -> Non
     closed = closed_state(cut, 3)
     if closed is None:
         return
-    y = np.concatenate((*closed, switched.initial_states, np.zeros(WORKS)))
-    plain = np.concatenate((*closed, cut.initial_states, np.zeros(WORKS)))
+    y = np.concatenate((*closed, switched.initial_states, np.zeros(QUADRATURES)))
+    plain = np.concatenate((*closed, cut.initial_states, np.zeros(QUADRATURES)))
     n = switched.coordinate_count + switched.free_count
     for route, other in ((switched.route, cut.route), (switched.literal, cut.literal)):
         found, wanted = route.evaluate(0.0, y), other.evaluate(0.0, plain)  # later, drives may be out of reach
@@ -127,10 +127,10 @@ def test_what_is_off_costs_nothing(monkeypatch: Any) -> None:
         for question in ("residual", "wrenches", "remainder"):
             monkeypatch.setattr(kind, question, refuse)
     model = scene.freeze()
-    model.literal.evaluate(0.0, np.concatenate((model.initial_state, np.zeros(WORKS))))
+    model.literal.evaluate(0.0, np.concatenate((model.initial_state, np.zeros(QUADRATURES))))
     assert model.constraint_report().rows == 0
     with pytest.raises(AssertionError, match="that is off"):
-        model.literal.evaluate(0.0, np.concatenate((model.initial_state[:-1], np.ones(1 + WORKS))))
+        model.literal.evaluate(0.0, np.concatenate((model.initial_state[:-1], np.ones(1 + QUADRATURES))))
 
 
 def test_one_that_is_open_is_not_switched_on() -> None:

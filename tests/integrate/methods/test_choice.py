@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.integrate.auto.choice import choose
+from kanefe.integrate.auto.choice import choose, method_names
 from kanefe.integrate.auto.cost import ERROR_OF_RADAU, LEAST_OF_RADAU, SEEN_BY_RADAU, steps_of_radau
 from kanefe.integrate.auto.explicit_rates import rate_of_functions
-from kanefe.integrate.auto.suited_method import suited
+from kanefe.integrate.auto.suited_method import candidates
 from kanefe.integrate.auto.vibrations import CALM, LEAST_DAMPING, MOST_RADIANS, Vibrations, least_damping
 from kanefe.integrate.breakpoints import SAMPLES
 from kanefe.integrate.dynamics import Dynamics
@@ -52,8 +52,10 @@ def bar(gravity: float, damping: float = 0.01) -> kf.Model:
 def test_vibrations_that_the_tolerance_asks_for_are_followed(
     gravity: float, periods: float, rtol: float, name: str, reason: str
 ) -> None:
-    choice = choose(bar(gravity), RunOptions(t_span=(0.0, periods / SLOWEST), rtol=rtol))
+    model, options = bar(gravity), RunOptions(t_span=(0.0, periods / SLOWEST), rtol=rtol)
+    choice = choose(model, options)
     assert choice.name == name
+    assert name in method_names(model, options)  # of which the machine code is made before anything is evaluated
     assert reason in choice.reason
 
 
@@ -207,7 +209,7 @@ def test_what_samples_follow_needs_less_damping(rtol: float, name: str) -> None:
 def test_what_is_not_damped_is_stepped_over_or_followed(
     gravity: float, periods: float, rtol: float, name: str, then: bool
 ) -> None:
-    found = suited(bar(gravity, damping=0.0), 0.0, periods / SLOWEST, rtol, 0.1 * rtol)
+    found = candidates(bar(gravity, damping=0.0), 0.0, periods / SLOWEST, rtol, 0.1 * rtol).choose()
     assert found.name == name
     assert bool(found.then) == then
     # the slowest is sideways, where the bar is clamped and twice as thick
@@ -238,7 +240,7 @@ def test_vibrations_are_followed_by_their_own_tolerance_as_far_as_it_keeps_them(
     scene = kf.System()
     bent = size * np.sqrt(body.mass) * np.eye(body.free_count)[0]
     scene.add_flexible_body("bar", body, joint=kf.Fixed(), modal_coordinates=bent)
-    assert suited(scene.freeze(), 0.0, 1.0, 1e-7, 1e-8).share == share
+    assert candidates(scene.freeze(), 0.0, 1.0, 1e-7, 1e-8).choose().share == share
 
 
 def test_a_small_vibration_that_begins_in_the_run_fades_no_faster_than_one_that_begins_with_it() -> None:

@@ -14,7 +14,7 @@ from kanefe.kane.loop_closure import project_speeds
 from kanefe.kane.state import State
 from kanefe.kane.tangents import constant_tangents
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
-from kanefe.kernels.steppers.step_commands import AT, PUSH_DAMPING, PUSH_STIFFNESS, SLOPE
+from kanefe.kernels.steppers.step_commands import AT, DAMPING_DIRECTION, SLOPE, STIFFNESS_DIRECTION
 from loop_scenes import four_bar, sprung_loop
 from order_n_rates import order_n
 
@@ -26,14 +26,14 @@ def test_a_sweep_solves_the_dense_equations_with_loops(seed: int) -> None:
     n, m, q = model.coordinate_count, model.free_count, model.initial_coordinates
     u = project_speeds(model, 0.0, q, rng.normal(size=m))
     share_damping, share_stiffness = 0.013, 0.0031
-    vectors = np.zeros((PUSH_STIFFNESS + 1, n + m + 2))
+    vectors = np.zeros((STIFFNESS_DIRECTION + 1, n + m + 2))
     vectors[AT, : n + m] = np.concatenate((q, u))
-    vectors[PUSH_DAMPING, n : n + m], vectors[PUSH_STIFFNESS, n : n + m] = rng.normal(size=(2, m))
-    pushes = vectors[PUSH_DAMPING, n : n + m].copy(), vectors[PUSH_STIFFNESS, n : n + m].copy()
+    vectors[DAMPING_DIRECTION, n : n + m], vectors[STIFFNESS_DIRECTION, n : n + m] = rng.normal(size=(2, m))
+    directions = vectors[DAMPING_DIRECTION, n : n + m].copy(), vectors[STIFFNESS_DIRECTION, n : n + m].copy()
     order_n(model).sweep(0.0, vectors, share_damping, share_stiffness)
     K, C = constant_tangents(model)
     M = model.mass_matrix(0.0, np.concatenate((q, u))) + share_damping * C + share_stiffness * K
-    F = model.forces(0.0, np.concatenate((q, u))) + C @ pushes[0] + K @ pushes[1]
+    F = model.forces(0.0, np.concatenate((q, u))) + C @ directions[0] + K @ directions[1]
     rows = constraint_rates(State(model, 0.0, q, u))
     driven = rows.J[:, m : m + model.driven_count] @ model.driven_speeds(0.0)[1]
     held = np.linalg.lstsq(rows.J[:, :m], -(rows.remainder + driven), rcond=None)[0]
@@ -71,7 +71,7 @@ def test_near_a_singular_position_the_nearest_closed_state_is_taken() -> None:
     angle = 0.5 * np.pi + 0.05
     y[: model.coordinate_count] = angle, angle, angle, -angle, -angle
     open_y = dynamics.projected(0.0, y) + 1e-6 * np.sin(np.arange(len(y)))
-    vectors = np.zeros((PUSH_STIFFNESS + 1, len(y)))
+    vectors = np.zeros((STIFFNESS_DIRECTION + 1, len(y)))
     vectors[AT] = open_y
     dynamics.implicit_rate(0.0, vectors, 0.0, 0.0)
     assert 0.0 < dynamics.weakest < NEAR_SINGULAR

@@ -40,20 +40,20 @@ def _flow(result: kf.Result) -> float:
     [("dop853", 0.02, 1e-9), ("radau5", 0.15, 1e-6), ("extrapolation", 0.02, 1e-4)],
 )
 def test_steps_end_at_the_knots_that_matter(method: str, most_rejected: float, most_lost: float) -> None:
-    knots = np.linspace(0.0, 1.0, 1001)
-    scene = _shaken(kf.Motion.table(knots, _sweep(knots)))
+    breakpoints = np.linspace(0.0, 1.0, 1001)
+    scene = _shaken(kf.Motion.table(breakpoints, _sweep(breakpoints)))
     result = scene.simulate((0.0, 1.0), method=method, rtol=1e-8, output_step=0.01)
     counts = result.statistics
-    assert counts["rejected"] < most_rejected * len(knots)
+    assert counts["rejected"] < most_rejected * len(breakpoints)
     if method == "dop853":  # one step of high order serves from knot to knot
-        assert counts["steps"] < 1.05 * len(knots)
+        assert counts["steps"] < 1.05 * len(breakpoints)
     # the work of the drive, which no tolerance holds, is as good as the steps
     assert np.abs(result.energy.balance_error).max() < most_lost * _flow(result)
 
 
 def test_the_motion_is_that_of_the_spline() -> None:
-    knots = np.linspace(0.0, 1.0, 201)
-    table = kf.Motion.table(knots, _sweep(knots))
+    breakpoints = np.linspace(0.0, 1.0, 201)
+    table = kf.Motion.table(breakpoints, _sweep(breakpoints))
     tight, loose = (
         _shaken(table).simulate((0.0, 1.0), method="dop853", rtol=rtol, output_step=0.01).joint_coordinates("pendulum")
         for rtol in (1e-12, 1e-8)
@@ -71,8 +71,8 @@ def test_steps_pass_over_knots_that_do_not_matter() -> None:
 
 def test_a_run_goes_on_from_before_a_knot() -> None:
     # a step that an event cuts short is taken up again at a time before the knots that it has passed
-    knots = np.linspace(0.0, 1.0, 201)
-    table = kf.Motion.table(knots, _sweep(knots))
+    breakpoints = np.linspace(0.0, 1.0, 201)
+    table = kf.Motion.table(breakpoints, _sweep(breakpoints))
     event = kf.Event("level", lambda t, state: state.joint_coordinates("pendulum")[0] - 0.3)
     plain, stopped = (
         _shaken(table).simulate((0.0, 1.0), rtol=1e-9, output_step=0.01, events=events) for events in ((), (event,))

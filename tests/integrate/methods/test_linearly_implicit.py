@@ -15,7 +15,7 @@ from kanefe.integrate.methods.extrapolation import METHOD
 from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepControl
 from kanefe.kane.tangents import constant_tangents
-from kanefe.kernels.steppers.step_commands import AT, PUSH_DAMPING, PUSH_STIFFNESS, SLOPE
+from kanefe.kernels.steppers.step_commands import AT, DAMPING_DIRECTION, SLOPE, STIFFNESS_DIRECTION
 from kanefe.order_n.planar_route import PlanarRoute
 from order_n_rates import order_n
 from run_scenes import check_snapshot
@@ -49,14 +49,14 @@ def check(model: Model, y: np.ndarray) -> None:
     n, m = model.coordinate_count, model.free_count
     share_damping, share_stiffness = 0.013, 0.0031
     rng = np.random.default_rng(3)
-    vectors = np.zeros((PUSH_STIFFNESS + 1, n + m + 2))
+    vectors = np.zeros((STIFFNESS_DIRECTION + 1, n + m + 2))
     vectors[AT, : n + m] = y
-    vectors[PUSH_DAMPING, n : n + m], vectors[PUSH_STIFFNESS, n : n + m] = rng.normal(size=(2, m))
-    pushes = vectors[PUSH_DAMPING, n : n + m].copy(), vectors[PUSH_STIFFNESS, n : n + m].copy()
+    vectors[DAMPING_DIRECTION, n : n + m], vectors[STIFFNESS_DIRECTION, n : n + m] = rng.normal(size=(2, m))
+    directions = vectors[DAMPING_DIRECTION, n : n + m].copy(), vectors[STIFFNESS_DIRECTION, n : n + m].copy()
     order_n(model).sweep(0.0, vectors, share_damping, share_stiffness)
     K, C = constant_tangents(model)
     M, F = model.mass_matrix(0.0, y), model.forces(0.0, y)
-    expected = np.linalg.solve(M + share_damping * C + share_stiffness * K, F + C @ pushes[0] + K @ pushes[1])
+    expected = np.linalg.solve(M + share_damping * C + share_stiffness * K, F + C @ directions[0] + K @ directions[1])
     np.testing.assert_allclose(vectors[SLOPE, n : n + m], expected, rtol=0, atol=1e-9 * abs(expected).max())
 
 

@@ -17,7 +17,7 @@ from kanefe.kernels.algebra.lu import factorise, solve
 from kanefe.kernels.steppers import radau_polynomial as radau_layout
 from kanefe.kernels.steppers import radau_systems
 from kanefe.kernels.steppers.step_commands import STATE, STEP
-from kanefe.tree.model_data import WORKS
+from kanefe.tree.model_data import QUADRATURES
 from loop_scenes import four_bar
 from run_scenes import SCENES, soft_arm, tumbling
 from scenes import lattice_body
@@ -115,7 +115,7 @@ def flexible_body_in_flight() -> tuple[kf.Model, np.ndarray]:
     rng = np.random.default_rng(1)
     q = model.advance(model.initial_coordinates, 0.1 * rng.standard_normal(model.free_count))
     u = model.initial_speeds + 0.1 * rng.standard_normal(model.free_count)
-    return model, np.concatenate((q, u, np.zeros(WORKS)))
+    return model, np.concatenate((q, u, np.zeros(QUADRATURES)))
 
 
 def test_systems_of_the_size_of_the_speeds_solve_those_of_the_state() -> None:
@@ -125,7 +125,7 @@ def test_systems_of_the_size_of_the_speeds_solve_those_of_the_state() -> None:
     integers, reals, vectors = stepper.snapshot().values()
     table, m, h = radau_iia(), model.free_count, 0.4
     vectors[STATE] = y
-    vectors[radau_layout.JACOBIAN_ROWS : radau_layout.JACOBIAN_ROWS + m + WORKS, : 2 * m] = (
+    vectors[radau_layout.JACOBIAN_ROWS : radau_layout.JACOBIAN_ROWS + m + QUADRATURES, : 2 * m] = (
         dynamics.tangent_derivatives(0.0, y)
     )
     reals[STEP] = h
@@ -150,12 +150,12 @@ def test_derivatives_along_tangents_are_those_of_moves_on_the_group() -> None:
     q, u = y[:n], y[n : n + m]
     dynamics = Dynamics(model)
     found = dynamics.tangent_derivatives(0.0, y)
-    assert found.shape == (m + WORKS, 2 * m)
+    assert found.shape == (m + QUADRATURES, 2 * m)
     h = 1e-5
     for i, unit in enumerate(np.eye(m)):
         sides = [(model.advance(q, side * h * unit), u, q, u + side * h * unit) for side in (1.0, -1.0)]
         rates = [
-            [dynamics.rate(0.0, np.concatenate((*pair, np.zeros(WORKS))))[n:] for pair in (side[:2], side[2:])]
+            [dynamics.rate(0.0, np.concatenate((*pair, np.zeros(QUADRATURES))))[n:] for pair in (side[:2], side[2:])]
             for side in sides
         ]
         for column, (ahead, behind) in zip((i, m + i), zip(*rates, strict=True), strict=True):
@@ -172,15 +172,15 @@ def test_what_a_function_of_the_state_adds_is_in_the_jacobian() -> None:
 
     free = rod((0.0, 0.0, 0.0))
     damped = rod(lambda t, state: -0.3 * np.asarray(state.angular_velocity("rod")))
-    y = np.concatenate((free.model.initial_state, np.zeros(WORKS)))
+    y = np.concatenate((free.model.initial_state, np.zeros(QUADRATURES)))
     change = damped.jacobian(0.0, y) - free.jacobian(0.0, y)
     # the torque -0.3 w about the fixed point: -0.3 of the inverse inertia there
     inertia = np.diag([0.1, 0.1 + 0.25, 0.1 + 0.25])
     assert change[4:7, 4:7] == pytest.approx(-0.3 * np.linalg.inv(inertia), abs=1e-8)
     change[4:7, 4:7] = 0.0
-    assert change[:-WORKS] == pytest.approx(np.zeros((7, len(y))), abs=1e-8)  # the quadratures have its power too
+    assert change[:-QUADRATURES] == pytest.approx(np.zeros((7, len(y))), abs=1e-8)  # the quadratures have its power too
     J = free.jacobian(0.0, y)
-    assert J[:-WORKS, :-WORKS] == pytest.approx(free.model.jacobian(0.0, y[:-WORKS]), abs=1e-14)
+    assert J[:-QUADRATURES, :-QUADRATURES] == pytest.approx(free.model.jacobian(0.0, y[:-QUADRATURES]), abs=1e-14)
 
 
 def test_the_coefficients_are_those_of_radau_iia() -> None:

@@ -15,7 +15,7 @@ import pytest
 
 import kanefe.kernels
 from kanefe.kernels.compiler._numba import IS_COMPILED
-from kanefe.kernels.compiler.build import all_units, build
+from kanefe.kernels.compiler.build import all_compiled_functions, build
 from kanefe.kernels.compiler.compiled_functions import ALWAYS, imports_of, stamp
 from kanefe.kernels.compiler.filling import fill_nothing
 from kanefe.kernels.compiler.signatures import signature_of, wrapper_source
@@ -115,7 +115,7 @@ ALONE = """
 from numba.core import analysis, codegen, ir_utils
 from kanefe.kernels.compiler import _numba_objects as objects
 from kanefe.kernels.force_elements.bushing import bushing
-from kanefe.kernels.compiler.addresses import units_of
+from kanefe.kernels.compiler.addresses import compiled_functions_of
 
 of_numba, of_house, seen = analysis.compute_live_map, objects.live_variables, []
 
@@ -131,7 +131,7 @@ optimise = codegen.CPUCodeLibrary._optimize_final_module
 codegen.CPUCodeLibrary._optimize_final_module = lambda library: (whole.append(library.name), optimise(library))
 codegen.JITCodeLibrary._finalize_specific = lambda library: of_machine.append(library.name)
 objects.build_alone()
-unit, *_ = units_of(bushing, bushing.kinds)
+unit, *_ = compiled_functions_of(bushing, bushing.kinds)
 print(len(unit.compile().code) > 1000, len(whole), len(of_machine), max(seen) > 10)
 """
 
@@ -164,15 +164,15 @@ def test_stamps_differ_with_what_is_imported() -> None:
 
 
 def test_every_unit_has_a_name_of_its_own() -> None:
-    names = [unit.name for unit in all_units()]
+    names = [unit.name for unit in all_compiled_functions()]
     assert len(names) == len(set(names))
     assert {"integrate", "evaluate_planar", "spring-complex", "advance_radau"} <= set(names)
 
 
 @pytest.mark.skipif(not IS_COMPILED, reason="kernels are run as Python")
 def test_what_is_there_is_not_built_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    few = [unit for unit in all_units() if unit.name in ("given-real", "fill_nothing")]
-    monkeypatch.setattr("kanefe.kernels.compiler.build.all_units", lambda: few)
+    few = [unit for unit in all_compiled_functions() if unit.name in ("given-real", "fill_nothing")]
+    monkeypatch.setattr("kanefe.kernels.compiler.build.all_compiled_functions", lambda: few)
     said: list[str] = []
     assert build(tmp_path, 2, said.append) == 2
     assert "preparing the solver: 2 of 2 parts" in said[-1]

@@ -67,7 +67,9 @@ def test_a_block_that_is_let_go_above_a_slope_rests_on_it():
 
 
 def test_a_slope_beyond_the_cone_is_named_with_what_friction_lacks():
-    with pytest.raises(kf.SimulationError, match=r"contact 'c' would slip: .* a friction of 5\.798 N and holds 1\.874 N"):
+    with pytest.raises(
+        kf.SimulationError, match=r"contact 'c' would slip: .* a friction of 5\.798 N and holds 1\.874 N"
+    ):
         kf.equilibrium(block(0.3, mu=0.1))
 
 
