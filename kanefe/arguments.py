@@ -29,13 +29,13 @@ from kanefe.frames import numbers
 F = TypeVar("F", bound=Callable[..., Any])
 
 MOST_LETTERS = 120
-"""Of a value in a message."""
+"""Largest number of letters of a value in a message."""
 
 NONE = ("",)
 """Names of arguments that no function has."""
 
 LARGEST = sys.float_info.max
-"""Of the finite numbers."""
+"""Largest finite number."""
 
 
 def told(value: object) -> str:

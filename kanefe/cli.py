@@ -12,14 +12,15 @@ from kanefe._version import __version__
 from kanefe.errors import KanefeError
 
 COMMANDS = "kanefe.commands"
-"""Entry points whose functions become commands."""
+"""Group of entry points whose functions become commands."""
 
 FIRST = ("demo",)
-"""Commands of plugins that newcomers run before all others."""
+"""Plugin commands that are listed first, because newcomers run them before all others."""
 
 VARIABLES = (
     "Environment: KANEFE_CACHE_DIR is the folder of the cache, of compiled kernels too; KANEFE_CACHE_GB how much its "
-    "files may take (default 10), those not used for longest going first; KANEFE_CACHE=0 keeps no bodies and models."
+    "files may take (default 10), those unused for longest are removed first; KANEFE_CACHE=0 keeps no bodies and "
+    "models."
 )
 
 
@@ -136,13 +137,13 @@ def list_cache() -> None:
 
 
 def clear_cache(
-    kernels: Annotated[bool, typer.Option("--kernels", help="Throw the compiled kernels away as well.")] = False,
+    kernels: Annotated[bool, typer.Option("--kernels", help="Remove the compiled kernels as well.")] = False,
 ) -> None:
     """Throw away all bodies and models in the cache."""
     from kanefe.bodies import cache
 
     count, freed = cache.clear()
-    typer.echo(f"{count} files, {1e-6 * freed:.1f} MB thrown away")
+    typer.echo(f"{count} files, {1e-6 * freed:.1f} MB removed")
     if kernels:
         freed = cache.clear_kernels()
         typer.echo(f"the compiled kernels, {1e-6 * freed:.1f} MB, thrown away")

@@ -30,23 +30,25 @@ from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.frames import Vector, numbers, shaped_numbers
 
 SLOWEST_HZ = 0.03
-"""Encounter frequency below which surge, sway and yaw are left out: strip theory has no restoring force in them, so
-that they grow without bound there; autopilots and helmsmen hold them in truth."""
+"""Encounter frequency below which surge, sway and yaw are left out, Hz: strip theory has no restoring force in them, so
+that they grow without bound there; in reality autopilots and helmsmen control them."""
 
 HORIZONTAL = np.array((0, 1, 5))
-"""Surge, sway and yaw."""
+"""Indices of surge, sway and yaw."""
 
 REPORTED = 0.01
-"""Share of the variance of a motion that is left out without a word."""
+"""Fraction of the variance of a motion that may be left out without a warning."""
 
 DIRECTIONS = 90
-"""Parts of equal energy that spreading waves are integrated over."""
+"""Number of parts of equal energy into which spreading waves are divided."""
 
 COURSES = 32
-"""Of which what is left out is kept: the seeds and sea states of a map meet a ship on the same ones."""
+"""Number of courses for which the neglected parts are cached: the seeds and sea states of a map have the same courses.
+"""
 
 STEPS = 12
-"""Of each piece of an RAO between its frequencies, over which responses are integrated by Gauss with four points."""
+"""Number of steps of each piece of an RAO between its frequencies, over which responses are integrated by four-point
+Gauss quadrature."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +114,7 @@ class Ship:
         if self.rao.depth != self.sea.depth:
             warnings.warn(
                 f"{self.rao.name} is of water {self.rao.depth:g} m deep, the sea is {self.sea.depth:g} m deep. Remedy: "
-                "an RAO of that depth; of waves that are shorter than twice both depths it is the same",
+                "an RAO of that depth; for waves shorter than twice both depths it is the same",
                 AccuracyWarning,
                 stacklevel=outside(),
             )

@@ -114,7 +114,7 @@ class Model(ModelData):
         if found is None:
             what = " and ".join(map(str, self.route.obstacles)) or "functions that take no complex numbers"
             raise ModelError(
-                f"the exact Jacobian is not offered for scenes with {what}. Remedy: finite differences of rhs"
+                f"the exact Jacobian is not supported for scenes with {what}. Remedy: finite differences of rhs"
             )
         return found[:, :size].T
 

@@ -23,7 +23,7 @@ from kanefe.stepping.simulation import Simulation
 from kanefe.tree.model_data import QUADRATURES
 
 ROW, ACCELERATED_ROW = 18, 24
-"""Numbers of the motion of a row, without and with accelerations."""
+"""Number of values of the motion of a link, without and with accelerations."""
 
 COMMANDS = "START ACCEPTED DONE JACOBIAN FAILED NO_INERTIA"
 PLACES = "TIME TIME_OLD STOP SMALLEST NEXT_OUTPUT TIME_EXCESS COMMAND STAGE STEPS STORED IS_LEFT_OPEN WANTS_DENSE STATE"
@@ -47,7 +47,7 @@ class SceneSource(NamedTuple):
 
 
 MOST_NAMED = 4
-"""Events that a message names."""
+"""Largest number of events that a message names."""
 
 
 def obstacle(sim: Simulation) -> str:
@@ -67,7 +67,7 @@ def obstacle(sim: Simulation) -> str:
     if not isinstance(model.route, OrderN):
         return f"the scene is not in compiled code: {model.route.reason}"
     if not model.route.is_autonomous:
-        return "a load or a motion is a Python function of time or state. Remedy: it as an input, or as a table of time"
+        return "a load or a motion is a Python function of time or state. Remedy: an input, or a table of time, instead"
     if not isinstance(stepper, KernelStepper):
         return f"the method {stepper.name!r} is in Python. Remedy: method='radau5', 'dop853' or 'extrapolation'"
     if stepper.name == "energy-momentum":

@@ -146,7 +146,7 @@ def _substructure(path: str | Path) -> dict[str, LabelledMatrix]:
     element = next((block for block in blocks if block.name == "USER ELEMENT"), None)
     if element is None:
         raise FileError(
-            f"{path} is no file of *SUBSTRUCTURE MATRIX OUTPUT: it has no *USER ELEMENT. Remedy: export it with "
+            f"{path} is not a file of *SUBSTRUCTURE MATRIX OUTPUT: it has no *USER ELEMENT. Remedy: export it with "
             "OUTPUT FILE=USER DEFINED"
         )
     freedoms = _freedoms(element, path)

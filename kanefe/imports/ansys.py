@@ -189,7 +189,7 @@ def _labels(given: Mapping[str, str | Path]) -> np.ndarray:
         return (np.flatnonzero(whole > 0) + 1)[np.argsort(used)]
     if name == "forward" or not fits or len(used) < len(whole):
         raise FileError(
-            f"{given[name]} is no mapping of nodes: its numbers should be whole and different"
+            f"{given[name]} is not a mapping of nodes: its numbers should be whole and different"
             f"{', from 1 on' if name == 'forward' else ''}. Remedy: *VEC,...,I,IMPORT,FULL,job.full,{name.upper()} and "
             "*EXPORT,...,MMF"
         )
@@ -202,13 +202,13 @@ def _mapping(path: str | Path) -> np.ndarray:
     equations = np.array([int(e) for e, _, _ in found])
     if not len(found) or not np.array_equal(np.sort(equations), np.arange(1, len(found) + 1)):
         raise FileError(
-            f"{path} is truncated or no mapping file: its rows should name equations 1, 2, ... with node and freedom. "
-            "Remedy: HBMAT with Mapping=YES"
+            f"{path} is truncated or not a mapping file: its rows should name equations 1, 2, ... with node and "
+            "freedom. Remedy: HBMAT with Mapping=YES"
         )
     unknown = sorted({name.upper() for _, _, name in found} - set(FREEDOMS))
     if unknown:
         raise ModelError(
-            f"{path} has degrees of freedom {', '.join(unknown)}, which are no motion of a node. Remedy: export a "
+            f"{path} has degrees of freedom {', '.join(unknown)}, which are not motions of a node. Remedy: export a "
             "structural model (UX, UY, UZ, ROTX, ROTY, ROTZ) without pressures and temperatures; of a superelement "
             "give mapping= as rows of (node, number), with 0 for its generalised coordinates"
         )

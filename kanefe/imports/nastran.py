@@ -33,7 +33,7 @@ NAMES = {
     "mass": ("MGG", "MAA", "MAAX", "M2GG", "MXX", "M"),
     "damping": ("BGG", "BAA", "BAAX", "B2GG"),
 }
-"""Names under which Nastran writes the matrices, first come first served."""
+"""Names under which Nastran writes the matrices, in order of precedence."""
 
 
 @checked("bulk", "matrices", "expected_mass", "expected_center", "expected_inertia")

@@ -109,7 +109,7 @@ def read_matrices(
         struct.error,
     ) as error:
         raise FileError(
-            f"{path} is truncated or no file of matrices ({error}). Remedy: write it again with write_matrices"
+            f"{path} is truncated or not a file of matrices ({error}). Remedy: write it again with write_matrices"
         ) from error
     if stated != FORMAT:
         raise FileError(f"{path} has format {stated!r}, this kanefe reads {FORMAT!r}. Remedy: write it again")

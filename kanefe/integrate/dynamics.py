@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 
 
 DIFFERENCE = 1e-5
-"""Of what is large: how far central differences go. Truncation and cancellation are both some 1e-10 then."""
+"""Step of central differences relative to the scale of the quantity: truncation and cancellation are then both about
+1e-10."""
 
 
 class Dynamics:

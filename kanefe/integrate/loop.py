@@ -29,16 +29,16 @@ if TYPE_CHECKING:
     from kanefe.integrate.checkpoint import CheckpointFile, Progress
 
 CHUNK = 2000
-"""Most steps taken in one go."""
+"""Largest number of steps in one batch."""
 
 CHUNK_SECONDS = 0.1
-"""How long a go should take: limits, the progress bar, Ctrl-C and checkpoints wait for its end."""
+"""Target duration of a batch, s: limits, the progress bar, Ctrl-C and checkpoints wait for its end."""
 
 SOME_SHARE = 0.3
-"""Of the time of a run, above which functions of the user are what it waits for."""
+"""Fraction of the time of a run above which functions of the user dominate it."""
 
 COUNTED = ("steps", "rejected", "evaluations", "factorisations", "jacobians")
-"""What the statistics of every run tell, zero where a method has no such thing."""
+"""Counts in the statistics of every run, zero if they do not apply to a method."""
 
 QUADRATURE_NAMES = ("dissipated energy", "work of the loads")
 

@@ -46,7 +46,7 @@ class RunKeywords(WindowKeywords, total=False):
 
 
 AUTO = "auto"
-"""In place of the name of a method: one that suits the scene."""
+"""Name in place of a method that chooses one for the scene."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -203,12 +203,12 @@ def _checkpoints(
         return None, None
     if model.controllers:
         raise ModelError(
-            f"controller {model.controllers[0].name!r} keeps what it remembers in Python, so that its runs have no "
+            f"controller {model.controllers[0].name!r} keeps its memory in Python, so that its runs have no "
             "checkpoints. Remedy: a run in parts, each with start= the end of the one before"
         )
     if choice.is_plugged:
         raise ModelError(
-            f"{choice.name} keeps what it remembers of earlier steps to itself, so that its runs have no "
+            f"{choice.name} does not expose its history of earlier steps, so that its runs have no "
             "checkpoints. Remedy: method='radau5'"
         )
     from kanefe.integrate.checkpoint import CheckpointFile, identity, read_checkpoint

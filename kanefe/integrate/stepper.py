@@ -16,11 +16,12 @@ if TYPE_CHECKING:
     from kanefe.kernels.steppers.steps_with_events import Watched
 
 BESIDE = 1e-6
-"""Of the span: how near the place at which the equations had no answer a run that ends is ended by that."""
+"""Distance from the time at which the equations had no solution, relative to the span, within which a run that ends is
+ended by this."""
 
 LEAST_STEPS = 30
-"""Steps of a run at least, where loads or drives are functions: they then are looked at a hundred times at least, since
-no method leaves out more than a third of a step or, of order 5, half of it."""
+"""Least number of steps of a run with functions as loads or drives: these are then sampled at least a hundred times,
+since no method skips more than a third of a step or, for order 5, half of it."""
 
 
 class StepFailure(SimulationError):

@@ -252,7 +252,7 @@ def linearised(
     if not len(small.positions.leading) and not len(small.speeds.leading):
         raise ModelError(
             "linearise: nothing in the scene can move: loops and rigid contacts hold all of it. Remedy: a flexible "
-            "body, or contacts that yield, kanefe.HuntCrossley(...)"
+            "body, or compliant contacts, kanefe.HuntCrossley(...)"
         )
     measured = outputs_of(small, outputs)
     return linearisation_of(small, given, measured)

@@ -29,7 +29,7 @@ from kanefe.order_n.tables.scene_tables import TableBuilder
 from kanefe.tree.model_data import ModelData
 
 COMPLEX = Variant(has_flexible=True, is_complex=True)
-"""Of all scenes."""
+"""Kernel variant that all scenes need."""
 
 
 def functions_of_scene(model: ModelData, has_jacobian: bool) -> list[CompiledFunction]:

@@ -45,12 +45,12 @@ if TYPE_CHECKING:
     from kanefe.order_n.compiled_run import CompiledRun
 
 GROWN = 1e100
-"""Coordinates and speeds beyond which squares overflow: there is no scene left to explain."""
+"""Coordinates and speeds beyond which squares overflow, so that no scene is left to explain."""
 
 NO_DRIVES = np.zeros((0, 3))
 
 NOT_IMPLICIT = 0.0, 0.0
-"""Shares of an evaluation that is not linearly implicit."""
+"""Implicit fractions of an evaluation that is not linearly implicit."""
 
 
 class OrderN(LiteralRoute):

@@ -29,31 +29,32 @@ if TYPE_CHECKING:
     from kanefe.linear.state import Freezable
 
 SPACING = 0.25
-"""Of what is superposed, s, at most: waves that excite a deck are slower than two a second."""
+"""Largest step of the superposition, s: waves that excite a deck are slower than two per second."""
 
 OF_PERIOD = 8
-"""Steps of the superposition in a period of what acts besides the frame's motion, at least."""
+"""Least number of steps of the superposition in a period of loads other than the frame's motion."""
 
 FINER = 5
-"""Times that what events look at is looked at from one step to the next."""
+"""Number of evaluations of event functions per step."""
 
 LEAD = 2
-"""Steps of the superposition from which a window begins before what is near."""
+"""Number of steps by which a window begins before the near event."""
 
 BEHIND = 1.0
-"""s that a window goes on behind what was near."""
+"""Time by which a window continues after the near event, s."""
 
 APART = 2.0
-"""s between two near stretches, below which one window takes both."""
+"""Time between two near stretches below which one window covers both, s."""
 
 LOOK_AHEAD, MOST_WINDOW = 30.0, 30.0
-"""s: how far is superposed behind what could not be, and how long windows grow where nothing else is to be had."""
+"""Duration of superposition after a stretch that could not be superposed, and length up to which windows grow if
+nothing else is possible, s."""
 
 SLIP_STEP = 0.02
-"""s between states of a window that are looked at for how far something slid."""
+"""Interval of the states in a window at which slid distances are evaluated, s."""
 
 GRAZING = 1e-6
-"""Of what an event looks at, at rest: what passes by less only grazes."""
+"""Margin relative to the event function at rest below which a passage only grazes."""
 
 
 @checked("spacing")

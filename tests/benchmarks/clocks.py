@@ -11,10 +11,10 @@ from benchmarks.goals import median, median_ratio
 ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
 
 ROUNDS, FEW_ROUNDS = 9, 3
-"""Rounds of a race; few where the run is to be short, and then the slowest preparations are left out as well."""
+"""Number of rounds of a comparison. With the smaller number the slowest preparations are left out as well."""
 
 AGREEMENT = 1e-6
-"""Largest difference of the two sides of a comparison, as a part of the largest number: they must compute the same."""
+"""Largest relative difference between the two sides of a comparison, which must compute the same."""
 
 
 class Disagreement(Exception):

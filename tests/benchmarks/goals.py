@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 WIDTH = 100
-"""Widest remark in the table, in characters."""
+"""Largest width of a remark in the table, in characters."""
 
 
 @dataclass(frozen=True)

@@ -85,7 +85,7 @@ OF_MESHES = ("exudyn", "ngsolve", "numpy", "scipy")
 
 
 IMPORTS_OF_MESHES = "import exudyn.FEM, ngsolve, netgen.read_gmsh, scipy.sparse.linalg"
-"""The peers that make bodies from meshes, in an environment of their own: NGSolve is large."""
+"""Imports of the peers that make bodies from meshes, in a separate environment because NGSolve is large."""
 
 
 class NoPeers(Exception):

@@ -129,7 +129,7 @@ class TestText:
             "Conditioning",
             "What was skipped",
             "motion-induced stiffening",
-            "Where it comes from",
+            "Origin",
             "kanefe_fem.beam_model",
             "and 10 more modes",
         ):
@@ -278,7 +278,7 @@ class TestPictures:
         monkeypatch.setattr(artist.sys, "executable", "/bin/false")
         artist.ARTIST.end()
         drawing = pictures.shape_drawing(np.zeros((1, 3)), (), np.zeros((1, 3)))
-        with pytest.raises(kf.MissingDependency, match=r"graphics library.*stopped without a word"):
+        with pytest.raises(kf.MissingDependency, match=r"graphics library.*stopped without a message"):
             pictures.drawn([drawing])
 
     @pytest.mark.skipif(find_spec("pyvista") is None, reason="pyvista is not installed: pip install 'kanefe[report]'")

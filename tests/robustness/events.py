@@ -21,11 +21,11 @@ from kanefe.tree.scene_state import SceneState
 from robustness.outcomes import all_finite
 
 GAP, SPEED, STOP = 1e-3, 1.0, 1e6
-"""Half the way between two stops (m), speed (m/s) and stiffness (N/m) of a mass of 1 kg: an impact every 5 ms."""
+"""Half the distance between two stops (m), speed (m/s) and stiffness (N/m) for a mass of 1 kg: an impact every 5 ms."""
 
 LUCKY_ESTIMATE = 3e-6
-"""Relative change of energy at an impact whose kink lies where the estimate of the step vanishes: one in some hundred,
-whichever the machine rounds it to, and so all that few impacts are judged by. Worst of 1,900 with radau5: 2.5e-6."""
+"""Relative change of energy at an impact whose kink lies where the error estimate vanishes. This happens at one of some
+hundred impacts, depending on round-off, so short runs are judged by it. The worst of 1,900 with radau5 is 2.5e-6."""
 
 
 def rattler() -> Model:
@@ -129,10 +129,11 @@ def _resting(method: str, rtol: float) -> Iterator[Finding]:
 
 
 RATE, TORQUE = 1000.0, 1e3
-"""Changes of sign a second, and N m."""
+"""Sign changes per second, and amplitude of the torque, N m."""
 
 SWITCHES = 20
-"""Of each run: of pulses shorter than a sixtieth of a run, the methods are not told, and may step over one."""
+"""Number of switches of each run: methods are not informed of pulses shorter than a sixtieth of a run, and may step
+over one."""
 
 
 def _switching(method: str, effort: Effort) -> Iterator[Finding]:

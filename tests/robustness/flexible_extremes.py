@@ -22,19 +22,20 @@ from robustness.tripod import tripod
 
 SOFT = 1.0
 STIFF = (1e2, 1e4, 1e6)
-"""Frequencies in Hz; the third is between the two."""
+"""Frequencies of the stiff mode, Hz; that of the third mode lies between the two."""
 
 AMPLITUDE = 0.01
-"""Of the soft mode at the start, m."""
+"""Initial displacement along the soft bar, m."""
 
 DAMPING = 0.02
-"""Ratio of every mode, of bodies that are damped."""
+"""Damping ratio of every mode of the damped bodies."""
 
 MOST_STEPS = 5000
-"""For ten periods of the soft mode: without numerical error in the stiff ones some hundreds are needed."""
+"""Largest number of steps for ten periods of the soft mode: without numerical error in the stiff modes some hundreds
+are needed."""
 
 MOST_A_PERIOD = 200.0
-"""Steps a period of a mode that is followed at rtol 1e-6."""
+"""Largest number of steps per period of a resolved mode at rtol 1e-6."""
 
 
 def stiffness_ratios(effort: Effort) -> Iterator[Finding]:

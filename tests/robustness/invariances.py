@@ -14,7 +14,7 @@ from kanefe.result import Result
 from robustness.random_scenes import Description, random_description
 
 SPAN, OUTPUTS = 1.0, 5
-"""Of each run, s."""
+"""Duration of each run, s, and number of its outputs."""
 
 RTOL, ATOL = 1e-12, 1e-15
 
@@ -22,12 +22,12 @@ LIMIT = 1e-9
 REASON = "a hundred steps of 1e-12 each, which the motion spreads by some tens"
 
 Poses = dict[str, tuple[np.ndarray, np.ndarray]]
-"""Positions (T, 3) in m and matrices A_NF (T, 3, 3) of frames by name."""
+"""Positions (T, 3) in m and matrices A_NF (T, 3, 3) of frames, by name."""
 
 Comparison = Callable[[Poses], Poses]
 
 ODD = Units(length=1.0 / 0.3048, mass=1.0 / 14.5939, time=37.0)
-"""Feet, slugs, and a unit of time of its own."""
+"""Feet, slugs, and an arbitrary unit of time."""
 
 
 def poses(scene: Description) -> Poses:

@@ -83,7 +83,7 @@ def parallel_cranks(count: int) -> Model:
 
 BENNETT_A, BENNETT_TWIST_A, BENNETT_TWIST_B = 1.0, math.radians(30.0), math.radians(75.0)
 BENNETT_B = BENNETT_A * math.sin(BENNETT_TWIST_B) / math.sin(BENNETT_TWIST_A)
-"""Lengths and twists of its links: a / sin(alpha) = b / sin(beta)."""
+"""Length of the second link by Bennett's condition on lengths and twists: a / sin(alpha) = b / sin(beta)."""
 
 
 def bennett() -> Model:

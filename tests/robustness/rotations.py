@@ -29,7 +29,7 @@ from kanefe.kane.state import State
 from kanefe.system import System
 
 RATE = 2.0 * math.pi
-"""rad/s: one revolution a second."""
+"""Angular velocity of one revolution per second, rad/s."""
 
 
 def revolutions(effort: Effort) -> Iterator[Finding]:

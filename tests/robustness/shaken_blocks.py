@@ -31,11 +31,12 @@ from kanefe.system import System
 GRAVITY = 9.81
 
 LOOKS = 4000
-"""Samples of the run in which what happens is searched for; two events lie further apart than one of them."""
+"""Number of samples of the run in which events are searched for; two events lie further apart than one sample."""
 
 EARLY, LATE = 1e-5, 1e-9
-"""Time after the start of a slip in two directions from which it is integrated (of 1 / frequency), and speed down to
-which (m/s): the errors left are the third power of the first, and the second over the acceleration."""
+"""Time after the start of a slip in two directions from which it is integrated (relative to 1 / frequency), and speed
+down to which it is integrated (m/s): the remaining errors are the third power of the first, and the second divided by
+the acceleration."""
 
 DEFAULT_RTOL = 1e-6
 

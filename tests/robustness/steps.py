@@ -19,11 +19,11 @@ from robustness.overconstrained import four_bar
 from robustness.tripod import tripod
 
 STEPS = (0.1, 1.0, 10.0, 1000.0)
-"""s; the fastest motions of the scenes take from 2 s down to 1e-6 s."""
+"""Step sizes, s; the fastest motions of the scenes have periods from 2 s down to 1e-6 s."""
 
 TOLERANCES = (1e-2, 0.1, 0.5, 0.99)
 COUNT = 50
-"""Steps of each run."""
+"""Number of steps of each run."""
 
 
 def pendulum() -> Model:

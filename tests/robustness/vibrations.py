@@ -21,13 +21,13 @@ from kanefe.tree.scene_state import SceneState
 TOLERANCES = tuple(10.0**-k for k in range(3, 11))
 FEW_TOLERANCES = (1e-3, 1e-4, 1e-6)
 AMPLITUDE = 0.02
-"""Of the slowest mode, over that which moves the body by its own length."""
+"""Amplitude of the slowest mode relative to the one that moves the body by its own length."""
 
 GROWTH = 100.0
-"""Times rtol: by how much the energy may rise in a run of any length."""
+"""Largest rise of the energy in a run of any length, as a multiple of rtol."""
 
 FADING = 10.0
-"""Times rtol: by how much it may fall in a period, where rtol is 1e-4 or less."""
+"""Largest loss of energy per period, as a multiple of rtol, for rtol of 1e-4 or less."""
 
 
 def _amplitude(model: Model) -> tuple[np.ndarray, float]:

@@ -233,9 +233,9 @@ def with_more(more: str) -> kf.System:
     [
         ("post", "'post' hangs on the ground by a revolute joint"),
         ("drive", "driven here: 'deck', 'rotor'"),
-        ("loop", "not offered for scenes with loops"),
+        ("loop", "not supported for scenes with loops"),
         ("creeps", "friction that creeps, as of contact 'creeper'"),
-        ("rigid", "not offered for scenes with"),
+        ("rigid", "not supported for scenes with"),
         ("winch", "loads whose internal states move by themselves, as of winch 'haul-down'"),
     ],
 )

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 LARGEST = 1e60
-"""Of a number of a section: fourth powers of lengths stay within the range of floats."""
+"""Largest number of a section, in SI units: fourth powers of lengths stay within the range of floats."""
 
 
 @dataclass(frozen=True)

@@ -45,13 +45,15 @@ if TYPE_CHECKING:
 Plane = Literal["stress", "strain"]
 
 STAGES = 6
-"""Stages of the making of a body."""
+"""Number of stages in making a body."""
 
 OFF_THE_CURVE = 1e-4
-"""Distance of straight sides from the geometry, relative to the body, that is told: a disc of 60 sides is 7e-4 off."""
+"""Distance of straight sides from the geometry, relative to the body, from which it is reported: a disc of 60 sides is
+7e-4 off."""
 
 STRAIGHT = 1e-12
-"""Mid-side nodes this close (relative to the body) to the means of their corners make a straight geometry."""
+"""Distance of mid-side nodes from the means of their corners, relative to the body, below which the geometry is
+straight."""
 
 
 class SolidKeywords(TypedDict, total=False):

@@ -22,7 +22,7 @@ from kanefe_fem.sramss import parameters as given
 from kanefe_fem.sramss.gear import SKIDS, GearKeywords, Saddles, gear_body
 
 STEPS_A_SECOND = 500
-"""Of the table of the deck's motion: its accelerations err by 1e-6 of the largest."""
+"""Samples per second in the table of the deck's motion: the error of its accelerations is 1e-6 of the largest."""
 
 SIDES = {"starboard": -1.0, "port": 1.0}
 

@@ -18,7 +18,7 @@ from kanefe.reduction import CraigBampton, flexible_body
 
 ROOT = np.array([[0.0, 0.2, -0.1], [0.0, -0.2, -0.1], [0.05, 0.0, 0.2]])
 TIP = ROOT * [-1.0, 1.0, 1.0] + [1.0, 0.05, 0.0]
-"""Nodes of the ends of a lattice, m."""
+"""End nodes of a lattice, m."""
 
 
 def truss(

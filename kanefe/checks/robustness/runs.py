@@ -14,10 +14,10 @@ from kanefe.integrate.run import integrate
 from kanefe.integrate.trajectory import Trajectory
 
 LONG = ("energy-momentum", "rk4")
-"""Methods for long runs of fixed steps."""
+"""Methods for long runs with fixed steps."""
 
 LONGEST = 900.0
-"""Seconds after which a run counts as hanging."""
+"""Time after which a run counts as hanging, s."""
 
 
 def controlled_methods(model: Model | None = None) -> tuple[str, ...]:

@@ -29,7 +29,7 @@ LEAST_RECORDS = 256
 """Events at least that compiled code keeps before Python takes them."""
 
 STORM, STORM_SHARE = 32, 1e-6
-"""So many actions within this share of the span are a storm, which has no end."""
+"""Number of actions within this fraction of the span from which they count as an infinite sequence."""
 
 QuickLook = Callable[[float], Vector]
 
@@ -291,7 +291,7 @@ def ends_step_alone(event: Event) -> bool:
 
 def _storm(event: Event, what: str) -> StepFailure:
     return StepFailure(
-        f"event {event.name!r} {what}: a storm without end",
+        f"event {event.name!r} {what}: infinitely many events in a finite time",
         "let its action bring the scene to rest once it is slow, make the event terminal, or give the contact a "
         "stiffness (kf.CoordinateForce with limits, a spring)",
     )

@@ -85,11 +85,12 @@ if TYPE_CHECKING:
     from kanefe.tree.route import PreparedRun
 
 SMALLEST_STEP = 16.0 * np.finfo(float).eps
-"""Of the largest time: below such a step, times lose their digits. A jump of a force or a power leaves an error in
-proportion to the step, so that nothing longer may do for a step across one; a run that creeps is ended by its loop."""
+"""Smallest step relative to the largest time: below it, times lose their digits. A jump of a force or a power leaves an
+error proportional to the step, so that a step across a jump may have to be this small; the loop ends runs that do not
+advance."""
 
 ITERATED = 1e-10, 1e-12
-"""Relative and absolute tolerance to which methods iterate where steps are fixed."""
+"""Relative and absolute tolerance of the iterations with fixed steps."""
 
 
 class KernelStepper:
@@ -391,7 +392,7 @@ class KernelStepper:
             return StepFailure("the motion has grown without bound", "check the loads, or take smaller steps", worst)
         if self.integers[REASON] == NO_CONVERGENCE:
             reason = f"the Newton iteration of {self.name} does not converge with steps of {self.reals[STEP]:.3g} s"
-            return StepFailure(reason, "a smaller step, or rtol in its place", worst)
+            return StepFailure(reason, "a smaller step, or rtol instead", worst)
         return StepFailure(
             f"{self.name} found no step of {self.reals[SMALLEST]:.1g} s or more that keeps the error in tolerance",
             "check loads for jumps or growth without bound there, or loosen rtol",

@@ -223,7 +223,7 @@ def compiled(function: Callable[[float], float], label: str) -> Callable[[float]
 
 
 Part = tuple[Callable[..., Any], int, int, bool]
-"""A compiled function of the user, where its values go, how many they are (0: a number by itself), and takes it y."""
+"""A compiled function of the user, the position and number of its values (0: a scalar), and whether it takes y."""
 
 
 @lru_cache(maxsize=64)

@@ -36,7 +36,7 @@ int numba_attempt_nocopy_reshape(ptrdiff_t axes, const ptrdiff_t *lengths, const
     return 1;
 }
 """
-"""In C: what is linked to each function."""
+"""C code that is linked to each function."""
 
 
 class ObjectCode(NamedTuple):
@@ -158,7 +158,7 @@ def build_alone() -> None:
 
 
 Names = Mapping[int, set[str]]
-"""Names of variables for each block of a function."""
+"""Names of variables, for each block of a function."""
 
 
 def live_variables(graph: Any, blocks: Mapping[int, Any], used: Names, defined: Names) -> dict[int, set[str]]:

@@ -11,7 +11,7 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.contact_mesh import mesh_distance
 
 CLOSE, MOST_STEPS = 1e-9, 20
-"""Those of `kanefe.contact.geometry.height_field`."""
+"""Constants of the same names in `kanefe.contact.geometry.height_field`."""
 
 PLANE, SPHERE, CAPSULE, CYLINDER, BOX, TORUS, _, HEIGHT_FIELD, MESH = range(9)
 

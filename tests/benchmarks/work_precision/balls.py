@@ -20,7 +20,7 @@ from kanefe.system import System
 RADIUS, MASS, INERTIA, FRICTION, STIFFNESS = 0.1, 1.0, 4e-3, 0.3, 1e6
 
 BOUNCING, ROLLING = 1.0, 2.0
-"""Ends of the runs, s."""
+"""Durations of the runs with bouncing and rolling balls, s."""
 
 SLOPE = math.radians(20.0)
 DOWN, INTO = 9.81 * math.sin(SLOPE), 9.81 * math.cos(SLOPE)

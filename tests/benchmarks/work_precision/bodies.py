@@ -28,7 +28,7 @@ from kanefe_fem.mesh_files import read_mesh
 from kanefe_fem.solids.body import solid_body
 
 SETTING = Setting("auto", rtol=1e-9)
-"""Of all runs: their error in time must be far below that of the bodies."""
+"""Method and tolerance of all runs: their time error must be far below the error of the bodies."""
 
 
 BAR_CELLS = ((4, 1, 1), (8, 1, 1), (12, 2, 1), (21, 4, 3), (32, 6, 4))
@@ -75,7 +75,7 @@ class Trial:
 
 
 Variant = tuple[str, str, Callable[[], FlexibleBody]]
-"""Curve, label and body."""
+"""Curve, label and function that makes the body."""
 
 
 def bar_trials(quick: bool) -> Iterator[Trial]:

@@ -17,7 +17,7 @@ SCENES: dict[str, Callable[[], BenchScene]] = {
 }
 
 USUAL = ("S1", "S2", "S3", "S4", "C06", "demo")
-"""Scenes that are run unless others are asked for: one of each kind."""
+"""Scenes that are run by default: one of each kind."""
 
 
 def chosen_scenes(names: Sequence[str]) -> list[str]:

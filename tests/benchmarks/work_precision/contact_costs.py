@@ -28,11 +28,12 @@ MESH_GOAL = Goal("block of 20k nodes on a slope (K03): step / that of 2k nodes",
 BALLS_GOAL = Goal("100 balls, 4,950 contacts of which none touches: right-hand side / without contacts", 2.0)
 
 STATES, REPEATED = 200, 20
-"""So many states are evaluated at once, and so many times between two looks at the clock: more leave the cache."""
+"""Number of states evaluated in one call, and of calls between two readings of the clock. More states leave the cache.
+"""
 
 CELLS = (10, 2, 1)
 COARSE, FINE = (12, 12, 3), (30, 30, 6)
-"""Quadratic hexahedra of a block: 2,289 and 20,293 nodes."""
+"""Numbers of quadratic hexahedra of a block along its edges: 2,289 and 20,293 nodes."""
 
 
 def patches(machine: Machine) -> list[Figure]:

@@ -39,10 +39,10 @@ ONSET_STIFFNESS = 1e6, 1e7
 FINEST = Setting("vern9", rtol=1e-12)
 PEER_FINEST = Setting("dopri5", rtol=1e-11)
 PEER_ZONES = 1e-2, 1e-3, 1e-4
-"""Of the speed below which Exudyn's friction is viscous, m/s; the second is its default."""
+"""Speeds below which Exudyn's friction is viscous, m/s; the second is its default."""
 
 STIFFER = 1e6, 1e7, 1e8
-"""Of the slope that a ball rolls down, N/m: closer to a rigid one."""
+"""Contact stiffnesses of the slope on which a ball rolls, N/m: stiffer ones are closer to rigid."""
 
 
 def sticking(machine: Machine) -> list[Figure]:

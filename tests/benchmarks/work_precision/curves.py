@@ -13,16 +13,17 @@ from benchmarks.work_precision.settings import AUTO
 from kanefe.errors import MissingDependency, ModelError
 
 LONGEST, LONGEST_QUICK = 10.0, 1.0
-"""CPU time of a run in s, above which a curve ends."""
+"""CPU time of a run above which a curve ends, s; the second value is for quick runs."""
 
 PATIENCE = 10.0
-"""Times that, by the clock on the wall, after which a run is ended."""
+"""Wall-clock time after which a run is ended, in multiples of the CPU time above."""
 
 FLOOR = 3.0
-"""A curve ends where its error is below this many times that of the reference."""
+"""Error at which a curve ends, in multiples of the error of the reference."""
 
 HOPELESS = 6
-"""So many failures in a row from the start, and a method is left alone: one that is not stable needs a small step."""
+"""Number of successive failures from the start after which a method is skipped: an unstable method needs a small step.
+"""
 
 
 @dataclass(frozen=True)

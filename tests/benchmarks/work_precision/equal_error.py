@@ -18,13 +18,13 @@ from kanefe.equations.model import Model
 from kanefe.errors import KanefeError
 
 HINGED = {8: "S3", 16: "S3-16", 32: "S3-32"}
-"""Normal modes -> scene."""
+"""Scenes by the number of normal modes."""
 
 HINGED_ERRORS = {1e-4: 0.06, 1e-5: 0.03, 7e-6: 0.03}
-"""Error in m -> goal."""
+"""Goals by the error in m."""
 
 CHAINS = {5: ("S1", 1e-8, 0.7), 20: ("S1-20", 1e-6, 0.3)}
-"""Links -> scene, error in m, goal."""
+"""Scene, error in m and goal, by the number of links."""
 
 AUTO_ERRORS = (1e-3, 1e-4, 1e-5, 1e-6)
 AUTO_LIMIT = 1.5

@@ -61,4 +61,4 @@ GROUPS: dict[Callable[[Machine], list[Figure]], list[Goal]] = {
     automatic: list(AUTO_GOALS.values()),
     suite_time: [SUITE_GOAL],
 }
-"""What measures them -> its goals, which are all missed if it cannot be measured."""
+"""Goals by the function that measures them; all are missed if it cannot be measured."""

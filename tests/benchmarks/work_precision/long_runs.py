@@ -41,18 +41,18 @@ SUITE_GOAL = Goal("whole test suite on 2 cores [min]", 10.0)
 
 PEAK_TOLERANCE = 5e-3
 LONG = 10.0
-"""Time of S4, s."""
+"""Duration of S4, s."""
 
 SAMPLES = 100
 OUR_DRIFTS, PEER_DRIFTS = (1e-6, 1e-7), (5e-6, 5e-5)
-"""Of energy and of angular momentum, relative."""
+"""Relative drifts of energy and of angular momentum."""
 
 FLIGHT_METHOD = "energy-momentum"
 CONSERVING = ("extrapolation", "energy-momentum")
-"""Methods whose fixed steps are tried on S4 beside the tolerances of auto."""
+"""Methods whose fixed steps are tried on S4 in addition to the tolerances of auto."""
 
 PATIENCE = 30.0
-"""By the clock on the wall, s: what takes longer on S4 is given up."""
+"""Wall-clock time after which a run of S4 is given up, s."""
 SUITE_CORES = 2
 
 

@@ -28,17 +28,17 @@ PACKAGES, IMPORTS = ("exudyn", "numpy", "scipy"), "import exudyn.FEM, numpy, sci
 
 GENERALISED_ALPHA = "generalised-alpha"
 FINE = 2.0**-0.5
-"""From one step to the next; a curve this fine leaves the peer at most that much worse than its best."""
+"""Ratio of successive steps. With a curve this fine the peer is at most that much slower than its best."""
 
 STEPS = tuple(0.32 * FINE**i for i in range(30))
 TOLERANCES = tuple(10.0 ** (-0.5 * i) for i in range(4, 23))
 
 SAME_FREQUENCIES, SAME_PEAK, SAME_PLACE = 1e-6, 5e-3, 5e-6
-"""Largest differences of the two sides: of the frequencies, as a part of the largest; of the peak of S2, as a part;
-of the place of S3 and S4 at the end of the peer's finest run, m."""
+"""Largest differences between the two sides: of the frequencies, relative to the largest; of the peak of S2, relative;
+of the position in S3 and S4 at the end of the peer's finest run, m."""
 
 LIMIT_STEPS = (5e-4, 2.5e-4)
-"""From which the limit of S3 is taken, s."""
+"""Steps from which the limit of S3 is extrapolated, s."""
 
 BEAM_ELEMENTS = (4, 8)
 BEAM_REFERENCE_STEP = 5e-4

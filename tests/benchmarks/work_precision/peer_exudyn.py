@@ -34,12 +34,12 @@ from exudyn.utilities import CreateSymbolicUserFunction, RigidBodyInertia  # noq
 
 Answer = dict[str, Any]
 Sample = Callable[[Any, float], list[float]]
-"""System and time -> what is sampled."""
+"""Function of system and time that returns the sampled quantities."""
 
 SPECTRAL_RADIUS = 0.9
 
 LARGEST_STEP = 0.5
-"""Of adaptive runs, s: never what holds them down."""
+"""Largest adaptive step, s: large enough never to limit the steps."""
 
 STALL = 1e-6
 """Newton tolerances of the spin-up: with the defaults the iteration stalls at round-off and the step is refused."""
@@ -272,10 +272,10 @@ def _chain(links: list[Answer], gravity: list[float], q: list[float]) -> tuple[A
 
 
 LARGEST_ABOVE_A_PLANE = 0.05
-"""Of adaptive runs, s: the same where a ball may bounce."""
+"""Largest adaptive step where a ball may bounce, s."""
 
 LARGE = 100.0
-"""Of the triangle that a ball is above, m."""
+"""Size of the triangle below a ball, m."""
 
 
 def _ball(zone: float, ball: Answer) -> tuple[Any, int]:

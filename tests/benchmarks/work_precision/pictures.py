@@ -16,7 +16,7 @@ COLUMNS = 2
 MARKERS = "osD^vP*X"
 PEER_COLOR = "0.45"
 MORE_COLORS = ("#8c510a", "#7a3b9a", "#9a9a00", "#c51b7d", "#01665e")
-"""For methods beyond the colours of all pictures."""
+"""Colours of further methods, beyond the common colours of all pictures."""
 
 
 def work_precision_picture(

@@ -21,10 +21,11 @@ from kanefe.storage.digest import digest
 from kanefe.storage.files import cache_folder, write_whole
 
 REFINEMENTS = 5
-"""How often a run is refined at most."""
+"""Largest number of refinements of a run."""
 
 SAME_RATES = 1e-7
-"""Difference of the rates at the start, as a part of the largest, above which a scene is no longer that of a file."""
+"""Difference of the initial rates, relative to the largest, above which a scene no longer agrees with that of a file.
+"""
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,10 +21,10 @@ from kanefe.integrate.trajectory import Trajectory
 OURS = "kanefe"
 
 WANTED_SECONDS, MOST_RUNS = 0.1, 9
-"""A short run is repeated until the clock has seen so much of it, but not more often than that."""
+"""Clock time until which a short run is repeated, s, and the largest number of repetitions."""
 
 LOST = 1.0
-"""An error (m) as large as the bodies: the run is one that failed."""
+"""Error as large as the bodies, m: the run failed."""
 
 COUNTS = ("steps", "rejected", "evaluations", "factorisations", "jacobians")
 

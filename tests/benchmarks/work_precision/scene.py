@@ -55,7 +55,7 @@ class Setting:
 
 
 Measure = Callable[[Model, float, np.ndarray], np.ndarray]
-"""Model, time (s) and coordinates -> what is compared, in the unit of the scene."""
+"""Function of model, time (s) and coordinates that returns the compared quantity, in the unit of the scene."""
 
 
 @dataclass(frozen=True, eq=False)

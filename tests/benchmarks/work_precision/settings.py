@@ -11,7 +11,7 @@ from kanefe.integrate.methods.table import METHODS, own_methods
 AUTO = "auto"
 
 TOLERANCES = tuple(10.0 ** (-0.5 * i) for i in range(3, 21))
-"""1.5 to 10 digits."""
+"""Tolerances of 1.5 to 10 digits."""
 
 HALVINGS = 16
 

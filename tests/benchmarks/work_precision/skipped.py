@@ -186,7 +186,7 @@ def _of_steps(
 
 
 SAME = 1e-9
-"""Largest difference of what both give, as a part of the largest number: other sums, rounded in other places."""
+"""Largest difference of the two results relative to the largest number: sums are rounded in a different order."""
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from kanefe_fem.verification import spin_up
 END = 20.0
 OUTPUTS = 200
 PEAK = 0.57384
-"""Largest deflection of the tip by a geometrically exact beam, m (D01)."""
+"""Largest tip deflection of a geometrically exact beam, m (D01)."""
 
 ELEMENTS = 20
 

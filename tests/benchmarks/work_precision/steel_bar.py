@@ -27,17 +27,17 @@ STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 GRAVITY = (0.0, 0.0, -9.81)
 ENDS = {"root": "clamped", "tip": "rigid"}
 CORNER = (SIZE[0], -SIZE[1] / 2, -SIZE[2] / 2)
-"""The node whose place is compared, m."""
+"""Node whose position is compared, m."""
 
 HINGED_CELLS, FREE_CELLS = (21, 4, 3), (10, 2, 1)
-"""Quadratic hexahedra along the edges: 2709 and 693 nodes."""
+"""Numbers of quadratic hexahedra along the edges: 2709 and 693 nodes."""
 
 RATIO = 0.01
-"""Damping ratio of every elastic mode of S3. Without it the phase of modes that nothing asks for hides convergence."""
+"""Damping ratio of every elastic mode of S3. Without damping the phase of irrelevant modes hides convergence."""
 
 FREE_MODES = 16
 SPIN = (1.0, 20.0, 0.3)
-"""Angular velocity of S4 at the start, rad/s."""
+"""Initial angular velocity of S4, rad/s."""
 
 END = 2.0
 

@@ -15,7 +15,7 @@ from kanefe_fem.mesh.simple import box_mesh
 from kanefe_fem.solids.body import solid_body
 
 GAPS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
-"""0.5 less nu."""
+"""Values of 0.5 - nu."""
 
 
 def incompressible(effort: Effort) -> Iterator[Finding]:

@@ -26,10 +26,10 @@ BLOCK, COUNTS = (1.0, 0.2, 0.1), (8, 4, 2)
 MODES = 6
 
 GAPS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10)
-"""Heights of the slivers over those of good cells."""
+"""Heights of the slivers relative to those of good cells."""
 
 ALWAYS = 1e-6
-"""Down to which no mesh may be refused."""
+"""Relative height down to which no mesh may be refused."""
 
 
 def flattened(mesh: Mesh, gap: float, seed: int) -> Mesh:
@@ -96,11 +96,11 @@ def _blocks(mesh: Mesh) -> tuple[Cells, ...]:
 
 
 LAYERS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-6)
-"""Thickness of thin layers of cells over that of their neighbours."""
+"""Thickness of thin layers of cells relative to their neighbours."""
 
 SLENDER = (30.0, 100.0, 300.0, 1000.0)
 TOO_SLENDER = (3000.0, 1e4, 1e5)
-"""Length over thickness of bars of one or a few cells."""
+"""Ratios of length to thickness of bars with one or a few cells."""
 
 
 def aspect_ratios(effort: Effort) -> Iterator[Finding]:

@@ -20,10 +20,10 @@ from kanefe_fem.beams.body import beam_body
 from kanefe_fem.verification.stiffened_beams import thin_beam
 
 SHARES = (0.0, 0.5, 0.9, 0.99, 1.0, 1.01, 1.1, 2.0, 5.0)
-"""Spins over the first frequency at rest."""
+"""Spin speeds relative to the first frequency at rest."""
 
 START = 1e-4
-"""Of the first mode at the start, as deflection of the tip in m."""
+"""Initial amplitude of the first mode, as deflection of the tip, m."""
 
 
 def blade(stiffening: StiffeningLevel) -> FlexibleBody:

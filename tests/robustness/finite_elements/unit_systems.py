@@ -27,12 +27,12 @@ from kanefe_fem.solids.body import solid_body
 SPAN = 0.2
 
 LIMIT = 1e-9
-"""The goal."""
+"""Goal: largest relative difference between unit systems."""
 
 SLENDER_LIMIT = 5e-9
-"""Of the frequencies of an arm whose largest squared frequency is 8e8 times the first: entries of K that are rounded by
-1e-16 move the first frequency by 7e-10 (Rayleigh quotient of random ones, and eigenvalues of both matrices with
-residuals in long double), seven times of which is allowed."""
+"""Limit of the frequencies of an arm whose largest squared frequency is 8e8 times the first: rounding entries of K by
+1e-16 changes the first frequency by 7e-10 (Rayleigh quotient of random roundings, and eigenvalues of both matrices with
+residuals in long double); seven times this is allowed."""
 
 
 def _material(units: Units) -> Material:
