@@ -1,4 +1,4 @@
-"""A rigid hub swings a mesh-driven flexible arm with a tip mass; `kanefe demo` shows the same scene with a table.
+"""A rigid hub drives a flexible arm from a mesh with a tip mass; `kanefe demo` shows the same scene with a table.
 
 Needs dolfinx. Run from the repository: python examples/01_hub_arm_tip.py
 """
@@ -33,7 +33,7 @@ result.plot(path=out / "overview.png")
 result.to_vtk(out / "arm.pvd", every=5)
 result.save(out / "run.h5")
 
-# Twice integrated, the pulse turns a rigid arm by torque pulse^2 / (2 pi J); bending changes that by some 1e-5.
+# The pulse, integrated twice, turns a rigid arm by torque pulse^2 / (2 pi J); bending changes that by about 1e-5.
 mass, com = arm_body.mass, arm_body.center_of_mass[0]
 J = 0.03 + arm_body.inertia[2, 2] + mass * (0.1**2 + 2 * 0.1 * com) + 0.5 * 1.1**2 + 2e-4
 angle = result.joint_coordinates("hub")[-1, 0]

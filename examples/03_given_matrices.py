@@ -1,4 +1,4 @@
-"""A body from matrices of another program: two masses on a spring spin and stretch by 19 %."""
+"""A body from matrices of another program: two masses on a spring spin and stretch it by 19 %."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""A blade on a driven shaft: the coupling force at its root, asked for after the run."""
+"""A blade on a driven shaft: the coupling force at its root, computed after the run."""
 
 import numpy as np
 
@@ -30,5 +30,5 @@ force = result.coupling_force("blade", "root")
 torque = result.driving_force("shaft")
 print(f"largest driving torque {np.abs(torque).max():.2f} N m, root force at the end {force[-1, 0]:.2f} N")
 
-# The root holds the blade on its circle: m r w^2, r of the centre of mass (the blade stretches by 2e-5 of it).
+# The root gives the centripetal force m r w^2 of the centre of mass (the blade stretches by 2e-5 of r).
 checked = (force[-1, 0], -blade_body.mass * (0.05 + 0.4) * speed**2, 1.0)  # N, of some 2290 N

@@ -1,4 +1,4 @@
-"""A horizontal crank-rocker whose coupler and rocker are flexible: the swing of the rocker, and what bends."""
+"""A horizontal crank-rocker whose coupler and rocker are flexible: swing of the rocker and bending of the bars."""
 
 import math
 
@@ -45,6 +45,6 @@ def rocker_angle(reach: float) -> float:
     return math.pi - math.acos((base**2 + rocker_length**2 - reach**2) / (2 * base * rocker_length))
 
 
-# The rocker turns back where crank and coupler lie on one line; the bars bend by some 1e-3 rad.
+# The rocker reverses where crank and coupler are collinear; the bars bend by about 1e-3 rad.
 rigid = rocker_angle(coupler_length - crank_length) - rocker_angle(coupler_length + crank_length)
 checked = (angle.max() - angle.min(), rigid, 1e-3)  # rad

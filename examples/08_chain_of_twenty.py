@@ -1,4 +1,4 @@
-"""A hanging chain of 20 links, run with fixed Runge-Kutta steps: time a step, and the energy it keeps."""
+"""A hanging chain of 20 links, run with fixed Runge-Kutta steps: the time per step, and the drift of the energy."""
 
 import math
 
@@ -11,7 +11,7 @@ links, length, mass, step = 20, 0.1, 0.2, 1e-3  # -, m, kg, s
 scene = kf.System(gravity=(0, -9.81, 0))
 link = None
 for i in range(links):
-    # each hangs along its -y axis; the chain starts straight, 60 degrees aside
+    # each hangs along its -y axis; the chain starts straight, at 60 degrees
     joint = kf.Revolute("z", position=math.pi / 3 if i == 0 else 0.0)
     link = scene.add_rigid_body(
         f"link {i}",

@@ -1,4 +1,4 @@
-"""A satellite turns by 30 degrees; its two flexible panels swing on afterwards, without any angular momentum."""
+"""A satellite turns by 30 degrees. Its two flexible panels keep vibrating, without any angular momentum."""
 
 import math
 
@@ -7,7 +7,7 @@ import numpy as np
 import kanefe as kf
 from kanefe_fem import Material, Rectangle, beam_body, straight_beam
 
-blanket = Material(E=3e8, nu=0.3, rho=60.0)  # a folding panel, smeared over its thickness
+blanket = Material(E=3e8, nu=0.3, rho=60.0)  # a folding panel, homogenised over its thickness
 panel_length, hub_radius = 5.0, 0.6  # m
 angle, duration = math.radians(30.0), 12.0  # of the turn about y; s
 
@@ -38,5 +38,5 @@ print(f"the hub turns by {turned:.3f} degrees, then swings within {swing:.3f} de
 print(f"the panels bend by {1e3 * np.abs(tip).max():.1f} mm, {1e3 * np.abs(tip[100:]).max():.1f} mm after the turn")
 print(f"angular momentum {momentum[50]:.6f} N m s half way, {np.abs(momentum[100:]).max():.1e} N m s after the turn")
 
-# Half way the satellite has the angular impulse of half a sine, whatever its panels do.
+# Half way the angular momentum is the impulse of half a sine, whatever the panels do.
 checked = (momentum[50], torque * duration / math.pi, 1e-5)  # N m s

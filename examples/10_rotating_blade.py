@@ -1,6 +1,6 @@
-"""A rotating blade from a mesh: its frequencies against the speed, beside those of the rotating beam in theory.
+"""A rotating blade from a mesh: its frequencies against the speed, compared with the theory of rotating beams.
 
-Needs dolfinx. Without `stiffening` the blade would soften with the speed and give way at 3.5 rad/s.
+Needs dolfinx. Without `stiffening` the blade would soften with the speed and become unstable at 3.5 rad/s.
 """
 
 from pathlib import Path

@@ -1,6 +1,6 @@
 """A bracket carries a heavy body on a shaking table: its largest stress, a strain gauge, and a picture.
 
-Needs dolfinx; the picture needs pyvista too (pip install 'kanefe[report]').
+Needs dolfinx; the picture also needs pyvista (pip install 'kanefe[report]').
 """
 
 import math
@@ -52,7 +52,7 @@ try:
 except kf.MissingDependency as missing:
     print(f"no picture: {missing}")
 
-# Bernoulli: at the gauge the arm bends by what hangs in the eye, and by the weight and inertia of the arm beyond.
+# Bernoulli: the moment at the gauge is due to the body in the eye and to weight and inertia of the outer arm.
 width, thickness, density = 0.04, 0.01, steel.rho
 force, moment = np.split(result.coupling_force("bracket", "eye"), 2, axis=1)
 eye, end = 0.105, 0.12

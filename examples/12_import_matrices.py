@@ -1,4 +1,4 @@
-"""A bar from the matrices of another program: checked on the way in, made to swing, and handed on as SID."""
+"""A bar from matrices of another program: checked on input, simulated, and exported as SID."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""How many modes a hinged beam needs: the error of a run, as estimated and as it is, and the choice of modes="auto"."""
+"""How many modes a hinged beam needs: estimated and true error of a run, and the choice of modes="auto"."""
 
 from pathlib import Path
 
@@ -21,7 +21,7 @@ def run(reduction: kf.CraigBampton | kf.Enriched | None) -> tuple[kf.FlexibleBod
     return body, result.nodal_displacements("beam")
 
 
-# 1. The error of a scene: run it with the modes, and once more with the statics of what they leave unbalanced.
+# 1. The error of a scene: run it with the modes, and again with the static response to their residual forces.
 exact = run(None)[1]
 largest = np.abs(exact).max()
 counts = np.arange(1, 9)
@@ -36,7 +36,7 @@ for count in counts:
     of_body.append(body.provenance["reduction"]["error_estimate"]["value"])
     print(f"{count:5d} {estimated[-1]:28.2e} {true[-1]:11.2e} {of_body[-1]:40.2e}")
 
-# 2. Modes chosen by the loads they have to carry.
+# 2. Modes chosen by the loads that they have to represent.
 loads = ("gravity", "angular acceleration")
 chosen, _ = run(kf.CraigBampton(modes="auto", up_to_frequency=20.0, tol=1e-3, loads=loads))
 report = chosen.provenance["reduction"]
@@ -56,5 +56,5 @@ out.mkdir(exist_ok=True)
 figure.savefig(out / "choice_of_modes.png", dpi=150)
 print(f"\nwrote {out / 'choice_of_modes.png'}")
 
-# The estimate tells the error of the run, from 40 % down to 0.1 %, within a factor of 1.5.
+# The estimate gives the error of the run, from 40 % down to 0.1 %, within a factor of 1.5.
 checked = (float(np.exp(np.abs(np.log(np.divide(estimated, true))).max())), 1.0, 0.5)

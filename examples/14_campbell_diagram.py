@@ -1,11 +1,11 @@
-"""A rotor on a flexible shaft: Campbell diagrams in two frames, critical speeds, and when damping makes it unstable.
+"""A rotor on a flexible shaft: Campbell diagrams in two frames, critical speeds, and instability due to damping.
 
-A disc sits near one end of a shaft of beams in two bearings; its tilt couples to the spin, so that whirl splits
-into backward and forward. In the frame of the ground an unbalance turns once a revolution: the critical speeds are
-where a frequency crosses the line of order 1. In the frame that spins with the shaft an unbalance stands still, and a
-frequency falls to zero there. Only an unbalance that turns forward excites: the backward whirl is crossed in silence.
+A disc sits near one end of a shaft of beams in two bearings. Its tilt couples to the spin, so that the whirl splits
+into backward and forward. In the ground frame an unbalance turns once per revolution: the critical speeds are where a
+frequency crosses the line of order 1. In the frame that spins with the shaft an unbalance is at rest, and a frequency
+falls to zero there. An unbalance excites the forward whirl only: crossing the backward whirl has no effect.
 
-The damping of the shaft damps in the frame in which its material rests: if the shaft spins, the forward whirl grows
+Damping of the shaft acts in the frame in which its material is at rest: if the shaft spins, the forward whirl grows
 above its critical speed.
 """
 

@@ -1,7 +1,7 @@
 """A load and a joint of your own, in one file outside the package: a bead on a parabolic wire above a magnet.
 
-Both are written in Python first, which is all that a scene needs: it then takes the literal route. Functions of C, here
-from numba, take the same scene to the compiled one.
+Both are written in Python first, which is enough for a scene on the literal route. With C functions, here compiled by
+numba, the same scene runs on the compiled route.
 """
 
 import numpy as np
@@ -133,11 +133,10 @@ def exact_period():
 exact = exact_period()
 for joint, load in ((Wire, Magnet), (CompiledWire, CompiledMagnet)):
     result, period = run(joint, load)
-    told, pull = result.statistics, result.load("magnet")[:, 0]
-    print(f"{joint.__name__} and {load.__name__}: route {told['route']} ({told['route_reason']})")
-    print(f"  period {period:.9f} s, from the energy {exact:.9f} s; the magnet pulls with up to {pull.max():.4f} N")
-    print(
-        f"  the energy is kept to {abs(result.energy.balance_error).max():.0e} J; {told['seconds']:.3f} s of computing"
-    )
+    statistics, pull = result.statistics, result.load("magnet")[:, 0]
+    print(f"{joint.__name__} and {load.__name__}: route {statistics['route']} ({statistics['route_reason']})")
+    print(f"  period {period:.9f} s, from the energy {exact:.9f} s; the magnet pulls by up to {pull.max():.4f} N")
+    error, seconds = abs(result.energy.balance_error).max(), statistics["seconds"]
+    print(f"  the energy is conserved to {error:.0e} J; {seconds:.3f} s of computing")
 
 checked = (period, exact, 1e-8)  # s: some hundred steps with errors of 1e-10

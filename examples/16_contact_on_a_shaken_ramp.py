@@ -1,7 +1,7 @@
-"""A ramp that is shaken: a block sticks on it for ever, a wheel rolls without slipping, a box is caught by a stop.
+"""A shaken ramp: a block sticks on it for ever, a wheel rolls without slipping, a stop catches a box.
 
-Friction hangs what sticks on an anchor that moves only when it slips: the block does not creep, shaken or not. The
-wheel touches the ramp with the rim of a torus; that it rolls without slipping comes of the same friction. A box slides
+Friction connects a sticking point to an anchor that moves only during slip: the block does not creep, shaken or not.
+The wheel touches the ramp with the rim of a torus, and the same friction makes it roll without slipping. A box slides
 on a smooth lane against a flexible beam, clamped in the ramp, and stays there.
 """
 
@@ -26,14 +26,14 @@ tilted = kf.rotation_about("y", TILT)
 deck = scene.add_surface("deck", ramp, shapes.Plane("z"), orientation=tilted)
 on_deck = ramp.frame(orientation=tilted)  # x down the slope, z away from it
 
-# what sticks: 64 % of the cone, with the shaking
+# the block that sticks: 64 % of the friction cone, with the shaking
 block = scene.add_rigid_body(
     "block", 20.0, 0.5, joint=kf.Free(position=tuple(on_deck.axes @ (0, 0, 0.1)), orientation=tilted)
 )
 feet = scene.add_surface("feet", block, shapes.Box((0.4, 0.4, 0.2)))
 scene.add_contact("block", feet, deck, normal=kf.HuntCrossley(2e6, damping=2.0), friction=kf.Coulomb(0.28))
 
-# what rolls: the centre of the wheel is a radius above the slope
+# the wheel that rolls: its centre is one radius above the slope
 height = (RADIUS + TUBE) / math.cos(TILT)
 wheel = scene.add_rigid_body(
     "wheel", MASS, MASS * RADIUS**2 * np.array((0.5, 1.0, 0.5)), joint=kf.Free(position=(0, 2.0, height))
@@ -41,7 +41,7 @@ wheel = scene.add_rigid_body(
 tyre = scene.add_surface("tyre", wheel, shapes.Torus(RADIUS, TUBE, axis="y"))
 scene.add_contact("tyre", tyre, deck, normal=kf.HuntCrossley(2e6, damping=2.0), friction=kf.Coulomb(0.6))
 
-# what is caught: a beam across the smooth lane of a box
+# the stop: a beam across the smooth lane of a box
 beam = straight_beam(0.4, Rectangle(0.03, 0.03), Material(E=70e9, nu=0.3, rho=2700.0), elements=4)
 post = beam_body(beam, {"root": "clamped", "tip": "rigid"}, kf.CraigBampton(modes=4), kf.ModalDamping(0.05))
 stop = scene.add_flexible_body(
@@ -69,7 +69,7 @@ print(f"the block slips {creep:g} m after it has settled; it {held.status[-1]}")
 print(f"the wheel slips {np.ptp(rolled.slip[settled]):.1e} m while it rolls")
 print(f"the box is caught with up to {caught.normal.max():.0f} N, first at {result.events['front touch'][0]:.3f} s")
 
-# rolling without slip: a = g sin(tilt) / (1 + I / (m r^2)), with r to the ground
+# rolling without slip: a = g sin(tilt) / (1 + I / (m r^2)), with the distance r from centre to ground
 down = np.array((math.cos(TILT), 0.0, -math.sin(TILT)))
 way = (result.position("wheel") - result.position("wheel")[0]) @ down
 acceleration = G * math.sin(TILT) / (1.0 + (RADIUS / (RADIUS + TUBE)) ** 2)

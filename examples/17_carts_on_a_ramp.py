@@ -1,7 +1,7 @@
-"""Carts that are let go on a ramp: friction in the bearings of their wheels, as large as the bearings are loaded.
+"""Carts released on a ramp: friction in their wheel bearings, proportional to the loads on the bearings.
 
-A wheel rolls by its contact and is braked by its journal: mu r times what its bearing carries, which the weight of the
-load, where it is and how it is braked make. Friction enough keeps the cart standing, for ever.
+A wheel rolls on its contact and is braked by its journal with the moment mu r times the load on its bearing, which
+depends on the weight, the position and the deceleration of the payload. With enough friction the cart stands for ever.
 """
 
 import math

@@ -1,7 +1,7 @@
-"""Two fingers grip a soft bar, lift it from a table and hold it: friction alone carries it, and does not let it creep.
+"""Two fingers grip a soft bar, lift it from a table and hold it by friction alone, without creep.
 
-The bar is meshed with quadratic bricks. Its reduction knows how its ends yield where the fingers press (`PatchCase`),
-so that the grip deforms the bar and not a spring in between. Needs dolfinx.
+The bar is meshed with quadratic bricks. Its reduction includes the local compliance of its ends under the fingers
+(`PatchCase`), so that the grip deforms the bar itself and not a substitute spring. Needs dolfinx.
 """
 
 from pathlib import Path
@@ -62,7 +62,7 @@ middle = np.abs(bar_body.nodes[:, 0]) < 1e-6
 through = sag[~middle, 2].max() - sag[middle, 2].max()
 print(f"the bar hangs through by {1e3 * through:.2f} mm, and slips {creep:g} m in a second")
 
-# what friction carries is the weight of the bar
+# the friction forces carry the weight of the bar
 carried = float(left.force[-1, 2] + right.force[-1, 2])
 weight = bar_body.mass * G
 checked = (carried, weight, 1e-3 * weight)

@@ -1,7 +1,8 @@
 """A hinged arm from a mesh falls on two rubber stops, bounces, and comes to rest on both; its stress at the impact.
 
-The hinge and two stops hold the arm where one would do: how they share its weight is a matter of bending. What the run
-settles to is compared with the rest that `kf.equilibrium` finds. Needs dolfinx; the picture of the stress pyvista too.
+The hinge and two stops are statically indeterminate: the bending of the arm determines how they share its weight. The
+end of the run is compared with the rest found by `kf.equilibrium`. Needs dolfinx; the picture of the stress also needs
+pyvista.
 """
 
 import math

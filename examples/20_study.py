@@ -1,9 +1,9 @@
-"""A study: how often a crane's load swings too far, over speeds and lengths of rope, in random wind.
+"""A study: how often the load of a crane swings too far, for several speeds and rope lengths, in random wind.
 
-A trolley is driven from rest to a speed in one second; its load hangs on a rigid rope and is pushed by gusts of wind
-that each seed draws anew. Each combination of speed, rope and seed is a run, of which only the largest angle is kept.
+A trolley is driven from rest to a speed in one second; its load hangs on a rigid rope and is pushed by gusts of wind,
+which each seed draws anew. Each combination of speed, rope and seed is a run, of which only the largest angle is kept.
 A script runs a study on all cores under ``if __name__ == "__main__":``, since each worker imports it; with
-``executor="serial"``, as here, it need not.
+``executor="serial"``, as here, this is not needed.
 """
 
 import math
@@ -42,11 +42,11 @@ print(table)
 
 often = table.operability({"swing": 10.0})
 for row in often.rows():
-    told = f"P(swing > 10 degrees) = {row['fit probability']:.2f}, {row['fit probability low']:.2f} to "
-    print(f"{row['speed']} m/s, {row['rope']} m: {told}{row['fit probability high']:.2f}")
+    estimate = f"P(swing > 10 degrees) = {row['fit probability']:.2f}, {row['fit probability low']:.2f} to "
+    print(f"{row['speed']} m/s, {row['rope']} m: {estimate}{row['fit probability high']:.2f}")
 often.to_html(Path("out") / "crane.html")
 
-# without wind: the load swings about a rope that leans back by a / g, then about a vertical one
+# without wind the load swings about an angle of a / g backwards, and then about the vertical
 calm = kf.Study(crane, swing, duration=8.0, rtol=1e-8, speed=[0.1], rope=[4.0], seed=[None]).run(executor="serial")
 arm = 4.0 + 1.0 / (MASS * 4.0)  # of a pendulum with the inertia of the load
 turn = math.sqrt(G / arm) * 1.0  # rad in the second in which the trolley speeds up

@@ -1,8 +1,8 @@
-"""A helicopter on compliant skids on a rolling deck, in the plane (SRAMSS-2D): what slips, and what lashings change.
+"""A helicopter on compliant skids on a rolling deck, in the plane (SRAMSS-2D): slip, and the effect of lashings.
 
 The structure is that of section V of Schock & Langlois; all parameters are assumed (`kanefe_fem.sramss.parameters`).
-The deck rolls by 8 degrees. With a friction of 0.3 the skids stay where they are, for ever; on a wet deck of 0.15 they
-slide down, first one, then the other, in every half roll; two lashings of 2 kN hold them.
+The deck rolls by 8 degrees. With a friction coefficient of 0.3 the skids never slide; on a wet deck with 0.15 they
+slide down in every half roll, one after the other; two lashings of 2 kN hold them.
 """
 
 import math
@@ -43,6 +43,6 @@ out = Path("out")
 out.mkdir(exist_ok=True)
 figure.savefig(out / "helicopter_on_a_deck.png", dpi=120)
 
-# what friction holds, it holds exactly
+# sticking friction has exactly zero slip
 checked = (float(slips["dry, mu 0.3"]), 0.0, 1e-12)
 print(f"dry: slip {checked[0]:g} m")

@@ -1,7 +1,7 @@
 """A helicopter in space on an icy, moving deck: a probe under its fuselage in a trap with a gap holds it in place.
 
-The gear comes from a mesh of beams (`meshes/skid_gear.py`), with 16 modes and eight shoes. Nearly no friction is left:
-the aircraft slides until its probe touches the trap, a round hole on the deck that is 25 mm wider than the probe.
+The gear comes from a mesh of beams (`meshes/skid_gear.py`), with 16 modes and eight shoes. There is almost no friction:
+the aircraft slides until its probe touches the trap, a round hole in the deck that is 25 mm wider than the probe.
 """
 
 import math
@@ -38,7 +38,7 @@ probe = result.contact("probe")
 print(f"the probe pulls by up to {probe.normal.max():.0f} N, first at {result.events['probe touch'][0]:.2f} s")
 result.plot("contacts", "probe", "port shoe 1", path=Path("out") / "helicopter_in_a_trap.png")
 
-# the probe leaves the middle of the trap by the gap, and by what the trap yields
+# the offset of the probe from the middle of the trap is the gap plus the deflection of the trap
 farthest = GAP + float(probe.penetration.max())
 checked = (farthest, GAP + float(probe.normal.max()) / STIFFNESS, 2e-3)
 print(f"it goes {1e3 * farthest:.2f} mm off the middle, {1e3 * GAP:g} mm of it free")

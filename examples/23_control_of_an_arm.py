@@ -1,9 +1,9 @@
-"""A flexible arm under a control engineer's tools: LQR and observer by python-control, on a scene that is stepped.
+"""Control of a flexible arm: LQR and observer designed with python-control, on a scene that is stepped.
 
 The arm of the demonstration, with 2 kg at its tip, is linearised, sampled at 100 Hz, and given a linear quadratic
-regulator with a Kalman filter that knows the angle of the hub and how far the tip is bent aside. It drives the full
-scene, with large rotations, all modes and a torque that is limited, through ``sim.step``; a PD controller that knows
-the hub alone runs beside it.
+regulator with a Kalman filter that measures the angle of the hub and the deflection of the tip. It controls the full
+scene, with large rotations, all modes and a limited torque, through ``sim.step``; a PD controller that measures the
+hub only is run for comparison.
 """
 
 from pathlib import Path
@@ -27,7 +27,7 @@ plant = kf.equilibrium(scene).linearise(inputs="motor hub", outputs=(*MEASURED, 
 sampled = control.sample_system(plant.to_control(), DT)
 measures = control.ss(sampled.A, sampled.B, sampled.C[:2], sampled.D[:2], DT)
 
-# what counts: where the tip is, how it is bent; what the filter trusts: 0.1 mrad, 0.1 mm, and torques to 0.3 N m
+# cost: position and deflection of the tip; noise levels of the filter: 0.1 mrad, 0.1 mm, and torques of 0.3 N m
 weighed = np.diag((0.0, 100.0, 100.0)) @ sampled.C
 gain, _, _ = control.dlqr(sampled.A, sampled.B, weighed.T @ weighed, [[0.3]])
 observer, _, _ = control.dlqe(sampled.A, sampled.B, measures.C, [[0.1]], 1e-8 * np.eye(2))

@@ -1,8 +1,8 @@
-"""A pole on a cart learns to stand: an environment as Gymnasium's, on a scene that is stepped, and a search over it.
+"""A pole on a cart learns to stand: a Gymnasium-like environment on a scene that is stepped, and a search over it.
 
-``reset`` restores a state that was saved, which takes microseconds, and lets the pole begin a little aside; ``step``
-holds a force for 20 ms. The cross-entropy method then looks for the gains of a linear law by the time that the pole
-stays up: it draws laws from a normal distribution, and fits the distribution to the best of them.
+``reset`` restores a saved state, which takes microseconds, and starts the pole slightly off the vertical; ``step``
+holds a force for 20 ms. The cross-entropy method then searches the gains of a linear law for the longest time that the
+pole stays up: it draws laws from a normal distribution, and fits the distribution to the best of them.
 """
 
 import math
@@ -67,7 +67,7 @@ for generation in range(6):
     history.append(DT * scores)
     print(f"generation {generation}: {DT * scores.mean():.2f} s up on average, {DT * scores.max():.2f} s at best")
 
-# a push that the search has not seen
+# a push that was not part of the search
 checked = (stands(environment, mean, seed=1000), float(MOST_STEPS), 0.0)
 print(f"the law {mean.round(2)} keeps the pole up for {DT * checked[0]:.2f} s of {DT * MOST_STEPS:.2f} s")
 rate = math.sqrt(9.81 / (4.0 / 3.0 * LENGTH))

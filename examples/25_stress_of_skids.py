@@ -1,7 +1,7 @@
 """Stress of a helicopter's skids at the instant of the largest force in a saddle, on a frigate's deck in a rough sea.
 
-The gear comes from a mesh of beams (`meshes/skid_gear.py`). Rotors turn at idle, with what their blades shake; a gusty
-wind from starboard pushes on the fuselage; a haul-down cable of 6 kN presses the skids on a wet deck.
+The gear comes from a mesh of beams (`meshes/skid_gear.py`). Rotors turn at idle and shake the airframe with their
+harmonics; a gusty wind from starboard pushes the fuselage; a haul-down cable of 6 kN presses the skids on a wet deck.
 """
 
 from pathlib import Path
@@ -43,7 +43,7 @@ print(f"the cable pulls by {np.linalg.norm(down[:3]):.0f} N, in axes of the deck
 slid = max(result.contact(name).slip[-1] for name in SHOES)
 print(f"the skids slid by {1e3 * slid:.1f} mm")
 
-# von Mises' stress of the tubes: axial force and bending at the outermost fibre, torsion
+# von Mises stress of the tubes from axial force and bending at the outermost fibre, and torsion
 cut = kanefe_fem.recover(result, "gear", frames=[frame]).section_forces(stations=5)
 area, second = given.AREA / 2, given.SECOND_MOMENT / 2  # of one tube
 bending = np.hypot(cut["My"], cut["Mz"]) * given.DIAMETER / 2 / second
@@ -79,7 +79,7 @@ out = Path("out")
 out.mkdir(exist_ok=True)
 figure.savefig(out / "stress_of_skids.png", dpi=120)
 
-# the saddle gives the moment that the tube outboard of it has: inboard, between two saddles, nothing acts
+# the saddle takes the moment of the tube outboard of it: inboard, between two saddles, no load acts
 node = next(int(group.nodes[0]) for group in gear.groups if group.name == worst)
 is_there = np.linalg.norm(cut.positions - gear.nodes[node], axis=2) < 1e-9
 moment = float(np.linalg.norm(cut.forces[0, is_there, 4:], axis=1).max())

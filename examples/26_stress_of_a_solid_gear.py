@@ -1,8 +1,8 @@
 """Stress of a skid gear meshed as solids, at the instant of the largest force in a saddle, on a deck in a rough sea.
 
-The gear is of tubes with walls, arched where they leave the saddles (`meshes/skid_gear_solid.py`); it takes gmsh and
-dolfinx half a minute, once. What else acts is as in example 25. The stress is that of the wall, with what a beam does
-not have: tubes that go out of round in their bends, rings held by saddles, and the corners where tubes meet.
+The gear consists of thin-walled tubes, arched where they leave the saddles (`meshes/skid_gear_solid.py`); gmsh and
+dolfinx take half a minute once. The other loads are those of example 25. The stress of the walls includes what a beam
+lacks: ovalisation of tubes in their bends, rings held by saddles, and the corners where tubes meet.
 """
 
 from pathlib import Path
@@ -52,7 +52,7 @@ try:
 except kf.MissingDependency as missing:
     print(f"no picture: {missing}")
 
-# strain gauges above and below the leg of that saddle measure the bending moment that the saddle gives, there
+# strain gauges above and below the leg of that saddle measure the bending moment of the saddle
 side = 1.0 if "port" in worst else -1.0
 slope = 0.9013  # rad, of the leg between its bend and the skid
 place = next(group.shares @ gear.nodes[group.nodes] for group in gear.groups if group.name == worst)

@@ -1,9 +1,24 @@
-"""Public names of a package, said once: in the imports that its `__init__` shows to type checkers."""
+"""Public names of a package, said once: in the imports that its `__init__` shows to type checkers.
+
+And what serves methods from above. Users look for ``body.report()`` on the body, but reports stand above bodies. Such a
+method asks for its function by name; `kanefe/__init__.py` says in which room it is.
+"""
+
+from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import Any
+
+SERVED: dict[str, str] = {}
+"""Functions of upper rooms that methods of lower ones call, and the modules that have them."""
+
+
+def served(name: str) -> Callable[..., Any]:
+    """Return a function of a room above, whose module is imported now."""
+    found: Callable[..., Any] = getattr(import_module(SERVED[name]), name)
+    return found
 
 
 def homes(path: str, name: str = "") -> dict[str, str]:

@@ -12,14 +12,15 @@ from kanefe._version import __version__
 from kanefe.errors import KanefeError
 
 COMMANDS = "kanefe.commands"
-"""Entry points whose functions become commands."""
+"""Group of entry points whose functions become commands."""
 
 FIRST = ("demo",)
-"""Commands of plugins that newcomers run before all others."""
+"""Plugin commands that are listed first, because newcomers run them before all others."""
 
 VARIABLES = (
     "Environment: KANEFE_CACHE_DIR is the folder of the cache, of compiled kernels too; KANEFE_CACHE_GB how much its "
-    "files may take (default 10), those not used for longest going first; KANEFE_CACHE=0 keeps no bodies and models."
+    "files may take (default 10), those unused for longest are removed first; KANEFE_CACHE=0 keeps no bodies and "
+    "models."
 )
 
 
@@ -40,18 +41,16 @@ def verify(
 
 
 def stress(
-    cases: Annotated[list[str] | None, typer.Argument(help="Cases to run, such as drift slopes; default: all.")] = None,
-    quick: Annotated[bool, typer.Option("--quick", help="The short form: less of everything.")] = False,
-    method: Annotated[str | None, typer.Option(help="Method of the runs over a million steps.")] = None,
+    cases: Annotated[list[str] | None, typer.Argument(help="Cases to run, such as drift spin; default: all.")] = None,
     json: Annotated[
         str | None, typer.Option(help="Write the findings to this file as JSON; '-' for standard output.")
     ] = None,
     html: Annotated[str | None, typer.Option(help="Write the table to this file as a page of HTML.")] = None,
 ) -> None:
-    """Try what breaks multibody programs, and print the worst figure of each against its limit; exit 1 if one fails."""
+    """Try extremes for a minute, and print the worst figure of each against its limit; exit 1 if one fails."""
     from kanefe.checks.robustness.runner import stress as run
 
-    raise typer.Exit(run(cases or [], quick=quick, method=method, json_path=json, html_path=html))
+    raise typer.Exit(run(cases or [], json_path=json, html_path=html))
 
 
 def doctor(
@@ -138,13 +137,13 @@ def list_cache() -> None:
 
 
 def clear_cache(
-    kernels: Annotated[bool, typer.Option("--kernels", help="Throw the compiled kernels away as well.")] = False,
+    kernels: Annotated[bool, typer.Option("--kernels", help="Remove the compiled kernels as well.")] = False,
 ) -> None:
     """Throw away all bodies and models in the cache."""
     from kanefe.bodies import cache
 
     count, freed = cache.clear()
-    typer.echo(f"{count} files, {1e-6 * freed:.1f} MB thrown away")
+    typer.echo(f"{count} files, {1e-6 * freed:.1f} MB removed")
     if kernels:
         freed = cache.clear_kernels()
         typer.echo(f"the compiled kernels, {1e-6 * freed:.1f} MB, thrown away")

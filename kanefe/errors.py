@@ -7,11 +7,11 @@ import sys
 from types import FrameType
 
 INSIDE = {"kanefe", "kanefe_fem", "functools", "scipy"}
-"""Packages whose lines no warning points to: ours, and what calls functions of ours for us."""
+"""Packages to whose lines no warning points: our own, and those that call our functions."""
 
 
 MOST_LETTERS = 2000
-"""Of a message that is shown: what was given may be a text or a list without end."""
+"""Largest number of letters of a message that is shown: arguments may be texts or lists without end."""
 
 
 class KanefeError(Exception):

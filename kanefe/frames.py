@@ -236,7 +236,7 @@ def turn_to(direction: Vector) -> Matrix:
 
 
 NOT_A_ROTATION = 1e-8
-"""How far given axes may be from a rotation: numbers typed with nine digits pass."""
+"""Largest deviation of given axes from a rotation: numbers typed with nine digits pass."""
 
 LETTERS = "xyz"
 
@@ -251,7 +251,7 @@ class Rotation(Protocol):
 
 
 Orientation = Sequence[float] | Sequence[Sequence[float]] | np.ndarray | Rotation
-"""Euler parameters (4,), scalar first; a rotation matrix (3, 3), its columns the axes; or a rotation of scipy."""
+"""Euler parameters (4,), scalar first; a rotation matrix (3, 3) with the axes as columns; or a rotation of scipy."""
 
 
 def orientation_parameters(given: object, what: str) -> Vector:
@@ -290,7 +290,7 @@ def rotation_about(axis: str | Sequence[float] | Vector, angle: float) -> Vector
     Raises
     ------
     ModelError
-        If the axis has no length or the angle is no finite number.
+        If the axis has no length or the angle is not a finite number.
 
     Examples
     --------

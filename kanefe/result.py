@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from kanefe.views.plots import Figure
 
 LOOKED_AT = 9
-"""Output times at which ``print(result)`` looks at what the modes of flexible bodies carry."""
+"""Number of output times at which ``print(result)`` evaluates what the modes of flexible bodies represent."""
 
 
 class Result(Reader):
@@ -116,8 +116,8 @@ class Result(Reader):
         run = self.run
         if run is None:
             raise ModelError(
-                "a result read from a file has no model, and so no state to go on from. Remedy: pickle the result, or "
-                "simulate(checkpoint=..., resume=...)"
+                "a result read from a file has no model, and so no state to continue from. Remedy: pickle the result, "
+                "or simulate(checkpoint=..., resume=...)"
             )
         time = numbers(t)
         if time.shape != () or not np.isfinite(time):
@@ -125,7 +125,7 @@ class Result(Reader):
         row = int(np.abs(self.times - time).argmin())
         if abs(self.times[row] - time) > 1e-9 * max(float(np.ptp(self.times)), abs(float(time))):
             raise ModelError(
-                f"t = {t:g} s is no output time; the nearest is {self.times[row]:.10g} s. Remedy: that one, or "
+                f"t = {t:g} s is not an output time; the nearest is {self.times[row]:.10g} s. Remedy: that one, or "
                 "simulate(..., output_times=[...])"
             )
         return Instant(run.model, self.times[row], run.states[row])
@@ -236,7 +236,7 @@ class Result(Reader):
         Raises
         ------
         ModelError, FileError
-            If an option makes no sense, a body's place is no finite number, or the file cannot be written.
+            If an option makes no sense, a body's place is not a finite number, or the file cannot be written.
 
         Examples
         --------

@@ -1,9 +1,8 @@
 # %% [markdown]
 # # A first flexible arm
 #
-# A hub with a motor carries an arm that bends, and the arm carries a mass at its tip. The arm is made of
-# beams here, so that this notebook runs without a mesh; the [second one](2_own_mesh.md) makes an arm from a
-# mesh of its own.
+# A hub with a motor carries a flexible arm, and the arm carries a mass at its tip. The arm is made of beam
+# elements, so that this notebook runs without a mesh; the [second one](2_own_mesh.md) makes a body from a mesh.
 
 # %%
 import numpy as np
@@ -23,9 +22,9 @@ body = beam_body(
 body
 
 # %% [markdown]
-# A body at the end of a cell is shown with its picture, mass and frequencies. The root is *clamped*: the
-# arm's own frame is fixed there, and its shapes are those of a cantilever. At the tip, which is *rigid*,
-# another body can be attached.
+# A body at the end of a cell is displayed with its picture, mass and frequencies. The root is *clamped*: the
+# frame of the arm is fixed there, and its mode shapes are those of a cantilever. The *rigid* tip can carry
+# another body.
 
 # %%
 scene = kf.System(gravity=(0, 0, -9.81))
@@ -47,8 +46,8 @@ result = scene.simulate((0.0, 1.6))
 result
 
 # %% [markdown]
-# The run as a moving picture: turn it with the mouse, play it, and draw its displacements larger.
-# `result.to_html("run.html")` writes the same as a file that opens anywhere.
+# The run as an animation: rotate it with the mouse, play it, and scale its displacements.
+# `result.to_html("run.html")` writes the same view to a file that opens in any browser.
 
 # %%
 result.view(title="a first arm")
@@ -57,8 +56,7 @@ result.view(title="a first arm")
 result.plot("deflection", "arm", "tip")
 
 # %% [markdown]
-# What does the joint of the arm carry? Force and moment at the root come from the equations of the components
-# that are fixed there.
+# Force and moment at the root of the arm are computed from the equations of the components that are fixed there.
 
 # %%
 force = result.coupling_force("arm", "root")
@@ -67,7 +65,7 @@ print(f"at most {most[:3].max():.1f} N and {most[3:].max():.2f} N m")
 print(f"energy balance to {np.abs(result.energy.balance_error).max():.1e} J")
 
 # %% [markdown]
-# The modes of the whole scene about its rest under gravity, with a hub that is free to turn:
+# The modes of the whole scene about its equilibrium under gravity, with a hub that is free to rotate:
 
 # %%
 rest = kf.equilibrium(still.copy())

@@ -1,8 +1,8 @@
 # %% [markdown]
-# # A mesh of one's own
+# # A mesh of your own
 #
-# A bracket is drawn and meshed in gmsh, with names for its faces; becomes a body; is shaken; and shows its
-# stress.
+# A bracket is drawn and meshed in gmsh, with names for its faces, made into a flexible body, and shaken; the
+# page shows its stress.
 
 # %%
 from pathlib import Path
@@ -49,7 +49,7 @@ bracket = solid_body(
 bracket
 
 # %% [markdown]
-# A motor of 1.5 kg hangs in the hole; the base shakes it from side to side by 2 mm at 40 Hz.
+# The hole carries a motor of 1.5 kg; the base shakes the bracket from side to side by 2 mm at 40 Hz.
 
 # %%
 t = np.linspace(0.0, 0.3, 601)
@@ -65,8 +65,8 @@ result = scene.simulate((0.0, 0.3), output_step=0.001)
 result
 
 # %% [markdown]
-# Von Mises' stress is summed in the browser from the stress of each mode. The displacements are drawn twenty
-# times larger.
+# The browser computes the von Mises stress from the stress of each mode. The displacements are scaled by a
+# factor of twenty.
 
 # %%
 fields = kanefe_fem.recover(result, "bracket")
@@ -77,8 +77,8 @@ worst = fields.envelope()
 print(f"at most {worst.peak / 1e6:.1f} MPa, at t = {worst.peak_time:.4f} s")
 
 # %% [markdown]
-# Is the mesh fine enough, and are the modes enough? The report of the body tells about cells, mass and modes;
-# `print(result)` about what the kept modes miss.
+# Is the mesh fine enough, and are there enough modes? The report of the body describes cells, mass and modes;
+# `print(result)` reports what the kept modes miss.
 
 # %%
 print(result)

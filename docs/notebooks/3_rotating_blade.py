@@ -1,8 +1,8 @@
 # %% [markdown]
 # # A rotating blade and its Campbell diagram
 #
-# A blade that spins becomes stiffer: the centrifugal force pulls it straight. `stiffening="full"` puts that
-# into the body.
+# A spinning blade becomes stiffer because the centrifugal force straightens it. `stiffening="full"` includes
+# this effect in the body.
 
 # %%
 import numpy as np
@@ -30,12 +30,12 @@ def spinning(speed):
 
 for speed in (0.0, 20.0, 40.0):
     modes = kf.equilibrium(spinning(speed)).linearise().modes()
-    told = ", ".join(f"{f:.2f}" for f in modes.frequencies[:4])
-    print(f"{speed:4.0f} rad/s: {told} Hz")
+    lowest = ", ".join(f"{f:.2f}" for f in modes.frequencies[:4])
+    print(f"{speed:4.0f} rad/s: {lowest} Hz")
 
 # %% [markdown]
-# All speeds at once, with the lines of whole multiples of the speed: where one crosses a frequency, it can be
-# excited.
+# The diagram over all speeds has the lines of integer multiples of the speed: where one crosses a frequency, that
+# mode can be excited.
 
 # %%
 diagram = kf.campbell(spinning, np.linspace(0.0, 50.0, 26))
@@ -45,7 +45,7 @@ diagram.plot()
 kf.equilibrium(spinning(40.0)).linearise().modes()
 
 # %% [markdown]
-# A run: the blade is brought to 30 rad/s within a second, and lags behind the hub while it speeds up.
+# In this run the blade is accelerated to 30 rad/s within a second, and lags behind the hub meanwhile.
 
 # %%
 t = np.linspace(0.0, 2.0, 401)

@@ -34,7 +34,7 @@ tyre = scene.add_surface("tyre", wheel, shapes.Torus(0.3, 0.05, axis="y"))
 scene.add_contact("tyre", tyre, deck, normal=law, friction=kf.Coulomb(0.6))
 
 # %% [markdown]
-# The stop is a beam that stands on the ramp. Nodes of flexible bodies can touch surfaces: its second one
+# The stop is a beam that stands on the ramp. Nodes of flexible bodies can touch surfaces: its second node
 # touches the box.
 
 # %%
@@ -69,7 +69,7 @@ print(result.contact_report())
 result.plot("contacts", "stop")
 
 # %% [markdown]
-# The block goes by the closed form of a body that slides, the wheel by that of one that rolls:
+# The block follows the closed form of a sliding body, the wheel that of a rolling body:
 
 # %%
 down, g, end = ramp.axes[:, 0], 9.81, result.times[-1]

@@ -1,8 +1,8 @@
 # %% [markdown]
 # # A crate on a ship: a study over seas
 #
-# How often does a crate slip on the wet deck of a ship, over heights of the sea and headings? First one run,
-# then all.
+# How often does a crate slip on the wet deck of a ship, depending on wave height and heading? We start with one
+# run.
 
 # %%
 import numpy as np
@@ -35,22 +35,22 @@ result
 result.view(title="a crate in sea state 6")
 
 # %%
-told = result.contact("on deck")
-print(f"it slips by {told.slip[-1] - told.slip[result.times > 1.0][0]:.3f} m in a minute")
+contact = result.contact("on deck")
+print(f"it slips by {contact.slip[-1] - contact.slip[result.times > 1.0][0]:.3f} m in a minute")
 
 # %% [markdown]
-# The study keeps of each run how much friction was asked for, and how far the crate slipped. In a notebook
-# the serial executor serves; a script uses all cores.
+# For each run the study records the friction that was required, and how far the crate slipped. In a notebook use
+# the serial executor; a script uses all cores.
 
 
 # %%
 def kept(result):
     late = result.times > 2.0
-    told = result.contact("on deck")
-    share = told.tangential / np.maximum(told.normal, 1.0)
+    contact = result.contact("on deck")
+    share = contact.tangential / np.maximum(contact.normal, 1.0)
     return {
         "friction": float(np.max(share[late])),
-        "slip": float(np.ptp(told.slip[late])),
+        "slip": float(np.ptp(contact.slip[late])),
     }
 
 
@@ -67,7 +67,7 @@ for row in often.rows():
     print(f"sea state {row['state']}, {row['heading']:.0f} degrees: {passed}")
 
 # %% [markdown]
-# Each cell of the table can be run again, to be looked at:
+# Each case of the table can be run again and viewed:
 
 # %%
 worst = int(np.argmax(table.column("slip")))

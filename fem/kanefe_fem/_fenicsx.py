@@ -25,7 +25,7 @@ from kanefe_fem._petsc import start_mpi
 from kanefe_fem.machine.compiled_forms import SECONDS, being_compiled, check_forms, forms_folder, refuse_options
 
 OLDEST, NEWEST = (0, 5), (0, 11)
-"""Versions of dolfinx this door was tested with."""
+"""Oldest and newest version of dolfinx with which this door was tested."""
 
 REMEDY = (
     "on Debian or Ubuntu: sudo apt-get install python3-dolfinx, then use /usr/bin/python3 or an environment made by "
@@ -35,7 +35,7 @@ REMEDY = (
 _CELLS = {"triangle": "triangle", "quad": "quadrilateral", "tetra": "tetrahedron", "hexahedron": "hexahedron"}
 
 SHAPES = ("triangle", "quad", "tetra", "hexahedron", "triangle6", "quad9", "tetra10", "hexahedron27")
-"""Cells that dolfinx assembles, all of a mesh alike."""
+"""Cell shapes that dolfinx assembles; all cells of a mesh have the same shape."""
 
 
 def load() -> Any:

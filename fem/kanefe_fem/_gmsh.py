@@ -50,10 +50,10 @@ _KINDS = {
     19: "pyramid13",
 }
 _LOCK = threading.Lock()
-"""gmsh is one per process: one reader at a time."""
+"""Lock for gmsh, which has one state per process and so serves one reader at a time."""
 
 Block = tuple[int, np.ndarray]
-"""gmsh's element type and the node tags (m, nodes per element) of elements."""
+"""Element type of gmsh and node tags (m, nodes per element) of its elements."""
 
 
 def read(path: Path, order: int | None, trusted: bool = False) -> Mesh:
@@ -86,11 +86,11 @@ def read(path: Path, order: int | None, trusted: bool = False) -> Mesh:
         if messages:
             text = "; ".join(m.removeprefix("Error").lstrip(" :") for m in messages[:3])
             text = text.replace(str(merged), path.name)
-            raise FileError(f"gmsh cannot use {path.name}: {text}. Remedy: open the file in gmsh and mend it")
+            raise FileError(f"gmsh cannot use {path.name}: {text}. Remedy: open the file in gmsh and correct it")
         try:
             mesh = _extract(gmsh, path)
         except UnicodeDecodeError as problem:
-            raise FileError(f"{path.name} is damaged: a name is no text ({problem}). {REMEDY}") from problem
+            raise FileError(f"{path.name} is damaged: a name is not text ({problem}). {REMEDY}") from problem
         if suffix == ".msh" or mesh.dimension == 1:
             return mesh
         return unfolded(mesh) if mesh.order == 2 else replace(mesh, sagitta=sagitta(gmsh))

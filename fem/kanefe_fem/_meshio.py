@@ -31,10 +31,10 @@ GROUP_DATA = (
     "CellEntityIds",
     "Label",
 )
-"""Names of integer cell data that number the groups, first come first served."""
+"""Names of integer cell data that number the groups, in order of precedence."""
 
 READS_AT_END = 1000
-"""Of a file, after which its reader is taken for one that would go on for ever."""
+"""Number of reads at the end of a file after which its reader is taken to loop for ever."""
 
 _DIMENSIONS = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2, "tetra": 3, "hexahedron": 3, "wedge": 3, "pyramid": 3}
 
@@ -63,8 +63,8 @@ def read(path: Path, names: Mapping[int, str], trusted: bool = False) -> Mesh:
         raise
     except (ValueError, IndexError, KeyError, TypeError) as problem:  # what meshio gives of a damaged file
         raise FileError(
-            f"{path.name} is no whole mesh: {type(problem).__name__}: {problem}. Remedy: check that the file is whole "
-            "and its suffix right"
+            f"{path.name} is not a complete mesh: {type(problem).__name__}: {problem}. Remedy: check that the file is "
+            "complete and its suffix right"
         ) from problem
 
 
@@ -135,8 +135,8 @@ def _read(path: Path) -> Any:
     except (Exception, SystemExit) as problem:  # whatever a damaged file makes meshio's many readers raise
         reason = str(problem) if str(problem) not in ("", "1") else " ".join(printed.getvalue().split())
         raise FileError(
-            f"meshio cannot read {path.name}: {reason or type(problem).__name__}. Remedy: check that the file is whole "
-            "and its suffix right; formats are .msh, .vtu, .vtk, .xdmf, .inp, .bdf, .med, ..."
+            f"meshio cannot read {path.name}: {reason or type(problem).__name__}. Remedy: check that the file is "
+            "complete and its suffix right; formats are .msh, .vtu, .vtk, .xdmf, .inp, .bdf, .med, ..."
         ) from problem
 
 

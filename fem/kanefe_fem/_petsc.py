@@ -15,16 +15,16 @@ from kanefe.storage import hdf5
 from kanefe_fem.machine.memory import free_memory, rough_size, warn_of_memory
 
 SMALL = 10_000
-"""Up to this many unknowns SuperLU is as fast as MUMPS, counting the import of petsc4py."""
+"""Number of unknowns up to which SuperLU is as fast as MUMPS, including the import of petsc4py."""
 
 ROUGHLY = 0.5
-"""Part of the free memory that the rough size of a factor may have before MUMPS is asked for the right one."""
+"""Fraction of the free memory that the rough size of a factor may have before MUMPS is asked for the exact size."""
 
 CONDITION = 1e15
-"""Least scaled condition number, estimated by one solve, from which a matrix counts as singular."""
+"""Scaled condition number, estimated by one solve, from which a matrix counts as singular."""
 
 PIVOTING_ROOM = 50
-"""Per cent of memory beyond its estimate that MUMPS may take for the pivots of an indefinite matrix."""
+"""Memory for the pivots of an indefinite matrix that MUMPS may take beyond its estimate, in per cent."""
 
 
 class Factor(Protocol):

@@ -31,7 +31,7 @@ PACKAGES = ("fenics-dolfinx", "dolfinx-solver-real", "petsc4py", "numpy", "scipy
 """Distributions whose versions are part of the key."""
 
 WHOLE = (".msh", ".vtu", ".vtk", ".med", ".mesh", ".meshb", ".inp", ".bdf", ".nas", ".cdb", ".geo", ".py")
-"""Formats whose mesh is in the file itself, unless the file includes others. All others are read before."""
+"""Formats with the whole mesh in the file itself, unless the file includes others. All other formats are read first."""
 
 WARNINGS = {
     "accuracy": "kanefe_fem.materials.isotropic:AccuracyWarning",
@@ -43,7 +43,7 @@ WARNINGS = {
     "tie": "kanefe.fe_model.rigid_patch_error:TieWarning",
     "units": "kanefe.errors:UnitWarning",
 }
-"""Word -> "module:Class" of the warnings that are kept with a body: as `kanefe.storage.saved_classes`."""
+"""Warnings that are kept with a body, as "module:Class" by name: see `kanefe.storage.saved_classes`."""
 
 _INCLUDES = re.compile(rb"^\s*\*?(include|merge)\b", re.IGNORECASE | re.MULTILINE)
 _PURE_MODULES = {"__future__", "math", "cmath", "itertools", "functools", "collections", "typing", "numpy", "gmsh"}

@@ -16,10 +16,10 @@ from kanefe_fem.mesh.mesh import Mesh, part_of, to_order
 GMSH_SUFFIXES = (".msh", ".geo", ".py")
 
 SOURCES = (".geo", ".py")
-"""Files that hold no mesh, but a geometry to be meshed."""
+"""Formats that contain no mesh but a geometry to be meshed."""
 
 GEOMETRY = (".step", ".stp", ".iges", ".igs", ".brep", ".sat", ".x_t", ".sldprt", ".catpart", ".f3d", ".dwg", ".dxf")
-"""Files of programs that draw, which have neither cells nor the size of any."""
+"""Formats of drawing programs, which contain no cells and no cell sizes."""
 
 
 @checked

@@ -39,10 +39,11 @@ Kept = TypeVar("Kept")
 
 DEFAULT_GB = 10.0
 LEFT_OVER = 24 * 3600.0
-"""Age in s of an unfinished file from which it counts as left by a process that was killed."""
+"""Age of an unfinished file from which it counts as left by a killed process, s."""
 
 FRESH = 60.0
-"""Age in s of the last use from which the next one is noted: until then a process need not look at the file again."""
+"""Age of the last recorded use from which the next use is recorded, s: until then the file need not be touched again.
+"""
 
 
 class CacheWarning(UserWarning):
@@ -170,7 +171,9 @@ def limit() -> float:
     try:
         return 1e9 * float(text) if text else 1e9 * DEFAULT_GB
     except ValueError as error:
-        raise ModelError(f"KANEFE_CACHE_GB={text!r} is no number of gigabytes. Remedy: KANEFE_CACHE_GB=10") from error
+        raise ModelError(
+            f"KANEFE_CACHE_GB={text!r} is not a number of gigabytes. Remedy: KANEFE_CACHE_GB=10"
+        ) from error
 
 
 def _path(key: str) -> Path:
@@ -184,7 +187,7 @@ def _found(key: str, kind: Kind, load: Callable[[Path], Kept]) -> Kept | None:
     try:
         found = load(path)
     except FileError as error:
-        warnings.warn(f"a cached {kind} is thrown away and made again: {error}", CacheWarning, stacklevel=outside())
+        warnings.warn(f"a cached {kind} is removed and made again: {error}", CacheWarning, stacklevel=outside())
         with contextlib.suppress(OSError):
             path.unlink()
         return None

@@ -19,10 +19,10 @@ from kanefe.frames import Matrix, Vector
 from kanefe.storage.scipy_later import sp
 
 MOST = 1000
-"""Nodes or cells that are looked at, picked evenly: more of them change a largest value little."""
+"""Number of nodes or cells that are evaluated, picked evenly: more hardly change the largest value."""
 
 AT_ONCE = 4096
-"""States that are looked at in one go."""
+"""Number of states evaluated at once."""
 
 _kept: WeakKeyDictionary[FlexibleBody, InnerRotations] = WeakKeyDictionary()
 

@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody
 
 Field = Callable[[np.ndarray], Any] | Sequence[Sequence[float]] | np.ndarray
-"""A function of places (P, 3) in G that gives vectors (P, 3), or a vector of each node (n, 3)."""
+"""Function of positions (P, 3) in G that returns vectors (P, 3), or one vector per node (n, 3)."""
 
 REPORTED = 1e-2
-"""Error from which on a warning tells it."""
+"""Relative error from which a warning is issued."""
 
 
 def projected(body: FlexibleBody, field: Field, label: str) -> Vector:
@@ -44,7 +44,7 @@ def projected(body: FlexibleBody, field: Field, label: str) -> Vector:
     places = points if is_by_mass else nodes
     given = numbers(field(places.copy())) if callable(field) else numbers(field)
     if given.shape != (len(places), 3) or not np.all(np.isfinite(given)):
-        where = "at each place that the function is asked for" if callable(field) else "of each node"
+        where = "at each position for which the function is called" if callable(field) else "of each node"
         raise ModelError(
             f"{label} must be finite and of shape ({len(places)}, 3), a vector in G {where}, not {given.shape}"
         )
@@ -77,7 +77,7 @@ def _mass(body: FlexibleBody, is_by_mass: bool) -> tuple[sp.csr_matrix, Any]:
     weights = body.inertia_mass if is_by_mass else sp.identity(len(body.nodes) * len(components), format="csr")
     if not all(c in components for c in TRANSLATIONS):
         raise ModelError(
-            "a field over nodes that do not move along x, y and z is not offered. Remedy: modal coordinates"
+            "a field over nodes that do not move along x, y and z is not supported. Remedy: modal coordinates"
         )
     where = [components.index(c) for c in TRANSLATIONS]
     chosen = (np.arange(len(body.nodes))[:, None] * len(components) + where).ravel()

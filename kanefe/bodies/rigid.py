@@ -48,7 +48,7 @@ class RigidMass:
 
 
 NO_MOMENT = 1e-12
-"""Principal moment, of the largest, that is none."""
+"""Principal moment, relative to the largest, below which it is zero."""
 
 
 def rigid_mass(name: str, mass: float, inertia: object, com: Sequence[float]) -> RigidMass:

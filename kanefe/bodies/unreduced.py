@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from kanefe.bodies.inertia_field import InertiaField
 
 LISTED_FREQUENCIES = 12
-"""How many of its natural frequencies an unreduced body tells."""
+"""Number of natural frequencies that an unreduced body lists."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -175,6 +175,6 @@ class UnreducedBody(FlexibleBody):
             Always.
         """
         raise FileError(
-            f"an unreduced body is not written to {path}: it is as large as its matrices. Remedy: make it anew from "
+            f"an unreduced body is not written to {path}: it is as large as its matrices. Remedy: make it again from "
             "the model, or save a reduced one, reduction=CraigBampton(modes=20)"
         )

@@ -62,7 +62,7 @@ class MarkerMotion(NamedTuple):
 
 
 Wrenches = tuple[Vector, Vector, Vector, Vector]
-"""Force and moment on a, force and moment on b."""
+"""Force and moment on a, then force and moment on b."""
 
 
 class _OfMarkers:
@@ -205,7 +205,7 @@ class ScrewRow(_OfMarkers):
 
 NORMAL, FIRST, SECOND = "normal", "first", "second"
 DIRECTIONS = {NORMAL: 2, FIRST: 0, SECOND: 1}
-"""Which axis of the plane's marker each kind of rolling row is about."""
+"""Axis of the plane's marker for each kind of rolling row."""
 
 
 @dataclass(frozen=True, eq=False)

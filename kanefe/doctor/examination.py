@@ -20,7 +20,7 @@ from kanefe.doctor.stores import BuiltKernels, CacheStore, kernels, stores
 from kanefe.kernels.compiler.side_by_side import processors_here
 
 VARIABLES = "KANEFE_CACHE", "KANEFE_CACHE_DIR", "KANEFE_CACHE_GB", "KANEFE_JIT", "CC", "OMP_NUM_THREADS"
-"""Of the environment, told where they are set."""
+"""Environment variables that are reported if they are set."""
 
 TO_BUILD = "kanefe prepare"
 WITH_NUMBA = "Remedy: pip install 'kanefe[compile]'"

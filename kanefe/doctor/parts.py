@@ -32,13 +32,11 @@ for name in sys.argv[1:]:
     print("\\n" + json.dumps([name, what, found]), flush=True)
 os._exit(0)
 """
-"""What a process that imports packages runs: one that crashes takes no more than itself along.
-
-Collecting garbage, and taking all modules apart at the end, would be a third of its time.
-"""
+"""Program of the process that imports packages: a crash ends only this process. It skips garbage collection and the
+teardown of modules at the end, which would take a third of its time."""
 
 LONGEST = 120.0
-"""Seconds after which an import counts as one that hangs."""
+"""Time after which an import counts as hanging, s."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +65,7 @@ class Dependency:
 
 
 COAL = ("coal", "coal") if sys.version_info >= (3, 12) else ("hppfcl", "hpp-fcl")
-"""Its older name runs beside the numpy of Debian 12."""
+"""Module and distribution of coal: its older name works with the numpy of Debian 12."""
 
 
 def _extra(name: str) -> str:
@@ -107,7 +105,7 @@ PARTS = (
 )
 
 APART = {"dolfinx", "gmsh"}
-"""Imported in a process of their own: libraries that they bring must not meet those of other packages."""
+"""Packages imported in a separate process, because their libraries must not meet those of other packages."""
 
 COMPILER = Dependency(
     "cc", "cc", "kernels, forms of dolfinx, where they are not built yet", "apt-get install gcc libc6-dev"
@@ -181,7 +179,8 @@ def _collected(names: list[str], process: subprocess.Popen[str]) -> dict[str, tu
     while left:
         try:
             out, errors = process.communicate(timeout=LONGEST)
-            end = f"ended its process with {process.returncode}: {errors.strip().splitlines()[-1:] or 'without a word'}"
+            said = errors.strip().splitlines()[-1:] or "without a message"
+            end = f"ended its process with {process.returncode}: {said}"
         except subprocess.TimeoutExpired:
             process.kill()
             out, errors = process.communicate()

@@ -15,17 +15,19 @@ from kanefe.system import System
 
 STEPS, STEP = 50, 1e-3  # of the fixed steps
 SAME = 1e-10
-"""Of the largest number: the same steps on two routes differ by round-off, which 200 evaluations add up."""
+"""Largest difference relative to the largest number: the same steps on two routes differ by round-off, accumulated over
+200 evaluations."""
 
 ALWAYS = {"advance_explicitly", "balances_of_states-flexible", "fill_nothing", "integrate", "interpolate_explicitly"}
 PLANAR = ALWAYS | {"evaluate_planar"}
 SPATIAL = ALWAYS | {"evaluate-flexible", "motions_of_rows-flexible"}
 NEEDED = PLANAR | SPATIAL
-"""Kernels of the solves."""
+"""Kernels that the solves need."""
 
 RTOL = 1e-7
 ALIKE = 1e-5
-"""Of the way that the tip has gone: errors of both runs, each some 100 times its tolerance of a step."""
+"""Largest difference relative to the displacement of the tip: both runs have errors of about 100 times their tolerance
+per step."""
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ LENGTH, WIDTH = 0.6, 0.1  # m
 RATE = 2e4  # N/m, of each spring
 MASS = 1.2  # kg
 INNER = 3 * 3 * (CELLS - 1)
-"""Freedoms between the two ends: with as many modes nothing is left out."""
+"""Number of degrees of freedom between the two ends: with as many modes nothing is left out."""
 
 
 def double_pendulum() -> System:

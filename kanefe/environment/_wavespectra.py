@@ -12,7 +12,7 @@ from kanefe.frames import Matrix, Vector
 from kanefe.storage.files import regular_file
 
 READERS = {".nc": "read_netcdf", ".spc": "read_swan", ".spec": "read_swan", ".swn": "read_swan"}
-"""Of wavespectra, by suffix."""
+"""Functions of wavespectra that read files, by suffix."""
 
 
 def frequencies_densities_directions(spectrum: Any) -> tuple[Vector, Matrix, Vector]:

@@ -16,10 +16,11 @@ from kanefe.joints.motion import Motion, clock
 from kanefe.kernels.links.deck_motion import POWERS, deck_motion
 
 LONGEST_PIECE = 1.0
-"""s."""
+"""Longest piece of the piecewise polynomials, s."""
 
 LEFT_OUT = 1e-13
-"""Of a piece's polynomials, relative to the sum of all amplitudes: pieces are halved until they are that close."""
+"""Error of the polynomials of a piece, relative to the sum of all amplitudes: pieces are halved until this is reached.
+"""
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
 
 UNEVEN = 1e-3
-"""Largest difference of the steps between directions, as a share of them."""
+"""Largest relative difference between the steps of the directions."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +68,7 @@ def of_compass(frequencies: Any, densities: Any, directions_deg: Any) -> tuple[T
             f"least; shapes {w.shape}, {directions.shape} and {table.shape} were given"
         )
     if not np.all(np.isfinite(table)) or not np.all(np.isfinite(directions)):
-        raise ModelError("a spectrum over directions holds something that is no finite number")
+        raise ModelError("a spectrum over directions holds something that is not a finite number")
     if np.any(table < 0.0):
         i, j = np.unravel_index(int(np.argmin(table)), table.shape)
         raise ModelError(

@@ -11,7 +11,7 @@ from kanefe.environment.spectra import GRAVITY
 from kanefe.frames import Vector
 
 ITERATIONS = 12
-"""Of Newton's method, which takes four from where it starts."""
+"""Largest number of iterations of Newton's method, which takes four from its initial guess."""
 
 
 def wave_number(omega: Vector, depth: float = math.inf, gravity: float = GRAVITY) -> Vector:

@@ -11,7 +11,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import Vector
 
 MOST_NUMBERS = 2_000_000
-"""Of times and harmonics whose cosines are in memory together."""
+"""Largest product of the numbers of times and harmonics whose cosines are in memory together."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,22 +20,23 @@ from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 
 MOST_ORDER = 3
-"""Of moments of spectra, which fall with the fifth power of the frequency."""
+"""Highest order of moments of spectra, which decrease with the fifth power of the frequency."""
 
 STATES = {3: (0.88, 7.5), 4: (1.88, 8.8), 5: (3.25, 9.7), 6: (5.0, 12.4), 7: (7.5, 15.0)}
-"""Hs in m and Tp in s of sea states of the open North Atlantic, after Bales, Lee & Voelker (1981)."""
+"""Significant height (m) and peak period (s) of sea states of the open North Atlantic, after Bales, Lee & Voelker
+(1981)."""
 
 STRATA = 16
-"""Waves that follow each other in frequency, among which the directions are spread evenly."""
+"""Number of successive waves in frequency among which the directions are spread evenly."""
 
 RANDOM_COUNT = 200
-"""Waves of random frequencies where their number is not said."""
+"""Default number of waves with random frequencies."""
 
 MOST_WAVES = 100_000
 
 STEEPEST = 1.0 / 7.0
-"""Height over length of the steepest wave on deep water, by Michell 1893 (0.142): higher ones break. In water of depth
-d it is tanh(k d) times that (Miche 1944)."""
+"""Ratio of height to length of the steepest wave in deep water, by Michell 1893 (0.142): steeper waves break. In water
+of depth d the limit is tanh(k d) times this (Miche 1944)."""
 
 
 class Waves(NamedTuple):

@@ -8,10 +8,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from kanefe._public import served
 from kanefe.arguments import checked
 from kanefe.environment.checks import checked_number
 from kanefe.environment.deck_motion import DeckMotion
@@ -28,27 +29,26 @@ from kanefe.environment.spreading import Spreading
 from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.frames import Vector, numbers, shaped_numbers
 
-if TYPE_CHECKING:
-    from kanefe.views.rao_picture import Figure
-
 SLOWEST_HZ = 0.03
-"""Encounter frequency below which surge, sway and yaw are left out: strip theory has no restoring force in them, so
-that they grow without bound there; autopilots and helmsmen hold them in truth."""
+"""Encounter frequency below which surge, sway and yaw are left out, Hz: strip theory has no restoring force in them, so
+that they grow without bound there; in reality autopilots and helmsmen control them."""
 
 HORIZONTAL = np.array((0, 1, 5))
-"""Surge, sway and yaw."""
+"""Indices of surge, sway and yaw."""
 
 REPORTED = 0.01
-"""Share of the variance of a motion that is left out without a word."""
+"""Fraction of the variance of a motion that may be left out without a warning."""
 
 DIRECTIONS = 90
-"""Parts of equal energy that spreading waves are integrated over."""
+"""Number of parts of equal energy into which spreading waves are divided."""
 
 COURSES = 32
-"""Of which what is left out is kept: the seeds and sea states of a map meet a ship on the same ones."""
+"""Number of courses for which the neglected parts are cached: the seeds and sea states of a map have the same courses.
+"""
 
 STEPS = 12
-"""Of each piece of an RAO between its frequencies, over which responses are integrated by Gauss with four points."""
+"""Number of steps of each piece of an RAO between its frequencies, over which responses are integrated by four-point
+Gauss quadrature."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +114,7 @@ class Ship:
         if self.rao.depth != self.sea.depth:
             warnings.warn(
                 f"{self.rao.name} is of water {self.rao.depth:g} m deep, the sea is {self.sea.depth:g} m deep. Remedy: "
-                "an RAO of that depth; of waves that are shorter than twice both depths it is the same",
+                "an RAO of that depth; for waves shorter than twice both depths it is the same",
                 AccuracyWarning,
                 stacklevel=outside(),
             )
@@ -264,7 +264,7 @@ class Ship:
         return {NAMES[k]: float(share) for k, share in zip(HORIZONTAL, shares, strict=True)}
 
     @checked
-    def plot_rao(self, path: str | Path | None = None) -> Figure:
+    def plot_rao(self, path: str | Path | None = None) -> Any:
         """Return the picture of the RAO at the ship's speed: amplitude and phase of each motion over wave frequency.
 
         A wrong phase shows at the left end, where waves are long: dots mark the motions of the surface.
@@ -274,14 +274,17 @@ class Ship:
         path : str or Path, optional
             Also write it there; the suffix says how.
 
+        Returns
+        -------
+        Figure
+            Of matplotlib.
+
         Raises
         ------
         MissingDependency
             If matplotlib is not installed.
         """
-        from kanefe.views.rao_picture import draw_rao
-
-        return draw_rao(self.rao, self.speed, path)
+        return served("draw_rao")(self.rao, self.speed, path)
 
     def __str__(self) -> str:
         slow = f", surge, sway and yaw above {self.slowest_hz:g} Hz" if self.slowest_hz > 0.0 else ""

@@ -17,16 +17,17 @@ from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 
 SIZES = {"Hs": (1e-6, 1e3), "Tp": (0.1, 1e5)}
-"""Of waves of gravity, m and s: shorter ones are held by the tension of the surface, longer ones are tides."""
+"""Range of significant height (m) and peak period (s) of gravity waves: shorter ones are capillary waves, longer ones
+are tides."""
 
 GRAVITY = 9.81
-"""m/s2, where none is said."""
+"""Default gravity, m/s2."""
 
 NARROW, WIDE = 0.07, 0.09
-"""Widths of the peak of a JONSWAP spectrum, below and above its frequency (Hasselmann et al. 1973)."""
+"""Widths of the peak of a JONSWAP spectrum below and above its frequency, dimensionless (Hasselmann et al. 1973)."""
 
 STEEPNESS, DECAY = 8.10e-3, 0.74
-"""Constants of Pierson & Moskowitz (1964)."""
+"""Constants of Pierson & Moskowitz (1964), dimensionless."""
 
 
 class Spectrum(ABC):

@@ -12,11 +12,11 @@ from kanefe.errors import ModelError
 from kanefe.frames import Vector
 
 POINTS = 3601
-"""Of the table of the distribution: a twentieth of a degree."""
+"""Number of points in the table of the distribution: a spacing of a twentieth of a degree."""
 
 
 WIDEST = 90.0
-"""Standard deviation in degrees above which next to nothing is left of a normal distribution but its cut."""
+"""Standard deviation above which hardly more than the truncation of a normal distribution is left, degrees."""
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ class AtOneTime(Protocol):
 
 
 Start = object
-"""A state: an `AtOneTime`, or a vector (q, u) or (q, u, z) as `Model.state_names` name it."""
+"""A state: an `AtOneTime`, or a vector (q, u) or (q, u, z) in the order of `Model.state_names`."""
 
 
 def time_of(start: object, default: float = 0.0) -> float:

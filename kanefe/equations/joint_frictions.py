@@ -24,17 +24,13 @@ if TYPE_CHECKING:
     from kanefe.loads.coordinate_friction import CoordinateFriction
 
 YIELD = 1e-7
-"""Of the scene's length, or rad: by so much an anchor gives way at the cap, where no stiffness is given.
-
-A tenth of what a run at the default tolerance, 1e-6, resolves. Less costs implicit methods little, and explicit ones
-the root of it in steps: see the curves in docs/theory/contact.md.
-"""
+"""Default deflection of an anchor at the friction limit, relative to the scene's length, or in rad: a tenth of what a
+run at the default tolerance, 1e-6, resolves. A smaller value costs implicit methods little, and explicit methods its
+square root in steps: see the curves in docs/theory/contact.md."""
 
 DAMPING_TIME = 1e-4
-"""Damping over stiffness in scenes with unreduced bodies, where inertias along joints are not at hand, s.
-
-Critical where friction alone would move the scene by its length in a fifth of a second.
-"""
+"""Damping over stiffness in scenes with unreduced bodies, s, where inertias along joints are not available. It is
+critical where friction alone would move the scene by its length in a fifth of a second."""
 
 
 def with_joint_frictions(model: Model, t: float) -> Model:
@@ -58,7 +54,7 @@ def with_joint_frictions(model: Model, t: float) -> Model:
     for friction in found:
         if friction.name in taken:
             raise ModelError(
-                f"a load is called {friction.name!r}, as the friction in that joint is. Remedy: another name"
+                f"a load is called {friction.name!r}, like the friction in that joint. Remedy: another name"
             )
     model = model.with_loads((*model.loads, *found))
     q, u, z = model.initial_coordinates, model.initial_speeds, model.initial_states
@@ -128,7 +124,7 @@ def _loaded_frictions(model: ModelData, t: float) -> Sequence[CoordinateFriction
     if model.has_unreduced:
         names = ", ".join(repr(model.bodies[number].name) for number, _, _ in rubbing)
         raise ModelError(
-            f"friction from the load of the joint of {names} is not offered beside bodies that keep all degrees of "
+            f"friction from the load of the joint of {names} is not supported beside bodies that keep all degrees of "
             "freedom. Remedy: a reduction of these, or CoordinateForce(friction=...), which is given"
         )
     from kanefe.kane.assemble import accelerations, mass_matrix
@@ -163,8 +159,8 @@ def _loaded_friction(
     stiffness = friction.stiffness
     if stiffness is None and large == 0.0:
         raise ModelError(
-            f"nothing loads the joint of {body.name!r} at the start, so that how its friction gives way cannot be told "
-            "from that. Remedy: JointFriction(stiffness=...), N/m at the surface that rubs"
+            f"nothing loads the joint of {body.name!r} at the start, so that the stiffness of its friction cannot be "
+            "derived from that load. Remedy: JointFriction(stiffness=...), N/m at the sliding surface"
         )
     slips = [abs(arm) for arm in bearing.arms]
     if stiffness is None:

@@ -48,6 +48,6 @@ def joint_stops(model: ModelData) -> tuple[CoordinateStop, ...]:
                 least_speed=LEAST_SPEED,
             )
             if stop.name in taken:
-                raise ModelError(f"a load is called {stop.name!r}, as the stop of that joint is. Remedy: another name")
+                raise ModelError(f"a load is called {stop.name!r}, like the stop of that joint. Remedy: another name")
             found.append(stop)
     return tuple(found)

@@ -9,7 +9,8 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 
 TURNS = 1e-9
-"""Part of a unit angular velocity across the axis that is one; below is round-off of the axes of joints."""
+"""Fraction of a unit angular velocity across the axis that counts as zero: round-off of the axes of joints is below it.
+"""
 
 
 def check_planar_inertias(model: Model, t: float) -> None:

@@ -17,7 +17,7 @@ import numpy as np
 import scipy.sparse as sp
 
 LEAF = 12
-"""Degrees of freedom below which a part of a patch is not halved again."""
+"""Number of degrees of freedom below which a part of a patch is not divided again."""
 
 
 def moment_free_columns(moments: np.ndarray, places: np.ndarray) -> sp.csr_matrix:

@@ -23,7 +23,7 @@ from kanefe.fe_model.model import FiniteElementModel
 from kanefe.frames import numbers
 
 MOST_MODES = 1_000_000
-"""Of one body: more are no count of modes."""
+"""Largest number of modes of one body: a larger number is a mistake."""
 
 
 @dataclass(frozen=True)
@@ -151,7 +151,7 @@ def _check_vibrates(ratios: np.ndarray, what: str, meant: str) -> None:
 
 
 Damping: TypeAlias = RayleighDamping | ModalDamping | sp.spmatrix | np.ndarray | None
-"""What the `damping` argument of a body takes."""
+"""Types of the `damping` argument of a body."""
 
 
 def damping_matrix(
@@ -188,7 +188,7 @@ def real_matrix(given: object) -> sp.csr_matrix:
 def checked_damping(damping: object, model: FiniteElementModel) -> sp.csr_matrix:
     """Return a given C of all degrees of freedom, (N, N), sparse; a ModelError says what is wrong with it."""
     if isinstance(damping, (int, float, str)):
-        raise ModelError(f"damping={damping!r} is no damping. Remedy: ModalDamping({damping!r}) or RayleighDamping")
+        raise ModelError(f"damping={damping!r} is not a damping. Remedy: ModalDamping({damping!r}) or RayleighDamping")
     C = real_matrix(damping)
     if C.shape != (model.size, model.size):
         raise ModelError(

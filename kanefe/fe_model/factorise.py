@@ -40,7 +40,7 @@ class Factorise(Protocol):
 
 
 INDEFINITE_PIVOTS = 0.01
-"""Part of the largest entry of a column that a pivot of an indefinite matrix has at least."""
+"""Smallest pivot of an indefinite matrix relative to the largest entry of its column."""
 
 
 class _SuperLU:

@@ -16,7 +16,7 @@ from kanefe.frames import Orientation, numbers, orientation_parameters, rotation
 RULES = ("rigid", "average", "node")
 WEIGHTS = ("area", "mass", "uniform")
 WORDS = {"all": COMPONENTS, "position": TRANSLATIONS}
-"""What is fixed, as far as the nodes can follow."""
+"""Components that are fixed, as far as the nodes can follow, by word."""
 
 
 @checked("fixed", "kind", "released")
@@ -112,8 +112,8 @@ class Interface:
             raise ModelError(f"groups={self.groups!r} and at={self.at!r} of an interface. Remedy: one of them")
         if self.at is not None and not isinstance(self.at, Place) and not callable(self.at):
             raise ModelError(
-                f"at={self.at!r} of an interface is no place. Remedy: kf.Near((1, 0, 0), 0.01), kf.OnPlane, kf.InBox, "
-                "kf.InCylinder, or a function of points (n, 3)"
+                f"at={self.at!r} of an interface is not a place. Remedy: kf.Near((1, 0, 0), 0.01), kf.OnPlane, "
+                "kf.InBox, kf.InCylinder, or a function of points (n, 3)"
             )
         if self.weights is not None:
             if self.kind != "average":

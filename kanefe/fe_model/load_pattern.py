@@ -21,7 +21,7 @@ import numpy as np
 PatternKind = Literal["surface", "line"]
 
 ARRAYS = ("first", "shape_first", "pressure_force", "pressure_moment", "pressure_elastic", "quadratic_first")
-"""Names of the arrays of a `LoadPattern`, in its order."""
+"""Names of the arrays of a `LoadPattern`, in order."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,7 +34,7 @@ COMPONENTS = TRANSLATIONS + ROTATIONS
 """Names of the six components of a node's motion, in the order of every 6-vector of the package."""
 
 PRODUCTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-"""The axes (a, b) of the products w_a w_b of angular speeds, in the order in which loads of a spin count them."""
+"""Axes (a, b) of the products w_a w_b of angular speeds, in the order of the spin loads."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from kanefe.fe_model.model import COMPONENTS, ROTATIONS, TRANSLATIONS, FiniteEle
 from kanefe.frames import unit_vector
 
 _SMALL = 1e-9
-"""Of the size of a patch or body: what is smaller is zero."""
+"""Length relative to the size of a patch or body below which it counts as zero."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import numbers, unit_vector
 
 SLACK = 1e-6
-"""Of the size of the body: how far a node may be from a plane on which it is meant to lie, or outside of a place."""
+"""Largest distance of a node from its plane, or outside of its place, relative to the size of the body."""
 
 
 class Place(ABC):
@@ -183,7 +183,7 @@ class InCylinder(Place):
 
 
 PlaceLike: TypeAlias = Place | Callable[[np.ndarray], np.ndarray]
-"""A place, or a function of points (n, 3) in m that returns which of them are meant, bool of shape (n,)."""
+"""A place, or a function of points (n, 3) in m that returns a bool of shape (n,) for the points that belong to it."""
 
 
 def contained(nodes: np.ndarray, place: PlaceLike, label: str) -> np.ndarray:
@@ -192,7 +192,8 @@ def contained(nodes: np.ndarray, place: PlaceLike, label: str) -> np.ndarray:
         return place.contains(nodes, SLACK * float(np.ptp(nodes, axis=0).max()))
     if not callable(place):
         raise ModelError(
-            f"{label}: {place!r} is no place. Remedy: Near, OnPlane, InBox, InCylinder, or a function of points (n, 3)"
+            f"{label}: {place!r} is not a place. Remedy: Near, OnPlane, InBox, InCylinder, or a function of points (n, "
+            "3)"
         )
     answer = np.asarray(place(np.array(nodes)))
     if answer.shape != (len(nodes),) or answer.dtype != bool:

@@ -14,7 +14,7 @@ from typing import Any
 from kanefe.storage.watched import is_watched, progress_bar
 
 LARGE = 50_000
-"""Degrees of freedom from which the stages are shown on a terminal."""
+"""Number of degrees of freedom from which the stages are shown on a terminal."""
 
 
 class Stages:

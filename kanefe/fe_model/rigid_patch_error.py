@@ -24,19 +24,19 @@ from kanefe.fe_model.statics import StaticProblem
 from kanefe.fe_model.ties import Tie, tie_interfaces
 
 NOTEWORTHY = 0.1
-"""Relative error of a compliance of the body from which on it is warned of."""
+"""Relative error of a compliance of the body from which a warning is issued."""
 
 LARGEST_PATCH = 200
-"""Nodes of a patch above which it is not small any more, and is not looked at."""
+"""Number of nodes of a patch above which it is no longer small and is not checked."""
 
 _AROUND = (300, 8, 1200)
-"""Nodes of the piece of the mesh: at least, for each node of the patch, and at most."""
+"""Number of nodes in the piece of the mesh: at least, per node of the patch, and at most."""
 
 _SHARE = 0.6
-"""Of the body that the piece may have: the rest is held."""
+"""Largest fraction of the body in the piece: the rest is held."""
 
 _ROWS = 2
-"""Rows of elements around a single node, line or facet."""
+"""Number of rows of elements around a single node, line or facet."""
 
 
 class TieWarning(UserWarning):
@@ -186,13 +186,13 @@ def _warn(tie: Tie, error: float, case: str, is_sharp: bool) -> None:
     if is_sharp:
         text = (
             f"interface {tie.name!r} is a single node, line or facet of a solid: {error:.0%} of the body's compliance "
-            f"under {case} is the dent in the elements there, which hangs on their size. Remedy: a patch as large as "
-            "the true contact, with at least three rows of elements across it"
+            f"under {case} is the local deformation of the elements there, which depends on their size. Remedy: a "
+            "patch as large as the true contact, with at least three rows of elements across it"
         )
     else:
         text = (
             f"the rigid tie of interface {tie.name!r} ({len(tie.nodes)} nodes) takes up to {error:.0%} of the body's "
             f"compliance under {case}, against a tie on average. Remedy: Interface(..., kind='average') if what it is "
-            "joined to is soft (the truth lies between the two), a larger patch, or keep it if that is stiff"
+            "joined to is soft (the true value lies between the two), a larger patch, or keep it if that is stiff"
         )
     warnings.warn(text, TieWarning, stacklevel=outside())

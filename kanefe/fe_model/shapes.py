@@ -49,7 +49,7 @@ MIDS: dict[str, tuple[tuple[int, ...], ...]] = {
     "pyramid13": _EDGES_PYRAMID,
     "hexahedron27": (*_EDGES_HEXAHEDRON, *_FACES_HEXAHEDRON, tuple(range(8))),
 }
-"""Nodes past the corners, by shape: the corners whose mean each one is on the reference element."""
+"""Corners whose mean is each node after the corners on the reference element, by shape."""
 
 _CORNERS = {
     "line": ((0,), (1,)),
@@ -68,7 +68,7 @@ FACES: dict[str, tuple[tuple[int, ...], ...]] = {
     "wedge": ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
     "pyramid": ((0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)),
 }
-"""Corners of the faces (edges, in the plane) of each shape of order 1, turning about the outward normal."""
+"""Corners of the faces (edges in the plane) of each first-order shape, anticlockwise about the outward normal."""
 
 _QUADRATIC = {
     "line": "line3",
@@ -82,7 +82,7 @@ _QUADRATIC = {
 _LINEAR = {quadratic: linear for linear, quadratic in _QUADRATIC.items()}
 _LINEAR |= {"quad8": "quad", "hexahedron20": "hexahedron", "wedge18": "wedge"}
 SERENDIPITY = {"quad9": "quad8", "hexahedron27": "hexahedron20"}
-"""Shapes without nodes inside faces and cells, by those with them: the ones that fit other shapes in a mixture."""
+"""Shapes without nodes inside faces and cells, by the shape with them: these fit the other shapes in a mixed mesh."""
 _SIMPLICES = ("line", "triangle", "tetra")
 
 

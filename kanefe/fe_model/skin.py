@@ -15,7 +15,8 @@ from kanefe.fe_model.places import PlaceLike, contained
 from kanefe.fe_model.shapes import FACES, MIDS, corner_kind, row_numbers, shape, stretches
 
 _DEGREE = 4
-"""Of the quadrature: exact for two quadratic shapes on straight facets; the area of curved ones is no polynomial."""
+"""Degree of the quadrature: exact for two quadratic shapes on straight facets; the area of curved facets is not a
+polynomial."""
 
 
 def with_places(

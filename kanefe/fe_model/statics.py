@@ -176,15 +176,15 @@ class StaticProblem:
 
 
 SHIFT = 1e-9
-"""Share of its diagonal that is added to a singular K, so that it can be factored."""
+"""Fraction of its diagonal that is added to a singular K so that it can be factored."""
 
 
 SOFT = 1e-7
-"""Stiffness along a motion, relative to the diagonal of K, below which it counts as none."""
+"""Stiffness along a motion, relative to the diagonal of K, below which it counts as zero."""
 
 
 NAMED = 4
-"""How many nodes a message names."""
+"""Largest number of nodes listed in a message."""
 
 
 def moving_nodes(model: FiniteElementModel, motion: sp.csr_matrix, K: sp.csc_matrix, factorise: Factorise) -> str:

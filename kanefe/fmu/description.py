@@ -11,7 +11,7 @@ from kanefe._version import __version__
 from kanefe.errors import ModelError
 
 TIME = "time"
-"""The name of the independent variable."""
+"""Name of the independent variable."""
 
 BASE = {
     "m": {"m": 1},

@@ -36,11 +36,11 @@ FOLDERS = {
     "x86_64": {"2.0": "linux64", "3.0": "x86_64-linux"},
     "aarch64": {"2.0": "aarch64-linux", "3.0": "aarch64-linux"},
 }
-"""Of binaries, by processor and version of the standard."""
+"""Folders of the binaries, by processor and version of the standard."""
 
 FLAGS = ("-std=gnu11", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off", "-Wl,-s")
 EPOCH = (1980, 1, 1, 0, 0, 0)
-"""Of all files in an archive: it is the same whenever it is made."""
+"""Date of all files in an archive, so that it does not depend on when it is made."""
 
 
 def write_scene(sim: Simulation, path: str | Path, version: str, every: float) -> Path:
@@ -62,7 +62,7 @@ def write_scene(sim: Simulation, path: str | Path, version: str, every: float) -
         found = _served(sim, path, version, every, str(reason))
         warnings.warn(
             f"the unit {Path(path).name} needs kanefe {__version__} where it runs, by KANEFE_PYTHON or as python3, "
-            f"and keeps no states: {reason}",
+            f"and cannot save states: {reason}",
             SimulationWarning,
             stacklevel=outside(),
         )
@@ -202,7 +202,7 @@ def _compiled(version: str, engine: str, header: str, image: bytes) -> bytes:
             )
         except FileNotFoundError as error:
             raise ModelError(
-                f"to_fmu needs a C compiler, and {linker()!r} is none here. Remedy: apt-get install gcc, or CC=..."
+                f"to_fmu needs a C compiler, and {linker()!r} is not available. Remedy: apt-get install gcc, or CC=..."
             ) from error
         except subprocess.CalledProcessError as error:
             raise ModelError(f"the C compiler {linker()!r} refuses the unit: {error.stderr.strip()[:500]}") from error

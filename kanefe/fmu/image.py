@@ -20,10 +20,10 @@ from kanefe.kernels.compiler.entries import Call
 from kanefe.kernels.compiler.signatures import Group, Part
 
 ALIGNMENT = 64
-"""Of each array, bytes."""
+"""Alignment of each array, bytes."""
 
 LEAST_ADDRESS = 2**32
-"""Below which no library of a 64-bit process lies."""
+"""Lowest address of a library in a 64-bit process."""
 
 
 class NeedsPython(ModelError):
@@ -31,7 +31,7 @@ class NeedsPython(ModelError):
 
 
 Block = tuple[int, int]
-"""First address, and the one after the last."""
+"""First address, and the address after the last."""
 
 
 class CallPlaces(NamedTuple):

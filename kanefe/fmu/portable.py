@@ -37,5 +37,5 @@ def without_python(library: bytes, name: str) -> bytes:
             if section == 0 and made[start : start + 2] == b"Py":
                 SYMBOL.pack_into(made, at, title, WEAK << 4 | info & 15, other, section, value, length)
     except (ValueError, StopIteration, struct.error, IndexError) as error:
-        raise ModelError(f"the kernel {name} is no library of 64-bit ELF. Remedy: kanefe prepare") from error
+        raise ModelError(f"the kernel {name} is not a 64-bit ELF library. Remedy: kanefe prepare") from error
     return bytes(made)

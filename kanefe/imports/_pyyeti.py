@@ -15,7 +15,7 @@ from kanefe.imports.node_table import NodeTable
 from kanefe.storage.files import regular_file
 
 _DAMAGE = (OSError, ValueError, KeyError, IndexError, TypeError, EOFError, struct.error, AttributeError, RuntimeError)
-"""What pyyeti raises on a damaged file."""
+"""Exceptions that pyyeti raises on a damaged file."""
 
 
 def nodes(path: Path) -> NodeTable:
@@ -90,7 +90,9 @@ def _labelled(name: str, frame: Any, path: Path) -> LabelledMatrix:
     if np.iscomplexobj(values):
         raise ModelError(f"matrix {name.upper()} in {path} is complex. Remedy: export K without structural damping")
     if values.shape[0] != values.shape[1]:
-        raise ModelError(f"matrix {name.upper()} in {path} is not square: it is no mass, stiffness or damping matrix")
+        raise ModelError(
+            f"matrix {name.upper()} in {path} is not square: it is not a mass, stiffness or damping matrix"
+        )
     return LabelledMatrix(np.array(frame.index.to_list(), dtype=np.int64), sp.csr_matrix(values))
 
 

@@ -20,7 +20,7 @@ REFUSED = {
     "NCOPY": "generated nodes",
     "NMAP": "mapped nodes",
 }
-"""Keywords that move nodes or turn their degrees of freedom, which are not followed."""
+"""Unsupported keywords that move nodes or rotate their degrees of freedom."""
 
 
 @dataclass(frozen=True)

@@ -24,13 +24,13 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Unpack
 
 import numpy as np
 import scipy.sparse as sp
 
 from kanefe.arguments import checked
 from kanefe.errors import FileError, ModelError
-from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.imports import _mapdl
 from kanefe.imports.harwell_boeing import read_harwell_boeing
@@ -56,10 +56,7 @@ def read_ansys(
     generalised: Sequence[int] = (),
     groups: Mapping[str, int | Sequence[int]] | None = None,
     units: Units = "m, kg, s",
-    expected_mass: float | None = None,
-    expected_center: Sequence[float] | None = None,
-    expected_inertia: np.ndarray | Sequence[Sequence[float]] | None = None,
-    factorise: Factorise | None = None,
+    **expected: Unpack[Expected],
 ) -> FiniteElementModel:
     """Return the model of matrices that Ansys wrote.
 
@@ -79,7 +76,7 @@ def read_ansys(
         ROTZ), 0 for a generalised coordinate of a superelement, under a label of its own.
     generalised : sequence of int, optional
         Nodes of the mapping that are no points of the body but carry generalised coordinates of a superelement.
-    groups, units, expected_mass, expected_center, expected_inertia, factorise : optional
+    groups, units, **expected : optional
         See `read_abaqus`.
 
     Returns
@@ -114,7 +111,6 @@ def read_ansys(
                 "LUMPM,OFF)"
             )
         matrices[what] = LabelledMatrix(freedoms, matrix)
-    expected = Expected(expected_mass, expected_center, expected_inertia, factorise)
     return model_of_labelled(
         {what: with_generalised(matrix, generalised) for what, matrix in matrices.items()},
         _nodes(nodes),
@@ -193,7 +189,7 @@ def _labels(given: Mapping[str, str | Path]) -> np.ndarray:
         return (np.flatnonzero(whole > 0) + 1)[np.argsort(used)]
     if name == "forward" or not fits or len(used) < len(whole):
         raise FileError(
-            f"{given[name]} is no mapping of nodes: its numbers should be whole and different"
+            f"{given[name]} is not a mapping of nodes: its numbers should be whole and different"
             f"{', from 1 on' if name == 'forward' else ''}. Remedy: *VEC,...,I,IMPORT,FULL,job.full,{name.upper()} and "
             "*EXPORT,...,MMF"
         )
@@ -206,13 +202,13 @@ def _mapping(path: str | Path) -> np.ndarray:
     equations = np.array([int(e) for e, _, _ in found])
     if not len(found) or not np.array_equal(np.sort(equations), np.arange(1, len(found) + 1)):
         raise FileError(
-            f"{path} is truncated or no mapping file: its rows should name equations 1, 2, ... with node and freedom. "
-            "Remedy: HBMAT with Mapping=YES"
+            f"{path} is truncated or not a mapping file: its rows should name equations 1, 2, ... with node and "
+            "freedom. Remedy: HBMAT with Mapping=YES"
         )
     unknown = sorted({name.upper() for _, _, name in found} - set(FREEDOMS))
     if unknown:
         raise ModelError(
-            f"{path} has degrees of freedom {', '.join(unknown)}, which are no motion of a node. Remedy: export a "
+            f"{path} has degrees of freedom {', '.join(unknown)}, which are not motions of a node. Remedy: export a "
             "structural model (UX, UY, UZ, ROTX, ROTY, ROTZ) without pressures and temperatures; of a superelement "
             "give mapping= as rows of (node, number), with 0 for its generalised coordinates"
         )

@@ -36,7 +36,7 @@ def read_harwell_boeing(path: str | Path, what: str) -> sp.csr_matrix:
         formats = [_width(lines[3][a:b]) for a, b in ((0, 16), (16, 32), (32, 52))]
     except (IndexError, ValueError) as error:
         raise FileError(
-            f"{path} is no Harwell-Boeing file of the {what} ({error}). Remedy: HBMAT with Form=ASCII"
+            f"{path} is not a Harwell-Boeing file of the {what} ({error}). Remedy: HBMAT with Form=ASCII"
         ) from error
     if kind[0] != "R" or kind[2] != "A" or kind[1] not in "SU" or size != columns:
         raise FileError(

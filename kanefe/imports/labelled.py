@@ -33,17 +33,17 @@ from kanefe.imports.self_check import Expected
 from kanefe.imports.units import Units, in_si, scales
 
 GENERALISED = 0
-"""Number of the degree of freedom of a label that is no node, but a generalised coordinate of a superelement."""
+"""Degree of freedom number of a label that is not a node, but a generalised coordinate of a superelement."""
 
 GENERALISED_BY_NODE = 20
-"""Added to the numbers of a node that carries generalised coordinates in the places of its components."""
+"""Offset of the degree of freedom numbers of a node that carries generalised coordinates instead of components."""
 
 OTHER_FREEDOMS = {7: "warping", 8: "pressure", 9: "potential", 11: "temperature"}
-"""What the numbers of degrees of freedom that are no motion of a node stand for."""
+"""Meaning of the degree of freedom numbers that are not motions of a node."""
 
 
 SUPPORT = 1e20
-"""A diagonal entry as large as this against the median is the mark of a support in an exported matrix."""
+"""Diagonal entry, relative to the median, from which it indicates a support in an exported matrix."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,7 +167,7 @@ def model_of_labelled(
         },
         generalised=len(modal),
         source=source,
-        **expected._asdict(),
+        **expected,
     )
     return replace(model, provenance={**model.provenance, "units": str(units), "following_rotations": followers})
 

@@ -27,7 +27,8 @@ from kanefe.fe_model.model import TRANSLATIONS, FiniteElementModel, MassField
 from kanefe.frames import axial, skew
 
 SAME = 1e-10
-"""Part of the largest below which an eigenvalue of R^T M R, scaled, is none: masses on a line do not turn about it."""
+"""Eigenvalue of the scaled R^T M R, relative to the largest, below which it counts as zero: masses on a line do not
+rotate about it."""
 
 
 def completed_mass_field(model: FiniteElementModel) -> MassField:

@@ -55,7 +55,7 @@ class NodeTable:
         labels = table[:, 0].astype(np.int64)
         twice = labels[1:][labels[1:] == labels[:-1]]
         if len(twice):
-            raise ModelError(f"node {twice[0]} of {source} stands at two places. Remedy: keep one of them")
+            raise ModelError(f"node {twice[0]} of {source} has two positions. Remedy: keep one of them")
         return cls(labels, np.ascontiguousarray(table[:, 1:]), dict(sets or {}))
 
     def places(self, labels: np.ndarray, what: str) -> np.ndarray:
@@ -85,7 +85,9 @@ def given_nodes(nodes: Nodes) -> NodeTable:
         kept = [line.partition("#")[0] for line in text.splitlines()]
         widths = {len(line.replace(",", " ").split()) for line in kept if line.strip()}
         if widths != {4}:
-            raise FileError(f"{nodes} is no table of nodes. Remedy: a row of label, x, y, z for each, # for comments")
+            raise FileError(
+                f"{nodes} is not a table of nodes. Remedy: a row of label, x, y, z for each, # for comments"
+            )
         return NodeTable.of_rows(numbers("\n".join(kept), nodes).reshape(-1, 4), str(nodes))
     if isinstance(nodes, Mapping):
         rows = [(label, *checked_numbers(point).reshape(-1)) for label, point in nodes.items()]

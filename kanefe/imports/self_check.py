@@ -10,7 +10,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple
+from typing import Any, TypedDict
 
 import numpy as np
 import scipy.sparse as sp
@@ -22,24 +22,25 @@ from kanefe.fe_model.factorise import Factorise, splu_factorise
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
 
 ROUND_OFF = 1e-6
-"""Relative error below which a property of exported matrices counts as round-off: files often carry 7 digits."""
+"""Relative error below which a property of exported matrices counts as round-off: files often have 7 digits."""
 
 STATED = 1e-3
-"""Relative error that is allowed between mass properties of M and stated ones: listings carry four digits."""
+"""Relative error that is permitted between mass properties of M and given ones: listings have four digits."""
 
 COUNTED_SIZE = 20_000
-"""Degrees of freedom up to which the zero modes of K are counted by scipy's own factorisation."""
+"""Number of degrees of freedom up to which the zero modes of K are counted with scipy's own factorisation."""
 
 WAVE_SPEEDS = (1.0, 1e5)
-"""Speeds of waves in m/s outside of which units look wrong: soft rubber has some 30, diamond 18,000."""
+"""Range of wave speeds, m/s, outside which units look wrong: soft rubber has about 30, diamond 18,000."""
 
 DENSEST = 5e4
-"""Mass in the box around a body in kg/m3 from which units look wrong: osmium has 22,600, and the box is never full."""
+"""Mass in the bounding box of a body from which units look wrong, kg/m3: osmium has 22,600, and the box is never full.
+"""
 
 MOTIONS = ("translation x", "translation y", "translation z", "rotation x", "rotation y", "rotation z")
 
 
-class Expected(NamedTuple):
+class Expected(TypedDict, total=False):
     """What the user of a reader says of the body: the keywords of `self_check`, passed on as one."""
 
     expected_mass: float | None
@@ -230,7 +231,7 @@ def _check_mass(model: FiniteElementModel) -> None:
         moments = np.linalg.eigvalsh(0.5 * (about_com + about_com.T))
         if moments[0] < -ROUND_OFF * abs(moments[2]) or moments[2] > (1 + ROUND_OFF) * (moments[0] + moments[1]):
             raise ModelError(
-                f"the body's principal moments of inertia by its matrix, {moments} kg m2, belong to no body. "
+                f"the body's principal moments of inertia by its matrix, {moments} kg m2, are not those of a body. "
                 "Remedy: check that nodes and matrix are in the same order and units" + _order_hint(model)
             )
 
@@ -280,7 +281,7 @@ def _check_rigid_motions(model: FiniteElementModel) -> tuple[float, int]:
     if forces[worst] > ROUND_OFF * scale:
         only_rotations = forces[kept < 3].max(initial=0.0) <= ROUND_OFF * scale
         hint = (
-            " (translations are free, so it is no support: the nodes stand in another order)" if only_rotations else ""
+            " (translations are free, so it is not a support: the nodes are in another order)" if only_rotations else ""
         )
         raise ModelError(
             f"the stiffness matrix resists the rigid {MOTIONS[kept[worst]]} of the nodes (force "

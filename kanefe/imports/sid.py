@@ -194,7 +194,7 @@ def _check(data: SidFile, moments: MassMoments, path: str | Path) -> None:
             raise ModelError(f"{name} in {path} must be a symmetric matrix ({count}, {count}). Remedy: export it again")
         lowest = np.linalg.eigvalsh(matrix).min(initial=np.inf)
         if lowest < -AGREEMENT * scale or (name == "Me" and lowest <= 0):
-            raise ModelError(f"{name} in {path} has the negative eigenvalue {lowest:.3g}: it belongs to no body")
+            raise ModelError(f"{name} in {path} has the negative eigenvalue {lowest:.3g}: it is not that of a body")
     generalised, _ = moments.terms(np.zeros(count), np.zeros(count), np.zeros(3))
     scale = 1.0 / np.sqrt(np.maximum(np.diag(generalised), np.finfo(float).tiny))
     lowest = np.linalg.eigvalsh(generalised * np.outer(scale, scale)).min()
@@ -231,7 +231,7 @@ def _frames(data: SidFile, names: Mapping[str, str], path: str | Path) -> list[I
             quadratic = 0.5 * (quadratic + quadratic.transpose(0, 2, 1))
         axes = terms["AP"].m0 if "AP" in terms and np.any(terms["AP"].m0) else np.eye(3)
         if abs(axes @ axes.T - np.eye(3)).max() > AGREEMENT:
-            raise ModelError(f"AP of node {identifier} in {path} is no rotation matrix")
+            raise ModelError(f"AP of node {identifier} in {path} is not a rotation matrix")
         name = called.get(identifier, identifier)
         frames.append(InterfaceFrame(name, terms["origin"].m0[:, 0], motion, quadratic=quadratic, axes=axes))
     return frames

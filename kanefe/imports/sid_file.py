@@ -21,7 +21,7 @@ from kanefe.imports.text import read_text
 BODY_TERMS = ("mdCM", "J", "Ct", "Cr", "Me", "Gr", "Ge", "Oe", "ksigma", "Ke", "De")
 NODE_TERMS = ("origin", "phi", "psi", "AP", "sigma")
 ZERO, DIAGONAL, SYMMETRIC, FULL, IDENTITY = range(5)
-"""What `structure` says of a matrix."""
+"""Values of `structure` of a matrix."""
 
 _ENTRY = re.compile(r"^(m0|m1|mn)\s*\(([\d\s,]+)\)\s*=\s*(\S+)", re.IGNORECASE)
 _VALUE = re.compile(r"^(\w+)\s*(?:\(\s*(\d+)\s*\))?\s*=\s*(.*)$")
@@ -145,7 +145,9 @@ def parse_sid(path: str | Path) -> SidFile:
         elif (value := _VALUE.match(line)) is not None:
             _refmod(data, value, path, number)
     if not lines or not any(line.lower().startswith(("end part", "end modal")) for _, line in lines[-5:]):
-        raise FileError(f"{path} is truncated or no SID file: it does not end in 'end part'. Remedy: export it again")
+        raise FileError(
+            f"{path} is truncated or not a SID file: it does not end in 'end part'. Remedy: export it again"
+        )
     missing = [name for name in BODY_TERMS if name not in data.terms and name not in ("ksigma", "De")]
     if missing or not data.modes or not np.isfinite(data.mass):
         what = ", ".join(missing) or "mass or nelastq in refmod"
@@ -212,7 +214,7 @@ def _parsed(lines: list[tuple[int, str]], path: str | Path) -> _Parsed:
             elif (value := _VALUE.match(line)) is not None:
                 header[value[1].lower()] = int(value[3])
             else:
-                raise ValueError(f"{line!r} is no entry")
+                raise ValueError(f"{line!r} is not an entry")
         except ValueError as error:
             raise FileError(f"{path} has a damaged line {number} ({error}). Remedy: export it again") from error
     return _Parsed(header, entries)

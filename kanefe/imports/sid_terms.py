@@ -21,10 +21,10 @@ from kanefe.errors import ModelError, outside
 from kanefe.imports.sid_file import SYMMETRIC, SidWarning, Taylor
 
 PAIRS = ((0, 1), (1, 2), (0, 2))
-"""Products of the last three columns of Oe: xy, yz, xz."""
+"""Products in the last three columns of Oe: xy, yz, xz."""
 
 AGREEMENT = 1e-4
-"""Relative difference up to which two terms of a file that say the same count as equal: files carry six digits."""
+"""Relative difference up to which two equivalent terms of a file agree: files have six digits."""
 
 
 def terms_of_moments(moments: MassMoments) -> dict[str, Taylor]:

@@ -74,7 +74,7 @@ def numbers(text: str, source: str | Path) -> np.ndarray:
             return np.fromstring(text.translate(_EXPONENTS), dtype=float, sep=" ")
         except (DeprecationWarning, ValueError) as error:
             raise FileError(
-                f"{source} holds something that is no number, or is truncated ({error}). Remedy: export it again"
+                f"{source} holds something that is not a number, or is truncated ({error}). Remedy: export it again"
             ) from error
 
 
@@ -95,7 +95,7 @@ def read_market(path: str | Path, what: str) -> sp.csr_matrix:
         matrix = scipy.io.mmread(_market_source(path), **_OPTIONS)
     except (OSError, ValueError, EOFError, IndexError, OverflowError, MemoryError) as error:
         raise FileError(
-            f"cannot read the {what} from {path}: it is truncated or no Matrix Market file ({error}). "
+            f"cannot read the {what} from {path}: it is truncated or not a Matrix Market file ({error}). "
             "Remedy: export it again"
         ) from error
     if np.iscomplexobj(matrix.data):

@@ -18,7 +18,7 @@ from kanefe.fe_model.model import TRANSLATIONS
 from kanefe.frames import numbers
 
 Units: TypeAlias = str | tuple[float, float]
-"""Name of a system of units, or (metres a unit of length, kilograms a unit of mass); time is in seconds."""
+"""Name of a system of units, or (metres per unit of length, kilograms per unit of mass); time is in seconds."""
 
 INCH, POUND_FORCE, FOOT = 0.0254, 4.4482216152605, 0.3048
 SYSTEMS: dict[str, tuple[float, float]] = {
@@ -28,7 +28,7 @@ SYSTEMS: dict[str, tuple[float, float]] = {
     "in, lbf, s": (INCH, POUND_FORCE / INCH),
     "ft, lbf, s": (FOOT, POUND_FORCE / FOOT),
 }
-"""Metres and kilograms of the units. With lbf the unit of mass is lbf s2 a length (slinch, slug)."""
+"""Metres and kilograms per unit. With lbf the unit of mass is lbf s2 per unit of length (slinch, slug)."""
 
 
 def scales(units: Units) -> tuple[float, float]:

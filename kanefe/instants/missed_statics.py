@@ -27,10 +27,11 @@ if TYPE_CHECKING:
     from kanefe.fe_model.load_pattern import LoadPattern
 
 REPORTED = 0.05
-"""Share of the deformation, by the root of its energy, from which on it is told."""
+"""Fraction of the deformation, as the root of its energy, from which a warning is issued."""
 
 FELT = 1e-6
-"""Displacement, of the size of the body, below which nothing is told: the stretch of a steel bar that hangs."""
+"""Displacement relative to the size of the body below which no warning is issued: the stretch of a hanging steel bar.
+"""
 
 
 class Missed(NamedTuple):
@@ -51,8 +52,9 @@ class Missed(NamedTuple):
 
     def __str__(self) -> str:
         return (
-            f"the modes of {self.body!r} miss {100 * self.share:.2g} % of its deformation, most of it by {self.load} "
-            f"(root of the strain energy). Remedy: reduction=...(..., loads=({self.load!r},)), or more modes"
+            f"the modes of {self.body!r} miss {100 * self.share:.2g} % of its deformation, most of it due to "
+            f"{self.load} (root of the strain energy). Remedy: reduction=...(..., loads=({self.load!r},)), or more "
+            "modes"
         )
 
 

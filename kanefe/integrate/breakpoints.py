@@ -19,26 +19,26 @@ from kanefe.order_n.tables.inputs import loads_with_values
 from kanefe.tree.model_data import ModelData
 
 LOOKS = 32
-"""Samples of a function of the time in the longest step."""
+"""Number of samples of a function of time in the longest step."""
 
 SAMPLES = LEAST_STEPS * LOOKS
-"""Of a run, but for the first."""
+"""Number of samples in a run, without the first."""
 
 ABRUPT = 0.5 * (2.0 * math.pi / LOOKS) ** 2
-"""Second difference of the samples, over their range, from which on a change may hide in a step: that of a vibration
-with a period as long as the longest step."""
+"""Second difference of the samples, relative to their range, from which a step may hide a change: that of a vibration
+whose period is the longest step."""
 
 LIVELY = 0.125 * ABRUPT
-"""And down to which it lasts, about what is sudden: a vibration falls below it for a twelfth of its period."""
+"""Second difference down to which a change lasts: that of a vibration is below it for a twelfth of its period."""
 
 PAUSE = LOOKS // 8
-"""Samples with less than that within a change, at most."""
+"""Largest number of successive samples below this within one change."""
 
 PIECES = 8
-"""Steps at least over a change that is no longer than the longest step."""
+"""Least number of steps over a change that is no longer than the longest step."""
 
 ROUND_OFF = 1e-9
-"""Of its values: a function with less range is taken for constant."""
+"""Range of a function relative to its values below which it counts as constant."""
 
 
 def breakpoints_of(dynamics: Dynamics, base: int, changes: np.ndarray) -> np.ndarray:

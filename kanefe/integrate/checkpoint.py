@@ -23,10 +23,10 @@ from kanefe.storage.object_file import DAMAGE
 
 FORMAT = "kanefe checkpoint"
 VERSION = 2
-"""In 1 the files of the code that classes were in counted for the scene."""
+"""Version of the file. In version 1 the source files of classes were part of the identity of the scene."""
 
 LEAST_SHARE = 20.0
-"""Times what a file took to write that pass before the next one: writing takes a twentieth of a run at most."""
+"""Time to the next file in multiples of the time to write one: writing takes at most a twentieth of a run."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def identity(
     Raises
     ------
     ModelError
-        If a function in the scene holds something whose content cannot be told.
+        If a function in the scene holds something whose content cannot be identified.
     """
     try:
         scene = digest_of_scene(model=model)
@@ -89,8 +89,8 @@ def identity(
         }
     except Unhashable as problem:
         raise ModelError(
-            f"a checkpoint of this scene could not be told from that of another one: {problem}. Remedy: functions of "
-            "plain values and arrays, or a run without checkpoint= and resume="
+            f"a checkpoint of this scene cannot be distinguished from that of another scene: {problem}. Remedy: "
+            "functions of plain values and arrays, or a run without checkpoint= and resume="
         ) from problem
     return Identity(scene, options)
 
@@ -152,7 +152,7 @@ def read_checkpoint(path: str | Path, of: Identity) -> Progress:
         which options.
     """
     path = regular_file(
-        path, kind="checkpoint", remedy="check the path, or leave resume= out to begin anew", whole=False
+        path, kind="checkpoint", remedy="check the path, or leave resume= out to start again", whole=False
     )
     try:
         text, arrays = open_arrays(path)
@@ -171,7 +171,7 @@ def read_checkpoint(path: str | Path, of: Identity) -> Progress:
     except DAMAGE as error:
         if isinstance(error, FileError):
             raise
-        raise FileError(f"{path} is damaged or is no checkpoint ({error}). Remedy: begin the run anew") from error
+        raise FileError(f"{path} is damaged or not a checkpoint ({error}). Remedy: start the run again") from error
 
 
 def _check_same(path: Path, header: dict[str, Any], of: Identity) -> None:
@@ -179,12 +179,12 @@ def _check_same(path: Path, header: dict[str, Any], of: Identity) -> None:
     if versions != (VERSION, __version__):
         raise FileError(
             f"the checkpoint {path} was written by kanefe {versions[1]} (format {versions[0]}), this is {__version__} "
-            f"(format {VERSION}). Remedy: go on with that version, or begin the run anew"
+            f"(format {VERSION}). Remedy: go on with that version, or start the run again"
         )
     if header["scene"] != of.scene:
         raise FileError(
             f"the checkpoint {path} is of another scene: bodies, joints, loads, functions or starts differ. "
-            "Remedy: the scene that it was written of, or begin the run anew"
+            "Remedy: the scene for which it was written, or start the run again"
         )
     there, here = header["options"], json.loads(json.dumps(of.options))
     # what else is chosen may follow from the span: a default of the outputs, the method, its tolerance
@@ -195,7 +195,7 @@ def _check_same(path: Path, header: dict[str, Any], of: Identity) -> None:
         detail = f": {there.get(name)!r} there, {here.get(name)!r} here" if is_short else ""
         raise FileError(
             f"the checkpoint {path} is of a run with another option, {name}{detail}. "
-            "Remedy: the options that it was written with, or begin the run anew"
+            "Remedy: the options that it was written with, or start the run again"
         )
 
 

@@ -10,7 +10,7 @@ from kanefe.kernels.compiler._numba import seconds_compiling
 from kanefe.loads.functions import SPENT
 
 FUNCTIONS, CONTROLLERS = OF_USER = "Python functions", "controllers"
-"""Parts of a run that are in functions of the user, which nothing but these can make faster."""
+"""Parts of a run in functions of the user, whose time only the user can reduce."""
 
 
 class Clock:

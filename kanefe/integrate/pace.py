@@ -23,32 +23,32 @@ if TYPE_CHECKING:
     from kanefe.integrate.sampling import Sampler
 
 SMALLEST_STEP = 1e-12
-"""Of the span: a run whose steps are smaller on average over a go, or over some steps, does not move."""
+"""Average step over a batch or over several steps, relative to the span, below which a run does not advance."""
 
 SOME_STEPS = 20
 
 PATIENCE, LONGEST = 20.0, 600.0
-"""Seconds after which a run is warned of that would take more than so many at its pace."""
+"""Elapsed time from which a warning is issued, and predicted remaining time for which it is issued, s."""
 
 SOON, LONG = 2.0, 60.0
-"""The same of a run that follows a contact vibration by vibration, which is soon known."""
+"""Elapsed time and predicted remaining time of that warning for a run that resolves each vibration of a contact, s."""
 
 MANY = 1e5
-"""Vibrations on a contact that are still to come: at several steps each they are what a run waits for."""
+"""Number of remaining vibrations on a contact from which they dominate the time of a run: each takes several steps."""
 
-LARGER = "a larger limit, or go on from a checkpoint with resume="
-"""Remedy of a run that a limit ends."""
+LARGER = "a larger limit, or continue from a checkpoint with resume="
+"""Remedy for a run that is ended by a limit."""
 
 OTHERS = ("radau5", "dop853", "generalised-alpha")
-"""Methods that are named to a run that takes long."""
+"""Methods that are suggested for a slow run."""
 
 
 GROWN, EARLY, LATE = 10.0, 1e3, 1e6
-"""Times the changes of drives at the start: from where on a run that ends for another reason names the controller, a
-warning tells of it, and the run ends."""
+"""Growth of the drives, in multiples of their initial changes: at which a run that ends for another reason names the
+controller, at which a warning is issued, and at which the run ends."""
 
 Poles = Callable[[Model, float, Vector], str | None]
-"""What is told of the poles of a sampled loop about a state, nothing if none grows."""
+"""Function that describes the poles of a sampled loop about a state, or returns None if none is unstable."""
 
 
 class OutOfTime(Exception):
@@ -172,9 +172,9 @@ class Pace:
         self._is_warned = True
         warnings.warn(
             f"at t = {t:.6g} s, after {elapsed:.0f} s, the steps of {self._stepper.name} are {step:.2g} s long on "
-            f"average: they follow {contact}, on which {contact.mass:.3g} kg vibrates with a period of "
-            f"{contact.period:.2g} s. At this pace the run takes {_duration(left)} more. Remedy: a stiffness that lets "
-            "it yield as far as you allow (weight over depth), more damping, or kanefe.Rigid(), which does not yield",
+            f"average: they resolve {contact}, on which {contact.mass:.3g} kg vibrates with a period of "
+            f"{contact.period:.2g} s. At this pace the run takes {_duration(left)} more. Remedy: a lower "
+            "stiffness (weight over permitted depth), more damping, or kanefe.Rigid()",
             SimulationWarning,
             stacklevel=outside(),
         )

@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 Read = Callable[[float, Vector, Callable[[], SceneState]], float]
 
 END_SHARE = 1e-9
-"""Of the time between samples: one that would be as near to the end of a run has nothing left to drive."""
+"""Time between a sample and the end of a run, relative to the sampling interval, below which the sample is skipped."""
 
 
 AT_ONCE = 1e-9
-"""Of the shortest time between samples: what is due within it is done at once, such as after 3 times 0.1 s and 15 times
-0.02 s."""
+"""Time difference, relative to the shortest sampling interval, below which samples are simultaneous, such as 3 times
+0.1 s and 15 times 0.02 s."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,9 +109,9 @@ class Sampler:
             if grown is not None:
                 controller = one.controller
                 return (
-                    f"controller {controller.name!r} has come to change {controller.drives[grown.drive]!r} by "
+                    f"controller {controller.name!r} now changes {controller.drives[grown.drive]!r} by "
                     f"{grown.change:.2g} from one sample to the next, {grown.times:.2g} times as much as at the start: "
-                    "as it is sampled its loop may be unstable",
+                    "the sampled loop may be unstable",
                     f"smaller gains or a shorter every= of controller {controller.name!r} (now {controller.every:g} s)",
                 )
         return None

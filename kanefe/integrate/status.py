@@ -72,13 +72,13 @@ class RunStatus:
 
 
 UNFIT = 10.0
-"""Times rtol: a share of the energy that a run may miss without a word."""
+"""Relative error of the energy, in multiples of rtol, that is permitted without a remark."""
 
 LISTED_EVENTS = 8
-"""That a summary counts one by one."""
+"""Number of events that a summary counts individually."""
 
 LEAST_SECONDS = 5e-4
-"""Parts of a run that took less are not told."""
+"""Time below which a part of a run is not reported, s."""
 
 
 def _counted(events: Mapping[str, np.ndarray]) -> str:
@@ -136,7 +136,7 @@ def summary(status: RunStatus, statistics: Mapping[str, Any], events: Mapping[st
         lines.append(f"  energy  balance {missing:+.3g} J at the end, {share:.2g} of what moved{unfit}")
     if "bending" in statistics:
         bending = Bending(*statistics["bending"])
-        lines.append(f"  bending {bending}{', beyond its reach' if bending.is_too_far else ''}")
+        lines.append(f"  bending {bending}{', beyond its valid range' if bending.is_too_far else ''}")
     if events:
         lines.append("  events  " + _counted(events))
     return "\n".join(lines)

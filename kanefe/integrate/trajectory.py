@@ -77,10 +77,10 @@ class Trajectory:
 
 
 OUTPUTS = 500
-"""Intervals of the span where nothing else is said."""
+"""Default number of output intervals."""
 
 MOST_OUTPUTS = 100_000_000
-"""Of one pendulum they would take 3 GiB: more is a slip of the pen."""
+"""Largest number of outputs: for one pendulum they would take 3 GiB, so that more is a mistake."""
 
 
 def is_finite_number(value: object) -> bool:

@@ -23,17 +23,18 @@ Motions = tuple[Vector, Matrix, Vector, Vector]
 HOUSE = f"{__package__}."
 
 AWAY = 0.1
-"""How far from its start a joint is looked at once more, m or rad: what is wrong may be zero at the start."""
+"""Distance from the start at which a joint is checked again, m or rad: an error may be zero at the start."""
 
 STEP = 1e-6
-"""Of central differences, m or rad."""
+"""Step of central differences, m or rad."""
 
 SHARE, LEAST = 0.01, 1e-6
-"""Of a rate, and of the scale of what changes, by which differences may miss it: far below a wrong sign or factor 2,
-and above what the differences of motions with features of a millimetre are wrong by."""
+"""Largest deviation from differences, relative to a rate and to the scale of what changes: far below a wrong sign or
+factor 2, and above the error of differences of motions with features of a millimetre."""
 
 SAME = 1e-6
-"""Share of 1 m or rad, or of the larger number, by which a link may miss the joint: tables of both may differ so."""
+"""Largest deviation of a link from the joint, relative to 1 m or rad or to the larger number: tables of both may differ
+by this."""
 
 
 def check_joint(joint: object, label: str) -> Joint:
@@ -128,7 +129,7 @@ def _pose(joint: Joint, q: Vector, where: str) -> tuple[Vector, Matrix]:
         shaped_numbers(axes, (3, 3), f"the rotation of {where}"),
     )
     if abs(axes.T @ axes - np.eye(3)).max() > SAME or np.linalg.det(axes) < 0.0:
-        raise ModelError(f"the rotation of {where} is no rotation matrix: {axes.tolist()}")
+        raise ModelError(f"the rotation of {where} is not a rotation matrix: {axes.tolist()}")
     return p, axes
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from kanefe.frames import Vector
 
 EVERYWHERE = tuple(np.eye(3))
-"""Directions along which a point is held that does not move at all."""
+"""Directions in which a fixed point is held."""
 
 
 @dataclass(frozen=True, eq=False)

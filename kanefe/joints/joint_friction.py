@@ -162,7 +162,9 @@ def check_friction(friction: object, kind: str, wanted: Wanted) -> None:
         raise ModelError(f"friction of a {kind} joint must be a JointFriction, not {friction!r}")
     for name in wanted.needs:
         if getattr(friction, name) is None:
-            raise ModelError(f"friction of a {kind} joint needs the {name} of what rubs, m. Remedy: {name}=...")
+            raise ModelError(
+                f"friction of a {kind} joint needs the {name} of the sliding surface, m. Remedy: {name}=..."
+            )
     for name in wanted.lacks:
         if getattr(friction, name) is not None:
             raise ModelError(f"friction of a {kind} joint has no use for {name}={getattr(friction, name)!r}")

@@ -13,7 +13,7 @@ from kanefe.kernels.layout import AXIS, FIXED, FREE, GIVEN, REVOLUTE, SPHERICAL
 
 Z = (0.0, 0.0, 1.0)
 SPEEDS = {FIXED: 0, SPHERICAL: 3, FREE: 6}
-"""Of links that do not have one."""
+"""Number of speeds of links that have other than one."""
 
 
 class LinkKernel(NamedTuple):

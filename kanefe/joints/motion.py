@@ -15,11 +15,11 @@ from kanefe.frames import Matrix, numbers, shaped_numbers
 LEAST_POINTS = 4
 
 PIECES_NEAR = 3
-"""Pieces of a table beside one that swings out, among which the step is that makes it."""
+"""Number of table pieces next to an overshoot among which the jump that causes it is searched."""
 
 MOST_OVERSHOOT = 1.0
-"""How far a spline may go beyond the points of its table, over their range: beside a jump among evenly spaced points it
-does by a tenth."""
+"""Largest overshoot of a spline beyond the points of its table, relative to their range: next to a jump among evenly
+spaced points it is a tenth."""
 
 
 @dataclass(frozen=True)
@@ -71,9 +71,9 @@ def check_between(spline: Any, points: np.ndarray, what: str) -> None:
     short = start + int(np.argmax(np.abs(changes[near]) / h[near, 0]))
     raise ModelError(
         f"{what} cannot be followed: between {t[piece]:.6g} and {t[piece + 1]:.6g} s the spline through its points "
-        f"swings out to {worst:.3g}, but these lie within {low:.3g} and {high:.3g}; they change by "
+        f"overshoots to {worst:.3g}, but these lie within {low:.3g} and {high:.3g}; they change by "
         f"{changes[short]:.3g} in {h[short, 0]:.3g} s from {t[short]:.9g} s on. Remedy: a slower change there, or more "
-        "points about it, at steps that grow little by little"
+        "points about it, at gradually growing steps"
     )
 
 
@@ -143,7 +143,7 @@ class Motion:
 
     @classmethod
     def steady(cls, rate: float, start: float = 0.0) -> Motion:
-        """Return the motion ``start + rate t`` (rad/s or m/s); a ModelError names what is no finite number."""
+        """Return the motion ``start + rate t`` (rad/s or m/s); a ModelError names what is not a finite number."""
         rate, start = (
             float(shaped_numbers(value, (), f"{name} of a steady Motion"))
             for name, value in (("rate", rate), ("start", start))

@@ -18,25 +18,27 @@ from kanefe.joints.motion import Motion
 from kanefe.joints.quintic import quintic_pieces
 
 ORDER = 12
-"""Of the Gauss quadrature of each piece of the spline: exact to round-off where the pieces are right to ARC_LENGTH."""
+"""Order of the Gauss quadrature on each piece of the spline: exact to round-off if the pieces are accurate to
+ARC_LENGTH."""
 
 ARC_LENGTH = 1e-12
-"""By which the length of the tangent may miss 1."""
+"""Largest deviation of the length of the tangent from 1, dimensionless."""
 
 MOST_PIECES = 20_000
-"""At which pieces are no longer halved: points with so much noise have no smooth curve to be found."""
+"""Number at which pieces are no longer halved: points this noisy have no smooth curve."""
 
 ALIKE = 1e-9
-"""Share of the largest distance of the points within which two are one."""
+"""Distance relative to the largest distance of the points below which two points are the same."""
 
 LEAST_RATE = 1e-3
-"""Of the spline by the lengths of the chords, where it is about 1: below that it stops in a cusp."""
+"""Smallest ratio of the rates of arc length and chord length along the spline, normally about 1: below it the spline
+has a cusp."""
 
 ALONG_Z = 0.99
-"""Cosine of the angle between the start of a curve and z of F above which z says little about a direction across."""
+"""Cosine of the angle between the start of a curve and z of F above which z does not define a direction across."""
 
 LEAST_ACROSS = 1e-2
-"""Sine of the smallest angle between the curve and what is up, at which the frame may still turn fast but does turn."""
+"""Sine of the smallest angle between the curve and the up direction; near it the frame turns fast."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,7 +199,7 @@ def _checked_points(given: object, closed: bool, kind: str) -> Matrix:
     alike = np.flatnonzero(np.linalg.norm(np.diff(points, axis=0), axis=1) <= near)
     if len(alike):
         raise ModelError(
-            f"points {alike[0]} and {alike[0] + 1} of a {kind} joint are one. Remedy: leave out one of them"
+            f"points {alike[0]} and {alike[0] + 1} of a {kind} joint coincide. Remedy: leave out one of them"
         )
     return points
 

@@ -20,12 +20,13 @@ LINEAR = ("position", "velocity", "acceleration")
 ANGULAR = ("orientation", "angular_velocity", "angular_acceleration")
 
 STEP = 1e-6
-"""Of central differences, s."""
+"""Step of central differences, s."""
 
 Function = Callable[[float], Any]
 
 FINE = 4
-"""Samples of the run from one to the next at which a pose is compared with its rates: all of it is called in Python."""
+"""Number of samples of the run between those at which a pose is compared with its rates, because every call is in
+Python."""
 
 
 def _time(t: float) -> float:

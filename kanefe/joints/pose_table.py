@@ -16,12 +16,12 @@ from kanefe.joints.motion import LEAST_POINTS, Motion, check_between, check_incr
 from kanefe.joints.quintic import quintic_pieces
 
 LEAST_COSINE = 0.7
-"""Of half the angle between two points of a table: Euler parameters between them keep a length, and the way round which
-the frame turns is beyond doubt."""
+"""Smallest cosine of half the angle between two points of a table: Euler parameters between them keep a length, and the
+direction of rotation is unambiguous."""
 
 CONTRADICTION = 0.5
-"""Share of the rates that a spline through the values may differ from them by, in the root of the mean square: rates in
-degrees, in another frame or of another sign are beyond it."""
+"""Largest root-mean-square deviation of given rates from a spline through the values, relative to the rates: rates in
+degrees, in another frame or with another sign exceed it."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,36 +12,39 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 
 SHARE = 0.01
-"""Share of the largest rate nearby by which a rate may be wrong: far below a factor 2 pi or a wrong sign."""
+"""Largest error of a rate relative to the largest rate nearby: far below a factor 2 pi or a wrong sign."""
 
 NOISE = 1e-13
-"""Round-off of a value over its largest: some hundred units in its last place."""
+"""Round-off of a value relative to its largest: some hundred units in the last place."""
 
 STRIDE = 8
-"""Samples of the second rate from one sample of the value and of its rate to the next."""
+"""Samples of the second rate per sample of the value and of its rate."""
 
 NEARBY = 32
-"""Samples in a block; the largest rate nearby is that of a block and of its two neighbours."""
+"""Number of samples in a block; the largest rate nearby is that of a block and of its two neighbours."""
 
 OF_FOURTH = 0.25
-"""Bound of the error of the corrected trapezoidal rule over the fourth difference: 11/720 of smooth functions, and
-(1/2 + 1/12) / 3 where the function jumps."""
+"""Bound of the error of the corrected trapezoidal rule relative to the fourth difference: 11/720 for smooth functions,
+and (1/2 + 1/12) / 3 if the function jumps."""
 
 FEW = 40
-"""Intervals of a first look."""
+"""Number of intervals of a first check."""
 
 CLOSEST = 1e-5
-"""Length of the interval in which a contradiction is told, over the distance of the samples."""
+"""Length of the interval in which a contradiction is reported, relative to the distance of the samples."""
 
 MOST_FOLLOWED = 8
-"""Suspicious intervals that are looked into: where vibrations are faster than the samples, all may be suspicious."""
+"""Largest number of suspicious intervals that are examined: if vibrations are faster than the samples, all may be
+suspicious."""
 
 LOCAL, PLACES = 1e-4, 4
-"""Length of the intervals, over the distance of the samples, in which the rates are held against the value also where
-nothing is suspicious: vibrations of any frequency have right rates there. And how many such intervals."""
+"""Length of the intervals, relative to the distance of the samples, in which the rates are checked against the value
+even without suspicion, because vibrations of any frequency have correct rates there; and the number of these intervals.
+"""
 
 SPLIT = 0.41
-"""Where an interval is split, over its length: no multiple of the period of a vibration is split at equal phases."""
+"""Position at which an interval is divided, relative to its length: no multiple of the period of a vibration is divided
+at equal phases."""
 
 WEIGHTS = (
     (3.0 * SPLIT - 1.0) / (6.0 * SPLIT),

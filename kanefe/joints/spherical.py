@@ -71,7 +71,7 @@ class Spherical(Joint):
         if self.friction is not None and self.motion is not None:
             raise ModelError(
                 "a spherical joint that follows a given pose has no friction from its load. Remedy: leave it out: "
-                "what drives would only have to do more"
+                "it would only increase the driving force"
             )
 
     def initial_coordinates(self) -> Vector:

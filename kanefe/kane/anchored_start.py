@@ -25,25 +25,27 @@ from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import displacement_scales
 
 ROUNDS = 30
-"""At most, between frictions and the loads of joints that they cause; and of finding what slips."""
+"""Largest number of iterations between frictions and the joint loads that they cause, and of the search for slipping
+points."""
 
 SETTLED = 1e-12
-"""Change of the states of a round, of the largest, after which nothing changes."""
+"""Change of the states in an iteration, relative to the largest, below which it has converged."""
 
 DEPENDENT = 1e-10
-"""Eigenvalue of G, of the largest, below which frictions do the same."""
+"""Eigenvalue of G, relative to the largest, below which frictions have the same effect."""
 
 BALANCED = 1e-9
-"""Acceleration that is left, of the largest without friction, where what rests stays at rest."""
+"""Remaining acceleration, relative to the largest without friction, below which a body at rest stays at rest."""
 
 MOST_SWEEPS = 2000
-"""Of the search for frictions at their limits."""
+"""Largest number of sweeps in the search for frictions at their limits."""
 
 MOMENT = 1e-6
-"""Of the time in which the scene moves by its size, or s: over which rates of slip are compared."""
+"""Time over which slip rates are compared, relative to the time in which the scene moves by its size, or in s."""
 
 BEYOND = 1.0 + 1e-9
-"""Times what friction rubs with: what slips from the start is told to slip. What holds stays as far below its limit."""
+"""Factor on the kinetic friction beyond which a point slips from the start. A holding point stays as far below its
+limit."""
 
 
 def with_balanced_anchors(model: ModelData, t: float, q: Vector, u: Vector, z: Vector) -> Vector:

@@ -13,7 +13,7 @@ from kanefe.tree.model_data import ModelData
 MOST_ROUNDS = 60
 
 SETTLED = 1e-13
-"""Change of a load, of the largest, after which it is that of the reaction."""
+"""Change of a load, relative to the largest, below which it equals that of the reaction."""
 
 
 def add_load_rates(state: State, rates: Vector) -> None:

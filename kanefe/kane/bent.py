@@ -44,8 +44,8 @@ def bent_too_far(model: ModelData, t: float, q: Vector, u: Vector) -> str:
     own = [float(np.linalg.norm(sizes[terms.speeds])) for _, terms in stiffened]
     name, terms = stiffened[int(np.argmax(own))]
     return (
-        f"flexible body {name!r} is bent by {_size(terms, q[terms.eta])}, farther than its stiffening holds: there "
-        f"is a motion with {100 * shares[0]:.2g} % of its inertia at rest. Remedy: cut {name!r} into several flexible "
+        f"flexible body {name!r} is bent by {_size(terms, q[terms.eta])}, beyond the valid range of its stiffening: "
+        f"a motion has {100 * shares[0]:.2g} % of its inertia at rest. Remedy: divide {name!r} into several flexible "
         "bodies in a chain, so that each bends less; or fewer modes; or stiffening='none' where nothing pulls it "
         "straight"
     )

@@ -15,7 +15,8 @@ from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import displacement_scales, modal_frequencies
 
 STEPS = (0.1, 0.03, 0.01, 0.001)
-"""How far from the start the rank is looked at again, in rad or scene lengths: the first that the loops allow."""
+"""Distances from the start at which the rank is computed again, in rad or scene lengths: the first that the loops
+permit."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class ConstraintReport:
     redundant_constraints : tuple of str
         Constraints all of whose rows are redundant.
     singular : tuple of str
-        Rows that depend on others at the start only: there the mechanism may go on in more than one way.
+        Rows that depend on others at the start only: there the mechanism may continue in more than one way.
     """
 
     constraints: int
@@ -63,8 +64,8 @@ class ConstraintReport:
             lines.append("wholly redundant: " + ", ".join(self.redundant_constraints))
         if self.singular:
             lines.append(
-                "singular start, the mechanism may go on in more than one way: rows that depend on others there only: "
-                + "; ".join(self.singular)
+                "singular start, the mechanism may continue in more than one way: rows that depend on others there "
+                "only: " + "; ".join(self.singular)
             )
         return "\n".join(lines)
 

@@ -25,20 +25,17 @@ if TYPE_CHECKING:
     from kanefe.kane.kinematics import FrameMotion
 
 PIVOT_TOLERANCE = 1e-13
-"""Share of the entry of M that it comes from, up to which a pivot is round-off and not inertia."""
+"""Pivot relative to the entry of M that it comes from up to which it is round-off and not inertia."""
 
 RANK_TOLERANCE = 1e-10
-"""Smallest eigenvalue of ``J M^-1 J^T``, its rows scaled by their reach and relative to the largest, that counts.
-
-Round-off leaves some 1e-15 for a row that depends on others. A position at which the rank drops can be met to the root
-of round-off only, and the eigenvalue grows with the square of the distance from it: below 1e-10 the direction is not
-known well enough to divide by it.
-"""
+"""Smallest eigenvalue of ``J M^-1 J^T``, with rows scaled by their lever arms and relative to the largest, that counts.
+Round-off leaves about 1e-15 for a dependent row. A position at which the rank drops can be reached to the root of
+round-off only, and the eigenvalue grows with the square of the distance from it: below 1e-10 the direction is too
+inaccurate to divide by it."""
 
 ROUND_OFF = 1e-16
-"""Largest eigenvalue that the tolerance is taken of, at least. Rows that no speed can move are the square of round-off
-in all their entries, some 1e-31 where 1 is the most, and must not be measured by each other.
-"""
+"""Smallest value of the largest eigenvalue to which the tolerance is relative. Rows that no speed can move are the
+square of round-off in all their entries, about 1e-31 where 1 is the largest, and must not be measured by each other."""
 
 
 OfMarkers = TypeVar("OfMarkers", "MarkerRow", "ContactRow")

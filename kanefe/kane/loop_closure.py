@@ -27,7 +27,7 @@ from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import joint_scales, scene_length
 
 CONTACT_TOLERANCE = 1e-15
-"""Of the scene's length: how far a rigid contact that touches may be open, where nothing else is closed. It has no
+"""Largest gap of a rigid contact that touches, relative to the scene's length, if no other loop is closed. It has no
 singular positions that would magnify it."""
 
 
@@ -106,7 +106,7 @@ def _positioned(state: State, stiffness: Matrix | None) -> Vector:
     found = _closed(_position(state), np.arange(model.free_count), metric, last_digit)
     if found.worst > LARGEST_OPENING:
         raise SimulationError(
-            f"at t = {state.t:.6g} s the mechanism cannot go on: {open_constraints(found)}. "
+            f"at t = {state.t:.6g} s the mechanism cannot continue: {open_constraints(found)}. "
             "Remedy: check that driven joints stay within its reach"
         )
     return found.state.q

@@ -12,10 +12,10 @@ from kanefe.linear.modes.eigenpairs import rate_weights
 from kanefe.linear.small_motions import SmallMotions
 
 SAMPLES = (0.37, 1.1, 2.6, 5.3)
-"""How far a motion is followed to see whether it stays what it is: rad or m of its fastest speed, or s."""
+"""Distances over which a motion is followed to see whether it stays the same: rad or m of its fastest speed, or s."""
 
 CONSTANT = 1e-7
-"""Change of A, of its rates, that counts as none: of differences and of loops that are closed anew it is some 1e-9."""
+"""Change of A relative to its rates that counts as zero: differences and projected loops leave about 1e-9."""
 
 
 def times_ahead(model: Model, t: float, u: Vector) -> list[float]:

@@ -19,13 +19,14 @@ from kanefe.linear.unit_forces import scene_load_columns
 from kanefe.tree.load_names import scene_loads
 
 BALANCED = 1e-9
-"""Force left over, of those that balance in the same motion, that counts as none: round-off of stiff bodies."""
+"""Remaining force, relative to those that balance in the same motion, that counts as zero: round-off of stiff bodies.
+"""
 
 FLOOR = 1e-6
-"""Of the largest forces: by these is measured what nothing acts on."""
+"""Reference force for motions without loads, relative to the largest forces."""
 
 ROUNDED = float(np.finfo(float).eps)
-"""Displacement of a body, of its size (1), that is round-off."""
+"""Displacement of a body relative to its size (1) that is round-off."""
 
 
 @dataclass(frozen=True)

@@ -113,7 +113,7 @@ def inputs_of(model: Model, t: float, q: Vector, u: Vector, named: Named | None)
 def _gravity(model: Model, t: float, q: Vector, u: Vector, name: str, axis: str) -> list[Input]:
     """Return uniform gravity along axes of N: what a ground that accelerates the other way is felt as."""
     if axis not in ("", *AXES):
-        raise ModelError(f"input {name!r}: {axis!r} is no axis. Remedy: gravity x, gravity y or gravity z")
+        raise ModelError(f"input {name!r}: {axis!r} is not an axis. Remedy: gravity x, gravity y or gravity z")
     n = model.free_count
     _, still = assemble(State(replace(model, gravity=np.zeros(3)), t, q, u))
     found = []

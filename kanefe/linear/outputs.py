@@ -177,7 +177,7 @@ def _deflections(model: Model, target: Target) -> list[Output]:
         listed = ", ".join(f.name for f in terms.body.interfaces) or "none"
         raise ModelError(f"output {target.name!r}: a deflection is that of an interface. There are: {listed}")
     if target.axis not in ("", *AXES):
-        raise ModelError(f"output {target.name!r}: {target.axis!r} is no axis of the mesh frame. Remedy: x, y or z")
+        raise ModelError(f"output {target.name!r}: {target.axis!r} is not an axis of the mesh frame. Remedy: x, y or z")
     return [
         Output(
             target.name if target.axis else f"{target.name} {axis}",

@@ -11,7 +11,8 @@ from kanefe.tree.body_terms import is_unreduced
 ITERATIONS = 12
 
 SETTLED = 1e-9
-"""Step, of the elastic coordinates, after which they rest; Newton's steps end some digits below."""
+"""Step of the elastic coordinates, relative to them, below which they are at rest; Newton's steps end some digits
+below."""
 
 
 def settled(model: Model, t: float, q: Vector, u: Vector) -> Vector:

@@ -219,17 +219,17 @@ class SmallMotions:
         if report.is_singular:
             raise ModelError(
                 f"the loops are singular at t = {self.t:.6g} s ({', '.join(report.singular[:3])} hold nothing there): "
-                "the mechanism can go on in more than one way, and small motions are not linear. Remedy: a state "
+                "the mechanism can continue in more than one way, and small motions are not linear. Remedy: a state "
                 "beside this one"
             )
 
 
 WELL_CONDITIONED = 1e-2
-"""Pivot, of the largest, down to which only coordinates of joints are asked to follow."""
+"""Pivot relative to the largest down to which only joint coordinates are taken as dependent."""
 
 
 RANK = 1e-6
-"""Pivot of scaled rows, of the largest, below which a row depends on others: some 1e-12 is round-off."""
+"""Pivot of scaled rows, relative to the largest, below which a row depends on others: round-off is about 1e-12."""
 
 
 @dataclass(frozen=True, eq=False)

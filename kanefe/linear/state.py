@@ -22,10 +22,11 @@ from kanefe.loads.base import Load
 from kanefe.tree.scales import scene_weight
 
 MOST_WEIGHTS = 10.0
-"""Of the scene: what a contact that acts from afar presses by at most, where a search for a rest begins."""
+"""Largest force of a contact that acts at a distance at the start of a search for an equilibrium, in multiples of the
+weight of the scene."""
 
 HALVINGS = 30
-"""Of the distance over which it does."""
+"""Number of halvings of the distance over which it acts."""
 
 
 @runtime_checkable
@@ -69,7 +70,7 @@ def _check_states(model: Model, what: str) -> None:
     """Raise a ModelError that names loads whose internal states move, or change in steps, without a form at rest."""
     if model.crowd is not None:
         raise ModelError(
-            f"{what} is not offered with many rigid contacts among each other, here {model.crowd.name!r}, which runs "
+            f"{what} is not supported with many rigid contacts among each other, here {model.crowd.name!r}, which runs "
             "step over. Remedy: add_contact for those that carry, or a damped run"
         )
     if model.states_move:
@@ -82,7 +83,7 @@ def _check_states(model: Model, what: str) -> None:
         if names:
             raise ModelError(
                 f"{what}: the load {', '.join(names)} has internal states that move, and small motions of those are "
-                "not offered. Remedy: leave it out, or frequencies from a run"
+                "not supported. Remedy: leave it out, or frequencies from a run"
             )
 
 
@@ -90,8 +91,8 @@ def check_no_rigid_contacts(model: Model, what: str) -> None:
     """Raise a ModelError that names a rigid contact in an analysis that raises loads or follows a motion."""
     if model.rigid_contacts:
         raise ModelError(
-            f"{what} is not offered with rigid contacts, here {model.rigid_contact(0).title}: what touches may change "
-            "on the way. Remedy: a contact that yields, kanefe.HuntCrossley(...), or a loop joint in its place; "
+            f"{what} is not supported with rigid contacts, here {model.rigid_contact(0).title}: what touches may "
+            "change on the way. Remedy: a compliant contact, kanefe.HuntCrossley(...), or a loop joint in its place; "
             "equilibrium and linearise take them"
         )
 

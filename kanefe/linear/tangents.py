@@ -25,10 +25,11 @@ from kanefe.tree.model_data import QUADRATURES, ModelData
 from kanefe.tree.scales import joint_scales, scene_length
 
 DIFFERENCE_STEP = 1e-3
-"""Of central differences of the fourth order, in rad or scene lengths: both of their errors are some 1e-12."""
+"""Step of fourth-order central differences, rad or scene lengths: both of their errors are about 1e-12."""
 
 NEAREST, LEAST_SHARE = 0.1, 1e-5
-"""Of how deep or far off contacts that yield are, how far a difference may go along them; and the least of its step."""
+"""Largest step of differences along a compliant contact, relative to its depth or distance; and smallest step, relative
+to the usual one."""
 
 
 def rotations(model: Model) -> list[tuple[BodyTerms, np.ndarray]]:

@@ -16,8 +16,8 @@ from kanefe.linear.modes.unresisted import Unresisted
 from kanefe.linear.small_motions import SmallMotions
 
 REPORTED = 1e-3
-"""Force left over, of those that act in the same motion, from which on it is told: it is missing, by about as much, in
-the stiffness that they make."""
+"""Remaining force, relative to those that act in the same motion, from which a warning is issued: it is missing, by
+about as much, in the stiffness that these forces cause."""
 
 
 class UnsettledWarning(UserWarning):
@@ -45,8 +45,8 @@ def warn_of_imbalance(found: Imbalance, what: str, remedy: str = "kanefe.equilib
     """Warn of a state that is not in balance; `what` names the analysis."""
     if found.ratio > REPORTED:
         warnings.warn(
-            f"{what}: the state is not in balance: {found} is left over, {found.ratio:.2g} of the forces that act "
-            f"there, and the stiffness that loads make is missing with it. Remedy: {remedy}, which finds the balance "
+            f"{what}: the state is not in equilibrium: {found} remains, {found.ratio:.2g} of the forces that act "
+            f"there, and the stiffness due to loads is wrong by as much. Remedy: {remedy}, which finds the equilibrium "
             "first",
             UnsettledWarning,
             stacklevel=outside(),

@@ -20,7 +20,7 @@ def check_load(load: object) -> None:
     if not isinstance(load, Load):
         what = f"the class {load.__name__}" if isinstance(load, type) else repr(load)
         raise ModelError(
-            f"{what} is no load between frames. Remedy: an object of a subclass of kanefe.Load that "
+            f"{what} is not a load between frames. Remedy: an object of a subclass of kanefe.Load that "
             "has `name`, `ends` and `action(t, ends, states)`; bodies have add_rigid_body and the like"
         )
     kind = type(load).__name__

@@ -12,7 +12,7 @@ from kanefe.errors import FileError, ModelError
 
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 WORD = "PROJECT"
-"""What stands for the name in the files of the template, whose own names end in ``.txt``."""
+"""Placeholder of the name in the files of the template, whose own names end in ``.txt``."""
 
 
 def new_project(where: str) -> list[Path]:
@@ -33,7 +33,7 @@ def new_project(where: str) -> list[Path]:
     folder = Path(where)
     if NAME.fullmatch(folder.name) is None:
         raise ModelError(
-            f"{folder.name!r} is no name of a project. Remedy: letters, digits, '_', '-' and '.', a letter or "
+            f"{folder.name!r} is not a name of a project. Remedy: letters, digits, '_', '-' and '.', a letter or "
             "digit first"
         )
     if os.path.lexists(folder):

@@ -10,16 +10,17 @@ from kanefe.kernels.contact.contact_shapes import PLANE
 from kanefe.tree.model_data import QUADRATURES, ModelData
 
 ENOUGH = 1e-5
-"""Change of speeds in a sweep over the contacts, of the largest, at which the sweeps end: less than a step misses."""
+"""Change of speeds in a sweep over the contacts, relative to the largest, at which the sweeps end: below the error of a
+step."""
 
 MOST_SWEEPS = 200
 
 ROOM = 4
-"""Contacts for each ball that there is room for at first; it grows."""
+"""Initial number of contacts per ball for which there is memory; it grows."""
 
 
 FREE_SPEEDS = 6
-"""Of a joint that holds nothing."""
+"""Number of speeds of a joint without constraints."""
 
 
 def lacking(model: ModelData) -> str:

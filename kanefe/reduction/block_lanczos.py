@@ -17,16 +17,17 @@ import scipy.sparse as sp
 from kanefe.errors import ModelError
 
 BLOCK = 8
-"""Right-hand sides of a solve: with more, the solves get cheaper still, but more of them are needed."""
+"""Number of right-hand sides of a solve: with more, the solves get cheaper still, but more of them are needed."""
 
 TOLERANCE = 1e-9
-"""Residual of a mode, as a share of its K-norm. Frequencies are good to its square."""
+"""Residual of a mode relative to its K-norm. The error of frequencies is its square."""
 
 LARGEST_PART = 4
-"""Times as many directions as modes wanted, from which the method gives up."""
+"""Ratio of the number of directions to that of requested modes from which the method gives up."""
 
 _NEAR, _DEPENDENT = 1e-4, 1e-15
-"""Squares of the share that the others leave of a direction: below, it is made orthonormal again, or is round-off."""
+"""Squared norms of the part of a direction independent of the others, relative to it: below the first it is
+orthonormalised again, below the second it is round-off."""
 
 
 def lowest_modes(

@@ -36,7 +36,8 @@ from kanefe.reduction.record import reduction_record
 from kanefe.reduction.stiffening import StiffeningLevel, check_stiffening, second_order_motion, stiffened
 
 LARGEST_DENSE = 300
-"""Coordinates of an unreduced body above which it is kept in sparse matrices, and needs an implicit integrator."""
+"""Number of coordinates of an unreduced body above which it is kept in sparse matrices, and needs an implicit
+integrator."""
 
 
 @checked("model")

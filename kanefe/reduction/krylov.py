@@ -24,7 +24,7 @@ from kanefe.reduction.load_cases import Load, some_groups
 from kanefe.reduction.orthonormal import normalised, orthonormal_columns
 
 REFINEMENTS = 2
-"""Corrections of a solve with a matrix that is factored without being definite."""
+"""Number of corrections of a solve with the factors of an indefinite matrix."""
 
 
 @checked("order")

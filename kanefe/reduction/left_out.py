@@ -19,7 +19,7 @@ from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction.load_cases import spread_groups
 
 HELD = 1e-6
-"""Share of the energy of a load's static response that is held: a thousandth of its stresses."""
+"""Fraction of the energy of a load's static response that may be missing: a thousandth of its stresses."""
 
 
 def left_out(problem: StaticProblem, modes: np.ndarray) -> dict[str, Any]:

@@ -33,11 +33,11 @@ from kanefe.frames import numbers
 from kanefe.reduction.patch_case import PatchCase
 
 INERTIAL = ("gravity", "angular acceleration", "centrifugal")
-"""Names of the loads that the motion of G itself puts on a body."""
+"""Names of the inertia loads that the motion of G puts on a body."""
 
 
 LOADED = 1e-9
-"""Share of the largest force of a group below which a column counts as one that does nothing."""
+"""Force relative to the largest of a group below which a column has no effect."""
 
 
 @checked("name")

@@ -28,13 +28,13 @@ from kanefe.reduction.orthonormal import normalised, orthonormal_columns
 from kanefe.reduction.response_model import ResponseModel
 
 CANDIDATES = 16
-"""Normal modes that are looked at first; twice as many then, until they suffice."""
+"""Initial number of normal modes that are examined; it is doubled until they suffice."""
 
 MOST_CANDIDATES = 256
-"""Where the search ends."""
+"""Largest number of normal modes that are examined."""
 
 EFFECTIVE = 1e-2
-"""Share of the effective interface mass from which on a mode within the frequency range is always kept."""
+"""Effective interface mass relative to the total from which a mode within the frequency range is always kept."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,7 @@ from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction.block_lanczos import lowest_modes
 
 MANY = 200
-"""Normal modes above which a frequency limit is told to keep many."""
+"""Number of normal modes above which a warning about the frequency limit is issued."""
 
 
 class ModesWarning(UserWarning):

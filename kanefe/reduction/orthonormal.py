@@ -14,10 +14,10 @@ import scipy.sparse as sp
 from kanefe.errors import ModelError
 
 DEPENDENT = 1e-9
-"""Part of a column beyond the span of the others, as a share of it, below which it counts as dependent."""
+"""Part of a column outside the span of the others, relative to it, below which it counts as dependent."""
 
 WELL_APART = 1e-3
-"""Singular values of normalised columns above which one block is orthonormalised to round-off in two rounds."""
+"""Singular value of normalised columns above which one block is orthonormalised to round-off in two rounds."""
 
 
 def orthonormal_modes(

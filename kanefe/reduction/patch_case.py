@@ -25,7 +25,7 @@ from kanefe.fe_model.places import Place
 from kanefe.fe_model.statics import StaticProblem
 
 LOOKED_AT = 4
-"""Points of each surface of a body at which is looked how much of its yielding the modes have."""
+"""Number of points of each surface of a body at which the local compliance of the modes is compared."""
 
 
 @checked("most")

@@ -20,17 +20,17 @@ from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction.load_cases import LoadGroup
 
 SWELL = 0.2
-"""sigma as a share of the highest angular frequency."""
+"""Value of sigma relative to the highest angular frequency."""
 
 SAMPLES = 9
-"""Frequencies from zero to the highest one at which responses are compared."""
+"""Number of frequencies from zero to the highest one at which responses are compared."""
 
 FLOOR = 0.1
-"""Share of the body's own motion below which the motion of an interface is not what an error is measured by."""
+"""Fraction of the body's motion below which the motion of an interface is not used as the reference of an error."""
 
 SAFETY = 2.0
-"""Factor of the estimate: a load that comes at once moves the modes left out twice as far as a slow one, and the richer
-basis has an error too."""
+"""Factor on the estimate: a sudden load moves the modes left out twice as far as a slow one, and the richer basis also
+has an error."""
 
 
 @dataclass(frozen=True, eq=False)

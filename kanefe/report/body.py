@@ -9,27 +9,27 @@ from typing import Any
 import numpy as np
 
 from kanefe.bodies.flexible import FlexibleBody
+from kanefe.documents.blocks import Block, Heading, Histogram, Paragraph, Picture, Table
+from kanefe.documents.document import Report
+from kanefe.documents.record_tables import record_tables
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS
-from kanefe.report.blocks import Block, Heading, Histogram, Paragraph, Picture, Table
-from kanefe.report.document import Report
 from kanefe.report.mesh_quality import MeshQuality, mesh_quality
 from kanefe.report.modes import BodyModes, body_modes, compliance_shares, interface_masses
-from kanefe.report.record_tables import record_tables
 
 MOST_MODES = 30
-"""Modes that tables list."""
+"""Largest number of modes in tables."""
 
 PICTURES = 12
-"""Modes that are drawn."""
+"""Largest number of modes that are drawn."""
 
 WORST = 5
-"""Cells that are named."""
+"""Largest number of cells that are listed."""
 
 DENSE = 400
-"""Free coordinates up to which the modes of a body are computed for the report."""
+"""Number of free coordinates up to which the modes of a body are computed for the report."""
 
 FLAT, LONG, BENT = 0.1, 10.0, 0.25
-"""Scaled Jacobian below which, aspect ratio and bend of sides above which cells are called poor."""
+"""Quality limits of poor cells: scaled Jacobian below the first, aspect ratio and bend of sides above the others."""
 
 SHAPES = "Frequencies and mode shapes"
 
@@ -69,7 +69,7 @@ def _mesh(body: FlexibleBody) -> list[Block]:
     quality = mesh_quality(body.nodes, body.cells)
     blocks: list[Block] = [Heading("Mesh quality")]
     if not quality.kinds:
-        return [*blocks, Paragraph("The body has no cells (given matrices): nothing can be said of its mesh.")]
+        return [*blocks, Paragraph("The body has no cells (given matrices): its mesh is not known.")]
     size = np.ptp(body.nodes, axis=0)
     counts = ", ".join(f"{count} {kind}" for kind, count in quality.kinds.items())
     shortest, longest = quality.edges[:, 0].min(), quality.edges[:, 1].max()
@@ -285,7 +285,7 @@ def _skipped(body: FlexibleBody) -> list[Block]:
 
 def _provenance(body: FlexibleBody) -> list[Block]:
     record: dict[str, Any] = {key: value for key, value in body.provenance.items() if key != "reduction"}
-    return [Heading("Where it comes from"), *record_tables(record)] if record else []
+    return [Heading("Origin"), *record_tables(record)] if record else []
 
 
 def _pictures(body: FlexibleBody, modes: BodyModes | None) -> dict[str, list[Picture]]:

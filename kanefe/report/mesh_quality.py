@@ -24,7 +24,7 @@ _EDGES = {
         *((0, 4), (1, 5), (2, 6), (3, 7)),
     ),
 }
-"""In VTK's order: the mid-side node of the edge i comes i-th after the corners."""
+"""Edges in VTK's order: the mid-side node of edge i is the i-th after the corners."""
 
 _NEIGHBOURS = {
     "triangle": ((1, 2), (2, 0), (0, 1)),
@@ -35,10 +35,10 @@ _NEIGHBOURS = {
         *((7, 5, 0), (4, 6, 1), (5, 7, 2), (6, 4, 3)),
     ),
 }
-"""Corners joined to each corner, right-handed."""
+"""Corners adjacent to each corner, right-handed."""
 
 _REGULAR = {"triangle": 2.0 / np.sqrt(3.0), "quad": 1.0, "tetra": np.sqrt(2.0), "hexahedron": 1.0}
-"""Makes the scaled Jacobian of the regular cell one."""
+"""Factors that make the scaled Jacobian of the regular cell one."""
 
 CORNER_KINDS = {
     "line": "line",

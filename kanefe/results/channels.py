@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from kanefe.kane.kinematics import FrameMotion
 
 Key = tuple[str, ...]
-"""Quantity, body ("" for the whole scene), interface ("" for the body's own frame), and of a part its name."""
+"""Quantity, body ("" for the whole scene), interface ("" for the body's own frame), and name of a part."""
 
 
 class Channels(Protocol):

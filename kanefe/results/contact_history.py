@@ -70,7 +70,7 @@ def contact_history(told: np.ndarray, columns: Sequence[str], name: str) -> Cont
         If the load is none.
     """
     if not is_contact(columns):
-        raise ModelError(f"load {name!r} is no contact. Remedy: result.load({name!r})")
+        raise ModelError(f"load {name!r} is not a contact. Remedy: result.load({name!r})")
     normal, tangential, penetration, slip, *_, work, status = told[..., 3:].T
     return ContactHistory(
         told[..., :3],

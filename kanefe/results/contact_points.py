@@ -16,7 +16,7 @@ COLUMNS = (
     ("m/s", tuple(f"slip velocity {c}" for c in XYZ)),
     ("1", ("status",)),
 )
-"""Of a point, by unit; those of all points of one unit stand beside each other."""
+"""Columns of a contact point, by unit; those of all points with one unit are adjacent."""
 
 
 class ContactPoints(NamedTuple):

@@ -38,17 +38,17 @@ from kanefe.tree.neighbours import Neighbours
 
 FORMAT = "kanefe result"
 VERSION = 9
-"""In 7 there were no lines of loads, and surfaces had none; in 8 no points of contacts."""
+"""Version of the file. Version 7 had no lines of loads, and surfaces had none; version 8 had no points of contacts."""
 SUFFIXES = ("", ".h5", ".hdf5", ".hdf", ".he5")
 
 LARGEST_BASIS = 2**29
-"""Bytes of the dense basis of an unreduced body above which its result is not written."""
+"""Size of the dense basis of an unreduced body above which its result is not written, bytes."""
 
 LOGGED = {"times": "s", "reads": "by column", "drives": "by column"}
 """Arrays of the log of a controller, with units."""
 
 PARTED = "coupling_force"
-"""The quantity that has parts: see `Reader.neighbours`."""
+"""Name of the quantity that has parts: see `Reader.neighbours`."""
 
 PARTS = {
     "statistics": dict,
@@ -62,7 +62,7 @@ PARTS = {
     "surfaces": list,
     "lines": list,
 }
-"""Attributes of a file that are json, and what each holds."""
+"""JSON attributes of a file, with the type of each."""
 
 _SKIPPED_WITHOUT_FORCES = (*FORCES, *POINTS, "acceleration", "angular_acceleration")
 
@@ -141,7 +141,7 @@ def read_channels(path: str | Path) -> FileChannels:
     path = Path(path)
     header, arrays = decode(path)
     if header.get("format") != FORMAT:
-        raise FileError(f"{path} is no saved result. Remedy: give the file that Result.save wrote")
+        raise FileError(f"{path} is not a saved result. Remedy: give the file that Result.save wrote")
     if header.get("version") != VERSION:
         raise FileError(
             f"{path} has format version {header.get('version')}, this kanefe reads version {VERSION}. "

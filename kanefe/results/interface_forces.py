@@ -25,7 +25,7 @@ PartKey = tuple[str, str, str, str]
 QUANTITY = "coupling_force"
 
 Places = dict[Source, tuple[int, str, str]]
-"""Number of the body, name of the interface, and name of the part, of what acts there."""
+"""Number of the body, name of the interface, and name of the part, for each source."""
 
 
 class Acting(NamedTuple):

@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from kanefe.tree.scene_state import SceneState
 
 TAUT, SLACK, GONE = 0, 1, 2
-"""How a line is: of a spring or a rope that pulls, of a rope that does not, of one that has broken."""
+"""States of a line: a spring or a rope in tension, a slack rope, a broken rope."""
 
 SLACKNESS = "slack [1]"
-"""The column of a load that tells whether it is slack."""
+"""Column of a load that shows whether it is slack."""
 
 
 class LoadLine(NamedTuple):

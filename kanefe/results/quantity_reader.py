@@ -37,8 +37,8 @@ class EventTimes(dict[str, np.ndarray]):
     def __missing__(self, name: str) -> np.ndarray:
         """Raise a ModelError that names the events there are."""
         raise ModelError(
-            f"the run has no event called {name!r}. It has: {', '.join(self) or 'none'}. Remedy: one of these; that "
-            f"ropes become slack and taut, and what single points of contacts do, is told on request, "
+            f"the run has no event called {name!r}. It has: {', '.join(self) or 'none'}. Remedy: one of these; slack "
+            f"and taut events of ropes and events of single contact points are reported on request, "
             f"simulate(events=[{name!r}])"
         )
 

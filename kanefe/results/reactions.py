@@ -15,7 +15,7 @@ from kanefe.tree.model_data import ModelData
 from kanefe.tree.route import FrameMotions, RunSweeps
 
 NUMBERS_AT_ONCE = 4_000_000
-"""Of the products of moments with coordinates: some tens of megabytes."""
+"""Number of values computed at once in the products of moments with coordinates: some tens of megabytes."""
 
 
 def are_alone(model: ModelData) -> bool:

@@ -15,7 +15,7 @@ from kanefe.results.quantities import ENERGIES, MOMENTA, Energy, Momentum
 from kanefe.results.selection import Frames, frame_index, node_numbers
 
 LARGEST_TABLE = 2**31
-"""Bytes of nodal values above which a call asks for a choice of output times."""
+"""Size of nodal values above which a call requires a choice of output times, bytes."""
 
 
 class Reader(ForceReader):

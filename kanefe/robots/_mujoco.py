@@ -24,12 +24,12 @@ _UNUSED = (
     "numerics",
     "plugins",
 )
-"""Elements that a scene does not have, in an order in which none is left that refers to one gone."""
+"""Elements that a scene does not have, in an order in which no remaining element refers to a removed one."""
 
 _OF_SHAPES = ("materials", "textures")
 
 SILENT = {"keys": "keyframes", "sensors": "sensors", "cameras": "cameras", "lights": "lights", "skins": "skins"}
-"""Those that would not change the motion, as `RobotScene.not_taken` calls them."""
+"""Names, in `RobotScene.not_taken`, of elements that would not change the motion."""
 
 ACTING = {
     "actuators": "actuators",

@@ -9,7 +9,7 @@ from typing import Any
 from kanefe.errors import FileError, MissingDependency
 
 _DAMAGE = (ValueError, KeyError, IndexError, TypeError, AttributeError, OSError)
-"""What yourdfpy raises on elements without what they must have."""
+"""Exceptions that yourdfpy raises on elements with missing parts."""
 
 
 def parsed(path: Path) -> Any:
@@ -27,8 +27,8 @@ def parsed(path: Path) -> Any:
         return urdf.URDF.load(str(path), build_scene_graph=False, load_meshes=False, mesh_dir="").robot
     except _DAMAGE as error:
         raise FileError(
-            f"{path} is no complete URDF file ({type(error).__name__}: {error}). Remedy: check that robot, links and "
-            "joints have names, joints a parent and a child, and that numbers are numbers"
+            f"{path} is not a complete URDF file ({type(error).__name__}: {error}). Remedy: check that robot, links "
+            "and joints have names, joints a parent and a child, and that numbers are numbers"
         ) from error
 
 

@@ -16,11 +16,11 @@ from kanefe.robots.description import Pose, RobotLink
 from kanefe.scene.scene import orientation_matrix, three
 
 NEAR = 0.05
-"""Of the size of a body: how far an interface may be from the joint that it carries. Bearings have a width; the wrong
-end of a link is further away."""
+"""Largest distance of an interface from the joint that it carries, relative to the size of the body. Bearings have a
+width; the wrong end of a link is further away."""
 
 ODD_MASS = 2.0
-"""Ratio of the masses of body and link above which one is probably not meant: other units, or another link."""
+"""Ratio of the masses of body and link above which one is probably wrong: other units, or another link."""
 
 
 class LinkMassWarning(UserWarning):

@@ -17,11 +17,11 @@ from kanefe.scene.scene import FlexibleMember, Frame
 from kanefe.system import System
 
 MOST_NAMES = 4
-"""Names that a warning lists of each kind; `RobotScene.not_taken` has them all."""
+"""Largest number of names of each kind in a warning; `RobotScene.not_taken` has them all."""
 
 
 POINT = 1e-12
-"""Square of a radius of gyration, m2, below which an inertia is round-off of a converter: the link is a point."""
+"""Square of a radius of gyration below which an inertia is round-off of a converter and the link is a point, m2."""
 
 
 class NotTakenWarning(UserWarning):
@@ -225,8 +225,8 @@ def _warn_of_what_acts(robot: Robot) -> None:
         more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
         parts.append(f"{kind}: {', '.join(names[:MOST_NAMES])}{more}")
     warnings.warn(
-        f"robot {robot.name!r}: what would change its motion and is not in the scene: {'; '.join(parts)}. "
-        "scene.not_taken has all of it",
+        f"robot {robot.name!r}: parts that would change its motion are not in the scene: {'; '.join(parts)}. "
+        "scene.not_taken lists all of them",
         NotTakenWarning,
         stacklevel=outside(),
     )

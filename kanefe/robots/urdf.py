@@ -114,11 +114,13 @@ def _well_formed(path: Path) -> ElementTree.Element:
     try:
         root = ElementTree.parse(path).getroot()
     except ElementTree.ParseError as error:
-        raise FileError(f"{path} is truncated or no XML ({error}). Remedy: write it again") from error
+        raise FileError(f"{path} is truncated or not XML ({error}). Remedy: write it again") from error
     if any("xacro" in element.tag for element in root.iter() if isinstance(element.tag, str)):
         raise FileError(f"{path} has macros of xacro. Remedy: xacro {path.name} > robot.urdf, and read that")
     if root.tag != "robot":
-        raise FileError(f"{path} is no URDF: its root is <{root.tag}>, not <robot>. Remedy: read_mjcf reads MJCF files")
+        raise FileError(
+            f"{path} is not a URDF file: its root is <{root.tag}>, not <robot>. Remedy: read_mjcf reads MJCF files"
+        )
     for link in root.findall("link"):
         inertia = link.find("inertial/inertia")
         if inertia is not None and (missing := [name for name in MOMENTS if inertia.get(name) is None]):

@@ -24,10 +24,12 @@ if TYPE_CHECKING:
     from kanefe.kernels.contact.laws.normal_law import NormalLaw
 
 ALONG = 1e-9
-"""Of a surface velocity: what of it may be along the normal of a plane, as round-off of a normal that is turned."""
+"""Part of a surface velocity along the normal of a plane that is permitted as round-off of a rotated normal, relative
+to it."""
 
 MOST_LEFT_OUT = 0.1
-"""Of what the law of a contact yields by: how much of a body's own yielding its modes may leave out untold."""
+"""Largest local compliance of a body missing in its modes, relative to the deflection of a contact law, without a
+warning."""
 
 
 class ContactMethods(LoadMethods):
@@ -278,8 +280,8 @@ def _warn_of_stiff_modes(patch: ContactPatch, stiffness: float | None, label: st
     softening = patch.left_out * stiffness * max(patch.shares)
     if softening > MOST_LEFT_OUT:
         warnings.warn(
-            f"{label}: a point of the patch yields by {patch.left_out:.2g} m/N more than the modes of "
-            f"{patch.frames[0].name!r} have, {softening:.2g} times as much as by the law of the contact. Remedy: a "
+            f"{label}: the modes of {patch.frames[0].name!r} lack a local compliance of {patch.left_out:.2g} m/N at a "
+            f"point of the patch, {softening:.2g} times the compliance of the contact law. Remedy: a "
             f"PatchCase of the same place and most={len(patch.frames)} among the loads of its reduction",
             AccuracyWarning,
             stacklevel=outside(),
@@ -293,9 +295,9 @@ def _warn_of_valleys(shape: SurfaceShape, probes: Sequence[Probe], label: str) -
     largest = max(probe.lever for probe in probes)
     if isinstance(shape, HeightField) and largest > shape.narrowest:
         warnings.warn(
-            f"{label}: valleys of the height field have a radius of {shape.narrowest:.2g} m, in which what touches, of "
-            f"{largest:.2g} m, lies on two places; one is followed. Remedy: smoother heights, or points of its shape, "
-            "shape.sampled(spacing)",
+            f"{label}: valleys of the height field have a radius of {shape.narrowest:.2g} m, in which a shape with a "
+            f"radius of {largest:.2g} m touches two points, of which one is computed. Remedy: smoother heights, or "
+            "points of its shape, shape.sampled(spacing)",
             AccuracyWarning,
             stacklevel=outside(),
         )
@@ -310,8 +312,9 @@ def _check_belt(belt: Vector, shape: SurfaceShape, label: str) -> None:
     across = float(belt @ shape.normal)
     if abs(across) > ALONG * float(np.linalg.norm(belt)):
         raise ModelError(
-            f"{label}: {across:.3g} m/s of its surface velocity are along the normal of the plane, which stays. "
-            "Remedy: a velocity along the plane, in its axes; for a plane that moves, a driven joint under its surface"
+            f"{label}: {across:.3g} m/s of its surface velocity are along the normal of the plane, which does not "
+            "move. Remedy: a velocity along the plane, in its axes; for a plane that moves, a driven joint under its "
+            "surface"
         )
 
 

@@ -128,7 +128,7 @@ class FieldLoadMethods(Scene):
         frame = self._check_frame(member, f"the body of {label}")
         if not isinstance(frame, FlexibleMember):
             raise ModelError(
-                f"{label}: {frame.label} is no flexible body, and only the mesh of one has surfaces and lines. "
+                f"{label}: {frame.label} is not a flexible body, and only the mesh of one has surfaces and lines. "
                 "Remedy: give the flexible body itself, or use add_force"
             )
         try:

@@ -100,7 +100,7 @@ class HeldInputMethods(ControllerMethods):
             entry.joint = driven_by(entry.joint, motions)
         except TypeError as error:
             raise ModelError(
-                f"input {text!r}: the motion of a {entry.joint.kind} joint cannot be told from step to step. Remedy: a "
+                f"input {text!r}: the motion of a {entry.joint.kind} joint cannot be given step by step. Remedy: a "
                 "revolute or prismatic joint"
             ) from error
         return found

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 AXES = {"x": 0, "y": 1, "z": 2}
 
 Named = Sequence[str] | Mapping[str, str] | str
-"""Names of channels as a script gives them: one, several, or a mapping from names of its own."""
+"""Names of channels in a script: one, several, or a mapping from names of its own."""
 
 
 class NamedBody(Protocol):
@@ -114,7 +114,7 @@ def axes_of(target: Target, role: str) -> list[tuple[str, int, bool]]:
     plain = target.axis.removesuffix("'")
     if plain not in AXES:
         raise ModelError(
-            f"{role} {target.name!r}: {target.axis!r} is no axis. Remedy: x, y or z of N, x', y' or z' of the frame"
+            f"{role} {target.name!r}: {target.axis!r} is not an axis. Remedy: x, y or z of N, x', y' or z' of the frame"
         )
     return [(target.name, AXES[plain], target.axis.endswith("'"))]
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from kanefe.loads.controller import Controller
 
 DEEPEST_MARGIN = 120
-"""Characters by which a line is moved in at most."""
+"""Largest indentation of a line, in characters."""
 
 
 def tree_text(

@@ -16,7 +16,7 @@ from kanefe.joints.pose_table import PoseTable
 from kanefe.tree.body_terms import BodyTerms
 
 STILL = PoseTable(np.arange(4.0), np.zeros((4, 3)))
-"""A pose that stays."""
+"""A constant pose."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,7 +17,7 @@ from kanefe.screening.carrier import Carrier, Displacement
 from kanefe.tree.body_terms import BodyTerms
 
 OUT_OF_PLANE = 1e-9
-"""Of a carrier's axes: what of them may leave the plane of a planar joint on the ground."""
+"""Largest component of a carrier's axes, dimensionless, outside the plane of a planar joint on the ground."""
 
 
 class Motions(NamedTuple):

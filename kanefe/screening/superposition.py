@@ -21,29 +21,29 @@ from kanefe.screening.carrier import Carrier, Displacement
 from kanefe.screening.riders import Motions, Riders
 
 STICKY = 1e6
-"""By what friction is multiplied where things stick whatever pulls them."""
+"""Factor on friction where everything is to stick under any force."""
 
 APRON, TAPER = 16, 32
-"""Steps around a stretch in which the carrier is followed too, and in which the forcing then dies away."""
+"""Steps around a stretch in which the carrier is followed too, and over which the forcing then decays."""
 
 ROUNDS = 6
 CLOSE = 1e-4
-"""Of what an event looks at: how near the superposition comes to the whole equations, where it does."""
+"""Accuracy of the superposition relative to the full equations, relative to the event functions."""
 
 SLOWEST = 0.3
-"""Ratio of one round to the next beyond which they are not waited for."""
+"""Ratio of successive corrections beyond which the iteration ends."""
 
 LEAST_DECAY = 1e-3
-"""1/s: what dies away slower is not superposed."""
+"""Decay rate below which a motion is not superposed, 1/s."""
 
 SAFETY = 2.0
-"""By what all that bounds is multiplied."""
+"""Safety factor on the error bounds."""
 
 LOWEST = 5
-"""Times at which the tension of a rope is looked at: where it is least by what small motions do to it."""
+"""Number of times at which the tension of a rope is evaluated: where it is smallest under small motions."""
 
 NUDGES = 1e-8, 1e-6
-"""Of tangents and of their rates, for the slopes of what events look at."""
+"""Steps of tangents and of their rates for the slopes of event functions."""
 
 
 class NotSuperposed(Exception):
@@ -256,7 +256,7 @@ def superposed(sticking: Sticking, t: Vector, y: Vector, known: tuple[float, flo
                 break
         last = size
     else:
-        raise NotSuperposed(f"after {ROUNDS} rounds too much is left over")
+        raise NotSuperposed(f"after {ROUNDS} rounds the residual is too large")
     states = path.states(motions)
     watched = sticking.watched(model, times[inside], states[inside])
     reached = np.unique([before, *(before + np.argmin(np.abs(watched), axis=0))])
@@ -301,7 +301,7 @@ class _Path:
         found = sticking.riders.accelerations(self._moved, self._q, motions, turns, rates[:, n:m])
         left = found - motions.acceleration
         if not np.all(np.isfinite(left)):
-            raise NotSuperposed("what is left over is not finite")
+            raise NotSuperposed("the residual is not finite")
         # anchors follow to first order by W xi, and beyond by what their rates are
         beyond = (rates[:, m:] - motions.rate @ self._small.W.T) @ self._small.follows
         if beyond.any():
@@ -387,7 +387,7 @@ def _between(values: np.ndarray) -> Matrix:
 
 
 def _check(model: Model) -> None:
-    """Raise a ModelError that names what a screened run is not offered for."""
+    """Raise a ModelError that names what a screened run is not supported for."""
     found = ""
     if model.constraints:
         found = "loops and couplers"
@@ -401,4 +401,4 @@ def _check(model: Model) -> None:
         if what := load.not_screened:
             found = f"{what}, as of {load.kind} {load.name!r}"
     if found:
-        raise ModelError(f"screened runs are not offered for scenes with {found}. Remedy: kf.System.simulate")
+        raise ModelError(f"screened runs are not supported for scenes with {found}. Remedy: kf.System.simulate")

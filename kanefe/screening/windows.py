@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers, shaped_numbers
 from kanefe.integrate.events.load_events import events_of_loads
-from kanefe.integrate.options import RunOptions
+from kanefe.integrate.options import RunOptions, WindowKeywords
 from kanefe.integrate.run import check_motions, integrate
 from kanefe.integrate.run_checks.energy_check import accounted
 from kanefe.integrate.status import RunStatus
@@ -29,34 +29,32 @@ if TYPE_CHECKING:
     from kanefe.linear.state import Freezable
 
 SPACING = 0.25
-"""Of what is superposed, s, at most: waves that excite a deck are slower than two a second."""
+"""Largest step of the superposition, s: waves that excite a deck are slower than two per second."""
 
 OF_PERIOD = 8
-"""Steps of the superposition in a period of what acts besides the frame's motion, at least."""
+"""Least number of steps of the superposition in a period of loads other than the frame's motion."""
 
 FINER = 5
-"""Times that what events look at is looked at from one step to the next."""
+"""Number of evaluations of event functions per step."""
 
 LEAD = 2
-"""Steps of the superposition from which a window begins before what is near."""
+"""Number of steps by which a window begins before the near event."""
 
 BEHIND = 1.0
-"""s that a window goes on behind what was near."""
+"""Time by which a window continues after the near event, s."""
 
 APART = 2.0
-"""s between two near stretches, below which one window takes both."""
+"""Time between two near stretches below which one window covers both, s."""
 
 LOOK_AHEAD, MOST_WINDOW = 30.0, 30.0
-"""s: how far is superposed behind what could not be, and how long windows grow where nothing else is to be had."""
+"""Duration of superposition after a stretch that could not be superposed, and length up to which windows grow if
+nothing else is possible, s."""
 
 SLIP_STEP = 0.02
-"""s between states of a window that are looked at for how far something slid."""
-
-OF_WINDOWS = ("method", "atol", "step", "most_steps", "most_seconds", "progress")
-"""Options of `kanefe.System.simulate` that windows take besides; others are about a run from end to end."""
+"""Interval of the states in a window at which slid distances are evaluated, s."""
 
 GRAZING = 1e-6
-"""Of what an event looks at, at rest: what passes by less only grazes."""
+"""Margin relative to the event function at rest below which a passage only grazes."""
 
 
 @checked("spacing")
@@ -65,10 +63,9 @@ def screen(
     duration: float | tuple[float, float],
     *,
     start: Start = None,
-    rtol: float | None = None,
     output_step: float | None = None,
     spacing: float = SPACING,
-    **options: Any,
+    **options: Unpack[WindowKeywords],
 ) -> ScreenedRun:
     """Run a scene on a frame that is driven, integrating only where an event is near.
 
@@ -86,15 +83,13 @@ def screen(
         From t = 0, or first and last time, s.
     start : state, optional
         As `kanefe.System.simulate` takes it: a rest on the frame.
-    rtol : float, optional
-        Relative error of the windows, as of a whole run.
     output_step : float, optional
         Time between stored states, s; default a 500th of the duration.
     spacing : float
         Of the times of the superposition, s: the frame moves slowly beside it, and so does all that acts besides; an
         eighth of the shortest period of a rotor's harmonics at most.
     **options
-        Others of `kanefe.System.simulate` for the windows: method, atol, step, most_steps, most_seconds, progress.
+        Of the windows, as of `kanefe.System.simulate`: method, rtol, atol, step, most_steps, most_seconds, progress.
 
     Returns
     -------
@@ -122,20 +117,11 @@ def screen(
         raise ModelError(f"the duration of a screened run must be above zero s, not {duration!r}")
     if not (numbers(spacing).shape == () and 0.0 < numbers(spacing) < np.inf):
         raise ModelError(f"spacing of a screened run must be above zero s, not {spacing!r}")
-    unknown = [name for name in options if name not in OF_WINDOWS]
-    if unknown:
-        raise ModelError(
-            f"{', '.join(unknown)} cannot be given to a screened run, of which windows are integrated. Remedy: "
-            f"{', '.join(OF_WINDOWS)}, or kf.System.simulate"
-        )
-    RunOptions(t_span=(first, last), rtol=rtol, output_step=output_step, **options)
+    RunOptions(t_span=(first, last), output_step=output_step, **options)
     model = scene.freeze(first, start)
     check_motions(model, first, last)
     _refuse_fast_loads(model, spacing)
-    run = _Run(
-        Sticking(model), wanted_times(first, last, output_step), (first, last), spacing, {"rtol": rtol, **options}
-    )
-    return run.done()
+    return _Run(Sticking(model), wanted_times(first, last, output_step), (first, last), spacing, options).done()
 
 
 def _refuse_fast_loads(model: Model, spacing: float) -> None:
@@ -158,7 +144,7 @@ class _Run:
     wanted: Vector
     span: tuple[float, float]
     spacing: float
-    options: dict[str, Any]
+    options: WindowKeywords
     windows: list[tuple[float, float]] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)
     expected: list[float] = field(default_factory=list)
@@ -278,7 +264,7 @@ class _Run:
         inside = self._wanted(t, end)
         finely = np.linspace(t, end, max(int((end - t) / SLIP_STEP), 1) + 1)
         found = integrate(
-            begun, (t, end), **{**self.options, "progress": False, "output_times": np.union1d(inside, finely)}
+            begun, (t, end), output_times=np.union1d(inside, finely), **(self.options | {"progress": False})
         )
         found.raise_for_status()
         states = np.hstack((found.coordinates, found.speeds, found.internal))

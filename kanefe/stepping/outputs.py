@@ -23,7 +23,7 @@ from kanefe.scene.targets import Named, asked_for
 from kanefe.stepping.steppable import Steppable
 
 FORCES = ("coupling_force", "joint_reaction", "driving_force", "loop_force", "load", "contact_points")
-"""What an instant tells besides; each reads more than the motion of one frame."""
+"""Further outputs of an instant; each reads more than the motion of one frame."""
 
 WRENCH = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
 

@@ -58,10 +58,10 @@ class SavedSimulation(NamedTuple):
 
 
 STEPS = 100.0
-"""Of the usual length: how long a simulation is taken to be, where that is not said."""
+"""Default duration of a simulation relative to the usual step."""
 
 LEAST = 1.0
-"""And at least, s."""
+"""Least default duration of a simulation, s."""
 
 
 def stretch(t: float, every: float, duration: float | None) -> tuple[float, float]:
@@ -378,7 +378,7 @@ class Simulation:
         if not isinstance(saved, SavedSimulation) or [len(saved.inputs), len(saved.pieces)] != sizes:
             raise ModelError(f"restore takes what save of this simulation has returned, not {saved!r}")
         if saved.status.kind == "stopped":
-            raise ModelError("what was saved is of a simulation that an event had ended. Remedy: save before")
+            raise ModelError("what was saved is of a simulation that an event has ended. Remedy: save before")
         self._inputs = saved.inputs.copy()
         for course, piece in zip(self.courses, saved.pieces, strict=True):
             course.piece[:] = piece

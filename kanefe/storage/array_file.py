@@ -22,10 +22,10 @@ import numpy as np
 from kanefe.storage.files import write_whole
 
 MAPPED = 1 << 20
-"""Bytes from which an array is mapped. Smaller ones are read."""
+"""Size from which an array is mapped, bytes. Smaller arrays are read."""
 
 PIECE = 1 << 24
-"""Bytes of a mapped array between which other threads may run."""
+"""Size of the pieces of a mapped array between which other threads may run, bytes."""
 
 ALIGNMENT = 64
 HEADER = "header"
@@ -33,13 +33,13 @@ HEADER = "header"
 
 _LOCAL_HEADER = struct.Struct("<4s22xHH")
 _PADDING = 0xD935
-"""Identifies an extra field that is there for alignment only."""
+"""Identifier of an extra field that is used for alignment only."""
 _NO_DATE = (1980, 1, 1, 0, 0, 0)
 _LARGE = 1 << 30
-"""Bytes from which a member gets the 64-bit sizes of the zip format."""
+"""Size from which a member has the 64-bit sizes of the zip format, bytes."""
 
 _compared: set[tuple[int, ...]] = set()
-"""Files whose large arrays have had their checksums compared by this process: where they are, size and time."""
+"""Files, by path, size and time, whose large arrays this process has compared with their checksums."""
 
 
 def write_arrays(path: str | Path, header: str, arrays: Mapping[str, np.ndarray]) -> None:

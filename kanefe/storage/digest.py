@@ -21,14 +21,14 @@ from kanefe.storage.scipy_later import sp
 PIECE = 1 << 20
 
 MADE = {f"__{name}__" for name in ("init", "repr", "eq", "lt", "le", "gt", "ge", "hash", "setattr", "delattr")}
-"""Functions that dataclasses write."""
+"""Names of functions that dataclasses generate."""
 
 OWN = ("kanefe", "kanefe_fem")
-"""Packages whose classes count by their names, whatever file they are in."""
+"""Packages whose classes are identified by their names, whatever file they are in."""
 
 
 class Unhashable(TypeError):
-    """A part whose content cannot be told; the message names it."""
+    """A part whose content cannot be identified; the message names it."""
 
 
 def digest(**parts: Any) -> str:
@@ -81,7 +81,7 @@ def digest_of_functions(**parts: Any) -> str:
     Raises
     ------
     Unhashable
-        If a function takes something from around it whose content cannot be told, such as a generator of numbers.
+        If a function takes something from around it whose content cannot be identified, such as a generator of numbers.
     """
     hasher = _Hasher(takes_objects=True, looks_into_packages=False)
     hasher.feed(parts, "")
@@ -200,7 +200,7 @@ class _Hasher:
         elif self._takes_objects and (attributes := _attributes(value)) is not None:
             self._object(value, attributes, where)
         else:
-            raise Unhashable(f"{where} is an object of {_place(type(value))}, whose content cannot be told")
+            raise Unhashable(f"{where} is an object of {_place(type(value))}, whose content cannot be identified")
 
     def _function(self, function: FunctionType, where: str) -> None:
         if function in self._functions:

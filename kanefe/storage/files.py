@@ -20,10 +20,10 @@ from typing import BinaryIO
 from kanefe.errors import FileError
 
 LARGEST_SHARE = 0.5
-"""Of the memory that a process may use: a file above it that is read whole would fill the rest with what it says."""
+"""Size of a file that is read whole, relative to the memory that a process may use, above which it is refused."""
 
 MOST_WAITING = 10.0
-"""Seconds that a pipe has until somebody reads it."""
+"""Time for which a pipe waits for a reader, s."""
 
 _NO_FILES = {
     stat.S_IFCHR: "a device",

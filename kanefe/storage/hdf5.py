@@ -21,19 +21,19 @@ from kanefe.errors import FileError, MissingDependency
 from kanefe.storage.files import regular_file
 
 SMALLEST_COMPRESSED = 1024
-"""Numbers in an array below which compression costs more than it saves."""
+"""Number of values in an array below which compression costs more than it saves."""
 
 MOST_COMPRESSED = 1100
-"""Times that an array can be larger than its bytes in the file: deflate makes at most 1032 of one."""
+"""Largest ratio of an array to its bytes in the file: deflate achieves at most 1032."""
 
 
 HEAD = 512
-"""Bytes ahead of HDF5's own, the least that it allows."""
+"""Number of bytes before those of HDF5, the least that it permits."""
 
 PIECE = 1 << 20
 
 DEEPEST = 32
-"""Groups in groups; the house writes five."""
+"""Largest number of nested groups; the package writes five."""
 
 
 def come_first() -> None:
@@ -93,7 +93,7 @@ def decode(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
             return dict(file.attrs), dict(_arrays(h5py, file, "", 0))
     except (OSError, RuntimeError, KeyError, ValueError, TypeError, MemoryError) as error:
         raise FileError(
-            f"{path} is truncated or is no HDF5 file of this kanefe: {error}. Remedy: save the result again"
+            f"{path} is truncated or not an HDF5 file of this kanefe: {error}. Remedy: save the result again"
         ) from error
 
 
@@ -113,7 +113,7 @@ def _compare_digest(path: Path) -> None:
     if not head.startswith(_head("")[:20]):
         raise ValueError("it has no digest of its content at its head: another program wrote it, or an older kanefe")
     if head != _head(found.hexdigest()):
-        raise ValueError("its content is not what its digest is of: it was damaged, cut, or changed after it was saved")
+        raise ValueError("its content does not match its digest: it was damaged, cut, or changed after it was saved")
 
 
 def _arrays(h5py: Any, group: Any, place: str, depth: int) -> Iterator[tuple[str, np.ndarray]]:
@@ -129,7 +129,7 @@ def _arrays(h5py: Any, group: Any, place: str, depth: int) -> Iterator[tuple[str
             yield from _arrays(h5py, item, f"{where}/", depth + 1)
             continue
         if not isinstance(item, h5py.Dataset):
-            raise ValueError(f"{where} is no array")
+            raise ValueError(f"{where} is not an array")
         if item.is_virtual or item.external:
             raise ValueError(f"{where} lies in another file")
         if item.shape is None or item.dtype.kind not in "biufS":

@@ -17,10 +17,10 @@ from kanefe.errors import FileError
 from kanefe.storage.files import cache_folder, write_whole
 
 OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
-"""Bits of a mode: its group, or all, may write."""
+"""Mode bits that let the group or all users write."""
 
 CACHE = "KANEFE_CACHE_DIR"
-"""Variable of the environment that names the folder of the cache."""
+"""Environment variable with the folder of the cache."""
 
 _checked: set[Path] = set()
 _names: dict[Path, dict[str, str]] = {}

@@ -59,7 +59,7 @@ DAMAGE = (
     zlib.error,
     struct.error,
 )
-"""What reading a file that is truncated, damaged or of another kind may raise."""
+"""Exceptions that may be raised in reading a file that is truncated, damaged or of another kind."""
 
 
 def write_object(path: str | Path, value: object, kind: FileKind) -> None:
@@ -98,9 +98,9 @@ def read_object(path: str | Path, kind: FileKind) -> Any:
     except DAMAGE as error:
         if isinstance(error, FileError):
             raise
-        raise FileError(f"{path} is truncated or is no saved {key} ({error}). Remedy: save the {key} again") from error
+        raise FileError(f"{path} is truncated or not a saved {key} ({error}). Remedy: save the {key} again") from error
     if not isinstance(value, kind.cls):
-        raise FileError(f"{path} is truncated or is no saved {key}. Remedy: save the {key} again")
+        raise FileError(f"{path} is truncated or not a saved {key}. Remedy: save the {key} again")
     return value
 
 
@@ -108,7 +108,7 @@ def _checked(text: str, path: Path, kind: FileKind) -> dict[str, Any]:
     """Return the header of a file of this kind and version."""
     header = json.loads(text)
     if not isinstance(header, dict) or header.get("format") != kind.format:
-        raise FileError(f"{path} is no saved {kind.name}. Remedy: give the file that {kind.writer} wrote")
+        raise FileError(f"{path} is not a saved {kind.name}. Remedy: give the file that {kind.writer} wrote")
     if header.get("version") != kind.version:
         raise FileError(
             f"{path} has format version {header.get('version')}, this kanefe reads version {kind.version}. "

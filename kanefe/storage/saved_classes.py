@@ -26,7 +26,7 @@ SAVED_CLASSES = {
     "node shares": "kanefe.fe_model.node_shares:NodeShares",
     "unreduced body": "kanefe.bodies.unreduced:UnreducedBody",
 }
-"""Word -> "module:Class"."""
+"""Classes that can be saved, as "module:Class" by name."""
 
 _WORDS = {place: word for word, place in SAVED_CLASSES.items()}
 
@@ -45,7 +45,7 @@ def class_of(word: str) -> Any:
         If there is no such word.
     """
     if word not in SAVED_CLASSES:
-        raise ValueError(f"{word!r} is no kind of object that this version knows")
+        raise ValueError(f"{word!r} is not a kind of object that this version knows")
     module, _, name = SAVED_CLASSES[word].partition(":")
     found: Any = getattr(import_module(module), name)
     if not is_dataclass(found):

@@ -17,10 +17,10 @@ from kanefe.storage.saved_classes import class_of, word_of
 from kanefe.storage.scipy_later import sp
 
 NOT_SAVED = {"saved": False}
-"""``field(metadata=NOT_SAVED)`` marks a field that a file leaves out; it has to have a default."""
+"""Metadata of a field that a file leaves out, ``field(metadata=NOT_SAVED)``; the field must have a default."""
 
 SHARED = 1 << 16
-"""Bytes from which an array is compared with the others, and written once if there are two of it."""
+"""Size from which an array is compared with the others and written only once, bytes."""
 
 _TAG = "is"
 
@@ -82,7 +82,7 @@ def _encode(value: Any, path: str, arrays: dict[str, np.ndarray]) -> Any:
     if isinstance(value, Mapping):
         strange = [key for key in value if not isinstance(key, str)]
         if strange:
-            raise TypeError(f"{path or 'the value'} has the key {strange[0]!r}, which is no name")
+            raise TypeError(f"{path or 'the value'} has the key {strange[0]!r}, which is not a name")
         return {_TAG: "dict", "items": {k: _encode(v, f"{path}.{k}", arrays) for k, v in value.items()}}
     if is_dataclass(value) and not isinstance(value, type):
         kind = type(value)

@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from typing import Any
 
 DELAY = 0.5
-"""Time after which a notebook shows a bar, s: what is done before leaves no trace in its outputs."""
+"""Time after which a notebook shows a bar, s: shorter work leaves no trace in its outputs."""
 
 
 def is_notebook() -> bool:

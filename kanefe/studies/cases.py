@@ -14,15 +14,16 @@ import numpy as np
 from kanefe.errors import ModelError
 
 COLUMNS = ("case", "key", "status", "reason", "simulated", "warnings", "wall", "cpu", "worker")
-"""Of a table, beside parameters and outputs."""
+"""Columns of a table in addition to parameters and outputs."""
 
 KEY_DIGITS = 16
 
 MOST_NESTED = 32
-"""Sequences within each other in one value, as many as arrays have axes."""
+"""Largest depth of nested sequences in one value, as many as arrays have axes."""
 
 MOST_VALUES = 1_000_000
-"""Of a parameter, and rows of a table: what goes on is a generator without an end, or a mistake."""
+"""Largest number of values of a parameter, and of rows of a table: more come from an infinite generator or a mistake.
+"""
 
 
 @dataclass(frozen=True)
@@ -167,7 +168,7 @@ def _rows(table: Any) -> tuple[dict[str, Any], ...]:
     rows: list[dict[str, Any]] = []
     for number, row in enumerate(bounded(table, "the rows of the table")):
         if not isinstance(row, Mapping) or not all(isinstance(name, str) for name in row):
-            raise ModelError(f"row {number} of the table is no mapping of names to values")
+            raise ModelError(f"row {number} of the table is not a mapping of names to values")
         rows.append({name: plain(value, f"{name} in row {number} of the table") for name, value in row.items()})
         if set(row) != set(rows[0]):
             raise ModelError(f"row {number} of the table has {_listed(row)}, row 0 has {_listed(rows[0])}")

@@ -26,21 +26,23 @@ from kanefe.storage.files import possible_path, regular_file, write_whole
 from kanefe.storage.sealed import sealed, unsealed
 
 FORMAT, VERSION = "kanefe study", 2
-"""In 1 there were no checksums."""
+"""Format and version of the file. Version 1 had no checksums."""
 
 HEADER, ROWS, SPARE = "study.json", "rows", "spare"
 
 SPARE_BYTES = 1 << 20
-"""More than the rows of the cases that are in flight take."""
+"""Size of free space, bytes, larger than the rows of the cases in flight."""
 
 SECONDS_TO_DISK = 1.0
-"""At most so long a row waits in the memory of the operating system, which a kill does not touch, a power cut does."""
+"""Longest time for which a row stays in the memory of the operating system, s. It survives a killed process there, but
+not a power cut."""
 
 NEEDED = ("key", "parameters", "outputs", "status", "reason", "simulated", "warnings", "wall", "cpu", "worker")
-"""Of a row."""
+"""Required entries of a row."""
 
 SAME = ("identity", "kanefe", "build", "outputs", "options")
-"""Of a header: what may not differ between a store and what is run into it. Parameters may: cases are added."""
+"""Entries of a header that must be the same in a store and in a study that continues it. Parameters may differ: cases
+are added."""
 
 
 class Store:
@@ -161,7 +163,7 @@ def _row(line: bytes) -> dict[str, Any]:
     row = unsealed(line)
     missing = [name for name in NEEDED if name not in row]
     if missing:
-        raise ValueError(f"it is no row of a study, without {', '.join(missing)}")
+        raise ValueError(f"it is not a row of a study, without {', '.join(missing)}")
     return row
 
 
@@ -204,7 +206,7 @@ class RowWriter:
             raise FileError(
                 f"cannot write {self._file.name}: {error.strerror or error}. "
                 + ("All finished cases are in the store. " if kept else "All cases before are in the store. ")
-                + "Remedy: free some space and run the study again: it goes on"
+                + "Remedy: free some space and run the study again: it continues"
             ) from error
         if time.monotonic() - self._synced > SECONDS_TO_DISK:
             self._sync()

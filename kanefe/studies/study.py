@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from kanefe.result import Result
 
 OPTIONS = ("build", "outputs", "table", "duration", "rtol", "simulate")
-"""Arguments of `Study` that no parameter can be called."""
+"""Arguments of `Study` whose names a parameter cannot have."""
 
 
 @checked("duration", "rtol", "simulate")
@@ -108,8 +108,8 @@ class Study:
             )
         except Unhashable as error:
             raise ModelError(
-                f"what the study does cannot be told apart from other studies: {error}. Remedy: make it inside build "
-                "or outputs, from the parameters"
+                f"what the study does cannot be distinguished from other studies: {error}. Remedy: make it inside "
+                "build or outputs, from the parameters"
             ) from error
 
     @classmethod
@@ -294,7 +294,7 @@ class Study:
                     pool.abandon()
                     warnings.warn(
                         "the study was stopped by Ctrl-C; what is done is in its table. Remedy: run it again with "
-                        "store=, to go on",
+                        "store=, to continue",
                         SimulationWarning,
                         stacklevel=outside(),
                     )

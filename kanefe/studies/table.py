@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from kanefe.studies.statistics.operability import Operability
 
 ENDS = ("finished", "stopped", "failed")
-"""How a case ends; stopped: by a terminal event or a limit, and its outputs are of what there is."""
+"""Status of a case. A stopped case was ended by a terminal event or a limit, and its outputs are those up to there."""
 
 MEASURED = ("wall", "cpu", "worker")
-"""Columns that tell of the machine; all others are the same bits whatever ran the study."""
+"""Columns that depend on the machine; all others are identical to the bit wherever the study runs."""
 
 
 class RunsCases(Protocol):

@@ -20,11 +20,10 @@ from kanefe.tree.body_terms import is_unreduced
 from kanefe.tree.model_data import ModelData
 
 FARTHEST = 0.2
-"""Rotation in rad at which a piece of a body is 2 % too long, and a cantilever under a force at its tip 1.4 % too
-soft."""
+"""Rotation at which a piece of a body is 2 % too long, and a cantilever under a tip force 1.4 % too soft, rad."""
 
 LEAST = 0.1
-"""Share of its inertia at rest that a motion keeps: below, the equations are those of no body."""
+"""Smallest inertia along a motion relative to that at rest: below it the equations are invalid."""
 
 
 class Bent(NamedTuple):
@@ -77,9 +76,9 @@ class Bending(NamedTuple):
         """What to say of a body that is bent too far, with a remedy."""
         unit = "of its length" if self.of_displacements else "rad"
         return (
-            f"a flexible body is bent beyond its reach, {self}; its kinematics hold to about {self.reach:.2g} {unit}. "
-            "Remedy: check what drives it; where it is truly so soft, a chain of several bodies, each of which bends "
-            "less"
+            f"a flexible body is bent beyond its valid range, {self}; its kinematics hold to about {self.reach:.2g} "
+            f"{unit}. Remedy: check what drives it; if it really is this soft, a chain of several bodies, each of "
+            "which bends less"
         )
 
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from kanefe.loads.controller import Controller
 
 _fixed_of_bodies: WeakKeyDictionary[FlexibleBody, dict[str, np.ndarray]] = WeakKeyDictionary()
-"""Of each body what `_fixed_motions` found: scenes are frozen more often than bodies are made."""
+"""Results of `_fixed_motions` by body: scenes are frozen more often than bodies are made."""
 
 
 def build_model(

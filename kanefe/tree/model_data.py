@@ -32,11 +32,11 @@ if TYPE_CHECKING:
     from kanefe.loads.reaction_load import ReactionLoad
 
 QUADRATURES = 2
-"""Quadratures at the end of the state of a run: energy dissipated, and work of loads and drives, in J."""
+"""Number of energy quadratures at the end of the state of a run: energy dissipated, and work of loads and drives, J."""
 
 
 LISTED = 8
-"""Bodies that a model names when it is shown."""
+"""Largest number of bodies that a model lists when it is shown."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from kanefe.tree.model_data import ModelData
 
 F_U, F_K = "F_u", "F_k"
-"""All that is unknown at an interface, and all that is known."""
+"""Names of the unknown and the known forces at an interface."""
 
 BODY, LOOP, LOAD, FORCE = "body", "loop", "load", "force"
 """Kinds of sources: bodies by their joints, constraints, loads between frames, and given forces and torques."""
@@ -30,7 +30,7 @@ BODY, LOOP, LOAD, FORCE = "body", "loop", "load", "force"
 GROUND = "ground"
 
 MOVES_ALONG = 1e-9
-"""Share of the motion of an interface by which that of a node may differ from it, moved as a rigid body moves."""
+"""Largest deviation of a node's motion from that of an interface moved as a rigid body, relative to it."""
 
 
 class Source(NamedTuple):
@@ -74,7 +74,7 @@ class Neighbours(NamedTuple):
                 return names
         if of not in everything:
             there = ", ".join(map(repr, (F_U, F_K, *everything)))
-            raise ModelError(f"of={of!r}: nothing called so acts at {where}. Remedy: one of {there}")
+            raise ModelError(f"of={of!r}: nothing of this name acts at {where}. Remedy: one of {there}")
         return (of,)
 
 

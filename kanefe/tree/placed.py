@@ -41,7 +41,7 @@ class Placed:
 
 
 INERTIAL = Placed(np.eye(3), np.zeros(3), np.zeros(3), np.zeros(3))
-"""The frame N."""
+"""The inertial frame N."""
 
 
 def fixed_in(F: Placed, p: Vector, A: Matrix) -> Placed:

@@ -144,7 +144,7 @@ class SceneState:
         terms = self.model.flexible_terms(name)
         if not terms.body.components:  # the condensed twin, with other coordinates: see kanefe.unreduced.condensed
             raise ModelError(
-                f"the coordinates of the unreduced body {name!r} are not offered to functions of the state. Remedy: "
+                f"the coordinates of the unreduced body {name!r} are not supported to functions of the state. Remedy: "
                 "state.position(body, interface) and the like, or reduction=CraigBampton(modes=20)"
             )
         return terms

@@ -78,7 +78,7 @@ def closed_state(condensed: Condensed, t: float, q: Vector, u: Vector, bordered:
         q = model.advance(q, condensed.joined(step.z, step.parts))
     if worst > LARGEST_OPENING:
         raise SimulationError(
-            f"at t = {t:.6g} s the mechanism cannot go on: a loop stays open by {worst:.3g} of its size. "
+            f"at t = {t:.6g} s the mechanism cannot continue: a loop stays open by {worst:.3g} of its size. "
             "Remedy: check that driven joints stay within its reach"
         )
     for _ in range(LARGEST_ITERATIONS):

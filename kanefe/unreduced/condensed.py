@@ -70,7 +70,7 @@ class FrozenMoments:
 
 
 NOTHING = np.zeros((1, 1)), np.zeros(1)
-"""What a body without mass adds to M and F, of any size."""
+"""Contribution of a massless body to M and F, of any size."""
 
 
 def condensed_inertia(

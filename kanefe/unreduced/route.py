@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from kanefe.fe_model.factorise import Factorisation
 
 LARGEST_STORE = 2**32
-"""Bytes of states and accelerations above which a run asks for fewer outputs."""
+"""Size of states and accelerations above which a run requires fewer outputs, bytes."""
 
 
 class Residual(NamedTuple):
@@ -84,12 +84,12 @@ class UnreducedRoute(LiteralRoute):
         switched = [c.title for c in model.constraints if c.starts_on is not None]
         if switched:
             raise ModelError(
-                f"{switched[0]} is switched in a run, which is not offered beside the unreduced body {names[0]}. "
+                f"{switched[0]} is switched in a run, which is not supported beside the unreduced body {names[0]}. "
                 "Remedy: reduction=CraigBampton(modes=20), or leave out starts_on"
             )
         if model.rigid_contacts:
             raise ModelError(
-                f"{model.loads[model.rigid_contacts[0]].name!r} is a rigid contact, which is not offered beside the "
+                f"{model.loads[model.rigid_contacts[0]].name!r} is a rigid contact, which is not supported beside the "
                 f"unreduced body {names[0]}. Remedy: reduction=CraigBampton(modes=20), or kanefe.HuntCrossley(...)"
             )
         super().__init__(model)
@@ -112,7 +112,7 @@ class UnreducedRoute(LiteralRoute):
     def check_dense(self, what: str) -> None:
         """Refuse it."""
         raise ModelError(
-            f"{what} of a scene with unreduced bodies is not offered: it would be dense over {self.model.free_count} "
+            f"{what} of a scene with unreduced bodies is not supported: it would be dense over {self.model.free_count} "
             "speeds. Remedy: reduction=CraigBampton(modes=20)"
         )
 

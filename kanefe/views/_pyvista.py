@@ -15,21 +15,21 @@ from kanefe.views.artist import serve
 
 COLOURS = "turbo"
 STEEPEST = 0.7
-"""Change of the motion along a side, relative to the side, that a drawn mode has at most: twisted bars stay bars."""
+"""Largest change of the motion of a drawn mode along a side, relative to the side: twisted bars remain bars."""
 
 INK = "#222222"
 PAPER = "#ffffff"
 
 LINES_AND_POINTS = (1, 3, 21)
-"""VTK's numbers of them."""
+"""VTK's numbers of cells that are lines and points."""
 
 NODE, IS_SOLID = "node", "is solid"
-"""Data at the points of a surface, and of the surface."""
+"""Names of the data at the points of a surface, and of the surface."""
 
 _KEPT: dict[str, Any] = {}
 
 Mesh = list[tuple[int, np.ndarray]]
-"""VTK's number of the shape and the nodes (m, nodes per cell) of each block of cells."""
+"""VTK's number of the shape and the nodes (m, nodes per cell), for each block of cells."""
 
 
 def draw_all(folder: Path) -> None:

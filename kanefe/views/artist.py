@@ -20,13 +20,13 @@ from pathlib import Path
 from typing import IO
 
 SECONDS = 300
-"""After which drawing is given up."""
+"""Time after which drawing is given up, s."""
 
 IDLE_SECONDS = 60
-"""After which a process that has nothing to draw ends."""
+"""Time after which an idle drawing process ends, s."""
 
 DONE = "done"
-"""The answer."""
+"""Reply of the drawing process."""
 
 
 class Artist:
@@ -105,7 +105,7 @@ class Artist:
             return ""
         self._errors.seek(0)
         lines = self._errors.read().decode(errors="replace").strip().splitlines()
-        return lines[-1] if lines else "it stopped without a word"
+        return lines[-1] if lines else "it stopped without a message"
 
 
 @contextlib.contextmanager
@@ -125,7 +125,7 @@ def _unheard() -> Iterator[None]:
 
 
 ARTIST = Artist()
-"""The one of this process."""
+"""The drawing process of this process."""
 
 atexit.register(ARTIST.end)
 

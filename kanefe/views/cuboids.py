@@ -7,7 +7,7 @@ import numpy as np
 CORNERS = np.array(
     [(-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1)], dtype=float
 )
-"""Of a cube, in VTK's order for a hexahedron."""
+"""Corners of a cube, in VTK's order for a hexahedron."""
 
 
 def equivalent_cuboid(mass: float, inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

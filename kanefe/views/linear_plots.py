@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.views.plots import COLORS, STYLES, Figure, _dress, _figure, save_figure
 
 STILL = 1e-6
-"""Frequency, of the highest, below which a mode has no damping ratio to draw: it stands still."""
+"""Frequency relative to the highest below which a mode is at rest and has no damping ratio to draw."""
 
 
 class CampbellCurves(NamedTuple):

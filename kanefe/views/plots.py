@@ -37,18 +37,18 @@ Curves = Sequence[tuple[str, np.ndarray]]
 Drawn = TypeVar("Drawn")
 
 COLORS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#444444")
-"""Told apart by colour-blind eyes too (Okabe & Ito)."""
+"""Colours that are also distinct for colour-blind readers (Okabe & Ito)."""
 
 STYLES = ("-", "--", ":", "-.")
 
 STATUS_COLORS = {"sticks": "#d8ecd8", "slips": "#fbe3cf"}
-"""Behind the curves of a contact; white where it is open."""
+"""Background colours of the curves of a contact; white where it is open."""
 
 SCREEN = 100
-"""Dots for an inch of a picture in a notebook."""
+"""Resolution of a picture in a notebook, dots per inch."""
 
 LARGEST_LEGEND = 12
-"""Curves above which a legend names only the first ones."""
+"""Number of curves above which a legend lists only the first ones."""
 
 
 def draw(result: Reader, what: str, names: Sequence[str], path: str | Path | None) -> Figure:

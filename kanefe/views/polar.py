@@ -35,10 +35,10 @@ class PolarMap(NamedTuple):
 
 
 PANEL, HEIGHT = 5.1, 5.6
-"""Inches."""
+"""Width and height of a panel, inches."""
 
 PIECES = 12
-"""Straight pieces of the arc of a sector."""
+"""Number of straight pieces in the arc of a sector."""
 
 
 def polar_picture(maps: Sequence[PolarMap], path: str | Path | None) -> Figure:

@@ -13,7 +13,7 @@ from kanefe.views.plots import COLORS, _dress, _figure, save_figure
 from kanefe.views.plots import Figure as Figure
 
 MOST_HEADINGS = 7
-"""Curves in each diagram, evenly chosen."""
+"""Largest number of curves in each diagram, evenly chosen."""
 
 
 def draw_rao(rao: MotionRao, speed: float, path: str | Path | None) -> Figure:

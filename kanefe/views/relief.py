@@ -7,10 +7,10 @@ import numpy as np
 from kanefe.results.surface_outline import SurfaceOutline
 
 SHALLOW = 0.005
-"""Depth, of the root of the area, up to which low places are not wholly dark: flat ground is light."""
+"""Depth relative to the root of the area up to which low places are not fully dark: flat ground is light."""
 
 DARK = 0.5
-"""Light of the lowest place in small pictures, of that of the highest."""
+"""Brightness of the lowest place in small pictures, relative to that of the highest."""
 
 
 def relief(surface: SurfaceOutline) -> np.ndarray:

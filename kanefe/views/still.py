@@ -17,16 +17,16 @@ from kanefe.views.relief import DARK, relief
 from kanefe.views.thumbnail import Piece, thumbnail
 
 COLOURS = ((91, 138, 184), (217, 149, 74), (121, 168, 107), (181, 107, 128), (140, 123, 179), (184, 163, 90))
-"""Of bodies, one after the other."""
+"""Colours of successive bodies."""
 
 GROUND = (195, 202, 211)
 ROPE = (122, 75, 30)
 
 LOOKED_AT = 25
-"""Instants of a run from which it is known what of it moves."""
+"""Number of instants of a run by which moving parts are identified."""
 
 DASH = 0.03
-"""Of a slack rope, of the size of what is in view."""
+"""Length of a dash of a slack rope, relative to the size of the view."""
 
 
 def picture_of_body(body: FlexibleBody) -> bytes:

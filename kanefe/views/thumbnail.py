@@ -13,20 +13,20 @@ from typing import NamedTuple
 import numpy as np
 
 SIZE = (300, 190)
-"""Pixels; rows in which nothing is are cut off."""
+"""Size of the picture, pixels; empty rows are cut off."""
 
 BORDER = 4
-"""Of those rows, how many stay."""
+"""Number of empty rows that are kept."""
 
 FINE = 2
-"""Points of the drawing in a pixel, along each side."""
+"""Points of the drawing per pixel, along each side."""
 
 MARGIN = 0.92
 LOOK = np.array((0.75, -1.2, 0.65))
-"""From the scene towards the eye, where z is up."""
+"""Direction from the scene to the eye, where z is up."""
 
 LIGHT = np.array((0.35, 0.5, 1.0))
-"""From the scene towards the light, along the axes of the picture."""
+"""Direction from the scene to the light, along the axes of the picture."""
 
 INK = np.array((42.0, 52.0, 64.0))
 MOST_POINTS = 3_000_000

@@ -30,10 +30,10 @@ if TYPE_CHECKING:
     from kanefe.results.reader import Reader
 
 MOST_FRAMES = 200
-"""Frames written where the user does not choose."""
+"""Default number of frames written."""
 
 SMALLEST_SIDE = 0.02
-"""Side of the box that stands for a point, as a share of the scene's size."""
+"""Side of the box that represents a point, relative to the scene's size."""
 
 _FRAME = re.compile(r"(body\d+|rigid|contacts|lines)_\d{4,}\.vtu")
 

@@ -56,7 +56,7 @@ class TestStore:
         cache.keep(KEY, lattice_body(0))
         path = folder / f"{KEY}.npz"
         os.truncate(path, path.stat().st_size // 2)
-        with pytest.warns(cache.CacheWarning, match="is thrown away and made again: .*truncated"):
+        with pytest.warns(cache.CacheWarning, match="is removed and made again: .*truncated"):
             assert cache.find(KEY) is None
         assert not path.exists()
 
@@ -76,13 +76,13 @@ class TestStore:
         cache.keep_model(KEY, lattice_model(0))
         path = folder / f"{KEY}.npz"
         os.truncate(path, int(size * path.stat().st_size))
-        with pytest.warns(cache.CacheWarning, match="a cached model is thrown away and made again: .*truncated"):
+        with pytest.warns(cache.CacheWarning, match="a cached model is removed and made again: .*truncated"):
             assert cache.find_model(KEY) is None
         assert not path.exists()
 
     def test_a_body_is_no_model(self) -> None:
         cache.keep(KEY, lattice_body(0))
-        with pytest.warns(cache.CacheWarning, match="no saved model"):
+        with pytest.warns(cache.CacheWarning, match="not a saved model"):
             assert cache.find_model(KEY) is None
 
     def test_a_folder_that_cannot_be_written_is_warned_of(self, folder: Path) -> None:
@@ -111,7 +111,7 @@ class TestStore:
 
     def test_a_limit_that_is_no_number_is_refused(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("KANEFE_CACHE_GB", "plenty")
-        with pytest.raises(kf.ModelError, match=r"KANEFE_CACHE_GB='plenty' is no number of gigabytes\. Remedy"):
+        with pytest.raises(kf.ModelError, match=r"KANEFE_CACHE_GB='plenty' is not a number of gigabytes\. Remedy"):
             cache.limit()
 
     def test_left_overs_go_when_they_are_old(self, folder: Path) -> None:

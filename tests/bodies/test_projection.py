@@ -43,7 +43,7 @@ def test_the_momentum_of_a_field_that_modes_cannot_show_is_told():
     ("given", "words"),
     [
         ({"displacement": np.zeros((2, 3))}, "displacement of body 'body' must be finite and of shape"),
-        ({"velocity": lambda x: x[:, 0]}, "velocity of body 'body' must be .*that the function is asked for"),
+        ({"velocity": lambda x: x[:, 0]}, "velocity of body 'body' must be .*for which the function is called"),
         ({"velocity": lambda x: x, "modal_speeds": []}, "Remedy: one of them"),
     ],
 )

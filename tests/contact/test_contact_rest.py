@@ -44,7 +44,7 @@ def test_friction_holds_on_a_slope_what_it_has_to_and_no_more():
 
 
 def test_a_slope_beyond_the_cone_has_no_balance():
-    with pytest.raises(kf.SimulationError, match="no balance that could be found"):
+    with pytest.raises(kf.SimulationError, match="no equilibrium of the scene was found"):
         kf.equilibrium(box_on_plane(tilt=0.6))
 
 

@@ -137,7 +137,7 @@ def test_what_is_refused_by_name():
         scene.add_contact("c", ball, box, normal=LAW)
     with pytest.raises(kf.ModelError, match="no friction that it could act by"):
         scene.add_contact("c", ball, floor, normal=LAW, surface_velocity=(1, 0, 0))
-    with pytest.raises(kf.ModelError, match="no one stiffness"):
+    with pytest.raises(kf.ModelError, match="no single stiffness"):
         scene.add_contact("c", ball, floor, normal=kf.Hertz(1e5), friction=kf.Coulomb(0.1))
     with pytest.raises(kf.ModelError, match="has points, which do not roll"):
         scene.add_contact("c", body, floor, normal=LAW, friction=kf.Coulomb(0.1, rolling=1e-3))

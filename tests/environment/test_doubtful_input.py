@@ -54,7 +54,7 @@ def table(tmp_path: Path, heading: str) -> Path:
 
 @pytest.mark.parametrize("heading", ["400", "-361", "1e9"])
 def test_headings_of_files_beyond_a_circle_are_refused(tmp_path: Path, heading: str) -> None:
-    with pytest.raises(kf.KanefeError, match=r"is no direction.*-360 to 360"):
+    with pytest.raises(kf.KanefeError, match=r"is not a direction.*-360 to 360"):
         kf.read_rao(table(tmp_path, heading))
     kf.read_rao(table(tmp_path, "-180"))
 

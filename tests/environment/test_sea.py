@@ -214,7 +214,7 @@ def test_files_of_spectra_need_wavespectra(tmp_path: Any, monkeypatch: pytest.Mo
         (lambda: kf.Sea.measured((1.0, 2.0), np.ones((2, 3)), (0, 90, 180)), "even over the whole circle"),
         (lambda: kf.Sea.measured((1.0, 2.0), -np.ones((2, 4)), (0, 90, 180, 270)), "cannot be negative"),
         (lambda: kf.Sea.measured((1.0, 2.0), np.ones((2, 2)), (0, 90, 180)), "densities of shape"),
-        (lambda: kf.Sea.measured((1.0, 2.0), np.full((2, 4), np.nan), (0, 90, 180, 270)), "no finite number"),
+        (lambda: kf.Sea.measured((1.0, 2.0), np.full((2, 4), np.nan), (0, 90, 180, 270)), "not a finite number"),
         (lambda: kf.Sea.measured((1.0, 2.0), np.ones((2, 4)), (0, 90, 180, 270), spreading=2), "has its spreading"),
     ],
 )

@@ -141,7 +141,7 @@ def test_damping_is_internal_its_forces_have_no_resultant() -> None:
             lambda: lattice_body(0, reduction=kf.CraigBampton(modes=0), damping=kf.ModalDamping([0.1] * 7)),
             "7 damping ratios were given for 6 elastic modes. Remedy: leave some out",
         ),
-        (lambda: lattice_body(0, damping=0.02), r"damping=0\.02 is no damping\. Remedy: ModalDamping\(0\.02\)"),
+        (lambda: lattice_body(0, damping=0.02), r"damping=0\.02 is not a damping\. Remedy: ModalDamping\(0\.02\)"),
         (lambda: lattice_body(0, damping=np.eye(3)), r"damping matrix has shape \(3, 3\), the model has 27 degrees"),
         (lambda: lattice_body(0, damping=-np.eye(27)), "feeds energy in .* Remedy: check its signs"),
         (

@@ -96,7 +96,7 @@ def test_a_lumped_matrix_with_directions_of_their_own_is_taken_in_nodal_form() -
     M[0, 3] += 1e-3
     M[3, 0] += 1e-3
     M[0, 0] -= 1e-3
-    M[3, 3] -= 1e-3  # the mass along x is the same, but M is no scalar matrix
+    M[3, 3] -= 1e-3  # the mass along x is the same, but M is not a scalar matrix
     assert given(M).mass_field is None
 
 
@@ -200,7 +200,7 @@ def test_bad_input_is_named(make: Any, message: str) -> None:
 def test_an_order_of_dofs_by_component_is_detected() -> None:
     # All x, then all y, then all z, as some programs export.
     order = np.arange(27).reshape(9, 3).T.ravel()
-    with pytest.raises(ModelError, match=r"differs between directions|resists the rigid|belong to no body"):
+    with pytest.raises(ModelError, match=r"differs between directions|resists the rigid|are not those of a body"):
         given(LATTICE.mass[order][:, order], LATTICE.stiffness[order][:, order])
 
 
@@ -218,7 +218,7 @@ def test_inertia_that_no_body_has_is_detected() -> None:
     # an off-diagonal pair that makes a principal moment negative
     for a in range(3):
         M[a, 24 + a] = M[24 + a, a] = 3.0
-    with pytest.raises(ModelError, match=r"principal moments of inertia .* belong to no body\. Remedy"):
+    with pytest.raises(ModelError, match=r"principal moments of inertia .* are not those of a body\. Remedy"):
         given(M)
 
 

@@ -35,7 +35,7 @@ ABAQUS_FAULTS: list[tuple[int, Callable[[str], str], str]] = [
     (1, lambda t: t[: int(0.6 * len(t))], r"truncated|resists|leaves more than|has 1 nodes"),
     (1, lambda t: t[: t.rindex(",")], r"truncated"),
     (1, lambda t: "", r"is empty\. Remedy"),
-    (1, lambda t: t.replace("e+0", "x+0"), r"holds something that is no number, or is truncated"),
+    (1, lambda t: t.replace("e+0", "x+0"), r"holds something that is not a number, or is truncated"),
     (1, lambda t: t + "3,11, 3,11, 1.0\n", r"degree of freedom 11 \(temperature\) at node 3\. Remedy"),
     (1, lambda t: t + "-1,1, -1,1, 1.0\n", r"1 internal node\(s\) .*Lagrange multipliers.* Remedy"),
     (1, lambda t: t + "3,1, 3,1, 1e36\n", r"holds 1 degree\(s\) of freedom fast with huge entries, first 1 of node 3"),
@@ -60,14 +60,14 @@ def test_nodes_of_another_order_are_found_by_the_rigid_motions(tmp_path: Path) -
 
 
 ANSYS_FAULTS: list[tuple[int, Callable[[str], str], str]] = [
-    (0, lambda t: t.replace("9001", "x"), "holds something that is no number"),
-    (0, lambda t: t + "\n7 1.0 2.0", "is no table of nodes"),
+    (0, lambda t: t.replace("9001", "x"), "holds something that is not a number"),
+    (0, lambda t: t + "\n7 1.0 2.0", "is not a table of nodes"),
     (1, lambda t: t[: int(0.7 * len(t))], r"is truncated: \d+ of \d+ numbers|damaged number"),
     (1, lambda t: t.replace("RSA", "CSA"), r"is of type CSA .* real, square and assembled"),
-    (1, lambda t: "no header", "is no Harwell-Boeing file"),
+    (1, lambda t: "no header", "is not a Harwell-Boeing file"),
     (3, lambda t: t[: t.rindex("\n", 0, len(t) - 1) + 1], r"has 27 rows, the mapping .* 26\. Remedy"),
-    (3, lambda t: t.replace("UZ", "PRES"), r"degrees of freedom PRES, which are no motion"),
-    (3, lambda t: t.replace("           1 ", "           2 ", 1), "is truncated or no mapping file"),
+    (3, lambda t: t.replace("UZ", "PRES"), r"degrees of freedom PRES, which are not motions"),
+    (3, lambda t: t.replace("           1 ", "           2 ", 1), "is truncated or not a mapping file"),
     (3, lambda t: t.replace("UX", "XX").replace("UY", "UX").replace("XX", "UY"), "resists|differs"),
 ]
 
@@ -200,7 +200,7 @@ def test_arrays_beyond_memory_are_told(tmp_path: Path) -> None:
         shape = np.lib.format.header_data_from_array_1_0(np.zeros(1)) | {"shape": (10**15,)}
         with members.open("damping_data.npy", "w") as member:
             np.lib.format.write_array_header_1_0(member, shape)
-    with pytest.raises(FileError, match=r"k\.npz is truncated or no file of matrices.*Remedy"):
+    with pytest.raises(FileError, match=r"k\.npz is truncated or not a file of matrices.*Remedy"):
         read_matrices(path)
     path.write_bytes(content)
     assert read_matrices(path).size == SOLID.size

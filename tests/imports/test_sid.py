@@ -235,7 +235,7 @@ def scaled_term(name: str, factor: float) -> Callable[[str], str]:
     ("edit", "error", "message"),
     [
         (lambda t: t[: len(t) // 2], FileError, "truncated"),
-        (lambda t: t[: t.index("end modal")], FileError, "truncated or no SID file"),
+        (lambda t: t[: t.index("end modal")], FileError, "truncated or not a SID file"),
         (lambda t: "", FileError, "is empty"),
         (lambda t: re.sub(r"(?s)  Oe\n.*?end Oe\n", "", t), FileError, "lacks Oe"),
         (lambda t: t.replace("nelastq", "elastq"), FileError, "lacks mass or nelastq|damaged line"),

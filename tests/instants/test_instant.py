@@ -30,7 +30,7 @@ def test_an_instant_tells_what_the_run_tells_of_that_time():
 
 def test_a_time_between_outputs_is_refused():
     result = four_bar().simulate((0.0, 0.1), output_step=0.05)
-    with pytest.raises(kf.ModelError, match=r"no output time; the nearest is 0\.05 s"):
+    with pytest.raises(kf.ModelError, match=r"not an output time; the nearest is 0\.05 s"):
         result.at(0.06)
     with pytest.raises(kf.ModelError, match="finite"):
         result.at(np.nan)

@@ -235,7 +235,7 @@ def test_damaged_and_missing_files_are_named(tmp_path: Path) -> None:
     with pytest.raises(kf.FileError, match=r"there is no checkpoint .*run\.npz\. Remedy"):
         double_pendulum().simulate((0.0, 1.0), resume=path)
     path.write_bytes(b"PK nothing")
-    with pytest.raises(kf.FileError, match=r"run\.npz is damaged or is no checkpoint .*Remedy: begin the run anew"):
+    with pytest.raises(kf.FileError, match=r"run\.npz is damaged or not a checkpoint .*Remedy: start the run again"):
         double_pendulum().simulate((0.0, 1.0), resume=path)
     double_pendulum().simulate((0.0, 1.0), checkpoint=path, most_steps=3)
     whole = path.read_bytes()
@@ -244,7 +244,7 @@ def test_damaged_and_missing_files_are_named(tmp_path: Path) -> None:
         with pytest.raises(kf.FileError, match=r"run\.npz"):
             double_pendulum().simulate((0.0, 1.0), resume=path)
     np.savez(path, header=np.array('{"format": "other"}'))
-    with pytest.raises(kf.FileError, match="is no checkpoint"):
+    with pytest.raises(kf.FileError, match="not a checkpoint"):
         double_pendulum().simulate((0.0, 1.0), resume=path)
 
 
@@ -307,5 +307,7 @@ def test_a_scene_that_cannot_be_told_from_another_is_refused(tmp_path: Path) -> 
     scene = kf.System()
     wheel = scene.add_rigid_body("wheel", 1.0, 0.5, joint=kf.Revolute("z"))
     scene.add_torque(wheel, lambda t: (0.0, 0.0, float(next(numbers))))
-    with pytest.raises(kf.ModelError, match=r"could not be told from that of another one: .*range_iterator.*Remedy"):
+    with pytest.raises(
+        kf.ModelError, match=r"cannot be distinguished from that of another scene: .*range_iterator.*Remedy"
+    ):
         scene.simulate((0.0, 1.0), checkpoint=tmp_path / "run.npz")

@@ -136,7 +136,7 @@ def test_events_and_samples_share_a_run() -> None:
         ({"reads": ()}, "must be one or more texts"),
         ({"drives": "gravity x"}, "does not drive a gravity. Remedy: force"),
         ({"drives": "motor cart 1"}, r"no such free coordinate. There are: 0 \(distance\)"),
-        ({"drives": "force cart q"}, "'q' is no axis"),
+        ({"drives": "force cart q"}, "'q' is not an axis"),
         ({"function": lambda t, reads: 0.0}, r"needs a function f\(t, reads, memory\)"),
         ({"function": 3.0}, "needs a function"),
     ],
@@ -188,7 +188,7 @@ def test_auto_has_no_jacobians_made_anew_at_each_sample(rtol: float) -> None:
         for method, r in (("auto", rtol), ("dop853", 1e-9))
     )
     assert run.statistics["method"] == "extrapolation"
-    assert "controllers have every method begin anew each 0.001 s" in run.statistics["reason"] or rtol == 1e-5
+    assert "controllers restart every method each 0.001 s" in run.statistics["reason"] or rtol == 1e-5
     assert run.statistics["jacobians"] == 0
     # the bar falls by 5 cm; a hundred runs from sample to sample, each with errors of rtol
     np.testing.assert_allclose(run.joint_coordinates("bar"), fine.joint_coordinates("bar"), atol=100 * rtol)

@@ -225,7 +225,7 @@ def test_the_limit_of_steps_is_kept_and_told(method: str) -> None:
     result = double_pendulum().simulate((0.0, 10.0), method=method, most_steps=7)
     assert result.status.kind == "stopped"
     assert result.statistics["steps"] == 7
-    assert "by the limit of 7 steps. Remedy: a larger limit, or go on" in str(result.status)
+    assert "by the limit of 7 steps. Remedy: a larger limit, or continue" in str(result.status)
     assert result.times[-1] == result.status.time
     whole = double_pendulum().simulate((0.0, 10.0), method=method)
     assert len(result.times) > 1

@@ -162,9 +162,7 @@ def test_a_screw_holds_its_load_where_friction_is_above_the_tangent_of_its_lead(
         assert result.load("friction of nut")[-1, 2] == 1.0
     else:
         assert turned < -0.1
-        with pytest.raises(
-            kf.SimulationError, match=r"friction of nut is asked for .* N m and holds .* N m\. Remedy: more"
-        ):
+        with pytest.raises(kf.SimulationError, match=r"friction of nut needs .* N m and holds .* N m\. Remedy: more"):
             kf.equilibrium(scene)
 
 
@@ -211,7 +209,7 @@ def test_a_ball_joint_is_braked_against_its_spin() -> None:
     assert len(result.events["ball stick"]) >= 1
     assert abs(w[-1]).max() < 1e-3
     assert abs(result.energy.balance_error).max() < 1e-6
-    with pytest.raises(kf.ModelError, match="small motions of those are not offered"):
+    with pytest.raises(kf.ModelError, match="small motions of those are not supported"):
         kf.equilibrium(scene)
 
 

@@ -224,7 +224,7 @@ def test_names_and_what_is_said_of_them() -> None:
     assert result.load("friction of sleeve distance").shape == result.load("friction of sleeve angle").shape
     scene = block()
     scene.add_spring("friction of block", scene.ground, scene.body("block").frame(at=(1, 0, 0)), stiffness=1.0)
-    with pytest.raises(kf.ModelError, match=r"a load is called 'friction of block', as the friction .* Remedy"):
+    with pytest.raises(kf.ModelError, match=r"a load is called 'friction of block', like the friction .* Remedy"):
         scene.freeze()
 
 

@@ -158,5 +158,5 @@ def test_bad_backlash_is_named() -> None:
 def test_a_load_of_the_name_of_a_stop_is_named() -> None:
     scene = dropped(0.5)
     scene.add_spring("stop of ball", scene.ground, scene.body("ball").frame(at=(1, 0, 0)), stiffness=1.0)
-    with pytest.raises(kf.ModelError, match=r"a load is called 'stop of ball', as the stop of that joint is. Remedy"):
+    with pytest.raises(kf.ModelError, match=r"a load is called 'stop of ball', like the stop of that joint. Remedy"):
         scene.freeze()

@@ -235,7 +235,7 @@ BAD = [
     ({"points": [(0, 0), (1, 0)]}, r"shape \(2, 2\) was given"),
     ({"points": "a circle"}, r"shape \(\) was given"),
     ({"points": [(0, 0, 0), (1, np.nan, 0)]}, "a number is not finite"),
-    ({"points": TWICE}, "points 1 and 2 of a point-on-curve joint are one. Remedy"),
+    ({"points": TWICE}, "points 1 and 2 of a point-on-curve joint coincide. Remedy"),
     ({"points": np.vstack((circle(9), circle(9)[:1])), "closed": True}, "last point .* is the first again. Remedy"),
     ({"points": [(0, 0, 0), (1, 0, 0), (0.5, 0, 0)]}, "turns back on itself behind point .*Remedy"),
     ({"points": circle(9), "position": 7.0}, "starts at an arc length of 7 m, but its curve goes from 0 to .*Remedy"),

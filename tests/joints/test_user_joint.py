@@ -216,7 +216,7 @@ FAULTS = [
     ({"held": lambda self: "everything"}, r"held\(\) .* kanefe.Held"),
     ({"pose": lambda self, q: (np.zeros(2), np.eye(3))}, r"position .* shape \(3,\)"),
     ({"pose": lambda self, q: (np.zeros(3), np.eye(2))}, r"rotation .* shape \(3, 3\)"),
-    ({"pose": lambda self, q: (np.zeros(3), -np.eye(3))}, "no rotation matrix"),
+    ({"pose": lambda self, q: (np.zeros(3), -np.eye(3))}, "not a rotation matrix"),
     ({"pose": lambda self, q: (np.full(3, np.nan), np.eye(3))}, "position .* finite"),
     ({"partial_velocities": lambda self, q: (np.zeros(3), np.zeros(3))}, r"V of .* shape \(3, 1\)"),
     (

@@ -240,11 +240,11 @@ def test_the_exact_jacobian_sees_loops_of_which_some_rows_say_nothing():
     [
         ({"inputs": "push rod"}, "there is no 'push'. Remedy: one of force, torque"),
         ({"inputs": "force wheel x"}, "no body called 'wheel x'. It has: cart, rod"),
-        ({"inputs": "force rod w"}, "'w' is no axis"),
+        ({"inputs": "force rod w"}, "'w' is not an axis"),
         ({"inputs": "drive rod"}, "no such driven coordinate. There are: none"),
         ({"inputs": "motor rod 3"}, r"no such free coordinate. There are: 0 \(angle\)"),
         ({"inputs": "load nothing"}, "no such load. It has: none"),
-        ({"inputs": "gravity up"}, "'up' is no axis"),
+        ({"inputs": "gravity up"}, "'up' is not an axis"),
         ({"inputs": [3]}, "must be a text"),
         ({"outputs": "position rod/tip"}, "no interface 'tip'"),
         ({"outputs": "position rod/tip x"}, "no interface 'tip'"),

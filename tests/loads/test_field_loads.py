@@ -208,9 +208,11 @@ class TestBadInput:
     def test_loads_need_a_flexible_body_of_this_scene(self) -> None:
         scene, arm = scene_of(0, patterned(0))
         hub = scene.add_rigid_body("block", 1.0, 0.1, joint=kf.Free())
-        with pytest.raises(ModelError, match=r"the traction on 'side' of 'block': 'block' is no flexible body.*Remedy"):
+        with pytest.raises(
+            ModelError, match=r"the traction on 'side' of 'block': 'block' is not a flexible body.*Remedy"
+        ):
             scene.add_traction(hub, "side", (0, 0, 1))  # type: ignore[arg-type]
-        with pytest.raises(ModelError, match=r"'tip' of 'arm' is no flexible body.*Remedy"):
+        with pytest.raises(ModelError, match=r"'tip' of 'arm' is not a flexible body.*Remedy"):
             scene.add_pressure(arm.interface("tip"), "side", 1.0)
         with pytest.raises(ModelError, match="another system"):
             kf.System().add_pressure(arm, "side", 1.0)

@@ -180,7 +180,7 @@ def test_what_a_load_lacks_is_named_at_add(change, message):
 
 @pytest.mark.parametrize("thing", [Lacking(), Magnet, 3.0, None])
 def test_what_is_no_load_is_refused(thing):
-    with pytest.raises(kf.ModelError, match=r"is no load between frames.*Remedy"):
+    with pytest.raises(kf.ModelError, match=r"is not a load between frames.*Remedy"):
         kf.System().add(thing)
 
 

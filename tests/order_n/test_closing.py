@@ -121,7 +121,7 @@ def test_loops_that_are_far_open_are_closed_too() -> None:
 def test_loops_out_of_reach_are_named_by_the_literal_route() -> None:
     model = four_bar(rocker=0.9, motion=kf.Motion.steady(2.0, 0.6)).freeze()
     q, u = model.initial_coordinates, model.initial_speeds
-    with pytest.raises(kf.SimulationError, match="the mechanism cannot go on: revolute loop joint 'pin'"):
+    with pytest.raises(kf.SimulationError, match="the mechanism cannot continue: revolute loop joint 'pin'"):
         Dynamics(model).projected(1.2, np.concatenate((q, u, np.zeros(2))))
 
 

@@ -76,9 +76,9 @@ def test_without_a_display_the_mesh_is_written(tmp_path: Path, monkeypatch: pyte
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("a b", "'a b' is no name of a project. Remedy: letters"),
-        ("-x", "'-x' is no name"),
-        ("", "'' is no name"),
+        ("a b", "'a b' is not a name of a project. Remedy: letters"),
+        ("-x", "'-x' is not a name"),
+        ("", "'' is not a name"),
         ("numpy", "would hide the Python package"),
         ("nowhere/project1", "there is no folder .*nowhere"),
         ("there", "there is a folder .*there already"),

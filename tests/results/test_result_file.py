@@ -171,11 +171,11 @@ def test_bad_files_are_named(saved, tmp_path):
     whole = saved.read_bytes()
     for share in (0.0, 0.01, 0.5, 0.99):
         (tmp_path / "cut.h5").write_bytes(whole[: int(share * len(whole))])
-        with pytest.raises(kf.FileError, match=r"cut.h5 is truncated or is no HDF5 file"):
+        with pytest.raises(kf.FileError, match=r"cut.h5 is truncated or not an HDF5 file"):
             kf.load_result(tmp_path / "cut.h5")
     with h5py.File(tmp_path / "other.h5", "w") as file:
         file["a"] = 1.0
-    with pytest.raises(kf.FileError, match=r"other.h5 is .*no HDF5 file of this kanefe: it has no digest"):
+    with pytest.raises(kf.FileError, match=r"other.h5 is .*not an HDF5 file of this kanefe: it has no digest"):
         kf.load_result(tmp_path / "other.h5")
     with changed(saved) as file:
         file.attrs["version"] = 99

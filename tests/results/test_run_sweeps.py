@@ -136,7 +136,7 @@ BARE: dict[str, Callable[[], Model]] = {
 def test_reactions_of_all_states_are_those_of_each(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     model = BARE[name]()
     run = wandering(model)
-    if name == "stiffened":  # bent no farther than its stiffening holds
+    if name == "stiffened":  # bent no beyond the valid range of its stiffening
         run.coordinates[:, model.flexible_terms("arm").eta] *= 0.05
     swept, literal = RunChannels(model, run), RunChannels(model, run)
     assert are_alone(model)

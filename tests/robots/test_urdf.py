@@ -200,7 +200,7 @@ REFUSED = {
         (link("base"), link("a"), joint("j", "revolute", "base", "a", "<dynamics damping='-1'/>")),
         "joint 'j': damping of a joint coordinate",
     ),
-    "no parent": ((link("base"), "<joint name='j' type='fixed'/>"), "no complete URDF file"),
+    "no parent": ((link("base"), "<joint name='j' type='fixed'/>"), "not a complete URDF file"),
     "xacro": (("<xacro:include xmlns:xacro='urn:xacro' filename='y'/>",), "macros of xacro. Remedy"),
 }
 
@@ -217,7 +217,7 @@ def test_a_file_that_is_no_urdf_is_refused(tmp_path: Path) -> None:
     with pytest.raises(kf.FileError, match="there is no file"):
         kf.read_urdf(path)
     path.write_text("<robot name='r'><link name='a'>")
-    with pytest.raises(kf.FileError, match="truncated or no XML"):
+    with pytest.raises(kf.FileError, match="truncated or not XML"):
         kf.read_urdf(path)
     path.write_text("<mujoco/>")
     with pytest.raises(kf.FileError, match="read_mjcf reads MJCF"):

@@ -216,7 +216,7 @@ def test_a_compressed_file_is_refused(tmp_path: Path) -> None:
     with np.load(path) as file:
         arrays = dict(file)
     np.savez_compressed(path, **arrays)
-    with pytest.raises(FileError, match=r"is no saved body \(.*is compressed\)"):
+    with pytest.raises(FileError, match=r"not a saved body \(.*is compressed\)"):
         kf.FlexibleBody.load(str(path))
 
 
@@ -243,7 +243,7 @@ def test_a_truncated_file_is_named(share: float, tmp_path: Path) -> None:
     path = tmp_path / "arm.npz"
     content = saved(path)
     path.write_bytes(content[: int(share * len(content))])
-    with pytest.raises(FileError, match=r"arm\.npz is truncated or is no saved body .* Remedy: save the body again"):
+    with pytest.raises(FileError, match=r"arm\.npz is truncated or not a saved body .* Remedy: save the body again"):
         kf.FlexibleBody.load(str(path))
 
 
@@ -264,13 +264,13 @@ def test_a_damaged_file_is_named(position: float, tmp_path: Path) -> None:
         ({"version": 99}, r"has format version 99, this kanefe reads version \d+\. Remedy: make the body again"),
         (
             {"format": "something else"},
-            r"is no saved flexible body\. Remedy: give the file that FlexibleBody\.save wrote",
+            r"is not a saved flexible body\. Remedy: give the file that FlexibleBody\.save wrote",
         ),
-        ({"body": None}, "is no saved body .* Remedy: save the body again"),
-        ({"body": [1, 2]}, r"is no saved body\. Remedy: save the body again"),
+        ({"body": None}, "not a saved body .* Remedy: save the body again"),
+        ({"body": [1, 2]}, r"not a saved body\. Remedy: save the body again"),
         (
             {"body": {"is": "object", "class": "os:system", "fields": {}}},
-            "is no saved body .*'os:system' is no kind of object .*Remedy: save the body again",
+            "not a saved body .*'os:system' is not a kind of object .*Remedy: save the body again",
         ),
         (
             {"body": {"is": "object", "class": "flexible body", "fields": {"nodes": None}}},
@@ -298,7 +298,7 @@ def test_a_file_of_another_kind_is_named(tmp_path: Path) -> None:
     pickled = tmp_path / "pickled.npz"
     np.savez(pickled, header=np.array({"format": "kanefe flexible body"}, dtype=object))
     for path in (other, text, pickled):
-        with pytest.raises(FileError, match=f"{path.name} is truncated or is no saved body"):
+        with pytest.raises(FileError, match=f"{path.name} is truncated or not a saved body"):
             kf.FlexibleBody.load(str(path))
 
 

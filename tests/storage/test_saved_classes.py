@@ -146,7 +146,7 @@ def test_a_class_without_a_word_is_refused() -> None:
 
 @pytest.mark.parametrize("word", ["arm", "kanefe.bodies.flexible:FlexibleBody", "os:system"])
 def test_an_unknown_word_is_refused(word: str) -> None:
-    with pytest.raises(ValueError, match=f"'{word}' is no kind of object that this version knows"):
+    with pytest.raises(ValueError, match=f"'{word}' is not a kind of object that this version knows"):
         decoded(f'{{"is": "object", "class": "{word}", "fields": {{}}}}', {})
 
 

@@ -311,7 +311,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "a mapping": ({**ROW, "length": {1: 2}}, "length are a mapping"),
     "no rows": ({"table": []}, "the table has no rows"),
     "no table": ({"table": {"length": [1.0]}}, "table must be a sequence of mappings"),
-    "no row": ({"table": [3]}, "row 0 of the table is no mapping"),
+    "no row": ({"table": [3]}, "row 0 of the table is not a mapping"),
     "other rows": ({"table": [ROW, {"length": 1.0}]}, "row 1 of the table has length, row 0 has angle, length"),
     "a row twice": ({"table": [ROW, ROW]}, "the table has the row"),
     "in both": ({"table": [{"length": 1.0}], **ROW}, "length is in the table"),
@@ -377,7 +377,7 @@ def test_what_is_wrong_with_all_is_told_before_the_first_run(build: Any, options
 
 
 def test_what_draws_by_chance_is_no_study() -> None:
-    with pytest.raises(kf.ModelError, match=r"cannot be told apart from other studies: .*generator"):
+    with pytest.raises(kf.ModelError, match=r"cannot be distinguished from other studies: .*generator"):
         kf.Study(draws, lowest, length=1.0)
 
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 _ACROSS = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
-"""e_x x."""
+"""Matrix of the cross product with e_x."""
 
 
 def coupled_polynomials(length: np.ndarray, stiffness: np.ndarray) -> np.ndarray:

@@ -62,7 +62,7 @@ def line_groups(lines: Mapping[str, np.ndarray], points: np.ndarray, table: np.n
 def chosen_lines(patterns: Mapping[str, NodalPattern], names: Sequence[str]) -> dict[str, NodalPattern]:
     """Return the patterns with these names."""
     if isinstance(names, str) or not isinstance(names, Collection):
-        raise ModelError(f"lines={names!r} is no list of names. Remedy: lines=[{names!r}]")
+        raise ModelError(f"lines={names!r} is not a list of names. Remedy: lines=[{names!r}]")
     for name in names:
         if not isinstance(name, str) or name not in patterns:
             raise ModelError(

@@ -7,10 +7,11 @@ import math
 import numpy as np
 
 FIBRES = 16
-"""Around the outline of each section; with the bending axis between two of a circle, the largest stress is 2 % more."""
+"""Number of fibres around the outline of each section. If the bending axis of a circle is between two, the largest
+stress is 2 % higher."""
 
 ZETA_OF_5 = 1.03692775514337
-"""Riemann's function: the sum of n^-5."""
+"""Value of Riemann's zeta function at 5: the sum of n^-5."""
 
 
 def circle(diameter: float) -> np.ndarray:

@@ -13,12 +13,12 @@ from kanefe.errors import ModelError
 from kanefe_fem.beams.beam_section import BeamSection, LineMass
 
 _NAMES = ("EA", "GA_y", "GA_z", "GJ", "EI_y", "EI_z")
-"""Of the diagonal of the stiffness, in its order."""
+"""Names of the diagonal entries of the stiffness, in order."""
 
 _IN_PLANE, _OUT_OF_PLANE = [0, 1, 5], [2, 3, 4]
 
 _PRINTED = 1e-3
-"""How far matrices may be from symmetric or from those of a rigid section: files have four digits."""
+"""Largest relative deviation of matrices from symmetry or from those of a rigid section: files have four digits."""
 
 Matrix = tuple[tuple[float, ...], ...]
 
@@ -126,7 +126,7 @@ def _diagonal(numbers: Mapping[str, Any]) -> np.ndarray:
 
 def _positive(name: str, given: Any, what: str) -> float:
     if isinstance(given, bool) or not hasattr(given, "__float__") or np.ndim(given):
-        raise ModelError(f"from_stiffness: {name} = {given!r} is no number. Remedy: give {what}, in SI units")
+        raise ModelError(f"from_stiffness: {name} = {given!r} is not a number. Remedy: give {what}, in SI units")
     value = float(given)
     if not 0.0 < value < math.inf:
         raise ModelError(f"from_stiffness: {name} = {value:g} must be positive and finite. Remedy: give SI units")

@@ -15,7 +15,7 @@ Target: TypeAlias = str | int
 """Name of a group, or number of a node."""
 
 LARGEST_PATCH = 300
-"""A larger group is followed by so many of its nodes, each with the weight of those near it: M and K stay sparse."""
+"""Number of nodes that represent a larger group, each with the weight of its neighbours: M and K stay sparse."""
 
 
 def mean_motion(model: FiniteElementModel, at: Target, position: np.ndarray) -> tuple[sp.csr_matrix, np.ndarray]:
@@ -64,7 +64,8 @@ def patch(model: FiniteElementModel, at: Target) -> tuple[np.ndarray, np.ndarray
         nodes = np.array([at])
     else:
         raise ModelError(
-            f"{at!r} is no place of this model. Remedy: the name of a group, or a node from 0 to {len(model.nodes) - 1}"
+            f"{at!r} is not a place of this model. Remedy: the name of a group, or a node from 0 to "
+            f"{len(model.nodes) - 1}"
         )
     if not len(nodes):
         raise ModelError(f"the group {at!r} has no nodes. Remedy: give its physical group some facets")

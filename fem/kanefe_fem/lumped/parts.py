@@ -28,7 +28,7 @@ from kanefe_fem.materials.voigt import check_numbers
 Vector: TypeAlias = Sequence[float] | np.ndarray
 
 FOLLOWS = 1e-8
-"""Relative part of a motion that nodes cannot follow from which it is refused."""
+"""Relative part of a motion that the nodes cannot follow above which the motion is refused."""
 
 
 @checked("at")
@@ -350,5 +350,5 @@ def _point(label: str, position: Any) -> tuple[float, ...] | None:
         return None
     point = numbers(position)
     if point.shape != (3,) or not np.isfinite(point).all():
-        raise ModelError(f"{label}: position={position!r} is no point. Remedy: three coordinates in m")
+        raise ModelError(f"{label}: position={position!r} is not a point. Remedy: three coordinates in m")
     return tuple(point.tolist())

@@ -28,22 +28,22 @@ from kanefe.storage.files import make_folder, write_whole
 from kanefe.storage.kept_code import OTHERS_WRITE, check_entry, check_folder
 
 VARIABLE = "XDG_CACHE_HOME"
-"""Of the environment: the folder of caches, by default ~/.cache."""
+"""Environment variable with the folder of caches, by default ~/.cache."""
 
 OPTIONS = ("dolfinx_jit_options.json", "dolfinx_jit_parameters.json", "ffcx_options.json", "ffcx_parameters.json")
-"""Files of the working directory from which dolfinx takes what the compiler is told, and where libraries lie."""
+"""Files of the working directory from which dolfinx reads the compiler options and the folder of libraries."""
 
 READY = ".c.cached"
-"""What the name of a file ends in that FFCx writes when the library is whole."""
+"""Suffix of the file that FFCx writes when a library is complete."""
 
 LOOKED_AT, COMPILED = ".looked_at", ".compiled"
-"""Files of locks: of who looks at what there is, alone; and of all who compile."""
+"""Lock files: one held by the process that checks the libraries, one by all processes that compile."""
 
 SECONDS = 60
-"""That dolfinx waits for a form that another process compiles."""
+"""Time for which dolfinx waits for a form that another process compiles, s."""
 
 _sound: set[Path] = set()
-"""Files of `READY` whose libraries this process has compared."""
+"""Files with the suffix `READY` whose libraries this process has compared."""
 
 
 def refuse_options() -> None:
@@ -118,7 +118,7 @@ def keep_digests(folder: Path) -> None:
             if found and found == note.read_bytes():
                 _sound.add(ready)
                 continue
-            print(f"kanefe: {folder / name} is damaged: it is compiled anew", file=sys.stderr, flush=True)
+            print(f"kanefe: {folder / name} is damaged: it is compiled again", file=sys.stderr, flush=True)
             _remove(folder, name)
         if folder == forms_folder():  # in another one programs compile that know no locks of ours
             with _lock(folder, COMPILED, alone=True, wait=False) as nobody_compiles:

@@ -9,7 +9,7 @@ from kanefe.errors import ModelError, outside
 from kanefe.storage.files import LARGEST_SHARE, usable_memory
 
 SHARE = 0.9
-"""Part of the free memory that a factorisation may take without a warning."""
+"""Fraction of the free memory that a factorisation may take without a warning."""
 
 
 class MemoryWarning(UserWarning):
@@ -17,7 +17,7 @@ class MemoryWarning(UserWarning):
 
 
 BYTES_OF_A_NODE = 88
-"""Of a mesh: three coordinates, and the eight nodes of its cell."""
+"""Memory of a mesh per node, bytes: three coordinates, and the eight nodes of its cell."""
 
 
 def check_size(nodes: int, what: str) -> None:

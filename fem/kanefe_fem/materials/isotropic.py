@@ -18,16 +18,16 @@ class AccuracyWarning(UserWarning):
 
 
 WAVE_SPEED = (10.0, 20e3)
-"""Range of sqrt(E / rho) of solids in m/s: soft rubber 30, diamond 18 000."""
+"""Range of sqrt(E / rho) of solids, m/s: soft rubber 30, diamond 18 000."""
 
 DENSITY = (0.1, 5e4)
-"""Range of densities in kg/m3: aerogel 1, osmium 22 600."""
+"""Range of densities, kg/m3: aerogel 1, osmium 22 600."""
 
 EXTENT = (1e-5, 200.0)
-"""Range of the size of one solid body in m."""
+"""Range of the size of one solid body, m."""
 
 MASS = 1e8
-"""Greatest mass of one solid body in kg."""
+"""Largest mass of one solid body, kg."""
 
 LOCKING_NU = 0.45
 """Poisson ratio from which elements of order 1 are much too stiff."""

@@ -14,7 +14,7 @@ from kanefe_fem.materials.oriented import SolidMaterial, axes_at_angle
 from kanefe_fem.materials.voigt import IN_PLANE, check_numbers, rotated
 
 ACROSS = (2, 3, 4)
-"""Places of the stresses zz, yz, xz that act between plies."""
+"""Indices of the stresses zz, yz, xz that act between plies."""
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Ply:
 
     def __post_init__(self) -> None:
         if not isinstance(self.material, SolidMaterial):
-            raise ModelError(f"ply: {self.material!r} is no material. Remedy: Orthotropic(...), Material(...)")
+            raise ModelError(f"ply: {self.material!r} is not a material. Remedy: Orthotropic(...), Material(...)")
         label = f"ply of {self.material.name!r}" if self.material.name else "ply"
         thickness = check_numbers(label, ("thickness",), (self.thickness,), "give it in m")[0]
         object.__setattr__(self, "thickness", thickness)

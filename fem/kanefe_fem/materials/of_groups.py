@@ -22,7 +22,7 @@ from kanefe_fem.mesh.mesh import Mesh
 Materials = SolidMaterial | Mapping[str, SolidMaterial]
 
 SLOW_NU = 0.495
-"""Poisson ratio from which elements of order 2, too, are clearly stiffer than they should be on coarse meshes."""
+"""Poisson ratio from which elements of order 2 are also clearly too stiff on coarse meshes."""
 
 
 @dataclass(frozen=True, eq=False)

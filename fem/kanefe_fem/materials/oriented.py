@@ -18,7 +18,7 @@ Vector = Sequence[float] | np.ndarray
 Axes = np.ndarray | Sequence[Sequence[float]] | Callable[[np.ndarray], np.ndarray]
 
 ORTHONORMAL = 1e-9
-"""Largest error of A^T A of axes that are given."""
+"""Largest error of A^T A for given axes, dimensionless."""
 
 
 @runtime_checkable
@@ -75,7 +75,7 @@ class Oriented:
     def __post_init__(self) -> None:
         if not isinstance(self.material, SolidMaterial):
             raise ModelError(
-                f"{self.material!r} is no material to be oriented. Remedy: Orthotropic(...), Laminate(...)"
+                f"{self.material!r} is not a material to be oriented. Remedy: Orthotropic(...), Laminate(...)"
             )
         if not callable(self.axes):
             axes = _checked(self._label, self.axes)
@@ -264,7 +264,7 @@ def _position_axes(kind: str, origin: Vector, axis: Vector, first: str) -> Posit
         raise ModelError(f"{kind} axes: first={first!r} is unknown. Remedy: one of {', '.join(_NAMES[kind])}")
     point = numbers(origin)
     if point.shape != (3,) or not np.isfinite(point).all():
-        raise ModelError(f"{kind} axes: origin={origin!r} is no point. Remedy: three coordinates in m")
+        raise ModelError(f"{kind} axes: origin={origin!r} is not a point. Remedy: three coordinates in m")
     return PositionAxes(
         kind,
         tuple(point.tolist()),
@@ -276,7 +276,7 @@ def _position_axes(kind: str, origin: Vector, axis: Vector, first: str) -> Posit
 def _direction(name: str, vector: Vector) -> np.ndarray:
     direction = numbers(vector)
     if direction.shape != (3,) or not np.isfinite(direction).all() or not np.linalg.norm(direction) > 0.0:
-        raise ModelError(f"{name}={vector!r} is no direction. Remedy: three components, not all zero")
+        raise ModelError(f"{name}={vector!r} is not a direction. Remedy: three components, not all zero")
     return direction / np.linalg.norm(direction)
 
 

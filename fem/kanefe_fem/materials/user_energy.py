@@ -16,7 +16,7 @@ from kanefe_fem.materials.voigt import PLACES, check_density, check_stiffness
 Measure = Literal["strain", "deformation gradient"]
 
 REST = 1e-8
-"""Stress at rest, and stiffness against rotation, that count as none (relative to the moduli)."""
+"""Stress at rest and stiffness against rotation, relative to the moduli, that count as zero."""
 
 
 @checked
@@ -45,7 +45,7 @@ class UserEnergy:
     Raises
     ------
     ModelError
-        The energy is no scalar, has no derivatives at rest, is stressed there, resists rotation, or is not positive
+        The energy is not a scalar, has no derivatives at rest, is stressed there, resists rotation, or is not positive
         definite.
     MissingDependency
         UFL is not installed.
@@ -127,9 +127,9 @@ def _derivatives(
     try:
         W = ufl.as_ufl(energy(argument))
     except (ufl_error, TypeError, ValueError) as problem:
-        raise ModelError(f"{label}: the energy is no UFL expression ({problem}). Remedy: {remedy}") from problem
+        raise ModelError(f"{label}: the energy is not a UFL expression ({problem}). Remedy: {remedy}") from problem
     if W.ufl_shape != () or W.ufl_free_indices != ():
-        raise ModelError(f"{label}: the energy has shape {W.ufl_shape}, it is no scalar. Remedy: {remedy}")
+        raise ModelError(f"{label}: the energy has shape {W.ufl_shape}, it is not a scalar. Remedy: {remedy}")
     size = len(variables)
     try:
         slopes = [ufl.diff(W, e) for e in variables]

@@ -14,16 +14,16 @@ from kanefe.errors import ModelError
 from kanefe.frames import numbers
 
 PLACES = ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1))
-"""Tensor components of the six places."""
+"""Tensor components of the six Voigt indices."""
 
 IN_PLANE = (0, 1, 5)
-"""Places of xx, yy and xy."""
+"""Voigt indices of xx, yy and xy."""
 
 _ROWS, _COLUMNS = (np.array(indices) for indices in zip(*PLACES, strict=True))
 
 
 LARGEST = 1e100
-"""Of a modulus, Pa, or a density: products of some of them stay within the range of floats."""
+"""Largest modulus (Pa) or density (kg/m3): products of several stay within the range of floats."""
 
 
 def rotated(stiffness: np.ndarray, axes: np.ndarray) -> np.ndarray:

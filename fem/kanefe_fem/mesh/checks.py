@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from kanefe_fem.mesh.mesh import Mesh
 
 DEGENERATE = 1e-12
-"""A Jacobian below this part of (longest side of the cell)^dimension counts as zero."""
+"""Jacobian, relative to (longest side of the cell)^dimension, below which it counts as zero."""
 
 _MIXED = {
     1: ("triangle", "quad", "tetra", "hexahedron", "wedge", "pyramid"),

@@ -10,7 +10,7 @@ from kanefe.errors import FileError
 from kanefe_fem.mesh.named_files import xml_elements
 
 LONGEST_HEAD = 1 << 16
-"""Bytes of a .ply file in which its head ends."""
+"""Largest size of the header of a .ply file, bytes."""
 
 
 def check_counts(path: Path) -> None:

@@ -28,15 +28,15 @@ COMMANDS = {
     "Exit": "ends Python",
     "Abort": "leaves gmsh in the middle of a script",
 }
-"""Words that are refused: commands, functions, and the mesh size field that asks a program."""
+"""Words that are refused: commands, functions, and the mesh size field that calls a program."""
 
 PRINTS = ("Printf", "Error", "Warning")
-"""Words that print a line, and write it to a file where ``>`` follows."""
+"""Words that print a line, or write it to a file if ``>`` follows."""
 
 TAKES_TEXT = frozenset(
     ["SetName", "OptimizeMesh", "View", "Macro", "Function", "Call", "Point", "Line", "Curve", "Surface", "Volume"]
 )
-"""Words that may stand before a text and run nothing. Others that do are commands that are not known here."""
+"""Words that may precede a text and run nothing. Other words that precede a text are unknown commands."""
 
 TEXT_FUNCTION = re.compile(
     r"Str(Cat|Prefix|Relative|Replace|Choice|Sub)?|Sprintf|N2S|NameToString|NameStruct|DefineString|Today|CodeName"
@@ -49,16 +49,16 @@ OPTION = re.compile(r"\w*(FileName|FilePattern|FileToLoad|RecentFile|Command|Exe
 """Names of options that are files or programs, such as the file of a mesh size field."""
 
 JUMPS = ("For", "EndFor", "Macro", "Function", "Call", "Return")
-"""Words after which gmsh goes on in another line."""
+"""Words after which gmsh continues in another line."""
 
 ENDS = re.compile(r"EndIf|EndFor|Else(?:If)?|Return")
-"""Where gmsh ends what it leaves out: it finds them also within texts, and in front of a digit."""
+"""Words where gmsh ends a skipped part: it also finds them within texts and before a digit."""
 
 LONGEST_TEXT = 1000
-"""Characters; gmsh ends a text after 1,023."""
+"""Largest length of a text in characters; gmsh ends a text after 1,023."""
 
 LONGEST_LINE = 8000
-"""Characters; gmsh reads 8,192 of a line at once, and comes back to where it has read to."""
+"""Largest length of a line in characters; gmsh reads 8,192 at once and then continues from there."""
 
 TOKEN = re.compile(
     r"""(?P<comment>//[^\n]*|/\*.*?(?:\*/|\Z)) | (?P<text>"[^"]*(?:"|\Z)|'[^']*(?:'|\Z))
@@ -102,7 +102,7 @@ def harmless_script(path: Path) -> bytes:
     refuse_options(path)
     script = path.read_bytes().decode("latin-1")  # one character a byte, as gmsh reads it
     if script.startswith("$"):
-        raise FileError(f"{path.name} is no script, but begins as a mesh. Remedy: name it .msh")
+        raise FileError(f"{path.name} is not a script, but begins as a mesh. Remedy: name it .msh")
     found = first_refused(script)
     if found is not None:
         line = script.split("\n")[found.line - 1].encode("latin-1").decode("utf-8", errors="replace")
@@ -178,7 +178,7 @@ def _fault(script: str, token: Token, previous: str, after: Token) -> str:
     if token.kind in ("text", "comment"):
         return _fault_of_text(word)
     if word == "\0":
-        return "is a zero byte, which is no text"
+        return "is a zero byte, which is not text"
     if token.kind != "word":
         return ""
     if word in COMMANDS and not (word == "Print" and after.text == "."):

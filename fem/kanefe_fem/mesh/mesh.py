@@ -26,7 +26,7 @@ Blocks = Mapping[str, tuple[Cells, ...]]
 
 
 WHOLE_BODY = "body"
-"""Name of the group of all cells where a file has no groups of cells."""
+"""Name of the group of all cells if a file has no groups of cells."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from kanefe.errors import FileError
 REMEDY = "Remedy: write the file again (gmsh: File > Save Mesh, format 2.2 or 4.1)"
 
 NODES_OF = dict(zip(range(1, 20), (2, 3, 4, 4, 8, 6, 5, 3, 6, 9, 10, 27, 18, 14, 1, 8, 20, 15, 13), strict=True))
-"""Nodes of the elements that are read, by gmsh's type. Others are refused once gmsh has read them."""
+"""Number of nodes of the supported elements, by gmsh's type. Others are refused after gmsh has read them."""
 
 
 class Head(NamedTuple):

@@ -11,7 +11,7 @@ from kanefe.errors import FileError
 from kanefe.storage.files import named_file
 
 MOST = 10
-"""Files in files; more is a file that includes itself."""
+"""Largest number of nested includes; a deeper file includes itself."""
 
 
 def check_named_files(path: Path, trusted: bool, top: Path | None = None, depth: int = 0) -> None:
@@ -59,4 +59,4 @@ def xml_elements(path: Path, tag: str) -> Iterator[ElementTree.Element]:
     try:
         yield from ElementTree.parse(path).iter(tag)
     except (ElementTree.ParseError, ValueError, LookupError) as error:  # of the last two: an encoding that is none
-        raise FileError(f"{path} is no XML: {error}. Remedy: write it again") from error
+        raise FileError(f"{path} is not XML: {error}. Remedy: write it again") from error

@@ -12,11 +12,11 @@ _SIDES = {8: "line3", 9: "triangle6", 10: "quad9", 16: "quad8"}
 """gmsh's curved elements of lines and surfaces."""
 
 _FLAT = ("Line", "Plane")
-"""How gmsh's names of the types of straight curves and flat surfaces begin."""
+"""First words of gmsh's type names of straight curves and flat surfaces."""
 
 
 FLAT = 1e-10
-"""Distance, relative to the model, below which sides are straight: extruded ones are of gmsh's general type."""
+"""Distance relative to the model below which sides are straight: extruded sides have gmsh's general type."""
 
 
 def sagitta(gmsh: Any) -> float:

@@ -18,10 +18,11 @@ from kanefe_fem.machine.memory import check_size
 from kanefe_fem.mesh.mesh import Mesh
 
 _CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
-"""Of a hexahedron, in VTK order."""
+"""Corners of a hexahedron, in VTK order."""
 
 _CORE = 0.55
-"""Half-diagonal of the square in the middle of a round section, of its radius: no angle is far from a right one."""
+"""Half-diagonal of the square in the middle of a round section, relative to its radius: all angles stay near right
+angles."""
 
 
 @checked("kind")

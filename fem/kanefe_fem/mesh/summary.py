@@ -10,7 +10,7 @@ from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import measures, shape
 
 SHOWN = 12
-"""Most groups of a sort that are listed."""
+"""Largest number of listed groups of one kind."""
 
 _UNITS = ("m", "m2", "m3")
 

@@ -18,7 +18,8 @@ from kanefe.fe_model.shapes import FACES, corner_kind, quadrature, row_numbers, 
 from kanefe_fem.mesh.mesh import Mesh
 
 DEGREE = 6
-"""Of the quadrature: exact for pressures (5 in each direction at most); the area of a curved facet is no polynomial."""
+"""Degree of the quadrature: exact for pressures (at most 5 in each direction); the area of a curved facet is not a
+polynomial."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +49,9 @@ def check_surfaces(mesh: Mesh, names: Sequence[str]) -> None:
         The group has no facets, or a facet that is twice in it, not on the body, or inside it.
     """
     if isinstance(names, str) or not (isinstance(names, Collection) and all(isinstance(name, str) for name in names)):
-        raise ModelError(f"surfaces={names!r} is no list of names. Remedy: names of groups of facets, such as ['top']")
+        raise ModelError(
+            f"surfaces={names!r} is not a list of names. Remedy: names of groups of facets, such as ['top']"
+        )
     known = sorted(set(mesh.facets) - {""})
     for name in names:
         if name not in mesh.facets or name == "":
@@ -130,7 +133,7 @@ def _outward_signs(mesh: Mesh, name: str, block: Cells) -> np.ndarray:
         own = kinds == kind
         signs[own] = [turns.get(tuple(row), 0.0) for row in local[own].tolist()]
     if not signs.all():
-        raise MeshError(f"{mesh.source}: a facet of the surface {name!r} is no side of a cell. Remedy: mesh again")
+        raise MeshError(f"{mesh.source}: a facet of the surface {name!r} is not a side of a cell. Remedy: mesh again")
     return signs
 
 

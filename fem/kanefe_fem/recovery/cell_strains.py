@@ -15,7 +15,7 @@ import numpy as np
 from kanefe.fe_model.shapes import kind_of_order, shape
 
 _SIMPLEX_GAUSS = {2: (2.0 / 3.0, 1.0 / 6.0), 3: (0.5854101966249685, 0.1381966011250105)}
-"""Barycentric coordinates (own corner, other corners) of the rule with one point a corner, degree 2."""
+"""Barycentric coordinates (own corner, other corners) of the rule of degree 2 with one point per corner."""
 
 
 @dataclass(frozen=True, eq=False)

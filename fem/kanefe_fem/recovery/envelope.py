@@ -15,7 +15,7 @@ from kanefe.errors import ModelError
 from kanefe_fem.recovery.strain_fields import CHUNK, StrainFields
 
 COMPONENTS = ("xx", "yy", "zz", "yz", "xz", "xy")
-"""Order of the components of stress and strain; shear strains are engineering ones, 2 e_yz."""
+"""Order of the components of stress and strain; shear strains are engineering strains, 2 e_yz."""
 
 
 def von_mises(stress: np.ndarray) -> np.ndarray:
@@ -71,7 +71,7 @@ SCALARS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "min_principal": lambda stress: principal(stress)[..., 2],
     "max_shear": lambda stress: 0.5 * tresca(stress),
 }
-"""Scalars of the stress, Pa."""
+"""Scalar functions of the stress, Pa."""
 
 
 TITLES = {

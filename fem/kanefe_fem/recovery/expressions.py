@@ -117,8 +117,8 @@ class _Evaluator:
         expression = function(terms)
         if not hasattr(expression, "ufl_shape"):
             raise ModelError(
-                f"the function of the expression returned {expression!r}, which is no UFL expression. Remedy: return "
-                "one made of its argument's u, x, strain, stress and ufl"
+                f"the function of the expression returned {expression!r}, which is not a UFL expression. Remedy: "
+                "return one made of its argument's u, x, strain, stress and ufl"
             )
         self.shape: tuple[int, ...] = tuple(expression.ufl_shape)
         points = {"nodes": element.nodes, "cells": centroid(cells.kind), "gauss": gauss_samples(cells.kind).points}[at]

@@ -23,7 +23,7 @@ from kanefe_fem.beams import elements as be
 from kanefe_fem.beams.properties import ElementProperties
 
 BALANCE = 1e-4
-"""Imbalance of the free body, relative to the forces on it, above which some load must be missing."""
+"""Imbalance of the free body relative to the forces on it above which a load must be missing."""
 
 
 @dataclass(frozen=True, eq=False)

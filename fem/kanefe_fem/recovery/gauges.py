@@ -19,11 +19,11 @@ from kanefe_fem.recovery.envelope import along
 from kanefe_fem.recovery.strain_fields import StrainFields
 
 REACH = 0.1
-"""How far outside of the mesh a point may lie, as a share of the nearest cell's size: chords of curved surfaces."""
+"""Largest distance of a point from the mesh, relative to the size of the nearest cell: curved surfaces have chords."""
 
 
 CANDIDATES = 64
-"""Cells that are looked at, those with the nearest centres first."""
+"""Number of cells that are searched, those with the nearest centres first."""
 
 
 @dataclass(frozen=True, eq=False)

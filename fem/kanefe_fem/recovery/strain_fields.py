@@ -25,10 +25,10 @@ Tensor = Literal["strain", "stress"]
 Place = Literal["nodes", "cells", "gauss"]
 
 MOST_MODES = 150
-"""Coordinates above which modes of stress would take more memory than they save time."""
+"""Number of coordinates above which stress modes would take more memory than the time they save is worth."""
 
 CHUNK = 2**22
-"""Numbers of one piece of the work: 32 MiB."""
+"""Number of values in one piece of the work: 32 MiB."""
 
 _KEPT: WeakKeyDictionary[FlexibleBody | BodyShape, StrainFields] = WeakKeyDictionary()
 

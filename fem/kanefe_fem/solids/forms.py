@@ -19,7 +19,7 @@ VOIGT = {
     3: ((0, 0), (1, 1), (2, 2), (1, 2), (0, 2), (0, 1)),
     2: ((0, 0), (1, 1), (0, 1)),
 }
-"""Places of a symmetric tensor in the order xx, yy, zz, yz, xz, xy, by dimension."""
+"""Tensor indices in the order xx, yy, zz, yz, xz, xy, by dimension."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,13 +26,13 @@ from kanefe.frames import numbers
 from kanefe_fem.lumped.mean_motion import mean_motion
 
 DENSE = 60
-"""Up to so many degrees of freedom the eigenvalues are found densely."""
+"""Number of degrees of freedom up to which eigenvalues are computed with dense matrices."""
 
 Held = Sequence[str] | Mapping[str, float]
 Loads = Mapping[str, Sequence[float]]
 
 SLACK = 1e-6
-"""A load this close to the one at which the body buckles counts as buckling it: its frequency means nothing."""
+"""Relative distance to the buckling load below which a load counts as buckling: its frequency is meaningless."""
 
 
 @dataclass(frozen=True)

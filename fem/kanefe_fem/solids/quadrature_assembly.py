@@ -20,7 +20,7 @@ from kanefe_fem.materials.moduli import IsotropicModuli, Moduli
 from kanefe_fem.solids.forms import VOIGT, mass_degree, stiffness_degree
 
 BATCH = 2**22
-"""Numbers in the largest array of a batch of cells: 32 MiB."""
+"""Number of values in the largest array of a batch of cells: 32 MiB."""
 
 
 class QuadratureAssembly(NamedTuple):

@@ -16,25 +16,28 @@ from kanefe.scene.scene import Frame
 from kanefe.system import System
 
 MAIN_HUB, MAIN_RATE, MAIN_BLADES = (0.0, 0.0, 1.6), 40.0, 4
-"""From the centre of mass, m; rad/s, against the clock as seen from above."""
+"""Main rotor: position of the hub from the centre of mass, m; speed, rad/s, anticlockwise seen from above; number of
+blades."""
 
 TORQUE_ARM = 0.35
-"""Torque of the main rotor over its thrust, m."""
+"""Torque of the main rotor divided by its thrust, m."""
 
 BLADE_SHARE, TRACK_SHARE = 0.03, 0.01
-"""Of the thrust: its harmonic of b per turn along z, and that of one per turn in the plane of blades out of track."""
+"""Harmonics as fractions of the thrust: that of the number of blades per turn along z, and that of once per turn in the
+plane of the rotor due to blades out of track."""
 
 TAIL_HUB, TAIL_GEAR, TAIL_BLADES = (-5.6, 0.0, 0.9), 5.25, 2
-"""From the centre of mass, m; its rate over that of the main rotor."""
+"""Tail rotor: position of the hub from the centre of mass, m; speed relative to that of the main rotor; number of
+blades."""
 
 FUSELAGE = np.array((0.0, 0.0, 0.3))
-"""Where the forces of the wind are told, from the centre of mass, m."""
+"""Reference point of the wind forces, from the centre of mass, m."""
 
 LENGTH, FRONT, SIDE, FLAT, LIFT = 6.0, 1.2, 5.0, 4.5, 0.5
-"""Of the fuselage, m; drag areas along x, across and along z, and the largest lift area, m2."""
+"""Fuselage: length, m; drag areas along x, across and along z, and largest lift area, m2."""
 
 YAW_SHARE = 0.12
-"""Of the length: how far aft of the centre of mass the side force of wind from ahead acts, at most."""
+"""Largest distance of the side force behind the centre of mass in wind from ahead, relative to the length."""
 
 
 def add_rotors(scene: System, thrust: float, *, rate: float = MAIN_RATE, share: Any = None) -> None:
@@ -97,10 +100,10 @@ def add_wind(scene: System, wind: Wind) -> None:
 
 
 PROBE = (0.0, 0.0, -0.9)
-"""Where the cable holds the airframe, from its centre of mass, m."""
+"""Point of the airframe that the cable holds, from its centre of mass, m."""
 
 CABLE_STIFFNESS, CABLE_DAMPING, CABLE_SPEED, CABLE_BELOW = 4e5, 800.0, 3.0, 2.0
-"""N/m; N s/m; m/s; and how far below the deck the winch is, m."""
+"""Cable: stiffness, N/m; damping, N s/m; speed, m/s; and depth of the winch below the deck, m."""
 
 
 def add_haul_down(

@@ -16,13 +16,13 @@ from kanefe.system import System
 from kanefe_fem.sramss.aircraft_loads import deck_of
 
 LENGTH, BREADTH, HEIGHT = 0.30, 0.30, 0.10
-"""Along the face that meets the skid, away from it, and over the deck, m."""
+"""Size of a chock along the face towards the skid, away from this face, and above the deck, m."""
 
 STIFFNESS, DAMPING = 2e6, 0.3
-"""k (N/m) and lambda (s/m) of one chock, a block of wood, in N = k d max(0, 1 + lambda d')."""
+"""Stiffness k (N/m) and damping lambda (s/m) of one wooden chock in N = k d max(0, 1 + lambda d')."""
 
 SAME = 1e-6
-"""m."""
+"""Distance below which two positions are the same, m."""
 
 SIDES = {"starboard": -1.0, "port": 1.0}
 

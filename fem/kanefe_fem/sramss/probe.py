@@ -12,10 +12,10 @@ from kanefe_fem.sramss import parameters as given
 from kanefe_fem.sramss.aircraft_loads import deck_of
 
 GAP, HEIGHT, DEPTH = 0.025, 0.25, 0.6
-"""Radial play, how high the tip of the probe is over the deck, and how deep the hole is round it, m."""
+"""Radial play, height of the probe's tip above the deck, and depth of the hole around it, m."""
 
 STIFFNESS, DAMPING = 2e6, 1e4
-"""Of the trap, N/m and N s/m."""
+"""Stiffness (N/m) and damping (N s/m) of the trap."""
 
 
 def add_probe(

@@ -32,21 +32,21 @@ from kanefe_fem.sramss.gear import ALUMINIUM, Saddles
 from kanefe_fem.sramss.planar import by_names
 
 CLOSE, ENOUGH, MOST_RESTS = 1e-8, 0.01, 20
-"""Of the search for the lengths of lashings: how close, of how far they stretch; how close is enough where friction
-holds the gear to one side, so that lengths move it and not the pull; and how many rests it looks at."""
+"""Search for the lengths of lashings: tolerance relative to their stretch; tolerance where friction holds the gear to
+one side, so that lengths change its position and not the tension; largest number of equilibria."""
 
 SADDLES = tuple(f"{tube} {side} saddle" for tube in ("aft", "forward") for side in ("starboard", "port"))
 SHOES = tuple(f"{side} shoe {number}" for side in ("starboard", "port") for number in range(1, 5))
 
 INERTIA = (given.AIRFRAME_INERTIA, 2400.0, 2600.0)
-"""Of the airframe about its centre of mass, kg m2."""
+"""Principal inertias of the airframe about its centre of mass, kg m2."""
 
 LASHING_OUT = 0.60
-"""How far outboard of a saddle its lashing is fastened to the deck, m."""
+"""Distance of a lashing's fastening on the deck outboard of its saddle, m."""
 
 
 SHOE_POINTS = 4
-"""Of a shoe that has a face: its corners."""
+"""Number of contact points of a shoe with a face: its corners."""
 
 
 def spatial_gear(mesh: Mesh | str | Path, modes: int = 16, *, saddles: Saddles = "fixed") -> FlexibleBody:

@@ -41,28 +41,28 @@ LEGS = {
 }
 
 PRESSURE, EXPONENT = 7e5, 1.3
-"""Of the gas at full extension, absolute, Pa."""
+"""Absolute pressure of the gas at full extension, Pa, and its polytropic exponent."""
 
 STROKE, STOP_STIFFNESS, STOP_DAMPING = 0.24, 1e7, 1e4
-"""m; N/m and N s/m at both its ends."""
+"""Stroke, m; stiffness (N/m) and damping (N s/m) of the stops at both ends."""
 
 SEAL_FRICTION = 150.0
-"""Of a strut, N."""
+"""Seal friction of a strut, N."""
 
 PISTON_MASS, WHEEL_MASS, WHEEL_INERTIA = 12.0, 8.0, (0.1, 0.18, 0.1)
-"""kg; kg m2."""
+"""Masses of piston and wheel, kg; principal inertias of the wheel, kg m2."""
 
 RING, TUBE = 0.15, 0.07
-"""Of a tyre: radius of the circle of centres, and of the cross-section, m."""
+"""Radii of a tyre: circle of centres, and cross-section, m."""
 
 TYRE_STIFFNESS, TYRE_DAMPING, GRIP_STIFFNESS, GRIP_DAMPING = 3.5e5, 1500.0, 3e5, 1e3
-"""Down, and of the tread along and across, N/m and N s/m."""
+"""Vertical stiffness and damping of a tyre, and those of its tread along and across, N/m and N s/m."""
 
 CYLINDER = 0.9
-"""From the axle to where the strut holds the airframe, extended, m."""
+"""Distance from the axle to the fastening of the extended strut in the airframe, m."""
 
 CHOCK, CHOCK_GAP = (0.10, 0.30, 0.12), 2e-3
-"""Length, breadth and height of a chock, and how far it is from its tyre, m."""
+"""Length, breadth and height of a chock, and its gap to the tyre, m."""
 
 
 def wheeled_scene(

@@ -22,7 +22,7 @@ STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 
 UNIT_SECTION = Section(A=1.0, I_y=1e-6, I_z=1e-6, J=1e-6)
 UNIT_MATERIAL = Material(E=1e6, nu=0.0, rho=1.0)
-"""Together EI = rho A = 1, and EA = 1e6 so that the first axial mode of 1 m lies above 1500 rad/s."""
+"""Material with EI = rho A = 1, and EA = 1e6 so that the first axial mode of 1 m lies above 1500 rad/s."""
 
 PINNED = Interface(fixed=("x", "y"))
 
@@ -42,7 +42,7 @@ def unit_beam(elements: int, interfaces: dict[str, str | Interface], modes: int 
 
 
 MANY = CraigBampton(modes=40)
-"""Modes of all kinds, among which are the first ones of each kind."""
+"""Reduction with many modes, which include the first ones of each kind."""
 
 
 def component_frequencies(body: FlexibleBody, component: str) -> np.ndarray:

@@ -23,15 +23,15 @@ from kanefe_fem.beams.sections import Rectangle, Section
 from kanefe_fem.materials.isotropic import Material
 
 STIFFNESS = 1e9
-"""Of the contacts, N/m: a thousand times that of the beam, and fifty times that of the bar."""
+"""Stiffness of the contacts, N/m: a thousand times that of the beam, and fifty times that of the bar."""
 
 YOUNG, DENSITY = 210e9, 7850.0
 AREA, BAR_MODES, BAR_ELEMENTS = 1e-4, 40, 60
 STIFF_IN_BENDING = 1e6
-"""Times as stiff, so that the lowest modes of the bar are those along it."""
+"""Factor on the bending stiffness, so that the lowest modes of the bar are axial."""
 
 NEAR = 1e-6
-"""Gap at the start, m."""
+"""Initial gap, m."""
 
 
 def mass_on_beam(reference: Reference) -> Iterator[Check]:

@@ -22,11 +22,11 @@ ALUMINIUM = Material(E=70e9, nu=0.3, rho=2700.0)
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 
 TIP = 40
-"""Last node of the beams below."""
+"""Index of the last node of the beams below."""
 
 RTOL, ATOL = 1e-9, 1e-9
-"""Of the runs with beam S. Stability holds the steps anyway, so that 1e-6 costs as much; but there round-off decides
-which steps end near the kink of C03's torque, and moves its angle by 1e-6 from one machine to the next."""
+"""Tolerances of the runs with beam S. Stability limits the steps, so that 1e-6 costs as much; but then round-off
+decides which steps end near the kink of C03's torque, and changes its angle by 1e-6 from one machine to the next."""
 
 
 def beam_S() -> FlexibleBody:

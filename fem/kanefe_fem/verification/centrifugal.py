@@ -17,14 +17,15 @@ from kanefe.kane.state import State
 from kanefe.system import System
 
 LENGTH, RATE, YOUNG, DENSITY, AREA = 2.0, 100.0, 70e9, 2700.0, 1e-3
-"""Of the bar: m, rad/s, Pa, kg/m3, m2; nu = 0."""
+"""Bar: length, m; angular velocity, rad/s; Young's modulus, Pa; density, kg/m3; area, m2; nu = 0."""
 
 HUB_RADIUS, TIP_MASS = 0.5, 0.1 * DENSITY * AREA * LENGTH
 
 TOLERANCE = 1e-6
 
 Bar = Callable[[Mapping[str, str]], FlexibleBody]
-"""Interfaces -> the bar from (0, 0, 0) to (LENGTH, 0, 0) with the groups "root" and "tip", every coordinate kept."""
+"""Function of the interfaces that makes the bar from (0, 0, 0) to (LENGTH, 0, 0) with the groups "root" and "tip" and
+all coordinates."""
 
 
 def centrifugal_statics(reference: Reference, bar: Bar, label: str) -> Iterator[Check]:

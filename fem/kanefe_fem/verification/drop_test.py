@@ -18,7 +18,7 @@ from kanefe_fem.sramss import spatial_gear, spatial_scene
 from kanefe_fem.sramss.spatial import SHOES
 
 SPAN, STEP = 0.1, 1e-4
-"""Of the run and between its outputs, s: it is lowest at 0.04 to 0.05 s."""
+"""Duration of the run and interval of its outputs, s: the lowest position is at 0.04 to 0.05 s."""
 
 
 class Drop(NamedTuple):

@@ -20,10 +20,11 @@ from kanefe_fem.beams.sections import Rectangle, SolidCircle
 from kanefe_fem.materials.isotropic import Material
 
 YOUNG, DENSITY, DIAMETER, LENGTH = 210e9, 7850.0, 0.05, 1.0
-"""Of the round shaft of D04a: Pa, kg/m3, m, m."""
+"""Round shaft of D04a: Young's modulus, Pa; density, kg/m3; diameter and length, m."""
 
 SLICES = 12
-"""Of the round shaft: errors fall with their fourth power, and are 6e-6 for the third pair of modes."""
+"""Number of slices of the round shaft: errors decrease with their fourth power, and are 6e-6 for the third pair of
+modes."""
 
 
 def rayleigh_shaft(spin: float) -> Model:

@@ -20,13 +20,13 @@ from kanefe_fem.mesh.simple import box_mesh
 from kanefe_fem.solids.body import solid_body
 
 LENGTH, WIDTH, THICKNESS = 1.0, 0.1, 0.01
-"""Of a panel, m. Its bending is in the x-y plane, its thickness along y."""
+"""Size of a panel, m. It bends in the x-y plane; its thickness is along y."""
 
 BLANKET = Material(E=12e3 / (WIDTH * THICKNESS**3) * 1e-3, nu=0.0, rho=1.0 / (WIDTH * THICKNESS))
-"""EI = rho A = 1 in SI units; without lateral contraction the plate bends as the beam does."""
+"""Material with EI = rho A = 1 in SI units; without lateral contraction the plate bends like the beam."""
 
 TURN, IMPULSE_TIME = 0.05, 4.0
-"""Torque of a full sine (N m) and its duration (s)."""
+"""Amplitude of a full sine of the torque, N m, and its duration, s."""
 
 
 def satellite_modes(reference: Reference) -> Iterator[Check]:

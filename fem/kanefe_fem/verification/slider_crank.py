@@ -23,7 +23,7 @@ CRANK, ROD, RATE, SLIDER = 0.15, 0.3, 150.0, 0.075552
 
 ELEMENTS = 20
 PEAK = 1.6e-3
-"""Largest deflection of the reference, m, of which its tolerance is a share."""
+"""Largest deflection of the reference, m; its tolerance is relative to it."""
 
 
 def slider_crank(interfaces: Mapping[str, Interface], stiffening: StiffeningLevel = "none") -> Model:

@@ -23,13 +23,14 @@ from kanefe_fem.solids.body import solid_body
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 GRAVITY, SLOPE, FRICTION = 9.81, math.radians(30.0), 0.3
 FLAT = 0.5
-"""Height of the block, of its other edges."""
+"""Height of the block relative to its other edges."""
 
 SOFT = 1e-3
-"""Stiffness of the contact, of that of steel as large as the block: what it sinks in is alike at all sizes."""
+"""Contact stiffness relative to that of a steel block of this size: the relative penetration is the same for all sizes.
+"""
 
 SETTLED = 400.0
-"""Span of a run, of the time in which the contact vibrates by a radian: half of it is left out."""
+"""Duration of a run relative to the time in which the contact vibrates by one radian; the first half is ignored."""
 
 
 def block_on_slope(size: float, cells: tuple[int, int, int] = (4, 4, 2), modes: int = 6) -> tuple[Model, float]:

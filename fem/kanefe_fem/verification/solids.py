@@ -22,7 +22,7 @@ from kanefe_fem.verification.centrifugal import AREA, DENSITY, LENGTH, YOUNG, ce
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 STEEL_BAR = Material(E=210e9, nu=0.0, rho=7850.0)
-"""Without lateral contraction a plane bar stretches as the one-dimensional bar does."""
+"""Steel without lateral contraction: a plane bar then stretches like the one-dimensional bar."""
 
 BLOCK = (1.0, 0.2, 0.1)
 

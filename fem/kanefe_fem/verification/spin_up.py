@@ -16,20 +16,21 @@ from kanefe.reduction.stiffening import StiffeningLevel
 from kanefe.system import System
 
 LENGTH, EA, GA, EI, LINE_MASS, LINE_INERTIA = 10.0, 2.8e7, 1e7, 1.4e4, 1.2, 6e-4
-"""Of the arm: m, N, N, N m2, kg/m, kg m."""
+"""Arm: length, m; EA and GA, N; EI, N m2; mass per length, kg/m; rotary inertia per length, kg m."""
 
 DENSITY = 1000.0
 AREA = LINE_MASS / DENSITY
 SIDE = math.sqrt(12.0 * EI / EA)
-"""Of a square section with this ratio of EI to EA, m. A solid has its own density."""
+"""Side of a square section with this ratio of EI to EA, m. The solid has its own density."""
 
 START_TIME, FINAL_RATE = 15.0, 6.0
 
 STEP = 0.01
-"""Between the states in which the peak is sought, s; a parabola through three of them is right to 1e-6 m."""
+"""Interval of the states among which the peak is sought, s; a parabola through three of them is accurate to 1e-6 m."""
 
 Arm = Callable[[StiffeningLevel], FlexibleBody]
-"""Stiffening -> the arm along x from the origin, with the interfaces "root", clamped, and "tip"."""
+"""Function of the stiffening that makes the arm along x from the origin, with the interfaces "root", clamped, and
+"tip"."""
 
 
 def spin_up() -> Motion:

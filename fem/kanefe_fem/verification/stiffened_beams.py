@@ -31,10 +31,10 @@ from kanefe_fem.verification.slider_crank import ELEMENTS, slider_crank
 
 THIN_SECTION = Section(A=1.0, I_y=1e-8, I_z=1e-8, J=1e-8)
 THIN_MATERIAL = Material(E=1e8, nu=0.0, rho=1.0)
-"""Together EI = rho A = 1, and EA = 1e8: at 12 rad/s a bar of 1 m stretches by 5e-7."""
+"""Material with EI = rho A = 1, and EA = 1e8: at 12 rad/s a bar of 1 m stretches by 5e-7."""
 
 SEGMENTS = 8
-"""Bodies that the elastica is cut into: the error falls with the third power of their number."""
+"""Number of bodies into which the elastica is divided: the error decreases with its third power."""
 
 
 def thin_beam(elements: int, length: float = 1.0) -> FiniteElementModel:

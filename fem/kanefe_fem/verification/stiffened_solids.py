@@ -19,11 +19,12 @@ from kanefe_fem.solids.body import solid_body
 from kanefe_fem.verification import spin_up
 
 SLENDERNESS, ELEMENTS = 400.0, 150
-"""Of the blade. It stretches by the share 6 (speed / slenderness)^2, which the reference does not, and its chord is
-slower by as much. Elements longer than thrice their thickness are too stiff."""
+"""Slenderness of the blade and number of its elements. It stretches by the fraction 6 (speed / slenderness)^2, unlike
+the reference, and its chordwise mode is slower by as much. Elements longer than three times their thickness are too
+stiff."""
 
 LINE_MASS = 0.1
-"""rho A and EI of the blade; they make a density of known materials."""
+"""Values of rho A and EI of the blade, which give the density of the material."""
 
 
 def slender_bar(interfaces: Mapping[str, str], modes: int, stiffening: StiffeningLevel = "none") -> FlexibleBody:

@@ -31,7 +31,8 @@ DIMENSIONS: dict[str, Any] = {
     "discs": ((2, 0.28), (4, 0.35)),
     "stiffness": 1e6,
 }
-"""SI units; discs by the node and the outer diameter, with a bore of the shaft's diameter; bearings at both ends."""
+"""Parameters in SI units; discs by node and outer diameter, with the shaft's diameter as bore; bearings at both ends.
+"""
 
 PLACES = {"left": 0, "one": 2, "two": 4, "right": 6}
 

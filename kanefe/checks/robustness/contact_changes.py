@@ -17,7 +17,7 @@ from kanefe.system import System
 GRAVITY = 9.81
 SPAN, OUTPUTS = 0.5, 2000
 JUST = 1e-9
-"""Of an output time, s: what happens at it is of both sides."""
+"""Tolerance for events at an output time, s: these count on both sides."""
 
 
 def changes(effort: Effort) -> Iterator[Finding]:

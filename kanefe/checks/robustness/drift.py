@@ -22,7 +22,7 @@ STEPS = 1_000_000
 LIMIT = 1e-10
 REASON = "the goal for 1e6 steps of free flight"
 SAMPLES = 200
-"""Of each run, at which the invariants are looked at."""
+"""Number of samples of each run at which the invariants are evaluated."""
 
 
 def tumbling_pair() -> Model:

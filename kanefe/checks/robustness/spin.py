@@ -23,7 +23,7 @@ SPINS = (0.0, 50.0, 90.0, 99.0, 99.99, 100.0, 100.01, 101.0, 110.0, 119.0, 119.9
 SHORT_OF_SPINS = (50.0, 100.0, 110.0, 120.01)
 SPAN = 0.2
 START = (1e-3, 0.5e-3, 0.0, 0.0)
-"""x, y (m) and their rates at the start, seen from the shaft."""
+"""Initial x, y (m) and their rates (m/s), seen from the shaft."""
 
 
 def exact_states(spin: float, times: np.ndarray) -> np.ndarray:

@@ -80,4 +80,4 @@ class Units:
 
 SI = Units()
 MILLIMETRES = Units(length=1e3, mass=1e-3)
-"""mm, t, s: with them N and MPa."""
+"""Units mm, t, s, which imply N and MPa."""

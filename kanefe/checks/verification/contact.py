@@ -24,10 +24,11 @@ from kanefe.system import System
 
 GRAVITY = 9.81
 STIFFNESS = 1e6, 1e7
-"""Of the contact, N/m, at which runs are compared with rigid closed forms."""
+"""Stiffnesses of the contact at which runs are compared with rigid closed forms, N/m."""
 
 DAMPING = 0.3
-"""Lambda of Hunt and Crossley's law, s/m: it acts on what bounces at the start, and on nothing in a steady motion."""
+"""Damping lambda of Hunt and Crossley's law, s/m: it damps bouncing at the start, and does not affect a steady motion.
+"""
 
 RTOL = 1e-9
 

@@ -103,7 +103,7 @@ def slack_rope(reference: Reference) -> Iterator[Check]:
 
 
 POUND_FORCE, INCH, FEET_GRAVITY = 4.4482216152605, 0.0254, 9.80665
-"""N, m, and the gravity of the units in pounds, m/s2."""
+"""Pound-force, N; inch, m; and standard gravity of the units in pounds, m/s2."""
 
 
 def landing_gear(reference: Reference) -> Iterator[Check]:

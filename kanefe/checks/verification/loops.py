@@ -67,7 +67,7 @@ START = (
     1.23054744454982119249735015568,
 )
 ANDREWS = ("beta", "Theta", "gamma", "Phi", "delta", "Omega", "epsilon")
-"""Bodies, each called by the angle of its joint, in the order of the reference."""
+"""Names of the bodies after the angles of their joints, in the order of the reference."""
 
 
 def andrews_mechanism() -> Model:

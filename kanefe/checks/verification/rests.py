@@ -14,7 +14,7 @@ from kanefe.linear.equilibrium.equilibria import equilibrium
 from kanefe.system import System
 
 STIFFNESS = 1e8
-"""Of each pair of feet that yields, N/m."""
+"""Stiffness of each pair of compliant feet, N/m."""
 
 
 def pulled_chest(reference: Reference) -> Iterator[Check]:

@@ -15,7 +15,7 @@ from kanefe.system import System
 GRAVITY = (0.0, -9.81, 0.0)
 
 RTOL = 1e-12
-"""Of the runs: the double pendulum is chaotic and multiplies errors by some thousands in 5 s."""
+"""Relative tolerance of the runs: the double pendulum is chaotic and multiplies errors by some thousands in 5 s."""
 
 
 def pendulum(reference: Reference) -> Iterator[Check]:

@@ -16,16 +16,17 @@ from kanefe.system import System
 TOLERANCE = 1e-4
 
 Rotor = Callable[[float], Model]
-"""Spin (rad/s) -> the rotor in a frame that spins with it."""
+"""Function of the spin (rad/s) that makes the rotor in a frame that spins with it."""
 
 MASS = 2.0
-"""Of the point, kg: it drops out."""
+"""Mass of the point, kg: the results do not depend on it."""
 
 DISC, STIFFNESS, INTERNAL, EXTERNAL = 5.0, 2e5, 40.0, 25.0
-"""Of the Jeffcott rotor: kg, N/m, and N s/m of the shaft, which turn with it, and of the bearings, which do not."""
+"""Jeffcott rotor: mass of the disc, kg; stiffness of the shaft, N/m; damping of the shaft, which rotates with it, and
+of the bearings, which does not, N s/m."""
 
 REACH, BENDING = 0.5, 8e3
-"""Of the shaft that carries an overhung disc: m, N m2."""
+"""Length (m) and bending stiffness (N m2) of the shaft that carries an overhung disc."""
 
 
 def spin_eigenvalues(model: Model) -> np.ndarray:

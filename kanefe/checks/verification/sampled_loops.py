@@ -13,10 +13,10 @@ from kanefe.linear import sampled_loop
 from kanefe.system import System
 
 MASS, EVERY, STIFFNESS = 2.0, 0.05, 80.0
-"""Of the mass, kg; of the samples, s; of the controller, N/m."""
+"""Mass, kg; sampling interval, s; stiffness of the controller, N/m."""
 
 START = 0.1
-"""m."""
+"""Initial displacement, m."""
 
 
 def controlled_mass(damping: float, delay: float = 0.0) -> System:

@@ -15,7 +15,7 @@ from kanefe.joints import Motion, Prismatic, Revolute, Spherical
 from kanefe.system import System
 
 PI = 3.1415927
-"""As the test set has it."""
+"""Value of pi in the test set."""
 
 CRANK, ROD, WIDTH, HEIGHT, RATE = 0.15, 0.30, 0.008, 0.008, 150.0
 E, DENSITY = 2e11, 7870.0

@@ -22,7 +22,8 @@ from kanefe.result import Result
 from kanefe.system import System
 
 S175 = "s175.re1"
-"""Of the Marine Systems Simulator: three of its five speeds and five of its nineteen headings, as they are there."""
+"""File of the Marine Systems Simulator with three of its five speeds and five of its nineteen headings, otherwise
+unchanged."""
 
 
 def of_spectrum(spectrum: Spectrum, values: dict[str, Any], name: str) -> Iterator[Check]:
@@ -86,21 +87,21 @@ def container_ship(reference: Reference) -> Iterator[Check]:
 
 
 POINT = np.array((-30.0, 0.0, 5.0))
-"""Of the deck, from the reference point, m."""
+"""Point of the deck, from the reference point, m."""
 
 BEAM = 90.0
 GRAVITY = 9.81
 DOWN = np.array((0.0, 0.0, -GRAVITY))
 RAMP = 30.0
 STIFFNESS = 1e5
-"""Of the block's contact, N/m."""
+"""Contact stiffness of the block, N/m."""
 
 DURATION = 600.0
 SAMPLES = 4096
-"""Of a record of that duration: some seventy in a wave."""
+"""Number of samples of a record: about seventy per wave."""
 
 CLEAR = 0.02
-"""Share of the limit by which a load must pass it, for the time at which it does so to be compared."""
+"""Excess over the limit, relative to it, that a load must reach for the time of exceedance to be compared."""
 
 
 def loads_across(ship: Ship, omega: np.ndarray, mu: float) -> tuple[np.ndarray, np.ndarray]:

@@ -37,8 +37,8 @@ def read_stl(path: Path) -> tuple[Matrix, np.ndarray]:
         try:
             corners = np.array([[float(word) for word in words[i + 1 : i + 4]] for i in places]).reshape(-1, 3)
         except ValueError as error:
-            raise FileError(f"{path} is no STL file: a vertex is not three numbers") from error
+            raise FileError(f"{path} is not an STL file: a vertex is not three numbers") from error
     if not len(corners) or len(corners) % 3:
-        raise FileError(f"{path} is no STL file: it has {len(corners)} vertices, which should be three a triangle")
+        raise FileError(f"{path} is not an STL file: it has {len(corners)} vertices, which should be three a triangle")
     vertices, where = np.unique(corners, axis=0, return_inverse=True)
     return vertices, where.reshape(-1, 3)

@@ -29,4 +29,4 @@ def open_dataset(path: Path) -> Any:
         with xarray.open_dataset(path, engine="h5netcdf") as found:
             return found.load()
     except (OSError, ValueError, KeyError, RuntimeError) as error:
-        raise FileError(f"{path} is truncated or is no netCDF-4 file ({error}). Remedy: export it again") from error
+        raise FileError(f"{path} is truncated or not a netCDF-4 file ({error}). Remedy: export it again") from error

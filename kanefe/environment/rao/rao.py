@@ -15,19 +15,20 @@ from kanefe.frames import Vector
 
 NAMES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 MIRRORED = np.array((1.0, -1.0, 1.0, -1.0, 1.0, -1.0))
-"""Signs of the motions of a ship that is its own mirror image, in waves from the other side."""
+"""Signs of the motions of a symmetric ship in waves from the other side."""
 
 ROUND_OFF = 1e-4
-"""By which a speed, as a share of the highest, and a frequency, as a share of itself, may lie beyond what is known:
-files are rounded so."""
+"""Excess over the known range within rounding of files: of a speed relative to the highest, and of a frequency relative
+to itself."""
 
 SAME_HEADING = 1e-6
-"""Degrees."""
+"""Difference below which headings are the same, degrees."""
 
 HEADING_DIGITS = 6
 
 ASYMMETRY = 1e-2
-"""Of the largest transverse motion, what one of a symmetric ship in head or following seas may be: what is noise."""
+"""Largest noise in the transverse motions of a symmetric ship in head or following seas, relative to the largest
+transverse motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +80,7 @@ class MotionRao:
             if axis.ndim != 1 or not len(axis) or not np.all(np.isfinite(axis)) or np.any(np.diff(axis) <= 0.0):
                 raise ModelError(f"{self.name}: the {what} of an RAO must be finite numbers that increase")
         if self.frequencies[0] <= 0.0 or len(self.frequencies) < 2:
-            raise ModelError(f"{self.name}: an RAO needs two frequencies above zero at least, rad/s")
+            raise ModelError(f"{self.name}: an RAO needs at least two frequencies above zero, rad/s")
         if self.speeds[0] < 0.0 or self.headings_deg[0] < 0.0 or self.headings_deg[-1] > 360.0:
             raise ModelError(f"{self.name}: speeds of an RAO are zero or above, headings 0 to 360 degrees")
         wanted = (len(self.speeds), len(self.headings_deg), len(self.frequencies), 6)
@@ -89,7 +90,7 @@ class MotionRao:
             at = np.argwhere(~np.isfinite(self.values))[0]
             raise ModelError(
                 f"{self.name}: {NAMES[at[3]]} at {self.frequencies[at[2]]:.4g} rad/s and heading "
-                f"{self.headings_deg[at[1]]:g} is no finite number. Remedy: export it again"
+                f"{self.headings_deg[at[1]]:g} is not a finite number. Remedy: export it again"
             )
 
     @cached_property
@@ -188,7 +189,7 @@ class MotionRao:
         )
         if np.any(unknown):
             first, last = self.headings_deg[0], self.headings_deg[-1]
-            lopsided = "the ship is not its own mirror image, or head and following seas, which tell that, are missing"
+            lopsided = "the ship is not symmetric, or head and following seas, which show that, are missing"
             why = "" if self.is_symmetric else f": {lopsided}"
             raise ModelError(
                 f"{self.name} has headings of {first:g} to {last:g} degrees and was asked for "
@@ -212,7 +213,8 @@ def _between(axis: Vector, at: Vector, what: str, unit: str, name: str) -> tuple
     if np.any(beyond):
         raise ModelError(
             f"{name} is known for {what} {axis[0]:.6g} to {axis[-1]:.6g} {unit} and was asked for "
-            f"{at[beyond][0]:.6g} {unit}. Remedy: nothing is extrapolated; stay inside, or an RAO that goes further"
+            f"{at[beyond][0]:.6g} {unit}. Remedy: stay inside, since nothing is extrapolated, or an RAO with a larger "
+            "range"
         )
     i = np.clip(np.searchsorted(axis, at, side="right") - 1, 0, len(axis) - 2)
     return i, np.clip((at - axis[i]) / (axis[i + 1] - axis[i]), 0.0, 1.0)

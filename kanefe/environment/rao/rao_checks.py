@@ -13,19 +13,20 @@ from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.frames import Vector
 
 LONG = 0.3
-"""Largest distance of the heave from that of the surface for waves to count as long."""
+"""Largest deviation of the heave from that of the surface for waves to count as long."""
 
 ALONG, AGAINST = 0.5, -0.5
-"""Real part of a motion divided by that of the surface, above which both agree, and below which they are opposed."""
+"""Real part of a motion divided by that of the surface above which both agree, and below which they are opposed."""
 
 SLOPES = 0.3, 3.0
-"""Of rotations in long waves divided by the slope of the surface: roll has begun to grow to its resonance."""
+"""Range of rotations in long waves divided by the slope of the surface: roll already grows towards its resonance."""
 
 BELOW_ROLL = 2.0
-"""How far the lowest frequency must be below that of the largest roll for the sign of roll to be that of the slope."""
+"""Ratio of the frequency of the largest roll to the lowest frequency from which the sign of roll is that of the slope.
+"""
 
 INSIDE = 0.5
-"""Smallest share of head or beam seas in a heading for motions along or across to be looked at."""
+"""Cosine or sine of a heading from which motions along or across are checked."""
 
 
 def surface_motion(heading_deg: float, number: float) -> Vector:
@@ -64,7 +65,7 @@ def check_long_waves(rao: MotionRao) -> None:
                 rao, "heave of long waves is as high as the surface but not with it", "phases are of another wave"
             )
         warnings.warn(
-            f"{rao.name}: its longest waves ({rao.frequencies[0]:.3g} rad/s) are too short to check the axes and signs "
+            f"{rao.name}: its longest waves ({rao.frequencies[0]:.3g} rad/s) are too short to check axes and signs "
             f"by: the ship heaves {abs(heave).max():.3g} m in 1 m. Remedy: an RAO with longer waves, or a look at "
             "Ship.plot_rao()",
             AccuracyWarning,

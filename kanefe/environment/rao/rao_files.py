@@ -23,7 +23,7 @@ READERS = {
     ".csv": (read_table, ("convention",)),
     ".txt": (read_table, ("convention",)),
 }
-"""By suffix: the reader, and what it must or may be told."""
+"""Reader, with its required and optional arguments, by suffix."""
 
 
 @checked("symmetric")
@@ -120,8 +120,8 @@ def example_rao() -> MotionRao:
 def _refuse(said: dict[str, Any], known: tuple[str, ...], what: str) -> None:
     unknown = [name for name in said if name not in known]
     if unknown:
-        takes = f"takes {', '.join(known)}" if known else "says what it means itself"
-        raise ModelError(f"{', '.join(unknown)} cannot be said of {what}, which {takes}. Remedy: leave it out")
+        takes = f"takes {', '.join(known)}" if known else "states its convention itself"
+        raise ModelError(f"{', '.join(unknown)} cannot be given for {what}, which {takes}. Remedy: leave it out")
 
 
 def _two(point: tuple[float, float]) -> tuple[float, float]:

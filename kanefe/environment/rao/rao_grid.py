@@ -15,13 +15,14 @@ from kanefe.frames import Vector
 from kanefe.storage.files import regular_file
 
 DIGITS = 9
-"""Significant ones by which headings and frequencies of rows are the same."""
+"""Number of significant digits in which headings and frequencies of rows are compared."""
 
 ROWS = 20
-"""Last ones of a file, among which those like the last one are looked for."""
+"""Number of last rows of a file among which repetitions of the last row are searched."""
 
 FULL_CIRCLE = 360.0
-"""Degrees: files give headings of 0 to 360 or of -180 to 180, and what is more is an error of the file."""
+"""Largest heading, degrees: files give headings of 0 to 360 or of -180 to 180, and larger values are errors of the
+file."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ class Rows:
         beyond = ~(np.abs(self.headings) <= FULL_CIRCLE)
         if np.any(beyond):
             raise FileError(
-                f"{path}: heading {self.headings[beyond][0]:g} is no direction, which are -360 to 360 degrees. Remedy: "
+                f"{path}: heading {self.headings[beyond][0]:g} is not a direction from -360 to 360 degrees. Remedy: "
                 "check the column of headings"
             )
         turned = convention.headings(self.headings)
@@ -95,7 +96,7 @@ def number_lines(path: Path, what: str) -> list[str]:
     except OSError as error:
         raise FileError(f"cannot read {path}: {error.strerror}. Remedy: check the file") from error
     if not text.strip() or "\0" in text[:4096]:
-        raise FileError(f"{path} is empty or no text, where {what} were expected. Remedy: export it again")
+        raise FileError(f"{path} is empty or not text, where {what} were expected. Remedy: export it again")
     lines = text.splitlines()
     if not text.endswith(("\n", "\r")) and _is_cut(lines):
         raise FileError(
@@ -122,7 +123,7 @@ def numbers_of(line: str, count: int, where: str) -> list[float]:
     Raises
     ------
     FileError
-        If it has fewer, or something that is no number.
+        If it has fewer, or something that is not a number.
     """
     try:
         found = [float(word.translate(_EXPONENTS)) for word in line.split()]

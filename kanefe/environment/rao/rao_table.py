@@ -19,7 +19,7 @@ FREQUENCIES = {
     "frequency": lambda x: 2.0 * np.pi * x,
     "period": lambda x: 2.0 * np.pi / x,
 }
-"""Columns of wave frequency, in rad/s, Hz and s."""
+"""Conversion to rad/s of columns of wave frequency in rad/s and Hz and of wave period in s."""
 
 
 def read_table(
@@ -96,5 +96,5 @@ def _motion(path: Path, columns: dict[str, Any], name: str) -> np.ndarray:
         return np.asarray(columns[f"{name}_amplitude"] * np.exp(1j * np.radians(columns[f"{name}_phase"])))
     raise FileError(
         f"{path} has no columns {name}_re and {name}_im, or {name}_amplitude and {name}_phase. Remedy: add them; zeros "
-        "where the ship does not move so"
+        "where the ship does not have such a motion"
     )

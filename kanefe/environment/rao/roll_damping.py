@@ -14,7 +14,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import Vector
 
 BESIDE = 2
-"""Points to either side of the largest roll through which the response of one degree of freedom is laid."""
+"""Number of points on either side of the largest roll through which the response of one degree of freedom is fitted."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,9 @@ def roll_resonance(rao: MotionRao) -> tuple[float, float]:
     peak = int(np.argmax(squares))
     unknown = "Remedy: RollDamping(ratio, frequency=..., ratio_of_rao=...)"
     if not 0 < peak < len(squares) - 1:
-        raise ModelError(f"the roll of {rao.name} has no peak within its frequencies to find its damping by. {unknown}")
+        raise ModelError(
+            f"the roll of {rao.name} has no peak within its frequencies from which to find its damping. {unknown}"
+        )
     near = slice(max(peak - BESIDE, 0), peak + BESIDE + 1)
     # rows are weighted by the squares themselves, so that errors are shares of them
     terms = squares[near, None] * np.power.outer(met[near] ** 2, np.arange(3))

@@ -12,7 +12,7 @@ from kanefe.environment.rao.rao_grid import Rows, number_lines, numbers_of
 from kanefe.errors import FileError
 
 TEXT_LINES = 6
-"""Which open the file; four with numbers follow."""
+"""Number of text lines at the start of the file; four with numbers follow."""
 
 
 def read_veres(path: Path, *, symmetric: bool | None = None) -> MotionRao:

@@ -13,7 +13,7 @@ from kanefe.environment.rao.rao_grid import Rows, number_lines, numbers_of
 from kanefe.errors import FileError, ModelError
 
 COLUMNS = 7
-"""Period, heading, motion, modulus, phase, real and imaginary part."""
+"""Number of columns: period, heading, motion, modulus, phase, real and imaginary part."""
 
 
 def read_wamit(
@@ -39,7 +39,7 @@ def read_wamit(
     """
     if length is None or not (math.isfinite(length) and length > 0.0):
         raise ModelError(
-            f"{path.name}: the motions of WAMIT are free of dimensions by ULEN, which the file does not say. Remedy: "
+            f"{path.name}: the motions of WAMIT are made dimensionless by ULEN, which the file does not give. Remedy: "
             "length=..., that of the .gdf, m"
         )
     lines = number_lines(path, "motions of WAMIT")

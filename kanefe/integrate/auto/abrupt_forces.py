@@ -22,18 +22,19 @@ if TYPE_CHECKING:
     from kanefe.contact.contact import Contact
 
 MUCH = 40.0
-"""Times the work of Radau's method: what the explicit one may take where stops act all the time."""
+"""Largest work of the explicit method where stops act all the time, in multiples of that of Radau's method."""
 
 LITTLE, LITTLE_AT_CONTACTS = 0.1, 0.25
-"""The same: what the explicit one may take where friction in joints sticks, which it lets tremble by its tolerance; and
-where contacts touch and settle, which asks for more steps of Radau's method than `LEAST_BESIDE_KINKS`."""
+"""Largest work of the explicit method, in multiples of that of Radau's method, where friction in joints sticks, whose
+oscillation it limits by its tolerance only; and where contacts touch and settle, for which Radau's method needs more
+steps than `LEAST_BESIDE_KINKS`."""
 
 STEPS_A_RADIAN, MOST_MOVED = 30.0, 500.0
-"""Of Radau's method, for each joint that rubs and each radian of the motion of a scene: of chains of 1 to 20 links; and
-radians, after which friction has stopped what it may."""
+"""Steps of Radau's method for each joint with friction and each radian of the motion of a scene, for chains of 1 to 20
+links; and the motion after which friction has stopped what it can, rad."""
 
 AT_REST = 0.01
-"""Radians of its motion in a run below which a scene on contacts begins at rest, which Radau's method steps over."""
+"""Motion in a run below which a scene on contacts starts at rest, so that Radau's method steps over it, rad."""
 
 
 def explicit_serves_stops(model: Model, start: float, span: float) -> bool:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 DEFAULT_RTOL = 1e-6
 
 ATOL_SHARE = 0.1
-"""Of rtol: the absolute tolerance where none is given."""
+"""Default absolute tolerance relative to rtol."""
 
 
 @dataclass(frozen=True)

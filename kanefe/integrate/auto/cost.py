@@ -9,33 +9,36 @@ from kanefe.integrate.auto.vibrations import Vibrations
 from kanefe.integrate.methods.radau5 import of_order_three
 
 PRODUCTS_A_BODY, PRODUCTS_A_FLEXIBLE_BODY, PRODUCTS_A_PAIR = 500.0, 4000.0, 6.0
-"""Of an evaluation, for each rigid and each flexible body, and each pair of modes of one, in units of a product of the
-factors below."""
+"""Products in an evaluation for each rigid body, for each flexible body, and for each pair of its modes, in units of a
+product of the factors below."""
 
 PRODUCTS_A_CALL = 20_000.0
-"""The same of functions of the user in Python, whatever they do."""
+"""Products in a call of a Python function of the user, whatever it does."""
 
 STABLE, STAGES = 5.5, 12.0
-"""Radians of the fastest vibration in a step of the explicit method, and evaluations of a step."""
+"""Radians of the fastest vibration in a step of the explicit method, and number of evaluations in a step."""
 
 EVALUATIONS_A_STEP, PRODUCTS_OF_FACTORS = 6.5, 10.0 / 3.0
-"""Of a step of Radau's method: evaluations, and products over the cube of the speeds, of one real and one complex
-factorisation (2/3 and four times as many)."""
+"""Evaluations in a step of Radau's method, and products relative to the cube of the number of speeds for one real and
+one complex factorisation (2/3 and four times as many)."""
 
 EVALUATIONS_A_SAMPLE = 400.0
-"""Of the extrapolation between samples of a controller, where what is hardly damped vibrates by more than 1e-5."""
+"""Evaluations of the extrapolation between samples of a controller where nearly undamped modes vibrate by more than
+1e-5."""
 
 ERROR_OF_RADAU = 0.0084
-"""Of its formula of order 3, over the fourth power of the radians of a vibration in a step: as measured."""
+"""Measured error of Radau's third-order formula relative to the fourth power of the radians of a vibration in a step.
+"""
 
 SEEN_BY_RADAU = 10.0
-"""Times what is allowed: its first step damps smaller vibrations."""
+"""Vibration, in multiples of the permitted error, above which Radau's method resolves it: its first step damps smaller
+ones."""
 
 LEAST_DECAY = 1e-6
-"""Of a vibration in a run: below, it is none."""
+"""Decay of a vibration in a run below which it counts as undamped."""
 
 LEAST_OF_RADAU, LEAST_BESIDE_KINKS = 100.0, 400.0
-"""Steps at least; where forces have kinks."""
+"""Least number of steps, without and with kinks in the forces."""
 
 
 def _evaluation(model: Model) -> float:

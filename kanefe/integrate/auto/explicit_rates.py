@@ -13,7 +13,7 @@ from kanefe.storage.scipy_later import scipy
 from kanefe.tree.scales import coordinate_moves, state_scales
 
 ROUNDS = 4
-"""Of the iteration for the largest rate: functions that act along few coordinates are found in two."""
+"""Largest number of iterations for the largest rate: functions that act along few coordinates need two."""
 
 
 def look_at_state(model: Model) -> bool:

@@ -41,43 +41,44 @@ if TYPE_CHECKING:
     from kanefe.contact.rigid.granular_contacts import RigidCrowd
 
 MOST_EXPLICIT_STEPS = 2000.0
-"""Steps that the explicit method would need for the elastic modes, above which an implicit one is taken."""
+"""Steps of the explicit method for the elastic modes above which an implicit method is taken."""
 
 MOST_SPEEDS = 150
-"""Of a scene that Radau's method, whose work grows with their cube, is taken for."""
+"""Largest number of speeds for Radau's method, whose work grows with their cube."""
 
 LOOSE_RTOL = 1e-4
-"""From which on the extrapolation has less work than Radau's method where what vibrates is damped."""
+"""Relative tolerance from which the extrapolation has less work than Radau's method if all vibrations are damped."""
 
 LEAST_RTOL_OF_SWEEPS = 1e-7
-"""Below which vibrations have to be followed that any motion excites."""
+"""Relative tolerance below which vibrations that any motion excites have to be resolved."""
 
 FEW_PERIODS, FEW_IF_LOOSE = 30.0, 20.0
-"""Of the slowest mode in a run: so many steps any method takes, which then follow its vibrations; and from `LOOSE_RTOL`
-on, where the extrapolation has no first step that is long enough."""
+"""Periods of the slowest mode in a run up to which every method resolves its vibrations; and their number from
+`LOOSE_RTOL` on, where the extrapolation has no first step that is long enough."""
 
 MOST_OUTSIDE = 150.0
-"""Rate of what is outside the sweep times the span: below, steps that look at functions often enough take it."""
+"""Product of the highest rate outside the sweep and the span below which steps that sample functions often enough
+suffice."""
 
 CONTACT_ATOL = 1e-7
-"""Largest absolute tolerance where there are contacts and friction, of the size of a scene: a hundredth of what they
-yield by, where that is 1e-5. With a larger one a loose run shakes loose what sticks, and takes more steps for it."""
+"""Largest absolute tolerance with contacts and friction, relative to the size of the scene: a hundredth of their
+deflection, if that is 1e-5. With a larger tolerance a loose run shakes sticking points loose and takes more steps."""
 
 LEAST_SHARE = 0.1
-"""Of the usual absolute tolerance, at least, for vibrations that are small beside the scene."""
+"""Smallest absolute tolerance for vibrations that are small relative to the scene, as a fraction of the usual one."""
 
 LOST = 300.0
-"""Absolute tolerance with that share, over the size of what vibrates at the start and rtol, from which on even that
-does not keep it: in a period some hundred rtol of its energy are lost."""
+"""Absolute tolerance with that fraction, relative to the initial vibration and rtol, from which even that does not
+conserve the vibration: it loses some hundred rtol of its energy per period."""
 
 MANY_SAMPLES = 50.0
-"""Of controllers, from which on Radau's method has more Jacobians to make than steps to spare."""
+"""Number of controller samples from which Radau's method needs too many Jacobians."""
 
 STOPS = "stops"
 
 LEAST_MOTION, FEWEST_STEPS = 0.02, 500.0
-"""Of the radius of the smallest ball: how far what falls through a scene moves in a step over impacts; and steps of a
-run at least."""
+"""Motion of a falling body in a step over impacts, relative to the radius of the smallest ball; and least number of
+steps of a run."""
 
 
 class SuitedMethod(NamedTuple):
@@ -175,10 +176,10 @@ def _for_abrupt_forces(model: Model, abrupt: Sequence[Load], start: float, span:
     share = min(CONTACT_ATOL / atol, 1.0)
     if explicit_serves_friction(model, abrupt, start, span):
         return SuitedMethod("dop853", "friction in joints, which is not stiff if all of it sticks", share=share)
-    reason = f"{abrupt[0].kind} {abrupt[0].name!r} may be stiff at once"
+    reason = f"{abrupt[0].kind} {abrupt[0].name!r} may become stiff suddenly"
     if explicit_serves_contacts(model, abrupt, start, span):
         unknowns = model.free_count + model.state_count
-        reason += f", but {unknowns} speeds and states of contacts are much work for radau5"
+        reason += f", but {unknowns} speeds and states of contacts are costly for radau5"
         return SuitedMethod("dop853", reason, share=share)
     return SuitedMethod("radau5", reason, share=share)
 
@@ -225,7 +226,7 @@ def _of_crowd(model: Model, crowd: RigidCrowd, span: float) -> SuitedMethod:
     step = min(span / FEWEST_STEPS, LEAST_MOTION * radius / speed if speed > 0.0 else span)
     pairs = len(crowd.balls) * (len(crowd.balls) - 1) // 2 + len(crowd.balls) * len(crowd.walls)
     return SuitedMethod(
-        "moreau-jean", f"{pairs} pairs of rigid surfaces may meet, at too many times to end a step", step=step
+        "moreau-jean", f"{pairs} pairs of rigid surfaces may collide too often to end a step each time", step=step
     )
 
 
@@ -243,7 +244,7 @@ def _by_vibrations(
     found = vibrations(dynamics, start, stop - start)
     every = min((controller.every for controller in model.controllers), default=math.inf)
     if stop - start > MANY_SAMPLES * every and np.all(found.ratios >= least_damping(found.frequencies * every)):
-        reason += f", and controllers have every method begin anew each {every:g} s"
+        reason += f", and controllers restart every method each {every:g} s"
         explicit = explicit_work(model, (stop - start) * float(found.frequencies.max(initial=0.0)))
         lasts = not is_loose and np.any(found.ratios < LEAST_DAMPING)  # and is seen anew from each sample on
         is_more = lasts and explicit < sampled_work(model, (stop - start) / every)
@@ -292,10 +293,10 @@ def _followed(
     model, (start, stop) = dynamics.model, times
     span, is_undamped = stop - start, undamped < math.inf
     if rtol is not None and rtol < LEAST_RTOL_OF_SWEEPS:
-        return f"rtol={rtol:g} follows their vibrations"
+        return f"rtol={rtol:g} resolves their vibrations"
     frequencies = modal_frequencies(model)
     if not np.any(frequencies > 0.0) or (is_undamped and _has_springs(model)):
-        return "vibrations on springs of joints are followed"
+        return "vibrations on springs of joints are resolved"
     slowest = undamped if is_undamped else float(frequencies[frequencies > 0.0].min())
     is_loose = _is_loose(rtol)
     if span * slowest < 2.0 * math.pi * (FEW_IF_LOOSE if is_loose else FEW_PERIODS):
@@ -304,7 +305,7 @@ def _followed(
     if dynamics.calls_functions:
         longest = min(longest, span / LEAST_STEPS, float(np.diff(changes).min(initial=math.inf)))
     if is_undamped and longest < CALM / undamped:
-        return "steps that functions and controllers ask for follow what is not damped"
+        return "steps that functions and controllers require resolve undamped vibrations"
     if rtol is not None and seen:
         return f"vibrate by more than rtol={rtol:g} {seen}"
     return ""

@@ -19,37 +19,39 @@ from kanefe.storage.scipy_later import scipy
 from kanefe.tree.scales import coordinate_moves, displacement_scales, modal_frequencies, state_scales
 
 FIRST_SHARE = 0.05
-"""Of the span: the first step where nothing vibrates."""
+"""First step if nothing vibrates, relative to the span."""
 
 FIRST_PERIODS = 20.0
 """Radians of the lowest mode over which the trial step brings vibrations to rest."""
 
 UNSEEN, UNSEEN_UNDAMPED = 20.0, 5.0
-"""Of the absolute tolerance, which is a tenth of the relative one unless it is given: vibrations that are stepped over;
-and those that would last."""
+"""Vibrations that are stepped over, in multiples of the absolute tolerance, which by default is a tenth of the relative
+one: damped and undamped."""
 
 LEAST_DAMPING = 0.005
-"""Ratio from which on no number of columns of the extrapolation lets a vibration grow."""
+"""Damping ratio from which a vibration does not grow with any number of columns of the extrapolation."""
 
 GROWTH, MOST_RADIANS = 0.05, 0.5
-"""What a step of the extrapolation adds to a vibration at most, over the fourth power of its radians in the step; up to
-which that holds. Of the stability functions of one to eight columns on the imaginary axis, of which three add most."""
+"""Largest growth of a vibration in a step of the extrapolation, relative to the fourth power of its radians in the
+step, and the radians up to which this holds. It follows from the stability functions of one to eight columns on the
+imaginary axis, of which that of three grows most."""
 
 CALM = 10.0
-"""Radians of a vibration in a step of the extrapolation with all columns from which on none grows, however little it
-is damped; with fewer, in proportion. A quarter more than its stability needs: frequencies change as bodies move."""
+"""Radians of a vibration in a step of the extrapolation with all columns from which it does not grow, however small its
+damping; with fewer columns in proportion. It is a quarter more than stability requires, because frequencies change as
+bodies move."""
 
 MOST_CHANGES = 64
-"""Of functions of the time, of which it is asked what vibrations they begin."""
+"""Largest number of jumps of functions of time whose vibrations are computed."""
 
 ALLOWED_AT_REST = 0.1
-"""Of what is allowed of something large: the absolute tolerance, unless it is given."""
+"""Default absolute tolerance as a fraction of the permitted error of a large quantity."""
 
 OFTEN = 0.3
-"""Of the largest: vibrations that count as begun anew."""
+"""Size of a vibration, relative to the largest one, from which it counts as excited again."""
 
 MOST_DENSE = 600
-"""Speeds of scenes whose vibrations are found from matrices of the whole scene."""
+"""Largest number of speeds of scenes whose vibrations are computed from matrices of the whole scene."""
 
 
 def are_seen(dynamics: Dynamics, t: float, y: Vector, longest: float, rtol: float, atol: Vector) -> bool:

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from kanefe.kane.rigid_contacts.impacts import PointChange
 
 FAR = 1.0
-"""Value of a function that looks at nothing."""
+"""Value of an event function that is not evaluated."""
 
 AT_ONCE = 1e-9
-"""Share of a run: changes of a point within it are one."""
+"""Time, as a fraction of the run, within which changes of a point count as one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +84,7 @@ class ReportedContactEvent(Event):
 
 
 STEPS_OVER = "moreau-jean"
-"""The method whose steps impacts do not end."""
+"""Method whose steps do not end at impacts."""
 
 
 def changes_of_contacts(model: ModelData, method: str, start: float, stop: float, rtol: float) -> tuple[Event, ...]:

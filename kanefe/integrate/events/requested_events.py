@@ -56,7 +56,7 @@ def with_what_is_asked(of_loads: Sequence[Event], events: Sequence[Event]) -> tu
         by = [one for one in asked if fnmatchcase(event.name, one.name) and one.acts]
         if len(by) > 1:
             raise ModelError(
-                f"event {event.name!r} is asked for twice, as {by[0].name!r} and {by[1].name!r}. Remedy: once"
+                f"event {event.name!r} is requested twice, as {by[0].name!r} and {by[1].name!r}. Remedy: once"
             )
         found.append(_asked(event, by[0]) if by else event)
     return tuple(found)
@@ -68,8 +68,8 @@ def _asked(event: Event, by: Event) -> Event:
     if isinstance(event, ReportedContactEvent) and by.action is None:
         return replace(event, terminal=True)
     raise ModelError(
-        f"event {event.name!r} is one of a rigid contact, after which the run goes on as the contact has it. Remedy: "
-        "terminal=True and another run from its end, or kanefe.HuntCrossley(...) in place of Rigid"
+        f"event {event.name!r} is one of a rigid contact, after which the contact determines how the run continues. "
+        "Remedy: terminal=True and another run from its end, or kanefe.HuntCrossley(...) in place of Rigid"
     )
 
 

@@ -8,8 +8,8 @@ from kanefe.kane.loop_closure import open_constraints, openings
 from kanefe.tree.model_data import ModelData
 
 LARGEST_GAP = 1e-3
-"""Of the scene's length, or in rad: what a constraint may be open where it is switched on. A larger one would close by
-a jump. An event is found to round-off, but its function may leave out small parts of the gap."""
+"""Largest gap of a constraint when it is switched on, relative to the scene's length or in rad. A larger gap would
+close by a jump. An event is located to round-off, but its function may neglect small parts of the gap."""
 
 
 def check_switched(model: ModelData, t: float, before: Vector, after: Vector) -> None:

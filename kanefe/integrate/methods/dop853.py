@@ -40,7 +40,7 @@ STAGES = (
         -2.8589982771350235, -8.87285693353063, 12.360567175794303, 0.6433927460157636,
     ),
 )  # fmt: skip
-"""Of the stages but the first."""
+"""Coefficients of all stages but the first."""
 
 STEP = weights(
     0.054293734116568765, 6, 4.450312892752409, 1.8915178993145003, -5.801203960010585, 0.3111643669578199,
@@ -57,7 +57,7 @@ ERRORS = (
         -0.1521609496625161, 0.20136540080403034, 0.02265179219836082,
     ),
 )  # fmt: skip
-"""Of order 5 and 3, the rates at the end included."""
+"""Error coefficients of order 5 and 3, including the rates at the end of the step."""
 
 EXTRA_NODES = (
     0.1, 0.2, 0.7777777777777778,
@@ -107,4 +107,6 @@ def coefficients() -> Tableau:
     return tableau(((), *STAGES), STEP, NODES, order=8, errors=ERRORS, extra=EXTRA, extra_c=EXTRA_NODES, dense=DENSE)
 
 
-METHOD = explicit_method("dop853", "explicit, of Dormand & Prince: the choice where nothing is stiff", coefficients, 8)
+METHOD = explicit_method(
+    "dop853", "explicit method of Dormand & Prince: for scenes that are not stiff", coefficients, 8
+)

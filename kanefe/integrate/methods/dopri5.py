@@ -17,7 +17,7 @@ STAGES = (
     (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729),
     (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656),
 )
-"""Of the stages but the first."""
+"""Coefficients of all stages but the first."""
 
 STEP = 35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84
 
@@ -32,7 +32,7 @@ QUARTIC = (
     -1453857185 / 822651844,
     69997945 / 29380423,
 )
-"""Of the dense output: all that the cubic through both ends lacks."""
+"""Coefficients of the dense output: the difference from the cubic through both ends."""
 
 
 def coefficients() -> Tableau:
@@ -40,4 +40,4 @@ def coefficients() -> Tableau:
     return tableau(((), *STAGES), STEP, NODES, order=5, errors=[ERROR], dense=[QUARTIC])
 
 
-METHOD = explicit_method("dopri5", "explicit, of Dormand & Prince: loose tolerances", coefficients, 5)
+METHOD = explicit_method("dopri5", "explicit method of Dormand & Prince: for loose tolerances", coefficients, 5)

@@ -56,7 +56,7 @@ def flies_freely(model: Model) -> bool:
 def _serves(model: Model) -> str:
     cannot = {
         "does not close loops": bool(model.constraints),
-        "keeps the energy of joints that move freely, and does not drive them": model.driven_count > 0,
+        "conserves the energy of freely moving joints, and does not drive them": model.driven_count > 0,
     }
     reasons = [f"{what}. Remedy: method='auto'" for what, is_so in cannot.items() if is_so]
     return kept_states(model) or (reasons[0] if reasons else "")
@@ -64,7 +64,7 @@ def _serves(model: Model) -> str:
 
 METHOD = Method(
     name="energy-momentum",
-    about="keeps the balance of energy, in free flight the momenta: long runs",
+    about="conserves the energy balance and, in free flight, the momenta: for long runs",
     stepper=Compiled(_kernels),
     order=2,
     has_error_control=False,

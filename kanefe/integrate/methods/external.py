@@ -23,19 +23,20 @@ if TYPE_CHECKING:
 
 
 LEAST_STEPS = 100
-"""Steps of a run at least, where loads or drives are functions: they are looked at often enough."""
+"""Least number of steps of a run with functions as loads or drives, so that these are sampled often enough."""
 
 
 SMALLEST_STEP = 1e-12
-"""Share of the span below which a step means that the run cannot go on."""
+"""Step relative to the span below which the run cannot continue."""
 
 
 SHORTER = 0.1
-"""Share of a step that is tried after one in which the equations have no answer."""
+"""Factor on a step in which the equations have no solution."""
 
 
 LARGEST_DRIFT = 100.0
-"""Of what is allowed for a step: how far loops may drift apart before a solver is begun anew, at a low order."""
+"""Largest drift of loops, in multiples of the permitted error of a step, before a solver is restarted at a low order.
+"""
 
 
 class PluggedStepper(PythonStepper):
@@ -84,7 +85,7 @@ class PluggedStepper(PythonStepper):
 
     def snapshot(self) -> dict[str, np.ndarray]:
         """Refuse: what such a solver remembers of earlier steps is not to be had."""
-        raise StepFailure(f"{self.name} cannot be left and taken up again", "method='radau5'")
+        raise StepFailure(f"{self.name} cannot be interrupted and resumed", "method='radau5'")
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
         """Refuse: see `snapshot`."""

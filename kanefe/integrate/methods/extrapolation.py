@@ -10,7 +10,7 @@ from kanefe.integrate.methods.method import Method, no_reactions
 from kanefe.tree.route import Form
 
 COLUMNS_OF_FIXED_STEPS = 6
-"""Columns of an extrapolation with fixed steps: order 6."""
+"""Number of columns of an extrapolation with fixed steps: order 6."""
 
 
 @cache
@@ -25,6 +25,7 @@ def _kernels() -> Kernels:
         integers={},
         is_implicit=True,
         prepare=_prepare,
+        restart_share=1.0,
         first_step=_first_step,
     )
 
@@ -56,7 +57,7 @@ def _first_step(memory: Memory) -> float:
 
 METHOD = Method(
     name="extrapolation",
-    about="linearly implicit, one order-n sweep a substep: stiff scenes",
+    about="linearly implicit, one order-n sweep per substep: for stiff scenes",
     stepper=Compiled(_kernels),
     order=COLUMNS_OF_FIXED_STEPS,
     has_fixed_steps=True,

@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 ITERATIONS = 20
 CONVERGED = 1e-12
-"""Of a correction against the state and its change in a step."""
+"""Size of a correction relative to the state and its change in a step below which the iteration has converged."""
 
 PROBE = 1e-6
-"""Of a change that slopes are found by, against the same."""
+"""Increment for slopes relative to the state and its change in a step."""
 
 
 class FollowedStates:

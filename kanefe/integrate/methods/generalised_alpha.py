@@ -37,17 +37,17 @@ if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
 
 SPECTRAL_RADIUS = 0.8
-"""Share of an unresolved mode that a step keeps: 1 keeps all, 0 kills it in one step."""
+"""Amplification factor of an unresolved mode per step: 1 keeps it, 0 removes it in one step."""
 
 FORMULA = GeneralisedAlpha(SPECTRAL_RADIUS)
 
 FIXED_RTOL = 1e-7
-"""Where the step is fixed: what the iteration converges to a thousandth of."""
+"""Relative tolerance with fixed steps: the iteration converges to a thousandth of it."""
 
 LARGEST_ITERATIONS = 8
 
 KEPT_ITERATIONS = 3
-"""Iterations of a step above which its matrices are not kept for the next one."""
+"""Iterations of a step above which its matrices are not reused for the next one."""
 
 
 class GeneralisedAlphaStepper(PythonStepper):
@@ -170,7 +170,7 @@ class GeneralisedAlphaStepper(PythonStepper):
                 break
             if self._fixed:
                 reason = f"the Newton iteration of {self.name} does not converge with steps of {h:.3g} s"
-                raise StepFailure(reason, "a smaller step, or rtol in its place", self._worst)
+                raise StepFailure(reason, "a smaller step, or rtol instead", self._worst)
             self._rejected += 1
             self._h = 0.25 * h if trial is None else h * max(0.2, 0.9 * trial[0] ** (-1 / 3))
             if self._h < self._smallest:
@@ -357,7 +357,7 @@ def highest_rate(model: Model, start: float, K: Matrix, C: Matrix) -> float:
 
 METHOD = Method(
     name="generalised-alpha",
-    about="damps what a step does not resolve: stiff scenes of every kind",
+    about="damps vibrations that a step does not resolve: for stiff scenes of every kind",
     stepper=GeneralisedAlphaStepper,
     order=2,
     has_fixed_steps=True,

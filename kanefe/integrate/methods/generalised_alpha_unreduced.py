@@ -34,28 +34,27 @@ if TYPE_CHECKING:
 LARGEST_ITERATIONS = 8
 
 CONVERGED = 0.5
-"""Error of the iteration against the error allowed for a step, times the number of steps in the span.
-
-It adds up in the speeds, and their error in the coordinates: over N steps, to N^2 times its own size.
-"""
+"""Error of the iteration relative to the permitted error of a step, times the number of steps in the span. It
+accumulates in the speeds, and the error of the speeds in the coordinates: over N steps, to N^2 times its own size."""
 
 STALLED = 1e-3
-"""The same, without the number of steps, that is taken where round-off allows no less."""
+"""Error of the iteration relative to the permitted error of a step that is accepted if round-off prevents a smaller
+one."""
 
 SLOW = 0.3
-"""Rate of the iteration from which the border is made anew."""
+"""Convergence rate of the iteration from which the border is computed again."""
 
 MEASURED_EVERY = 16
-"""Steps after which the rate of the iteration and the error are measured again, by a solve more for each."""
+"""Number of steps after which the convergence rate and the error are measured again, with one more solve for each."""
 
 CAUTION = 3.0
-"""Factor on a measured rate that is expected of the next steps."""
+"""Safety factor on a measured rate for the next steps."""
 
 QUIET = 0.4
-"""Error of a step up to which the next ones are judged by what changes in the accelerations, without a solve."""
+"""Error of a step up to which the next steps are judged by the change of the accelerations, without a solve."""
 
 FIRST_HALVINGS = 9
-"""The first step tried is the span by 2^9; it grows or shrinks from there."""
+"""Number of halvings of the span that give the first trial step; it grows or shrinks from there."""
 
 LEAST_HALVINGS, MOST_HALVINGS = 3, 40
 
@@ -413,7 +412,7 @@ def _doublings(error: float) -> int:
 
 METHOD = Method(
     name="generalised-alpha",
-    about="the same for unreduced bodies, factored once for each size of steps",
+    about="for unreduced bodies, factored once per step size",
     stepper=UnreducedStepper,
     order=2,
     refuses_step="unreduced bodies, whose run chooses its own. Remedy: rtol",

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 LEAST_RTOL = 3e-14
-"""Relative error below which round-off is all that a method controls, unless it has more of that."""
+"""Smallest relative tolerance: below it methods control nothing but round-off, which may be larger still."""
 
 
 def serves_all(model: Model) -> str:
@@ -29,7 +29,9 @@ def kept_states(model: Model) -> str:
     if not model.states_move:
         return ""
     names = ", ".join(repr(load.name) for load in model.loads if load.has_rates)
-    return f"does not follow the internal states of the load {names}. Remedy: 'radau5', 'generalised-alpha' or 'auto'"
+    return (
+        f"does not integrate the internal states of the load {names}. Remedy: 'radau5', 'generalised-alpha' or 'auto'"
+    )
 
 
 def without_rigid_contacts(model: Model) -> str:
@@ -37,7 +39,7 @@ def without_rigid_contacts(model: Model) -> str:
     if not model.rigid_contacts:
         return ""
     name = model.loads[model.rigid_contacts[0]].name
-    return f"does not follow the rigid contact {name!r}. Remedy: 'auto', 'dop853' or 'radau5'"
+    return f"does not handle the rigid contact {name!r}. Remedy: 'auto', 'dop853' or 'radau5'"
 
 
 def no_reactions(model: Model) -> str:

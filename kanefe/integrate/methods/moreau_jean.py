@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 ROUND_OFF = 1e-9
-"""Of a step: by what the last one may be longer."""
+"""Tolerance, relative to a step, by which the last step may be longer."""
 
 
 class MoreauJeanStepper(PythonStepper):
@@ -149,17 +149,17 @@ def _serves(model: Model) -> str:
     for number in range(len(model.rigid_contacts)):
         contact = model.rigid_contact(number)
         if contact.law.impact != "newton":
-            return f"has Newton's impacts alone, and {contact.title} has others. Remedy: impact='newton', or 'auto'"
+            return f"has Newton's impact law only, and {contact.title} has others. Remedy: impact='newton', or 'auto'"
         if contact.friction is not None and contact.friction.has_memory:
             return f"has one coefficient of friction, and {contact.title} two. Remedy: leave out static, or 'auto'"
     if model.states_move and any(load.has_rates for i, load in enumerate(model.loads) if i not in model.rigid_contacts):
-        return "does not follow internal states of loads. Remedy: 'auto'"
+        return "does not integrate internal states of loads. Remedy: 'auto'"
     return ""
 
 
 METHOD = Method(
     name="moreau-jean",
-    about="steps over impacts: scenes of many rigid contacts",
+    about="steps over impacts: for scenes with many rigid contacts",
     stepper=MoreauJeanStepper,
     order=1,
     has_error_control=False,

@@ -12,5 +12,5 @@ def coefficients() -> Tableau:
 
 
 METHOD = explicit_method(
-    "rk4", "explicit, the classical Runge-Kutta method", coefficients, 4, has_error_control=False, takes_atol=False
+    "rk4", "explicit classical Runge-Kutta method", coefficients, 4, has_error_control=False, takes_atol=False
 )

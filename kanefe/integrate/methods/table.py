@@ -36,10 +36,10 @@ ROWS: tuple[Method, ...] = (
     *external.METHODS,
     _sundials.METHOD,
 )
-"""Of rows with one name the first is taken that serves the scene."""
+"""Methods in order of precedence: of those with the same name, the first that can integrate the scene is taken."""
 
 METHODS: dict[str, Method] = {}
-"""The first row of each name."""
+"""First method of each name."""
 
 for _row in ROWS:
     METHODS.setdefault(_row.name, _row)
@@ -77,9 +77,9 @@ def methods() -> str:
     --------
     >>> import kanefe as kf
     >>> print(kf.methods().splitlines()[0])
-    auto               rtol, atol or step  chooses from the scene; result.statistics say what and why
+    auto               rtol, atol or step  chooses by the scene; result.statistics give the choice and the reason
     """
-    lines = [("auto", "rtol, atol or step", "chooses from the scene; result.statistics say what and why")]
+    lines = [("auto", "rtol, atol or step", "chooses by the scene; result.statistics give the choice and the reason")]
     lines += [(row.name, _options(row), f"{row.about} (order {row.order})") for row in ROWS]
     return "\n".join(f"{name:18} {options:19} {about}" for name, options, about in lines)
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from kanefe.unreduced.route import Residual, UnreducedRoute
 
 LARGE = 20_000
-"""Coordinates from which factors take much memory: then those of two step sizes are kept, else of four."""
+"""Number of coordinates above which the factors of only two step sizes are kept instead of four, to save memory."""
 
 
 class Reached(NamedTuple):

@@ -54,7 +54,7 @@ STAGES = (
         -4.8654813580363685, -18.909803813543427, -34.26354448030452, 1.2647565216956427,
     ),
 )  # fmt: skip
-"""Of the stages but the first."""
+"""Coefficients of all stages but the first."""
 
 STEP = weights(
     0.014611976858423152, 8, -0.3915211862331339, 0.23109325002895065, 0.12747667699928525,
@@ -92,7 +92,7 @@ EXTRA = (
         -0.11507507129585039,
     ),
 )  # fmt: skip
-"""Of the further stages; the rates at the end of the step are number 17."""
+"""Coefficients of the additional stages; the rates at the end of the step are number 17."""
 
 DENSE = (
     weights(
@@ -128,4 +128,4 @@ def coefficients() -> Tableau:
     return tableau(((), *STAGES), STEP, NODES, order=9, errors=[ERROR], extra=EXTRA, extra_c=EXTRA_NODES, dense=DENSE)
 
 
-METHOD = explicit_method("vern9", "explicit, of Verner: tight tolerances, nothing stiff", coefficients, 9)
+METHOD = explicit_method("vern9", "explicit method of Verner: for tight tolerances without stiffness", coefficients, 9)

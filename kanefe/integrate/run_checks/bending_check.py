@@ -13,7 +13,7 @@ from kanefe.tree.bending import Bent
 from kanefe.tree.model_data import ModelData
 
 AT_ONCE = 32
-"""Steps that are looked at together."""
+"""Number of steps that are evaluated together."""
 
 Watched = list[tuple[str, slice, InnerRotations]]
 

@@ -14,12 +14,13 @@ from kanefe.loads.base import Load
 from kanefe.tree.route import RunSweeps
 
 REMEDY = (
-    "kf.Bearing for a shaft that turns on and on; or a joint for the direction that is free, and no stiffness about it "
+    "kf.Bearing for a shaft that keeps turning; or a joint for the direction that is free, and no stiffness about it "
     "(a law= that is periodic)"
 )
 
 FIT = 0.5
-"""Of a turn from one output time to the next, by how much it may differ from what the speeds at both let expect."""
+"""Largest difference, in turns, between the rotation from one output time to the next and the rotation expected from
+the speeds at both."""
 
 
 def of_bushings(model: Model, times: Vector, states: Matrix) -> RunStatus | None:

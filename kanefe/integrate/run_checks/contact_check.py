@@ -18,18 +18,19 @@ if TYPE_CHECKING:
     from kanefe.order_n.granular_contacts import CrowdSteps
 
 BEYOND = 1e-6
-"""Share of what friction holds, of the largest normal force and of the scene's length: what is broken by more is an
-error of the run."""
+"""Violation relative to the friction limit, to the largest normal force and to the scene's length above which the run
+is in error."""
 
 SHARE = 0.05
-"""Of the evaluations of a run: output times that are checked. The run itself watches the same margins in each step."""
+"""Number of output times that are checked, relative to the number of evaluations of a run. The run itself monitors
+these margins in each step."""
 
 DOUBLY = 2.0
-"""Of what steps over impacts err by to first order: gaps that are entered by more are an error."""
+"""Penetration, in multiples of the first-order error of steps over impacts, above which it is an error."""
 
-REMEDY_OF_STEPS = "a smaller step, or contacts that yield, kanefe.HuntCrossley(...)"
+REMEDY_OF_STEPS = "a smaller step, or compliant contacts, kanefe.HuntCrossley(...)"
 
-REMEDY = "a smaller rtol, or contacts that yield, kanefe.HuntCrossley(...)"
+REMEDY = "a smaller rtol, or compliant contacts, kanefe.HuntCrossley(...)"
 
 
 def of_contacts(
@@ -86,7 +87,7 @@ class StepsChecked:
             contact = self._model.rigid_contact(number)
             asked, held = float(np.hypot(push[1], push[2])), contact.static * float(push[0])
             if push[0] < -BEYOND * largest:
-                raise StepFailure(f"{contact.title} pulls with an impulse of {-push[0]:.4g} N s", REMEDY_OF_STEPS)
+                raise StepFailure(f"{contact.title} has a tensile impulse of {-push[0]:.4g} N s", REMEDY_OF_STEPS)
             if asked > held + BEYOND * contact.static * largest:
                 raise StepFailure(
                     f"the impulse of friction of {contact.title} is {asked:.6g} N s, more than mu N = {held:.6g} N s",
@@ -94,7 +95,9 @@ class StepsChecked:
                 )
         if found.deepest > self._least + DOUBLY * (self._approach + self._bend):
             names = ", ".join(sorted({self._model.rigid_contact(number).title for number, _ in found.closed}))
-            raise StepFailure(f"{names}: entered by {found.deepest:.3g} m, more than steps err by", REMEDY_OF_STEPS)
+            raise StepFailure(
+                f"{names}: penetrated by {found.deepest:.3g} m, more than the error of steps", REMEDY_OF_STEPS
+            )
 
     def check_crowd(self, crowd: CrowdSteps) -> None:
         """Raise a StepFailure if impulses among many are none that contacts can have, or one ball is within another."""
@@ -102,12 +105,13 @@ class StepsChecked:
         pushes = crowd.impulses
         largest = float(np.abs(pushes).max(initial=0.0))
         beyond = np.hypot(pushes[:, 1], pushes[:, 2]) - mu * pushes[:, 0]
-        for worst, what in ((-pushes[:, 0], "pull by"), (beyond, "have friction beyond mu N by")):
+        for worst, what in ((-pushes[:, 0], "are tensile by"), (beyond, "have friction beyond mu N by")):
             if (most := float(worst.max(initial=0.0))) > BEYOND * largest:
                 raise StepFailure(f"impulses of {title} {what} {most:.4g} N s", REMEDY_OF_STEPS)
         if crowd.deepest > crowd.smallest:
             raise StepFailure(
-                f"{title}: entered by {crowd.deepest:.3g} m, more than the radius of the smallest ball", REMEDY_OF_STEPS
+                f"{title}: penetrated by {crowd.deepest:.3g} m, more than the radius of the smallest ball",
+                REMEDY_OF_STEPS,
             )
 
 
@@ -121,13 +125,13 @@ def _broken(model: ModelData, t: float, y: Vector, entered: float) -> str:
     state = State(model, t, *model.parts(y[:size]))
     for (number, _), gap in margins(state).gaps.items():
         if gap < -entered * scene_length(model):
-            return f"{model.rigid_contact(number).title} is entered by {-gap:.3g} m"
+            return f"{model.rigid_contact(number).title} is penetrated by {-gap:.3g} m"
     forces = probe_forces(state)
     largest = max((abs(force.normal) for force in forces), default=0.0)
     for force in forces:
         contact = model.rigid_contact(force.contact)
         if force.normal < -BEYOND * largest:
-            return f"{contact.title} pulls with {-force.normal:.4g} N"
+            return f"{contact.title} is in tension by {-force.normal:.4g} N"
         asked, held = float(np.linalg.norm(force.friction)), contact.static * force.normal
         if force.status == STICKS and contact.friction is not None and asked > held + BEYOND * contact.static * largest:
             return f"friction of {contact.title} holds {asked:.6g} N, more than mu N = {held:.6g} N"

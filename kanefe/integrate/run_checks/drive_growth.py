@@ -10,11 +10,11 @@ import numpy as np
 from kanefe.frames import Vector
 
 FEW_SAMPLES = 3
-"""First samples of a controller, with whose changes of the drives later ones are compared."""
+"""Number of first samples of a controller with whose changes of the drives later ones are compared."""
 
 ALIKE = 2.0
-"""Ratio of the longest and the shortest of three times in which changes grow by one factor: of a polynomial over time
-it is more than five, of a jump infinite."""
+"""Ratio of the longest to the shortest of three times in which changes grow by the same factor: for a polynomial over
+time it is more than five, for a jump infinite."""
 
 
 class Grown(NamedTuple):

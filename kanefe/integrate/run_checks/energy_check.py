@@ -18,10 +18,11 @@ from kanefe.tree.bending import Bending, worst_bending
 from kanefe.tree.scales import scene_length
 
 NOTED = 0.01
-"""Of the energy: what a run misses at least for a warning."""
+"""Smallest relative error of the energy for which a warning is issued."""
 
 ROUND_OFF = 1e-15
-"""Of the energy, weight included, that a scene has or might have: what moved less than that has not moved."""
+"""Energy relative to the largest possible one of the scene, including that of its weight, below which it has not moved.
+"""
 
 
 def accounted(model: Model, run: Trajectory) -> Trajectory:

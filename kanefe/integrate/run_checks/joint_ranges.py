@@ -14,7 +14,8 @@ from kanefe.tree.model_data import ModelData
 from kanefe.tree.scene_state import SceneState
 
 ROUND_OFF = 1e-9
-"""Share of a range by which a coordinate may be beyond it: a motion may end at its end."""
+"""Excess of a coordinate over its range, relative to the range, that is permitted: a motion may end at the end of its
+range."""
 
 REMEDY = "a joint of a larger range, a stop before its end (forces=CoordinateForce(limits=...)), or a shorter run"
 

@@ -15,7 +15,8 @@ from kanefe.tree.scales import scene_length
 EPSILON = float(np.finfo(float).eps)
 
 SOFT_ENOUGH = 1e6
-"""Times round-off of places: by so much a contact should yield under the weight on it, for a force of six digits."""
+"""Smallest deflection of a contact under its weight, in multiples of the round-off of positions, for a force of six
+digits."""
 
 
 class StiffContact(NamedTuple):
@@ -65,9 +66,9 @@ def warn_of_stiff_contacts(model: ModelData) -> None:
     depth = weight / contact.stiffness
     if depth < rounding:
         warnings.warn(
-            f"{contact} yields {depth:.2g} m under the weight on it, less than the {rounding:.2g} m by which numbers "
-            "round places in this scene: its force is noise, and the run may take very long. Remedy: a stiffness of at "
-            f"most {weight / (SOFT_ENOUGH * rounding):.1g} N/m, or kanefe.Rigid(), which does not yield",
+            f"{contact} deflects by {depth:.2g} m under the weight on it, less than the round-off of positions in this "
+            f"scene, {rounding:.2g} m: its force is noise, and the run may take very long. Remedy: a stiffness of at "
+            f"most {weight / (SOFT_ENOUGH * rounding):.1g} N/m, or kanefe.Rigid()",
             SimulationWarning,
             stacklevel=outside(),
         )

@@ -27,18 +27,20 @@ if TYPE_CHECKING:
 
 
 ROUND_OFF_OF_GAPS = 1e-14
-"""Share of the scene's length: gaps that have no sign. The lowest bounces that are followed are a hundred times as
-high."""
+"""Gap relative to the scene's length below which its sign is round-off. The lowest bounces that are resolved are a
+hundred times as high."""
 
 DEEPER = 10.0
-"""Times the depth at which something leaves a surface: depths up to which it has not come back."""
+"""Depth up to which a separating point has not come back, in multiples of the depth at which it separates."""
 
 ROUND_OFF_OF_FORCES = 1e-9
-"""Share of the largest force below which a force has no sign: the residual to which the complementarity is solved."""
+"""Force relative to the largest below which its sign is round-off: the residual to which the complementarity problem is
+solved."""
 
 STOPPED = 1e-7
-"""Share of the speeds with which a probe is moved, below which it does not slip: what decides then is its acceleration.
-So far, by `kanefe.contact.rigid.rigid_contact.STRAIGHT`, the direction of a slip is known that comes to its end."""
+"""Slip speed, relative to the speeds with which a contact point moves, below which it does not slip and its
+acceleration decides. Up to this speed, by `kanefe.contact.rigid.rigid_contact.STRAIGHT`, the direction of an ending
+slip is known."""
 
 
 class ProbeForce(NamedTuple):
@@ -241,7 +243,7 @@ def paradox(contact: RigidContact, i: int, t: float) -> SimulationError:
     return SimulationError(
         f"at t = {t:.6g} s the force on probe {i + 1} of {contact.title}, which slips, has no value, or several: "
         "friction presses it into the surface more than the force can hold it out (Painleve's paradox). Remedy: less "
-        "friction, or a contact that yields, kanefe.HuntCrossley(...)"
+        "friction, or a compliant contact, kanefe.HuntCrossley(...)"
     )
 
 

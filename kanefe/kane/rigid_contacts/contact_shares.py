@@ -17,13 +17,14 @@ from kanefe.kane.state import State, once
 from kanefe.storage.scipy_later import scipy
 
 DEPENDENT = 1e-9
-"""Singular value of the rows of what touches, of the largest, below which forces can be shared in several ways."""
+"""Singular value of the rows of closed contacts, relative to the largest, below which forces can be shared in several
+ways."""
 
 CUTS = 30
-"""Rounds at most of planes that touch the cones of friction; each brings all cones closer."""
+"""Largest number of rounds of planes tangent to the friction cones; each round approximates all cones more closely."""
 
 EXACT = 1e-12
-"""Share of the largest force to which the best share is found."""
+"""Accuracy of the best distribution of forces, relative to the largest force."""
 
 
 class _Touching(NamedTuple):

@@ -27,23 +27,23 @@ from kanefe.tree.scales import scene_length
 TOUCH, LIFT, SLIP, STICK, START = "touch", "lift", "slip", "stick", "start"
 
 NEAR = 1e-9
-"""Of the scene's length: gaps up to which a probe takes part in an impact; and of the largest of what an event looks
-at, up to which others are past it too."""
+"""Gap relative to the scene's length up to which a contact point takes part in an impact; also, relative to the largest
+value of an event function, up to which others have passed it too."""
 
 STILL = 1e-10
-"""Of the speeds with which a probe is moved: what is slower along the normal does not move."""
+"""Normal speed below which a contact point does not move, relative to the speeds with which it moves."""
 
 MOMENT = 1e-11
-"""Of the span: what is slower than something that falls for so long does not move either."""
+"""Duration, relative to the span, of a fall that reaches a speed below which nothing moves either."""
 
 CROWDED, SHORT_FLIGHT = 1e-6, 5e-8
-"""Of the span: time within which impacts that follow each other come to their end, and time of one flight, below which
-they are taken together: what bounces is at rest."""
+"""Time within which successive impacts end, and time of flight below which they are combined and the bouncing body is
+at rest, relative to the span."""
 
 BEGINNING = 2.0 / 3.0
-"""Power of rtol: so fast, of the speeds that a scene has, a slip that begins is followed in the direction of the
-friction that would hold it. Friction would draw it there the faster the slower it is, and no step is short enough. That
-direction is known to first order in time, and so the speed to the power 3/2: to rtol."""
+"""Power of rtol that gives the speed, relative to the speeds of a scene, up to which a starting slip keeps the
+direction of the friction that would hold it. Friction would turn it there the faster the slower it is, and no step is
+short enough. That direction is known to first order in time, and so the speed to the power 3/2: to rtol."""
 
 
 class PointChange(NamedTuple):
@@ -219,7 +219,7 @@ class _Event(StickOrSlip):
             key = self.keys[0]
             raise SimulationError(
                 f"at t = {self.t:.6g} s the impact on {self._contact(key).title} has no impulses that were found. "
-                "Remedy: less friction, or contacts that yield, kanefe.HuntCrossley(...)"
+                "Remedy: less friction, or compliant contacts, kanefe.HuntCrossley(...)"
             )
         return found
 

@@ -18,14 +18,15 @@ from kanefe.kane.state import State
 from kanefe.tree.model_data import ModelData
 
 HOLDS = 1.0 - ROUND_OFF_OF_FORCES
-"""Of what friction holds: from there on the accelerations a moment later tell whether it goes on to hold."""
+"""Fraction of the holding friction from which the accelerations an instant later decide whether it continues to hold.
+"""
 
 AHEAD = 1e-9, 1e-8, 1e-7, 1e-6, 1e-5
-"""Of the span: moments after an event at which the accelerations are looked at where those at the event are in balance
-with the limit of friction. The first that is past round-off decides."""
+"""Instants after an event, relative to the span, at which the accelerations are evaluated if those at the event are at
+the friction limit. The first that exceeds round-off decides."""
 
 Key = tuple[int, int]
-"""Number of a contact among the rigid ones, and of a probe in it."""
+"""Number of a contact among the rigid contacts, and number of its contact point."""
 
 
 class StickOrSlip:

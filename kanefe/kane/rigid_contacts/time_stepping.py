@@ -28,7 +28,7 @@ from kanefe.kane.state import State
 from kanefe.tree.model_data import QUADRATURES, ModelData
 
 BARELY = 1e-9
-"""Of the largest speed at a contact, below which what is held does not slip."""
+"""Speed relative to the largest at a contact below which a held point does not slip."""
 
 
 class Stepped(NamedTuple):
@@ -95,7 +95,7 @@ def stepped(model: ModelData, t: float, y: Vector, h: float) -> Stepped:
         if found is None:
             raise SimulationError(
                 f"at t = {t:.6g} s the impulses of {len(mu)} contacts were not found. Remedy: a smaller step, less "
-                "friction, or contacts that yield, kanefe.HuntCrossley(...)"
+                "friction, or compliant contacts, kanefe.HuntCrossley(...)"
             )
         impulses = found
         u_after = u_after + unit_responses(first, (J.T @ impulses)[:, None])[:, 0]

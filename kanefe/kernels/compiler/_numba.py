@@ -66,6 +66,11 @@ def kernel(function: Function) -> Function:
     return _marked(function, {"fastmath": RELAXED, **INNER})
 
 
+def exact(function: Function) -> Function:
+    """Mark a function that other kernels call, whose arithmetic is that of Python to the bit."""
+    return _marked(function, {**INNER})
+
+
 def inlined(function: Function) -> Function:
     """Mark a small function that is compiled into each place where it is called: its arguments stay in registers."""
     return _marked(function, {"fastmath": RELAXED, "forceinline": True, **INNER})
@@ -218,7 +223,7 @@ def compiled(function: Callable[[float], float], label: str) -> Callable[[float]
 
 
 Part = tuple[Callable[..., Any], int, int, bool]
-"""A compiled function of the user, where its values go, how many they are (0: a number by itself), and takes it y."""
+"""A compiled function of the user, the position and number of its values (0: a scalar), and whether it takes y."""
 
 
 @lru_cache(maxsize=64)

@@ -26,10 +26,10 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 INTEGER, NUMBER = "int64", "float64"
 INTEGERS, NUMBERS, COMPLEX_NUMBERS = "int64*", "float64*", "complex128*"
 VALUES = "float64* or complex128*"
-"""Of a function that there is twice, see `addresses`: numbers that are complex where those of the scene are."""
+"""Type of a function that exists twice, see `addresses`: its numbers are complex where those of the scene are."""
 
 _in_python: dict[int, Callable[..., None]] = {}
-"""Functions of the house by their stand-in for an address, below zero, where nothing is compiled."""
+"""Functions of the library by their substitute for an address, a negative number, if nothing is compiled."""
 
 
 def called_by_address(*kinds: str) -> Callable[[Function], Function]:

@@ -12,7 +12,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 VALUE = "value"
-"""Of arrays that there are twice: numbers that are complex where the state of the scene is."""
+"""Mark of arrays that exist twice: their numbers are complex where the state of the scene is."""
 
 Integers = Annotated[np.ndarray, "int64", 1]
 IntegerRows = Annotated[np.ndarray, "int64", 2]
@@ -26,11 +26,12 @@ ValueRows = Annotated[np.ndarray, VALUE, 2]
 FILLER, ADVANCE, INTERPOLATE = "filler", "advance", "interpolate"
 
 Filler = Annotated[Callable[..., None], FILLER]
-"""(t, y, inputs): writes values of compiled functions of the user, see `kanefe.kernels.compiler.filling.filler`."""
+"""(t, y, inputs): function that writes values of compiled functions of the user, see
+`kanefe.kernels.compiler.filling.filler`."""
 Advance = Annotated[Callable[..., int], ADVANCE]
-"""(integers, reals, vectors, table): goes on with a method, and returns its next command."""
+"""(integers, reals, vectors, table): function that continues a method and returns its next command."""
 Interpolate = Annotated[Callable[..., Any], INTERPOLATE]
-"""(integers, reals, vectors, table, t, out): writes the state at a time of the last step."""
+"""(integers, reals, vectors, table, t, out): function that writes the state at a time in the last step."""
 
 
 class Prepared(NamedTuple):

@@ -28,13 +28,13 @@ from kanefe.storage.kept_code import Damaged, check_folder, keep, kept, opened
 
 PACKAGE = Path(__file__).parents[1]
 BUILT = PACKAGE / "built"
-"""Where a wheel has units, in a folder for each generation of processors."""
+"""Folder of the compiled functions in a wheel, with a subfolder for each generation of processors."""
 
 ALWAYS = tuple(f"compiler/{name}.py" for name in ("_numba", "_numba_objects", "arrays", "signatures"))
-"""Files of kernels on which every unit depends."""
+"""Files of kernels on which every compiled function depends."""
 
 NEVER = tuple(f"compiler/{name}.py" for name in ("entries", "compiled_functions", "side_by_side"))
-"""Files that call machine code and are no part of it."""
+"""Files that call machine code and are not part of it."""
 
 
 class Generation(NamedTuple):
@@ -56,7 +56,7 @@ GENERATIONS = {
     "x86-64-v3": Generation("avx avx2 bmi1 bmi2 f16c fma movbe", "haswell"),
     "x86-64": Generation("sse2", "x86-64"),
 }
-"""What wheels are made for, best first."""
+"""Processor generations for which wheels are made, best first."""
 
 IMPORT = b"\nfrom kanefe.kernels"
 
@@ -141,7 +141,7 @@ def _from_file(unit: CompiledFunction) -> MachineCode | None:
             with opened(path) as (descriptor, _):
                 return _opened(_name_to_open(descriptor, path), path)
         except Damaged:
-            _tell(f"{path} is damaged: it is built anew")
+            _tell(f"{path} is damaged: it is built again")
     return None
 
 

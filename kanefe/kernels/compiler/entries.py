@@ -37,7 +37,7 @@ class _Argument(Enum):
 
 
 LATER: Any = _Argument.LATER
-"""An argument that comes with each call."""
+"""Mark of an argument that is given in each call."""
 
 
 class Entry:

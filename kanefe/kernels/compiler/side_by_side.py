@@ -11,13 +11,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 STILL = 5.0
-"""Seconds after which a line says that it goes on."""
+"""Time after which a line reports that the build continues, s."""
 
 BUILDER = "kanefe.kernels.compiler.build"
-"""The module whose command builds units by their names."""
+"""Module whose command builds compiled functions by their names."""
 
 STEPS = "advance_", "interpolate_", "integrate"
-"""How the names of units begin that make steps: they have little in common with evaluations."""
+"""First parts of the names of compiled functions that make steps: they share little with evaluations."""
 
 Say = Callable[[str], None]
 

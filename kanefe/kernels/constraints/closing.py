@@ -49,18 +49,20 @@ from kanefe.kernels.sweeps.inward import sweep_inward
 from kanefe.kernels.sweeps.outward import sweep_outward
 
 CLOSED, LEFT_OPEN, WITHOUT_INERTIA = range(3)
-"""What `close` returns: loops that are open can perhaps be closed by the literal route, which names those that cannot.
-So can those of a tree in which something has no inertia of its own."""
+"""Return values of `close`. The literal route may be able to close open loops, and names those that cannot be closed;
+the same holds for a tree in which something has no inertia of its own."""
 
 SLOW = 0.1
-"""Share of the openings left by a step above which the answers are computed anew."""
+"""Fraction of the gaps left by a step above which the unit responses are computed again."""
 
 UNKNOWN, LARGEST_UNKNOWN = 100.0, 1e-6
-"""Pivot, of the square of the largest opening, and at most, below which a row may depend on others in truth."""
+"""Pivot below which a row may in fact depend on others, in multiples of the square of the largest gap, and its largest
+value."""
 
 NEAR, FAR = 1e-10, 1e-6
-"""Opening at the start, of the weakest pivot: speeds are right to round-off after one solution with the answers of
-there, after two, or need their own."""
+"""Gap at the start, relative to the weakest pivot: up to the first value speeds are accurate to round-off after one
+solution with the unit responses of the start, up to the second after two; beyond, the unit responses are computed
+again."""
 
 
 class Closing(NamedTuple):

@@ -30,10 +30,10 @@ ROW_NUMBERS = int(AT.constant) + 1
 POINT_ROW, DIRECTION_ROW, DISTANCE_ROW, SCREW_ROW, ROLLING_ROW, COUPLER_ROW = range(6)
 
 Motion = tuple[Numbers, Numbers, Numbers, Numbers, Numbers, Numbers]
-"""Of a marker in N: position, axes, velocity, angular velocity, Z and Y."""
+"""Motion of a marker in N: position, axes, velocity, angular velocity, Z and Y."""
 
 Place = tuple[Numbers, Numbers]
-"""Of a marker in N: position and axes."""
+"""Pose of a marker in N: position and axes."""
 
 
 @kernel

@@ -12,7 +12,7 @@ import numpy as np
 from kanefe.kernels.compiler._numba import inlined, kernel
 
 BALL = 4
-"""Numbers of a ball in a list: centre and radius; of a list of complex numbers the real parts count."""
+"""Number of values of a ball in a list: centre and radius; for complex lists the real parts count."""
 
 
 @kernel

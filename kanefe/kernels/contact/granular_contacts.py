@@ -34,7 +34,7 @@ from kanefe.kernels.force_elements.bushing import nine
 from kanefe.kernels.sweeps.advance import put_turned
 
 MASS, INERTIA, INVERSE, BODY_SIZE = 0, 1, 10, 19
-"""Columns of bodies: kg, then matrices in the body's axes."""
+"""Columns of bodies: mass in kg, then matrices in the body's axes."""
 
 OF_BODY, CENTRE, RADIUS, BALL_SIZE = 0, 1, 4, 5
 """Columns of balls."""
@@ -46,18 +46,20 @@ AXES, SHAPE = 3, 12
 """Numbers of a wall in `shapes`: place and axes in N, and its shape."""
 
 NORMAL, ARMS, OTHER_ARMS, IMPULSE, BEFORE, INVERSE_NORMAL, INVERSE_ALONG, CONTACT_SIZE = 0, 9, 18, 27, 30, 33, 34, 35
-"""Columns of contacts: normal and two directions along the surface in N; the moment of a unit force along each about
-the body and about the other, in their axes; impulses; rates at the start of the step; inverses of what they change."""
+"""Columns of contacts: normal and two tangential directions in N; the moments of unit forces along these about the body
+and about the other body, in their axes; impulses; rates at the start of the step; inverses of their effective inertias.
+"""
 
 FIRST, SECOND, KEY = 0, 1, 2
-"""Columns of who meets: the body of the ball, the other (-1: a wall), and a number of the pair."""
+"""Columns of pairs: the body of the ball, the other body (-1: a wall), and a number of the pair."""
 
 STEPS, TOUCHING, SWEEPS, MOST_SWEEPS = 0, 1, 2, 3
-"""Places of counts: steps to be done, contacts of the last one, sweeps of all, and most of them in a step."""
+"""Indices of counts: remaining steps, contacts of the last step, sweeps in total, and most sweeps in a step."""
 
 STEP, GRAVITY, RESTITUTION, FRICTION, ENOUGH, DEEPEST, RESIDUAL, TAKEN, CONTROL_SIZE = 0, 1, 4, 5, 6, 7, 8, 9, 10
-"""Places of control: s, m/s2, shares, and the change of speeds of a sweep, of the largest, that is none; deepest
-contact (m), largest change of speeds where sweeps ended, of the largest, and energy taken (J)."""
+"""Indices of control values: s, m/s2, dimensionless fractions, and the change of speeds in a sweep, relative to the
+largest, that counts as none; deepest penetration (m), largest relative change of speeds at the end of sweeps, and
+energy taken (J)."""
 
 DONE, TOO_MANY = 0, 1
 

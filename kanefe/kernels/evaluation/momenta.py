@@ -81,7 +81,7 @@ from kanefe.kernels.sweeps.modal_elimination import coupling_span
 from kanefe.kernels.sweeps.outward import sweep_outward
 
 BALANCE_NUMBERS = 9
-"""Of a state: see `balances_of_states`."""
+"""Number of values per state: see `balances_of_states`."""
 
 
 @kernel

@@ -31,11 +31,12 @@ REAL, COMPLEX = range(2)
 WHOLE, NEAR, OF_POINTS = range(3)
 
 COORDINATE, A_POINT = -2, -3
-"""In the place of the row of an end: it is a joint coordinate; it is a point of a team."""
+"""Values in place of the link of an end: it is a joint coordinate; it is a point of a group."""
 POINT_NUMBERS = 21
-"""Of the workspace of a point: motion (6) and its rates (6), those of all points first, and how slopes turn it (9)."""
+"""Number of values in the workspace of a point: motion (6) and its rates (6), those of all points first, and the
+rotation by slopes (9)."""
 AT, SPEED = range(2)
-"""Numbers of the marker of a joint coordinate: where it is in q (-1 - drive: it is driven), and its speed."""
+"""Columns of the marker of a joint coordinate: its index in q (-1 - drive if it is driven), and that of its speed."""
 
 
 class LoadsBetween(NamedTuple):

@@ -18,10 +18,12 @@ from kanefe.kernels.loads.reach import FIRST_SWEPT, SWEPT_BALLS, find_near, find
 from kanefe.kernels.sweeps.outward import sweep_outward
 
 PATH = 2.0
-"""Times the longest way between two places of a step: so near something may come between them without being seen."""
+"""Distance, in multiples of the longest distance between two positions in a step, within which a contact may be missed.
+"""
 
 PATH_NUMBERS = 10
-"""Of a swept ball in a step: a box about its centres, the last one, and the longest way along an axis."""
+"""Number of values of a ball swept in a step: a box about its centres, the last centre, and the longest displacement
+along an axis."""
 
 
 @entry(Variant(), Variant(has_flexible=True))

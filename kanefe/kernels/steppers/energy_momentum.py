@@ -96,10 +96,10 @@ from kanefe.kernels.steppers.step_commands import (
 MANY_SWEEPS, MOST_SWEEPS = 30, 60
 
 SOLVED = 10.0
-"""Times `CLOSE`: unknowns are solved to this; what is kept does not depend on it."""
+"""Tolerance of the unknowns in multiples of `CLOSE`; the conserved quantities do not depend on it."""
 
 ROUGH = 1e7
-"""Times `CLOSE`: accelerations good enough to see by them what is not kept."""
+"""Accuracy of the accelerations, in multiples of `CLOSE`, that suffices to see which quantities are not conserved."""
 
 BEGIN, REFERENCE, ITERATED, OF_MIDDLE, OF_Z, WEIGHED, NEXT = range(7)
 

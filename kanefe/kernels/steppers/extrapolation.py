@@ -82,20 +82,21 @@ from kanefe.kernels.steppers.step_commands import (
 )
 
 LEAST_BESIDE_KINKS, LARGEST_BESIDE_KINKS = 4, 6
-"""Columns of scenes whose forces have kinks: across one, the differences of many columns say nothing of errors, and
-those of few are too easily small."""
+"""Least and largest number of columns for scenes whose forces have kinks: across a kink, the differences of many
+columns are no error estimate, and those of few are easily too small."""
 
 BEGIN, MOVING, FILTERING, LOOKING, AFTER, PROJECTED = range(6)
 
 MOST_FILTERINGS = 2
-"""Of an error: each divides vibrations that the substeps do not resolve by their frequency times the substep."""
+"""Largest number of filterings of an error: each divides unresolved vibrations by their frequency times the substep."""
 
 NEAR = 30.0
-"""Of the tolerance: an error below it beside kinks is believed if that of the column before was near it."""
+"""Error, in multiples of the tolerance, of the previous column below which the error of a column next to kinks is
+accepted."""
 
 KINK = 100.0
-"""Of the tolerance: by how much the rates at the end of a step, over the step, may differ from those of its dense
-output. Without a kink they differ by less than 10."""
+"""Largest difference between the rates at the end of a step, relative to the step, and those of its dense output, in
+multiples of the tolerance. Without a kink it is below 10."""
 
 
 @kernel

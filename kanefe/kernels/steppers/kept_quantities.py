@@ -71,10 +71,10 @@ ROWS = FREQUENCIES + 1
 SHARE, PUSH = 0, 1
 
 CLOSE = 1e-13
-"""Of speeds, and of the largest energies so far: what is kept is kept to this."""
+"""Accuracy to which quantities are conserved, relative to speeds and to the largest energies so far."""
 
 DIAGONAL = 0, 3, 5
-"""Of six numbers of a symmetric matrix."""
+"""Indices of the diagonal among the six numbers of a symmetric matrix."""
 
 
 @inlined

@@ -14,13 +14,13 @@ from kanefe.kernels.compiler._numba import kernel, vector_kernel
 from kanefe.kernels.sweeps.elastic import total
 
 DEPTH = 5
-"""Earlier iterations that are mixed: there are about as many slow directions."""
+"""Number of earlier iterations that are mixed: there are about as many slow directions."""
 
 ROWS_OF_MIXING = 2 + 2 * DEPTH
-"""The last residual and the last answer, and pairs of changes of both; those of residuals are orthonormal."""
+"""Rows of the last residual and the last step, and of pairs of changes of both; those of residuals are orthonormal."""
 
 DEPENDENT = 1e-6
-"""Share of a change of the residual beyond the other ones, below which it tells nothing new."""
+"""Part of a change of the residual that is independent of the others, relative to it, below which it is ignored."""
 
 
 @kernel

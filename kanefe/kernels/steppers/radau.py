@@ -85,18 +85,18 @@ from kanefe.kernels.steppers.step_commands import (
 )
 
 LARGEST_ITERATIONS, LARGEST_IF_FIXED = 7, 30
-"""Iterations of a step, which is shortened if they do not do, and of one that cannot be."""
+"""Largest number of iterations of a step, which is then shortened, and of a fixed step."""
 
 SLOW = 0.1
-"""Rate of convergence above which the Jacobian is made anew for the next step: large, since one costs as much as two to
-four evaluations a speed, and an iteration three."""
+"""Convergence rate above which the Jacobian is computed again for the next step. It is large, since a Jacobian costs
+two to four evaluations per speed, and an iteration three."""
 
 OUTGROWN = 10.0
-"""Growth of the step since then that asks for it too. With stiffness that has gone, such as that of a contact, an
-iteration seems to converge, since its matrix makes all that it still has to do look small."""
+"""Growth of the step since the last Jacobian that requires a new one. If stiffness has disappeared, such as that of a
+contact, an iteration seems to converge, because its matrix makes the remaining correction look small."""
 
 KEPT = 1.2
-"""Growth of the step up to which it and the factors are kept."""
+"""Growth of the step up to which the step and the factors are kept."""
 
 SAFETY = 0.9
 

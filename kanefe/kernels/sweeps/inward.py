@@ -57,7 +57,8 @@ from kanefe.kernels.sweeps.link_motion import partials
 from kanefe.kernels.sweeps.modal_elimination import eliminate_modal_forces, eliminate_modes
 
 ROUND_OFF = 1e-14
-"""Share of the largest inertia of a body below which that along another direction is round-off: there is none."""
+"""Inertia along another direction, relative to the largest inertia of a body, below which it is round-off and counts as
+zero."""
 
 
 @inlined

@@ -21,29 +21,31 @@ LARGEST_ITERATIONS = 200
 LARGEST_HALVINGS = 12
 
 PATIENCE = {True: 80, False: 20}
-"""Iterations without a better balance after which a search ends, of one that settles and of one that does not: what
-settles may go through worse."""
+"""Number of iterations without improvement after which a search ends, for one that settles and one that does not: a
+settling search may pass through worse states."""
 
 STILL = 1e-14
-"""Step, in rad or scene lengths, that is round-off of places; it may still better small loads of stiff directions."""
+"""Step, in rad or scene lengths, that is round-off of positions; it may still improve small loads of stiff directions.
+"""
 
 LAST_DIGITS = 3
-"""Steps of that size without a better balance after which a search ends; and steps that lead to that size, at most."""
+"""Number of steps of that size without improvement after which a search ends, and largest number of steps to reach that
+size."""
 
 WEAKEST_MASS = 1e-12
-"""Inertia along a motion, of unit inertia along each speed by itself, below which it counts as that much."""
+"""Inertia along a motion, relative to unit inertia along each speed, below which it counts as this value."""
 
 LARGEST_STEP = 0.3
-"""Of one iteration, in rad or scene lengths."""
+"""Largest step of one iteration, rad or scene lengths."""
 
 NEUTRAL = 1e-11
-"""Singular value of the scaled stiffness, of the largest, below which nothing resists a motion."""
+"""Singular value of the scaled stiffness, relative to the largest, below which a motion has no restoring force."""
 
 MOST_UNBOWED, UNBOWED = 12, 1e-9
-"""Iterations, at most, to a state without the bow of an unbalance, and the step after which it is one."""
+"""Largest number of iterations to a state without the bow of an unbalance, and the step at which it is reached."""
 
 POLISHED = 1e-13
-"""Imbalance below which iterations go on only while they help."""
+"""Imbalance below which iterations continue only while they improve it."""
 
 
 class BalanceSearch:
@@ -263,7 +265,7 @@ class BalanceSearch:
         return float(pulled @ pulled), float(z @ M @ du)
 
     def _advice(self, imbalance: Imbalance, q: Vector, u: Vector) -> str:
-        text = f"the scene has no balance that could be found at t = {self.t:.6g} s: {imbalance} is left over"
+        text = f"no equilibrium of the scene was found at t = {self.t:.6g} s: {imbalance} remains"
         if slipping := slipping_friction(self.model, self.t, q, u, imbalance):
             return (
                 f"{text}, and {slipping}. Remedy: more friction, or a spring, a support or a drive there; if the "
@@ -275,7 +277,7 @@ class BalanceSearch:
                 "gravity=False; of one that spins or runs steadily, its speed in speeds={...}"
             )
         return (
-            f"{text} after {self.iterations} iterations. Remedy: start=..., a state nearer to the balance (such as "
+            f"{text} after {self.iterations} iterations. Remedy: start=..., a state nearer to equilibrium (such as "
             "the end of a damped run), or loads and speeds raised in steps, each from the last state"
         )
 

@@ -17,17 +17,18 @@ from kanefe.linear.tangents import contact_depths
 from kanefe.tree.scales import scene_length
 
 SHORTEST = 3e-3
-"""Of the steps of a search among contacts, in rad or scene lengths: they pass through nothing that is thicker."""
+"""Largest steps of a search among contacts, rad or scene lengths: they do not pass through anything thicker."""
 
 SOFTEST, HARDEST, HARDER = 3e-2, 3e-6, 0.3
-"""Of the length of a scene: over what distances contacts act from afar, one after the other, in a search for a rest; a
-stiffness at the end of the next is never lost beside others in round-off."""
+"""Softest and hardest distance of contact continuation, relative to the length of a scene, and the factor between
+successive ones: no stiffness is lost in round-off relative to others."""
 
 FAR = 20.0
-"""Such distances at most from a contact to what it is to meet, where the search begins: it still feels it."""
+"""Largest initial distance of a contact from its opposite surface, in multiples of the continuation distance: it is
+still felt there."""
 
 MOST_FAILURES = 3
-"""Searches in a row that find nothing, after which the others will not either."""
+"""Number of successive failed searches after which the others are skipped."""
 
 
 def is_put_down(model: Model) -> bool:

@@ -24,19 +24,20 @@ from kanefe.tree.scales import displacement_scales
 Found = TypeVar("Found")
 
 MOST_STOPS = 400
-"""Motions at most from one stop to the next."""
+"""Largest number of motions between stops."""
 
 STILL = 1e-3
-"""Of the acceleration at the start: what is left where a scene is near its rest."""
+"""Remaining acceleration, relative to the initial one, at which a scene is near its equilibrium."""
 
 LOOKS = 40
-"""Instants of a motion at which its kinetic energy is asked for."""
+"""Number of times in a motion at which its kinetic energy is evaluated."""
 
 FALLING = 300.0
-"""Times that in which a scene goes some way from its start: what moves on for as long in one go is lost."""
+"""Duration of a motion without a stop, in multiples of the time in which a scene moves some distance from its start,
+after which the body is lost."""
 
 TOLERANCE = 1e-4
-"""Of the motions, which need be no better than to lead somewhere."""
+"""Relative tolerance of the motions, which only need to lead towards an equilibrium."""
 
 
 class NoRest(SimulationError):
@@ -121,7 +122,7 @@ def _stopped(model: Model, t: float, y: Vector, length: float, longest: float) -
         if len(run.times) <= LOOKS:
             break  # it failed
         y, length = states[-1], 2.0 * length
-    raise SimulationError("nothing stops what moves")
+    raise SimulationError("nothing stops the motion")
 
 
 def _pace(model: Model, t: float, y: Vector) -> float:

@@ -38,13 +38,14 @@ if TYPE_CHECKING:
     from kanefe.linear.state import Freezable
 
 MOST_ROUNDS, SAME_LOADS = 30, 1e-10
-"""Searches at most, each under the loads of joints that the last one has found, and what of these may still change."""
+"""Largest number of searches, each under the joint loads of the previous one, and the relative change of these loads at
+which they end."""
 
 LOST = 1e-6
-"""Imbalance later on from which a balance is lost: coordinates that turn carry the round-off of the turn."""
+"""Imbalance later on above which the equilibrium is lost: rotating coordinates carry the round-off of the rotation."""
 
 MOST_NAMED = 6
-"""Modal coordinates of a body that are listed one by one."""
+"""Largest number of modal coordinates of a body that are listed individually."""
 
 
 class Equilibrium(Instant):
@@ -81,8 +82,8 @@ class Equilibrium(Instant):
     def __str__(self) -> str:
         left = "nothing is left free to move"
         if self.imbalance.name:
-            left = f"left over where it balances worst: {self.imbalance}, {self.imbalance.ratio:.1e} of what acts there"
-        lines = [f"balance at t = {self.time:g} s after {self.iterations} iterations; {left}"]
+            left = f"largest imbalance: {self.imbalance}, {self.imbalance.ratio:.1e} of the forces there"
+        lines = [f"equilibrium at t = {self.time:g} s after {self.iterations} iterations; {left}"]
         told = [f"  {name}: {value:.6g}" for name, value in self.coordinates.items()]
         for body in reversed(self.model.bodies):
             if body.flexible is not None and body.flexible.body.free_count > MOST_NAMED:
@@ -128,7 +129,7 @@ class Equilibrium(Instant):
                 lines.append(f"  contact {name}: carries nothing, gap {-float(one.penetration):.4g} m")
                 continue
             rubs = f", friction {float(one.tangential):.6g} N" if float(one.tangential) > 0.0 else ""
-            how = " (not determined by what is rigid: of least norm)" if name in shared else ""
+            how = " (not unique for rigid bodies: of least norm)" if name in shared else ""
             lines.append(f"  contact {name}: carries {carrying[name]:.6g} N{how}{rubs}")
         return lines
 
@@ -237,7 +238,7 @@ def balanced(
     u, found = _given_speeds(model, speeds or {}, find)
     if len(found) and model.is_constrained:
         raise ModelError(
-            "equilibrium: speeds to be found and rigid contacts or loops at once are not offered. Remedy: give the "
+            "equilibrium: speeds to be found and rigid contacts or loops at once are not supported. Remedy: give the "
             "speeds, and try several"
         )
     held = tuple(speeds or {}) if len(found) else ()
@@ -318,7 +319,7 @@ def _under_its_loads(
             return model, search, state
         model = replace(model, initial_states=z)
     raise SimulationError(
-        "the scene has no balance that could be found: friction that follows the loads of joints changes these again "
+        "no equilibrium of the scene was found: friction that follows the loads of joints changes these again "
         "and again. Remedy: a run to rest, or CoordinateForce(friction=...), which is given"
     )
 
@@ -392,5 +393,5 @@ def _check_steady(model: Model, t: float, q: Vector, u: Vector) -> None:
         if later.ratio > most:
             raise SimulationError(
                 f"the scene balances at t = {t:.6g} s but not {tau:.3g} s later, when {later} is left over: drives, "
-                "loads or gravity change what it feels. Remedy: steady=False for the balance at one time, or a run"
+                "loads or gravity change what it feels. Remedy: steady=False for the equilibrium at one time, or a run"
             )

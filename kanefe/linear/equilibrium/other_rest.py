@@ -24,22 +24,24 @@ from kanefe.linear.small_motions import SmallMotions
 from kanefe.tree.scales import scene_length
 
 NEAR = 0.1
-"""In rad or scene lengths: how far the rest may be from which it tips, to be told."""
+"""Distance of the tipping equilibrium below which it is reported, rad or scene lengths."""
 
 TOUCHED, LIFTED = 1e-6, 1e-3
-"""Of the scene's length: gap up to which something touches at the start, and from which on it has lifted."""
+"""Gap relative to the scene's length up to which a contact is closed at the start, and from which it has lifted."""
 
 UNSTABLE, WEAKEST = -1e-11, 1e-9
-"""Stiffness over mass, of the largest, below which a motion tips; and share by which what is lifted still presses."""
+"""Stiffness over mass, relative to the largest, below which a motion tips; and fraction of the force with which a
+lifted contact still presses."""
 
 TURNED = 0.5
-"""Angle to its surface, rad, by which what stood on three contacts or more has turned over; soft ones sink by less."""
+"""Angle to its surface by which a body on three contacts or more has turned over, rad; soft contacts deflect by less.
+"""
 
 PARTING = 1e-6
-"""In rad or scene lengths: how far it is looked whether contacts part."""
+"""Distance over which contacts are checked for separation, rad or scene lengths."""
 
 Key = tuple[int, int]
-"""Number of a load, and of a probe in it."""
+"""Number of a load, and number of its contact point."""
 
 
 class OtherRestWarning(UserWarning):
@@ -71,20 +73,20 @@ class OtherRest:
         names = ", ".join(repr(name) for name in self.contacts[:6]) + (", ..." if len(self.contacts) > 6 else "")
         if self.turned:
             return (
-                f"what {names} carried at the start has turned over, by {np.degrees(self.turned):.3g} degrees to what "
-                "it stands on: this is not the rest of the start. Remedy: start=..., a state near the rest that is "
-                "meant, or less load if that is to hold"
+                f"the body that {names} carried at the start has turned over, by {np.degrees(self.turned):.3g} degrees "
+                "relative to its support: this is not the equilibrium of the start. Remedy: start=..., a state near "
+                "the intended equilibrium, or less load"
             )
         if self.has_lifted:
             return (
                 f"{names} touched at the start and lifted, by {self.distance:.2g} of the scene's length: this is not "
-                "the rest of the start, and there may be one where all of it carries. Remedy: start=..., a state near "
-                "the rest that is meant, or less load if that is to hold"
+                "the equilibrium of the start, and there may be one in which all of them carry load. Remedy: "
+                "start=..., a state near the intended equilibrium, or less load"
             )
         return (
-            f"another rest is near: tilted by {self.distance:.2g} (rad, or of the scene's length) it balances without "
-            f"{names}, and goes on from there by itself. Remedy: more room before it tips; start=..., a state near the "
-            "other rest, tells that one"
+            f"another equilibrium is near: tilted by {self.distance:.2g} (rad, or relative to the scene's length) the "
+            f"scene balances without {names}, and tips from there by itself. Remedy: a larger margin against tipping; "
+            "to find the other equilibrium, start=..., a state near it"
         )
 
 

@@ -31,30 +31,34 @@ from kanefe.loads.base import Load
 from kanefe.tree.scales import scene_length, scene_weight
 
 Key = tuple[int, int]
-"""Number of a contact among the rigid ones, and of a probe in it."""
+"""Number of a contact among the rigid contacts, and number of its contact point."""
 
 Found = tuple[Model, BalanceSearch, tuple[Vector, Vector]]
 
 HELD, FREED = "held", "freed"
-"""A probe that carries: it sticks, where there is friction; or is let slide for once, where that holds too little."""
+"""States of a loaded contact point: it sticks, if there is friction; or it may slide once, if friction holds too
+little."""
 
 TOUCHING = 1e-9
-"""Of the scene's length: gap up to which a probe touches at the start, and depth up to which it has not entered."""
+"""Gap relative to the scene's length up to which a contact point touches at the start, and depth up to which it has not
+penetrated."""
 
 PULLED = 1e-9
-"""Of the largest normal force, beyond which a probe pulls, or needs more friction than it has: round-off is less."""
+"""Force relative to the largest normal force beyond which a contact point is in tension or needs more friction than it
+has; round-off is smaller."""
 
 THROUGH = 1e-2
-"""Of the scene's length: depth from which on a search has gone through what it should have met."""
+"""Depth relative to the scene's length from which a search has passed through the surface it should have met."""
 
 NEARLY = 0.0, 1e-4, 1e-2
-"""Of the scene's length: gaps up to which probes are tried as those that carry where contacts that yield have led."""
+"""Gaps relative to the scene's length up to which contact points are tried as the loaded ones after the search with
+compliant contacts."""
 
 SETTLING = 1e-4
-"""Of the scene's length: depth to which contacts yield to its weight where it is let move until it comes to rest."""
+"""Deflection of contacts under the weight in dynamic relaxation, relative to the scene's length."""
 
 MOST_SLIDES = 3
-"""Times that what friction does not hold is let slide to where less is to be held."""
+"""Largest number of times that a body which friction does not hold slides to a position with a smaller demand."""
 
 
 def rest_on_contacts(
@@ -117,7 +121,7 @@ def _from_near(model: Model, t: float, q: Vector, u: Vector, search: Callable[[M
             return _Rest(model, t, u, search, MOST_SLIDES).found_if_held(q, touching)
         except SimulationError as failed:
             error = failed if error is None or touching else error
-    raise error or SimulationError("the scene has no balance that could be found")
+    raise error or SimulationError("no equilibrium of the scene was found")
 
 
 class _Rest:
@@ -155,9 +159,9 @@ class _Rest:
             self.marks = {key: mark for key, mark in self.marks.items() if carries.get(key) == HELD}
             carries = {key: FREED if key in slipping else HELD for key in carries if key not in loose}
         raise SimulationError(
-            f"the scene has no balance that could be found on its rigid contacts: after {most} changes of what "
-            "carries, contacts still pull or are entered. Remedy: start=..., a state nearer to the balance (such as "
-            "the end of a damped run), or contacts that yield, kanefe.HuntCrossley(...)"
+            f"no equilibrium of the scene was found on its rigid contacts: after {most} changes of what "
+            "carries, contacts are still in tension or penetrated. Remedy: start=..., a state nearer to equilibrium "
+            "(such as the end of a damped run), or compliant contacts, kanefe.HuntCrossley(...)"
         )
 
     def found_if_held(self, q: Vector, carries: dict[Key, str]) -> Found:
@@ -194,7 +198,8 @@ class _Rest:
         if entered and max(entered.values()) > THROUGH * self.length:
             worst = max(entered, key=lambda key: entered[key])
             raise SimulationError(
-                f"the search for a balance goes through {self._name(worst)}. Remedy: start=..., a state nearer to it"
+                f"the search for an equilibrium passes through {self._name(worst)}. Remedy: start=..., a state nearer "
+                "to it"
             )
         forces = {(force.contact, force.probe): force.normal for force in probe_forces(state)}
         pulled = min(forces, key=lambda key: forces[key], default=None)
@@ -235,16 +240,18 @@ class _Rest:
             together = float(np.linalg.norm(np.sum([force for force, _ in own], axis=0)))
             each = sum(float(np.linalg.norm(force)) for force, _ in own)
             if together > most:
-                told.append(f"{name} would slip: its friction is asked for {together:.4g} N and holds {most:.4g} N")
+                told.append(f"{name} would slip: it needs a friction of {together:.4g} N and holds {most:.4g} N")
             elif each > most:
                 told.append(
                     f"{name} would turn: friction of its probes is asked for {each:.4g} N and holds {most:.4g} N"
                 )
         if not told:  # each has friction enough, but no share of the forces is within that of all
             names = ", ".join(dict.fromkeys(map(self._name, keys)))
-            told.append(f"{names} would slip: no share of the forces is within the friction of each probe")
+            told.append(
+                f"{names} would slip: no distribution of the forces is within the friction of each contact point"
+            )
         return NoRest(
-            f"the scene has no balance: {'; '.join(told)}. "
+            f"the scene has no equilibrium: {'; '.join(told)}. "
             "Remedy: more friction, kanefe.Coulomb(mu), a support, or a run"
         )
 

@@ -8,7 +8,7 @@ import scipy.linalg
 from kanefe.frames import Vector
 
 NOTHING = 1e-16
-"""Column of which all entries, of the largest of all, are below it: a root of it is a frequency of round-off."""
+"""Size of a column, relative to the largest entry, below which its roots are frequencies of round-off."""
 
 
 def eigenpairs(A: np.ndarray, weights: Vector) -> tuple[np.ndarray, np.ndarray]:

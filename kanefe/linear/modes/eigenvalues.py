@@ -7,7 +7,7 @@ import numpy as np
 from kanefe.frames import Vector
 
 GROWTH, ROUND_OFF = 1e-9, 1e-13
-"""Growth or decay that is none: of the eigenvalue, and of the largest eigenvalue of all."""
+"""Growth or decay below which it counts as zero: relative to the eigenvalue, and relative to the largest eigenvalue."""
 
 
 def growth_noise(values: np.ndarray, of_all: np.ndarray) -> np.ndarray:

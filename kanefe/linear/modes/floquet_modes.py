@@ -26,13 +26,13 @@ if TYPE_CHECKING:
     from kanefe.linear.state import Freezable
 
 RIGID = 1e-7
-"""Eigenvalue, of the largest, that may be zero: one that is double is known to the root of round-off only."""
+"""Eigenvalue relative to the largest that may be zero: a double one is known to the root of round-off only."""
 
 REACH_OF_RIGID = 4
-"""Harmonics of motions that nothing resists, to either side: coordinates in axes that turn take two."""
+"""Harmonics on either side of motions without restoring force: coordinates in rotating axes need two."""
 
 REPORTED_SHARE = 0.005
-"""Of a mode, from which on ``print`` tells a harmonic."""
+"""Smallest fraction of a mode for which ``print`` lists a harmonic."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +126,7 @@ class FloquetModes(OfEigenvalues):
     def __str__(self) -> str:
         rigid, others = np.flatnonzero(self.is_rigid).tolist(), np.flatnonzero(~self.is_rigid).tolist()
         lines = [f"period {self.period:.6g} s, {1.0 / self.period:.6g} Hz"]
-        lines += ["rigid motions, which nothing resists:"] if rigid else []
+        lines += ["rigid motions (without restoring force):"] if rigid else []
         lines += [f"{i:4d}  {self._told(i)}" for i in rigid]
         head = f"{'frequency [Hz]':>14}  {'[rad/s]':>11}  {'damping [%]':>11}  {'multiplier':>10}"
         lines += [f"{'mode':>4}  {head}  harmonics (share)"] if others else []
@@ -200,7 +200,7 @@ def floquet(
         raise ModelError(f"the period of floquet must be above zero s, not {period!r}")
     around = motion_around(model, time, q, u, float(seconds))
     if not around.points[0].is_holonomic:
-        raise ModelError("floquet: scenes that roll are not offered. Remedy: modes() of a state that rolls steadily")
+        raise ModelError("floquet: scenes that roll are not supported. Remedy: modes() of a state that rolls steadily")
     rate = 2.0 * np.pi / float(seconds)
     hill = hill_motions(around.harmonics, rate)
     return _listed(around, float(seconds), hill)

@@ -18,13 +18,13 @@ from kanefe.errors import SimulationError
 from kanefe.linear.modes.eigenpairs import rate_weights
 
 REACHES = (2, 4, 6, 9, 13, 19, 28)
-"""Harmonics to either side that are tried, until the last ones are empty."""
+"""Numbers of harmonics on either side that are tried until the last ones vanish."""
 
 EMPTY = 1e-7
-"""Size of the last harmonics, of the whole, that counts as none."""
+"""Size of the last harmonics, relative to all, below which they count as zero."""
 
 LARGEST = 2400
-"""Rows of the eigenvalue problem above which it takes minutes and too much memory."""
+"""Number of rows of the eigenvalue problem above which it takes minutes and too much memory."""
 
 
 class Hill(NamedTuple):
@@ -78,7 +78,7 @@ def hill_motions(harmonics: np.ndarray, rate: float) -> Hill:
         if len(chosen) == size and ends <= EMPTY:
             return Hill(values[chosen], shapes[:, :, chosen] / weights[:, None])
     raise SimulationError(
-        f"floquet: harmonics up to {reach} of {rate / 2 / np.pi:.4g} Hz do not show the motions of {size} states. "
+        f"floquet: harmonics up to {reach} of {rate / 2 / np.pi:.4g} Hz do not resolve the motions of {size} states. "
         "Remedy: fewer modes of the flexible bodies, or a faster rotation: at a slow one modes change as frozen ones do"
     )
 

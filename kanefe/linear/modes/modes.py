@@ -18,13 +18,14 @@ from kanefe.linear.state_space import StateSpace
 from kanefe.linear.unsettled import imbalance_in_words
 
 ROUND_OFF = 1e-14
-"""Imaginary part, of the largest eigenvalue, of one that is real."""
+"""Imaginary part, relative to the largest eigenvalue, below which an eigenvalue is real."""
 
 SLOWEST = 1e-15
-"""Frequency, of the largest, down to which those of coordinates by themselves scale them."""
+"""Frequency relative to the largest down to which the frequencies of single coordinates scale them."""
 
 SYMMETRIC = 1e-10
-"""Asymmetry of the stiffness and size of the factor of the rates, of their largest entries, that count as none."""
+"""Asymmetry of the stiffness and size of the factor of the rates, relative to their largest entries, that count as
+zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +98,7 @@ class Modes(OfEigenvalues, Shapes):
     def __str__(self) -> str:
         head = f"{'frequency [Hz]':>14}  {'[rad/s]':>11}  {'damping [%]':>11}"
         rigid, others = np.flatnonzero(self.is_rigid), np.flatnonzero(~self.is_rigid)
-        lines = ["rigid motions, which nothing resists:"] if len(rigid) else []
+        lines = ["rigid motions (without restoring force):"] if len(rigid) else []
         lines += [f"{i:4d}  {self.describe(int(i))}" for i in rigid]
         lines += [f"{'mode':>4}  {head}  moves (share of kinetic energy)"] if len(others) else []
         noise = self._noise

@@ -22,13 +22,13 @@ from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.tangents import rotations
 
 FEWEST, MOST = 17, 129
-"""Azimuths at which a motion is looked at; odd, so that a Fourier series has as many terms."""
+"""Least and largest number of azimuths at which a motion is evaluated; odd, to equal the number of Fourier terms."""
 
 STEADY = 1e-6
-"""Imbalance below which a motion goes on as it is: coordinates that turn carry the round-off of the turn."""
+"""Imbalance below which a motion continues unchanged: rotating coordinates carry the round-off of the rotation."""
 
 FLAT = 1e-8
-"""Fourier coefficients of A, of the largest, that the azimuths leave out."""
+"""Fourier coefficients of A, relative to the largest, that the azimuths may leave out."""
 
 MOST_NEWTON = 25
 
@@ -58,7 +58,7 @@ def motion_around(model: Model, t: float, q: Vector, u: Vector, period: float) -
     Raises
     ------
     ModelError
-        If it does not repeat, or what it takes to find it is not offered.
+        If it does not repeat, or what it takes to find it is not supported.
     SimulationError
         If Newton's method finds none.
     """
@@ -147,7 +147,7 @@ def _check_repeats(model: Model, t: float, q: Vector, u: Vector, period: float, 
     if np.abs(b - a).max() > STEADY * np.abs(a).max():
         raise ModelError(
             f"floquet: the scene is not the same after {period:.6g} s: its small motions differ by "
-            f"{np.abs(b - a).max() / np.abs(a).max():.2g}. Remedy: period=, in s, after which all is as it was"
+            f"{np.abs(b - a).max() / np.abs(a).max():.2g}. Remedy: period=, in s, after which the scene repeats"
         )
 
 

@@ -26,18 +26,18 @@ from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.tangents import DIFFERENCE_STEP, tangent_steps
 
 NOTHING = {True: 1e-11, False: 1e-9}
-"""Singular value of scaled sums of parts of size one that is round-off: where derivatives are exact, and where not."""
+"""Singular value of scaled sums of terms of size one that is round-off, with exact derivatives and without."""
 
 LEAST = 1e-20
-"""Stiffness, of that of the fastest entry over the same masses, that is always looked at as nothing: times `NOTHING` it
-has a frequency that is round-off of the highest."""
+"""Stiffness, relative to that of the fastest entry over the same masses, that always counts as zero: times `NOTHING`
+its frequency is round-off of the highest."""
 
 ALIKE = 1e-6
-"""Place of a unit motion that is none, and rate of its places below which it stands still."""
+"""Position of a unit motion that counts as zero, and rate of its positions below which it is at rest."""
 
 SCALINGS, EVEN = 30, 0.1
-"""Rounds in which rows and columns are scaled, at most, and by how much their largest entries may differ from one then:
-little beside the powers of ten between what is round-off and what is not."""
+"""Largest number of rounds of scaling rows and columns, and deviation of their largest entries from one that is
+accepted: little compared with the powers of ten between round-off and stiffness."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     from kanefe.views.plots import Figure
 
 USUAL = 6
-"""Modes that are followed where nothing is said."""
+"""Default number of modes that are followed."""
 
 MOST_ORDERS = 100
-"""Lines of excitation in one picture."""
+"""Largest number of excitation lines in one picture."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,8 +141,8 @@ class Campbell:
             if len(missing):
                 warnings.warn(
                     f"of the modes below order {order:g} at {speed:.6g} rad/s {len(missing)} are not followed, such as "
-                    f"one of {at.modes.frequencies[missing[0]]:.6g} Hz: their critical speeds are not told. Remedy: "
-                    f"campbell(..., modes={len(curves.born) + len(missing)})",
+                    f"one of {at.modes.frequencies[missing[0]]:.6g} Hz: their critical speeds are not reported. "
+                    f"Remedy: campbell(..., modes={len(curves.born) + len(missing)})",
                     AccuracyWarning,
                     stacklevel=outside(),
                 )
@@ -307,7 +307,7 @@ def _warn_of_mixed(diagram: Campbell) -> None:
         unsure = np.flatnonzero(sureness < SURE)
         if len(unsure):
             warnings.warn(
-                f"mode {unsure[0] + 1} cannot be known again for certain on the way to {speed:.6g} rad/s (correlation "
+                f"mode {unsure[0] + 1} cannot be identified reliably on the way to {speed:.6g} rad/s (correlation "
                 f"{sureness[unsure[0]]:.2g} after the interval was divided {DEEPEST} times). Remedy: more speeds there",
                 AccuracyWarning,
                 stacklevel=outside(),

@@ -19,16 +19,17 @@ from kanefe.linear.over_speed.followed_modes import THINNEST, AnyModes, Curves, 
 from kanefe.linear.over_speed.whirl import whirl_of
 
 FOUND = 1e-7
-"""Distance from the line, of the height of the diagram, up to which a crossing is one: more is a jump."""
+"""Distance from the line, relative to the height of the diagram, up to which a crossing is real: a larger one is a
+jump."""
 
 BESIDE = 1e-9
-"""Of an interval of speeds, to either side of a jump, how far off it is looked at."""
+"""Distance to either side of a jump at which it is examined, relative to the interval of speeds."""
 
 POINT = 1e-6
-"""Growth, of the height of the diagram, below which the speeds between which a mode grows are one."""
+"""Growth, relative to the height of the diagram, below which the two speeds between which a mode grows are one."""
 
 ROUND = 1e-3
-"""Whirl below which orbits are lines, and turn neither forward nor backward."""
+"""Whirl below which orbits are lines, and neither forward nor backward."""
 
 
 @dataclass(frozen=True, eq=False)

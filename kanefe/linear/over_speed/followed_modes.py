@@ -14,43 +14,45 @@ from kanefe.linear.modes.floquet_modes import FloquetModes
 from kanefe.linear.modes.modes import Modes
 
 SURE = 0.7
-"""Correlation of a mode with its follower from which on it is taken for the same: below, a speed between is tried."""
+"""Correlation of a mode with its successor, dimensionless, from which they are the same: below it an intermediate speed
+is tried."""
 
 DEEPEST = 5
-"""How often an interval between two speeds is divided to follow modes through it."""
+"""Largest number of divisions of an interval between two speeds to follow modes through it."""
 
 ASIDE = 0.47
-"""How far along it is divided: not in the middle, which may be rest, where modes are twofold."""
+"""Fraction of the interval at which it is divided: not the middle, which may be zero speed, where modes are double."""
 
 SIDE = 4
-"""Harmonics to either side by which Floquet's modes are known again."""
+"""Number of harmonics on either side by which Floquet modes are identified."""
 
 MOST_SHIFT = 2
-"""By how many harmonics the name of such a mode may change between two speeds."""
+"""Largest number of harmonics by which the name of such a mode may change between two speeds."""
 
 AnyModes = Modes | FloquetModes
 
 ALIKE = 1e-3
-"""Difference of two eigenvalues, of their size, below which their modes mix freely and any order is right."""
+"""Difference of two eigenvalues, relative to their size, below which their modes mix freely and any order is right."""
 
 SAME = 1e-9
-"""The same of modes that are twofold."""
+"""Difference of two eigenvalues, relative to their size, below which a mode is double."""
 
 RIVAL = 3.0
-"""How many times farther off in frequency another mode of the same shape must be than the one that is taken for it."""
+"""Least ratio of the frequency distances of another mode of the same shape and of the chosen mode."""
 
 STILL = 1e-6
-"""Size of an eigenvalue, of the highest frequency, below which a mode stands still."""
+"""Eigenvalue relative to the highest frequency below which a mode is at rest."""
 
 SLOW = 1e-4
-"""Frequency, of the speed, below which a whirl is about to stand still: what is not quite round mixes both its senses,
-and stops it over some speeds, where it grows and decays along two lines."""
+"""Frequency relative to the speed below which a whirl is nearly at rest: asymmetry mixes both its directions, and stops
+it over a range of speeds, where it grows and decays along two lines."""
 
 DIGITS = 1e-12
-"""Of a speed, to which a crossing or a limit is solved for."""
+"""Relative accuracy of the speed of a crossing or a limit."""
 
 THINNEST = 2e-3
-"""Distance of a curve from the straight line between two of its points, of the highest frequency, that is not seen."""
+"""Distance of a curve from the straight line between two of its points, relative to the highest frequency, that is not
+visible."""
 
 
 class _Candidates(NamedTuple):

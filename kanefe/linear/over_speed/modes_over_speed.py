@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from kanefe.linear.state import Freezable
 
 NEAR = 1e-2
-"""Of the square of the speed: stiffness over mass below which the bow of an unbalance is left out, where it is without
-bound: within 0.5 % of a critical speed seen from the shaft."""
+"""Stiffness over mass, relative to the square of the speed, below which the bow of an unbalance is left out because it
+is unbounded: within 0.5 % of a critical speed seen from the shaft."""
 
 
 class OverSpeed(NamedTuple):

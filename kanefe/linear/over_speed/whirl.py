@@ -11,10 +11,10 @@ from kanefe.linear.modes.modes import Modes
 from kanefe.linear.small_motions import SmallMotions
 
 SPINS = 1e-9
-"""Angular velocity, rad/s, below which nothing spins."""
+"""Angular velocity below which nothing spins, rad/s."""
 
 ALONG = 1e-9
-"""Mean square across the axis, of all, below which a mode moves along it."""
+"""Mean square across the axis, relative to the total, below which a mode is axial."""
 
 
 def spin_axis(small: SmallMotions) -> Vector | None:

@@ -15,19 +15,19 @@ from kanefe.frames import Matrix, Vector
 from kanefe.loads.controller import Controller
 
 STEP = 6e-6
-"""Of a number, or of one, by which differences go to either side: the cube root of the precision."""
+"""Step of central differences, relative to a number or to one: the cube root of the precision."""
 
 CALLS = 2000
-"""How often a controller is called with what it reads at rest, at most, until what it remembers stays."""
+"""Largest number of calls of a controller with constant inputs until its memory is constant."""
 
 SETTLED = 1e-12
-"""Change of what it remembers from one call to the next, of its size, that is none."""
+"""Change of the memory from one call to the next, relative to its size, that counts as zero."""
 
 ALIKE = 1e-9
-"""Difference of two calls with the same arguments, of their size, that is none."""
+"""Difference of two calls with the same arguments, relative to their size, that counts as zero."""
 
 NOTHING = 1e-9
-"""Derivative, of the largest, that is round-off of differences."""
+"""Derivative relative to the largest that is round-off of differences."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ def linear_law(controller: Controller, t: float, reads: Vector) -> LinearLaw:
     again, _ = called(reads, m)
     if np.any(np.abs(again - drives) > ALIKE * (1.0 + np.abs(drives))):
         raise ModelError(
-            f"{label} gives two different answers to the same reads: it keeps something outside of its memory, or "
+            f"{label} gives two different results for the same inputs: it keeps something outside of its memory, or "
             "draws random numbers, and has no poles. Remedy: keep it in the third argument, memory"
         )
     r = len(reads)
@@ -163,7 +163,7 @@ def _numbers_in(memory: object, label: str, name: str = "") -> tuple[tuple[str, 
         return (name,), np.array((float(memory),))
     else:
         raise ModelError(
-            f"{label} remembers {name!r}, a {type(memory).__name__}, of which small motions are not known. Remedy: "
+            f"{label} remembers {name!r}, a {type(memory).__name__}, which cannot be linearised. Remedy: "
             "numbers and arrays in its memory"
         )
     names = tuple(one for part, _ in parts for one in part)

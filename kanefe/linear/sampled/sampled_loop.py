@@ -48,16 +48,17 @@ if TYPE_CHECKING:
     from kanefe.linear.state import Freezable
 
 GROWTH = 1e-9
-"""Of a pole beyond the unit circle, below which it counts as on it."""
+"""Distance of a pole outside the unit circle below which it counts as on the circle."""
 
 NEUTRAL = 1e-6
-"""Distance of a pole from 1 within which it is a motion that nothing resists: double ones are found to its root."""
+"""Distance of a pole from 1, dimensionless, within which it is a motion without restoring force: double ones are found
+to the root of this."""
 
 ROUND_OFF = 1e-11
-"""Of the largest change of what is read, below which one is round-off of differences."""
+"""Change relative to the largest change of the inputs that is round-off of differences."""
 
 ROUNDS = 3
-"""In which drives and what is read of accelerations settle each other."""
+"""Number of iterations between drives and measured accelerations that depend on each other."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +137,7 @@ class SampledLoop:
         if not self.is_stable:
             raise ModelError(
                 f"the loop is not stable, it grows by {self.growth:.6g} in {self.period:g} s, and has no response that "
-                "stays. Remedy: smaller gains, or samples that follow faster"
+                "stays. Remedy: smaller gains, or a shorter sampling interval"
             )
         response = np.empty((len(at), len(self.plant.C), self.plant.B.shape[1]), dtype=complex)
         for i, f in enumerate(at):

@@ -15,13 +15,13 @@ from kanefe.frames import Matrix
 from kanefe.linear.sampled.sampled_laws import LinearLaw
 
 COMMON = 1e-9
-"""Of a ratio of two times between samples, to which it is that of whole numbers."""
+"""Relative tolerance for the ratio of two sampling intervals to be one of integers."""
 
 MOST_SAMPLES = 10_000
-"""In one common period."""
+"""Largest number of samples in one common period."""
 
 LARGEST = 1000
-"""Whole number of such a ratio."""
+"""Largest integer of such a ratio."""
 
 
 class Places(NamedTuple):

@@ -28,13 +28,13 @@ if TYPE_CHECKING:
     from kanefe.linear.state import Freezable
 
 SYMMETRIC = 1e-7
-"""Asymmetry of the scaled dK, of its largest entry, that is its round-off: of differences it is some 1e-10."""
+"""Asymmetry of the scaled dK, relative to its largest entry, that is round-off: differences leave about 1e-10."""
 
 FELT = 1e-9
-"""Inverse of a factor, of the largest, below which the loads do nothing to a motion."""
+"""Inverse of a load factor, relative to the largest, below which the loads do not affect a motion."""
 
 FAR = 0.1
-"""Of rad or scene lengths, beyond which the displacement before buckling is more than linear."""
+"""Displacement before buckling beyond which it is nonlinear, rad or scene lengths."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ class Buckling(Shapes):
         if not len(self.factors):
             lines.append("      no factor: these loads stiffen")
         if np.isfinite(self.reversed_factor):
-            lines.append(f"the other way round the loads buckle it at {self.reversed_factor:.6g} times")
+            lines.append(f"with reversed loads it buckles at {self.reversed_factor:.6g} times")
         return "\n".join(lines)
 
 
@@ -177,7 +177,7 @@ def _warn_of_displacement(found: Buckling) -> None:
     if before > FAR:
         warnings.warn(
             f"before it buckles at {found.factors[0]:.4g} times its loads, the scene moves by some {before:.2g} rad or "
-            "scene lengths, which is more than linear buckling holds for. Remedy: kanefe.equilibrium with loads that "
+            "scene lengths, beyond the range of linear buckling. Remedy: kanefe.equilibrium with loads that "
             "are raised in steps, each from the last one, and linearise(...).modes() there",
             AccuracyWarning,
             stacklevel=outside(),

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 GRAVITY = "gravity"
 
 RESISTED = 1e-11
-"""Eigenvalue of the scaled stiffness, of the largest, below which nothing resists a motion."""
+"""Eigenvalue of the scaled stiffness, relative to the largest, below which a motion has no restoring force."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +98,7 @@ def load_path(
     rest = np.zeros(model.free_count)
     small = SmallMotions(none, time, found.q, rest)
     if small.is_moving:
-        raise ModelError(f"{what}: a driven joint moves. Remedy: a time t at which all drives stand still")
+        raise ModelError(f"{what}: a driven joint moves. Remedy: a time t at which all drives are at rest")
     M, C, K = _matrices(small)
     _check_resisted(small, M, K, what)
     loaded = SmallMotions(_scaled(model, time, raised, 1.0), time, found.q, rest)
@@ -170,8 +170,8 @@ def _chosen(
     for name, load in raised.items():
         if load is not None and load.is_spread and load.turns:
             raise ModelError(
-                f"{what}: {name} turns with its surface, which changes the stiffness, and this change is not offered. "
-                "Remedy: a traction in fixed directions, forces on interfaces, or loads= without it"
+                f"{what}: {name} turns with its surface, which changes the stiffness, and this change is not "
+                "supported. Remedy: a traction in fixed directions, forces on interfaces, or loads= without it"
             )
     return raised, tuple(name for name in there if name not in raised)
 
@@ -230,6 +230,6 @@ def _check_resisted(small: SmallMotions, M: Matrix, K: Matrix, what: str) -> Non
             "springs, supports, or loads= with those that tip it"
         )
     raise ModelError(
-        f"{what}: without the loads that are raised nothing resists a motion along {name}. Remedy: a support or a "
+        f"{what}: without the loads that are raised there is no restoring force along {name}. Remedy: a support or a "
         "spring there, or loads= without those that hold it"
     )

@@ -30,16 +30,17 @@ if TYPE_CHECKING:
     from kanefe.linear.state import Freezable
 
 GROWS = 1e-9
-"""Growth of a mode, of its eigenvalue, that is one: below are eigenvalues beside others 1e5 times as large."""
+"""Growth of a mode, relative to its eigenvalue, from which it counts: smaller ones are round-off next to eigenvalues
+1e5 times as large."""
 
 FARTHER = 1.05
-"""Ratio of two factors that are looked at, one after the other."""
+"""Ratio of successive load factors that are examined."""
 
 FARTHEST = 1e4
-"""Times the load that could buckle the scene at the earliest, up to where is looked."""
+"""Largest load that is examined, in multiples of the smallest that could buckle the scene."""
 
 DIGITS = 1e-10
-"""Of the factor, to which it is found."""
+"""Relative accuracy of the load factor."""
 
 
 @dataclass(frozen=True, eq=False)

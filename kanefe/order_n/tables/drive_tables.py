@@ -13,8 +13,8 @@ from kanefe.kernels.sweeps.drives import PIECE_NUMBERS, Drives
 from kanefe.tree.model_data import ModelData
 
 PIECES_A_STEP = 2.0
-"""Pieces of a table that a step may span. The stages of a step then are no more than a piece apart: a bump of a table
-takes two pieces at least, and cannot lie between them unseen."""
+"""Number of table pieces that a step may span. The stages of a step are then no more than a piece apart: a bump of a
+table spans at least two pieces, and cannot lie between them unseen."""
 
 
 def drive_tables(model: ModelData) -> Drives | None:

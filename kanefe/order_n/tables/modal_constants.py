@@ -18,7 +18,7 @@ PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
 AXES = ((1, 2), (2, 0), (0, 1))
 
 ROUND_OFF = 1e-12
-"""Largest entry off the diagonal, relative to the largest on it, of a matrix that is diagonal but for round-off."""
+"""Largest off-diagonal entry, relative to the largest diagonal one, of a matrix that is diagonal up to round-off."""
 
 
 @dataclass(frozen=True, eq=False)

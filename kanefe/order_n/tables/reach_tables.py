@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from kanefe.loads.reach import Bounds
 
 SWEEP_FROM = 4
-"""Loads a ball from which on a sweep over the balls is made, and not each load looked at by itself."""
+"""Number of loads per ball from which a sweep over the balls replaces separate tests of the loads."""
 
 SLACK = 1.01
-"""Balls of a sweep are larger by so much: events see how something comes near before it touches."""
+"""Factor on the radii of balls in a sweep: events see contacts approach before they touch."""
 
 
 def sweeps(builder: FrameOffsets, chosen: Sequence[int]) -> list[int]:

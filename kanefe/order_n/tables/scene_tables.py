@@ -72,7 +72,7 @@ if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
 
 UPPER = np.triu_indices(3)
-"""Of a symmetric matrix: those of its six numbers that are kept, row by row."""
+"""Indices of the six kept values of a symmetric matrix, row by row."""
 
 SLOPE_CODES = {"rotation-vector": ROTATION_VECTOR, "tait-bryan": TAIT_BRYAN}
 

@@ -12,10 +12,12 @@ from kanefe.errors import ModelError
 from kanefe.studies.statistics.gumbel import GumbelFit
 
 LEAST_SPREAD = 5
-"""Different maxima that a fit needs: where most runs give the same, as no slip, there is no law of extremes."""
+"""Least number of different maxima for a fit: if most runs give the same value, such as no slip, there is no law of
+extremes."""
 
 SAME_DIGITS = 9
-"""Of the largest maximum, within which two are the same: what friction caps differs by round-off."""
+"""Number of digits, relative to the largest maximum, in which two are equal: values limited by friction differ by
+round-off."""
 
 
 @dataclass(frozen=True)

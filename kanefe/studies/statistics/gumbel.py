@@ -19,13 +19,13 @@ from kanefe.errors import ModelError
 from kanefe.frames import numbers
 
 LEAST = 3
-"""Maxima below which nothing is fitted."""
+"""Number of maxima below which nothing is fitted."""
 
 SAMPLES = 4000
-"""Fits by which the bands are found: their ends lie within 1 % of the probability they should have."""
+"""Number of fits for the confidence bands: their ends are within 1 % of the nominal probability."""
 
 ITERATIONS = 60
-"""Of Newton's method for the scale; it takes 5 to 10."""
+"""Largest number of iterations of Newton's method for the scale; it takes 5 to 10."""
 
 
 @dataclass(frozen=True)

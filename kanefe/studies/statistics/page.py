@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from kanefe.report.blocks import Block, Heading, Listing, Paragraph, Picture, Table
-from kanefe.report.document import Report
-from kanefe.report.record_tables import record_tables
+from kanefe.documents.blocks import Block, Heading, Listing, Paragraph, Picture, Table
+from kanefe.documents.document import Report
+from kanefe.documents.record_tables import record_tables
 from kanefe.studies.statistics.cells import Cell
 
 LEAST_SHARE = 1e-6
-"""A probability below which no digits are shown: no law that is fitted to tens of runs knows them."""
+"""Probability below which no digits are shown: no law fitted to tens of runs can resolve them."""
 
 Map = Mapping[str, tuple[Cell, ...]]
 
@@ -61,7 +61,7 @@ def report_of(
             [*map(_number, parameters.values()), *((name, _share(share)) if share else ("none", "0"))]
             for parameters, name, share in governing
         ]
-        blocks += [Heading("What governs"), Table([*governing[0][0], "limit that is passed most", "P"], rows)]
+        blocks += [Heading("What governs"), Table([*governing[0][0], "limit that is exceeded most often", "P"], rows)]
     blocks += [Heading("How it was built"), Listing(about["build"]["source"].rstrip())]
     return Report("Operability", tuple(blocks), lambda: _pictures(limits, draw()))
 
@@ -116,7 +116,7 @@ def _cell_texts(cell: Cell, limit: float, band: float) -> list[str]:
 
 def _pictures(limits: Mapping[str, float], drawn: Mapping[str, bytes]) -> dict[str, list[Picture]]:
     return {
-        _title(output, limits[output]): [Picture(f"Probability that {output} is passed", png)]
+        _title(output, limits[output]): [Picture(f"Probability that {output} is exceeded", png)]
         for output, png in drawn.items()
     }
 

@@ -31,7 +31,7 @@ except ImportError as _error:
 
 
 SECONDS_FOR_WORKERS = 120.0
-"""That a cluster may take for its first worker, as in the queue of Slurm."""
+"""Time that a cluster may take to start its first worker, as in the queue of Slurm, s."""
 
 
 class DaskPool:

@@ -294,7 +294,7 @@ def told(error: BaseException) -> SimulationError:
     if isinstance(error, BrokenExecutor):
         return SimulationError(
             f"processes of the executor died ({error}): as they started, and then they have said why, or out of memory."
-            " What is done is in the store: run the study again to go on"
+            " What is done is in the store: run the study again to continue"
         )
     return SimulationError(
         f"the executor failed: {type(error).__name__}: {error}. What is done is in the store: run the "

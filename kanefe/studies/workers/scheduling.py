@@ -15,16 +15,16 @@ from kanefe.studies.workers.pools import Pool, told
 from kanefe.studies.workers.work import Case, Done, Work, failed_row, ready, run_block, stamp
 
 BLOCK_SECONDS = 1.0
-"""Work in a block: much beside the milliseconds that it takes to hand one over, little to lose."""
+"""Work in a block, s: long compared with the milliseconds to hand one over, and little to lose."""
 
 MOST_CASES = 256
-"""In a block."""
+"""Largest number of cases in a block."""
 
 DEPTH = 2
-"""Blocks in flight a worker: one runs, one waits."""
+"""Number of blocks in flight per worker: one runs, one waits."""
 
 TRIES = 2
-"""Deaths of a worker after which a case is to blame: of the second it is alone in flight."""
+"""Deaths of a worker after which the case is at fault: before the second it runs alone."""
 
 
 @dataclass

@@ -31,14 +31,14 @@ from kanefe.system import System
 PACKAGE = Path(__file__).parents[2]
 
 OF_STUDIES = ("checkpoint", "resume", "progress")
-"""Options of runs that a study does not pass on: its store is what it goes on from."""
+"""Options of runs that a study does not pass on: it continues from its store."""
 
 
 SCREENED = "screened"
-"""Option of the runs of a study: they are those of `kanefe.screen`."""
+"""Option that makes the runs of a study those of `kanefe.screen`."""
 
 OF_SCREENED = ("spacing",)
-"""Options that these take and others do not."""
+"""Options that screened runs take and others do not."""
 
 
 @dataclass(frozen=True)

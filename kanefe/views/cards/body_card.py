@@ -11,7 +11,7 @@ from kanefe.views.thumbnail import SIZE
 
 MOST_FREQUENCIES = 6
 DENSE = 400
-"""Free coordinates up to which frequencies are computed for the card."""
+"""Number of free coordinates up to which frequencies are computed for the card."""
 
 
 def body_card(body: FlexibleBody) -> str:

@@ -9,13 +9,13 @@ import numpy as np
 from kanefe.views.cards.card import card, table
 
 MOST = 20
-"""Modes that are listed."""
+"""Largest number of modes that are listed."""
 
 LEAST = 1e-6
-"""Width of the plane, of its height: what is less than that is on the axis."""
+"""Width of the plane relative to its height below which a value is on the axis."""
 
 WIDE, TALL, EDGE = 240, 190, 26
-"""Of the picture, and of what is left free around it, pixels."""
+"""Width and height of the picture, and the free margin around it, pixels."""
 
 
 def modes_card(eigenvalues: np.ndarray, grows: np.ndarray, rows: Sequence[Sequence[str]]) -> str:

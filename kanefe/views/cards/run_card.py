@@ -9,7 +9,7 @@ from kanefe.views.still import picture_of_run
 from kanefe.views.thumbnail import SIZE
 
 MOST = 12
-"""Bodies that are listed."""
+"""Largest number of bodies that are listed."""
 
 
 def run_card(result: Reader) -> str:

@@ -8,10 +8,10 @@ from html import escape
 from kanefe.views.cards.card import card, table
 
 STEP, WIDE, TALL = 26, 118, 30
-"""Of the picture of the tree: how far a child is to the right, and the size of a body's place, pixels."""
+"""Indentation of a child in the picture of the tree, and width and height of a body, pixels."""
 
 MOST = 40
-"""Bodies that are listed."""
+"""Largest number of bodies that are listed."""
 
 FILLS = {"flexible": "#e3edf7", "rigid": "#eef0f3", "massless": "#ffffff"}
 

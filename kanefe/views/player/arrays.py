@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 ALIGNED = 8
-"""Bytes at whose multiples arrays begin: a browser's views of a buffer need it."""
+"""Alignment of arrays in bytes, which a browser's views of a buffer require."""
 
 LEVEL = 6
 

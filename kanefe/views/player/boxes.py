@@ -11,14 +11,14 @@ from kanefe.results.surface_outline import SurfaceOutline
 from kanefe.views.cuboids import CORNERS, equivalent_cuboid
 
 SMALLEST = 0.012
-"""Side of the box that stands for a point, as a share of the scene's size."""
+"""Side of the box that represents a point, relative to the scene's size."""
 
 COVERED = 0.5
-"""Size of a body's surfaces, as a share of that of its box, from which on they stand for the body."""
+"""Size of a body's surfaces, relative to that of its box, from which they represent the body."""
 
 _FACES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)])
 TRIANGLES = np.concatenate((_FACES[:, [0, 1, 2]], _FACES[:, [0, 2, 3]]))
-"""Of a box of `kanefe.views.cuboids.CORNERS`."""
+"""Triangles of a box with the corners `kanefe.views.cuboids.CORNERS`."""
 
 
 def box_of(shape: BodyShape, surfaces: Sequence[SurfaceOutline], smallest: float = 0.0) -> np.ndarray | None:

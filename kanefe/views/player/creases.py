@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 SMOOTH = np.cos(np.radians(35.0))
-"""Cosine of the angle between two triangles up to which their common edge is none."""
+"""Cosine of the angle between two triangles up to which their common edge is not drawn."""
 
 
 class Shaded(NamedTuple):

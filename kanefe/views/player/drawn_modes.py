@@ -11,15 +11,15 @@ from kanefe.results.reader import Reader
 from kanefe.views.player.skins import Skin
 
 MOST_OWN = 100
-"""Coordinates up to which a body is drawn by its own modes; beyond, by the principal ones of its motion."""
+"""Number of coordinates up to which a body is drawn by its own modes; beyond, by the principal modes of its motion."""
 
 MOST_PRINCIPAL = 48
 
 UNSEEN = 1e-4
-"""Share of the largest displacement, and of the largest stress, by which modes that are left out may move a node."""
+"""Largest motion of a node, and largest stress, by modes left out, relative to the largest values."""
 
 AT_ONCE = 4_000_000
-"""Numbers of one piece of the work."""
+"""Number of values in one piece of the work."""
 
 
 class StressField(Protocol):

@@ -25,12 +25,12 @@ from kanefe.views.player.drawn_modes import StressField
 from kanefe.views.player.scene_data import SceneData
 
 MOST_FRAMES = 1000
-"""Output times shown where the user does not choose; between them the browser interpolates."""
+"""Default number of output times shown; between them the browser interpolates."""
 
 COLOURS = ("displacement", "stress", "none")
 SUFFIXES = (".html", ".htm")
 HEIGHT = 620
-"""Of the page in a notebook, pixels."""
+"""Height of the page in a notebook, pixels."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,22 +20,23 @@ from kanefe.views.player.skins import Skin
 from kanefe.views.player.tracks import GROUND, Tracks
 
 LOOKED_AT = 100
-"""Instants at which it is looked where everything is."""
+"""Number of instants at which the extents are evaluated."""
 
 TRAVELS = 3.0
-"""Size of the room that is passed through, of that taken at an instant, from which on the view goes with what moves."""
+"""Size of the space that is passed through, relative to that occupied at an instant, from which the view travels."""
 
 ALONG = 0.5
-"""Way along an axis, of the size of what moves, from which on the view goes along that axis."""
+"""Displacement along an axis, relative to the size of the moving bodies, from which the view travels along that axis.
+"""
 
 WIDE = 3.0
-"""Size of the whole scene, of the room of what moves, up to which all of it is in view."""
+"""Size of the whole scene, relative to the space of the moving bodies, up to which all of it is in view."""
 
 STILL = 1e-6
-"""Motion that is none, of the size of what may move."""
+"""Motion relative to the size of the body that counts as zero."""
 
 LEAST = 1e-4
-"""Room of what moves, of the whole scene, that is looked at."""
+"""Smallest space of moving bodies, relative to the whole scene, that determines the view."""
 
 
 class Extent(NamedTuple):

@@ -23,10 +23,10 @@ from kanefe.views.player.tracks import GROUND, Tracks, up_axis
 from kanefe.views.relief import relief
 
 BEYOND = 1.3
-"""Side of the square that stands for a plane, as a share of the size of the room that a run takes."""
+"""Side of the square that represents a plane, relative to the size of the space that a run takes."""
 
 ON_BODY = 1.5
-"""The same of a plane on a body with a box, as a share of the size of the box."""
+"""Side of the square that represents a plane on a body with a box, relative to the size of the box."""
 
 
 class SceneData:

@@ -20,13 +20,13 @@ from kanefe.results.body_shape import BodyShape
 from kanefe.views.player.creases import SMOOTH
 
 THIN = 0.01
-"""Side of a beam whose section is not known, and size of a node without cells, as a share of the body's size."""
+"""Side of a beam with unknown section, and size of a node without cells, relative to the body's size."""
 
 FEW = 10
-"""Nodes without cells down to which these are drawn small."""
+"""Number of nodes without cells from which these are drawn small."""
 
 MOST_NODES = 2000
-"""Nodes without cells that are drawn."""
+"""Largest number of nodes without cells that are drawn."""
 
 _HALVES: dict[str, tuple[tuple[int, ...], ...]] = {
     "triangle": ((0, 1, 2),),

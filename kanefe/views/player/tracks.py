@@ -9,7 +9,7 @@ from kanefe.frames import rotation_matrix
 from kanefe.results.reader import Reader
 
 GROUND = -1
-"""Number of the frame that does not move."""
+"""Number of the fixed frame."""
 
 
 class Tracks:
@@ -50,7 +50,7 @@ class Tracks:
             if bad.any():
                 t = self.result.times[self.frames][bad][0]
                 raise ModelError(
-                    f"where body {body!r} is at t = {t:.6g} s is no finite number, so that it cannot be shown. "
+                    f"where body {body!r} is at t = {t:.6g} s is not a finite number, so that it cannot be shown. "
                     "Remedy: print(result.status)"
                 )
             self._numbers[key] = len(self.poses)

@@ -184,5 +184,5 @@ def test_a_missing_library_is_named_where_it_is_needed(monkeypatch):
 @needs_library
 def test_rigid_ones_are_refused_by_name():
     scene, (one, other) = two_rods()
-    with pytest.raises(kf.ModelError, match="rigid contact of a capsule on a capsule is not served"):
+    with pytest.raises(kf.ModelError, match="rigid contact of a capsule on a capsule is not supported"):
         scene.add_contact("c", one, other, normal=kf.Rigid())

@@ -124,7 +124,7 @@ def test_what_is_refused_by_name(tmp_path):
     with pytest.raises(kf.ModelError, match="vertices of a mesh must be finite"):
         shapes.Mesh(np.full((4, 3), np.nan), FACES)
     (tmp_path / "no.stl").write_text("vertex one two three")
-    with pytest.raises(kf.FileError, match="is no STL file"):
+    with pytest.raises(kf.FileError, match="is not an STL file"):
         shapes.Mesh.from_stl(tmp_path / "no.stl")
     with pytest.raises(kf.FileError, match=r"there is no file .*none\.stl"):
         shapes.Mesh.from_stl(tmp_path / "none.stl")

@@ -281,10 +281,10 @@ def test_what_begins_in_a_surface_and_what_does_not_serve_is_refused():
     scene, floor, body = on_floor()
     scene.add_contact("c", body, floor, normal=kf.Rigid())
     for analysis in (kf.buckling, kf.stability_limit, kf.floquet):
-        with pytest.raises(kf.ModelError, match="not offered with rigid contacts, here rigid contact 'c'"):
+        with pytest.raises(kf.ModelError, match="not supported with rigid contacts, here rigid contact 'c'"):
             analysis(scene)
     for method in ("generalised-alpha", "hht"):
-        with pytest.raises(kf.ModelError, match="does not follow the rigid contact 'c'"):
+        with pytest.raises(kf.ModelError, match="does not handle the rigid contact 'c'"):
             scene.simulate((0.0, 1.0), method=method, step=0.1)
 
 

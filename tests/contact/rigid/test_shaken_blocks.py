@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.checks.robustness.shaken_blocks import DEFAULT_RTOL, compared, exact, random_block
 from kanefe.contact.rigid.rigid_contact import STICKS
 from kanefe.integrate.methods.table import METHODS, own_methods
 from kanefe.integrate.run_checks.contact_check import of_contacts
 from kanefe.kane.rigid_contacts.contact_forces import probe_forces
+from robustness.shaken_blocks import DEFAULT_RTOL, compared, exact, random_block
 
 G = 9.81
 
@@ -125,7 +125,7 @@ def test_what_breaks_a_law_is_an_error_of_the_run():
     model = shaken().freeze()
     y = np.concatenate((model.initial_state, np.zeros(2)))
     y[2] = -1e-3
-    assert "'c' is entered by 0.001 m" in of_contacts(model, np.array([0.0]), y[None], "dop853", 100, 1e-6).reason
+    assert "'c' is penetrated by 0.001 m" in of_contacts(model, np.array([0.0]), y[None], "dop853", 100, 1e-6).reason
 
 
 @pytest.mark.parametrize("is_long", [False, pytest.param(True, marks=pytest.mark.stress)])

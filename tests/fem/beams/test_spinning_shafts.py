@@ -77,7 +77,7 @@ def unbalanced(speed: float, offset: float) -> kf.System:
 def test_an_unbalanced_rotor_is_in_balance_beyond_its_critical_speeds(speed):
     """Bent as the balanced one is by the force of the unbalance, m e W^2, in the spinning frame.
 
-    In oil that spins with it it would run away from its axis, farther than its stiffening holds.
+    In oil that spins with it it would run away from its axis, beyond the valid range of its stiffening.
     """
     offset = 1e-5
     force = 0.1 * offset * speed**2

@@ -55,7 +55,7 @@ def test_what_is_damaged_is_removed_and_so_compiled_anew(
     monkeypatch.setattr(compiled_forms, "_sound", set())
     check_forms(library.parent)
     assert [path.name for path in library.parent.iterdir() if path.suffix] == ["other.c"]
-    assert "form is damaged: it is compiled anew" in capsys.readouterr().err
+    assert "form is damaged: it is compiled again" in capsys.readouterr().err
 
 
 @ON_POSIX

@@ -264,7 +264,7 @@ class TestUserEnergy:
             (lambda e: ufl.sqrt(ufl.inner(e, e)), "strain", ("derivatives at rest",)),
             (lambda e: ufl.tr(e) + ufl.inner(e, e), "strain", ("stress 1 Pa", "rest")),
             (lambda e: ufl.tr(e) ** 2, "strain", ("not positive definite",)),
-            (lambda e: "soft", "strain", ("no UFL expression",)),
+            (lambda e: "soft", "strain", ("not a UFL expression",)),
             (lambda F: ufl.tr(F.T * F), gradient, ("at rest", "ln J")),
             (lambda F: ufl.inner(F - ufl.Identity(3), F - ufl.Identity(3)), gradient, ("rotation",)),
             (lambda e: ufl.inner(e, e), "stress", ("of='stress'",)),

@@ -171,13 +171,13 @@ class TestBadInput:
             (["lid"], ModelError, ["no group of facets called 'lid'", "inside, off, root, skin, tip, top"]),
             (["bar"], ModelError, ["'bar' is a group of cells"]),
             ([""], ModelError, ["no group of facets called ''"]),
-            ("top", ModelError, ["no list of names", "'top'"]),
-            ([3], ModelError, ["no list of names"]),
+            ("top", ModelError, ["not a list of names", "'top'"]),
+            ([3], ModelError, ["not a list of names"]),
             (["inside"], MeshError, ["'inside'", "inside the body"]),
             (["empty"], MeshError, ["the group 'empty' has no facets"]),
             (["twice"], MeshError, ["'twice'", "twice in it"]),
             (["off"], MeshError, ["'off'", "not on the body"]),
-            (["diagonal"], MeshError, ["'diagonal'", "no side of a cell"]),
+            (["diagonal"], MeshError, ["'diagonal'", "not a side of a cell"]),
         ],
     )
     @pytest.mark.usefixtures("no_assembly")

@@ -140,7 +140,7 @@ class TestExpressions:
         np.testing.assert_allclose(values, u[mesh.connectivity][..., :d], atol=1e-14)
 
     def test_a_function_that_gives_no_expression_is_refused(self):
-        with pytest.raises(kf.ModelError, match=r"no UFL expression.*Remedy"):
+        with pytest.raises(kf.ModelError, match=r"not a UFL expression.*Remedy"):
             recover(cantilever(), "bar", frames=[0]).expression(lambda f: 3.0)
 
 

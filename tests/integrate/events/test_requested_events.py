@@ -149,7 +149,7 @@ def test_states_of_the_start_are_kept() -> None:
     [
         (["hoist slck"], r"event 'hoist slck' has no function, .* Did you mean 'hoist slack'\? .*: hoist slack"),
         (["* touch"], r"event '\* touch' has no function"),
-        ([kf.Event(f"hoist {what}", terminal=True) for what in ("*", "taut")], "'hoist taut' is asked for twice"),
+        ([kf.Event(f"hoist {what}", terminal=True) for what in ("*", "taut")], "'hoist taut' is requested twice"),
         ([3.0], "events must be a list of kanefe.Event or of names of events of loads, not of float"),
     ],
 )

@@ -214,6 +214,6 @@ def test_not_beside_unreduced_bodies() -> None:
     scene, _ = landing()
     scene.add_flexible_body("arm", kf.flexible_body(steel_beam(60), {"root": "clamped"}, reduction=None))
     with pytest.raises(
-        kf.ModelError, match=r"'floor' between .* not offered beside the unreduced body 'arm'. Remedy: "
+        kf.ModelError, match=r"'floor' between .* not supported beside the unreduced body 'arm'. Remedy: "
     ):
         scene.freeze()

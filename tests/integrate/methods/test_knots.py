@@ -140,7 +140,7 @@ def test_what_a_short_load_leaves_in_an_undamped_beam_vibrates_on(rtol: float) -
     result = _pushed(_waves, damping=0.0)[0].simulate((0.0, SPAN), rtol=rtol, output_step=0.01)
     sizes = np.abs(result.modal_coordinates("arm")).max(axis=1)
     assert result.statistics["method"] == "radau5"
-    assert "steps that functions and controllers ask for" in result.statistics["reason"]
+    assert "steps that functions and controllers require" in result.statistics["reason"]
     assert sizes[-200:].max() > 0.8 * sizes[:200].max()
 
 

@@ -93,7 +93,7 @@ def test_a_fixed_step_that_is_too_long_for_the_iteration_is_said() -> None:
     with pytest.warns(SimulationWarning, match=r"Newton iteration of radau5 does not converge with steps of 2 s"):
         run = integrate(scene.freeze(), (0.0, 4.0), method="radau5", step=2.0)
     assert run.status is not None
-    assert run.status.remedy == "a smaller step, or rtol in its place"
+    assert run.status.remedy == "a smaller step, or rtol instead"
 
 
 def test_loops_stay_closed() -> None:

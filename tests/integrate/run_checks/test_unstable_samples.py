@@ -22,7 +22,7 @@ def arm(gain: float) -> kf.System:
     return scene
 
 
-NAMED = r"controller 'brake' has come to change 'motor arm.*' by .* times as much as at the start.*may be unstable"
+NAMED = r"controller 'brake' now changes 'motor arm.*' by .* times as much as at the start.*may be unstable"
 POLES = r"its fastest pole is \|z\| = 2\.9 over 0\.01 s, at 50 Hz"
 REMEDY = r"Remedy: smaller gains or a shorter every= of controller 'brake' \(now 0\.01 s\)"
 

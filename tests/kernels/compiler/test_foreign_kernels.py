@@ -105,14 +105,14 @@ def test_what_is_not_what_was_built_is_not_loaded(cache: Path, damage: str) -> N
     assert file_in(cache).read_bytes() != whole
     with pytest.raises(kept_code.Damaged), kept_code.opened(file_in(cache)):
         pass
-    assert not list(cache.rglob("*.so"))  # so that it is built anew
+    assert not list(cache.rglob("*.so"))  # so that it is built again
 
 
 def test_a_damaged_file_is_built_anew_and_told(cache: Path) -> None:
     planted(file_in(cache))
     printed, said = run(cache)
     assert printed == "[3.0, 4.0]"
-    assert "is damaged: it is built anew" in said
+    assert "is damaged: it is built again" in said
     assert run(cache) == ("[3.0, 4.0]", "")
 
 

@@ -32,13 +32,13 @@ def box(tilt: float, normal: kf.Rigid | kf.HuntCrossley, *, apart: bool = True) 
 
 @pytest.mark.parametrize(("normal", "apart"), [(kf.Rigid(), False), (kf.HuntCrossley(1e6), True)])
 def test_a_box_tells_how_far_it_is_from_tipping(normal: kf.Rigid | kf.HuntCrossley, apart: bool) -> None:
-    with pytest.warns(OtherRestWarning, match="another rest is near"):
+    with pytest.warns(OtherRestWarning, match="another equilibrium is near"):
         near = kf.equilibrium(box(np.deg2rad(43.0), normal, apart=apart))
     assert near.other_rest is not None
     assert near.other_rest.contacts == (("foot 0", "foot 1") if apart else ("sole",))
     # two degrees to go, by which the centre moves by up to 1.4 lengths of the scene
     assert np.deg2rad(1.9) < near.other_rest.distance < 1.45 * np.deg2rad(2.0)
-    assert "another rest is near" in str(near)
+    assert "another equilibrium is near" in str(near)
     with warnings.catch_warnings():
         warnings.simplefilter("error", OtherRestWarning)
         assert kf.equilibrium(box(np.deg2rad(20.0), normal, apart=apart)).other_rest is None

@@ -45,7 +45,7 @@ def test_rigid_motions_are_listed_apart():
     scene.add_rigid_body("block", 2.0, parent=cart, joint=kf.Prismatic("x", forces=spring))
     scene.add_rigid_body("top", 1.0, 0.1, com=(0, 0, 1), joint=kf.Revolute("y"))
     lines = str(kf.linearise(scene).modes()).splitlines()
-    assert lines[:2] == ["rigid motions, which nothing resists:", "   0  cart 50 %, block 50 %"]
+    assert lines[:2] == ["rigid motions (without restoring force):", "   0  cart 50 %, block 50 %"]
     assert "frequency [Hz]      [rad/s]" in lines[2]
     assert ["diverges" in line and "(unstable)" in line for line in lines[3:]] == [True, False, False]
     assert "decays" in lines[4]

@@ -253,7 +253,7 @@ def test_processes_of_the_user_that_die_are_told(tmp_path: Path, monkeypatch: py
     monkeypatch.setenv("KANEFE_TEST_KILL", "1")
     with (
         ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor,
-        pytest.raises(kf.SimulationError, match=r"processes of the executor died .* run the study again to go on"),
+        pytest.raises(kf.SimulationError, match=r"processes of the executor died .* run the study again to continue"),
     ):
         deadly_study().run(executor, store=tmp_path)
     assert deadly_study().table(tmp_path).counts["finished"] == 2
