@@ -92,7 +92,7 @@ def slopes(function: Callable[..., Any], *at: float) -> list[float]:
     """Return the partial derivatives of a function of numbers by each of them, by complex steps."""
     steps = [[complex(x, COMPLEX_STEP * (i == k)) for k, x in enumerate(at)] for i in range(len(at))]
     with np.errstate(all="ignore"):
-        return [float(np.imag(function(*moved))) / COMPLEX_STEP for moved in steps]
+        return [float(function(*moved).imag) / COMPLEX_STEP for moved in steps]
 
 
 def resistances(kernel: LoadKernel, t: float, inputs: Vector, ends: Sequence[End], states: Vector) -> Tangent | None:
