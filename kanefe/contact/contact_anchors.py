@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from kanefe.contact.contact_data import ContactData
+from kanefe.contact.contact_evaluation import InPython
 from kanefe.contact.touching_point import along_surface
 from kanefe.frames import Matrix, Vector, across, cross
 from kanefe.loads.action import End
 from kanefe.loads.anchors import Anchor
-
-if TYPE_CHECKING:
-    from kanefe.contact.contact import Contact
 
 
 class _Placed(NamedTuple):
@@ -25,13 +24,13 @@ class _Placed(NamedTuple):
     marked: int | None = None
 
 
-def anchors_of(contact: Contact, ends: Sequence[End], states: Vector) -> list[Anchor]:
+def anchors_of(contact: ContactData, ends: Sequence[End], states: Vector) -> list[Anchor]:
     """Return the anchors of the probes that touch: see `kanefe.loads.base.Load.anchors`."""
     return [placed.anchor for placed in _placed(contact, ends, states)]
 
 
 def anchored(
-    contact: Contact, ends: Sequence[End], states: Vector, drags: Sequence[Vector], slips: Sequence[bool]
+    contact: ContactData, ends: Sequence[End], states: Vector, drags: Sequence[Vector], slips: Sequence[bool]
 ) -> Vector:
     """Return the internal states with which they give some friction: see `kanefe.loads.base.Load.anchored`."""
     after = states.copy()
@@ -46,11 +45,11 @@ def anchored(
     return after
 
 
-def _placed(contact: Contact, ends: Sequence[End], states: Vector) -> Iterator[_Placed]:
+def _placed(contact: ContactData, ends: Sequence[End], states: Vector) -> Iterator[_Placed]:
     law = contact.friction
     if law is None or not law.holds or contact.rest is not None:
         return
-    for i, touch in enumerate(contact.touches(ends, states)):
+    for i, touch in enumerate(InPython(contact, ends, states).touches()):
         if touch.depth <= 0.0:
             continue
         n, probe, w = touch.normal, contact.probes[i][1], ends[touch.end].w - ends[0].w

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
-from kanefe.contact.contact_numbers import InPython
+from kanefe.contact.contact_data import ContactData
+from kanefe.contact.contact_evaluation import InPython
 from kanefe.contact.touching_point import velocity_past
 from kanefe.frames import Vector
 from kanefe.kernels.contact.contact_forces import AT_THE_LIMIT
 from kanefe.loads.action import End
 from kanefe.loads.base import LoadEvent
-
-if TYPE_CHECKING:
-    from kanefe.contact.contact import Contact
 
 
 def of_point(what: str, i: int) -> str:
@@ -27,14 +24,14 @@ class Watched:
 
     Parameters
     ----------
-    contact : Contact
+    contact : ContactData
     """
 
-    def __init__(self, contact: Contact) -> None:
+    def __init__(self, contact: ContactData) -> None:
         self.contact = contact
         self._last: tuple[Sequence[End], list[float]] | None = None
 
-    def __reduce__(self) -> tuple[type, tuple[Contact]]:
+    def __reduce__(self) -> tuple[type, tuple[ContactData]]:
         return Watched, (self.contact,)
 
     def events(self) -> tuple[LoadEvent, ...]:
@@ -63,7 +60,7 @@ class Watched:
     def impact(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return the states to go on with: damping as of the speed at which what touches arrives."""
         after, contact = states.copy(), self.contact
-        nearest = max(contact.touches(ends, states), key=lambda touch: touch.depth)
+        nearest = max(InPython(contact, ends, states).touches(), key=lambda touch: touch.depth)
         v = velocity_past(ends[0], ends[nearest.end], nearest.point)
         after[contact.impact_state] = contact.normal.damping_at(-float(v @ nearest.normal))
         return after
@@ -75,7 +72,7 @@ class Watched:
         flags = states[contact.begins + 3 :: contact.each]
         concerned = [
             (i, sign * touch.reserve, touch.press)
-            for i, (touch, flag) in enumerate(zip(contact.touches(ends, states), flags, strict=True))
+            for i, (touch, flag) in enumerate(zip(InPython(contact, ends, states).touches(), flags, strict=True))
             if touch.depth > 0.0 and (flag > 0.5) == (to == 0.0)
         ]
         extreme = max((reserve for _, reserve, _ in concerned), default=0.0)

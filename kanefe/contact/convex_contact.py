@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from kanefe.contact.contact import Contact
-from kanefe.contact.contact_numbers import Met
+from kanefe.contact.contact_data import Met
 from kanefe.contact.geometry._coal import check_library, nearest
 from kanefe.contact.geometry.convex import Convex
 from kanefe.contact.geometry.shape import Probe, SurfaceShape
@@ -37,13 +38,9 @@ class ConvexContact(Contact):
         """Return the contact that a scene wants, if a library has to find where it touches."""
         return None if wanted.convex is None else cls.made(wanted, touching=wanted.convex)
 
-    @property
-    def is_found_by_kernel(self) -> bool:
-        """No: a library finds where it touches."""
-        return False
-
-    def found(self, surface: End, end: End) -> Met:
-        """Return where it touches."""
+    def found(self, ends: Sequence[End]) -> Met:
+        """Return where its only probe touches, which a library finds."""
+        surface, end = ends[0], ends[self.probes[0][0]]
         A = surface.A
         gap, normal, point = nearest(self.touching, A.T @ end.A, A.T @ (end.p - surface.p), self.shape)
         return Met(-gap, tuple((A @ normal).tolist()), tuple((surface.p + A @ point).tolist()))

@@ -1,4 +1,4 @@
-"""What a scene wants of a contact, and the kind of contact that takes it."""
+"""What a scene wants of a contact, for the kinds of contact to say whether they take it."""
 
 from __future__ import annotations
 
@@ -7,9 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from kanefe.frames import Vector
 
 if TYPE_CHECKING:
-    from kanefe.contact.contact import Contact
     from kanefe.contact.geometry.shape import Probe, SurfaceShape
-    from kanefe.contact.rigid.rigid_contact import RigidContact
     from kanefe.kernels.contact.laws.friction_law import FrictionLaw
 
 
@@ -43,12 +41,3 @@ class WantedContact(NamedTuple):
     normal: Any
     friction: FrictionLaw | None
     belt: Vector
-
-
-def contact_of(wanted: WantedContact) -> Contact | RigidContact:
-    """Return the contact of the first kind that takes what is wanted; a ModelError says what none does."""
-    from kanefe.contact.contact import Contact
-    from kanefe.contact.convex_contact import ConvexContact
-    from kanefe.contact.rigid.rigid_contact import RigidContact
-
-    return RigidContact.of(wanted) or ConvexContact.of(wanted) or Contact.made(wanted)

@@ -146,9 +146,12 @@ class ContactMethods(LoadMethods):
         ModelError
             Naming what is wrong with the contact. That something begins within a surface is found at freeze.
         """
+        from kanefe.contact.contact import Contact
+        from kanefe.contact.convex_contact import ConvexContact
         from kanefe.contact.rigid.rigid import check_normal
+        from kanefe.contact.rigid.rigid_contact import RigidContact
         from kanefe.contact.surface import Surface
-        from kanefe.contact.wanted_contact import WantedContact, contact_of
+        from kanefe.contact.wanted_contact import WantedContact
         from kanefe.kernels.contact.laws.friction_law import friction_law
 
         label = self._new_load(name, "contact")
@@ -172,7 +175,8 @@ class ContactMethods(LoadMethods):
             raise ModelError(f"{label} has a surface velocity, but no friction that it could act by")
         _check_belt(belt, other.shape, label)
         ends = other.frame, *frames
-        load = contact_of(WantedContact(name, label, ends, other.shape, probes, convex, normal, rough, belt))
+        wanted = WantedContact(name, label, ends, other.shape, probes, convex, normal, rough, belt)
+        load = RigidContact.of(wanted) or ConvexContact.of(wanted) or Contact.made(wanted)
         if isinstance(one, ContactPatch):
             _warn_of_stiff_modes(one, load.straight, label)
         self.add(load)
@@ -193,7 +197,7 @@ class ContactMethods(LoadMethods):
         among : sequence of Surface
         normal, friction : NormalLaw or Rigid, FrictionLaw
             Of all. Rigid contacts of more than a dozen pairs are one, called "contacts among <first> and others": balls
-            and points of free bodies, planes and rooms of the ground. Runs step over their impacts.
+            and points of free bodies, and surfaces of the ground. Runs step over their impacts.
         ignore : sequence of pairs of Surface
             That may pass through each other.
 

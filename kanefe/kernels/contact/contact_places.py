@@ -1,4 +1,4 @@
-"""Where the numbers and internal states of a contact are: see `kanefe.contact.contact_numbers`."""
+"""Where the numbers and internal states of a contact are: see `kanefe.contact.contact_data`."""
 
 from __future__ import annotations
 

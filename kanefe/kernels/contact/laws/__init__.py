@@ -9,6 +9,8 @@ from typing import Any
 
 from kanefe.kernels.algebra.vectors import Numbers
 from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.contact.laws.bump_stop import BUMP_STOP, with_hysteresis
+from kanefe.kernels.contact.laws.bump_stop import BumpStop as BumpStop
 from kanefe.kernels.contact.laws.compiled_law import BY_FUNCTION, by_function
 from kanefe.kernels.contact.laws.compiled_law import CompiledLaw as CompiledLaw
 from kanefe.kernels.contact.laws.coulomb import Coulomb as Coulomb
@@ -20,6 +22,8 @@ from kanefe.kernels.contact.laws.power_laws import Hertz as Hertz
 from kanefe.kernels.contact.laws.power_laws import HuntCrossley as HuntCrossley
 from kanefe.kernels.contact.laws.power_laws import KelvinVoigt as KelvinVoigt
 from kanefe.kernels.contact.laws.power_laws import Restitution as Restitution
+from kanefe.kernels.contact.laws.stribeck import STRIBECK, stribeck
+from kanefe.kernels.contact.laws.stribeck import Stribeck as Stribeck
 from kanefe.kernels.contact.laws.table_law import TABLE, by_table
 from kanefe.kernels.contact.laws.table_law import TableLaw as TableLaw
 
@@ -41,15 +45,17 @@ def press(kind: float, numbers: Any, at: int, share: float, depth: Any, rate: An
     branch : float
         Of a hysteresis, -1 to 1.
     """
-    branch_rate = 0.0 * rate
     if kind == BY_FUNCTION:
-        force, elastic, energy = by_function(numbers, at, share, depth, rate)
+        found = by_function(numbers, at, share, depth, rate, more, branch)
     elif kind == TABLE:
-        force, elastic, energy = by_table(numbers, at, share, depth, rate)
+        found = by_table(numbers, at, share, depth, rate, more, branch)
+    elif kind == BUMP_STOP:
+        found = with_hysteresis(numbers, at, share, depth, rate, more, branch)
     elif kind == KELVIN_VOIGT:
-        force, elastic, energy = spring_and_damper(numbers, at, share, depth, rate)
+        found = spring_and_damper(numbers, at, share, depth, rate, more, branch)
     else:
-        force, elastic, energy = by_power(numbers, at, share, depth, rate, more)
+        found = by_power(numbers, at, share, depth, rate, more, branch)
+    force, elastic, energy, branch_rate = found
     if force.real < 0.0:
         force = 0.0 * force
     return force, elastic, energy, branch_rate
@@ -99,4 +105,6 @@ def rub(
     """
     if kind == LUGRE:
         return lugre(numbers, at, pressed, normal, along, w, rests)
+    if kind == STRIBECK:
+        return stribeck(numbers, at, share, pressed, normal, along, w, is_held, waits)
     return coulomb(numbers, at, share, pressed, normal, A_s, along, w, is_held, waits)

@@ -43,8 +43,8 @@ AT = places(FunctionNumbers)
 
 
 @kernel
-def by_function(numbers: Any, at: int, share: float, depth: Any, rate: Any) -> Any:
-    """Return force, elastic part and energy by a function of the user.
+def by_function(numbers: Any, at: int, share: float, depth: Any, rate: Any, more: Any, branch: Any) -> Any:
+    """Return what a function of the user gives: see `NormalLaw.law`.
 
     It takes real numbers; complex ones, which carry derivatives, are led through its slopes.
     """
@@ -62,7 +62,7 @@ def by_function(numbers: Any, at: int, share: float, depth: Any, rate: Any) -> A
     press = share * (force + by_depth * d_beside + by_rate * v_beside)
     # what is taken is told, and nothing follows from it: the slope of the force serves for that of its elastic part
     elastic_part = share * (elastic + (by_depth if force >= 0.0 else 0.0) * d_beside)
-    return press, elastic_part, share * (energy + elastic * d_beside)
+    return press, elastic_part, share * (energy + elastic * d_beside), 0.0 * rate
 
 
 @checked("slopes")
@@ -116,6 +116,7 @@ class CompiledLaw(NormalLaw):
     """
 
     kind = BY_FUNCTION
+    law = staticmethod(by_function)
     stiffness: float = 0.0
     damping: float = field(default=0.0, init=False)
     function: Any = field(default=None, compare=False)

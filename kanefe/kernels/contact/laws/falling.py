@@ -8,7 +8,8 @@ import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined, kernel
 
-MOST_TRIALS = 60
+MOST_TRIALS, CLOSE = 60, 1e-15
+"""Trials of Newton's method, and the share of a speed or of a pull that is round-off."""
 
 
 @inlined
@@ -43,7 +44,7 @@ def slip_speed(pull: Any, least: Any, fall: Any, damping: Any, speed: float, exp
         slope = damping - exponent * fall * share * x / s
         value = damping * s + least + fall * share - pull
         step = value / slope if slope.real > 0.0 else 0.5 * s
-        is_found = abs(step.real) <= 1e-15 * s.real
+        is_found = abs(step.real) <= CLOSE * s.real or abs(value.real) <= CLOSE * pull.real
         s = s - step if (s - step).real > 0.5 * s.real else 0.5 * s
         if s.real * damping.real < 1e-12 * pull.real:
             return 0.0 * s

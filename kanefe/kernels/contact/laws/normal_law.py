@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -33,6 +34,9 @@ class NormalLaw(ABC):
     ----------
     kind : float
         By which `press` knows the law.
+    law : function
+        (numbers, at, share, depth, rate, more, branch) -> force, elastic part, its energy, and rate of the branch, as
+        `press` of the table of laws has them; a force below 0 does not act.
     stiffness : float
         What counts as such, N/m^exponent; of all points of a contact together, which share it.
     damping : float
@@ -43,6 +47,7 @@ class NormalLaw(ABC):
     """
 
     kind: ClassVar[float] = 0.0
+    law: ClassVar[Callable[..., Any]]
     has_impact: ClassVar[bool] = False
     has_branch: ClassVar[bool] = False
     stiffness: float
@@ -78,16 +83,14 @@ class NormalLaw(ABC):
         """
         more = 0.0 if damping is None else damping - self.damping
         force, elastic, energy, _ = self._pressed(d, rate, share, more)
-        return Pressed(float(force), float(elastic), float(energy))
+        return Pressed(max(0.0, float(force)), float(elastic), float(energy))
 
     def slope(self, d: float, share: float = 1.0) -> float:
         """Return how fast the force at rest grows with the depth d > 0 (m) of a point with a share of it, N/m."""
         return float(self._pressed(complex(d, STEP), 0.0 * 1j, share, 0.0)[0].imag) / STEP
 
     def _pressed(self, d: Any, rate: Any, share: float, more: float) -> Any:
-        from kanefe.kernels.contact.laws import press
-
-        return press(self.kind, flat(self.block).tolist(), 0, share, d, rate, more, 0.0)
+        return self.law(flat(self.block).tolist(), 0, share, d, rate, more, 0.0)
 
     def _set(self, **values: Any) -> None:
         """Write attributes of a law that is frozen, as it is made."""

@@ -30,8 +30,8 @@ AT = places(PowerNumbers)
 
 
 @inlined
-def by_power(numbers: Any, at: int, share: float, depth: Any, rate: Any, more: Any) -> Any:
-    """Return force, elastic part and its energy of Hunt and Crossley's law; lambda is increased by `more`."""
+def by_power(numbers: Any, at: int, share: float, depth: Any, rate: Any, more: Any, branch: Any) -> Any:
+    """Return what Hunt and Crossley's law gives: see `NormalLaw.law`; lambda is increased by `more`."""
     n, damping = numbers[at + AT.exponent], 0.0 * depth + numbers[at + AT.damping] + more
     if n == 1.0:
         power = depth
@@ -40,20 +40,21 @@ def by_power(numbers: Any, at: int, share: float, depth: Any, rate: Any, more: A
     else:
         power = np.exp(n * np.log(depth))
     elastic = share * numbers[at + AT.stiffness] * power
-    return elastic * (1.0 + damping * rate), elastic, elastic * depth / (n + 1.0)
+    return elastic * (1.0 + damping * rate), elastic, elastic * depth / (n + 1.0), 0.0 * rate
 
 
 @inlined
-def spring_and_damper(numbers: Any, at: int, share: float, depth: Any, rate: Any) -> Any:
-    """Return the same of Kelvin and Voigt's law."""
+def spring_and_damper(numbers: Any, at: int, share: float, depth: Any, rate: Any, more: Any, branch: Any) -> Any:
+    """Return what Kelvin and Voigt's law gives: see `NormalLaw.law`."""
     elastic = share * numbers[at + AT.stiffness] * depth
-    return elastic + share * numbers[at + AT.damping] * rate, elastic, 0.5 * elastic * depth
+    return elastic + share * numbers[at + AT.damping] * rate, elastic, 0.5 * elastic * depth, 0.0 * rate
 
 
 @dataclass(frozen=True)
 class PowerLaw(NormalLaw):
     """A force ``k d^n`` with damping."""
 
+    law = staticmethod(by_power)
     stiffness: float
     damping: float = 0.0
     exponent: float = 1.0
@@ -110,6 +111,7 @@ class KelvinVoigt(PowerLaw):
 
     exponent: float = field(default=1.0, init=False)
     kind = KELVIN_VOIGT
+    law = staticmethod(spring_and_damper)
 
 
 @dataclass(frozen=True)

@@ -31,10 +31,10 @@ AT = places(TableNumbers)
 
 
 @inlined
-def by_table(numbers: Any, at: int, share: float, depth: Any, rate: Any) -> Any:
-    """Return force, elastic part and its energy of a table with damping."""
+def by_table(numbers: Any, at: int, share: float, depth: Any, rate: Any, more: Any, branch: Any) -> Any:
+    """Return what a table with damping gives: see `NormalLaw.law`."""
     elastic, energy = of_pieces(numbers, int(numbers[at + AT.length]), at + AT.pieces, share, depth)
-    return elastic * (1.0 + numbers[at + AT.damping] * rate), elastic, energy
+    return elastic * (1.0 + numbers[at + AT.damping] * rate), elastic, energy, 0.0 * rate
 
 
 @kernel
@@ -79,6 +79,7 @@ class TableLaw(NormalLaw):
     """
 
     kind = TABLE
+    law = staticmethod(by_table)
     stiffness: float = 0.0
     damping: float = 0.0
     # two laws are one where these are

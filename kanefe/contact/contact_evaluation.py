@@ -1,80 +1,27 @@
-"""A contact as numbers, and what the functions that are compiled make of them in Python."""
+"""A contact evaluated: its functions for compiled code, and the same functions run in Python."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from kanefe.contact.contact_data import ContactData, Met
 from kanefe.contact.touching_point import Touch
 from kanefe.frames import Vector
 from kanefe.kernels.contact import contact_forces as kernels
-from kanefe.kernels.contact.contact_places import POINT_NUMBERS, POINTS, ContactNumbers, PointNumbers
+from kanefe.kernels.contact.contact_places import POINT_NUMBERS, POINTS
 from kanefe.kernels.contact.detection import located, met_by
-from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.force_elements.bushing import nine
 from kanefe.kernels.force_elements.places import WRENCH, WRENCHES, A
 from kanefe.loads.action import Action, End, LoadKernel
-
-if TYPE_CHECKING:
-    from kanefe.contact.contact import Contact
-
-NO_INPUTS: list[float] = []
+from kanefe.loads.by_kernel import numbers_of
 
 
-def numbers_of(contact: Contact) -> Vector:
-    """Return the numbers of a contact: see `ContactNumbers`."""
-    law, friction, rest = contact.normal, contact.friction, contact.rest
-    points = [flat(PointNumbers(float(end), *probe)) for end, probe in contact.probes]
-    parts = [np.concatenate(points)]
-    begin = [POINTS, POINTS + len(parts[0])]  # of these, and of what comes next
-
-    def put(part: Any) -> float:
-        parts.append(np.ravel(part))
-        begin.append(begin[-1] + len(parts[-1]))
-        return float(begin[-2])
-
-    rests_at = 0.0
-    if rest is not None:
-        rests_at = put(np.hstack((rest.material, rest.marks, rest.turns.reshape(-1, 9))))
-    head = ContactNumbers(
-        points=len(points),
-        ends=len(contact.ends),
-        shape=put(np.append(float(contact.shape.kind), contact.shape.numbers)),
-        rests_at=rests_at,
-        softness=0.0 if rest is None else rest.softness,
-        belt=contact.belt,
-        reports_points=contact.reports_points,
-        normal=law.kind,
-        normal_at=put(flat(law.block)),
-        stiffness=law.stiffness,
-        impact=contact.impact_state,
-        branches=law.has_branch,
-        friction=0.0 if friction is None else friction.kind,
-        friction_at=0.0 if friction is None else put(flat(friction.block)),
-        holds=friction is not None and friction.holds,
-        has_memory=friction is not None and friction.has_memory,
-        turning=0.0 if friction is None else friction.turning_states,
-        relaxation=0.0 if friction is None else friction.relaxation,
-        spring=0.0 if friction is None else friction.spring,
-        first=contact.begins,
-        each=contact.each,
-    )
-    return np.concatenate((flat(head), *parts))
-
-
-def kernel_of(contact: Contact) -> LoadKernel:
+def kernel_of(contact: ContactData) -> LoadKernel:
     """Return the compiled functions of a contact, with its numbers."""
     return LoadKernel(kernels.contact, contact.numbers, kernels.contact, kernels.contact_watch)
-
-
-class Met(NamedTuple):
-    """A point of a contact at a state: depth (m), normal and place in N."""
-
-    depth: float
-    normal: tuple[float, ...]
-    point: tuple[float, ...]
 
 
 class InPython:
@@ -82,26 +29,27 @@ class InPython:
 
     Parameters
     ----------
-    contact : Contact
+    contact : ContactData
     ends : sequence of End
     states : ndarray
     """
 
-    def __init__(self, contact: Contact, ends: Sequence[End], states: Vector) -> None:
+    def __init__(self, contact: ContactData, ends: Sequence[End], states: Vector) -> None:
         self.contact, self.ends = contact, ends
         self._numbers = contact.listed
-        self._ends = np.concatenate([x for end in ends for x in (end.p, end.A.ravel(), end.v, end.w)]).tolist()
+        self._ends = numbers_of(ends)
         self._states = np.asarray(states).tolist()
         self._axes = nine(self._ends, A)
 
     def _met(self) -> Iterator[tuple[int, Met]]:
-        met = met_by(self._numbers, self._ends) if self.contact.is_found_by_kernel else None
-        for i, (number, _) in enumerate(self.contact.probes):
-            if met is None:
-                yield i, self.contact.found(self.ends[0], self.ends[number])
-            else:
-                own = POINTS + POINT_NUMBERS * i
-                yield i, Met(*located(self._numbers, own, self._ends, met))
+        """Yield the points with their numbers, as they are found, or as they were found before."""
+        found = self.contact.found(self.ends)
+        if found is not None:
+            yield 0, found
+            return
+        met = met_by(self._numbers, self._ends)
+        for i in range(len(self.contact.probes)):
+            yield i, Met(*located(self._numbers, POINTS + POINT_NUMBERS * i, self._ends, met))
 
     def action(self) -> Action:
         """Return the forces on the surface and on what touches it (Eq. 11)."""
@@ -142,5 +90,6 @@ class InPython:
             moment = -np.array(
                 kernels.turned(self._numbers, i, met.normal, self._axes, self._ends, pressed[0], self._states, out)
             )
-        vectors = [np.array(x) for x in (along, drag, w, w_rate)]
-        return Touch(met.depth, number, place, normal, pressed[0], *vectors, reserve=beyond, moment=moment)
+        found = Touch(met.depth, number, place, normal, pressed[0], reserve=beyond, moment=moment)
+        slides, friction, stretch, stretch_rate = (np.array(x) for x in (along, drag, w, w_rate))
+        return found._replace(along=slides, drag=friction, stretch=stretch, stretch_rate=stretch_rate)
