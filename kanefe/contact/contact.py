@@ -16,7 +16,8 @@ from kanefe.contact.rest import Rest
 from kanefe.contact.starts import warn_of_start
 from kanefe.frames import Vector, across, cross
 from kanefe.kernels.contact.laws.normal_law import normal_law
-from kanefe.loads.base import Action, End, LoadEvent, LoadKernel, Tangent
+from kanefe.loads.action import Action, End, LoadKernel, Tangent
+from kanefe.loads.base import LoadEvent
 from kanefe.loads.reach import LoadReach
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from kanefe.contact.contact_data import ContactData
 from kanefe.contact.contact_evaluation import InPython
 from kanefe.contact.touching_point import along_surface
 from kanefe.frames import Matrix, Vector, across, cross
+from kanefe.loads.action import End
 from kanefe.loads.anchors import Anchor
-from kanefe.loads.base import End
 
 
 class _Placed(NamedTuple):

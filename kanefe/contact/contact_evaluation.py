@@ -15,7 +15,7 @@ from kanefe.kernels.contact.contact_places import POINT_NUMBERS, POINTS
 from kanefe.kernels.contact.detection import located, met_by
 from kanefe.kernels.force_elements.bushing import nine
 from kanefe.kernels.force_elements.places import WRENCH, WRENCHES, A
-from kanefe.loads.base import Action, End, LoadKernel
+from kanefe.loads.action import Action, End, LoadKernel
 from kanefe.loads.by_kernel import numbers_of
 
 

@@ -10,7 +10,8 @@ from kanefe.contact.contact_evaluation import InPython
 from kanefe.contact.touching_point import velocity_past
 from kanefe.frames import Vector
 from kanefe.kernels.contact.contact_forces import AT_THE_LIMIT
-from kanefe.loads.base import End, LoadEvent
+from kanefe.loads.action import End
+from kanefe.loads.base import LoadEvent
 
 
 def of_point(what: str, i: int) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.contact.contact import OPEN, SLIPS, STICKS
 from kanefe.contact.touching_point import along_surface, velocity_past
 from kanefe.frames import Matrix, Vector
-from kanefe.loads.base import End
+from kanefe.loads.action import End
 
 if TYPE_CHECKING:
     from kanefe.contact.contact import Contact

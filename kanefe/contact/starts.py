@@ -11,7 +11,7 @@ from kanefe.errors import SimulationWarning, outside
 if TYPE_CHECKING:
     from kanefe.contact.geometry.shape import Probe
     from kanefe.contact.touching_point import Touch
-    from kanefe.loads.base import End
+    from kanefe.loads.action import End
 
 DEEP = 1e-3
 """Depth that is told, m: what rests on anything but tyres and rubber is less deep."""

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.frames import Vector, cross
-from kanefe.loads.base import End
+from kanefe.loads.action import End
 
 
 def along_surface(x: Vector, n: Vector) -> Vector:

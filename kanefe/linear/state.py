@@ -17,7 +17,8 @@ from kanefe.frames import Vector
 from kanefe.kane.route import touched_at_start
 from kanefe.kernels.compiler._numba import IS_COMPILED
 from kanefe.kernels.compiler.compiled_functions import expect
-from kanefe.loads.base import End, Load
+from kanefe.loads.action import End
+from kanefe.loads.base import Load
 from kanefe.tree.scales import scene_weight
 
 MOST_WEIGHTS = 10.0

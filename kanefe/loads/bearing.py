@@ -21,7 +21,8 @@ from kanefe.kernels.force_elements.bearing import (
     watch_bearing,
 )
 from kanefe.kernels.force_elements.blocks import flat
-from kanefe.loads.base import End, Load, LoadEvent, LoadKernel, Tangent
+from kanefe.loads.action import End, LoadKernel, Tangent
+from kanefe.loads.base import Load, LoadEvent
 from kanefe.loads.bushing import check_damps, principal_tangent, relative_rows
 from kanefe.loads.by_kernel import EventByKernel, numbers_of
 

@@ -26,8 +26,9 @@ from kanefe.kernels.force_elements.coordinate_friction import (
     stretch,
 )
 from kanefe.kernels.force_elements.falling_friction import falling_friction, falling_friction_watch
+from kanefe.loads.action import End, LoadKernel, Tangent
 from kanefe.loads.anchors import Anchor
-from kanefe.loads.base import End, HeldCoordinates, Load, LoadEvent, LoadKernel, Tangent
+from kanefe.loads.base import HeldCoordinates, Load, LoadEvent
 from kanefe.loads.by_kernel import EventByKernel, numbers_of
 
 FORCE = 0

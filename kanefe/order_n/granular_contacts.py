@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.contact.rigid.granular_contacts import RigidCrowd
-from kanefe.contact.shapes import Plane
 from kanefe.kernels.contact import granular_contacts as kernel
+from kanefe.kernels.contact.contact_shapes import PLANE
 from kanefe.tree.model_data import QUADRATURES, ModelData
 
 ENOUGH = 1e-5
@@ -68,14 +68,16 @@ class CrowdSteps:
         for row, ball in zip(self.balls, crowd.balls, strict=True):
             end = crowd.ends[ball.end]
             row[:] = end.body, *(end.point + end.axes @ ball.centre), ball.radius
-        self.walls = np.zeros((len(crowd.walls), kernel.WALL_SIZE))
+        self.walls, shapes = np.zeros((len(crowd.walls), kernel.WALL_SIZE)), [np.zeros(0)]
         for row, (number, shape) in zip(self.walls, crowd.walls, strict=True):
             end = crowd.ends[number]
-            if isinstance(shape, Plane):
-                normal = end.axes @ shape.normal
-                row[:] = 0.0, *normal, normal @ end.point
+            if shape.kind == PLANE:
+                normal = end.axes @ shape.numbers
+                row[:] = 1.0, *normal, normal @ end.point
             else:
-                row[:] = 1.0, *end.point, shape.radius
+                row[kernel.OFFSET] = sum(map(len, shapes))
+                shapes.append(np.concatenate((end.point, end.axes.ravel(), (float(shape.kind),), shape.numbers)))
+        self.shapes = np.concatenate(shapes)
         self._out = crowd.left_out
         self._counts, self._control = np.zeros(4, dtype=np.int64), np.zeros(kernel.CONTROL_SIZE)
         self._control[kernel.GRAVITY : kernel.GRAVITY + 3] = model.gravity
@@ -163,6 +165,7 @@ class CrowdSteps:
                 self.bodies,
                 self.balls,
                 self.walls,
+                self.shapes,
                 self._out,
                 q,
                 u,

@@ -199,7 +199,7 @@ class ContactMethods(LoadMethods):
         among : sequence of Surface
         normal, friction : NormalLaw or Rigid, FrictionLaw
             Of all. Rigid contacts of more than a dozen pairs are one, called "contacts among <first> and others": balls
-            and points of free bodies, planes and rooms of the ground. Runs step over their impacts.
+            and points of free bodies, and surfaces of the ground. Runs step over their impacts.
         ignore : sequence of pairs of Surface
             That may pass through each other.
 

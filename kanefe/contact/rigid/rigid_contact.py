@@ -18,7 +18,8 @@ from kanefe.contact.rigid.rigid import Rigid
 from kanefe.contact.shapes import Plane
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, cross
-from kanefe.loads.base import Action, End, Load
+from kanefe.loads.action import Action, End
+from kanefe.loads.base import Load
 
 if TYPE_CHECKING:
     from kanefe.contact.geometry.shape import Probe, SurfaceShape

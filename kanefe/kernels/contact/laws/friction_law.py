@@ -213,7 +213,7 @@ class AnchoredFriction(FrictionLaw):
 def friction_law(given: object, label: str) -> FrictionLaw | None:
     """Return a law of friction, or None; a ModelError says that it is none."""
     if given is not None and not isinstance(given, FrictionLaw):
-        raise ModelError(f"friction of {label} must be kanefe.Coulomb(...), LuGre(...) or None, not {given!r}")
+        raise ModelError(f"friction of {label} must be a law such as kanefe.Coulomb(0.3), or None, not {given!r}")
     return given
 
 
