@@ -169,7 +169,7 @@ class DistanceRow(_OfMarkers):
         return float(np.linalg.norm(b.p - a.p)) - self.length
 
     def wrenches(self, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
-        """Return the wrenches of a unit multiplier: a push along the rod."""
+        """Return the wrenches of a unit multiplier: a thrust along the rod."""
         d = b.p - a.p
         n = d / np.linalg.norm(d)
         return -n, _ZERO, n, _ZERO

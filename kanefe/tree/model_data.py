@@ -175,7 +175,7 @@ class ModelData(PickledByFields):
 
     @cached_property
     def bearings(self) -> dict[int, int]:
-        """Of each load that follows the reaction of a joint, by its number, the number of the joint's body."""
+        """Numbers of the joints' bodies, by the number of each load that depends on a joint's reaction."""
         if not self.loads:
             return {}
         from kanefe.loads.coordinate_friction import CoordinateFriction

@@ -39,7 +39,7 @@ def implicit_methods() -> tuple[str, ...]:
 
 
 def is_accurate(method: str) -> bool:
-    """Tell whether a method is of higher order than 2."""
+    """Return whether a method is of higher order than 2."""
     return METHODS[method].order > 2
 
 
@@ -60,7 +60,7 @@ def check_long_method(name: str) -> None:
 
 
 def suits(method: str, model: Model) -> bool:
-    """Tell whether a method can run a scene."""
+    """Return whether a method can run a scene."""
     step = None if METHODS[method].has_error_control else 0.5
     try:
         choose(model, RunOptions(t_span=(0.0, 1.0), method=method, step=step))
@@ -105,12 +105,12 @@ def failure_of(model: Model, span: float, **options: Any) -> str:
 
 
 def is_reported(trajectory: Trajectory) -> bool:
-    """Tell whether a run came to its end, or says why it did not and what to try."""
+    """Return whether a run came to its end, or says why it did not and what to try."""
     status = trajectory.status
     return status is None or status.is_finished or bool(status.reason and status.remedy)
 
 
 def all_finite(trajectory: Trajectory) -> bool:
-    """Tell whether every number of a trajectory is finite."""
+    """Return whether every number of a trajectory is finite."""
     arrays = (trajectory.coordinates, trajectory.speeds, trajectory.dissipated, trajectory.work)
     return all(bool(np.all(np.isfinite(x))) for x in arrays)

@@ -11,7 +11,7 @@ CLOSEST = 1e-15
 
 
 def lowest_between(f: Callable[[float], float], a: float, b: float, tolerance: float) -> tuple[float, float]:
-    """Return where a function with one valley between a and b is lowest, by golden sections, and its value there.
+    """Return the minimiser of a unimodal function between a and b, by golden sections, and its value there.
 
     It ends as soon as the value is below zero, or where no numbers lie between.
     """

@@ -1,4 +1,4 @@
-"""One row of a constraint between two markers: residual, wrenches, remainder. Kernels of `kanefe.constraints.rows`."""
+"""One row of a constraint between two markers: kernels of `kanefe.constraints.rows`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Place = tuple[Numbers, Numbers]
 def row_terms(
     kind: int, numbers: np.ndarray, n: int, is_ball: bool, a: Motion, b: Motion
 ) -> tuple[Numbers, Numbers, Numbers, Numbers, Any]:
-    """Return force and moment on a and on b of a unit multiplier, about the markers' origins, and the remainder.
+    """Return force and moment on a and b of a unit multiplier, about the markers' origins, and the bias acceleration.
 
     `numbers` holds for row n: e and f in the markers' axes, and a length, lead, radius or cosine.
     """

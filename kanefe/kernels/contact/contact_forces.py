@@ -1,4 +1,4 @@
-"""Contacts: probes of some frames against a surface, with friction by anchors (Eq. 11)."""
+"""Contacts: points of some frames against a surface, with friction by anchors (Eq. 11)."""
 
 from __future__ import annotations
 
@@ -145,7 +145,7 @@ def contact(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: An
 
 @called_by_address(*WATCH_SIGNATURE)
 def contact_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
-    """Write what its events look at: see `kanefe.contact.contact_events.Watched`."""
+    """Write its event values: see `kanefe.contact.contact_events.Watched`."""
     deepest = shallowest = first = last = 0.0
     is_any = has_held = has_slipping = False
     A_s, has_memory = nine(ends, A), numbers[HAS_MEMORY] > 0.0
@@ -199,7 +199,7 @@ def contact_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, o
 
 @inlined
 def place_of(numbers: Any, i: int) -> int:
-    """Return the first of the internal states of a probe."""
+    """Return the first of the internal states of a contact point."""
     if numbers[HAS_FRICTION] == 0.0:
         return 0
     own = 3 if numbers[HAS_RESTITUTION] > 0.0 else 2
@@ -208,7 +208,7 @@ def place_of(numbers: Any, i: int) -> int:
 
 @inlined
 def states_of(numbers: Any) -> int:
-    """Return how many internal states a probe has."""
+    """Return how many internal states a contact point has."""
     count = 4 if numbers[HAS_MEMORY] > 0.0 else 3
     if numbers[HAS_FRICTION] == BRISTLES:
         return count
@@ -237,7 +237,7 @@ def bent(numbers: Any, normal: Numbers, v: Numbers, z: Numbers, press: Any) -> t
 def turned(
     numbers: Any, i: int, A_s: Numbers, normal: Numbers, ends: Any, press: Any, states: Any, out: Any
 ) -> Numbers:
-    """Return the moment against turning of a probe; write the rates of its states and what else it adds."""
+    """Return the moment against turning of a contact point; write the rates of its states and what else it adds."""
     probe, end = PROBE + PROBE_NUMBERS * i, int(numbers[PROBE + PROBE_NUMBERS * i + END])
     k = numbers[probe + SHARE] * numbers[ANCHOR_STIFFNESS]
     c = numbers[probe + SHARE] * numbers[ANCHOR_DAMPING]
@@ -290,7 +290,7 @@ def met_by(numbers: Any, ends: Any) -> Any:
 
 @inlined
 def located(numbers: Any, probe: int, ends: Any, met: Numbers) -> Any:
-    """Return depth, normal and place of a probe."""
+    """Return depth, normal and position of a contact point."""
     if numbers[probe + RING] < 0.0:
         own, other = three(numbers, probe + AXIS), times(0.5, three(numbers, int(numbers[SHAPE]) + 1))
         end, slot = END_NUMBERS * int(numbers[probe + END]), -1 - int(numbers[probe + RING])

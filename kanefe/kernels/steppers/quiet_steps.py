@@ -77,7 +77,7 @@ class Lookout(NamedTuple):
 
 @entry()
 def pass_quiet_steps(going: Going, lookout: Lookout, run: Run, vectors: RealRows, before: Reals) -> tuple[int, bool]:
-    """Go on with a run until something may have happened in its last step, or as `integrate` does.
+    """Continue with a run until something may have happened in its last step, or as `integrate` does.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ def _look(lookout: Lookout, run: Run, vectors: RealRows) -> None:
 
 @inlined
 def _is_quiet(lookout: Lookout, first: float, column: int) -> bool:
-    """Tell whether all values of a column have the sign of that before them and come nowhere near zero."""
+    """Return whether all values of a column have the sign of that before them and come nowhere near zero."""
     sign = np.sign(first)
     v0, v1, x1 = abs(first), 0.0, 0.0
     for i in range(len(lookout.shares)):
@@ -161,7 +161,7 @@ def _is_quiet(lookout: Lookout, first: float, column: int) -> bool:
 
 @inlined
 def dips(v0: float, v1: float, v2: float, x: float) -> bool:
-    """Tell whether the parabola through three values above zero, at -1, x and 1, comes near zero between them."""
+    """Return whether the parabola through three values above zero, at -1, x and 1, comes near zero between them."""
     b = 0.5 * (v2 - v0)
     c = (0.5 * (v0 + v2) + b * x - v1) / (1.0 - x * x)
     if not (c > 0.0 and abs(b) < 2.0 * c):
