@@ -287,7 +287,7 @@ def _quick_look(stepper: Stepper) -> QuickLook | None:
 
 
 def _timed(function: Callable[[float], float], check_time: Callable[[], None]) -> Callable[[float], float]:
-    """Return a function that measures the time of its evaluation."""
+    """Return a function that checks the time limit before each evaluation."""
 
     def timed(t: float) -> float:
         check_time()
