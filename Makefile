@@ -1,6 +1,6 @@
 # make demo, make test: each does all the set-up it needs. On Debian 12 or newer, as root or with sudo.
 .DEFAULT_GOAL := help
-.PHONY: help setup kernels demo test test-latest test-install docs bench-engine bench-fem player lint clean
+.PHONY: help setup kernels demo test test-latest test-install docs stress bench bench-engine bench-fem player lint clean
 
 help:            ## this list
 	@sed -n 's/^\([a-z-]*\): *\(.*\)## */  make \1\t/p' Makefile | expand -t 22
@@ -26,6 +26,12 @@ test-install:    ## pip install ., the wheel and the sdist, each in a clean envi
 
 docs: kernels    ## the documents as a site, build/docs/html; runs their snippets and all examples
 	@bash .ci/docs
+
+stress: kernels  ## all robustness cases in full (40 minutes; OPTIONS="--quick --html FILE drift": some of them, shorter)
+	@bash .ci/in-env .venv python tests/robustness/stress.py $(OPTIONS)
+
+bench: kernels   ## error against CPU time, and figures against goals and Exudyn (OPTIONS="--quick --peer --png FILE", "--figures")
+	@bash .ci/in-env .venv python tests/benchmarks/bench.py $(OPTIONS)
 
 bench-engine: kernels  ## the engine's figures against Exudyn and Pinocchio (some minutes; OPTIONS="--quick --json FILE")
 	@bash .ci/in-env .venv python tests/benchmarks/peer_engine.py $(OPTIONS)

@@ -5,7 +5,7 @@ Importing the package loads nothing heavy: each public name is imported when it 
 
 from typing import TYPE_CHECKING
 
-from kanefe._public import lazy
+from kanefe._public import SERVED, lazy
 from kanefe._version import __version__
 
 if TYPE_CHECKING:
@@ -87,5 +87,11 @@ if TYPE_CHECKING:
     from kanefe.system import System as System
     from kanefe.tree.scene_state import SceneState as SceneState
 
+SERVED.update(
+    body_card="kanefe.views.cards.body_card",
+    body_report="kanefe.report.body",
+    draw_rao="kanefe.views.rao_picture",
+    write_linear="kanefe.fmu.export",
+)
 _names, __getattr__, __dir__ = lazy(__file__, globals())
 __all__ = [*_names, "__version__"]

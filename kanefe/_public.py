@@ -1,16 +1,30 @@
-"""Public names of a package, said once: in the imports that its `__init__` shows to type checkers."""
+"""Public names of a package, said once: in the imports that its `__init__` shows to type checkers.
+
+And what serves methods from above. Users look for ``body.report()`` on the body, but reports stand above bodies. Such a
+method asks for its function by name; `kanefe/__init__.py` says in which room it is.
+"""
+
+from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+SERVED: dict[str, str] = {}
+"""Functions of upper rooms that methods of lower ones call, and the modules that have them."""
+
+
+def served(name: str) -> Callable[..., Any]:
+    """Return a function of a room above, whose module is imported now."""
+    found: Callable[..., Any] = getattr(import_module(SERVED[name]), name)
+    return found
+
 
 def homes(path: str, name: str = "") -> dict[str, str]:
-    """Return the module of each name that lines ``from x import name`` of a file import, one name a line.
+    """Return the module of each name that lines ``from x import name as name`` of a file import, one name a line.
 
-    A star takes the names that the `__init__` of that package imports, so that what is added to a room such as
-    `kanefe.joints` is public at once.
+    A star takes the names of that package, so that what is added to a room such as `kanefe.joints` is public at once.
 
     Parameters
     ----------
@@ -25,19 +39,14 @@ def homes(path: str, name: str = "") -> dict[str, str]:
     for line in Path(path).read_text(encoding="utf-8").splitlines():
         word, _, rest = line.strip().partition(" ")
         module, _, names = rest.partition(" import ")
-        if word != "from" or not module.startswith(f"{name}.") or module.startswith(f"{name}._"):
+        if word != "from" or not module.startswith(f"{name.partition('.')[0]}."):
             continue
         if names.startswith("*"):
-            room = package.joinpath(*module.split(".")[1:])
-            found |= dict.fromkeys(_imported(room / "__init__.py", module), module)
-        else:
-            found[names.split()[0]] = module
+            room = package.parents[name.count(".")].joinpath(*module.split("."))
+            found |= dict.fromkeys(homes(str(room / "__init__.py"), module), module)
+        elif (words := names.split())[1:] == ["as", words[0]]:
+            found[words[0]] = module
     return found
-
-
-def _imported(path: Path, package: str) -> list[str]:
-    lines = map(str.strip, path.read_text(encoding="utf-8").splitlines())
-    return [line.split()[3] for line in lines if line.startswith(f"from {package}.")]
 
 
 def lazy(path: str, namespace: dict[str, Any]) -> tuple[list[str], Callable[[str], object], Callable[[], list[str]]]:

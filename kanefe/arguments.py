@@ -31,6 +31,9 @@ F = TypeVar("F", bound=Callable[..., Any])
 MOST_LETTERS = 120
 """Largest number of letters of a value in a message."""
 
+NONE = ("",)
+"""Names of arguments that no function has."""
+
 LARGEST = sys.float_info.max
 """Largest finite number."""
 
@@ -39,6 +42,14 @@ def told(value: object) -> str:
     """Return a value for a message, cut where it is long."""
     text = repr(value)
     return text if len(text) <= MOST_LETTERS else f"{text[: MOST_LETTERS - 3]}..."
+
+
+def positive(value: object, what: str) -> float:
+    """Return a finite number above zero; a ModelError names what it is."""
+    number = numbers(value)
+    if number.shape != () or not np.isfinite(number) or number <= 0.0:
+        raise ModelError(f"{what} must be one number, finite and > 0, not {value!r}")
+    return float(number)
 
 
 @overload
@@ -53,18 +64,20 @@ def checked(*held: Any) -> Any:
     """Hold the arguments of a public function, or of the constructor of a class, to the hints of its signature.
 
     A number must be finite, unless the default of the argument is not; a sequence has a length, so that it is no
-    generator; a text is no sequence of texts, and True is no number.
+    generator; a text is no sequence of texts, and True is no number. Keywords that are written as one group,
+    ``**options: Unpack[RunKeywords]``, are held to the hints of the group, and others are refused.
 
     Parameters
     ----------
     *held : str
-        The arguments to hold; all of them, where it stands without brackets. The function has words of its own for
-        the others.
+        The arguments to hold; all of them, where it stands without brackets; none in empty ones, where only what its
+        group has not is refused. The function has words of its own for the others.
 
     Raises
     ------
     ModelError
-        When the function is called: names argument and function, what is wanted and what was given.
+        When the function is called: names argument and function, what is wanted and what was given; or the keyword
+        that no group has.
 
     Examples
     --------
@@ -75,8 +88,8 @@ def checked(*held: Any) -> Any:
     Traceback (most recent call last):
     kanefe.errors.ModelError: length= of twice must be a finite number, not '1'
     """
-    if isinstance(held[0], str):
-        return lambda function: _guarded_thing(function, held)
+    if not held or isinstance(held[0], str):
+        return lambda function: _guarded_thing(function, held or NONE)
     return _guarded_thing(held[0], ())
 
 
@@ -92,8 +105,11 @@ def _guarded(function: Callable[..., Any], title: str, held: tuple[str, ...]) ->
 
     @wraps(function)
     def guarded(*args: Any, **kwargs: Any) -> Any:
-        places, kinds = asked()
+        places, kinds, has_group = asked()
         for name, value in (*zip(places, args, strict=False), *kwargs.items()):
+            if has_group and name not in kinds:
+                known = ", ".join(one for one in kinds if one not in {"self", "cls"})
+                raise ModelError(f"{title} takes no {name}=. Remedy: one of {known}")
             kind = kinds.get(name)
             if kind is not None and not kind.holds(value):
                 raise ModelError(f"{name}= of {title} must be {kind.words}, not {told(value)}")
@@ -137,13 +153,16 @@ class _NamesOfHints(dict[str, Any]):
         return getattr(import_module(found[1]), name)
 
 
-def _kinds(function: Callable[..., Any], held: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, Kind | None]]:
-    """Return the arguments of a function that may be given by place, and the kinds of all; None of what is not held."""
+def _kinds(function: Callable[..., Any], held: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, Kind | None], bool]:
+    """Return what a function may be given by place, the kinds of all (None: not held), and whether it has a group."""
     places: list[str] = []
     found: dict[str, Kind | None] = {}
     # the constructor that dataclasses write has globals of its own
     names = _NamesOfHints(sys.modules[function.__module__], function.__globals__)
     for one in inspect.signature(function).parameters.values():
+        if one.kind is one.VAR_KEYWORD and "Unpack[" in str(one.annotation):
+            (group,) = typing.get_args(eval(one.annotation, {}, names))
+            return tuple(places), found | _kinds_of_group(group, held), True
         if one.kind in {one.VAR_POSITIONAL, one.VAR_KEYWORD}:
             continue
         hint = object if one.annotation is one.empty or (held and one.name not in held) else one.annotation
@@ -153,7 +172,17 @@ def _kinds(function: Callable[..., Any], held: tuple[str, ...]) -> tuple[tuple[s
         found[one.name] = None if hint is object else kind_of(hint, may_be_infinite)
         if one.kind is not one.KEYWORD_ONLY:
             places.append(one.name)
-    return tuple(places), found
+    return tuple(places), found, False
+
+
+def _kinds_of_group(group: Any, held: tuple[str, ...]) -> dict[str, Kind | None]:
+    """Return the kinds of the keywords of a group; each hint is read in the module that wrote it."""
+    found: dict[str, Kind | None] = {}
+    for name, hint in group.__annotations__.items():
+        names = _NamesOfHints(sys.modules[hint.__forward_module__], {})
+        is_held = not held or name in held
+        found[name] = kind_of(eval(hint.__forward_arg__, {}, names)) if is_held else None
+    return found
 
 
 def kind_of(hint: Any, may_be_infinite: bool = False) -> Kind:

@@ -29,6 +29,9 @@ Vector = np.ndarray
 Matrix = np.ndarray
 
 
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
 def skew(v: Vector | Sequence[float]) -> Matrix:
     """Return v~, the matrix of the cross product: ``skew(a) @ b = a x b`` (Eq. 4), shape (3, 3)."""
     x, y, z = v
@@ -93,6 +96,17 @@ def unit_vector(v: Vector | Sequence[float], what: str) -> Vector:
     if array.shape != (3,) or not np.all(np.isfinite(array)) or np.linalg.norm(array) < 1e-300:
         raise ModelError(f"{what} must be three finite numbers with a length above zero, not {v!r}")
     return array / np.linalg.norm(array)
+
+
+def direction(value: object, what: str) -> Vector:
+    """Return a unit vector from "x", "-z" or three numbers; a ModelError names what it is."""
+    if isinstance(value, str) and value.removeprefix("-") in AXES:
+        return np.array(AXES[value.removeprefix("-")]) * (-1.0 if value.startswith("-") else 1.0)
+    given = numbers(value) if not isinstance(value, str) else np.zeros(0)
+    length = float(np.linalg.norm(given)) if given.shape == (3,) else 0.0
+    if not (length > 0.0 and math.isfinite(length)):
+        raise ModelError(f"{what} must be 'x', 'y', 'z', one of these with a minus, or three numbers, not {value!r}")
+    return given / length
 
 
 def axis_rotation(axis: Vector | Sequence[float], angle: float) -> Matrix:

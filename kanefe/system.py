@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 
@@ -26,6 +27,7 @@ from kanefe.tree.stiffening_check import warn_of_loads_that_do_not_stiffen
 if TYPE_CHECKING:
     from kanefe.equations.given_state import Start
     from kanefe.integrate.events.event import Event
+    from kanefe.integrate.options import RunKeywords, StepKeywords
     from kanefe.result import Result
     from kanefe.scene.targets import Named
     from kanefe.stepping.simulation import Simulation
@@ -127,6 +129,8 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         StiffeningWarning
             If a body with stiffening="inertial" carries bodies, loads or loops, which should stiffen it too.
         """
+        if start is None and self._kept is not None and self._kept[0] == t and not self._kept[1].has_functions:
+            return self._checked(self._kept[1], t)
         data = build_model(
             self._entries,
             self.gravity,
@@ -135,10 +139,15 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
             self._controllers,
             self._surfaces_on_markers(),
         )
-        model = model_at_start(data, self._loads, t, start)
+        model = self._checked(model_at_start(data, self._loads, t, start), t)
+        self.is_frozen = True
+        if start is None:
+            self._kept = t, model  # a frozen scene does not change, but functions of the user may
+        return model
+
+    def _checked(self, model: Model, t: float) -> Model:
         check_planar_inertias(model, t)
         warn_of_loads_that_do_not_stiffen(model)
-        self.is_frozen = True
         return model
 
     @checked("method", "output_times", "checkpoint", "resume", "most_steps", "progress")
@@ -147,19 +156,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         t_span: tuple[float, float],
         *,
         start: Start = None,
-        method: str = "auto",
-        rtol: float | None = None,
-        atol: float | None = None,
-        step: float | None = None,
-        output_step: float | None = None,
-        output_times: Sequence[float] | None = None,
-        events: Sequence[Event | str] | Event | str = (),
-        checkpoint: str | Path | None = None,
-        checkpoint_seconds: float = 30.0,
-        resume: str | Path | None = None,
-        most_steps: int | None = None,
-        most_seconds: float | None = None,
-        progress: bool | None = None,
+        **options: Unpack[RunKeywords],
     ) -> Result:
         """Run the scene.
 
@@ -177,8 +174,13 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
             body, by name: driven joints may be let go and free ones driven, and bodies that the state does not know
             start as they were added. Its time does not count: loads and drives are those of `t_span`. Default: the
             start that the scene was given.
+        **options
+            What follows.
+
+        Other Parameters
+        ----------------
         method : str
-            "auto" chooses from the scene, and ``result.statistics`` say what and why; or a name, of which
+            "auto", the default, chooses from the scene, and ``result.statistics`` say what and why; or a name, of which
             ``print(kf.methods())`` lists all with what each takes and is for. Solvers of other packages are among
             them; "sundials-cvode" needs ``pip install 'kanefe[sundials]'``.
         rtol : float, optional
@@ -200,7 +202,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
             File from which the run can go on. It is written at the start, every so many seconds, and at the end,
             whatever ends it, and is whole at any moment, also if the process is killed.
         checkpoint_seconds : float
-            Of the wall clock, between writings. They take a twentieth of the time at most.
+            Of the wall clock, between writings, default 30. They take a twentieth of the time at most.
         resume : path, optional
             Checkpoint of the same scene and options to go on from; the result is that of one run. It may be the same
             file as `checkpoint`. Flexible bodies must be the same to the bit, as from a file or the cache.
@@ -252,24 +254,9 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         from kanefe.integrate.run_checks.energy_check import accounted
         from kanefe.result import Result
 
-        options = RunOptions(
-            t_span=t_span,
-            method=method,
-            rtol=rtol,
-            atol=atol,
-            step=step,
-            output_step=output_step,
-            output_times=output_times,
-            events=events,
-            checkpoint=checkpoint,
-            checkpoint_seconds=checkpoint_seconds,
-            resume=resume,
-            most_steps=most_steps,
-            most_seconds=most_seconds,
-            progress=progress,
-        )
-        model = self.freeze(options.span[0], start)
-        return Result(model, accounted(model, run(model, options, _told_poles)))
+        asked = RunOptions(t_span=t_span, **options)
+        model = self.freeze(asked.span[0], start)
+        return Result(model, accounted(model, run(model, asked, _told_poles)))
 
     @checked("method")
     def start(
@@ -281,11 +268,8 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         outputs: Named | None = None,
         every: float = 0.01,
         duration: float | None = None,
-        method: str = "auto",
-        rtol: float | None = None,
-        atol: float | None = None,
-        step: float | None = None,
         events: Sequence[Event | str] | Event | str = (),
+        **steps: Unpack[StepKeywords],
     ) -> Simulation:
         """Return a simulation of the scene that is stepped: ``sim.step(0.01, {"motor hub": 3.0})``.
 
@@ -313,8 +297,11 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         duration : float, optional
             About how long the simulation is, s: the same, and to what part of it events are located. Default a hundred
             steps, but at least 1 s. It may be longer.
-        method, rtol, atol, step, events
-            As for `simulate`. Solvers of other packages, which remember earlier steps, are refused.
+        events
+            As for `simulate`.
+        **steps
+            method, rtol, atol and step, as for `simulate`. Solvers of other packages, which remember earlier steps, are
+            refused.
 
         Raises
         ------
@@ -334,9 +321,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         from kanefe.integrate.options import RunOptions
         from kanefe.stepping.simulation import Asked, started, stretch
 
-        options = RunOptions(
-            t_span=stretch(t, every, duration), method=method, rtol=rtol, atol=atol, step=step, events=events
-        )
+        options = RunOptions(t_span=stretch(t, every, duration), events=events, **steps)
         return started(self, Asked(start, inputs, outputs, every, options))
 
     @checked("path", "fmi", "method")
@@ -351,10 +336,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         outputs: Named | None = None,
         every: float = 0.01,
         duration: float | None = None,
-        method: str = "auto",
-        rtol: float | None = None,
-        atol: float | None = None,
-        step: float | None = None,
+        **steps: Unpack[StepKeywords],
     ) -> Path:
         """Write the scene as a functional mock-up unit for co-simulation; return its path.
 
@@ -371,7 +353,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
             Version of the standard.
         every : float
             How far a communication step usually goes, s.
-        t, start, inputs, outputs, duration, method, rtol, atol, step
+        t, start, inputs, outputs, duration, **steps
             As for `start`. Where "auto" would hand over from one method to another, the other is taken at once.
 
         Raises
@@ -393,11 +375,11 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         from kanefe.fmu.export import write_scene
         from kanefe.integrate.auto.handing_over import HandingOver
 
-        common = {"start": start, "inputs": inputs, "outputs": outputs, "every": every, "duration": duration}
-        common |= {"rtol": rtol, "atol": atol, "step": step}
-        sim = self.start(t, method=method, **common)  # type: ignore[arg-type]
+        started = partial(self.start, t, start=start, inputs=inputs, outputs=outputs, every=every, duration=duration)
+        sim = started(**steps)
         if isinstance(sim.stepper, HandingOver):
-            sim = self.start(t, method=sim.stepper.second_name, **common)  # type: ignore[arg-type]
+            steps["method"] = sim.stepper.second_name
+            sim = started(**steps)
         return write_scene(sim, path, fmi, every)
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import decimal
+import inspect
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ import kanefe_fem as fem
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
+from kanefe.integrate.options import RunKeywords, RunOptions
 
 if TYPE_CHECKING:
     from decimal import Decimal
@@ -127,6 +129,45 @@ def test_some_arguments_may_be_left_to_the_function() -> None:
     assert two("1", 2.0) == "1"  # type: ignore[arg-type]
     with pytest.raises(ModelError, match="second= of two must be a finite number, not '2'"):
         two(1.0, "2")  # type: ignore[arg-type]
+
+
+class Levels(TypedDict, total=False):
+    level: float
+    label: str | None
+
+
+def test_keywords_of_a_group_are_held_and_others_refused() -> None:
+    @checked
+    def grouped(first: float, **levels: Unpack[Levels]) -> Levels:
+        return levels
+
+    assert grouped(1.0, level=2, label=None) == {"level": 2, "label": None}
+    with pytest.raises(ModelError, match=r"level= of grouped must be a finite number, not '2'"):
+        grouped(1.0, level="2")  # type: ignore[typeddict-item]
+    with pytest.raises(ModelError, match=r"^grouped takes no levle=. Remedy: one of first, level, label$"):
+        grouped(1.0, levle=2.0)  # type: ignore[call-arg]
+
+    @checked("label")
+    def partly(**levels: Unpack[Levels]) -> Levels:
+        return levels
+
+    assert partly(level="2") == {"level": "2"}  # type: ignore[typeddict-item]
+    with pytest.raises(ModelError, match="label= of partly must be"):
+        partly(label=2)  # type: ignore[typeddict-item]
+    with pytest.raises(ModelError, match="partly takes no levle="):
+        partly(levle=2.0)  # type: ignore[call-arg]
+
+    @checked()
+    def own_words(first: float, **levels: Unpack[Levels]) -> Levels:
+        return levels
+
+    assert own_words("1", level="2") == {"level": "2"}  # type: ignore[arg-type, typeddict-item]
+    with pytest.raises(ModelError, match="own_words takes no levle="):
+        own_words(1.0, levle=2.0)  # type: ignore[call-arg]
+
+
+def test_the_keywords_of_runs_are_the_options_of_a_run() -> None:
+    assert {*RunKeywords.__annotations__, "t_span"} == {*inspect.signature(RunOptions).parameters}
 
 
 def test_constructors_are_held_too() -> None:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe._public import served
 from kanefe.arguments import checked
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.errors import ModelError
@@ -24,9 +25,9 @@ from kanefe.storage.scipy_later import scipy, sp
 
 if TYPE_CHECKING:
     from kanefe.bodies.nodal_moments import NodalMoments
+    from kanefe.documents.document import Report
     from kanefe.fe_model.load_pattern import LoadPattern
     from kanefe.fe_model.node_shares import NodeShares
-    from kanefe.report import Report
     from kanefe.storage.object_file import FileKind
 
 UNITS = "m, kg, s, N, rad"
@@ -180,9 +181,8 @@ class FlexibleBody(PickledByFields):
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows of the body."""
-        from kanefe.views.cards.body_card import body_card
-
-        return body_card(self)
+        card: str = served("body_card")(self)
+        return card
 
     @property
     def count(self) -> int:
@@ -286,9 +286,8 @@ class FlexibleBody(PickledByFields):
         --------
         ``body.report().to_html("arm.html")``
         """
-        from kanefe.report import body_report
-
-        return body_report(self)
+        report: Report = served("body_report")(self)
+        return report
 
     @checked
     def save(self, path: str | Path) -> None:

@@ -3,38 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.contact.contact_events import Touching
-from kanefe.contact.laws.friction_laws import Coulomb
+from kanefe.contact.contact_data import ContactData
+from kanefe.contact.contact_evaluation import InPython
 from kanefe.contact.touching_point import along_surface
-from kanefe.frames import Matrix, Vector, cross
+from kanefe.frames import Matrix, Vector, across, cross
 from kanefe.loads.anchors import Anchor
 from kanefe.loads.base import End
-
-if TYPE_CHECKING:
-    from kanefe.contact.geometry.shape import Probe
-    from kanefe.contact.laws.bristles import LuGre
-    from kanefe.contact.rest import Rest
-
-
-class Anchored(Touching, Protocol):
-    """What the anchors are asked of: a `kanefe.contact.contact.Contact`."""
-
-    @property
-    def rest(self) -> Rest | None:
-        """Of a contact that is looked at about a rest."""
-        ...
-
-    def anchor(self, law: Coulomb | LuGre, probe: Probe) -> tuple[float, float]:
-        """Stiffness and damping of the spring of an anchor."""
-        ...
-
-    def turning(self, i: int) -> slice:
-        """Where the states are of what holds a probe against turning."""
-        ...
 
 
 class _Placed(NamedTuple):
@@ -46,13 +24,13 @@ class _Placed(NamedTuple):
     marked: int | None = None
 
 
-def anchors_of(contact: Anchored, ends: Sequence[End], states: Vector) -> list[Anchor]:
+def anchors_of(contact: ContactData, ends: Sequence[End], states: Vector) -> list[Anchor]:
     """Return the anchors of the probes that touch: see `kanefe.loads.base.Load.anchors`."""
     return [placed.anchor for placed in _placed(contact, ends, states)]
 
 
 def anchored(
-    contact: Anchored, ends: Sequence[End], states: Vector, drags: Sequence[Vector], slips: Sequence[bool]
+    contact: ContactData, ends: Sequence[End], states: Vector, drags: Sequence[Vector], slips: Sequence[bool]
 ) -> Vector:
     """Return the internal states with which they give some friction: see `kanefe.loads.base.Load.anchored`."""
     after = states.copy()
@@ -67,53 +45,40 @@ def anchored(
     return after
 
 
-def _placed(contact: Anchored, ends: Sequence[End], states: Vector) -> Iterator[_Placed]:
+def _placed(contact: ContactData, ends: Sequence[End], states: Vector) -> Iterator[_Placed]:
     law = contact.friction
-    if not isinstance(law, Coulomb) or contact.rest is not None:
+    if law is None or not law.holds or contact.rest is not None:
         return
-    surface = ends[0]
-    for i, touch in enumerate(contact.touches(ends, states)):
+    for i, touch in enumerate(InPython(contact, ends, states).touches()):
         if touch.depth <= 0.0:
             continue
-        n, probe, end = touch.normal, contact.probes[i][1], ends[touch.end]
-        first = along_surface(surface.A @ law.axis, n)
-        if np.linalg.norm(first) < 1e-6:  # where there is but one coefficient any direction will do
-            first = cross(n, np.eye(3)[int(np.argmin(np.abs(n)))])
-        first = first / np.linalg.norm(first)
-        axes = np.array((first, cross(n, first)))
-        along, across = law.coefficients
-        # two coefficients are measured by each of them
-        shares = np.array((1.0, 1.0) if along == across else (along, across))
-        mu = along if along == across else 1.0
-        k, c = contact.anchor(law, probe)
-        at = contact.begins + contact.each * i
-        w = end.w - surface.w
-        turns = _turns(axes, touch.end, len(ends))
-        slides = _slides(axes, touch.point, touch.end, ends)
+        n, probe, w = touch.normal, contact.probes[i][1], ends[touch.end].w - ends[0].w
+        axes, shares = np.array(across(n)), np.ones(2)
+        holds, slides = law.holding, law.coefficient(float(np.linalg.norm(touch.along)))
+        if law.axis is not None:  # two coefficients are measured by each of them
+            first = along_surface(ends[0].A @ law.axis, n)
+            axes[0] = first / np.linalg.norm(first)
+            axes[1], shares = cross(n, axes[0]), np.array(law.coefficients)
+            holds = slides = 1.0
+        k, c = law.anchor(probe.share, touch.press)
+        at, turning = contact.begins + contact.each * i, contact.turning(i).start
+        rows = _slides(axes, touch.point, touch.end, ends)
+        slip = axes @ touch.along
         yield _Placed(
-            Anchor(
-                slides,
-                axes @ touch.along,
-                shares,
-                mu * law.static_ratio * touch.press,
-                mu * law.fallen(float(np.linalg.norm(touch.along))) * touch.press,
-                k,
-                c,
-            ),
+            Anchor(rows, slip, shares, holds * touch.press, slides * touch.press, k, c),
             at,
             axes,
             at + 3 if law.has_memory else None,
         )
-        turning = contact.turning(i).start
-        if law.torsional > 0.0:
-            arm, most = law.torsional, law.sliding * law.torsional * touch.press
-            row = _turns(n[None], touch.end, len(ends))
-            anchor = Anchor(row, np.array((w @ n,)), np.ones(1), most, most, k * arm**2, c * arm**2)
-            yield _Placed(anchor, turning, n[None])
-        if law.rolling > 0.0:
-            arm, most = probe.lever, law.rolling * touch.press
-            anchor = Anchor(turns, axes @ w, np.ones(2), most, most, k * arm**2, c * arm**2)
-            yield _Placed(anchor, turning + (law.torsional > 0.0), axes)
+        for arm, most, along in (
+            (law.torsional, law.sliding * law.torsional, n[None]),
+            (probe.lever if law.rolling > 0.0 else 0.0, law.rolling, axes),
+        ):
+            if arm > 0.0:
+                rows, held = _turns(along, touch.end, len(ends)), most * touch.press
+                anchor = Anchor(rows, along @ w, np.ones(len(along)), held, held, k * arm**2, c * arm**2)
+                yield _Placed(anchor, turning, along)
+                turning += 1
 
 
 def _slides(axes: Matrix, point: Vector, number: int, ends: Sequence[End]) -> Matrix:

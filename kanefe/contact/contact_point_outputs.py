@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kanefe.contact.contact import OPEN, SLIPS, STICKS
-from kanefe.contact.laws.friction_laws import Coulomb
 from kanefe.contact.touching_point import along_surface, velocity_past
 from kanefe.frames import Matrix, Vector
 from kanefe.loads.base import End
@@ -37,7 +36,7 @@ def _told(contact: Contact, ends: Sequence[End], touch: Touch) -> Vector:
     found[0], found[1:4] = touch.press, -back @ touch.drag
     if law is None:
         found[8:11] = back @ along_surface(velocity_past(ends[0], ends[touch.end], touch.point), n)
-    elif not (sticks and isinstance(law, Coulomb)):  # bristles creep; of what sticks there is round-off alone
+    elif not (sticks and law.holds):  # bristles creep; of what sticks there is round-off alone
         found[8:11] = back @ along_surface(touch.along - touch.stretch_rate, n)
     found[11] = STICKS if sticks else SLIPS
     return found

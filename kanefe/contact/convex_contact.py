@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from kanefe.contact.contact import Contact
+from kanefe.contact.contact_data import Met
 from kanefe.contact.geometry._coal import check_library, nearest
 from kanefe.contact.geometry.convex import Convex
 from kanefe.contact.geometry.shape import Probe, SurfaceShape
 from kanefe.contact.shapes import Box, Capsule, Cylinder, Sphere
-from kanefe.frames import Vector
 from kanefe.loads.base import End, LoadKernel
 
 if TYPE_CHECKING:
-    from kanefe.contact.box_pair import BoxPair
+    from kanefe.contact.wanted_contact import WantedContact
     from kanefe.loads.reach import LoadReach
 
 
@@ -32,11 +33,17 @@ class ConvexContact(Contact):
 
     touching: Any = None
 
-    def _located(self, surface: End, end: End, probe: Probe, met: BoxPair | None) -> tuple[float, Vector, Vector]:
-        """Return depth, normal and place."""
+    @classmethod
+    def of(cls, wanted: WantedContact) -> Self | None:
+        """Return the contact that a scene wants, if a library has to find where it touches."""
+        return None if wanted.convex is None else cls.made(wanted, touching=wanted.convex)
+
+    def found(self, ends: Sequence[End]) -> Met:
+        """Return where its only probe touches, which a library finds."""
+        surface, end = ends[0], ends[self.probes[0][0]]
         A = surface.A
         gap, normal, point = nearest(self.touching, A.T @ end.A, A.T @ (end.p - surface.p), self.shape)
-        return -gap, A @ normal, surface.p + A @ point
+        return Met(-gap, tuple((A @ normal).tolist()), tuple((surface.p + A @ point).tolist()))
 
     @property
     def reach(self) -> LoadReach | None:

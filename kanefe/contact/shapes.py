@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.arguments import checked
+from kanefe.arguments import checked, positive
 from kanefe.contact.geometry.convex import Convex as Convex
 from kanefe.contact.geometry.height_field import HeightField as HeightField
 from kanefe.contact.geometry.mesh import Mesh as Mesh
 from kanefe.contact.geometry.points import Points as Points
 from kanefe.contact.geometry.points import on_box, on_circle, on_cylinder, on_line, standing_for
-from kanefe.contact.geometry.shape import Probe, axes_about, direction, length_and_direction, positive
+from kanefe.contact.geometry.shape import Probe, axes_about, length_and_direction
 from kanefe.contact.geometry.shape import SurfaceShape as SurfaceShape
 from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector, numbers
+from kanefe.frames import Matrix, Vector, direction, numbers
 from kanefe.loads.reach import Bounds
 
 __all__ = ["Box", "Capsule", "Convex", "Cylinder", "HeightField", "Mesh", "Plane", "Points", "Sphere", "Torus"]

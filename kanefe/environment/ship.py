@@ -8,10 +8,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from kanefe._public import served
 from kanefe.arguments import checked
 from kanefe.environment.checks import checked_number
 from kanefe.environment.deck_motion import DeckMotion
@@ -27,9 +28,6 @@ from kanefe.environment.spectra import gauss
 from kanefe.environment.spreading import Spreading
 from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.frames import Vector, numbers, shaped_numbers
-
-if TYPE_CHECKING:
-    from kanefe.views.rao_picture import Figure
 
 SLOWEST_HZ = 0.03
 """Encounter frequency below which surge, sway and yaw are left out, Hz: strip theory has no restoring force in them, so
@@ -266,7 +264,7 @@ class Ship:
         return {NAMES[k]: float(share) for k, share in zip(HORIZONTAL, shares, strict=True)}
 
     @checked
-    def plot_rao(self, path: str | Path | None = None) -> Figure:
+    def plot_rao(self, path: str | Path | None = None) -> Any:
         """Return the picture of the RAO at the ship's speed: amplitude and phase of each motion over wave frequency.
 
         A wrong phase shows at the left end, where waves are long: dots mark the motions of the surface.
@@ -276,14 +274,17 @@ class Ship:
         path : str or Path, optional
             Also write it there; the suffix says how.
 
+        Returns
+        -------
+        Figure
+            Of matplotlib.
+
         Raises
         ------
         MissingDependency
             If matplotlib is not installed.
         """
-        from kanefe.views.rao_picture import draw_rao
-
-        return draw_rao(self.rao, self.speed, path)
+        return served("draw_rao")(self.rao, self.speed, path)
 
     def __str__(self) -> str:
         slow = f", surge, sway and yaw above {self.slowest_hz:g} Hz" if self.slowest_hz > 0.0 else ""

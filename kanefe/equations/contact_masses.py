@@ -29,15 +29,13 @@ def with_contact_masses(model: ModelData, loads: Sequence[Load]) -> tuple[Load, 
 
 
 def _completed(contact: Contact, trees: Sequence[int], masses: Vector) -> Contact:
-    from kanefe.contact.laws.friction_laws import Coulomb
-
     surface, *touching = ({trees[end.body]} if end.body >= 0 else {-1} for end in contact.ends)
     sides = surface, set().union(*touching)
     inverse = sum(1.0 / mass for side in sides if (mass := sum(masses[tree] for tree in side)) > 0.0)
     mass = 1.0 / inverse if inverse > 0.0 else 1.0
     friction = contact.friction
-    if isinstance(friction, Coulomb) and friction.damping is None:
-        friction = replace(friction, damping=default_damping(float(friction.stiffness or 0.0), mass))
+    if friction is not None and friction.lacks_damping:
+        friction = friction.with_damping(default_damping(friction.spring, mass))
     return replace(contact, mass=mass, friction=friction)
 
 

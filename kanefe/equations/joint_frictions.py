@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from math import sqrt
 from typing import TYPE_CHECKING
 
@@ -63,8 +62,8 @@ def with_joint_frictions(model: Model, t: float) -> Model:
     z = with_consistent_loads(model, t, q, u, z)
     loads: list[Load] = list(model.loads)
     for number in model.bearings:
-        friction, _ = model.following(number)
-        loads[number] = replace(friction, first_load=float(z[model.load_states[number]][friction.load_state]))
+        load = model.following(number)
+        loads[number] = load.with_first_load(float(z[model.load_states[number]][load.load_state]))
     return model.with_loads(loads)
 
 

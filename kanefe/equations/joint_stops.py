@@ -30,7 +30,7 @@ def joint_stops(model: ModelData) -> tuple[CoordinateStop, ...]:
             if law is None or law.limit_restitution is None:
                 continue
             # most scenes have none
-            from kanefe.contact.laws.normal_laws import LEAST_SPEED, impact_number
+            from kanefe.kernels.contact.laws.power_laws import LEAST_SPEED, impact_number
             from kanefe.loads.coordinate_stop import CoordinateStop
 
             coordinate = names[i].partition(" [")[0]

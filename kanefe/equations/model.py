@@ -54,6 +54,12 @@ class Model(ModelData):
         return route_of(self)
 
     @cached_property
+    def has_functions(self) -> bool:
+        """Whether loads or motions are functions of the user, which may change from run to run."""
+        of_loads = not self.route.is_constant or any(load.kernel is None for load in self.loads)
+        return of_loads or any(motion.pieces is None for motion, _ in self.drives)
+
+    @cached_property
     def literal(self) -> LiteralRoute:
         """The literal route of the same scene: the oracle."""
         from kanefe.kane.route import LiteralRoute

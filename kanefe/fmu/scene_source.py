@@ -10,7 +10,6 @@ import numpy as np
 from kanefe.fmu import c_text as c
 from kanefe.fmu.image import CallPlaces, Image, NeedsPython
 from kanefe.fmu.output_tables import OutputTables
-from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.kernel_stepper import SMALLEST_STEP, KernelStepper
 from kanefe.kernels.compiler._numba import IS_COMPILED
 from kanefe.kernels.evaluation.evaluation import AT_TIME
@@ -27,10 +26,7 @@ ROW, ACCELERATED_ROW = 18, 24
 """Number of values of the motion of a link, without and with accelerations."""
 
 COMMANDS = "START ACCEPTED DONE JACOBIAN FAILED NO_INERTIA"
-PLACES = (
-    "TIME TIME_OLD STOP SMALLEST NEXT_OUTPUT TIME_EXCESS COMMAND STAGE STEPS STORED IS_LEFT_OPEN WANTS_DENSE "
-    "JACOBIAN_ROW STATE"
-)
+PLACES = "TIME TIME_OLD STOP SMALLEST NEXT_OUTPUT TIME_EXCESS COMMAND STAGE STEPS STORED IS_LEFT_OPEN WANTS_DENSE STATE"
 
 
 class SceneSource(NamedTuple):
@@ -111,7 +107,7 @@ class _Tables:
         self.lines: list[str] = []
 
     def made(self) -> SceneSource:
-        self._add_jacobian()
+        self._check_jacobian()
         self._add_motions()
         for call in self.calls:
             _clear(call)
@@ -121,25 +117,14 @@ class _Tables:
         self._tell(image)
         return SceneSource("\n".join(self.lines) + "\n", image.content(), image.files)
 
-    def _add_jacobian(self) -> None:
-        """Have what differentiates the rates in the image, of methods that ask for that."""
-        self.derived = None
+    def _check_jacobian(self) -> None:
+        """Refuse a scene whose method asks for derivatives of the rates that are not exact."""
         stepper, route = self.stepper, self.route
-        if "jacobians" not in stepper.statistics:
-            return
-        if route.inputs.needs_state or not route.is_complex:
+        if "jacobians" in stepper.statistics and (route.inputs.needs_state or not route.is_complex):
             raise NeedsPython(
                 "a load or joint has no function of complex numbers, by "
                 f"which {stepper.name!r} differentiates. Remedy: method='dop853'"
             )
-        dynamics = Dynamics(self.model)
-        self.turning = dynamics.turning
-        along = dynamics.tangents.copy()
-        call = route.derivative_call(self.size)
-        call.inputs[:] = route.inputs.constants
-        self.derived = call, along, np.zeros_like(along)
-        self.derivatives = call.prepared(along, self.derived[2])
-        self.calls += [self.derivatives, call.evaluation]
 
     def _add_motions(self) -> None:
         """Include the motions of frames in the image if outputs need any."""
@@ -200,16 +185,6 @@ class _Tables:
         }
         places["AT_OUTPUT_DRIVES"] = scene.drives
         self._tell_call("INTEGRATE", image.call(self.run))
-        add(c.define("HAS_JACOBIAN", int(self.derived is not None)))
-        if self.derived is not None:
-            call, along, found = self.derived
-            self._tell_call("DERIVATIVES", image.call(self.derivatives))
-            add(c.define("DERIVED_NUMBERS", image.call(call.evaluation).numbers))
-            add(c.define("ALONG_COUNT", len(along)))
-            add(c.define("TURNING_COUNT", len(self.turning)))
-            add(c.integers("TURNING", self.turning, 2))
-            places |= {"AT_ALONG": along, "AT_FOUND": found, "AT_COMPLEX": call.vectors}
-            places |= {"AT_DERIVED_DRIVES": call.drives, "AT_DERIVED_INPUTS": call.inputs}
         add(c.define("HAS_FRAMES", int(self.moved is not None)))
         add(c.define("HAS_ACCELERATIONS", int(self.evaluated is not None)))
         if self.moved is not None:

@@ -15,13 +15,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Unpack
 
 import numpy as np
 import scipy.sparse as sp
 
 from kanefe.arguments import checked
 from kanefe.errors import FileError, ModelError
-from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.imports.abaqus_input import Keyword, keywords, node_table
 from kanefe.imports.labelled import LabelledMatrix, mirrored, model_of_labelled
@@ -43,11 +43,8 @@ def read_abaqus(
     substructure: str | Path | None = None,
     groups: Mapping[str, int | Sequence[int]] | None = None,
     units: Units = "m, kg, s",
-    expected_mass: float | None = None,
-    expected_center: Sequence[float] | None = None,
-    expected_inertia: np.ndarray | Sequence[Sequence[float]] | None = None,
-    factorise: Factorise | None = None,
     trusted: bool = False,
+    **expected: Unpack[Expected],
 ) -> FiniteElementModel:
     """Return the model of matrices that Abaqus wrote.
 
@@ -63,12 +60,17 @@ def read_abaqus(
         Candidates for interfaces beside the sets of the input file.
     units : str or (metres a length, kilograms a mass)
         Of the job: "m, kg, s", "mm, t, s", "in, lbf, s", ...
+    trusted : bool
+        Whether the input file may include files outside its folder.
+    **expected
+        What follows, as `kanefe.imports.self_check.self_check` takes it.
+
+    Other Parameters
+    ----------------
     expected_mass, expected_center, expected_inertia : optional
         What M must have, in kg, m and kg m2 (inertia about the centre of mass).
     factorise : callable, optional
-        Factors large matrices for the count of zero modes: see `kanefe.imports.self_check.self_check`.
-    trusted : bool
-        Whether the input file may include files outside its folder.
+        Factors large matrices for the count of zero modes.
 
     Returns
     -------
@@ -99,7 +101,6 @@ def read_abaqus(
         files = {"stiffness": stiffness, "mass": mass, "damping": damping}
         matrices = {what: _matrix(path, what, table) for what, path in files.items() if path is not None}
         source = Path(stiffness).name
-    expected = Expected(expected_mass, expected_center, expected_inertia, factorise)
     return model_of_labelled(matrices, table, groups=groups, units=units, expected=expected, source=f"Abaqus {source}")
 
 

@@ -24,13 +24,13 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Unpack
 
 import numpy as np
 import scipy.sparse as sp
 
 from kanefe.arguments import checked
 from kanefe.errors import FileError, ModelError
-from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.imports import _mapdl
 from kanefe.imports.harwell_boeing import read_harwell_boeing
@@ -56,10 +56,7 @@ def read_ansys(
     generalised: Sequence[int] = (),
     groups: Mapping[str, int | Sequence[int]] | None = None,
     units: Units = "m, kg, s",
-    expected_mass: float | None = None,
-    expected_center: Sequence[float] | None = None,
-    expected_inertia: np.ndarray | Sequence[Sequence[float]] | None = None,
-    factorise: Factorise | None = None,
+    **expected: Unpack[Expected],
 ) -> FiniteElementModel:
     """Return the model of matrices that Ansys wrote.
 
@@ -79,7 +76,7 @@ def read_ansys(
         ROTZ), 0 for a generalised coordinate of a superelement, under a label of its own.
     generalised : sequence of int, optional
         Nodes of the mapping that are no points of the body but carry generalised coordinates of a superelement.
-    groups, units, expected_mass, expected_center, expected_inertia, factorise : optional
+    groups, units, **expected : optional
         See `read_abaqus`.
 
     Returns
@@ -114,7 +111,6 @@ def read_ansys(
                 "LUMPM,OFF)"
             )
         matrices[what] = LabelledMatrix(freedoms, matrix)
-    expected = Expected(expected_mass, expected_center, expected_inertia, factorise)
     return model_of_labelled(
         {what: with_generalised(matrix, generalised) for what, matrix in matrices.items()},
         _nodes(nodes),

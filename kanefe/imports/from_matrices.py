@@ -8,7 +8,7 @@ import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, Unpack, cast
 
 import numpy as np
 import scipy.sparse as sp
@@ -16,7 +16,6 @@ import scipy.sparse as sp
 from kanefe.arguments import checked
 from kanefe.errors import FileError, ModelError, outside
 from kanefe.fe_model.damping import real_matrix
-from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import (
     COMPONENTS,
@@ -36,6 +35,15 @@ from kanefe.storage.files import regular_file
 Matrix: TypeAlias = sp.spmatrix | np.ndarray | str | Path
 
 Order: TypeAlias = Literal["nodes", "components"]
+
+
+class BesideMatrices(Expected, total=False):
+    """What a model may have beside its matrices, and what is expected of it: keywords of `model_from_matrices`."""
+
+    cells: Sequence[Cells]
+    load_patterns: Mapping[str, NodalPattern] | None
+    geometric_stiffness: Mapping[str, Matrix] | None
+    stress_stiffness: StressStiffness | None
 
 
 class NodalFormWarning(UserWarning):
@@ -61,17 +69,10 @@ def model_from_matrices(
     components: Sequence[str] = TRANSLATIONS,
     damping: Matrix | None = None,
     groups: Mapping[str, int | Sequence[int]] | None = None,
-    cells: Sequence[Cells] = (),
-    load_patterns: Mapping[str, NodalPattern] | None = None,
-    geometric_stiffness: Mapping[str, Matrix] | None = None,
-    stress_stiffness: StressStiffness | None = None,
     order: Order = "nodes",
     generalised: int = 0,
-    expected_mass: float | None = None,
-    expected_center: Sequence[float] | None = None,
-    expected_inertia: np.ndarray | Sequence[Sequence[float]] | None = None,
-    factorise: Factorise | None = None,
     source: str = "given matrices",
+    **more: Unpack[BesideMatrices],
 ) -> FiniteElementModel:
     """Return a full-order model of a free body from its matrices and nodes.
 
@@ -87,6 +88,18 @@ def model_from_matrices(
         C in N s/m.
     groups : dict of str to node numbers, optional
         Candidates for interfaces.
+    order : "nodes" or "components"
+        Rows of the matrices: all components of the first node, then of the second, ...; or x of all nodes, then y, ...
+    generalised : int
+        Coordinates of a superelement beside those of its nodes, such as modes with the boundary held
+        (Craig-Bampton): the last rows of the matrices. Rigid motions of the nodes must leave them at zero.
+    source : str
+        Kept in the provenance.
+    **more
+        What follows.
+
+    Other Parameters
+    ----------------
     cells : sequence of Cells, optional
         For views.
     load_patterns : dict of str to NodalPattern, optional
@@ -97,11 +110,6 @@ def model_from_matrices(
         have them; of a floating body under the load less the inertia of its rigid motion.
     stress_stiffness : callable, optional
         For any stiffening: see `FiniteElementModel`. In the order "nodes".
-    order : "nodes" or "components"
-        Rows of the matrices: all components of the first node, then of the second, ...; or x of all nodes, then y, ...
-    generalised : int
-        Coordinates of a superelement beside those of its nodes, such as modes with the boundary held
-        (Craig-Bampton): the last rows of the matrices. Rigid motions of the nodes must leave them at zero.
     expected_mass : float, optional
         Mass in kg that the matrix must have.
     expected_center : array_like, shape (3,), optional
@@ -110,8 +118,6 @@ def model_from_matrices(
         Inertia about the centre of mass in kg m2 that it must have.
     factorise : callable, optional
         Factors large matrices for the count of the zero modes: see `kanefe.imports.self_check.self_check`.
-    source : str
-        Kept in the provenance.
 
     Returns
     -------
@@ -143,6 +149,8 @@ def model_from_matrices(
     points = numbers(nodes)
     if points.ndim != 2 or points.shape[1] != 3 or not len(points) or not np.all(np.isfinite(points)):
         raise ModelError(f"nodes must be finite numbers of shape (n, 3) in m, not of shape {points.shape}")
+    stress_stiffness, load_patterns = more.pop("stress_stiffness", None), more.pop("load_patterns", None)
+    geometric_stiffness, cells = more.pop("geometric_stiffness", None), more.pop("cells", ())
     if stress_stiffness is not None and not callable(stress_stiffness):
         raise ModelError(f"stress_stiffness must be a function of a displacement, not {stress_stiffness!r}")
     names = tuple(components)
@@ -183,7 +191,7 @@ def model_from_matrices(
     )
     for name, pattern in model.load_patterns.items():
         _check_pattern(model, name, pattern)
-    found = self_check(model, **Expected(expected_mass, expected_center, expected_inertia, factorise)._asdict())
+    found = self_check(model, **cast(Expected, more))
     model = replace(model, provenance={**model.provenance, "self_check": found.as_dict()})
     if generalised:
         model = replace(model, mass_field=completed_mass_field(model))

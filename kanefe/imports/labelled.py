@@ -167,7 +167,7 @@ def model_of_labelled(
         },
         generalised=len(modal),
         source=source,
-        **expected._asdict(),
+        **expected,
     )
     return replace(model, provenance={**model.provenance, "units": str(units), "following_rotations": followers})
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Unpack
 
 import numpy as np
 
 from kanefe.arguments import checked
-from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
 from kanefe.frames import numbers
 from kanefe.imports.from_matrices import Order, model_from_matrices
@@ -31,10 +31,7 @@ def read_matrix_market(
     damping: str | Path | None = None,
     groups: Mapping[str, int | Sequence[int]] | None = None,
     units: Units = "m, kg, s",
-    expected_mass: float | None = None,
-    expected_center: Sequence[float] | None = None,
-    expected_inertia: np.ndarray | Sequence[Sequence[float]] | None = None,
-    factorise: Factorise | None = None,
+    **expected: Unpack[Expected],
 ) -> FiniteElementModel:
     """Return the model of matrices in Matrix Market files.
 
@@ -51,7 +48,7 @@ def read_matrix_market(
         All components of the first node first, or the first component of all nodes.
     groups : dict of str to node numbers, optional
         Places in `nodes`, or labels if a file gives them.
-    units, expected_mass, expected_center, expected_inertia, factorise : optional
+    units, **expected : optional
         See `read_abaqus`.
 
     Raises
@@ -96,6 +93,6 @@ def read_matrix_market(
         groups=numbered,
         order=order,
         source=f"Matrix Market {Path(stiffness).name}",
-        **Expected(expected_mass, expected_center, expected_inertia, factorise)._asdict(),
+        **expected,
     )
     return replace(model, provenance={**model.provenance, "units": str(units)})

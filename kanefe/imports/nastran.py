@@ -14,13 +14,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Unpack
 
 import numpy as np
 import scipy.sparse as sp
 
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
-from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.imports import _pyyeti
 from kanefe.imports.labelled import LabelledMatrix, given_freedoms, mirrored, model_of_labelled, with_generalised
@@ -46,10 +46,7 @@ def read_nastran(
     generalised: Sequence[int] = (),
     groups: Mapping[str, int | Sequence[int]] | None = None,
     units: Units = "m, kg, s",
-    expected_mass: float | None = None,
-    expected_center: Sequence[float] | None = None,
-    expected_inertia: np.ndarray | Sequence[Sequence[float]] | None = None,
-    factorise: Factorise | None = None,
+    **expected: Unpack[Expected],
 ) -> FiniteElementModel:
     """Return the model of matrices that Nastran wrote.
 
@@ -70,7 +67,7 @@ def read_nastran(
     generalised : sequence of int, optional
         Grid points that are no points of the body but carry generalised coordinates, where a QSET names grid points.
         Scalar points (SPOINT) always do.
-    groups, units, expected_mass, expected_center, expected_inertia, factorise : optional
+    groups, units, **expected : optional
         See `read_abaqus`.
 
     Returns
@@ -109,7 +106,6 @@ def read_nastran(
         else:
             found |= _pyyeti.direct_matrices(path)
     source = ", ".join(path.name for path in files)
-    expected = Expected(expected_mass, expected_center, expected_inertia, factorise)
     chosen = _chosen(found, names or {}, source)
     return model_of_labelled(
         {what: with_generalised(matrix, generalised) for what, matrix in chosen.items()},

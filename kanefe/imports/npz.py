@@ -16,15 +16,14 @@ from __future__ import annotations
 import struct
 import zipfile
 import zlib
-from collections.abc import Sequence
 from pathlib import Path
+from typing import Unpack
 
 import numpy as np
 import scipy.sparse as sp
 
 from kanefe.arguments import checked
 from kanefe.errors import FileError
-from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.model import Cells, FiniteElementModel
 from kanefe.imports.from_matrices import model_from_matrices
 from kanefe.imports.self_check import Expected
@@ -65,18 +64,14 @@ def write_matrices(model: FiniteElementModel, path: str | Path) -> None:
 @checked
 def read_matrices(
     path: str | Path,
-    *,
-    expected_mass: float | None = None,
-    expected_center: Sequence[float] | None = None,
-    expected_inertia: np.ndarray | Sequence[Sequence[float]] | None = None,
-    factorise: Factorise | None = None,
+    **expected: Unpack[Expected],
 ) -> FiniteElementModel:
     """Return the model of a file that `write_matrices` wrote, or numpy in its layout.
 
     Parameters
     ----------
     path : path
-    expected_mass, expected_center, expected_inertia, factorise : optional
+    **expected : optional
         See `read_abaqus`.
 
     Raises
@@ -130,7 +125,7 @@ def read_matrices(
         groups={n.removeprefix("group_"): a.tolist() for n, a in arrays.items() if n.startswith("group_")},
         cells=[Cells(n.removeprefix("cells_"), a) for n, a in arrays.items() if n.startswith("cells_")],
         source=f"npz {path.name}",
-        **Expected(expected_mass, expected_center, expected_inertia, factorise)._asdict(),
+        **expected,
     )
 
 

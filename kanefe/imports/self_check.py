@@ -10,7 +10,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple
+from typing import Any, TypedDict
 
 import numpy as np
 import scipy.sparse as sp
@@ -40,7 +40,7 @@ DENSEST = 5e4
 MOTIONS = ("translation x", "translation y", "translation z", "rotation x", "rotation y", "rotation z")
 
 
-class Expected(NamedTuple):
+class Expected(TypedDict, total=False):
     """What the user of a reader says of the body: the keywords of `self_check`, passed on as one."""
 
     expected_mass: float | None

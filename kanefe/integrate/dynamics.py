@@ -11,7 +11,7 @@ from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.tree.model_data import QUADRATURES
-from kanefe.tree.scales import coordinate_moves, state_scales
+from kanefe.tree.scales import state_scales, tangents, turning
 
 if TYPE_CHECKING:
     from kanefe.kernels.steppers.step_commands import Run
@@ -108,29 +108,12 @@ class Dynamics:
         rotation the rotation vector in the moving frame.
         """
         n = self.model.coordinate_count
-        directions = self.tangents.copy()
-        for at, speed in self.turning:
+        directions = tangents(self.model).copy()
+        for at, speed in turning(self.model):
             # rates of Euler parameters by the angular velocity, in the frame that turns
             e0, e1, e2, e3 = 0.5 * y[at : at + 4]
             directions[speed : speed + 3, at : at + 4] = (-e1, e0, e3, -e2), (-e2, -e3, e0, e1), (-e3, e2, -e1, e0)
         return self._derivatives(t, y, directions)[:, n:].T
-
-    @cached_property
-    def tangents(self) -> Matrix:
-        """Directions of tangents, speeds and moving states, (2 free + states, state); those of rotations left out."""
-        n, m = self.model.coordinate_count, self.model.free_count
-        moving = self.model.state_count if self.model.states_move else 0
-        directions = np.eye(2 * m + moving, n + m + self.model.state_count + QUADRATURES, k=n - m)
-        directions[:m] = 0.0
-        for turns, at, speed in coordinate_moves(self.model):
-            if not turns:
-                directions[speed, at] = 1.0
-        return directions
-
-    @cached_property
-    def turning(self) -> list[tuple[int, int]]:
-        """First of the Euler parameters, and of the speeds, of each rotation."""
-        return [(at, speed) for turns, at, speed in coordinate_moves(self.model) if turns]
 
     def jacobian(self, t: float, y: Vector) -> Matrix:
         """Return d(dy/dt)/dy, (state, state)."""

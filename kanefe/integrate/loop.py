@@ -101,7 +101,7 @@ class RunLoop:
         self._change_reports = stepper if isinstance(stepper, GivesAccelerations) else None
         looks_out = watch is None or (self._looking is not None and self._looking.can_look_out)
         self._chunk = 16 if looks_out and self._change_reports is None else 1
-        self._is_quiet = False
+        self._is_done = False
         self._file: CheckpointFile | None = None
         self._kept: tuple[float, Progress] | None = None
         self._before: dict[str, int | float] = {}
@@ -191,7 +191,7 @@ class RunLoop:
                         self._store_accelerations(stored, self.stored)
                 self._pace.check_progress()
                 self._pace.check_pace()
-                if self._watch and not self._is_quiet and (stopped := self._events(self._watch)) is not None:
+                if self._watch and not self._is_done and (stopped := self._events(self._watch)) is not None:
                     return stopped
             except StepFailure as failure:
                 return self._ended(self._failed(failure))
@@ -216,10 +216,10 @@ class RunLoop:
     def _integrate(self, most: int) -> None:
         stepper, begun = self._stepper, time.perf_counter()
         first, steps = self.stored, int(stepper.statistics["steps"])
-        self._is_quiet = False
+        self._is_done = False
         try:
             if self._sampler is None and self._watch and self._chunk > 1:
-                self._integrate_quietly(self._watch, most)
+                self._integrate_over_events(self._watch, most)
             elif self._sampler is None:
                 self.stored += stepper.integrate_through(self._times[first:], self.states[first:], most)
             else:
@@ -235,16 +235,15 @@ class RunLoop:
             wanted = done * CHUNK_SECONDS / max(time.perf_counter() - begun, 1e-9)
             self._chunk = int(np.clip(wanted, 2, min(CHUNK, 4 * self._chunk)))
 
-    def _integrate_quietly(self, watch: EventWatch, most: int) -> None:
-        """Continue to a step in which events may happen; by single steps where the sign of a function is not known."""
-        first = self.stored
-        values = watch.lookout()
-        if values is None or self._looking is None:
-            self.stored += self._stepper.integrate_through(self._times[first:], self.states[first:], 1)
+    def _integrate_over_events(self, watch: EventWatch, most: int) -> None:
+        """Continue to a step in which an event needs Python; by single steps where one is a function of the user."""
+        times, states = self._times[self.stored :], self.states[self.stored :]
+        if watch.watched is None or self._looking is None:
+            self.stored += self._stepper.integrate_through(times, states, 1)
             return
-        passed, self._is_quiet = self._looking.integrate_quietly(self._times[first:], self.states[first:], most, values)
+        passed, self._is_done = self._looking.integrate_over_events(times, states, most, watch.watched)
         self.stored += passed
-        watch.passed(values)
+        watch.take_records()
 
     def _integrate_sampled(self, sampler: Sampler, most: int, begun: float) -> None:
         """Continue from sample to sample, for so many steps or so long as a go takes; steps end at samples."""

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
+from typing import TypedDict
 
 import numpy as np
 
@@ -14,6 +15,35 @@ from kanefe.errors import ModelError
 from kanefe.integrate.events.event import Event, checked_events
 from kanefe.integrate.methods.table import METHODS
 from kanefe.integrate.trajectory import checked_span, is_finite_number, wanted_times
+
+
+class StepKeywords(TypedDict, total=False):
+    """How steps are taken: keywords of `kanefe.System.simulate`, `kanefe.System.start` and others."""
+
+    method: str
+    rtol: float | None
+    atol: float | None
+    step: float | None
+
+
+class WindowKeywords(StepKeywords, total=False):
+    """Keywords that the windows of a screened run take too."""
+
+    most_steps: int | None
+    most_seconds: float | None
+    progress: bool | None
+
+
+class RunKeywords(WindowKeywords, total=False):
+    """Keywords of a run, which `kanefe.System.simulate` describes; `RunOptions` has their defaults."""
+
+    output_step: float | None
+    output_times: Sequence[float] | np.ndarray | None
+    events: Sequence[Event | str] | Event | str
+    checkpoint: str | Path | None
+    checkpoint_seconds: float
+    resume: str | Path | None
+
 
 AUTO = "auto"
 """Name in place of a method that chooses one for the scene."""

@@ -6,7 +6,7 @@ import math
 import warnings
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from kanefe.integrate.events.event_search import EventWatch
 from kanefe.integrate.events.load_events import events_of_loads
 from kanefe.integrate.events.requested_events import with_asked_events, with_what_is_asked
 from kanefe.integrate.loop import RunLoop
-from kanefe.integrate.options import RunOptions
+from kanefe.integrate.options import RunKeywords, RunOptions
 from kanefe.integrate.pace import Limits, Poles
 from kanefe.integrate.run_checks.bushing_turns import of_bushings
 from kanefe.integrate.run_checks.joint_ranges import ends_of_ranges
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from kanefe.integrate.checkpoint import CheckpointFile, Progress
 
 
-def integrate(model: Model, t_span: tuple[float, float], **options: Any) -> Trajectory:
+def integrate(model: Model, t_span: tuple[float, float], **options: Unpack[RunKeywords]) -> Trajectory:
     """Run a model in time.
 
     Parameters

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 
 from kanefe.errors import KanefeError, SimulationError
 from kanefe.frames import Vector
 from kanefe.tree.bending import Bent
+
+if TYPE_CHECKING:
+    from kanefe.kernels.steppers.steps_with_events import Watched
 
 BESIDE = 1e-6
 """Distance from the time at which the equations had no solution, relative to the span, within which a run that ends is
@@ -143,32 +146,31 @@ class GivesAccelerations(Protocol):
 
 @runtime_checkable
 class LooksOut(Protocol):
-    """A stepper that can monitor events of loads while it continues."""
+    """A stepper that continues over events of loads in compiled code."""
 
     @property
     def can_look_out(self) -> bool:
         """Whether it can do so in this scene."""
         ...
 
-    def integrate_quietly(
-        self, times: np.ndarray, states: np.ndarray, most_steps: int, values: Vector
+    def integrate_over_events(
+        self, times: np.ndarray, states: np.ndarray, most_steps: int, watched: Watched
     ) -> tuple[int, bool]:
-        """Continue as `integrate_through` does, but no further than a step in which an event may have happened.
+        """Continue as `integrate_through` does, but no further than a step in which an event needs Python.
 
         Parameters
         ----------
         times, states, most_steps
             As there.
-        values : ndarray
-            What events look at where it begins, in the order of `WatchedEvents`, none of them zero; in the end before
-            the last step, or after it if that was quiet.
+        watched : Watched
+            The events, and what is known of them; in the end before the last step, or after it if that is done.
 
         Returns
         -------
         passed : int
             How many times were passed.
-        is_quiet : bool
-            Whether nothing can have happened in the last step.
+        is_done : bool
+            Whether all that happened in the last step is dealt with.
         """
         ...
 

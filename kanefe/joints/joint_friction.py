@@ -9,9 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import Vector, cross, numbers
-
-PADS, BALL, THREAD = 0.0, 1.0, 2.0
+from kanefe.frames import Vector, numbers
+from kanefe.kernels.force_elements.coordinate_friction import PADS, THREAD, load_of
 
 
 @dataclass(frozen=True)
@@ -143,15 +142,9 @@ class RubbingSurfaces:
 
     def load(self, wrench: Vector, drag: float) -> float:
         """Return n (N) of a reaction (6,), in axes of the body's frame about its origin, and the drag of a thread."""
-        F, M, a = wrench[:3], wrench[3:], self.axis
-        if self.kind == BALL:
-            return float(np.linalg.norm(F))
-        along = float(F @ a)
-        if self.kind == THREAD:
-            return abs(self.thrust * along + self.twist * drag)
-        half, tilt = 0.5 * (F - along * a), self.per_length * cross(M, a)
-        pads = float(np.linalg.norm(half + tilt) + np.linalg.norm(half - tilt))
-        return pads + self.thrust * abs(along) + self.twist * abs(float(M @ a))
+        law = self.kind, self.per_length, self.thrust, self.twist
+        axis, force, moment = (tuple(part) for part in (self.axis, wrench[:3], wrench[3:]))
+        return float(load_of(law, axis, force, moment, drag))
 
 
 class Wanted(NamedTuple):

@@ -22,8 +22,9 @@ from kanefe.frames import (
 from kanefe.joints.base import Joint, start_values
 from kanefe.joints.given_pose import GivenPose, check_drive, refuse_forces
 from kanefe.joints.held import EVERYWHERE, Held
-from kanefe.joints.joint_friction import BALL, JointFriction, RubbingSurfaces, Wanted, check_friction
+from kanefe.joints.joint_friction import JointFriction, RubbingSurfaces, Wanted, check_friction
 from kanefe.joints.link import Link
+from kanefe.kernels.force_elements.coordinate_friction import BALL
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ def add_load_rates(state: State, rates: Vector) -> None:
         return
     reactions = joint_reactions(state, accelerations(state))
     for number, body in model.bearings.items():
-        load, where = model.following(number)[0], model.load_states[number]
+        load, where = model.following(number), model.load_states[number]
         own = state.load_ends(number), state.load_states(number)
         rates[where.start + load.load_state : where.stop] = load.load_rates(reactions[body], *own)
 
@@ -39,7 +39,7 @@ def with_consistent_loads(model: ModelData, t: float, q: Vector, u: Vector, z: V
         state, after = State(model, t, q, u, z), z.copy()
         reactions = joint_reactions(state, accelerations(state))
         for number, body in model.bearings.items():
-            load, where = model.following(number)[0], model.load_states[number]
+            load, where = model.following(number), model.load_states[number]
             own = state.load_ends(number), state.load_states(number)
             after[where.start + load.load_state : where.stop] = load.load(reactions[body], *own), 0.0
         change, z = float(np.abs(after - z).max()), after

@@ -13,7 +13,7 @@ from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.loads.base import Load
 from kanefe.tree.model_data import QUADRATURES, ModelData
 from kanefe.tree.model_outputs import MechanicalEnergy
-from kanefe.tree.route import Evaluation, Form, Obstacle, PreparedRun, RunSweeps, WatchedEvents
+from kanefe.tree.route import Evaluation, Form, MethodNeeds, Obstacle, PreparedRun, RunSweeps, WatchedEvents
 from kanefe.tree.scene_state import SceneState
 
 
@@ -175,7 +175,7 @@ class LiteralRoute:
         raise TypeError("the literal route has no sweeps")
 
     def compiled_run(
-        self, integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, is_implicit: bool, is_balanced: bool
+        self, integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, needs: MethodNeeds
     ) -> PreparedRun:
         """Refused: nothing is compiled."""
         raise TypeError("the literal route is not compiled")

@@ -81,19 +81,13 @@ def slipping_friction(model: Model, t: float, q: Vector, u: Vector, left: Imbala
     left : Imbalance
         What is left over at the state.
     """
-    from kanefe.loads.coordinate_friction import CoordinateFriction
-
     state = State(model, t, q, u)
     for i, load in enumerate(model.loads):
-        if not isinstance(load, CoordinateFriction) or load.count > 1:
-            continue
-        if not left.name.startswith(f"{model.bodies[load.ends[0].body].name}: "):
-            continue
-        force, _, sticks = load.tell(t, state.load_ends(i), state.load_states(i))[:3]
-        if not sticks:
-            unit, held = "N m" if load.units[0] == "rad" else "N", abs(float(force))
+        found = load.slipping(state.load_ends(i), state.load_states(i))
+        if found is not None and left.name.startswith(f"{model.bodies[load.ends[0].body].name}: "):
+            held, unit = found
             asked = held + abs(left.force)
-            return f"{load.kind} of {load.coordinate} needs {asked:.4g} {unit} and holds {held:.4g} {unit}"
+            return f"{load.kind} of {load.subject} is asked for {asked:.4g} {unit} and holds {held:.4g} {unit}"
     return ""
 
 

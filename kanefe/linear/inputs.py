@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,10 +15,11 @@ from kanefe.kane.assemble import assemble
 from kanefe.kane.state import State
 from kanefe.linear.displaced_drives import Drive
 from kanefe.linear.unit_forces import carrier, scene_load_columns
-from kanefe.loads.field_load import FieldLoad
-from kanefe.loads.joint_load import JointLoad
 from kanefe.scene.targets import AXES, Named, Target, asked_for, axis_vector, joint_entry, target_of
 from kanefe.tree.load_names import named_loads
+
+if TYPE_CHECKING:
+    from kanefe.tree.load_names import SceneLoad
 
 KINDS = {"force": "N", "torque": "N m", "motor": "", "drive": "", "gravity": "m/s2", "load": ""}
 
@@ -54,9 +56,9 @@ def inputs_of(model: Model, t: float, q: Vector, u: Vector, named: Named | None)
     """
     state = State(model, t, q, u)
 
-    def of_load(load: object, name: str) -> list[Input]:
-        columns = scene_load_columns(state, load)  # type: ignore[arg-type]
-        units = _load_unit(model, load)
+    def of_load(load: SceneLoad, name: str) -> list[Input]:
+        columns = scene_load_columns(state, load)
+        units = load.unit(model.bodies[carrier(model, load)[0]].joint.units)
         names = [name] if columns.shape[1] == 1 else [f"{name} {axis}" for axis in AXES]
         return [Input(label, units, column) for label, column in zip(names, columns.T, strict=True)]
 
@@ -120,12 +122,3 @@ def _gravity(model: Model, t: float, q: Vector, u: Vector, name: str, axis: str)
             _, pulled = assemble(State(replace(model, gravity=np.eye(3)[i].copy()), t, q, u))
             found.append(Input(name if axis else f"{name} {letter}", KINDS["gravity"], (pulled - still)[:n]))
     return found
-
-
-def _load_unit(model: Model, load: object) -> str:
-    if isinstance(load, JointLoad):
-        number, _ = carrier(model, load)
-        return "N m" if model.bodies[number].joint.units[load.coordinate] == "rad" else "N"
-    if isinstance(load, FieldLoad):
-        return "Pa or N/m"
-    return "N m" if getattr(load, "is_torque", False) else "N"

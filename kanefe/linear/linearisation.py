@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe._public import served
 from kanefe.arguments import checked
 from kanefe.equations.model import Model
 from kanefe.errors import AccuracyWarning, ModelError, outside
@@ -140,10 +141,9 @@ class Linearisation(StateSpace):
         --------
         ``kf.linearise(scene, inputs="motor hub", outputs="position tip").to_fmu("arm.fmu", fmi="3.0")``
         """
-        from kanefe.fmu.export import write_linear
-
         self._warn_of_change("units for exchange")
-        return write_linear(self, path, fmi)
+        written: Path = served("write_linear")(self, path, fmi)
+        return written
 
     @checked
     def moved(self, x: Sequence[float] | np.ndarray) -> Vector:

@@ -12,10 +12,8 @@ from kanefe.frames import Matrix, Vector
 from kanefe.kane.interactions import generalised_force
 from kanefe.kane.kinematics import elastic_partial_rates, elastic_state
 from kanefe.kane.state import State
-from kanefe.loads.base import ValuedLoad
 from kanefe.loads.functions import Constant
-from kanefe.loads.joint_load import JointLoad
-from kanefe.loads.point_load import PointLoad
+from kanefe.loads.valued_load import ValuedLoad
 from kanefe.tree.load_names import scene_loads
 from kanefe.tree.model_data import ModelData
 
@@ -55,18 +53,21 @@ def scene_load_columns(state: State, load: SceneLoad) -> Matrix:
     model, n = state.model, state.model.free_count
     number, interface = carrier(model, load)
     body, G = model.bodies[number], state.motions[number]
-    if isinstance(load, JointLoad):
-        column = np.zeros((n, 1))
-        column[body.speeds[load.coordinate]] = 1.0
-        return column
-    if isinstance(load, PointLoad):
-        frame = state.motion(number, interface)
-        wrenches = [replace(load, **_unit(axis)).wrench(0.0, frame) for axis in np.eye(SPACE)]
-        return np.column_stack([(frame.V.T @ f + frame.W.T @ m)[:n] for f, m in wrenches])
+    for motor in body.joint_loads:
+        if motor is load:
+            column = np.zeros((n, 1))
+            column[body.speeds[motor.coordinate]] = 1.0
+            return column
+    for force, _ in body.loads:
+        if force is load:
+            frame = state.motion(number, interface)
+            wrenches = [replace(force, **_unit(axis)).wrench(0.0, frame) for axis in np.eye(SPACE)]
+            return np.column_stack([(frame.V.T @ f + frame.W.T @ m)[:n] for f, m in wrenches])
+    field = next(one for one in body.field_loads if one is load)
     eta, _ = elastic_state(body.flexible, state.q, state.full, False)  # type: ignore[arg-type]  # on flexible bodies
     rates = elastic_partial_rates(body.flexible, G.V.shape[1])  # type: ignore[arg-type]
-    units = [1.0] if load.is_pressure else list(np.eye(SPACE))
-    parts = [replace(load, **_unit(unit)).forces(0.0, G.A_NF, eta) for unit in units]
+    units = [1.0] if field.is_pressure else list(np.eye(SPACE))
+    parts = [replace(field, **_unit(unit)).forces(0.0, G.A_NF, eta) for unit in units]
     return np.column_stack([(G.V.T @ f + G.W.T @ m + rates.T @ e)[:n] for f, m, e in parts])
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,10 @@ import numpy as np
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers, shaped_numbers
-from kanefe.loads.base import Action, End, Load, LoadKernel
+from kanefe.kernels.force_elements.aerodynamics import AerodynamicsNumbers, aerodynamics, areas_at, blown
+from kanefe.kernels.force_elements.blocks import flat
+from kanefe.loads.base import End, Load, LoadKernel
+from kanefe.loads.by_kernel import numbers_of
 from kanefe.loads.wind import Wind
 
 AIR = 1.225
@@ -136,44 +140,26 @@ class Aerodynamics(Load):
         order = np.argsort(wrapped)
         return wrapped[order], areas[order]
 
-    def blown(self, t: float, end: End) -> tuple[Vector, float]:
-        """Return the wind relative to the frame in its axes (m/s), and the angle from which it blows (rad)."""
-        r = end.A.T @ (self.wind.at(t) - end.v)
-        return r, math.atan2(-r[1], -r[0])
-
     def coefficients(self, angle: float) -> Vector:
         """Return C at an angle (rad), shape (6,), m2 and m3."""
-        within = angle + (2.0 * math.pi if angle < self.pieces[0, 0] else 0.0)
-        piece = self.pieces[int(np.searchsorted(self.pieces[:, 0], within, side="right")) - 1]
-        h = within - piece[0]
-        return np.asarray(piece[1:].reshape(6, 4) @ (1.0, h, h**2, h**3))
+        return np.array(areas_at(self.kernel.numbers, angle, angle))
 
-    def own(self, t: float, end: End) -> Vector:
-        """Return force and moment along the frame's axes, shape (6,), N and N m."""
-        r, angle = self.blown(t, end)
-        found = 0.5 * self.density * (r[0] ** 2 + r[1] ** 2) * self.coefficients(angle)
-        found[2] += 0.5 * self.density * self.flat_area * abs(r[2]) * r[2]
-        return found
-
-    def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
-        """Return the forces of the wind (Eq. 11)."""
-        (end,) = ends
-        wrench = (end.A @ self.own(t, end).reshape(2, 3).T).T.ravel()
-        return Action(wrench[None], given=float(wrench[:3] @ end.v + wrench[3:] @ end.w))
+    def tangent(self, t: float, ends: Sequence[End], states: Vector) -> None:
+        """Return none: it is soft."""
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return speed and angle of the wind relative to the frame, and force and moment along its axes."""
-        r, angle = self.blown(t, ends[0])
-        return np.array((float(np.linalg.norm(r)), angle, *self.own(t, ends[0])))
+        (end,) = ends
+        r = blown(t, self.kernel.numbers, numbers_of(ends))
+        own = self.action(t, ends, states).wrenches.reshape(2, 3) @ end.A
+        return np.array((float(np.linalg.norm(r)), math.atan2(-r[1], -r[0]), *own.ravel()))
 
-    @property
+    @cached_property
     def kernel(self) -> LoadKernel:
-        """Numbers: see `kanefe.kernels.force_elements.aerodynamics`."""
-        from kanefe.kernels.force_elements.aerodynamics import aerodynamics
-
-        gusts, harmonics, wind = self.wind.numbers
-        head = (self.density, self.flat_area, gusts, harmonics, float(len(self.pieces)))
-        return LoadKernel(aerodynamics, np.concatenate((head, wind, self.pieces.ravel())), aerodynamics)
+        """Its kernel."""
+        rest = np.concatenate((self.wind.numbers, self.pieces.ravel()))
+        given = AerodynamicsNumbers(self.density, self.flat_area, len(self.pieces), rest)
+        return LoadKernel(aerodynamics, flat(given), aerodynamics)
 
 
 def _pieces(angles: np.ndarray, areas: np.ndarray) -> np.ndarray:

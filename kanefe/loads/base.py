@@ -1,83 +1,24 @@
-"""What a load is: a value that a function gives, or a force between frames, which a user may write as well."""
+"""What a load between frames is, which a user may write as well: what it does, and what is asked of it."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+import math
+from abc import ABC
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from math import isfinite
-from time import perf_counter
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 
 from kanefe.bodies.marker import Marker
-from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
-from kanefe.loads.functions import SPENT, Constant, SceneView
 
 if TYPE_CHECKING:
     from kanefe.loads.anchors import Anchor
     from kanefe.loads.reach import LoadReach
-
-WORDS = {(): "one finite number", (3,): "three finite numbers"}
-REAL = "fiub"
-"""Kinds of numpy's numbers that are real."""
+    from kanefe.loads.reaction_load import ReactionLoad
 
 NO_STATES = np.zeros(0)
-
-
-class CircularLoad(ModelError):
-    """What a load asks for depends on what it gives."""
-
-
-class ValuedLoad:
-    """A load whose value is a constant, or what a function of the user gives.
-
-    Attributes
-    ----------
-    label : str
-        For messages and results.
-    function : callable
-        t, or (t, state), -> the value.
-    takes_state : bool
-        Whether the function takes the state besides the time.
-    """
-
-    label: str
-    function: Callable[..., Any]
-    takes_state: bool
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Shape of the value: () or (3,)."""
-        return (3,)
-
-    @property
-    def is_constant(self) -> bool:
-        """Whether the value is the same at all times."""
-        return isinstance(self.function, Constant)
-
-    def value(self, t: float, state: SceneView | None = None) -> Vector:
-        """Return the value at time t (s); a ModelError names the load if it has another shape or is not finite."""
-        began = perf_counter()
-        try:
-            given = self.function(t, state) if self.takes_state else self.function(t)
-        except CircularLoad as error:
-            raise ModelError(f"{self.label} asks for {error}") from None
-        SPENT.seconds += perf_counter() - began
-        if type(given) is float and isfinite(given) and self.shape == ():  # most often, and in a tenth of the time
-            return np.array(given)
-        value = np.asarray(given)
-        if value.shape != self.shape or value.dtype.kind not in REAL or not np.all(np.isfinite(value)):
-            raise ModelError(
-                f"{self.label} must give {WORDS[self.shape]}; at t = {t:.6g} s it gave {given!r}{self.advice(value)}"
-            )
-        return np.asarray(value, dtype=float)
-
-    def advice(self, value: np.ndarray) -> str:
-        """Return a remedy for a value that was refused; empty: there is none beyond the message."""
-        return ""
 
 
 class End(NamedTuple):
@@ -166,6 +107,22 @@ class LoadKernel(NamedTuple):
     watch: Callable[..., None] | int | None = None
 
 
+class HeldCoordinates(NamedTuple):
+    """What a load along joint coordinates is at most, while it holds them.
+
+    Attributes
+    ----------
+    stiffness, damping : tuple of float
+        Along each, N/m or N m/rad; N s/m or N m s/rad.
+    rate : float
+        The fastest that its internal states follow, 1/s.
+    """
+
+    stiffness: tuple[float, ...]
+    damping: tuple[float, ...]
+    rate: float
+
+
 class LoadEvent(NamedTuple):
     """A moment at which a function of a load passes zero.
 
@@ -193,9 +150,9 @@ class LoadEvent(NamedTuple):
 class Load(ABC):
     """A force between frames: springs, bushings, ropes, and what a user writes; added by ``System.add``.
 
-    A subclass has to have a name and ends, and to say in `action` what it does; all else has a default. None of it
-    knows the tree. The literal route calls `action`; the compiled one a kernel, where the load brings one, and else
-    `action` too, from Python.
+    A subclass has to have a name and ends, and to say what it does: in `action`, or by a `kernel`, from which `action`
+    comes by itself. All else has a default. None of it knows the tree. The literal route calls `action`; the compiled
+    one a kernel, where the load brings one, and else `action` too, from Python.
 
     Attributes
     ----------
@@ -218,6 +175,18 @@ class Load(ABC):
     runs_over_ends : bool
         Whether it is a line from end to end in their order, as a rope is: views draw it. A load of two ends they draw
         as a line anyway.
+    pull_column : str
+        Which of `columns` is a pull that may vanish, and be too much for it, as that of a rope; empty: none. Screened
+        runs look out for both.
+    strongest_pull : float
+        Pull at which it gives way, N.
+    highest_forcing : float
+        Highest frequency at which it acts by itself, rad/s, as a rotor does.
+    slip_damping : float
+        Pull beyond what friction holds over the speed of its slip, N s/m, of a load whose first state is the path that
+        it slips; 0: it has none.
+    turns_by_half_at_most : bool
+        Whether it jumps where its second end turns beyond half a turn, seen from the first.
 
     Examples
     --------
@@ -249,10 +218,28 @@ class Load(ABC):
     acts_at_once: ClassVar[bool] = False
     may_part: ClassVar[bool] = False
     runs_over_ends: ClassVar[bool] = False
+    pull_column: ClassVar[str] = ""
+    strongest_pull: float = math.inf
+    highest_forcing: float = 0.0
+    slip_damping: float = 0.0
+    turns_by_half_at_most: bool = False
 
-    @abstractmethod
     def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
-        """Return what the load does at time t (s), with its ends there and its internal states (states,)."""
+        """Return what the load does at time t (s), with its ends there and its internal states (states,).
+
+        That is what its kernel writes; a load without a kernel has to say it itself.
+        """
+        kernel = self.kernel
+        if kernel is None:
+            raise NotImplementedError(f"{self.kind} {self.name!r} has no kernel and no action of its own")
+        from kanefe.loads.by_kernel import numbers_of, written_by
+
+        inputs = self.inputs(t, ends, states) if self.input_count else NO_STATES
+        last = 3 + 6 * len(ends)
+        motion, count = numbers_of(ends), last + len(states)
+        out = np.array(written_by(kernel.real, t, kernel.numbers, inputs, motion, states, count))
+        potential, taken, given = out[:3].tolist()
+        return Action(out[3:last].reshape(-1, 6), potential, taken, given, out[last:])
 
     @property
     def subject(self) -> str:
@@ -277,6 +264,29 @@ class Load(ABC):
     def state_scales(self, acceleration: float) -> Vector:
         """Return what counts as a large value of each internal state, in a scene of an acceleration (m/s2)."""
         return np.ones(len(self.initial_states))
+
+    @property
+    def reaction_load(self) -> ReactionLoad | None:
+        """The load, if some of its states follow the reaction of a joint; None: none does."""
+        return None
+
+    @property
+    def held_coordinates(self) -> HeldCoordinates | None:
+        """What it is at most, if it acts along joint coordinates that it holds and lets slip; None: it does not."""
+        return None
+
+    def slipping(self, ends: Sequence[End], states: Vector) -> tuple[float, str] | None:
+        """Return what it holds of one joint coordinate that slips, and its unit; None: it holds, or none such."""
+        return None
+
+    def stuck(self, factor: float) -> Self:
+        """Return the load with friction between surfaces that holds so many times as much."""
+        return self
+
+    @property
+    def not_screened(self) -> str:
+        """What of it screened runs do not offer; empty: they take it."""
+        return "loads whose internal states move by themselves" if self.has_rates else ""
 
     @property
     def events(self) -> tuple[LoadEvent, ...]:
@@ -328,8 +338,14 @@ class Load(ABC):
         return self
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
-        """Return its stiffness and damping; None: not known, which iterations take longer for."""
-        return None
+        """Return its stiffness and damping; None: not known, which iterations take longer for.
+
+        Of a load with a kernel for complex numbers they are the exact derivatives of it, as far as these resist.
+        """
+        from kanefe.loads.by_kernel import resistances
+
+        found = resistances(self, t, ends, states)
+        return None if found is None else Tangent(*found)
 
     def anchors(self, ends: Sequence[End], states: Vector) -> list[Anchor]:
         """Return the anchors of its friction that act, for the start of a run."""

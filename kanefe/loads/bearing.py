@@ -5,36 +5,27 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from kanefe.errors import ModelError, SimulationError
-from kanefe.frames import Matrix, Vector, cross, numbers
-from kanefe.kernels.force_elements.bearing import EDGE, bearing, watch_bearing
-from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
-from kanefe.loads.bushing import check_damps, on_both, principal_tangent, relative_rows
+from kanefe.frames import Matrix, Vector, numbers
+from kanefe.kernels.force_elements.bearing import (
+    BearingNumbers,
+    BearingRow,
+    bearing,
+    held_in,
+    speed_of,
+    watch_bearing,
+)
+from kanefe.kernels.force_elements.blocks import flat
+from kanefe.loads.base import End, Load, LoadEvent, LoadKernel, Tangent
+from kanefe.loads.bushing import check_damps, principal_tangent, relative_rows
+from kanefe.loads.by_kernel import EventByKernel, numbers_of
 
 AXES = ("x", "y", "z")
-
-
-class Held(NamedTuple):
-    """How a shaft is displaced in its bearing, in the axes of the bearing.
-
-    Attributes
-    ----------
-    x : ndarray, shape (6,)
-        Displacement (m) and tilt of its axis (rad): the turn that leads to it from that of the bearing, ``e x e'``.
-    rates : ndarray, shape (6,)
-        Velocity (m/s) and rate of the tilt (1/s); about the axis the speed of the shaft itself, rad/s.
-    axis : ndarray, shape (3,)
-        Of the shaft, a unit vector e'.
-    """
-
-    x: Vector
-    rates: Vector
-    axis: Vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,52 +161,9 @@ class Bearing(Load):
         K, C = self._curves(np.clip(speed, self.speeds[0], self.speeds[-1]))
         return K, C
 
-    def _held(self, ends: Sequence[End]) -> Held:
-        """Return how the shaft is displaced and how that changes."""
-        a, b = ends[:2]
-        e = np.eye(3)[AXES.index(self.axis)]
-        line, axis = b.p - a.p, a.A.T @ b.A @ e
-        turn = a.A.T @ (b.w - a.w)
-        velocity = a.A.T @ (b.v - a.v - cross(a.w, line))
-        tilting = cross(e, cross(turn, axis))
-        return Held(
-            np.concatenate((a.A.T @ line, cross(e, axis))),
-            np.concatenate((velocity, tilting + (e @ turn) * e)),
-            axis,
-        )
-
     def _speed(self, ends: Sequence[End]) -> float:
         """Return the speed of rotation against the bearing that coefficients follow, about its axis, rad/s."""
-        a, spinning = ends[0], ends[-1]
-        return float(a.A[:, AXES.index(self.axis)] @ (spinning.w - a.w))
-
-    def _wrench(self, held: Held, speed: float) -> Vector:
-        """Return force and moment on the shaft about its origin, in the axes of the bearing, (6,)."""
-        i = AXES.index(self.axis)
-        K, C = self.coefficients(speed)
-        drag = C[3 + i, 3 + i]
-        forces = -K @ held.x - C @ held.rates
-        forces[3 + i] = 0.0
-        moment = cross(held.axis, cross(forces[3:], np.eye(3)[i]))
-        return np.append(forces[:3], moment - drag * held.rates[3 + i] * held.axis)
-
-    def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
-        """Return what it exerts on bearing and shaft (Eq. 11)."""
-        held, speed = self._held(ends), self._speed(ends)
-        K, C = self.coefficients(speed)
-        i = 3 + AXES.index(self.axis)
-        moving = held.rates.copy()
-        moving[i] = 0.0
-        even = 0.5 * (K + K.T) if self.speeds is None else np.zeros((6, 6))
-        wrenches = np.zeros((len(ends), 6))
-        wrenches[:2] = on_both(ends[:2], self._wrench(held, speed))
-        turning = float(held.axis @ (ends[0].A.T @ (ends[1].w - ends[0].w)))
-        return Action(
-            wrenches,
-            potential=float(0.5 * held.x @ even @ held.x),
-            taken=float(moving @ C @ moving + C[i, i] * held.rates[i] * turning),
-            given=float(-((K - even) @ held.x) @ moving),
-        )
+        return float(speed_of(self.kernel.numbers, numbers_of(ends)))
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent:
         """Return stiffness and damping along their principal directions, without the skew parts."""
@@ -225,12 +173,8 @@ class Bearing(Load):
     @property
     def events(self) -> tuple[LoadEvent, ...]:
         """The end of its table, which ends the run."""
-        return () if self.speeds is None else (LoadEvent("leaves its table", self._reserve, -1, self._left),)
-
-    def _reserve(self, t: float, ends: Sequence[End], states: Vector) -> float:
-        low, high = self.speeds[0], self.speeds[-1]
-        speed = self._speed(ends)
-        return float(min(speed - low, high - speed) + EDGE * (high - low))
+        reserve = EventByKernel(self, watch_bearing, 0)
+        return () if self.speeds is None else (LoadEvent("leaves its table", reserve, -1, self._left),)
 
     def _left(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         raise SimulationError(self._words(t, self._speed(ends)))
@@ -243,24 +187,29 @@ class Bearing(Load):
 
     def started(self, t: float, ends: Sequence[End]) -> Bearing:
         """Return itself, if its table covers the speed at the start."""
-        if self.speeds is not None and self._reserve(t, ends, np.zeros(0)) < 0.0:
+        if any(event.function(t, ends, np.zeros(0)) < 0.0 for event in self.events):
             raise ModelError(self._words(t, self._speed(ends)))
         return self
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return displacement and tilt, force and moment on the shaft, in the axes of the bearing, and the speed."""
-        held, speed = self._held(ends), self._speed(ends)
-        return np.concatenate((held.x, self._wrench(held, speed), (speed,)))
+        d, axis = held_in(self.kernel.numbers, numbers_of(ends))
+        tilt = np.cross(np.eye(3)[AXES.index(self.axis)], axis)
+        on_shaft = self.action(t, ends, states).wrenches[1]
+        return np.array((*d, *tilt, *(on_shaft[:3] @ ends[0].A), *(on_shaft[3:] @ ends[0].A), self._speed(ends)))
 
-    @property
+    @cached_property
     def kernel(self) -> LoadKernel:
-        """Numbers: axis, ends, speeds, then of each its number, K and C row by row, and their slopes over the speed."""
+        """Its kernel: one row of coefficients, or a row for each speed."""
+        head = AXES.index(self.axis), len(self.ends)
         if self.speeds is None:
-            table = np.concatenate(((0.0,), self.stiffness.ravel(), self.damping.ravel(), np.zeros(72)))
-        else:
-            values, slopes = self._curves(self.speeds), self._curves.derivative()(self.speeds)
-            count = len(self.speeds)
-            table = np.column_stack((self.speeds, values.reshape(count, 72), slopes.reshape(count, 72))).ravel()
-        head = (AXES.index(self.axis), len(self.ends), 0 if self.speeds is None else len(self.speeds))
-        constants = np.concatenate((head, table)).astype(float)
-        return LoadKernel(bearing, constants, bearing, None if self.speeds is None else watch_bearing)
+            none = np.zeros((6, 6))
+            row = flat(BearingRow(0.0, self.stiffness, self.damping, none, none))
+            return LoadKernel(bearing, flat(BearingNumbers(*head, 0, row)), bearing)
+        values, slopes = self._curves(self.speeds), self._curves.derivative()(self.speeds)
+        rows = [
+            flat(BearingRow(*row))
+            for row in zip(self.speeds, *np.swapaxes(values, 0, 1), *np.swapaxes(slopes, 0, 1), strict=True)
+        ]
+        given = flat(BearingNumbers(*head, len(rows), np.concatenate(rows)))
+        return LoadKernel(bearing, given, bearing, watch_bearing)

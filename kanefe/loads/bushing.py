@@ -4,28 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from kanefe.bodies.marker import Marker
-from kanefe.bodies.slopes import slope_measure
 from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector, cross, euler_parameters_from_matrix, rotation_vector, skew
-from kanefe.loads.base import Action, End, Load, LoadKernel, Tangent
-
-ROTATION_VECTOR = slope_measure("rotation-vector")
+from kanefe.frames import Matrix, Vector, cross, skew
+from kanefe.kernels.force_elements.blocks import flat
+from kanefe.kernels.force_elements.bushing import BushingNumbers, bushing, seen_from_a
+from kanefe.loads.base import End, Load, LoadKernel, Tangent
+from kanefe.loads.by_kernel import numbers_of
 
 ROUND_OFF = 1e-12
 """Eigenvalue of a damping matrix, of its largest entry, that is none."""
-
-
-class Offset(NamedTuple):
-    """Where b is seen from a, in a's axes: d (3,) and the rotation vector (3,), m and rad, and their rates (6,)."""
-
-    d: Vector
-    theta: Vector
-    rates: Vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,49 +61,18 @@ class Bushing(Load):
     @property
     def exchanges_energy(self) -> bool:
         """Whether it takes energy from the scene or gives it."""
-        return bool(self.damping.any() or self._circulates or self.function is not None)
+        circulates = bool((self.stiffness != self.stiffness.T).any())
+        return bool(self.damping.any() or circulates or self.function is not None)
 
     @property
-    def _circulates(self) -> bool:
-        return bool((self.stiffness != self.stiffness.T).any())
+    def turns_by_half_at_most(self) -> bool:  # type: ignore[override]
+        """Whether it resists rotation by its springs: its rotation vector jumps there."""
+        return bool(self.stiffness[3:].any() or self.stiffness[:, 3:].any())
 
-    def offset(self, ends: Sequence[End]) -> Offset:
-        """Return where b is seen from a, and how it moves: rate of d in a (m/s), and w_ab (rad/s)."""
-        a, b = ends
-        line = b.p - a.p
-        rates = np.concatenate((a.A.T @ (b.v - a.v - cross(a.w, line)), a.A.T @ (b.w - a.w)))
-        return Offset(a.A.T @ line, relative_rotation(a.A.T @ b.A), rates)
-
-    def wrench(self, t: float, offset: Offset) -> tuple[Vector, Vector]:
-        """Return force and moment on b about its origin, in the axes of a, and what of it gives work, (6,) each."""
-        x = np.concatenate((offset.d, offset.theta))
-        skew_part = 0.5 * (self.stiffness - self.stiffness.T)
-        given = self.given(t, offset)
-        wrench = given - _on_axes(offset.theta, self.stiffness @ x) - self.damping @ offset.rates
-        return wrench, given - _on_axes(offset.theta, skew_part @ x)
-
-    def given(self, t: float, offset: Offset) -> Vector:
-        """Return the part of the wrench that the user's law gives, shape (6,)."""
-        if self.function is None:
-            return np.zeros(6)
-        value = np.asarray(self.function(np.concatenate((offset.d, offset.theta)), offset.rates), dtype=float)
-        if value.shape != (6,) or not np.all(np.isfinite(value)):
-            raise ModelError(
-                f"the law of bushing {self.name!r} must give six finite numbers; at t = {t:.6g} s it gave {value!r}"
-            )
-        return value
-
-    def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
-        """Return what it exerts on a and b (Eq. 11); the work of a law counts as given."""
-        offset = self.offset(ends)
-        wrench, given = self.wrench(t, offset)
-        displacement = np.concatenate((offset.d, offset.theta))
-        return Action(
-            on_both(ends, wrench),
-            potential=float(0.5 * displacement @ self.stiffness @ displacement),
-            taken=float(offset.rates @ self.damping @ offset.rates),
-            given=float(given @ offset.rates),
-        )
+    def offset(self, ends: Sequence[End]) -> tuple[Vector, Vector]:
+        """Return where b is seen from a, in the axes of a, (6,), m and rad; and how it moves, (dd, w_ab), (6,)."""
+        d, theta, rate, spin = seen_from_a(numbers_of(ends))
+        return np.array((*d, *theta)), np.array((*rate, *spin))
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent:
         """Return stiffness and damping along their principal directions.
@@ -121,16 +83,13 @@ class Bushing(Load):
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return offset (m, rad), and force and moment on b (N, N m), in the axes of a."""
-        offset = self.offset(ends)
-        return np.concatenate((offset.d, offset.theta, self.wrench(t, offset)[0]))
+        on_b = self.action(t, ends, states).wrenches[1]
+        return np.concatenate((self.offset(ends)[0], on_b[:3] @ ends[0].A, on_b[3:] @ ends[0].A))
 
-    @property
+    @cached_property
     def kernel(self) -> LoadKernel:
-        """Numbers: stiffness and damping row by row, inputs (0 or 6)."""
-        from kanefe.kernels.force_elements.bushing import bushing
-
-        constants = (self.stiffness.ravel(), self.damping.ravel(), (float(self.input_count),))
-        return LoadKernel(bushing, np.concatenate(constants), bushing)
+        """Its kernel."""
+        return LoadKernel(bushing, flat(BushingNumbers(self.stiffness, self.damping, self.input_count)), bushing)
 
     @property
     def input_count(self) -> int:
@@ -139,21 +98,18 @@ class Bushing(Load):
 
     def inputs(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return what the user's law gives, in the axes of a."""
-        return self.given(t, self.offset(ends))
+        if self.function is None:
+            return np.zeros(0)
+        value = np.asarray(self.function(*self.offset(ends)), dtype=float)
+        if value.shape != (6,) or not np.all(np.isfinite(value)):
+            raise ModelError(
+                f"the law of bushing {self.name!r} must give six finite numbers; at t = {t:.6g} s it gave {value!r}"
+            )
+        return value
 
     def input_wrenches(self, t: float, ends: Sequence[End]) -> np.ndarray:
         """Return what one newton and one newton metre along and about each axis of a do."""
         return np.array([on_both(ends, unit) for unit in np.eye(6)])
-
-
-def relative_rotation(A_ab: Matrix) -> Vector:
-    """Return the rotation vector of b seen from a, shape (3,), rad; it jumps at half a turn."""
-    return rotation_vector(euler_parameters_from_matrix(A_ab))
-
-
-def _on_axes(theta: Vector, forces: Vector) -> Vector:
-    """Return force and moment of forces over d and the rotation vector, (6,)."""
-    return np.append(forces[:3], np.linalg.solve(ROTATION_VECTOR.tangent(theta).T, forces[3:]))
 
 
 def relative_rows(a: End, b: End) -> Matrix:

@@ -2,30 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Self
 
 import numpy as np
 
 from kanefe.bodies.marker import CoordinateMarker
 from kanefe.frames import Matrix, Vector
 from kanefe.joints.joint_friction import RubbingSurfaces
-from kanefe.kernels.constraints.tolerances import HELD_BEYOND
+from kanefe.kernels.contact.laws.falling import still_to_fall
+from kanefe.kernels.force_elements.blocks import flat
+from kanefe.kernels.force_elements.coordinate_friction import (
+    MOST_DIRECTIONS,
+    FrictionNumbers,
+    coordinate_friction,
+    coordinate_friction_watch,
+    is_held,
+    load_on,
+    put_load_rates,
+    slipping,
+    stretch,
+)
+from kanefe.kernels.force_elements.falling_friction import falling_friction, falling_friction_watch
 from kanefe.loads.anchors import Anchor
-from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
-from kanefe.loads.falling_friction import share_of_static, slip_speed
+from kanefe.loads.base import End, HeldCoordinates, Load, LoadEvent, LoadKernel, Tangent
+from kanefe.loads.by_kernel import EventByKernel, numbers_of
 
 FORCE = 0
 LARGE_STRETCH = 10.0
 """Times the stretch under the cap: what a run measures errors of stretches against."""
 SLIPS, STICKS = 0.0, 1.0
 
-MOST_DIRECTIONS = 3
-
 
 @dataclass(frozen=True, eq=False)
 class CoordinateFriction(Load):
-    """Friction along coordinates of a joint, as `kanefe.contact.laws.friction_laws.Coulomb` has it.
+    """Friction along coordinates of a joint, as `kanefe.Coulomb` has it.
 
     The surface slips by ``v_i = arm_i rate_i``. With w the stretch of a spring to the anchor and ``p = k w + c v``,
     what acts against the motion is p, but its size is not more than the cap; ``dw/dt = (drag - k w) / c``, which is
@@ -135,12 +148,13 @@ class CoordinateFriction(Load):
 
     def anchors(self, ends: Sequence[End], states: Vector) -> list[Anchor]:
         """Return its anchor, of all coordinates together."""
-        slip, coefficient = self._slipping(ends), self.sliding
+        slip, coefficient = self._anchor(ends, states)[1], self.sliding
         if self.stribeck_speed > 0.0:
-            share = share_of_static(float(np.linalg.norm(slip)), self.stribeck_speed)
+            share = still_to_fall(float(np.linalg.norm(slip)), self.stribeck_speed, 2.0)[1]
             coefficient += share * (self.static - self.sliding)
-        holds, slides = self._cap(states, self.static), self._cap(states, coefficient)
-        return [Anchor(self._rows, slip, np.ones(self.count), holds, slides, self.stiffness, self.damping)]
+        load = float(load_on(self.kernel.numbers, states))
+        one = np.ones(self.count)
+        return [Anchor(self._rows, slip, one, self.static * load, coefficient * load, self.stiffness, self.damping)]
 
     def anchored(self, ends: Sequence[End], states: Vector, drags: Sequence[Vector], slips: Sequence[bool]) -> Vector:
         """Return the states with the stretch of its anchor, and whether it sticks."""
@@ -176,55 +190,73 @@ class CoordinateFriction(Load):
         after[: self.count] = self._drag(ends, states) / self.stiffness
         return after
 
+    @property
+    def reaction_load(self) -> Self | None:
+        """The friction itself, if it follows the load of its joint."""
+        return None if self.bearing is None else self
+
+    @property
+    def surfaces(self) -> RubbingSurfaces:
+        """How the load comes of the joint's reaction; of given caps there is none."""
+        return self.bearing or RubbingSurfaces(self.arms, 0.0, np.zeros(3))
+
+    def with_first_load(self, load: float) -> Self:
+        """Return the same friction with what is felt at the start, N."""
+        return replace(self, first_load=load)
+
+    @property
+    def held_coordinates(self) -> HeldCoordinates:
+        """Its anchor, and how fast that gives way where it slips, and the load is followed."""
+        squares = np.square(self.arms)
+        follows = 0.0 if self.bearing is None else 1.0 / self.load_time
+        along = tuple(self.stiffness * squares), tuple(self.damping * squares)
+        return HeldCoordinates(*along, max(self.stiffness / self.damping, follows))
+
+    def slipping(self, ends: Sequence[End], states: Vector) -> tuple[float, str] | None:
+        """Return what it holds of its only coordinate, where that slips."""
+        if self.count > 1 or self._sticks(ends, states):
+            return None
+        held = float(self.action(0.0, ends, states).wrenches[0, FORCE])
+        return abs(held), "N m" if self.units[0] == "rad" else "N"
+
+    @property
+    def not_screened(self) -> str:
+        """Nothing where it follows no load: states of anchors follow what sticks."""
+        return "" if self.bearing is None else super().not_screened
+
     def load_rates(self, wrench: Vector, ends: Sequence[End], states: Vector) -> Vector:
         """Return the rates of the load that is felt and of its own rate, from the joint's reaction (6,)."""
-        if self.rest is not None:
-            return np.zeros(2)
-        x, y = states[self.load_state :]
-        behind = self.load(wrench, ends, states) - x
-        return np.array((y + 2.0 * behind, behind)) / self.load_time
+        rates = np.zeros(len(states))
+        if self.bearing is not None:
+            axis, force, moment = (tuple(part) for part in (self.bearing.axis, wrench[:3], wrench[3:]))
+            put_load_rates(self.kernel.numbers, axis, force, moment, numbers_of(ends), states, rates)
+        return rates[self.load_state :]
 
     def load(self, wrench: Vector, ends: Sequence[End], states: Vector) -> float:
         """Return the load of a joint with a reaction (6,) in the axes of its body's frame, N."""
         return 0.0 if self.bearing is None else self.bearing.load(wrench, float(self._drag(ends, states)[0]))
 
-    def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
-        """Return the forces along the coordinates (Eq. 11)."""
-        k, w, v = self.stiffness, self._stretch(ends, states), self._slipping(ends)
-        drag = self._drag(ends, states)
-        stretching = (drag - k * w) / self.damping
-        rates = np.zeros(len(states))
-        if self.rest is None:
-            rates[: self.count] = stretching
-        wrenches = np.zeros((self.count, 6))
-        wrenches[:, FORCE] = -drag * self.arms
-        return Action(wrenches, 0.5 * k * float(w @ w), float(drag @ v - k * w @ stretching), 0.0, rates)
-
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return the forces on the body, the stretch, whether it sticks, how fast the anchor slips, and the load."""
-        sticks = self._slip_force(ends, states) <= 0.0
-        w, drag = self._stretch(ends, states), self._drag(ends, states)
-        slip = self._slipping(ends) - (drag - self.stiffness * w) / self.damping
-        if sticks:
-            slip = np.zeros(self.count)  # but for round-off
+        forces, w, slip = self.action(t, ends, states).wrenches[:, FORCE], *self._anchor(ends, states)
+        sticks = self._sticks(ends, states)
+        slip = np.zeros(self.count) if sticks else slip + (forces / self.arms + self.stiffness * w) / self.damping
         scale = self.arms[0] if self.count == 1 else 1.0
-        load = () if self.bearing is None else (self._felt(states),)
-        return np.array((*(-drag * self.arms), *(w / scale), sticks, *(slip / scale), *load))
+        load = () if self.bearing is None else (max(0.0, float(states[self.load_state])),)
+        return np.array((*forces, *(w / scale), sticks, *(slip / scale), *load))
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
         """Return stiffness and damping of an anchor that holds: it stretches as the coordinate moves."""
-        if self._slip_force(ends, states) > 0.0:
+        if not self._sticks(ends, states):
             return None
         return Tangent(self._rows, np.full(self.count, self.stiffness), np.full(self.count, self.damping))
 
-    @property
+    @cached_property
     def kernel(self) -> LoadKernel:
-        """Numbers: see `kanefe.kernels.force_elements.coordinate_friction`."""
-        from kanefe.kernels.force_elements.coordinate_friction import coordinate_friction, coordinate_friction_watch
-
-        bearing = self.bearing or RubbingSurfaces(self.arms, 0.0, np.zeros(3))
+        """Its kernel."""
+        bearing = self.surfaces
         unused = (0.0,) * (MOST_DIRECTIONS - self.count)
-        numbers = (
+        given = FrictionNumbers(
             self.count,
             self.has_memory,
             self.sliding,
@@ -238,24 +270,24 @@ class CoordinateFriction(Load):
             bearing.per_length,
             bearing.thrust,
             bearing.twist,
-            *self.arms,
-            *unused,
+            np.array((*self.arms, *unused)),
             self.rest is not None,
-            *(self.rest or self.count * (0.0,)),
-            *unused,
+            np.array((*(self.rest or self.count * (0.0,)), *unused)),
+            self.stribeck_speed,
         )
-        if self.stribeck_speed > 0.0:
-            from kanefe.kernels.force_elements.falling_friction import falling_friction, falling_friction_watch
+        real = falling_friction if self.stribeck_speed > 0.0 else coordinate_friction
+        return LoadKernel(real, flat(given), real, self._watch)
 
-            falls = np.array((*numbers, self.stribeck_speed))
-            return LoadKernel(falling_friction, falls, falling_friction, falling_friction_watch)
-        return LoadKernel(coordinate_friction, np.array(numbers), coordinate_friction, coordinate_friction_watch)
+    @property
+    def _watch(self) -> Callable[..., None]:
+        return falling_friction_watch if self.stribeck_speed > 0.0 else coordinate_friction_watch
 
     @property
     def events(self) -> tuple[LoadEvent, ...]:
         """When it slips and sticks."""
         slip, stick = (self._slip, self._stick) if self.has_memory else (None, None)
-        return LoadEvent("slip", self._above, 1, slip), LoadEvent("stick", self._below, -1, stick)
+        above, below = (EventByKernel(self, self._watch, i) for i in (0, 1))
+        return LoadEvent("slip", above, 1, slip), LoadEvent("stick", below, -1, stick)
 
     @property
     def _rows(self) -> Matrix:
@@ -264,58 +296,19 @@ class CoordinateFriction(Load):
         rows[range(self.count), range(FORCE, 6 * self.count, 6)] = self.arms
         return rows
 
-    def _is_held(self, states: Vector) -> bool:
-        return not self.has_memory or bool(states[self.count] > 0.5)
-
-    def _felt(self, states: Vector) -> float:
-        """Return the load that is felt, without what is there always."""
-        return 0.0 if self.bearing is None else max(0.0, float(states[self.load_state]))
-
-    def _cap(self, states: Vector, coefficient: float | None = None) -> float:
-        if coefficient is None:
-            coefficient = self.static if self._is_held(states) else self.sliding
-        return coefficient * (self.base + self._felt(states))
-
-    def _slipping(self, ends: Sequence[End]) -> Vector:
-        return np.array([arm * float(end.v[0]) for arm, end in zip(self.arms, ends, strict=True)])
-
-    def _stretch(self, ends: Sequence[End], states: Vector) -> Vector:
-        w = states[: self.count]
-        if self.rest is None:
-            return w
-        gone = [arm * (float(end.p[0]) - at) for arm, end, at in zip(self.arms, ends, self.rest, strict=True)]
-        return np.asarray(w + gone)
-
-    def _pull(self, ends: Sequence[End], states: Vector) -> Vector:
-        return self.stiffness * self._stretch(ends, states) + self.damping * self._slipping(ends)
+    def _anchor(self, ends: Sequence[End], states: Vector) -> tuple[Vector, Vector]:
+        """Return the stretch of its spring, and how fast the surface slips on what it hangs on."""
+        given, at, directions = self.kernel.numbers, numbers_of(ends), range(self.count)
+        stretches = np.array([stretch(given, at, states, i) for i in directions])
+        return stretches, np.array([slipping(given, at, i) for i in directions])
 
     def _drag(self, ends: Sequence[End], states: Vector) -> Vector:
-        pull, slips = self._pull(ends, states), self._slip_force(ends, states)
-        if self.has_memory and self.rest is None and self._is_held(states):
-            # the event of the slip ends the step
-            slips = float(np.linalg.norm(pull)) - HELD_BEYOND * self._cap(states)
-        return pull if slips <= 0.0 else (1.0 - slips / float(np.linalg.norm(pull))) * pull
+        return np.asarray(-self.action(0.0, ends, states).wrenches[:, FORCE] / self.arms)
 
-    def _slip_force(self, ends: Sequence[End], states: Vector) -> float:
-        """Return what friction leaves of the pull, N; at most 0 where it holds."""
-        size = float(np.linalg.norm(self._pull(ends, states)))
-        if self.stribeck_speed == 0.0 or self._is_held(states):
-            return size - self._cap(states)
-        least, most = self._cap(states, self.sliding), self._cap(states, self.static)
-        speed = slip_speed(size, least, most - least, self.damping, self.stribeck_speed)
-        return self.damping * speed if speed > 0.0 else size - most
-
-    def _above(self, t: float, ends: Sequence[End], states: Vector) -> float:
-        """Return a number that rises above zero where it slips."""
-        if not self._is_held(states):
-            return self.static
-        return float(np.linalg.norm(self._pull(ends, states))) - self._cap(states, self.static)
-
-    def _below(self, t: float, ends: Sequence[End], states: Vector) -> float:
-        """Return a number that falls below zero where it sticks."""
-        if self.has_memory and self._is_held(states):
-            return self.static
-        return self._slip_force(ends, states)
+    def _sticks(self, ends: Sequence[End], states: Vector) -> bool:
+        """Return whether friction holds what spring and damper ask for."""
+        look = EventByKernel(self, self._watch, 0 if is_held(self.kernel.numbers, states) else 1)
+        return look(0.0, ends, states) <= 0.0
 
     def _slip(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         return self._marked(states, SLIPS)

@@ -4,13 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Self
 
 import numpy as np
 
 from kanefe.bodies.marker import CoordinateMarker
 from kanefe.frames import Vector
-from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
+from kanefe.kernels.force_elements.blocks import flat
+from kanefe.kernels.force_elements.coordinate_stop import (
+    StopNumbers,
+    beyond,
+    coordinate_stop,
+    coordinate_stop_watch,
+    push_of,
+)
+from kanefe.kernels.force_elements.places import V
+from kanefe.loads.base import End, Load, LoadEvent, LoadKernel, Tangent
+from kanefe.loads.by_kernel import EventByKernel, numbers_of, slopes
 
 FORCE = 0
 
@@ -23,7 +34,8 @@ class CoordinateStop(Load):
     """Limits of a coordinate, with stops that push back by ``k d max(0, 1 + lambda dd/dt)``, d beyond a limit.
 
     Its state is lambda (s/m), set at each touch by the speed v of the impact: ``lambda v = impact`` leaves a given
-    share of it, whatever k and the masses (Hunt & Crossley 1975; `kanefe.contact.laws.normal_laws.impact_number`).
+    share of it, whatever k and the masses (Hunt & Crossley 1975; `impact_number` of
+    `kanefe.kernels.contact.laws.power_laws`).
 
     Attributes
     ----------
@@ -84,61 +96,38 @@ class CoordinateStop(Load):
         """Return the stop with lambda as of an impact at the speed of the start, where it starts beyond a limit."""
         return replace(self, first_damping=self._damping(ends))
 
-    def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
-        """Return the force along the coordinate (Eq. 11)."""
-        d, way, rate = self._beyond(ends), self._way(ends), self._rate(ends)
-        wrench = np.zeros((1, 6))
-        if d <= 0.0:
-            return Action(wrench, rates=np.zeros(1))
-        elastic = self.stiffness * d
-        push = elastic * max(0.0, 1.0 + float(states[0]) * rate)
-        wrench[0, FORCE] = -way * push
-        return Action(wrench, 0.5 * elastic * d, (push - elastic) * rate, rates=np.zeros(1))
-
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return the force on the body, and how far it is beyond a limit, below zero within them."""
-        return np.array((self.action(t, ends, states).wrenches[0, FORCE], self._beyond(ends)))
+        force = self.action(t, ends, states).wrenches[0, FORCE]
+        return np.array((force, beyond(self.kernel.numbers, numbers_of(ends))[0]))
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
         """Return stiffness and damping beyond a limit."""
-        d, rate, damping = self._beyond(ends), self._rate(ends), float(states[0])
-        if d <= 0.0 or 1.0 + damping * rate <= 0.0:
+        at = numbers_of(ends)
+        d, way = beyond(self.kernel.numbers, at)
+        if d <= 0.0:
             return None
+        k, c = slopes(lambda x, v: push_of(self.stiffness * x, v, states[0]), d, way * at[V])
         row = np.zeros((1, 6))
         row[0, FORCE] = 1.0
-        k = self.stiffness
-        return Tangent(row, np.array((k * (1.0 + damping * rate),)), np.array((k * d * damping,)))
+        return Tangent(row, np.array((k,)), np.array((c,))) if k > 0.0 else None
 
-    @property
+    @cached_property
     def kernel(self) -> LoadKernel:
-        """Numbers: see `kanefe.kernels.force_elements.coordinate_stop`."""
-        from kanefe.kernels.force_elements.coordinate_stop import coordinate_stop, coordinate_stop_watch
-
-        numbers = np.array((*np.clip((self.lower, self.upper), -FAR, FAR), self.stiffness))
-        return LoadKernel(coordinate_stop, numbers, coordinate_stop, coordinate_stop_watch)
+        """Its kernel."""
+        given = StopNumbers(max(self.lower, -FAR), min(self.upper, FAR), self.stiffness)
+        return LoadKernel(coordinate_stop, flat(given), coordinate_stop, coordinate_stop_watch)
 
     @property
     def events(self) -> tuple[LoadEvent, ...]:
         """When it touches and lets go."""
-        return LoadEvent("touch", self._depth, 1, self._touch), LoadEvent("lift", self._depth, -1)
-
-    def _depth(self, t: float, ends: Sequence[End], states: Vector) -> float:
-        return self._beyond(ends)
+        depth = EventByKernel(self, coordinate_stop_watch, 0)
+        return LoadEvent("touch", depth, 1, self._touch), LoadEvent("lift", depth, -1)
 
     def _touch(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         return np.array((self._damping(ends),))
 
     def _damping(self, ends: Sequence[End]) -> float:
-        return self.impact / max(self._rate(ends), self.least_speed)
-
-    def _beyond(self, ends: Sequence[End]) -> float:
-        q = float(ends[0].p[0])
-        return max(q - self.upper, self.lower - q)
-
-    def _way(self, ends: Sequence[End]) -> float:
-        q = float(ends[0].p[0])
-        return 1.0 if q - self.upper > self.lower - q else -1.0
-
-    def _rate(self, ends: Sequence[End]) -> float:
-        """Return the speed outward."""
-        return self._way(ends) * float(ends[0].v[0])
+        at = numbers_of(ends)
+        outward = beyond(self.kernel.numbers, at)[1] * at[V]
+        return self.impact / max(float(outward), self.least_speed)

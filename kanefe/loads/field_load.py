@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from kanefe.frames import Matrix, Vector
-from kanefe.loads.base import ValuedLoad
 from kanefe.loads.functions import SceneView
+from kanefe.loads.valued_load import ValuedLoad
 
 if TYPE_CHECKING:
     from kanefe.fe_model.load_pattern import LoadPattern
@@ -39,6 +39,17 @@ class FieldLoad(ValuedLoad):
     is_pressure: bool
     follows: bool
     takes_state: bool = False
+
+    is_spread = True
+
+    @property
+    def turns(self) -> bool:
+        """Whether it is a pressure, or follows its body."""
+        return self.is_pressure or self.follows
+
+    def unit(self, of_joint: Sequence[str]) -> str:
+        """Return N/m on a line, else Pa."""
+        return "N/m" if self.pattern.kind == "line" else "Pa"
 
     @property
     def shape(self) -> tuple[int, ...]:

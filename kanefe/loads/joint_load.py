@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from kanefe.loads.base import ValuedLoad
+from kanefe.loads.valued_load import ValuedLoad
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,3 +34,7 @@ class JointLoad(ValuedLoad):
     def shape(self) -> tuple[int, ...]:
         """One number."""
         return ()
+
+    def unit(self, of_joint: Sequence[str]) -> str:
+        """Return N m along an angle, N along a distance."""
+        return "N m" if of_joint[self.coordinate] == "rad" else "N"

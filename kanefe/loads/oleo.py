@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,8 +13,10 @@ import numpy as np
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, shaped_numbers
-from kanefe.loads.base import Action, End, Load, LoadKernel, Tangent
-from kanefe.loads.rope import Path, path_over
+from kanefe.kernels.force_elements.blocks import flat
+from kanefe.kernels.force_elements.oleo import OleoNumbers, gas_in, oil_through, oleo, room_left
+from kanefe.loads.along_line import AlongLine
+from kanefe.loads.base import End, LoadKernel
 
 ATMOSPHERE = 101325.0
 """Pressure around the strut, Pa."""
@@ -21,7 +24,7 @@ ATMOSPHERE = 101325.0
 
 @checked("name")
 @dataclass(frozen=True, eq=False)
-class Oleo(Load):
+class Oleo(AlongLine):
     """The forces in a telescopic strut with gas and oil, which push its two ends apart along their line.
 
     With the stroke s, by which the ends are closer than at full extension, and its rate v,
@@ -140,38 +143,19 @@ class Oleo(Load):
         """Whether there is oil."""
         return bool(self.orifice or self.rebound)
 
-    def path(self, t: float, ends: Sequence[End]) -> Path:
-        """Return the line between the ends."""
-        return path_over(f"oleo {self.name!r}", t, ends)
+    def forces(self, length: Any, rate: Any) -> tuple[Any, Any, Any]:
+        """Return the stroke (m) at a distance of the ends and its rate, and what gas and oil push with, N.
 
-    def forces(self, path: Path) -> tuple[float, float, float]:
-        """Return stroke (m), and what gas and oil push with, N; NaN where the gas has no room left."""
-        stroke, rate = float(self.extended or 0.0) - path.length, -path.rate
-        room = self._room(stroke)
-        gas = self.area * (self.pressure * room**-self.exponent - self.ambient) if room > 0.0 else math.nan
-        return stroke, gas, self._resistance(rate) * rate * abs(rate)
+        NaN where the gas has no room left.
+        """
+        given = self.kernel.numbers
+        stroke = (self.extended or 0.0) - length
+        return stroke, gas_in(given, stroke)[0], oil_through(given, -rate)
 
-    def _room(self, stroke: float) -> float:
-        return 1.0 - stroke * self.area / self.volume
-
-    def _resistance(self, rate: float) -> float:
-        return self.rebound if rate < 0.0 and self.rebound is not None else self.orifice
-
-    def potential(self, stroke: float) -> float:
-        """Return the energy in the gas, above that at full extension and less the work of the air around, J."""
-        room, n, whole = self._room(stroke), self.exponent, self.pressure * self.volume
-        if room <= 0.0:
-            return math.nan
-        energy = -whole * math.log(room) if n == 1.0 else whole / (n - 1.0) * (room ** (1.0 - n) - 1.0)
-        return energy - self.ambient * self.area * stroke
-
-    def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
-        """Return what pushes the ends apart (Eq. 11)."""
-        path = self.path(t, ends)
-        stroke, gas, oil = self.forces(path)
-        wrenches = np.zeros((2, 6))
-        wrenches[:, :3] = (gas + oil) * path.gradient
-        return Action(wrenches, self.potential(stroke), taken=-oil * path.rate)
+    def pull(self, t: float, length: Any, rate: Any, states: Vector) -> Any:
+        """Return the tension, N: below zero, as it pushes."""
+        _, gas, oil = self.forces(length, rate)
+        return -(gas + oil)
 
     def started(self, t: float, ends: Sequence[End]) -> Oleo:
         """Return the strut with its length at full extension.
@@ -186,37 +170,24 @@ class Oleo(Load):
             raise ModelError(f"the ends of oleo {self.name!r} are at one place: it has no direction. Remedy: move one")
         begun = replace(self, extended=length) if self.extended is None else self
         stroke = float(begun.extended or 0.0) - length
-        if begun._room(stroke) <= 0.0:
+        if room_left(begun.kernel.numbers, stroke) <= 0.0:
             raise ModelError(
                 f"oleo {self.name!r} begins with a stroke of {stroke:.4g} m, and its gas has room for "
                 f"{self.volume / self.area:.4g} m. Remedy: a larger volume, or ends farther apart"
             )
         return begun
 
-    def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent:
-        """Return stiffness of the gas and damping of the oil along the line."""
-        path = self.path(t, ends)
-        stroke = float(self.extended or 0.0) - path.length
-        rows = np.zeros((2, 6))
-        rows[:, :3] = path.gradient
-        stiffness = (
-            self.exponent * self.pressure * self.area**2 / self.volume * self._room(stroke) ** (-self.exponent - 1.0)
-        )
-        damping = 2.0 * self._resistance(-path.rate) * abs(path.rate)
-        return Tangent(rows.reshape(1, -1), np.array((stiffness,)), np.array((damping,)))
-
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return stroke (m), its rate (m/s), and the forces of gas and oil (N), which push the ends apart."""
-        path = self.path(t, ends)
-        stroke, gas, oil = self.forces(path)
-        return np.array((stroke, -path.rate, gas, oil))
+        length, rate, _ = self.path(t, ends)
+        with np.errstate(invalid="ignore"):
+            stroke, gas, oil = self.forces(length, rate)
+        return np.array((stroke, -rate, gas, oil))
 
-    @property
+    @cached_property
     def kernel(self) -> LoadKernel:
-        """Numbers: see `kanefe.kernels.force_elements.oleo`."""
-        from kanefe.kernels.force_elements.oleo import oleo
-
+        """Its kernel."""
         rebound = self.orifice if self.rebound is None else self.rebound
         extended = math.nan if self.extended is None else self.extended
-        gas = (extended, self.area, self.pressure, self.volume, self.exponent, self.ambient)
-        return LoadKernel(oleo, np.array((*gas, self.orifice, rebound)), oleo)
+        gas = extended, self.area, self.pressure, self.volume, self.exponent, self.ambient
+        return LoadKernel(oleo, flat(OleoNumbers(*gas, self.orifice, rebound)), oleo)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,9 @@ import numpy as np
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers, shaped_numbers
-from kanefe.loads.base import Action, End, Load, LoadKernel
+from kanefe.kernels.force_elements.blocks import flat
+from kanefe.kernels.force_elements.periodic_load import PeriodicLoadNumbers, own_at, periodic_load
+from kanefe.loads.base import End, Load, LoadKernel
 
 ALWAYS = np.array((0.0, 1.0)), np.array((1.0, 1.0))
 """A table of one share at all times."""
@@ -112,28 +115,23 @@ class PeriodicLoad(Load):
             object.__setattr__(self, "share", checked_history(self.share, f"share of {label}"))
         object.__setattr__(self, "ends", (self.on,))
 
-    def own(self, t: float) -> Vector:
-        """Return force and moment along the frame's axes at time t (s), shape (6,), N and N m."""
-        psi = (self.azimuth + self.rate * t) * self.rows[:, 0]
-        found = self.mean + np.cos(psi) @ self.rows[:, 1:7] + np.sin(psi) @ self.rows[:, 7:]
-        return np.asarray(found * np.interp(t, *(self.share or ALWAYS)))
+    @property
+    def highest_forcing(self) -> float:  # type: ignore[override]
+        """That of the highest harmonic which does anything."""
+        return float(self.rows[self.rows[:, 1:].any(axis=1), 0].max(initial=0.0)) * abs(self.rate)
 
-    def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
-        """Return force and moment (Eq. 11)."""
-        (end,) = ends
-        wrench = (end.A @ self.own(t).reshape(2, 3).T).T.ravel()
-        return Action(wrench[None], given=float(wrench[:3] @ end.v + wrench[3:] @ end.w))
+    def tangent(self, t: float, ends: Sequence[End], states: Vector) -> None:
+        """Return none: it follows nothing but the axes of its frame."""
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return force and moment along the frame's axes."""
-        return self.own(t)
+        force, moment = own_at(t, self.kernel.numbers)
+        return np.array((*force, *moment))
 
-    @property
+    @cached_property
     def kernel(self) -> LoadKernel:
-        """Numbers: see `kanefe.kernels.force_elements.periodic_load`."""
-        from kanefe.kernels.force_elements.periodic_load import periodic_load
-
+        """Its kernel."""
         times, shares = self.share or ALWAYS
-        head = (self.rate, self.azimuth, float(len(self.rows)), float(len(times)))
-        constants = np.concatenate((head, self.mean, self.rows.ravel(), times, shares))
-        return LoadKernel(periodic_load, constants, periodic_load)
+        rest = np.concatenate((self.rows.ravel(), times, shares))
+        given = PeriodicLoadNumbers(self.rate, self.azimuth, len(self.rows), len(times), self.mean, rest)
+        return LoadKernel(periodic_load, flat(given), periodic_load)

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from kanefe.frames import Vector, cross
-from kanefe.loads.base import ValuedLoad
 from kanefe.loads.functions import Moving, SceneView
+from kanefe.loads.valued_load import ValuedLoad
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +38,15 @@ class PointLoad(ValuedLoad):
     point: np.ndarray
     follows: bool
     takes_state: bool = False
+
+    @property
+    def turns(self) -> bool:
+        """Whether it follows its frame, or is a torque."""
+        return self.follows or self.is_torque
+
+    def unit(self, of_joint: Sequence[str]) -> str:
+        """Return N m of a torque, else N."""
+        return "N m" if self.is_torque else "N"
 
     def advice(self, value: np.ndarray) -> str:
         """Return that one number is for a motor."""

@@ -5,46 +5,24 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
-from typing import Any, NamedTuple
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.errors import ModelError, SimulationError
-from kanefe.frames import Matrix, Vector, numbers
-from kanefe.loads.base import NO_STATES, Action, End, Load, LoadEvent, LoadKernel, Tangent
-
-
-class Path(NamedTuple):
-    """A rope's way: length (m) and rate (m/s), and by each end the derivative of the length by its place, in N."""
-
-    length: float
-    rate: float
-    gradient: Matrix
-
-
-def path_over(label: str, t: float, ends: Sequence[End]) -> Path:
-    """Return the way over points; a SimulationError names the rope if two that follow each other are at one place."""
-    gradient = np.zeros((len(ends), 3))
-    length = 0.0
-    for i, (a, b) in enumerate(pairwise(ends)):
-        line = b.p - a.p
-        part = float(np.linalg.norm(line))
-        if part == 0.0:
-            raise SimulationError(
-                f"points {i} and {i + 1} of {label} are at one place at t = {t:.6g} s, and the rope has "
-                "no direction there. Remedy: leave one of them out"
-            )
-        gradient[i] -= line / part
-        gradient[i + 1] += line / part
-        length += part
-    return Path(length, float(sum(g @ end.v for g, end in zip(gradient, ends, strict=True))), gradient)
+from kanefe.frames import Vector, numbers
+from kanefe.kernels.force_elements.blocks import flat
+from kanefe.kernels.force_elements.rope import RopeNumbers, rope, rope_watch, tensions
+from kanefe.loads.along_line import AlongLine
+from kanefe.loads.base import NO_STATES, End, LoadEvent, LoadKernel
+from kanefe.loads.by_kernel import EventByKernel
 
 
 @checked("name")
 @dataclass(frozen=True, eq=False)
-class Rope(Load):
+class Rope(AlongLine):
     """A rope without mass from the first end over points on which it slides without friction to the last.
 
     One tension T acts along the whole of it: with the way l along its points and the unstretched length l0,
@@ -107,6 +85,7 @@ class Rope(Load):
     columns = ("length [m]", "rate [m/s]", "tension [N]", "slack [1]")
     needs_rotation = False
     runs_over_ends = True
+    pull_column = "tension [N]"
 
     def __post_init__(self) -> None:
         label = f"rope {self.name!r}"
@@ -144,6 +123,11 @@ class Rope(Load):
         return NO_STATES if self.breaking_load is None else np.ones(1)
 
     @property
+    def strongest_pull(self) -> float:  # type: ignore[override]
+        """The breaking load, if there is one."""
+        return math.inf if self.breaking_load is None else self.breaking_load
+
+    @property
     def has_rates(self) -> bool:
         """It breaks at once."""
         return False
@@ -151,11 +135,10 @@ class Rope(Load):
     @property
     def events(self) -> tuple[LoadEvent, ...]:
         """Its end, where it can break; where a run asks for it, that it becomes slack and taut."""
-        found: tuple[LoadEvent, ...] = slack_and_taut(self._stretch) if self.looks_for_slack else ()
+        found: tuple[LoadEvent, ...] = slack_and_taut(self, rope_watch) if self.looks_for_slack else ()
         if self.breaking_load is None:
             return found
-        breaks = _RopeEnd(self, self.breaking_load)
-        return (*found, LoadEvent("breaks", breaks.reserve, -1, breaks.broken))
+        return (*found, LoadEvent("breaks", EventByKernel(self, rope_watch, 2), -1, _broken))
 
     def in_detail(self) -> Rope:
         """Return the rope with what tells when it becomes slack and taut."""
@@ -163,38 +146,9 @@ class Rope(Load):
         object.__setattr__(other, "looks_for_slack", True)
         return other
 
-    def _stretch(self, t: float, ends: Sequence[End], states: Vector) -> float:
-        """Return how much longer its way is than the rope, m; below zero it is slack, as where it is broken."""
-        if len(states) and states[0] <= 0.0:
-            return -self.slack_length
-        return self.path(t, ends).length - self.slack_length
-
-    def path(self, t: float, ends: Sequence[End]) -> Path:
-        """Return its way.
-
-        Raises
-        ------
-        SimulationError
-            If two points that follow each other are at one place.
-        """
-        return path_over(f"rope {self.name!r}", t, ends)
-
-    def tension(self, path: Path, states: Vector) -> tuple[float, float]:
-        """Return the tension, N, and the part of it that its stretch gives."""
-        stretch = path.length - self.slack_length
-        if stretch <= 0.0 or (len(states) and states[0] <= 0.0):
-            return 0.0, 0.0
-        elastic = self.axial_stiffness / self.slack_length * stretch
-        return max(0.0, elastic + self.damping / self.slack_length * path.rate), elastic
-
-    def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
-        """Return its pull on all points; what a falling rope does not give back counts as taken."""
-        path = self.path(t, ends)
-        tension, elastic = self.tension(path, states)
-        wrenches = np.zeros((len(ends), 6))
-        wrenches[:, :3] = -tension * path.gradient
-        potential = 0.5 * elastic**2 * self.slack_length / self.axial_stiffness
-        return Action(wrenches, potential, taken=(tension - elastic) * path.rate, rates=np.zeros(len(states)))
+    def pull(self, t: float, length: Any, rate: Any, states: Vector) -> Any:
+        """Return the tension, N."""
+        return tensions(self.kernel.numbers, length, rate, states)[1]
 
     def started(self, t: float, ends: Sequence[End]) -> Rope:
         """Return the rope with its unstretched length."""
@@ -207,47 +161,27 @@ class Rope(Load):
         strain = (self.preload or 0.0) / self.axial_stiffness
         return replace(self, length=way / (1.0 + strain), preload=None)
 
-    def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent:
-        """Return stiffness and damping along its way, none where it is slack."""
-        path = self.path(t, ends)
-        rows = np.zeros((len(ends), 6))
-        rows[:, :3] = path.gradient
-        held = float(self.tension(path, states)[0] > 0.0) / self.slack_length
-        values = held * np.array((self.axial_stiffness, self.damping))
-        return Tangent(rows.reshape(1, -1), values[:1], values[1:])
-
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return length (m), rate (m/s), tension (N) and whether it is slack (1) or not (0)."""
-        path = self.path(t, ends)
-        tension, elastic = self.tension(path, states)
-        return np.array((path.length, path.rate, tension, float(elastic == 0.0)))
+        length, rate, _ = self.path(t, ends)
+        elastic, tension = tensions(self.kernel.numbers, length, rate, states)
+        return np.array((length, rate, tension, float(elastic == 0.0)))
 
-    @property
+    @cached_property
     def kernel(self) -> LoadKernel:
-        """Numbers: how many ends, stiffness and damping (N/m and N s/m), unstretched length, whether it can break."""
-        from kanefe.kernels.force_elements.rope import rope, rope_watch
-
+        """Its kernel."""
         l0 = self.slack_length
-        constants = (len(self.ends), self.axial_stiffness / l0, self.damping / l0, l0)
-        numbers = np.array((*constants, self.breaking_load or 0.0), dtype=float)
-        return LoadKernel(rope, numbers, rope, rope_watch if self.looks_for_slack else None)
+        law = self.axial_stiffness / l0, self.damping / l0, l0, self.breaking_load or 0.0
+        watch = rope_watch if self.looks_for_slack else None
+        return LoadKernel(rope, flat(RopeNumbers(len(self.ends), *law)), rope, watch)
 
 
-def slack_and_taut(stretch: Callable[[float, Sequence[End], Vector], float]) -> tuple[LoadEvent, LoadEvent]:
+def slack_and_taut(load: AlongLine, watch: Callable[..., None]) -> tuple[LoadEvent, LoadEvent]:
     """Return the events of a stretch that passes zero; a force begins or ends there, and so does a step."""
-    return LoadEvent("slack", stretch, -1, ends_step=True), LoadEvent("taut", stretch, 1, ends_step=True)
+    slack, taut = (EventByKernel(load, watch, i) for i in (0, 1))
+    return LoadEvent("slack", slack, -1, ends_step=True), LoadEvent("taut", taut, 1, ends_step=True)
 
 
-class _RopeEnd(NamedTuple):
-    """The end of a rope; an object, so that it pickles."""
-
-    rope: Rope
-    load: float
-
-    def reserve(self, t: float, ends: Sequence[End], states: Vector) -> float:
-        """Return what the tension is below the breaking load, N."""
-        return self.load - self.rope.tension(self.rope.path(t, ends), states)[0]
-
-    def broken(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        """Return the state of a rope that is gone."""
-        return np.zeros(1)
+def _broken(t: float, ends: Sequence[End], states: Vector) -> Vector:
+    """Return the state of a rope that is gone."""
+    return np.zeros(1)

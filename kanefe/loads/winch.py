@@ -5,21 +5,26 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Vector, numbers, shaped_numbers
-from kanefe.loads.base import NO_STATES, Action, End, Load, LoadEvent, LoadKernel, Tangent
+from kanefe.kernels.force_elements.blocks import flat
+from kanefe.kernels.force_elements.winch import WinchNumbers, tension_of, wanted_at, winch, winch_watch
+from kanefe.loads.along_line import AlongLine
+from kanefe.loads.base import NO_STATES, End, LoadEvent, LoadKernel
+from kanefe.loads.by_kernel import EventByKernel
 from kanefe.loads.periodic_load import checked_history
-from kanefe.loads.rope import Path, path_over, slack_and_taut
+from kanefe.loads.rope import slack_and_taut
 
 
 @checked("name")
 @dataclass(frozen=True, eq=False)
-class Winch(Load):
+class Winch(AlongLine):
     """A cable from a winch at the first end over points to the last, held at a tension by what the winch pays out.
 
     The cable gives way by k. With the way l along its points and z, what has been paid out since the start,
@@ -118,60 +123,22 @@ class Winch(Load):
         """Its end, where it can break; where a run asks for it, that it becomes slack and taut."""
         if self.is_settled:
             return ()
-        found: tuple[LoadEvent, ...] = slack_and_taut(self._stretch) if self.looks_for_slack else ()
+        found: tuple[LoadEvent, ...] = slack_and_taut(self, winch_watch) if self.looks_for_slack else ()
         if self.breaking_load is None:
             return found
-        breaks = _CableEnd(self, self.breaking_load)
-        return (*found, LoadEvent("breaks", breaks.reserve, -1, breaks.broken))
+        return (*found, LoadEvent("breaks", EventByKernel(self, winch_watch, 2), -1, _broken))
 
     def in_detail(self) -> Winch:
         """Return the winch with what tells when its cable becomes slack and taut."""
         return self._with(looks_for_slack=True)
 
-    def _stretch(self, t: float, ends: Sequence[End], states: Vector) -> float:
-        """Return how far the cable is stretched, m; below zero it is slack, as where it is broken."""
-        if self._is_broken(states):
-            return -self.length
-        return self.path(t, ends).length - self.length - float(states[0])
-
-    def _is_broken(self, states: Vector) -> bool:
-        return len(states) > 1 and bool(states[1] <= 0.0)
-
     def wanted(self, t: float) -> float:
         """Return the tension that it is to hold at time t (s), N."""
-        return float(np.interp(t, *self.tension))
+        return float(wanted_at(t, self.kernel.numbers))
 
-    def path(self, t: float, ends: Sequence[End]) -> Path:
-        """Return the way of the cable."""
-        return path_over(f"winch {self.name!r}", t, ends)
-
-    def pull(self, t: float, path: Path, states: Vector) -> float:
+    def pull(self, t: float, length: Any, rate: Any, states: Vector) -> Any:
         """Return the tension, N."""
-        if self.is_settled:
-            return self.wanted(t)
-        stretch = path.length - self.length - float(states[0])
-        return 0.0 if self._is_broken(states) else max(0.0, self.stiffness * stretch)
-
-    def rates(self, t: float, tension: float, states: Vector) -> Vector:
-        """Return how fast cable is paid out at a tension, m/s, as rates of its states."""
-        if self.is_settled:
-            return NO_STATES
-        rate = (tension - self.wanted(t)) / self.damping
-        found = np.zeros(len(states))
-        if not self._is_broken(states):
-            found[0] = min(max(rate, -self.speed), self.speed)
-        return found
-
-    def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
-        """Return its pull on all points (Eq. 11); what the winch draws in or pays out under tension is given."""
-        path = self.path(t, ends)
-        tension = self.pull(t, path, states)
-        wrenches = np.zeros((len(ends), 6))
-        wrenches[:, :3] = -tension * path.gradient
-        if self.is_settled:
-            return Action(wrenches, tension * path.length)
-        rates = self.rates(t, tension, states)
-        return Action(wrenches, 0.5 * tension**2 / self.stiffness, given=-tension * float(rates[0]), rates=rates)
+        return tension_of(t, self.kernel.numbers, length, states)
 
     def started(self, t: float, ends: Sequence[End]) -> Winch:
         """Return the winch with as much cable out as pulls by its tension."""
@@ -201,51 +168,22 @@ class Winch(Load):
         """Return the same winch between other frames."""
         return self._with(ends=ends)
 
-    def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent:
-        """Return the stiffness of the cable, none where it is slack or held at its tension."""
-        path = self.path(t, ends)
-        rows = np.zeros((len(ends), 6))
-        rows[:, :3] = path.gradient
-        held = 0.0 if self.is_settled or self.pull(t, path, states) == 0.0 else self.stiffness
-        return Tangent(rows.reshape(1, -1), np.array((held,)), np.zeros(1))
-
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return way (m), what is paid out (m), rate of the way (m/s), tension (N), and whether it is slack (1)."""
-        path = self.path(t, ends)
+        length, rate, _ = self.path(t, ends)
         out = 0.0 if self.is_settled else float(states[0])
-        tension = self.pull(t, path, states)
-        return np.array((path.length, out, path.rate, tension, float(tension == 0.0)))
+        pull = self.pull(t, length, rate, states)
+        return np.array((length, out, rate, pull, float(pull == 0.0)))
 
-    @property
+    @cached_property
     def kernel(self) -> LoadKernel:
-        """Numbers: see `kanefe.kernels.force_elements.winch`."""
-        from kanefe.kernels.force_elements.winch import winch, winch_watch
-
-        times, tensions = self.tension
-        head = (
-            len(self.ends),
-            self.stiffness,
-            self.length,
-            self.speed,
-            self.damping,
-            self.is_settled,
-            self.breaking_load or 0.0,
-            len(times),
-        )
-        numbers = np.concatenate((np.array(head, dtype=float), times, tensions))
-        return LoadKernel(winch, numbers, winch, winch_watch if self.looks_for_slack else None)
+        """Its kernel."""
+        cable = len(self.ends), self.stiffness, self.length, self.speed, self.damping, self.is_settled
+        table = np.concatenate(self.tension)
+        given = flat(WinchNumbers(*cable, self.breaking_load or 0.0, len(self.tension[0]), table))
+        return LoadKernel(winch, given, winch, winch_watch if self.looks_for_slack else None)
 
 
-class _CableEnd(NamedTuple):
-    """The end of a cable; an object, so that it pickles."""
-
-    winch: Winch
-    load: float
-
-    def reserve(self, t: float, ends: Sequence[End], states: Vector) -> float:
-        """Return what the tension is below the breaking load, N."""
-        return self.load - self.winch.pull(t, self.winch.path(t, ends), states)
-
-    def broken(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        """Return the state of a cable that is gone."""
-        return np.array((states[0], 0.0))
+def _broken(t: float, ends: Sequence[End], states: Vector) -> Vector:
+    """Return the state of a cable that is gone."""
+    return np.array((states[0], 0.0))

@@ -12,6 +12,8 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers, shaped_numbers
+from kanefe.kernels.force_elements.aerodynamics import WindNumbers, wind_at
+from kanefe.kernels.force_elements.blocks import flat
 
 MOST_HARMONICS = 100_000
 """Harmonics of turbulence: their sum is taken at every evaluation."""
@@ -52,10 +54,7 @@ class Gust:
 
     def at(self, t: float) -> Vector:
         """Return its velocity at time t (s), m/s."""
-        since = t - self.start
-        if not 0.0 < since < self.duration:
-            return np.zeros(3)
-        return np.asarray(0.5 * (1.0 - math.cos(2.0 * math.pi * since / self.duration)) * self.velocity)
+        return Wind(np.zeros(3), (self,)).at(t)
 
 
 @dataclass(frozen=True)
@@ -177,16 +176,14 @@ class Wind:
 
     def at(self, t: float) -> Vector:
         """Return its velocity at time t (s) in components of N, shape (3,), m/s."""
-        found = self.velocity + sum((gust.at(t) for gust in self.gusts), np.zeros(3))
-        turned = self.harmonics[:, 0] * t
-        return np.asarray(found + np.cos(turned) @ self.harmonics[:, 1:4] + np.sin(turned) @ self.harmonics[:, 4:])
+        return np.array(wind_at(t, self.numbers, 0))
 
     @property
-    def numbers(self) -> tuple[float, float, Vector]:
-        """How many gusts and harmonics there are; the mean, gusts and harmonics one after the other."""
+    def numbers(self) -> Vector:
+        """What its kernel is given."""
         gusts = [np.array((gust.start, gust.duration, *gust.velocity)) for gust in self.gusts]
-        rest = np.concatenate((self.velocity, *gusts, self.harmonics.ravel()))
-        return float(len(gusts)), float(len(self.harmonics)), rest
+        rest = np.concatenate((*gusts, self.harmonics.ravel()))
+        return flat(WindNumbers(len(gusts), len(self.harmonics), self.velocity, rest))
 
 
 def _share(x: np.ndarray, is_along: bool) -> np.ndarray:

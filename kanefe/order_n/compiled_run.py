@@ -10,12 +10,15 @@ from kanefe.kernels.compiler.arrays import Prepared
 from kanefe.kernels.compiler.entries import LATER, Call
 from kanefe.kernels.constraints.closing import closing_memory_size
 from kanefe.kernels.evaluation.momenta import balance
-from kanefe.kernels.steppers.integration import Scene, integrate
+from kanefe.kernels.steppers.integration import Derivatives, Scene, integrate
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, STATE, TIME_AT, Run
+from kanefe.kernels.steppers.steps_with_events import Watched
 from kanefe.kernels.sweeps.drives import Drives
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.lookouts import Lookouts
 from kanefe.order_n.rates_kernel import RatesKernel
+from kanefe.tree.route import MethodNeeds
+from kanefe.tree.scales import tangents, turning
 
 NOT_CALLED = Prepared(0, np.zeros(1, dtype=np.int64), np.zeros(1))
 
@@ -31,8 +34,7 @@ class CompiledRun:
         That the run takes.
     integers, reals, vectors : ndarray
         Memory of its method.
-    is_balanced : bool
-        Whether the method asks for energy and momenta.
+    needs : MethodNeeds
     """
 
     def __init__(
@@ -42,7 +44,7 @@ class CompiledRun:
         integers: np.ndarray,
         reals: np.ndarray,
         vectors: np.ndarray,
-        is_balanced: bool,
+        needs: MethodNeeds,
     ) -> None:
         self._route, self._vectors = route, vectors
         drives, inputs = np.empty((len(route.model.drives), 3)), np.empty_like(route.inputs.constants)
@@ -53,15 +55,44 @@ class CompiledRun:
         if route.has_loops:
             memory = np.empty(closing_memory_size(route.tables, route.elastic, route.loops))
             closing = self._for_kernels(route.closing.prepared(0.0, drives, closed, memory))
-        if is_balanced:
+        if needs.balance:
             tables, memory = (route.tables, route.elastic, route.between), np.empty(route.memory_size)
             bound = balance.bound(0.0, *tables, drives, inputs, integers, reals, vectors, memory)
             balanced = self._for_kernels(bound.prepared())
         motions = cast(Drives, route.motion_tables)  # of an autonomous scene
-        scene = Scene(evaluated, closing, balanced, route.has_loops, drives, motions, route.fill, inputs, closed, asked)
+        derivatives = self._derivatives(needs.derivatives)
+        scene = Scene(
+            evaluated,
+            closing,
+            balanced,
+            derivatives,
+            route.has_loops,
+            drives,
+            motions,
+            route.fill,
+            inputs,
+            closed,
+            asked,
+        )
         self._inputs, self._integrate = inputs, integrate.bound(scene, LATER, vectors)
         self._lookouts = Lookouts(route, motions, inputs, vectors)
         self._passing: tuple[Run, Call] | None = None
+
+    def _derivatives(self, are_needed: bool) -> Derivatives:
+        """Return what differentiates the rates; nothing where that is not exact, or Python has to say why."""
+        route, size = self._route, self._vectors.shape[1]
+        if not are_needed or route.inputs.needs_state or not route.is_complex:
+            none = np.zeros((0, 0))
+            return Derivatives(
+                False, NOT_CALLED, NOT_CALLED, 0, none, none, np.zeros(0), np.zeros((0, 2), dtype=np.int64), none, none
+            )
+        call, directions = route.derivative_call(size), tangents(route.model).copy()
+        found = np.zeros_like(directions)
+        done = call.prepared(directions, found)
+        evaluation, derivatives = self._for_kernels(call.evaluation), self._for_kernels(done)
+        turns = np.array(turning(route.model), dtype=np.int64).reshape(-1, 2)
+        state, at = call.vectors.view(float), done.signature.number_count
+        return Derivatives(True, derivatives, evaluation, at, state, call.drives, call.inputs, turns, directions, found)
 
     def _for_kernels(self, call: Call) -> Prepared:
         self._kept.append(call)
@@ -80,14 +111,14 @@ class CompiledRun:
         command, _ = self._integrate(run)
         return self._explained(command, run)
 
-    def go_on_quietly(self, run: Run, values: np.ndarray) -> tuple[int, bool]:
-        """Continue until events of loads may have happened in the last step: see `pass_quiet_steps`."""
+    def go_over_events(self, run: Run, watched: Watched, restart_share: float) -> tuple[int, bool]:
+        """Continue over events of loads, until one needs Python: see `pass_steps`."""
         self._inputs[:] = self._route.inputs.begun(self._route.parts(self._vectors[STATE])[2])
         if self._passing is None or self._passing[0] is not run:
-            call = self._lookouts.passing(self._integrate.prepared(run), run, values)
+            call = self._lookouts.passing(self._integrate.prepared(run), run, watched, restart_share)
             self._passing = run, call
-        command, is_quiet = self._passing[1]()
-        return self._explained(int(command), run), bool(is_quiet)
+        command, is_done = self._passing[1]()
+        return self._explained(int(command), run), bool(is_done)
 
     def prepared(self, run: Run) -> tuple[Call, list[Call], np.ndarray]:
         """Return the call of a run, the calls that it makes by their address, and the values of loads that it reads."""

@@ -12,10 +12,11 @@ from kanefe.kernels.constraints.multipliers import Loops
 from kanefe.kernels.layout import FlexibleTables, Tables
 from kanefe.kernels.loads.loads_layout import LoadsBetween
 from kanefe.kernels.sweeps.drives import Drives
+from kanefe.order_n.derivative_call import DerivativeCall
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.inputs import InputLayout
 from kanefe.tree.model_data import ModelData
-from kanefe.tree.route import Evaluation, PreparedRun, WatchedEvents
+from kanefe.tree.route import Evaluation, MethodNeeds, PreparedRun, WatchedEvents
 
 
 class Evaluated(Protocol):
@@ -61,6 +62,15 @@ class Evaluated(Protocol):
         ...
 
     @property
+    def is_complex(self) -> bool:
+        """Whether derivatives are exact, by complex numbers."""
+        ...
+
+    def derivative_call(self, size: int) -> DerivativeCall:
+        """Return a call that differentiates the rates."""
+        ...
+
+    @property
     def watching(self) -> WatchedEvents:
         """The function that computes event values of loads."""
         ...
@@ -95,7 +105,7 @@ class Evaluated(Protocol):
         ...
 
     def compiled_run(
-        self, integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, is_implicit: bool, is_balanced: bool
+        self, integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, needs: MethodNeeds
     ) -> PreparedRun:
         """Return a run in compiled code."""
         ...

@@ -7,8 +7,17 @@ from functools import cached_property
 import numpy as np
 
 from kanefe.kernels.compiler.entries import LATER, Bound, Call
-from kanefe.kernels.steppers.quiet_steps import AT_TIME, SHARES, Going, Lookout, look_at, pass_quiet_steps
 from kanefe.kernels.steppers.step_commands import Run
+from kanefe.kernels.steppers.steps_with_events import (
+    AT_TIME,
+    FIRST_SHARES,
+    SHARES,
+    Going,
+    Lookout,
+    Watched,
+    look_at,
+    pass_steps,
+)
 from kanefe.kernels.sweeps.drives import Drives
 from kanefe.order_n.evaluated import Evaluated
 
@@ -35,12 +44,12 @@ class Lookouts:
         self._going: Call | None = None
         self._looking: Call | None = None
 
-    def passing(self, going: Call, run: Run, values: np.ndarray) -> Call:
-        """Return the call of `pass_quiet_steps` around one of `integrate`."""
+    def passing(self, going: Call, run: Run, watched: Watched, restart_share: float) -> Call:
+        """Return the call of `pass_steps` around one of `integrate`."""
         signature = going.signature
         step = Going(going.for_kernels(), signature.place_of("run", "most_steps"), signature.number_count)
         self._going = going
-        return self._passing.prepared(step, run, values)
+        return self._passing.prepared(step, watched, run, restart_share)
 
     def values_at(self, run: Run, t: float) -> np.ndarray:
         """Return the values of all watched loads at a time of the last step."""
@@ -54,7 +63,8 @@ class Lookouts:
 
     @cached_property
     def _passing(self) -> Bound:
-        return pass_quiet_steps.bound(LATER, self._lookout(SHARES), LATER, self._vectors, LATER)
+        lookouts = self._lookout(SHARES), self._lookout(FIRST_SHARES), self._lookout(STEP_END)
+        return pass_steps.bound(LATER, *lookouts, LATER, LATER, self._vectors, LATER)
 
     @cached_property
     def _at_a_time(self) -> tuple[Lookout, Bound]:

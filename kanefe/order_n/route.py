@@ -38,7 +38,7 @@ from kanefe.order_n.tables.scene_tables import TableBuilder
 from kanefe.order_n.watching import Watching
 from kanefe.tree.model_data import QUADRATURES, ModelData
 from kanefe.tree.model_outputs import MechanicalEnergy
-from kanefe.tree.route import Evaluation, Form, Obstacle, RunSweeps
+from kanefe.tree.route import Evaluation, Form, MethodNeeds, Obstacle, RunSweeps
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
@@ -330,16 +330,13 @@ class OrderN(LiteralRoute):
         return self._rates_kernel(False).take()
 
     def compiled_run(
-        self, integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, is_implicit: bool, is_balanced: bool
+        self, integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, needs: MethodNeeds
     ) -> CompiledRun:
-        """Return a run that stays in compiled code, of a method with that memory; the scene is autonomous.
-
-        `is_implicit`, `is_balanced`: whether the method asks for linearly implicit evaluations, and for energy and
-        momenta.
-        """
+        """Return a run that stays in compiled code, of a method with that memory; the scene is autonomous."""
         from kanefe.order_n.compiled_run import CompiledRun  # a run's alone
 
-        return CompiledRun(self, self._rates_kernel(is_implicit, is_balanced), integers, reals, vectors, is_balanced)
+        kernel = self._rates_kernel(needs.implicit, needs.balance)
+        return CompiledRun(self, kernel, integers, reals, vectors, needs)
 
     @property
     def elastic(self) -> FlexibleTables:

@@ -47,7 +47,7 @@ from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.tables.frame_offsets import FrameOffset, FrameOffsets
 from kanefe.order_n.tables.scene_tables import TableBuilder
 from kanefe.tree.model_data import QUADRATURES
-from kanefe.tree.route import FrameMotions
+from kanefe.tree.route import FrameMotions, MethodNeeds
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
@@ -211,7 +211,7 @@ class Sweeps:
         vectors[STATE] = table[0, STATE_OF:]
         none = np.zeros(0), np.zeros((0, size)), 0
         run = Run(revisit, between_states, integers, reals, table, *none)
-        compiled = route.compiled_run(integers, reals, vectors, False, False)
+        compiled = route.compiled_run(integers, reals, vectors, MethodNeeds())
         while compiled.go_on(run) != DONE:  # at a singular position
             vectors[SLOPE] = route.evaluate(float(table[integers[STEPS], TIME_OF]), vectors[AT].copy()).rates
 

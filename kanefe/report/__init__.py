@@ -1,4 +1,3 @@
-"""Reports: what a flexible body is, as text, Markdown and HTML."""
+"""The report of a flexible body."""
 
 from kanefe.report.body import body_report as body_report
-from kanefe.report.document import Report as Report

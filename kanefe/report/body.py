@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from kanefe.bodies.flexible import FlexibleBody
+from kanefe.documents.blocks import Block, Heading, Histogram, Paragraph, Picture, Table
+from kanefe.documents.document import Report
+from kanefe.documents.record_tables import record_tables
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS
-from kanefe.report.blocks import Block, Heading, Histogram, Paragraph, Picture, Table
-from kanefe.report.document import Report
 from kanefe.report.mesh_quality import MeshQuality, mesh_quality
 from kanefe.report.modes import BodyModes, body_modes, compliance_shares, interface_masses
-from kanefe.report.record_tables import record_tables
 
 MOST_MODES = 30
 """Largest number of modes in tables."""

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.bodies.rigid import RigidMass, rigid_mass
 from kanefe.errors import ModelError
 from kanefe.frames import Orientation, numbers
@@ -20,6 +21,15 @@ from kanefe.scene.scene import BodyEntry, FlexibleMember, Frame, RigidBody, Scen
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody
     from kanefe.bodies.projection import Field
+
+
+class Deformed(TypedDict, total=False):
+    """How a flexible body is deformed at the start: keywords of `System.add_flexible_body`."""
+
+    modal_coordinates: Sequence[float] | None
+    modal_speeds: Sequence[float] | None
+    displacement: Field | None
+    velocity: Field | None
 
 
 class BodyMethods(Scene):
@@ -176,6 +186,7 @@ class BodyMethods(Scene):
         direction = carrier.axes @ axis_direction(axis, "rotor's")
         entry.rigid = replace(entry.rigid, rotor=entry.rigid.rotor + inertia * rate * direction)
 
+    @checked()
     def add_flexible_body(
         self,
         name: str,
@@ -185,11 +196,8 @@ class BodyMethods(Scene):
         joint: Joint | None = None,
         at: Sequence[float] = (0.0, 0.0, 0.0),
         orientation: Orientation = (1.0, 0.0, 0.0, 0.0),
-        modal_coordinates: Sequence[float] | None = None,
-        modal_speeds: Sequence[float] | None = None,
-        displacement: Field | None = None,
-        velocity: Field | None = None,
         gravity: bool = True,
+        **deformed: Unpack[Deformed],
     ) -> FlexibleMember:
         """Add a flexible body and return it.
 
@@ -202,14 +210,19 @@ class BodyMethods(Scene):
         parent, joint, at, orientation
             As for a rigid body; the frame placed is the mesh frame G. A body without a fixed interface floats and
             takes a free or planar joint.
+        gravity : bool
+            Whether gravity acts on it.
+        **deformed
+            How it is deformed at the start: what follows.
+
+        Other Parameters
+        ----------------
         modal_coordinates, modal_speeds : array_like, shape (k,), optional
             eta and deta at the start; default zero.
         displacement, velocity : callable or array_like, optional
             The same as fields in G: a function of places (P, 3) in m that gives vectors (P, 3) in m and m/s, or a
             vector of each node (n, 3). They become the nearest that the modes can show, by mass, and a warning tells
             what they cannot. What the body does as a whole is the start of its joint.
-        gravity : bool
-            Whether gravity acts on it.
 
         Raises
         ------
@@ -230,9 +243,11 @@ class BodyMethods(Scene):
                 f"flexible body {name!r} has no interface fixed in G, so a {joint.kind} joint has nothing to hold. "
                 "Remedy: make an interface 'clamped', or give the body a free joint"
             )
-        pairs = (modal_coordinates, displacement, "displacement"), (modal_speeds, velocity, "velocity")
         starts = []
-        for modal, field, what in pairs:
+        for modal, field, what in (
+            (deformed.get("modal_coordinates"), deformed.get("displacement"), "displacement"),
+            (deformed.get("modal_speeds"), deformed.get("velocity"), "velocity"),
+        ):
             if modal is not None and field is not None:
                 raise ModelError(f"body {name!r} has modal coordinates and a field of {what}. Remedy: one of them")
             starts.append(modal if field is None else projected(body, field, f"{what} of body {name!r}"))

@@ -18,14 +18,10 @@ from kanefe.scene.scene import ContactPatch, Frame, three
 
 if TYPE_CHECKING:
     from kanefe.contact.geometry.shape import Probe, SurfaceShape
-    from kanefe.contact.laws.bristles import LuGre
-    from kanefe.contact.laws.friction_laws import Coulomb
-    from kanefe.contact.laws.normal_laws import NormalLaw
-    from kanefe.contact.laws.rigid import Rigid
+    from kanefe.contact.rigid.rigid import Rigid
     from kanefe.contact.surface import Surface
-
-STIFFNESS_RATIO = 1.0
-"""Default stiffness of a friction anchor relative to that of the normal law."""
+    from kanefe.kernels.contact.laws.friction_law import FrictionLaw
+    from kanefe.kernels.contact.laws.normal_law import NormalLaw
 
 ALONG = 1e-9
 """Part of a surface velocity along the normal of a plane that is permitted as round-off of a rotated normal, relative
@@ -118,7 +114,7 @@ class ContactMethods(LoadMethods):
         other: Surface,
         *,
         normal: NormalLaw | Rigid,
-        friction: Coulomb | LuGre | None = None,
+        friction: FrictionLaw | None = None,
         surface_velocity: Sequence[float] = (0.0, 0.0, 0.0),
     ) -> None:
         """Add a contact with normal force and friction between two things where they meet.
@@ -143,7 +139,7 @@ class ContactMethods(LoadMethods):
         normal : NormalLaw or Rigid
             `HuntCrossley`, `Hertz`, `KelvinVoigt` or `Restitution`; stiffness is that of all points of it together. Or
             `Rigid`, which does not yield: impacts are at once, and friction is Coulomb's set-valued law.
-        friction : Coulomb or LuGre, optional
+        friction : Coulomb or another law, optional
         surface_velocity : array_like, shape (3,)
             Of a belt: how fast the surface of `other` moves along itself, in its axes, m/s.
 
@@ -154,18 +150,15 @@ class ContactMethods(LoadMethods):
         """
         from kanefe.contact.contact import Contact
         from kanefe.contact.convex_contact import ConvexContact
-        from kanefe.contact.laws.bristles import LuGre
-        from kanefe.contact.laws.friction_laws import Coulomb
-        from kanefe.contact.laws.normal_laws import NormalLaw
-        from kanefe.contact.laws.rigid import Rigid
-        from kanefe.contact.rigid.rigid_contact import RigidContact, check_rigid
+        from kanefe.contact.rigid.rigid import check_normal
+        from kanefe.contact.rigid.rigid_contact import RigidContact
         from kanefe.contact.surface import Surface
+        from kanefe.contact.wanted_contact import WantedContact
+        from kanefe.kernels.contact.laws.friction_law import friction_law
 
         label = self._new_load(name, "contact")
-        if not isinstance(normal, (NormalLaw, Rigid)):
-            raise ModelError(f"normal of {label} must be a law such as kanefe.HuntCrossley(1e6), not {normal!r}")
-        if friction is not None and not isinstance(friction, (Coulomb, LuGre)):
-            raise ModelError(f"friction of {label} must be kanefe.Coulomb(...), LuGre(...) or None, not {friction!r}")
+        check_normal(normal, label)
+        rough = friction_law(friction, label)
         if isinstance(other, ContactPatch):
             raise ModelError(
                 f"{label}: facets of flexible bodies, here {other.frames[0].label}, are not touched. Remedy: a surface "
@@ -174,33 +167,21 @@ class ContactMethods(LoadMethods):
         if not isinstance(other, Surface):
             raise ModelError(f"{label} needs a surface that is touched, not {other!r}. Remedy: add_surface")
         frames, other, probes, convex = self._touching(one, other, label)
-        if isinstance(one, ContactPatch) and isinstance(normal, NormalLaw):
-            _warn_of_stiff_modes(one, normal, label)
         _warn_of_valleys(other.shape, [probe for _, probe in probes], label)
         if any(frame.number == other.frame.number and not _is_flexible(frame) for frame in frames):
             raise ModelError(f"{label}: {frames[0].label} cannot touch itself. Remedy: surfaces of two bodies")
         for given in (*frames, other.frame):
             self._check_frame(given, f"a side of {label}")
         belt = three(surface_velocity, f"surface_velocity of {label}")
-        if belt.any() and friction is None:
+        if belt.any() and rough is None:
             raise ModelError(f"{label} has a surface velocity, but no friction that it could act by")
         _check_belt(belt, other.shape, label)
-        if convex is not None and isinstance(normal, Rigid):
-            raise ModelError(
-                f"{label}: a rigid contact of a {convex.title} on a {other.shape.title} is not supported. Remedy: a "
-                "compliant law, such as kanefe.HuntCrossley(1e6)"
-            )
-        if isinstance(normal, Rigid):
-            friction = _set_valued(friction, label)
-            check_rigid(other.shape, probes, friction, belt, label)
-            self.add(RigidContact(name, (other.frame, *frames), other.shape, probes, normal, friction, belt))
-            return
-        if isinstance(friction, Coulomb):
-            if friction.rolling > 0.0 and min(probe.lever for _, probe in probes) <= 0.0:
-                raise ModelError(f"{label} has points, which do not roll. Remedy: rolling=0, or balls, capsules, tori")
-            friction = _anchored(friction, normal, label)
-        given = name, (other.frame, *frames), other.shape, probes, normal, friction, belt
-        self.add(Contact(*given) if convex is None else ConvexContact(*given, touching=convex))
+        ends = other.frame, *frames
+        wanted = WantedContact(name, label, ends, other.shape, probes, convex, normal, rough, belt)
+        load = RigidContact.of(wanted) or ConvexContact.of(wanted) or Contact.made(wanted)
+        if isinstance(one, ContactPatch):
+            _warn_of_stiff_modes(one, load.straight, label)
+        self.add(load)
 
     @checked("ignore")
     def add_contacts(
@@ -208,7 +189,7 @@ class ContactMethods(LoadMethods):
         among: Sequence[Surface],
         *,
         normal: NormalLaw | Rigid,
-        friction: Coulomb | LuGre | None = None,
+        friction: FrictionLaw | None = None,
         ignore: Sequence[tuple[Surface, Surface]] = (),
     ) -> list[str]:
         """Add a contact for each pair of surfaces on two bodies; return their names, "<one> on <other>".
@@ -216,7 +197,7 @@ class ContactMethods(LoadMethods):
         Parameters
         ----------
         among : sequence of Surface
-        normal, friction : NormalLaw or Rigid, Coulomb or LuGre
+        normal, friction : NormalLaw or Rigid, FrictionLaw
             Of all. Rigid contacts of more than a dozen pairs are one, called "contacts among <first> and others": balls
             and points of free bodies, planes and rooms of the ground. Runs step over their impacts.
         ignore : sequence of pairs of Surface
@@ -242,8 +223,8 @@ class ContactMethods(LoadMethods):
                 or not all(isinstance(given, Surface) and given in among for given in pair)
             ):
                 raise ModelError(f"ignore of add_contacts takes pairs of the surfaces among which it is, not {pair!r}")
-        from kanefe.contact.laws.rigid import Rigid
-        from kanefe.contact.rigid.granular_contacts import FEW, crowd_of
+        from kanefe.contact.rigid.granular_contacts import crowd_of, is_crowd
+        from kanefe.kernels.contact.laws.friction_law import friction_law
 
         left_out = {frozenset((a.name, b.name)) for a, b in ignore}
         pairs = [
@@ -257,10 +238,10 @@ class ContactMethods(LoadMethods):
                 f"add_contacts finds no two surfaces on two bodies that may touch among those given: {listed}. Remedy: "
                 "surfaces of two bodies or more, fewer pairs in ignore, or no call where nothing can touch"
             )
-        if isinstance(normal, Rigid) and len(pairs) > FEW:
+        if is_crowd(normal, len(pairs)):
             name = f"contacts among {among[0].name} and others"
             self._new_load(name, "contact")
-            self.add(crowd_of(name, among, normal, _set_valued(friction, name), ignore))
+            self.add(crowd_of(name, among, normal, friction_law(friction, name), ignore))
             return [name]
         names = []
         for a, b in pairs:
@@ -292,26 +273,11 @@ class ContactMethods(LoadMethods):
         return frames, other, probes, None
 
 
-def _anchored(friction: Coulomb, normal: NormalLaw, label: str) -> Coulomb:
-    """Return friction with the stiffness of its anchors.
-
-    That of the normal law: bodies in contact yield alike in both directions, by Mindlin's theory along the surface at
-    (1 - nu/2)/(1 - nu) of what they do across it.
-    """
-    if friction.stiffness is not None:
-        return friction
-    if normal.exponent != 1.0:
-        raise ModelError(
-            f"{label}: the normal law has no single stiffness for the friction anchors. Remedy: stiffness= of Coulomb"
-        )
-    return replace(friction, stiffness=STIFFNESS_RATIO * normal.stiffness)
-
-
-def _warn_of_stiff_modes(patch: ContactPatch, normal: NormalLaw, label: str) -> None:
+def _warn_of_stiff_modes(patch: ContactPatch, stiffness: float | None, label: str) -> None:
     """Warn if modes lack the local compliance of the points of a patch, relative to that of the law."""
-    if normal.exponent != 1.0:
+    if stiffness is None:
         return
-    softening = patch.left_out * normal.stiffness * max(patch.shares)
+    softening = patch.left_out * stiffness * max(patch.shares)
     if softening > MOST_LEFT_OUT:
         warnings.warn(
             f"{label}: the modes of {patch.frames[0].name!r} lack a local compliance of {patch.left_out:.2g} m/N at a "
@@ -354,12 +320,3 @@ def _check_belt(belt: Vector, shape: SurfaceShape, label: str) -> None:
 
 def _is_flexible(frame: Frame) -> bool:
     return frame.interface_frame is not None
-
-
-def _set_valued(friction: Coulomb | LuGre | None, label: str) -> Coulomb | None:
-    """Return the friction of a rigid contact; a ModelError says that it has no other."""
-    from kanefe.contact.laws.bristles import LuGre
-
-    if isinstance(friction, LuGre):
-        raise ModelError(f"{label}: friction of rigid contacts is Coulomb's. Remedy: kanefe.Coulomb(...)")
-    return friction

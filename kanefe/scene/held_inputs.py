@@ -124,7 +124,7 @@ class HeldInputMethods(ControllerMethods):
         load = _of_pair(getattr(entry, kind)[at])
         title = name or f"load {label}"
         start = np.zeros(load.shape) if load.takes_state else load.value(t, None)
-        unit = _unit(entry, load)
+        unit = load.unit(entry.joint.units)
         if load.shape == ():
             made = [replace(load, function=Held(INPUTS, number), takes_state=True)]
             found = [HeldInput(title, unit, float(start))]
@@ -178,14 +178,3 @@ def _named(entries: Iterable[BodyEntry]) -> list[tuple[str, tuple[BodyEntry, str
                 seen[label] = seen.get(label, 0) + 1
                 found.append((label if seen[label] == 1 else f"{label} #{seen[label]}", (entry, kind, at)))
     return found
-
-
-def _unit(entry: BodyEntry, load: Any) -> str:
-    from kanefe.loads.field_load import FieldLoad
-    from kanefe.loads.point_load import PointLoad
-
-    if isinstance(load, PointLoad):
-        return "N m" if load.is_torque else "N"
-    if isinstance(load, FieldLoad):
-        return "N/m" if load.pattern.kind == "line" else "Pa"
-    return "N m" if entry.joint.units[load.coordinate] == "rad" else "N"

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 
@@ -214,6 +214,7 @@ class Scene:
         self._entries: list[BodyEntry] = []
         self._loads: list[Load] = []
         self._controllers: list[Controller] = []
+        self._kept: tuple[float, Any] | None = None
         self.is_frozen = False
 
     @property
@@ -248,8 +249,11 @@ class Scene:
             if isinstance(value, (list, dict)):
                 setattr(other, name, value.copy())
         other._entries = [entry.copied() for entry in self._entries]
-        other.is_frozen = False
+        other.is_frozen, other._kept = False, None
         return other
+
+    def __getstate__(self) -> dict[str, Any]:
+        return vars(self) | {"_kept": None}
 
     @checked("name")
     def body(self, name: str) -> RigidBody | FlexibleMember:

@@ -13,15 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.contact.contact import Contact
-from kanefe.contact.laws.friction_laws import Coulomb
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.events.load_events import EventOfLoad, events_of_loads
-from kanefe.loads.base import Load
-from kanefe.loads.coordinate_friction import CoordinateFriction
-from kanefe.loads.rope import Rope
 from kanefe.screening.carrier import Carrier, Displacement
 from kanefe.screening.riders import Motions, Riders
 
@@ -43,8 +38,6 @@ LEAST_DECAY = 1e-3
 
 SAFETY = 2.0
 """Safety factor on the error bounds."""
-
-TENSION = Rope.columns.index("tension [N]")
 
 LOWEST = 5
 """Number of times at which the tension of a rope is evaluated: where it is smallest under small motions."""
@@ -76,10 +69,10 @@ class Sticking:
         self.model = model
         self.carrier = Carrier(model)
         self.riders = Riders(model, self.carrier)
-        self.held = replace(model, loads=tuple(_stuck(load) for load in model.loads))
+        self.held = replace(model, loads=tuple(load.stuck(STICKY) for load in model.loads))
         self.held_at_rest = self.carrier.stilled(self.held)
         self.at_rest = self.carrier.stilled(model)
-        self.ropes = [number for number, load in enumerate(model.loads) if isinstance(load, Rope)]
+        self.ropes = [number for number, load in enumerate(model.loads) if load.pull_column]
         watching = model.route.watching
         columns = {} if watching is None else watching.columns
         self.events = []
@@ -115,8 +108,12 @@ class Sticking:
         found = []
         for t, y in zip(times.tolist(), states, strict=True):
             scene = model.route.state(t, y)
-            told = (self.model.loads[i].tell(t, scene.load_ends(i), scene.load_states(i)) for i in self.ropes)
-            found.append([float(numbers[TENSION]) for numbers in told])
+            pulls = []
+            for i in self.ropes:
+                load = self.model.loads[i]
+                told = load.tell(t, scene.load_ends(i), scene.load_states(i))
+                pulls.append(float(told[load.columns.index(load.pull_column)]))
+            found.append(pulls)
         return np.array(found)
 
 
@@ -389,26 +386,6 @@ def _between(values: np.ndarray) -> Matrix:
     return np.asarray(0.5 * maximum_filter1d(missed, 7, axis=0))
 
 
-def _stuck(load: Load) -> Load:
-    if not isinstance(load, Contact) or load.friction is None:
-        return load
-    law = load.friction
-    if not isinstance(law, Coulomb):
-        raise TypeError("only Coulomb's friction gets as far as here")
-    mu = np.multiply(law.mu, STICKY)
-    more = replace(
-        law,
-        mu=float(mu) if mu.ndim == 0 else (float(mu[0]), float(mu[1])),
-        static=None if law.static is None else STICKY * law.static,
-    )
-    return replace(load, friction=more)
-
-
-def _only_anchors(load: Load) -> bool:
-    """Return whether the internal states of a load follow motions, as anchors of what sticks do."""
-    return isinstance(load, Contact) or (isinstance(load, CoordinateFriction) and load.bearing is None)
-
-
 def _check(model: Model) -> None:
     """Raise a ModelError that names what a screened run is not supported for."""
     found = ""
@@ -421,13 +398,7 @@ def _check(model: Model) -> None:
     elif model.has_unreduced:
         found = "unreduced bodies"
     for load in model.loads:
-        if isinstance(load, Contact) and load.friction is not None:
-            law = load.friction
-            if not isinstance(law, Coulomb):
-                found = f"friction that creeps, as of contact {load.name!r}"
-            elif law.turning_states:
-                found = f"friction against turning, as of contact {load.name!r}"
-        elif load.has_rates and not _only_anchors(load):
-            found = f"loads whose internal states move by themselves, as of {load.kind} {load.name!r}"
+        if what := load.not_screened:
+            found = f"{what}, as of {load.kind} {load.name!r}"
     if found:
         raise ModelError(f"screened runs are not supported for scenes with {found}. Remedy: kf.System.simulate")

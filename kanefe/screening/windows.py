@@ -4,23 +4,20 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Unpack
 
 import numpy as np
 
 from kanefe.arguments import checked
-from kanefe.contact.contact import Contact
-from kanefe.contact.laws.friction_laws import Coulomb
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers, shaped_numbers
 from kanefe.integrate.events.load_events import events_of_loads
-from kanefe.integrate.options import RunOptions
+from kanefe.integrate.options import RunOptions, WindowKeywords
 from kanefe.integrate.run import check_motions, integrate
 from kanefe.integrate.run_checks.energy_check import accounted
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import Trajectory, wanted_times
-from kanefe.loads.periodic_load import PeriodicLoad
 from kanefe.result import Result
 from kanefe.screening.riders import Motions
 from kanefe.screening.screened_run import ScreenedRun
@@ -56,9 +53,6 @@ nothing else is possible, s."""
 SLIP_STEP = 0.02
 """Interval of the states in a window at which slid distances are evaluated, s."""
 
-OF_WINDOWS = ("method", "atol", "step", "most_steps", "most_seconds", "progress")
-"""Further options of `kanefe.System.simulate` that windows take; other options concern a run as a whole."""
-
 GRAZING = 1e-6
 """Margin relative to the event function at rest below which a passage only grazes."""
 
@@ -69,10 +63,9 @@ def screen(
     duration: float | tuple[float, float],
     *,
     start: Start = None,
-    rtol: float | None = None,
     output_step: float | None = None,
     spacing: float = SPACING,
-    **options: Any,
+    **options: Unpack[WindowKeywords],
 ) -> ScreenedRun:
     """Run a scene on a frame that is driven, integrating only where an event is near.
 
@@ -90,15 +83,13 @@ def screen(
         From t = 0, or first and last time, s.
     start : state, optional
         As `kanefe.System.simulate` takes it: a rest on the frame.
-    rtol : float, optional
-        Relative error of the windows, as of a whole run.
     output_step : float, optional
         Time between stored states, s; default a 500th of the duration.
     spacing : float
         Of the times of the superposition, s: the frame moves slowly beside it, and so does all that acts besides; an
         eighth of the shortest period of a rotor's harmonics at most.
     **options
-        Others of `kanefe.System.simulate` for the windows: method, atol, step, most_steps, most_seconds, progress.
+        Of the windows, as of `kanefe.System.simulate`: method, rtol, atol, step, most_steps, most_seconds, progress.
 
     Returns
     -------
@@ -126,28 +117,17 @@ def screen(
         raise ModelError(f"the duration of a screened run must be above zero s, not {duration!r}")
     if not (numbers(spacing).shape == () and 0.0 < numbers(spacing) < np.inf):
         raise ModelError(f"spacing of a screened run must be above zero s, not {spacing!r}")
-    unknown = [name for name in options if name not in OF_WINDOWS]
-    if unknown:
-        raise ModelError(
-            f"{', '.join(unknown)} cannot be given to a screened run, of which only windows are integrated. Remedy: "
-            f"{', '.join(OF_WINDOWS)}, or kf.System.simulate"
-        )
-    RunOptions(t_span=(first, last), rtol=rtol, output_step=output_step, **options)
+    RunOptions(t_span=(first, last), output_step=output_step, **options)
     model = scene.freeze(first, start)
     check_motions(model, first, last)
     _refuse_fast_loads(model, spacing)
-    run = _Run(
-        Sticking(model), wanted_times(first, last, output_step), (first, last), spacing, {"rtol": rtol, **options}
-    )
-    return run.done()
+    return _Run(Sticking(model), wanted_times(first, last, output_step), (first, last), spacing, options).done()
 
 
 def _refuse_fast_loads(model: Model, spacing: float) -> None:
     """Raise a ModelError that names a load of a rotor which repeats within a few steps of the superposition."""
     for load in model.loads:
-        if not isinstance(load, PeriodicLoad):
-            continue
-        most = float(load.rows[load.rows[:, 1:].any(axis=1), 0].max(initial=0.0)) * abs(load.rate)
+        most = load.highest_forcing
         if most * spacing * OF_PERIOD > 2.0 * np.pi:
             enough = 0.95 * 2.0 * np.pi / (OF_PERIOD * most)  # which rounds to less than the limit
             raise ModelError(
@@ -164,7 +144,7 @@ class _Run:
     wanted: Vector
     span: tuple[float, float]
     spacing: float
-    options: dict[str, Any]
+    options: WindowKeywords
     windows: list[tuple[float, float]] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)
     expected: list[float] = field(default_factory=list)
@@ -244,9 +224,7 @@ class _Run:
         is_near = values <= bound  # of ropes, which pull
         is_near[:, :count] = sides * values[:, :count] <= bound[:, :count]
         for rope, number in enumerate(self.sticking.ropes, count):
-            most = getattr(self.sticking.model.loads[number], "breaking_load", None)
-            if most is not None:
-                is_near[:, rope] |= values[:, rope] + bound[:, rope] >= most
+            is_near[:, rope] |= values[:, rope] + bound[:, rope] >= self.sticking.model.loads[number].strongest_pull
         return fine, is_near
 
     def _state_at(self, found: Superposed, row: int) -> Vector:
@@ -286,7 +264,7 @@ class _Run:
         inside = self._wanted(t, end)
         finely = np.linspace(t, end, max(int((end - t) / SLIP_STEP), 1) + 1)
         found = integrate(
-            begun, (t, end), **{**self.options, "progress": False, "output_times": np.union1d(inside, finely)}
+            begun, (t, end), output_times=np.union1d(inside, finely), **(self.options | {"progress": False})
         )
         found.raise_for_status()
         states = np.hstack((found.coordinates, found.speeds, found.internal))
@@ -309,7 +287,7 @@ class _Run:
         model = self.sticking.model
         for event in self.sticking.events:
             load = model.loads[event.number]
-            if not (isinstance(load, Contact) and isinstance(load.friction, Coulomb) and event.of.name == "slip"):
+            if not (load.slip_damping and event.of.name == "slip"):
                 continue
             sticks = np.append(found.events[f"{load.subject} stick"], span[1])
             path = found.internal[:, model.load_states[event.number].start]
@@ -318,7 +296,7 @@ class _Run:
                 stick = sticks[sticks >= slip][0]
                 before, after = np.searchsorted(found.times, slip, "right") - 1, np.searchsorted(found.times, stick)
                 # of one point it is the pull itself, of several their sum
-                pull = float(load.friction.damping or 0.0) * (path[min(after, len(path) - 1)] - path[before])
+                pull = load.slip_damping * (path[min(after, len(path) - 1)] - path[before])
                 self.grazing[event.name] += bool(pull <= limit * (stick - slip))
 
     def _wanted(self, begin: float, end: float) -> Vector:

@@ -28,9 +28,8 @@ if TYPE_CHECKING:
     from kanefe.contact.rigid.granular_contacts import RigidCrowd
     from kanefe.contact.rigid.rigid_contact import RigidContact
     from kanefe.contact.surface import Surface
-    from kanefe.joints.joint_friction import RubbingSurfaces
     from kanefe.loads.controller import Controller
-    from kanefe.loads.coordinate_friction import CoordinateFriction
+    from kanefe.loads.reaction_load import ReactionLoad
 
 QUADRATURES = 2
 """Number of energy quadratures at the end of the state of a run: energy dissipated, and work of loads and drives, J."""
@@ -176,21 +175,15 @@ class ModelData(PickledByFields):
     @cached_property
     def bearings(self) -> dict[int, int]:
         """Numbers of the joints' bodies, by the number of each load that depends on a joint's reaction."""
-        if not self.loads:
-            return {}
-        from kanefe.loads.coordinate_friction import CoordinateFriction
+        found = ((i, load.reaction_load) for i, load in enumerate(self.loads))
+        return {i: load.ends[0].body for i, load in found if load is not None}
 
-        rubbing = ((i, load) for i, load in enumerate(self.loads) if isinstance(load, CoordinateFriction))
-        return {i: load.ends[0].body for i, load in rubbing if load.bearing is not None}
-
-    def following(self, number: int) -> tuple[CoordinateFriction, RubbingSurfaces]:
-        """Return a load that follows the reaction of a joint, by its number, and how it does so."""
-        from kanefe.loads.coordinate_friction import CoordinateFriction
-
-        load = self.loads[number]
-        if not isinstance(load, CoordinateFriction) or load.bearing is None:
-            raise TypeError(f"{load.name!r} follows no reaction")
-        return load, load.bearing
+    def following(self, number: int) -> ReactionLoad:
+        """Return a load that follows the reaction of a joint, by its number."""
+        load = self.loads[number].reaction_load
+        if load is None:
+            raise TypeError(f"{self.loads[number].name!r} follows no reaction")
+        return load
 
     def markers(self) -> Iterator[Marker]:
         """Yield the ends of loads between frames, and the markers of constraints and of their rows."""

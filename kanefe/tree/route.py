@@ -17,6 +17,7 @@ from kanefe.tree.scene_state import SceneState
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
     from kanefe.kernels.steppers.step_commands import Run
+    from kanefe.kernels.steppers.steps_with_events import Watched
 
 
 class Obstacle(NamedTuple):
@@ -78,6 +79,14 @@ class FrameMotions(NamedTuple):
     angular_acceleration: Matrix | None
 
 
+class MethodNeeds(NamedTuple):
+    """What a method asks for besides rates: linearly implicit evaluations, energy and momenta, derivatives."""
+
+    implicit: bool = False
+    balance: bool = False
+    derivatives: bool = False
+
+
 class PreparedRun(Protocol):
     """A run that stays in compiled code, of one thread at a time."""
 
@@ -85,8 +94,8 @@ class PreparedRun(Protocol):
         """Continue; return what the method wants that is not to be had in compiled code."""
         ...
 
-    def go_on_quietly(self, run: Run, values: Vector) -> tuple[int, bool]:
-        """Continue until events of loads may have happened; return that, and whether the last step was quiet."""
+    def go_over_events(self, run: Run, watched: Watched, restart_share: float) -> tuple[int, bool]:
+        """Continue over events of loads; return what the method wants, and whether the last step needs no Python."""
         ...
 
     def prepared(self, run: Run) -> tuple[Any, list[Any], Vector]:
@@ -257,13 +266,9 @@ class Route(Protocol):
         ...
 
     def compiled_run(
-        self, integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, is_implicit: bool, is_balanced: bool
+        self, integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, needs: MethodNeeds
     ) -> PreparedRun:
-        """Return a run in compiled code, if `is_autonomous`, of a method with that memory.
-
-        `is_implicit`, `is_balanced`: whether the method asks for linearly implicit evaluations, and for energy and
-        momenta.
-        """
+        """Return a run in compiled code, if `is_autonomous`, of a method with that memory."""
         ...
 
     def check_functions(self, t: float, y: Vector) -> None:

@@ -148,6 +148,28 @@ def coordinate_moves(model: ModelData) -> list[tuple[bool, int, int]]:
 
 
 @_kept
+def tangents(model: ModelData) -> np.ndarray:
+    """Return directions in which a state moves by itself: tangents, speeds, and internal states that move.
+
+    Shape (2 free + states, state); those of rotations, which depend on the state, are zero among the coordinates.
+    """
+    n, m = model.coordinate_count, model.free_count
+    moving = model.state_count if model.states_move else 0
+    directions = np.eye(2 * m + moving, n + m + model.state_count + QUADRATURES, k=n - m)
+    directions[:m] = 0.0
+    for turns, at, speed in coordinate_moves(model):
+        if not turns:
+            directions[speed, at] = 1.0
+    return directions
+
+
+@_kept
+def turning(model: ModelData) -> list[tuple[int, int]]:
+    """Return the first of the Euler parameters, and of the speeds, of each rotation."""
+    return [(at, speed) for turns, at, speed in coordinate_moves(model) if turns]
+
+
+@_kept
 def modal_frequencies(model: ModelData) -> Vector:
     """Return the frequency in rad/s of the mode behind each free speed, alone; zero for what is no mode."""
     frequencies = np.zeros(model.free_count)

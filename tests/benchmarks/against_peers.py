@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks import engine_scenes as ours
-from kanefe_fem.bench.clocks import Race, check_agreement, fill, microseconds, repeated, seconds
-from kanefe_fem.bench.goals import Figure, Goal
-from kanefe_fem.bench.peer_curves import save_matrices
-from kanefe_fem.bench.peer_process import Peers
-from kanefe_fem.bench.rigid_chain import GRAVITY, chain_links, chain_scene, chain_start
-from kanefe_fem.bench.steel_bar import FREE_MODES, bar_model, free_start
+from benchmarks.clocks import Race, check_agreement, fill, microseconds, repeated, seconds
+from benchmarks.goals import Figure, Goal
+from benchmarks.peer_process import Peers
+from benchmarks.work_precision.peer_curves import save_matrices
+from benchmarks.work_precision.rigid_chain import GRAVITY, chain_links, chain_scene, chain_start
+from benchmarks.work_precision.steel_bar import FREE_MODES, bar_model, free_start
 
 # By the number of links. The peer needs some 0.1 s for each run of so many steps.
 CHAIN_STEPS = {1: 40000, 5: 10000, 20: 2000, 100: 50}

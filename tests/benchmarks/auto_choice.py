@@ -21,9 +21,9 @@ if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import kanefe as kf
+from benchmarks.goals import Figure, Goal
 from kanefe.result import Result
 from kanefe_fem import Material, Rectangle, beam_body, straight_beam
-from kanefe_fem.bench.goals import Figure, Goal
 
 TOLERANCES = tuple(10.0 ** (-0.5 * i) for i in range(6, 17))
 OF_AUTO = 1e-3, 1e-4, 1e-5, 1e-6

@@ -7,8 +7,8 @@ import os
 from collections.abc import Callable
 from pathlib import Path
 
-from kanefe_fem.bench.clocks import use_one_core
-from kanefe_fem.bench.goals import Figure, table, write_json
+from benchmarks.clocks import use_one_core
+from benchmarks.goals import Figure, table, write_json
 
 
 def parser(description: str | None, quick: str) -> argparse.ArgumentParser:

@@ -8,12 +8,12 @@ import numpy as np
 
 import kanefe as kf
 import scenes
+from benchmarks.work_precision import steel_bar
+from benchmarks.work_precision.rigid_chain import GRAVITY, chain_scene
+from benchmarks.work_precision.steel_bar import FREE_MODES
 from kanefe.equations.model import Model
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.integrate.run import integrate
-from kanefe_fem.bench import steel_bar
-from kanefe_fem.bench.rigid_chain import GRAVITY, chain_scene
-from kanefe_fem.bench.steel_bar import FREE_MODES
 
 STEP = 1e-3
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from benchmarks.goals import Figure, Goal
 from kanefe.checks.verification import Check, Reference
 from kanefe.checks.verification.references import load_references
-from kanefe_fem.bench.goals import Figure, Goal
 
 Run = Callable[[Reference], Iterable[Check]]
 

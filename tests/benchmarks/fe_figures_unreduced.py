@@ -8,12 +8,12 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from benchmarks.clocks import check_agreement
 from benchmarks.fe_figures_pipeline import Settings
 from benchmarks.fe_meshes import bar
+from benchmarks.goals import Figure, Goal, median
 from benchmarks.new_process import answer_of
-from kanefe_fem.bench.clocks import check_agreement
-from kanefe_fem.bench.goals import Figure, Goal, median
-from kanefe_fem.bench.peer_process import IMPORTS_OF_MESHES, OF_MESHES, NoPeers, peer_python, surroundings
+from benchmarks.peer_process import IMPORTS_OF_MESHES, OF_MESHES, NoPeers, peer_python, surroundings
 
 PEER = Path(__file__).with_name("peer_unreduced.py")
 

@@ -18,9 +18,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(1, str(Path(__file__).resolve().parents[1] / "shared"))
 
+from benchmarks.clocks import FEW_ROUNDS, ROUNDS, Disagreement
 from benchmarks.command_line import parser, run
-from kanefe_fem.bench.clocks import FEW_ROUNDS, ROUNDS, Disagreement
-from kanefe_fem.bench.goals import Figure, Goal
+from benchmarks.goals import Figure, Goal
 
 
 def default_folder() -> Path:
@@ -42,8 +42,8 @@ def measured(options: argparse.Namespace) -> list[Figure]:
     """Return all figures; what cannot be measured is there with the reason."""
     from benchmarks.fe_figures_pipeline import LARGE, Settings
     from benchmarks.new_process import BrokenProcess
+    from benchmarks.peer_process import NoPeers
     from kanefe.errors import KanefeError
-    from kanefe_fem.bench.peer_process import NoPeers
 
     settings = Settings(
         rounds=FEW_ROUNDS if options.quick else ROUNDS,

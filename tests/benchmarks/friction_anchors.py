@@ -26,10 +26,10 @@ if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import kanefe as kf
-from kanefe.checks.robustness.shaken_blocks import exact, random_block
 from kanefe.equations import contact_masses, joint_frictions
 from kanefe.result import Result
 from kanefe.scene import contacts
+from robustness.shaken_blocks import exact, random_block
 
 G = 9.81
 NORMAL = 1e7

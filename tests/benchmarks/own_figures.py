@@ -10,16 +10,16 @@ from functools import partial
 import numpy as np
 
 from benchmarks import engine_scenes as ours
+from benchmarks.clocks import FEW_ROUNDS, Race, check_agreement, microseconds, seconds
+from benchmarks.goals import Figure, Goal, median
+from benchmarks.work_precision.rigid_chain import GRAVITY, chain_links, chain_scene
+from benchmarks.work_precision.steel_bar import FREE_MODES, bar_model
 from exact_accelerations import exact_accelerations, is_extended
 from kanefe.equations.model import Model
 from kanefe.joints import JointFriction
 from kanefe.kernels.layout import COUNT, POOL, POOL_STIFFNESS
 from kanefe.kernels.sweeps.elastic import transposed_product
 from kanefe.system import System
-from kanefe_fem.bench.clocks import FEW_ROUNDS, Race, check_agreement, microseconds, seconds
-from kanefe_fem.bench.goals import Figure, Goal, median
-from kanefe_fem.bench.rigid_chain import GRAVITY, chain_links, chain_scene
-from kanefe_fem.bench.steel_bar import FREE_MODES, bar_model
 
 # Cells of quadratic hexahedra, and the nodes they make.
 SMALL_BAR, LARGE_BAR = (21, 4, 3), (54, 12, 6)

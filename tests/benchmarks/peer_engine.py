@@ -17,9 +17,9 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(1, str(Path(__file__).resolve().parents[1] / "shared"))
 
+from benchmarks.clocks import FEW_ROUNDS, ROUNDS, Disagreement
 from benchmarks.command_line import parser, run
-from kanefe_fem.bench.clocks import FEW_ROUNDS, ROUNDS, Disagreement
-from kanefe_fem.bench.goals import Figure, Goal
+from benchmarks.goals import Figure, Goal
 
 SERVER = Path(__file__).with_name("peer_scenes.py")
 
@@ -42,8 +42,8 @@ def measured(options: argparse.Namespace) -> list[Figure]:
     # numpy reads the number of threads when it is imported, which these do
     from benchmarks import against_peers, own_figures, sampled_arm, start_up, stepping
     from benchmarks.new_process import BrokenProcess
+    from benchmarks.peer_process import NoPeers, Peers, peer_python
     from kanefe.errors import KanefeError
-    from kanefe_fem.bench.peer_process import NoPeers, Peers, peer_python
 
     rounds = FEW_ROUNDS if options.quick else ROUNDS
     failures = (NoPeers, Disagreement, BrokenProcess, KanefeError, ModuleNotFoundError)

@@ -19,8 +19,8 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(1, str(Path(__file__).resolve().parents[1] / "shared"))
 
 from benchmarks.command_line import parser, run
-from kanefe_fem.bench.goals import Figure, Goal
-from kanefe_fem.bench.peer_process import Peers, peer_python
+from benchmarks.goals import Figure, Goal
+from benchmarks.peer_process import Peers, peer_python
 
 SERVER = Path(__file__).with_name("peer_pinocchio.py")
 OWN = Path(__file__).resolve().parents[1] / "robots"

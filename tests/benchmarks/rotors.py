@@ -18,8 +18,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.command_line import parser, run
-from kanefe_fem.bench.goals import Figure, Goal, median
-from kanefe_fem.bench.peer_process import Peers, peer_python
+from benchmarks.goals import Figure, Goal, median
+from benchmarks.peer_process import Peers, peer_python
 
 SERVER = Path(__file__).with_name("peer_ross.py")
 PACKAGES = ("ross-rotordynamics==2.3.0", "plotly<6")

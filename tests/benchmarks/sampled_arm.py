@@ -9,13 +9,13 @@ import numpy as np
 
 import kanefe as kf
 from benchmarks.arm_torque import torque
+from benchmarks.clocks import Race, check_agreement, seconds
+from benchmarks.goals import Figure, Goal
+from benchmarks.peer_process import Peers
 from kanefe.equations.model import Model
 from kanefe.integrate.run import integrate
 from kanefe.result import Result
 from kanefe_fem import Material, Rectangle, beam_body, straight_beam
-from kanefe_fem.bench.clocks import Race, check_agreement, seconds
-from kanefe_fem.bench.goals import Figure, Goal
-from kanefe_fem.bench.peer_process import Peers
 
 ERROR = 1e-4
 """Of the place of the tool amid the motion, m, which both sides have to reach: each against its own finest run."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import tempfile
 
+from benchmarks.clocks import Race
+from benchmarks.goals import Figure, Goal, median
 from benchmarks.new_process import completed
-from kanefe_fem.bench.clocks import Race
-from kanefe_fem.bench.goals import Figure, Goal, median
 
 ANNOUNCED = "kanefe: preparing the solver"
 SECONDS_OF_SILENCE = 2.0

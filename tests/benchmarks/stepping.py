@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 import kanefe as kf
+from benchmarks.clocks import Race, check_agreement, repeated, seconds
+from benchmarks.goals import Figure, Goal
 from fmu_units import CompiledFunction
-from kanefe_fem.bench.clocks import Race, check_agreement, repeated, seconds
-from kanefe_fem.bench.goals import Figure, Goal
 from kanefe_fem.demo import beam_arm, motor_torque
 
 DT, COUNT = 0.01, 200

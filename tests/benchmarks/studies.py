@@ -14,8 +14,8 @@ import time
 from typing import Any
 
 import kanefe as kf
+from benchmarks.goals import Figure, Goal
 from kanefe.studies.table import MEASURED
-from kanefe_fem.bench.goals import Figure, Goal
 from study_scenes import lowest, pendulum
 
 OVERHEAD = {

@@ -7,9 +7,10 @@ import pytest
 
 import kanefe as kf
 from kanefe import shapes
-from kanefe.contact.box_pair import EDGES, SLOTS, meeting, slot_of
 from kanefe.frames import rotation_matrix
 from kanefe.integrate.auto.suited_method import candidates
+from kanefe.kernels.contact.contact_boxes import EDGES, SLOTS, box_slot, boxes_meet
+from kanefe.kernels.force_elements.places import END_NUMBERS
 from kanefe.loads.base import End
 
 LAW = kf.HuntCrossley(2e4, damping=0.4)
@@ -18,6 +19,22 @@ ROUGH = kf.Coulomb(0.4, stiffness=3e4, damping=20.0)
 
 def end_at(p, turn=(1.0, 0.0, 0.0, 0.0)) -> End:
     return End(np.array(p, dtype=float), rotation_matrix(np.array(turn)), np.zeros(3), np.zeros(3))
+
+
+class BoxPair:
+    """How a box of half sizes `own` at an end meets one of half sizes `other` at a surface."""
+
+    def __init__(self, surface: End, other, end: End, own):
+        numbers = [x for one in (surface, end) for x in (*one.p, *one.A.ravel(), *one.v, *one.w)]
+        self._given = numbers, END_NUMBERS, tuple(own), tuple(other)
+        self._met = boxes_meet(*self._given)
+        self.normal, self.overlap = np.array(self._met[:3]), self._met[3]
+        self.edges = self._met[4:] if self._met[4] >= 0 else None
+
+    def slot(self, i: int):
+        """Return depth and place of a slot."""
+        depth, *point = box_slot(self._met, i, *self._given)
+        return depth, np.array(point)
 
 
 def pair(size=(0.4, 0.5, 0.6), other=(1.0, 0.8, 0.5), swapped: bool = False, friction=None) -> kf.System:
@@ -53,7 +70,7 @@ def test_routes_agree(friction):
         theirs = model.literal.evaluate(0.0, y).rates
         np.testing.assert_allclose(model.route.evaluate(0.0, y).rates, theirs, rtol=1e-9, atol=1e-8)
         ends = model.literal.state(0.0, y).load_ends(0)
-        met = meeting(ends[0], np.array((0.5, 0.4, 0.25)), ends[1], np.array((0.2, 0.25, 0.3)))
+        met = BoxPair(ends[0], (0.5, 0.4, 0.25), ends[1], (0.2, 0.25, 0.3))
         led_by_edges += met.overlap > 0.0 and met.edges is not None
         led_by_faces += met.overlap > 0.0 and met.edges is None
     assert led_by_edges > 1
@@ -89,9 +106,9 @@ def test_derivatives_are_those_of_differences():
 def active(p, turn, own, other):
     """Return the slots of a box above the origin's box that touch, and their places."""
     surface, end = end_at((0, 0, 0)), end_at(p, turn)
-    met = meeting(surface, np.array(other), end, np.array(own))
-    slots = [(i, *slot_of(met, i, surface, np.array(other), end, np.array(own))) for i in range(SLOTS)]
-    return met, [(i, depth, point) for i, depth, _, point in slots if depth > 0.0]
+    met = BoxPair(surface, other, end, own)
+    slots = [(i, *met.slot(i)) for i in range(SLOTS)]
+    return met, [(i, depth, point) for i, depth, point in slots if depth > 0.0]
 
 
 def test_faces_share_a_polygon():
@@ -121,13 +138,13 @@ def test_edges_cross():
     upper_turn = rotation_matrix(quarter) @ rotation_matrix(on_edge_x)
     half = np.array((1.0, 0.1, 0.1))
     upper = End(np.array((0.3, 0.1, 2 * 0.1 / s - 0.002)), upper_turn, np.zeros(3), np.zeros(3))
-    met = meeting(lower, half, upper, half)
+    met = BoxPair(lower, half, upper, half)
     np.testing.assert_allclose(met.normal, (0, 0, 1), atol=1e-12)
     assert met.edges == (0, 0)
-    depth, _, point = slot_of(met, EDGES, lower, half, upper, half)
+    depth, point = met.slot(EDGES)
     assert depth == pytest.approx(0.002, rel=1e-9)
     np.testing.assert_allclose(point, (0.3, 0.0, 0.1 / s - 0.002), atol=1e-12)
-    assert all(slot_of(met, i, lower, half, upper, half)[0] < 0.0 for i in range(EDGES))
+    assert all(met.slot(i)[0] < 0.0 for i in range(EDGES))
 
 
 @pytest.mark.parametrize(("offset", "falls"), [(0.0, False), (0.45, False), (0.55, True)])

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from kanefe.kernels.tolerances import HELD_BEYOND
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
@@ -16,6 +15,7 @@ import kanefe as kf
 from acting_loads import WAYS, acted, assert_complex_steps_are_differences
 from kanefe import shapes
 from kanefe.frames import cross, rotation_matrix
+from kanefe.kernels.constraints.tolerances import HELD_BEYOND
 from kanefe.loads.base import Action, End
 
 SHARE = 0.5
@@ -329,6 +329,8 @@ FRICTIONS = {
     "turns": (coulomb(mu=0.1, torsional=0.05, rolling=1e-3), True),
     "two": (coulomb(mu=(0.1, 0.15)), True),
     "bristles": (kf.LuGre(300.0, 2.0, 0.1, coulomb=0.3, static=0.5, stribeck_speed=0.2), True),
+    "stribeck sticks": (kf.Stribeck(0.9, 1.0, 0.1, 0.7, 0.2, stiffness=STIFF, damping=DAMP), True),
+    "stribeck slips": (kf.Stribeck(0.03, 0.05, 2.0, 0.7, 0.02, stiffness=STIFF, damping=DAMP), False),
 }
 
 

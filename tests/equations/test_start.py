@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.checks.robustness import overconstrained
 from kanefe.integrate.auto.vibrations import vibrations
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.run import integrate
@@ -12,6 +11,7 @@ from kanefe.kane.constraints import constraint_rates, constraint_residuals
 from kanefe.kane.loop_closure import consistent_start
 from kanefe.kane.state import State
 from loop_scenes import four_bar, marker_place, parallelogram, spatial_loop
+from robustness import overconstrained
 from scenes import lattice_body
 
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.checks.robustness.bodies import tripod
 from kanefe.errors import ModelError
 from kanefe.integrate.auto.choice import choose
 from kanefe.integrate.options import RunOptions
+from robustness.tripod import tripod
 from scenes import derivatives
 
 STOPPED = {"limits": (-0.5, 1.0), "limit_stiffness": 100.0, "limit_damping": 8.0}

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from kanefe.kernels.tolerances import HELD_BEYOND
 from scipy.optimize import brentq
 
 from acting_loads import WAYS, acted, assert_complex_steps_are_differences
-from kanefe.joints.joint_friction import BALL, PADS, THREAD, RubbingSurfaces
+from kanefe.joints.joint_friction import RubbingSurfaces
+from kanefe.kernels.constraints.tolerances import HELD_BEYOND
+from kanefe.kernels.force_elements.coordinate_friction import BALL, PADS, THREAD
 from kanefe.loads.base import Action, End
 from kanefe.loads.coordinate_friction import CoordinateFriction
 

@@ -17,6 +17,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 import kanefe as kf
+from benchmarks.work_precision.rigid_chain import GRAVITY, chain_links, chain_scene
 from exact_accelerations import exact_accelerations
 from kanefe.equations.model import Model
 from kanefe.kane.assemble import accelerations, held_accelerations
@@ -28,7 +29,6 @@ from kanefe.kane.reactions import joint_reactions
 from kanefe.kane.state import State
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.order_n.planar_route import PlanarRoute
-from kanefe_fem.bench.rigid_chain import GRAVITY, chain_links, chain_scene
 from loop_scenes import spatial_loop
 from order_n_rates import T, order_n, rates_of_recipes
 from random_loops import LoopScene, closed_state, constraint_jacobian

@@ -15,7 +15,7 @@ from repository import ROOT
 
 PAGES = ("*.md", "Makefile", "pyproject.toml", ".ci/*", "kanefe/*.md", "meshes/*.md")
 FOLDERS = ("kanefe", "fem", "tests", "examples", "meshes")
-GROUPS = {"kanefe.commands", "kanefe.robustness", "kanefe.verification"}
+GROUPS = {"kanefe.commands", "kanefe.verification"}
 """Of entry points: they look like modules."""
 
 

@@ -25,6 +25,7 @@ import numpy as np
 import pytest
 
 from repository import ROOT
+from whole_signatures import whole_signature
 
 SNAPSHOT = Path(__file__).with_name("public_api.json")
 PACKAGES = ("kanefe", "kanefe.studies", "kanefe_fem")
@@ -45,6 +46,8 @@ class Written:
 
 def written(value: Any) -> str:
     """Return a default as text, the same with every version of Python and numpy."""
+    if value is ...:  # of a keyword in a group
+        return "..."
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, np.ndarray):
@@ -70,7 +73,7 @@ def written(value: Any) -> str:
 
 def signature(function: Callable[..., Any]) -> str:
     """Return the parameters without annotations."""
-    bare = inspect.signature(function)
+    bare = whole_signature(function)
     parameters = [
         p.replace(annotation=p.empty, default=p.empty if p.default is p.empty else Written(written(p.default)))
         for p in bare.parameters.values()
@@ -190,6 +193,24 @@ def test_the_public_names_are_those_of_the_snapshot() -> None:
 def test_no_public_name_is_that_of_a_file(package: str) -> None:
     # importing the file would put a module in the place of what users call
     assert [name for name in import_module(package).__all__ if find_spec(f"{package}.{name}")] == []
+
+
+def functions(thing: Any) -> list[Callable[..., Any]]:
+    """Return a public function, or the methods of a public class."""
+    if isinstance(thing, type):
+        bases = [base for base in thing.__mro__ if is_ours(base)]
+        inner = [getattr(value, "__func__", value) for base in bases for value in vars(base).values()]
+        written = [value for value in inner if inspect.isfunction(value)]
+        return [value for value in written if value.__name__ != "__init__" or not is_dataclass(thing)]
+    return [thing] if inspect.isfunction(thing) else []
+
+
+def test_no_public_function_takes_more_than_ten_arguments() -> None:
+    things = [getattr(import_module(package), name) for package in PACKAGES for name in import_module(package).__all__]
+    found = [function for thing in things for function in functions(thing)]
+    assert len(found) > 500
+    counts = {f.__qualname__: len({*inspect.signature(f).parameters} - {"self", "cls"}) for f in found}
+    assert {name: count for name, count in counts.items() if count > 10} == {}, "see CONTRIBUTING.md, Style"
 
 
 def test_what_changes_is_named() -> None:

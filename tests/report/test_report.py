@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.documents.blocks import Heading, Histogram, Paragraph, Picture, Table
+from kanefe.documents.document import Report
+from kanefe.documents.record_tables import record_tables
 from kanefe.fe_model.model import Cells
-from kanefe.report.blocks import Heading, Histogram, Paragraph, Picture, Table
-from kanefe.report.document import Report
 from kanefe.report.mesh_quality import mesh_quality
 from kanefe.report.modes import body_modes, compliance_shares, interface_masses
-from kanefe.report.record_tables import record_tables
 from kanefe_fem.beams.body import beam_body, straight_beam
 from kanefe_fem.beams.sections import Rectangle
 from kanefe_fem.materials.isotropic import Material

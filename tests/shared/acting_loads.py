@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from kanefe.kernels.addresses import addresses, call_in_python
 
+from kanefe.kernels.compiler.addresses import addresses, call_in_python
 from kanefe.kernels.force_elements.places import SIGNATURE, WRENCHES
 from kanefe.loads.base import Action, End, Load
 

@@ -7,7 +7,6 @@ each that is a fault.
 from __future__ import annotations
 
 import contextlib
-import inspect
 import io
 import itertools
 import json
@@ -31,6 +30,7 @@ import numpy as np
 import scipy.sparse as sp
 
 import kanefe as kf
+from whole_signatures import whole_signature
 
 NAN, INF = float("nan"), float("inf")
 MOST_SECONDS = 20
@@ -292,7 +292,7 @@ class Case(NamedTuple):
 
 def hint_of(function: Callable[..., Any], argument: str) -> tuple[str, Any]:
     """Return the text of the hint of an argument, and its default."""
-    found = inspect.signature(function).parameters.get(argument)
+    found = whole_signature(function).parameters.get(argument)
     if found is None:
         return "Any", None
     return str(found.annotation), found.default

@@ -7,9 +7,10 @@ import numpy as np
 import kanefe as kf
 from good_call import call, files
 
-LAW = {"stiffness": 1e5, "damping": 1.0, "exponent": 1.5}
-for law in (kf.HuntCrossley, kf.Hertz, kf.KelvinVoigt):
-    call(f"kanefe.{law.__name__}", law, **(LAW if law is not kf.KelvinVoigt else LAW | {"exponent": 1.0}))
+LAW = {"stiffness": 1e5, "damping": 1.0}
+for law in (kf.HuntCrossley, kf.Hertz):
+    call(f"kanefe.{law.__name__}", law, **LAW, exponent=1.5)
+call("kanefe.KelvinVoigt", kf.KelvinVoigt, **LAW)
 call(
     "kanefe.Hertz.of_sphere", kf.Hertz.of_sphere, radius=0.1, E=210e9, nu=0.3, other_E=210e9, other_nu=0.3, damping=0.0
 )
@@ -28,6 +29,18 @@ call(
     rolling=0.0,
 )
 call("kanefe.LuGre", kf.LuGre, sigma0=1e5, sigma1=1.0, sigma2=0.1, coulomb=0.3, static=0.4, stribeck_speed=0.1)
+call(
+    "kanefe.Stribeck",
+    kf.Stribeck,
+    mu=0.3,
+    breakaway=0.4,
+    stribeck_speed=0.1,
+    exponent=1.0,
+    viscous=0.1,
+    stiffness=1e5,
+    damping=1.0,
+)
+call("kanefe.BumpStop", kf.BumpStop, depths=[0, 0.1, 0.2], forces=[0, 1, 3], hysteresis=0.2, turning=1e-3)
 call("kanefe.TableLaw", kf.TableLaw, depths=[0, 0.1, 0.2], forces=[0, 1, 3], damping=0.0)
 S = kf.shapes
 call("kanefe.shapes.Box", S.Box, size=(1, 1, 1), inside=False)

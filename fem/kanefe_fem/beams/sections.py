@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import numpy as np
 
@@ -108,6 +108,17 @@ class CrossSection(BeamSection):
             )
 
 
+class Stiffnesses(TypedDict, total=False):
+    """Stiffnesses of a section: keywords of `Section.from_stiffness`."""
+
+    EA: float | None
+    EI_y: float | None
+    EI_z: float | None
+    GJ: float | None
+    GA_y: float | None
+    GA_z: float | None
+
+
 @dataclass(frozen=True)
 class Section(CrossSection):
     """Section given by its numbers.
@@ -150,32 +161,19 @@ class Section(CrossSection):
     def from_stiffness(
         cls,
         *,
-        EA: float | None = None,
-        EI_y: float | None = None,
-        EI_z: float | None = None,
-        GJ: float | None = None,
-        GA_y: float | None = None,
-        GA_z: float | None = None,
         stiffness: Sequence[Sequence[float]] | np.ndarray | None = None,
         rho_A: float | None = None,
         rho_I: float | Sequence[float] | None = None,
         centre_of_mass: Sequence[float] = (0.0, 0.0),
         mass: Sequence[Sequence[float]] | np.ndarray | None = None,
+        **stiffnesses: Unpack[Stiffnesses],
     ) -> StiffnessSection:
         """Return a section given by stiffness and mass a unit length: such a beam takes no material.
 
         Parameters
         ----------
-        EA : float
-            Axial stiffness in N.
-        EI_y, EI_z : float
-            Bending stiffnesses in N m2, as `I_y` and `I_z`; a planar beam needs `EI_z` only.
-        GJ : float
-            Torsional stiffness in N m2; a planar beam needs none.
-        GA_y, GA_z : float, optional
-            Shear stiffnesses kappa G A in N. Default: rigid in shear.
         stiffness : array_like, shape (6, 6), optional
-            All of these and what couples them (bend and twist of a blade), instead of the numbers above: the forces
+            All stiffnesses and what couples them (bend and twist of a blade), instead of the numbers below: the forces
             N, V_y, V_z in N and moments T, M_y, M_z in N m from stretch, shear strains and, in 1/m, twist and
             curvatures; x is along the beam. Positive as in `kanefe_fem.recovery.section_forces.SectionForces`. From the
             order of BeamDyn (x and y across, z along) by ``K[np.ix_(p, p)]``, p = [2, 0, 1, 5, 3, 4].
@@ -189,6 +187,19 @@ class Section(CrossSection):
             Its y and z from the axis in m.
         mass : array_like, shape (6, 6), optional
             Of velocities and rates of rotation along x, y, z, instead of `rho_A`, `rho_I` and `centre_of_mass`.
+        **stiffnesses
+            What follows.
+
+        Other Parameters
+        ----------------
+        EA : float
+            Axial stiffness in N.
+        EI_y, EI_z : float
+            Bending stiffnesses in N m2, as `I_y` and `I_z`; a planar beam needs `EI_z` only.
+        GJ : float
+            Torsional stiffness in N m2; a planar beam needs none.
+        GA_y, GA_z : float, optional
+            Shear stiffnesses kappa G A in N. Default: rigid in shear.
 
         Raises
         ------
@@ -204,7 +215,7 @@ class Section(CrossSection):
         """
         from kanefe_fem.beams.stiffness_section import StiffnessSection
 
-        numbers = {"EA": EA, "GA_y": GA_y, "GA_z": GA_z, "GJ": GJ, "EI_y": EI_y, "EI_z": EI_z}
+        numbers = {name: stiffnesses.get(name) for name in ("EA", "GA_y", "GA_z", "GJ", "EI_y", "EI_z")}
         return StiffnessSection.of(numbers, stiffness, rho_A, rho_I, centre_of_mass, mass)
 
 

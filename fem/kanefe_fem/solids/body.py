@@ -6,8 +6,9 @@ import time
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
 
 import numpy as np
 import scipy.sparse as sp
@@ -53,6 +54,19 @@ OFF_THE_CURVE = 1e-4
 STRAIGHT = 1e-12
 """Distance of mid-side nodes from the means of their corners, relative to the body, below which the geometry is
 straight."""
+
+
+class SolidKeywords(TypedDict, total=False):
+    """Keywords of `solid_model` that `solid_body` takes too."""
+
+    order: int
+    plane: Plane | None
+    thickness: float | None
+    surfaces: Sequence[str] | Mapping[str, PlaceLike]
+    cells: str | Sequence[str] | None
+    densities: Mapping[str, float] | None
+    lumped: Sequence[Lumped]
+    preload: Preload | None
 
 
 @checked("mesh", "order", "cells", "lumped", "preload")
@@ -197,22 +211,15 @@ def solid_body(
     damping: Any = None,
     *,
     stiffening: StiffeningLevel = "none",
-    order: int = 2,
-    plane: Plane | None = None,
-    thickness: float | None = None,
-    surfaces: Sequence[str] | Mapping[str, PlaceLike] = (),
-    cells: str | Sequence[str] | None = None,
-    densities: Mapping[str, float] | None = None,
-    lumped: Sequence[Lumped] = (),
-    preload: Preload | None = None,
     cache: bool = True,
     progress: bool | None = None,
+    **model: Unpack[SolidKeywords],
 ) -> FlexibleBody:
     """Return a flexible body made from a mesh: `solid_model`, then `kanefe.reduction.flexible_body`.
 
     Parameters
     ----------
-    mesh, materials, order, plane, thickness, surfaces, cells, densities, lumped, preload
+    mesh, materials
         As for `solid_model`.
     interfaces : dict of str to str or Interface
         How each named group of facets carries the body's frame or another body: "clamped", "rigid", "hinged",
@@ -228,6 +235,8 @@ def solid_body(
         there (see `kanefe.bodies.cache`). A preload or stiffening takes more than the matrices: then it is assembled.
     progress : bool, optional
         Whether to show the stages. Default: on a terminal, of a large body.
+    **model
+        order, plane, thickness, surfaces, cells, densities, lumped and preload, as for `solid_model`.
 
     Examples
     --------
@@ -238,17 +247,10 @@ def solid_body(
     """
     from kanefe_fem.body_cache import cached_body
 
-    of_model = {
-        "materials": materials,
-        "order": order,
-        "plane": plane,
-        "thickness": thickness,
-        "surfaces": surfaces,
-        "cells": cells,
-        "densities": densities,
-        "lumped": lumped,
-        "preload": preload,
-    }
+    # with the defaults: what is given and what is left out are one body to the cache
+    of_model: dict[str, Any] = {
+        name: model.get(name, one.default) for name, one in signature(solid_model).parameters.items() if name != "mesh"
+    } | {"materials": materials}
     of_body = {"interfaces": interfaces, "reduction": reduction, "damping": damping, "stiffening": stiffening}
 
     def make(mesh: Mesh | str | Path) -> FlexibleBody:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Literal, TypedDict
 
 import numpy as np
 
@@ -21,6 +21,15 @@ Saddles = Literal["fixed", "hinged"]
 
 SKIDS = {"starboard": "starboard skid", "port": "port skid"}
 SADDLES = {"starboard": "starboard saddle", "port": "port saddle"}
+
+
+class GearKeywords(TypedDict, total=False):
+    """Keywords of `gear_body`."""
+
+    saddles: Saddles
+    damping: Damping
+    is_planar: bool
+
 
 ALUMINIUM = Material(E=given.YOUNG, nu=0.33, rho=given.DENSITY)
 

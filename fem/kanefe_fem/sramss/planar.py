@@ -6,7 +6,7 @@ Rotations are about z here, the ship's longitudinal axis: port side up is positi
 from __future__ import annotations
 
 import math
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Unpack
 
 import numpy as np
 from scipy.optimize import brentq
@@ -14,13 +14,12 @@ from scipy.optimize import brentq
 from kanefe.contact import Coulomb, HuntCrossley
 from kanefe.contact.shapes import Plane
 from kanefe.errors import ModelError
-from kanefe.fe_model.damping import Damping
 from kanefe.joints import Motion, Planar, Revolute
 from kanefe.linear import Equilibrium, equilibrium
 from kanefe.loads import Rope
 from kanefe.system import System
 from kanefe_fem.sramss import parameters as given
-from kanefe_fem.sramss.gear import SKIDS, Saddles, gear_body
+from kanefe_fem.sramss.gear import SKIDS, GearKeywords, Saddles, gear_body
 
 STEPS_A_SECOND = 500
 """Samples per second in the table of the deck's motion: the error of its accelerations is 1e-6 of the largest."""
@@ -67,7 +66,6 @@ LEVEL = Deck()
 def planar_scene(
     deck: Deck = LEVEL,
     *,
-    saddles: Saddles = "fixed",
     skids: Held = "smooth",
     half_track: float = 0.0,
     mu: float = 0.3,
@@ -75,16 +73,13 @@ def planar_scene(
     start: tuple[float, float, float] | None = None,
     velocity: float = 0.0,
     lift: float = 0.0,
-    damping: Damping = None,
-    is_planar: bool = True,
+    **gear: Unpack[GearKeywords],
 ) -> System:
     """Return the aircraft on the deck.
 
     Parameters
     ----------
     deck : Deck
-    saddles : {"fixed", "hinged"}
-        See `gear_body`.
     skids : {"smooth", "pinned", "rough"}
         Free to spread on the deck; on springs and dampers across it; or by Coulomb's friction.
     half_track : float
@@ -99,10 +94,8 @@ def planar_scene(
         Of all down at the start, m/s.
     lift : float
         Force up at the airframe's centre of mass, N.
-    damping : Damping
-        Of the gear: see `gear_body`.
-    is_planar : bool
-        False: the gear is of beams in space.
+    **gear
+        saddles, damping and is_planar, as for `gear_body`.
     """
     if skids not in ("smooth", "pinned", "rough"):
         raise ModelError(f"skids are 'smooth', 'pinned' or 'rough', not {skids!r}")
@@ -115,14 +108,14 @@ def planar_scene(
         given.AIRFRAME_INERTIA,
         joint=Planar(position=(x, y), angle=angle, velocity=(0.0, -velocity)),
     )
-    body = gear_body(saddles, damping=damping, is_planar=is_planar)
-    gear = scene.add_flexible_body("gear", body, parent=airframe)
+    body = gear_body(**gear)
+    member = scene.add_flexible_body("gear", body, parent=airframe)
     surface = scene.add_surface("deck", on_deck, Plane("y"), at=(0.0, given.DECK_HEIGHT, 0.0))
     normal = HuntCrossley(given.NORMAL_STIFFNESS, given.NORMAL_DAMPING)
     friction = Coulomb(mu, stiffness=given.TANGENTIAL_STIFFNESS, damping=given.TANGENTIAL_DAMPING)
     for side, sign in SIDES.items():
         node = int(np.argmin(np.linalg.norm(body.nodes[:, :2] - given.CORNERS[-1] * (sign, 1.0), axis=1)))
-        skid, name = gear.node(node), SKIDS[side]
+        skid, name = member.node(node), SKIDS[side]
         scene.add_contact(name, skid, surface, normal=normal, friction=friction if skids == "rough" else None)
         if skids == "pinned":
             mark = on_deck.frame((sign * half_track, given.DECK_HEIGHT, 0.0))

@@ -51,36 +51,6 @@ def truss(
         return model_from_matrices(np.kron(mass, np.eye(3)), K, nodes, groups=groups, source="a truss")
 
 
-def tripod(
-    frequencies: Sequence[float] | np.ndarray, axes: np.ndarray, mass: float = 1.0, damping: float = 0.0
-) -> FlexibleBody:
-    """Return a mass on three bars at right angles, whose feet are clamped: its frequencies in Hz are those given.
-
-    Parameters
-    ----------
-    frequencies : sequence of 3 floats
-        Of the mass along each bar, Hz.
-    axes : ndarray, shape (3, 3)
-        Directions of the bars in its columns. Along x, y and z K is exact; else it has the round-off of its largest
-        number.
-    mass : float
-        kg.
-    damping : float
-        Ratio of every mode.
-    """
-    nodes = np.vstack((np.zeros(3), axes.T))
-    stiffnesses = mass * (2.0 * np.pi * np.asarray(frequencies)) ** 2
-    bars = {(0, i + 1): float(k) for i, k in enumerate(stiffnesses)}
-    bars |= {(i, j): float(stiffnesses.max()) for i, j in combinations((1, 2, 3), 2)}
-    masses = np.diag((mass, 0.1 * mass, 0.1 * mass, 0.1 * mass))
-    model = truss(nodes, bars, masses, {"feet": (1, 2, 3), "top": (0,)})
-    return flexible_body(model, {"feet": "clamped"}, damping=_ratio(damping))
-
-
-def _ratio(damping: float) -> ModalDamping | None:
-    return ModalDamping(damping) if damping else None
-
-
 def lattice(
     seed: int,
     interfaces: Mapping[str, str] | None = None,
@@ -125,5 +95,5 @@ def lattice(
         truss(nodes, bars, mass, groups),
         {"root": "clamped", "tip": "rigid"} if interfaces is None else dict(interfaces),
         reduction=CraigBampton(modes=modes),
-        damping=_ratio(damping),
+        damping=ModalDamping(damping) if damping else None,
     )

@@ -6,19 +6,23 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from functools import partial
+from operator import attrgetter
 
+from kanefe.checks.registry import select
 from kanefe.checks.robustness.case import Effort, Finding, StressCase
-from kanefe.checks.robustness.registry import REGISTRY, registered_cases
+from kanefe.checks.robustness.cases import CASES
 from kanefe.checks.robustness.table import Row, Table, stress_report
 from kanefe.checks.runner import NotRun, outcomes
 from kanefe.checks.table import check_target, write_json
 
+SHORT = Effort(is_quick=True)
+
 
 def stress(
     names: Sequence[str] = (),
+    cases: Sequence[StressCase] = CASES,
+    effort: Effort = SHORT,
     *,
-    quick: bool = False,
-    method: str | None = None,
     json_path: str | None = None,
     html_path: str | None = None,
 ) -> int:
@@ -28,10 +32,10 @@ def stress(
     ----------
     names : sequence of str
         Which cases; all if empty. Upper and lower case are the same.
-    quick : bool
-        The short form: fewer states, scenes and steps of every kind.
-    method : str, optional
-        Method of the long runs; default: see `kanefe.checks.robustness.drift`.
+    cases : sequence of StressCase
+        Among these; default: those of the package.
+    effort : Effort
+        How much is tried; default: the short form.
     json_path : str, optional
         Also write the findings as JSON: a list of objects with the keys case, tried, count, figure, worst, limit,
         reason, note, seconds, passed and is_known_limit. "-" writes to the standard output, and the table to the
@@ -47,31 +51,27 @@ def stress(
     Raises
     ------
     ModelError
-        If there is no such case or method; the message lists those there are.
+        If there is no such case; the message lists those there are.
     FileError
         If a file cannot be written; looked at before anything runs.
 
     Examples
     --------
-    >>> stress(["mass-ratio"], quick=True)  # doctest: +SKIP
+    >>> stress(["drift"])  # doctest: +SKIP
     """
-    from kanefe.checks.robustness.runs import check_long_method
-
-    cases = REGISTRY.select(registered_cases(), names)
-    if method is not None:
-        check_long_method(method)
+    chosen = select("stress", cases, names, attrgetter("name"))
     check_target(json_path)
     check_target(html_path)
     table = Table(sys.stderr if json_path == "-" else sys.stdout)
     began = time.perf_counter()
-    for case in cases:
-        for outcome in run_case(case, Effort(quick, method)):
+    for case in chosen:
+        for outcome in run_case(case, effort):
             table.add(outcome)
     table.summarise(time.perf_counter() - began)
     if json_path is not None:
         write_json(table.rows, json_path)
     if html_path is not None:
-        stress_report(table, quick).to_html(html_path, pictures=False)
+        stress_report(table, effort.is_quick).to_html(html_path, pictures=False)
     return table.exit_code(bool(names))
 
 

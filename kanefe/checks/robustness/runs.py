@@ -5,8 +5,6 @@ from __future__ import annotations
 import warnings
 from typing import Any
 
-import numpy as np
-
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationError, SimulationWarning
 from kanefe.integrate.auto.choice import choose
@@ -33,11 +31,6 @@ def stepped_methods() -> tuple[str, ...]:
     return tuple(name for name in own_methods() if METHODS[name].has_fixed_steps)
 
 
-def implicit_methods() -> tuple[str, ...]:
-    """Return the methods that choose their steps and are not held down by stiff modes."""
-    return tuple(name for name in controlled_methods() if not METHODS[name].is_explicit)
-
-
 def is_accurate(method: str) -> bool:
     """Return whether a method is of higher order than 2."""
     return METHODS[method].order > 2
@@ -51,12 +44,6 @@ def tolerance(method: str, accurate: float, low_order: float) -> float:
 def long_methods(wanted: str | None) -> tuple[str, ...]:
     """Return the methods of long runs: the one wanted, or those that keep energy."""
     return (wanted,) if wanted else tuple(name for name in LONG if name in stepped_methods())
-
-
-def check_long_method(name: str) -> None:
-    """Raise a ModelError if no method of this name takes steps of a given size."""
-    if name not in stepped_methods():
-        raise ModelError(f"{name!r} is no method with fixed steps. Remedy: one of {', '.join(stepped_methods())}")
 
 
 def suits(method: str, model: Model) -> bool:
@@ -93,24 +80,3 @@ def ended(model: Model, span: float, **options: Any) -> Trajectory:
 def stepped_run(model: Model, count: int, step: float, method: str, samples: int) -> Trajectory:
     """Run a model for so many steps of one size, and keep its state at some of them."""
     return follow(model, count * step, method=method, step=step, output_step=count // samples * step)
-
-
-def failure_of(model: Model, span: float, **options: Any) -> str:
-    """Return why a run could not be finished; "" if it was."""
-    try:
-        follow(model, span, **options)
-    except SimulationError as problem:
-        return str(problem)
-    return ""
-
-
-def is_reported(trajectory: Trajectory) -> bool:
-    """Return whether a run came to its end, or says why it did not and what to try."""
-    status = trajectory.status
-    return status is None or status.is_finished or bool(status.reason and status.remedy)
-
-
-def all_finite(trajectory: Trajectory) -> bool:
-    """Return whether every number of a trajectory is finite."""
-    arrays = (trajectory.coordinates, trajectory.speeds, trajectory.dissipated, trajectory.work)
-    return all(bool(np.all(np.isfinite(x))) for x in arrays)

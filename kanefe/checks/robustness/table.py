@@ -8,9 +8,9 @@ from itertools import groupby
 
 from kanefe.checks.robustness.case import Finding
 from kanefe.checks.table import GrowingTable
-from kanefe.report.blocks import Block, Heading, Paragraph
-from kanefe.report.blocks import Table as ReportTable
-from kanefe.report.document import Report
+from kanefe.documents.blocks import Block, Heading, Paragraph
+from kanefe.documents.blocks import Table as ReportTable
+from kanefe.documents.document import Report
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,9 @@ import numpy as np
 from kanefe.checks.verification.case import Case, Check, Reference
 from kanefe.checks.verification.contact import GRAVITY, falling_with_stiffness, run_of
 from kanefe.contact import Hertz, HuntCrossley, KelvinVoigt, Restitution
-from kanefe.contact.laws.normal_laws import NormalLaw
 from kanefe.contact.shapes import Plane, Sphere
 from kanefe.joints import Prismatic
+from kanefe.kernels.contact.laws.normal_law import NormalLaw
 from kanefe.loads import Rope
 from kanefe.result import Result
 from kanefe.system import System

@@ -5,9 +5,9 @@ A plugin names a module in the entry-point group ``kanefe.verification``; the mo
 
 from __future__ import annotations
 
-from operator import attrgetter
+from collections.abc import Iterator
+from importlib.metadata import entry_points
 
-from kanefe.checks.registry import Registry
 from kanefe.checks.verification import (
     contact,
     dumbbell,
@@ -28,7 +28,8 @@ from kanefe.checks.verification.case import Case
 from kanefe.checks.verification.references import load_references
 from kanefe.errors import ModelError
 
-REGISTRY = Registry("verification", "kanefe.verification", Case, attrgetter("id"))
+GROUP = "kanefe.verification"
+"""Entry points of the modules of plugins."""
 
 OWN = (
     *rigid.CASES,
@@ -56,10 +57,21 @@ def registered_cases() -> tuple[Case, ...]:
     ModelError
         If the module of a plugin has no cases, or a case has no reference.
     """
-    cases = (*OWN, *REGISTRY.of_plugins())
+    cases = (*OWN, *_of_plugins())
     for case in cases:
         if case.id not in load_references():
             raise ModelError(
                 f"the verification case {case.id!r} has no reference. Remedy: update or remove its package"
             )
     return tuple(sorted(cases, key=lambda case: case.id))
+
+
+def _of_plugins() -> Iterator[Case]:
+    for entry in sorted(entry_points(group=GROUP), key=lambda e: e.name):
+        added = getattr(entry.load(), "CASES", None)
+        if not isinstance(added, tuple) or not all(isinstance(case, Case) for case in added):
+            raise ModelError(
+                f"the plugin {entry.value!r} of the group {GROUP!r} has no tuple CASES of verification cases. "
+                "Remedy: update or remove the package it comes from"
+            )
+        yield from added

@@ -7,11 +7,9 @@ from collections.abc import Iterator
 
 from kanefe.checks.verification.case import Case, Check, Reference
 from kanefe.checks.verification.contact import GRAVITY
-from kanefe.contact import shapes
-from kanefe.contact.laws.friction_laws import Coulomb
-from kanefe.contact.laws.normal_laws import HuntCrossley, NormalLaw
-from kanefe.contact.laws.rigid import Rigid
+from kanefe.contact import Coulomb, HuntCrossley, Rigid, shapes
 from kanefe.joints import Free
+from kanefe.kernels.contact.laws.normal_law import NormalLaw
 from kanefe.linear.equilibrium.equilibria import equilibrium
 from kanefe.system import System
 

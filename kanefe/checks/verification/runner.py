@@ -6,12 +6,14 @@ import sys
 import time
 from collections.abc import Iterator, Sequence
 from itertools import groupby
+from operator import attrgetter
 
+from kanefe.checks.registry import select
 from kanefe.checks.runner import NotRun, outcomes
 from kanefe.checks.table import check_target, write_json
 from kanefe.checks.verification.case import Case, Check
 from kanefe.checks.verification.references import load_references
-from kanefe.checks.verification.registry import REGISTRY, registered_cases
+from kanefe.checks.verification.registry import registered_cases
 from kanefe.checks.verification.report import Row, Table
 from kanefe.checks.verification.tolerance import tolerances_times
 
@@ -49,7 +51,7 @@ def verify(case_ids: Sequence[str] = (), json_path: str | None = None, factor: f
     --------
     >>> verify(["E03"])  # doctest: +SKIP
     """
-    cases = REGISTRY.select(registered_cases(), case_ids)
+    cases = select("verification", registered_cases(), case_ids, attrgetter("id"))
     check_target(json_path)
     started = time.perf_counter()
     with tolerances_times(factor):

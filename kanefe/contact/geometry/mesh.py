@@ -8,10 +8,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from kanefe.arguments import checked
+from kanefe.arguments import checked, positive
 from kanefe.contact.geometry.mesh_parts import check_parts
 from kanefe.contact.geometry.points import on_triangles, standing_for
-from kanefe.contact.geometry.shape import SurfaceShape, positive
+from kanefe.contact.geometry.shape import SurfaceShape
 from kanefe.contact.geometry.stl import read_stl
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.contact.geometry.shape import Probe, SurfaceShape, length_and_direction, positive
+from kanefe.arguments import positive
+from kanefe.contact.geometry.shape import Probe, SurfaceShape, length_and_direction
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
 

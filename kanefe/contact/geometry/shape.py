@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector, numbers
+from kanefe.frames import AXES, Matrix, Vector
 from kanefe.loads.reach import Bounds
-
-AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 class Probe(NamedTuple):
@@ -120,25 +117,6 @@ class SurfaceShape(ABC):
     def title(self) -> str:
         """Its name in messages."""
         return type(self).__name__.lower()
-
-
-def direction(value: object, what: str) -> Vector:
-    """Return a unit vector from "x", "-z" or three numbers; a ModelError names what it is."""
-    if isinstance(value, str) and value.removeprefix("-") in AXES:
-        return np.array(AXES[value.removeprefix("-")]) * (-1.0 if value.startswith("-") else 1.0)
-    given = numbers(value) if not isinstance(value, str) else np.zeros(0)
-    length = float(np.linalg.norm(given)) if given.shape == (3,) else 0.0
-    if not (length > 0.0 and math.isfinite(length)):
-        raise ModelError(f"{what} must be 'x', 'y', 'z', one of these with a minus, or three numbers, not {value!r}")
-    return given / length
-
-
-def positive(value: object, what: str) -> float:
-    """Return a finite number above zero; a ModelError names what it is."""
-    number = numbers(value)
-    if number.shape != () or not np.isfinite(number) or number <= 0.0:
-        raise ModelError(f"{what} must be one number, finite and > 0, not {value!r}")
-    return float(number)
 
 
 def length_and_direction(x: Vector) -> tuple[float, Vector]:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard
 
 import numpy as np
 
-from kanefe.contact.laws.rigid import NEWTON, Rigid
+from kanefe.contact.rigid.rigid import NEWTON, Rigid
 from kanefe.contact.rigid.rigid_contact import check_rigid
 from kanefe.contact.shapes import Plane, Points, Sphere
 from kanefe.errors import ModelError
@@ -16,8 +16,8 @@ from kanefe.frames import Vector
 from kanefe.loads.base import Action, End, Load
 
 if TYPE_CHECKING:
-    from kanefe.contact.laws.friction_laws import Coulomb
     from kanefe.contact.surface import Surface
+    from kanefe.kernels.contact.laws.friction_law import FrictionLaw
 
 FEW = 12
 """Pairs of surfaces up to which each has a contact of its own, whose touches and slips are events."""
@@ -82,8 +82,17 @@ class RigidCrowd(Load):
         return states
 
 
+def is_crowd(law: object, pairs: int) -> TypeGuard[Rigid]:
+    """Return whether so many pairs with a law are one load, over whose impacts time stepping goes."""
+    return isinstance(law, Rigid) and pairs > FEW
+
+
 def crowd_of(
-    name: str, among: Sequence[Surface], law: Rigid, friction: Coulomb | None, ignore: Sequence[tuple[Surface, Surface]]
+    name: str,
+    among: Sequence[Surface],
+    law: Rigid,
+    friction: FrictionLaw | None,
+    ignore: Sequence[tuple[Surface, Surface]],
 ) -> RigidCrowd:
     """Return rigid contacts of each surface with each other one.
 

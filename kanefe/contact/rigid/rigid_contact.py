@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from kanefe.constraints.rows import METRE, MarkerMotion, Wrenches
 from kanefe.contact.contact import OPEN, SLIPS, STICKS, Contact
 from kanefe.contact.contact_events import of_point
 from kanefe.contact.rigid.meeting import Meeting, meetings_with, turned
+from kanefe.contact.rigid.rigid import Rigid
 from kanefe.contact.shapes import Plane
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, cross
@@ -21,8 +22,8 @@ from kanefe.loads.base import Action, End, Load
 
 if TYPE_CHECKING:
     from kanefe.contact.geometry.shape import Probe, SurfaceShape
-    from kanefe.contact.laws.friction_laws import Coulomb
-    from kanefe.contact.laws.rigid import Rigid
+    from kanefe.contact.wanted_contact import WantedContact
+    from kanefe.kernels.contact.laws.friction_law import FrictionLaw
 
 REPORTED_EVENTS = "touch", "lift", "slip", "stick", "rest"
 """What a run tells of a contact; all but the last of a probe too."""
@@ -52,7 +53,7 @@ TURNED = 0.5
 
 
 def check_rigid(
-    shape: SurfaceShape, probes: Sequence[tuple[int, Probe]], friction: Coulomb | None, belt: Vector, label: str
+    shape: SurfaceShape, probes: Sequence[tuple[int, Probe]], friction: FrictionLaw | None, belt: Vector, label: str
 ) -> None:
     """Raise a ModelError that names what a rigid contact does not have."""
     if not shape.is_smooth:
@@ -67,12 +68,8 @@ def check_rigid(
         raise ModelError(
             f"{label}: a surface velocity of rigid contacts takes a plane. Remedy: kanefe.HuntCrossley(...)"
         )
-    if friction is not None and len(set(friction.coefficients)) > 1:
-        raise ModelError(f"{label}: friction of rigid contacts is the same in all directions. Remedy: one coefficient")
-    if friction is not None and (friction.stiffness is not None or friction.damping is not None):
-        raise ModelError(f"{label}: what is rigid sticks without springs. Remedy: leave out stiffness and damping")
-    if friction is not None and friction.turning_states:
-        raise ModelError(f"{label}: rigid contacts slip, but turn freely. Remedy: kanefe.HuntCrossley(...)")
+    if friction is not None and friction.not_rigid:
+        raise ModelError(f"{label}: {friction.not_rigid}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +88,7 @@ class RigidContact(Load):
     probes : tuple of (int, Probe)
         Each with the number of its end.
     law : Rigid
-    friction : Coulomb or None
+    friction : FrictionLaw or None
     belt : ndarray, shape (3,)
         Velocity of the surface in its own axes, m/s.
     reports_points : bool
@@ -103,13 +100,27 @@ class RigidContact(Load):
     shape: SurfaceShape
     probes: tuple[tuple[int, Probe], ...]
     law: Rigid
-    friction: Coulomb | None
+    friction: FrictionLaw | None
     belt: np.ndarray
     reports_points: bool = False
 
     kind = "rigid contact"
+    straight = None
     columns = Contact.columns
     needs_rotation = False
+
+    @classmethod
+    def of(cls, wanted: WantedContact) -> Self | None:
+        """Return the contact that a scene wants, if its law is rigid; a ModelError says what that does not have."""
+        if not isinstance(wanted.normal, Rigid):
+            return None
+        if wanted.convex is not None:
+            raise ModelError(
+                f"{wanted.label}: a rigid contact of a {wanted.convex.title} on a {wanted.shape.title} is not served. "
+                "Remedy: a law that yields, such as kanefe.HuntCrossley(1e6)"
+            )
+        check_rigid(wanted.shape, wanted.probes, wanted.friction, wanted.belt, wanted.label)
+        return cls(wanted.name, wanted.ends, wanted.shape, wanted.probes, wanted.normal, wanted.friction, wanted.belt)
 
     @property
     def title(self) -> str:
@@ -196,12 +207,12 @@ class RigidContact(Load):
         """Return the coefficient of friction at a speed of slipping, m/s."""
         if self.friction is None:
             return 0.0
-        return max(self.friction.coefficients) * self.friction.fallen(speed)
+        return self.friction.coefficient(speed)
 
     @property
     def static(self) -> float:
         """The coefficient that it sticks by."""
-        return 0.0 if self.friction is None else max(self.friction.coefficients) * self.friction.static_ratio
+        return 0.0 if self.friction is None else self.friction.holding
 
     def slip_directions(self, found: Sequence[Meeting], kept: np.ndarray, surface: MarkerMotion) -> np.ndarray:
         """Return the directions of slips over the two directions along the surface, (slips, 2).

@@ -243,39 +243,6 @@ static void hold(engine *e)
     integers[STAGE] = 0;
 }
 
-/* Writes the derivatives of the rates that a method asks for, exact by complex steps. */
-static int put_jacobian(engine *e)
-{
-#if HAS_JACOBIAN
-    int64_t *integers = at(e, AT_INTEGERS);
-    double *reals = at(e, AT_REALS), *y = vector(e, STATE), *along = at(e, AT_ALONG), *found = at(e, AT_FOUND);
-    double *state = at(e, AT_COMPLEX), *rows = vector(e, (int)integers[JACOBIAN_ROW]);
-
-    for (int i = 0; i < TURNING_COUNT; i++) {
-        int64_t place = TURNING[i][0];
-        double *first = along + TURNING[i][1] * SIZE + place;
-        double e0 = 0.5 * y[place], e1 = 0.5 * y[place + 1], e2 = 0.5 * y[place + 2], e3 = 0.5 * y[place + 3];
-        double turned[3][4] = {{-e1, e0, e3, -e2}, {-e2, -e3, e0, e1}, {-e3, e2, -e1, e0}};
-        for (int k = 0; k < 3; k++)
-            memcpy(first + k * SIZE, turned[k], sizeof turned[k]);
-    }
-    ((double *)at(e, DERIVED_NUMBERS))[AT_TIME] = reals[TIME];
-    for (int i = 0; i < SIZE; i++)
-        state[2 * i] = y[i], state[2 * i + 1] = 0.0;
-    put_drives(e, reals[TIME], AT_DERIVED_DRIVES);
-    put_held(e, AT_DERIVED_INPUTS, y);
-    if (call(e, DERIVATIVES) || ((double *)at(e, DERIVATIVES[CALL_NUMBERS]))[DERIVATIVES[CALL_RESULT]] == 0.0)
-        return 1;
-    for (int i = 0; i < SIZE - COORDINATE_COUNT; i++)
-        for (int k = 0; k < ALONG_COUNT; k++)
-            rows[(int64_t)i * SIZE + k] = found[(int64_t)k * SIZE + COORDINATE_COUNT + i];
-    return 0;
-#else
-    (void)e;
-    return 1;
-#endif
-}
-
 static int failed(engine *e, const char *why, char *message)
 {
     snprintf(message, MESSAGE_SIZE, "at t = %.6g s %s", engine_time(e), why);
@@ -307,8 +274,7 @@ int engine_step(engine *e, double dt, char *message)
         if (command == ACCEPTED || command == DONE)
             break;
         if (command == JACOBIAN) {
-            if (put_jacobian(e))
-                return failed(e, "the derivatives of the rates are no numbers", message);
+            return failed(e, "the derivatives of the rates are no numbers", message);
         } else if (command == FAILED) {
             return failed(e, "no step is small enough: the motion grows without bound, or a force jumps", message);
         } else if (command == NO_INERTIA) {

@@ -52,21 +52,20 @@ def explicit_serves_friction(model: Model, abrupt: Sequence[Load], start: float,
 
     With what does as all of it sticks, and as anchors give way that slip.
     """
-    from kanefe.loads.coordinate_friction import CoordinateFriction
-
-    frictions = [load for load in abrupt if isinstance(load, CoordinateFriction)]
-    if len(frictions) < len(abrupt) or model.has_stops:
+    frictions = [load.held_coordinates for load in abrupt]
+    if model.has_stops:
         return False
-    K, C = constant_tangents(model)
-    for load in frictions:
-        for end, arm in zip(load.ends, load.arms, strict=True):
+    (K, C), rate = constant_tangents(model), 0.0
+    for load, held in zip(abrupt, frictions, strict=True):
+        if held is None:
+            return False
+        for end, k, c in zip(load.ends, held.stiffness, held.damping, strict=True):
             at = int(model.bodies[end.body].speeds[end.coordinate])
             if at < model.free_count:
-                K[at, at] += load.stiffness * arm**2
-                C[at, at] += load.damping * arm**2
-    slipping = max(load.stiffness / load.damping for load in frictions)
-    following = max((1.0 / load.load_time for load in frictions if load.bearing is not None), default=0.0)
-    rate = max(highest_rate(model, start, K, C), slipping, following)
+                K[at, at] += k
+                C[at, at] += c
+        rate = max(rate, held.rate)
+    rate = max(rate, highest_rate(model, start, K, C))
     moved = min(span * _rate_of_motion(model, start), MOST_MOVED)
     steps = max(LEAST_BESIDE_KINKS, STEPS_A_RADIAN * len(frictions) * moved)
     return explicit_work(model, span * rate) < LITTLE * radau_work(model, steps)
@@ -87,7 +86,6 @@ def explicit_serves_contacts(model: Model, abrupt: Sequence[Load], start: float,
     With what all of them are at most: pressed at all probes that may be at once, and stuck; anchors that slip give way.
     """
     from kanefe.contact.contact import Contact
-    from kanefe.contact.laws.bristles import LuGre
 
     contacts = [load for load in abrupt if isinstance(load, Contact)]
     allowed = LITTLE_AT_CONTACTS * radau_work(model, LEAST_BESIDE_KINKS)
@@ -98,13 +96,11 @@ def explicit_serves_contacts(model: Model, abrupt: Sequence[Load], start: float,
     state = State(model, start, model.initial_coordinates, model.initial_speeds)
     (K, C), slipping = constant_tangents(model), 0.0
     for contact in contacts:
-        friction, law = contact.friction, contact.normal
-        if law.exponent != 1.0 or isinstance(friction, LuGre):
+        if contact.at_most is None:
             return False
-        stiffness, damping = law.stiffness, 0.0
-        if friction is not None and friction.stiffness and friction.damping:
-            stiffness, damping = max(stiffness, friction.stiffness), friction.damping
-            slipping = max(slipping, friction.stiffness / friction.damping)
+        stiffness, damping = contact.at_most
+        if contact.friction is not None:
+            slipping = max(slipping, contact.friction.relaxation)
         G = _velocities_squared(state, contact)
         K, C = K + stiffness * G, C + damping * G
     rate = max(highest_rate(model, start, K, C), slipping)

@@ -25,6 +25,7 @@ def _kernels() -> Kernels:
         integers={},
         is_implicit=True,
         prepare=_prepare,
+        restart_share=1.0,
         first_step=_first_step,
     )
 

@@ -57,6 +57,8 @@ class Kernels:
         The estimate that a step may have, for a relative tolerance.
     prepare : function (memory), optional
         Writes what it has to know of the scene to the memory of a new stepper.
+    restart_share : float
+        Of the step before, with which the method goes on after an event; with 0 it finds a first step itself.
     first_step : function (memory) -> float, optional
         The longest first step in s, at the start and after an event; else the method itself finds one.
     """
@@ -73,4 +75,5 @@ class Kernels:
     keeps_balance: bool = False
     of_tolerance: Callable[[float], float] = float
     prepare: Callable[[Memory], None] | None = None
+    restart_share: float = 0.1
     first_step: Callable[[Memory], float] | None = None

@@ -75,10 +75,12 @@ from kanefe.kernels.steppers.step_commands import (
     next_command,
 )
 from kanefe.tree.model_data import QUADRATURES
+from kanefe.tree.route import MethodNeeds
 from kanefe.tree.scales import coordinate_moves
 
 if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
+    from kanefe.kernels.steppers.steps_with_events import Watched
     from kanefe.tree.bending import Bent
     from kanefe.tree.route import PreparedRun
 
@@ -224,15 +226,14 @@ class KernelStepper:
         integers[COMMAND], integers[STAGE] = START, 0
 
     def restart(self, t: float, y: Vector) -> None:
-        """Continue from another state, with a tenth of the step where it is not fixed."""
+        """Continue from another state, with a fraction of the step where it is not fixed."""
         integers, reals = self.integers, self.reals
         self.go_on_with(t, y)
         if integers[IS_FIXED]:
             return
+        reals[NEXT_STEP] *= self._kernels.restart_share
         if self._kernels.first_step is not None:
             reals[NEXT_STEP] = min(float(reals[NEXT_STEP]), self._kernels.first_step(self))
-        else:
-            reals[NEXT_STEP] *= 0.1
 
     def snapshot(self) -> dict[str, np.ndarray]:
         """Return copies of the memory of the method."""
@@ -260,11 +261,11 @@ class KernelStepper:
         """Whether it passes over quiet steps by itself: see `LooksOut`."""
         return self.dynamics.is_autonomous and self.dynamics.route.watching is not None
 
-    def integrate_quietly(
-        self, times: np.ndarray, states: np.ndarray, most_steps: int, values: Vector
+    def integrate_over_events(
+        self, times: np.ndarray, states: np.ndarray, most_steps: int, watched: Watched
     ) -> tuple[int, bool]:
-        """Continue in the same way, until events may have happened: see `LooksOut.integrate_quietly`."""
-        return self._integrate(times, states, most_steps, values)
+        """Continue in the same way over events: see `LooksOut.integrate_over_events`."""
+        return self._integrate(times, states, most_steps, watched)
 
     @property
     def has_values(self) -> bool:
@@ -276,22 +277,22 @@ class KernelStepper:
         return self._compiled_run.values_at(self._run, t)
 
     def _integrate(
-        self, times: np.ndarray, states: np.ndarray, most_steps: int, values: Vector | None
+        self, times: np.ndarray, states: np.ndarray, most_steps: int, watched: Watched | None
     ) -> tuple[int, bool]:
-        """Continue; return how many times were passed and, where it looks out, whether the last step was quiet."""
+        """Continue; return how many times were passed and, where there are events, whether the last step is done."""
         integers, reals, vectors = self.integers, self.reals, self.vectors
         integers[STORED], integers[IS_LEFT_OPEN] = 0, 0
-        integers[WANTS_DENSE] = most_steps == 1 or values is not None
+        integers[WANTS_DENSE] = most_steps == 1 or watched is not None
         reals[NEXT_OUTPUT] = times[0] if len(times) else math.inf
         most = int(integers[STEPS]) + min(most_steps, 2**40)
         run = self._run._replace(times=times, states=states, most_steps=most)
-        dynamics, is_quiet = self.dynamics, False
+        dynamics, is_done = self.dynamics, False
         is_compiled = dynamics.is_autonomous
         before, evaluations = int(integers[EVALUATIONS]), dynamics.evaluations
         while True:
             try:
                 with np.errstate(over="ignore", invalid="ignore"):  # of states too far ahead, which are not kept
-                    command, is_quiet = self._command(run, is_compiled, values)
+                    command, is_done = self._command(run, is_compiled, watched)
             except (FileError, MissingDependency):
                 raise  # there is no code to go on with: a smaller step is no remedy
             except KanefeError as error:
@@ -313,7 +314,7 @@ class KernelStepper:
         if dynamics.model.is_constrained and (integers[IS_LEFT_OPEN] or not is_compiled):
             for i in range(stored):
                 states[i] = dynamics.projected(float(times[i]), states[i])
-        return stored, is_quiet
+        return stored, is_done
 
     def _project(self) -> None:
         reals, vectors = self.reals, self.vectors
@@ -326,16 +327,16 @@ class KernelStepper:
                 raise beyond(error) from error
             raise
 
-    def _command(self, run: Run, is_compiled: bool, values: Vector | None) -> tuple[int, bool]:
-        """Return what the method wants that is no evaluation, which are done here; and whether the step was quiet."""
+    def _command(self, run: Run, is_compiled: bool, watched: Watched | None) -> tuple[int, bool]:
+        """Return what the method wants that is no evaluation, which are done here; and whether the step is done."""
         dynamics, reals, vectors = self.dynamics, self.reals, self.vectors
         following: Callable[[], int] = (
             partial(self._compiled_run.go_on, run) if is_compiled else next_command.bound(run, vectors).prepared()
         )
-        is_quiet = False
+        is_done = False
         while True:
-            if is_compiled and values is not None:
-                command, is_quiet = self._compiled_run.go_on_quietly(run, values)
+            if is_compiled and watched is not None:
+                command, is_done = self._compiled_run.go_over_events(run, watched, self._restart_share)
             else:
                 command = following()
             if command == RATES:
@@ -347,7 +348,7 @@ class KernelStepper:
             elif command == BALANCE:
                 dynamics.balance(run, vectors)
             else:
-                return command, is_quiet
+                return command, is_done
 
     @cached_property
     def _run(self) -> Run:
@@ -357,8 +358,14 @@ class KernelStepper:
 
     @cached_property
     def _compiled_run(self) -> PreparedRun:
-        wants = self._kernels.is_implicit, self._kernels.keeps_balance
-        return self.dynamics.route.compiled_run(self.integers, self.reals, self.vectors, *wants)
+        needs = MethodNeeds(self._kernels.is_implicit, self._kernels.keeps_balance, self._has_jacobian)
+        return self.dynamics.route.compiled_run(self.integers, self.reals, self.vectors, needs)
+
+    @cached_property
+    def _restart_share(self) -> float:
+        """The share of a step with which compiled code goes on after an event; below zero where Python restarts."""
+        is_own = self.has_values and (self._kernels.first_step is None or bool(self.integers[IS_FIXED]))
+        return self._kernels.restart_share if is_own else -1.0
 
     def _answer_nothing(self, error: KanefeError) -> None:
         """Have the step tried again with a smaller one: up to where the equations hold there are such."""

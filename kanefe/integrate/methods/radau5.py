@@ -42,11 +42,6 @@ def of_order_three(rtol: float) -> float:
     return min(0.1 * rtol ** (2.0 / 3.0), 0.6 * rtol**0.8)
 
 
-def _first_step(memory: Memory) -> float:
-    """Return zero: after an event too the method finds its first step itself, since vibrations may begin there."""
-    return 0.0
-
-
 def _follow_states(memory: Memory) -> None:
     """Have internal states of loads that move between events solved for with the speeds."""
     from kanefe.kernels.steppers.radau_polynomial import FOLLOWED
@@ -72,7 +67,7 @@ def _kernels() -> Kernels:
         table=radau_iia(),
         of_tolerance=of_order_three,
         prepare=_follow_states,
-        first_step=_first_step,
+        restart_share=0.0,  # vibrations may begin there
     )
 
 

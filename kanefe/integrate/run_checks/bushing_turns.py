@@ -37,7 +37,7 @@ def of_bushings(model: Model, times: Vector, states: Matrix) -> RunStatus | None
     states : ndarray, shape (T, state)
         (q, u, z, ...).
     """
-    turning = [(i, load) for i, load in enumerate(model.loads) if load.kind == "bushing" and _resists_rotation(load)]
+    turning = [(i, load) for i, load in enumerate(model.loads) if load.turns_by_half_at_most]
     if not turning or len(times) < 2:
         return None  # of one time there is no way between
     swept = model.route.sweeps(times, states)
@@ -54,11 +54,6 @@ def of_bushings(model: Model, times: Vector, states: Matrix) -> RunStatus | None
         "rotation vector jumps there, and so does its moment"
     )
     return RunStatus("failed", float(times[row]), reason, REMEDY)
-
-
-def _resists_rotation(load: Load) -> bool:
-    stiffness: Matrix = load.stiffness  # type: ignore[attr-defined]
-    return bool(stiffness[3:].any() or stiffness[:, 3:].any())
 
 
 def _turning(

@@ -50,9 +50,9 @@ def stiffest_contact(model: ModelData) -> StiffContact | None:
     from kanefe.contact.contact import Contact
 
     found = [
-        StiffContact(load.name, load.normal.stiffness, load.mass)
+        StiffContact(load.name, load.straight, load.mass)
         for load in loads
-        if isinstance(load, Contact) and load.normal.exponent == 1.0
+        if isinstance(load, Contact) and load.straight is not None
     ]
     return min(found, key=lambda one: one.period, default=None)
 

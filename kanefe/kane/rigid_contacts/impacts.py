@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.contact.contact_events import of_point
-from kanefe.contact.laws.rigid import POISSON
 from kanefe.contact.rigid.cone import Cones, solved
+from kanefe.contact.rigid.rigid import POISSON
 from kanefe.contact.rigid.rigid_contact import AT_REST, OPEN, SLIPS, STICKS, RigidContact
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector

@@ -152,6 +152,12 @@ def dot(a: Numbers, b: Numbers) -> Any:
 
 
 @inlined
+def norm(a: Numbers) -> Any:
+    """Return the length of a."""
+    return np.sqrt(dot(a, a))
+
+
+@inlined
 def cross(a: Numbers, b: Numbers) -> Numbers:
     """Return a x b."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]

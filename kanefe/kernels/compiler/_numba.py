@@ -66,6 +66,11 @@ def kernel(function: Function) -> Function:
     return _marked(function, {"fastmath": RELAXED, **INNER})
 
 
+def exact(function: Function) -> Function:
+    """Mark a function that other kernels call, whose arithmetic is that of Python to the bit."""
+    return _marked(function, {**INNER})
+
+
 def inlined(function: Function) -> Function:
     """Mark a small function that is compiled into each place where it is called: its arguments stay in registers."""
     return _marked(function, {"fastmath": RELAXED, "forceinline": True, **INNER})

@@ -11,6 +11,7 @@ import gc
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from typing import Any, NamedTuple
+from warnings import catch_warnings, simplefilter
 
 from kanefe.kernels.compiler._numba import INNER, RELAXED, dispatcher, numba_for, seeing_compiled, timed
 
@@ -94,10 +95,12 @@ def _object_code(function: Callable[..., Any], signature: Any) -> ObjectCode:
     from llvmlite import binding
     from numba.core.ccallback import CFunc
     from numba.core.compiler_lock import global_compiler_lock
+    from numba.core.errors import NumbaExperimentalFeatureWarning
     from numba.core.sigutils import normalize_signature
 
     made = CFunc(function, normalize_signature(signature), {}, {"error_model": "numpy", "fastmath": RELAXED})
-    with timed(), global_compiler_lock:
+    with timed(), global_compiler_lock, catch_warnings():
+        simplefilter("ignore", NumbaExperimentalFeatureWarning)  # kernels that are arguments of others are known here
         result = made._compile_uncached()  # type: ignore[attr-defined]
         library, symbol = result.library, result.fndesc.llvm_cfunc_wrapper_name
         library._ensure_finalized()

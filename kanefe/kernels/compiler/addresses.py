@@ -109,7 +109,7 @@ def call_in_python(address: int, arguments: tuple[Any, ...]) -> None:
 
 
 LAW_NUMBERS = 5
-"""Number of values that a law of the user writes: see `kanefe.contact.laws.compiled_law.CompiledLaw`."""
+"""Numbers that a law of the user writes: see `kanefe.kernels.contact.laws.compiled_law.CompiledLaw`."""
 
 
 def law_in_python(address: int, depth: float, rate: float, numbers: Any, at: int) -> tuple[float, ...]:

@@ -1,4 +1,9 @@
-"""A box on a box: the axis along which they meet, and what touches along it: see `kanefe.contact.box_pair`."""
+"""A box on a box: along one axis, of least overlap, their faces meet in a polygon, or two edges cross.
+
+The axis is found among those of the faces and the products of edges (the separating axis theorem; Gottschalk, Lin and
+Manocha 1996). Where a face leads, what touches are corners of both faces that lie over the other face, and the places
+where their edges cross: corners of the polygon that they share. Each is a slot, so that friction knows it again.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +15,18 @@ from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, plus, thr
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.force_elements.places import A, P
 
-OWN_CORNERS, OTHER_CORNERS, CROSSINGS, EDGES = 0, 4, 8, 16
-PARALLEL, PREFERRED, ON_EDGE = 1e-6, 1e-6, 1e-6
+OWN_CORNERS, OTHER_CORNERS, CROSSINGS, EDGES, SLOTS = 0, 4, 8, 16, 17
+"""First slots of corners of the box that touches, of that which is touched, and of crossings of edges of their faces;
+then one for edges that cross in space."""
+
+PARALLEL = 1e-6
+"""Sine of the angle between edges below which their product is no axis."""
+
+PREFERRED = 1e-6
+"""Share of the size of the boxes by which edges must overlap less than faces, to lead."""
+
+ON_EDGE = 1e-6
+"""Share of the size of the boxes: corners this near to a face's edge are over the face."""
 
 
 @kernel

@@ -1,46 +1,88 @@
-"""Where the numbers and internal states of a contact are: see `kanefe.contact.contact_numbers`."""
+"""Where the numbers and internal states of a contact are: see `kanefe.contact.contact_data`."""
 
 from __future__ import annotations
 
-# Numbers of a contact
-(
-    PROBES,
-    ENDS,
-    SHAPE,
-    HAS_FRICTION,
-    HAS_MEMORY,
-    HAS_RESTITUTION,
-    RESTS_AT,
-    SOFTNESS,
-    LAW,
-    STIFFNESS,
-    EXPONENT,
-    DAMPING,
-    MU_ALONG,
-    MU_ACROSS,
-    STATIC_RATIO,
-    STRIBECK_SPEED,
-    ANCHOR_STIFFNESS,
-    ANCHOR_DAMPING,
-    TORSIONAL,
-    ROLLING,
-    ALONG,
-) = range(21)
-VISCOUS = TORSIONAL  # of bristles, which do not hold against turning
-BELT = ALONG + 3
-POINT_REPORTS = BELT + 3
-PROBE = POINT_REPORTS + 1
-# Kinds of normal laws, numbers of a piece of a table, and of a function of the user: see `CompiledLaw`
-KELVIN_VOIGT, TABLE, BY_FUNCTION = 1.0, 2.0, 3.0
-PIECE = 6
-ADDRESS, HAS_SLOPES, CONSTANTS = range(3)
-# Kinds of friction
-ANCHORED, BRISTLES = 1.0, 2.0
-# Numbers of a probe
-END, POINT, RADIUS, SHARE, RING, AXIS = 0, 1, 4, 5, 6, 7
-PROBE_NUMBERS = 10
-# Numbers of a probe at rest: where it was in contact, of both sides, and how it was turned
-REST_NUMBERS, TURNED = 15, 6
+from typing import Any, NamedTuple
 
-# Internal states: slip, work of friction, lambda of a restitution; then of each probe its anchor and whether it sticks
-SLIP, WORK, IMPACT = range(3)
+from kanefe.kernels.force_elements.blocks import places
+
+
+class ContactNumbers(NamedTuple):
+    """Numbers of a contact; those of its points follow, then those of a rest, of the shape and of the laws.
+
+    Attributes
+    ----------
+    points, ends : float
+        How many there are.
+    shape, rests_at : float
+        Where the shape begins; where the rest does that it is looked at about, 0: none.
+    softness : float
+        m: see `kanefe.contact.rest.Rest`.
+    belt : ndarray, shape (3,)
+        Velocity of the surface in its own axes, m/s.
+    reports_points : float
+        Whether events of each point are looked for.
+    normal, normal_at : float
+        Kind of the normal law, and where its numbers begin.
+    stiffness : float
+        What counts as that of the normal law, N/m.
+    impact : float
+        Where the state is that an impact sets; -1: there is none.
+    branches : float
+        Whether each point has a branch of a hysteresis, its last state.
+    friction, friction_at : float
+        Kind of friction, 0: none, and where its numbers begin.
+    holds, has_memory, turning : float
+        Of friction: whether what sticks stays; whether a state tells that; states against turning.
+    relaxation, spring : float
+        1/s and N/m: see `kanefe.kernels.contact.laws.friction_law.FrictionLaw`.
+    first, each : float
+        Where the states of the points begin, and how many one has.
+    """
+
+    points: float
+    ends: float
+    shape: float
+    rests_at: float
+    softness: float
+    belt: Any
+    reports_points: float
+    normal: float
+    normal_at: float
+    stiffness: float
+    impact: float
+    branches: float
+    friction: float
+    friction_at: float
+    holds: float
+    has_memory: float
+    turning: float
+    relaxation: float
+    spring: float
+    first: float
+    each: float
+
+
+AT = places(ContactNumbers, belt=3)
+POINTS = AT.each + 1
+
+
+class PointNumbers(NamedTuple):
+    """Numbers of a point, see `kanefe.contact.geometry.shape.Probe`, with that of its end first."""
+
+    end: float
+    point: Any
+    radius: float
+    share: float
+    ring: float
+    axis: Any
+
+
+OF_POINT = places(PointNumbers, point=3)
+POINT_NUMBERS = OF_POINT.axis + 3
+
+REST_NUMBERS, TURNED = 15, 6
+"""Numbers of a point at rest: where it was in contact, of both sides, and how it was turned."""
+
+SLIP, WORK = range(2)
+"""Internal states of friction: the path that slid and its work; then that of an impact; then those of the points."""

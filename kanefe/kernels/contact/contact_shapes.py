@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import Numbers, dot, minus, plus, three, times
+from kanefe.kernels.algebra.vectors import Numbers, dot, minus, norm, plus, three, times
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.contact_mesh import mesh_distance
 
@@ -14,12 +14,6 @@ CLOSE, MOST_STEPS = 1e-9, 20
 """Constants of the same names in `kanefe.contact.geometry.height_field`."""
 
 PLANE, SPHERE, CAPSULE, CYLINDER, BOX, TORUS, _, HEIGHT_FIELD, MESH = range(9)
-
-
-@inlined
-def norm(x: Numbers) -> Any:
-    """Return the length of a vector."""
-    return np.sqrt(dot(x, x))
 
 
 @inlined

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, plus, rotated, rotated_back, three, times
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import called_by_address
+from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.force_elements.bushing import nine, put_on_both, six_by_six
 from kanefe.kernels.force_elements.places import (
     END_NUMBERS,
@@ -21,9 +22,31 @@ from kanefe.kernels.force_elements.places import (
     W,
 )
 
-AXIS, ENDS, SPEEDS, TABLE = range(4)
-STIFFNESS, DAMPING, SLOPES, ROW = 1, 37, 73, 145
-"""Places in a row of the table: its speed, K, C, and the slopes of both."""
+
+class BearingNumbers(NamedTuple):
+    """Numbers of a bearing: which axis, how many ends and speeds, and a `BearingRow` for each speed, or for all."""
+
+    axis: float
+    ends: float
+    speeds: float
+    table: Any
+
+
+class BearingRow(NamedTuple):
+    """Coefficients at a speed of rotation, matrices (6, 6) row by row, and their slopes over the speed."""
+
+    speed: float
+    stiffness: Any
+    damping: Any
+    stiffness_slopes: Any
+    damping_slopes: Any
+
+
+AT = places(BearingNumbers)
+OF = places(BearingRow, stiffness=36, damping=36, stiffness_slopes=36, damping_slopes=36)
+ROW = OF.damping_slopes + 36
+SLOPES = OF.stiffness_slopes - OF.stiffness
+"""From coefficients of a row to their slopes."""
 
 EDGE = 1e-9
 """Of the range of a table, by which a speed may leave it and still be at its end."""
@@ -31,67 +54,73 @@ EDGE = 1e-9
 
 @called_by_address(*SIGNATURE)
 def bearing(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
-    """Write what it exerts on bearing and shaft; `numbers` are those of `kanefe.loads.bearing.Bearing.kernel`."""
-    e = unit(numbers, ends)
-    A_a, A_b = nine(ends, A), nine(ends, END_NUMBERS + A)
-    w_a = three(ends, W)
+    """Write what it exerts on bearing and shaft; see `BearingNumbers`."""
+    e, speed = unit(numbers, ends), speed_of(numbers, ends)
+    d, axis = held_in(numbers, ends)
+    A_a, w_a = nine(ends, A), three(ends, W)
     offset = minus(three(ends, END_NUMBERS + P), three(ends, P))
     velocity = minus(minus(three(ends, END_NUMBERS + V), three(ends, V)), cross(w_a, offset))
     turn = rotated_back(A_a, minus(three(ends, END_NUMBERS + W), w_a))
-    speed = speed_of(numbers, ends)
-    axis = rotated_back(A_a, rotated(A_b, e))
-    tilting = cross(e, cross(turn, axis))
-    d, tilt, rate = rotated_back(A_a, offset), cross(e, axis), rotated_back(A_a, velocity)
+    tilt, tilting, rate = cross(e, axis), cross(e, cross(turn, axis)), rotated_back(A_a, velocity)
     x, moving = (*d, *tilt), (*rate, *tilting)
-    spring, spring_r = coefficients_times(numbers, STIFFNESS, speed, x)
-    beside, beside_r = coefficients_times(numbers, STIFFNESS, speed, moving)
-    brake, brake_r = coefficients_times(numbers, DAMPING, speed, moving)
+    spring, spring_r = coefficients_times(numbers, OF.stiffness, speed, x)
+    beside, beside_r = coefficients_times(numbers, OF.stiffness, speed, moving)
+    brake, brake_r = coefficients_times(numbers, OF.damping, speed, moving)
     about = times(dot(e, turn), e)
-    drag = dot(e, coefficients_times(numbers, DAMPING, speed, (*times(0.0, e), *about))[1])
+    drag = dot(e, coefficients_times(numbers, OF.damping, speed, (*times(0.0, e), *about))[1])
     force, forces_r = times(-1.0, plus(spring, brake)), times(-1.0, plus(spring_r, brake_r))
     moment = minus(cross(axis, cross(forces_r, e)), times(drag, axis))
     of_springs = dot(rate, spring) + dot(tilting, spring_r)
     out[TAKEN] = dot(rate, brake) + dot(tilting, brake_r) + drag * dot(axis, turn)
-    if numbers[SPEEDS] > 0.0:
+    if numbers[AT.speeds] > 0.0:
         out[GIVEN] = -of_springs
     else:
         out[POTENTIAL] = 0.5 * (dot(d, spring) + dot(tilt, spring_r))
         out[GIVEN] = 0.5 * (dot(d, beside) + dot(tilt, beside_r) - of_springs)
-    put_on_both(A_a, offset, force, moment, out)
+    put_on_both(ends, force, moment, out)
 
 
 @called_by_address(*WATCH_SIGNATURE)
 def watch_bearing(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write how far the speed is within the table."""
-    low, high = numbers[TABLE], numbers[TABLE + ROW * (int(numbers[SPEEDS]) - 1)]
+    low, high = numbers[AT.table], numbers[AT.table + ROW * (int(numbers[AT.speeds]) - 1)]
     speed = speed_of(numbers, ends)
     out[0] = min(speed - low, high - speed) + EDGE * (high - low)
 
 
 @inlined
+def held_in(numbers: Any, ends: Any) -> tuple[Numbers, Numbers]:
+    """Return where the shaft is in the bearing, and its axis, in the axes of the bearing."""
+    A_a = nine(ends, A)
+    offset = minus(three(ends, END_NUMBERS + P), three(ends, P))
+    axis = rotated_back(A_a, rotated(nine(ends, END_NUMBERS + A), unit(numbers, ends)))
+    return rotated_back(A_a, offset), axis
+
+
+@inlined
 def unit(numbers: Any, ends: Any) -> Numbers:
     """Return the axis of rotation, in the axes of the bearing."""
-    i, zero = int(numbers[AXIS]), 0.0 * ends[0]
+    i, zero = int(numbers[AT.axis]), 0.0 * ends[0]
     return (1.0 * (i == 0) + zero, 1.0 * (i == 1) + zero, 1.0 * (i == 2) + zero)
 
 
 @inlined
 def speed_of(numbers: Any, ends: Any) -> Any:
     """Return the speed that the coefficients follow: of the last end about the axis, seen from the bearing."""
-    spinning = three(ends, END_NUMBERS * (int(numbers[ENDS]) - 1) + W)
+    spinning = three(ends, END_NUMBERS * (int(numbers[AT.ends]) - 1) + W)
     return dot(unit(numbers, ends), rotated_back(nine(ends, A), minus(spinning, three(ends, W))))
 
 
 @inlined
 def coefficients_times(numbers: Any, at: int, speed: Any, x: Numbers) -> tuple[Numbers, Numbers]:
     """Return the upper and lower three of the coefficients at a speed times six numbers."""
-    count = int(numbers[SPEEDS])
+    count = int(numbers[AT.speeds])
     if count == 0:
-        return six_by_six(numbers, TABLE + at, x)
+        return six_by_six(numbers, AT.table + at, x)
     k = 0
-    while k < count - 2 and speed.real > numbers[TABLE + ROW * (k + 1)]:
+    while k < count - 2 and speed.real > numbers[AT.table + ROW * (k + 1)]:
         k += 1
-    low = TABLE + ROW * k
+    low = AT.table + ROW * k
     span = numbers[low + ROW] - numbers[low]
     s = (speed - numbers[low]) / span
     if s.real < 0.0:
@@ -105,7 +134,7 @@ def coefficients_times(numbers: Any, at: int, speed: Any, x: Numbers) -> tuple[N
         span * s * (1.0 - s) * (1.0 - s),
         span * s * s * (s - 1.0),
     )
-    base, slope = low + at, low + at + SLOPES - STIFFNESS
+    base, slope = low + at, low + at + SLOPES
     a, b = six_by_six(numbers, base, x), six_by_six(numbers, base + ROW, x)
     c, d = six_by_six(numbers, slope, x), six_by_six(numbers, slope + ROW, x)
     return blended(weights, a[0], b[0], c[0], d[0]), blended(weights, a[1], b[1], c[1], d[1])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from kanefe.kernels.algebra.vectors import (
 )
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import called_by_address
+from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.force_elements.places import (
     END_NUMBERS,
     GIVEN,
@@ -36,42 +37,58 @@ from kanefe.kernels.force_elements.places import (
 )
 from kanefe.kernels.sweeps.slopes import slope_motion
 
-STIFFNESS, DAMPING, INPUTS = 0, 36, 72
+
+class BushingNumbers(NamedTuple):
+    """Numbers of a bushing: matrices (6, 6) row by row, and whether a law of the user gives forces too."""
+
+    stiffness: Any
+    damping: Any
+    inputs: float
+
+
+AT = places(BushingNumbers, stiffness=36, damping=36)
 
 
 @called_by_address(*SIGNATURE)
 def bushing(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
-    """Write what it exerts on a and b; `numbers` are those of `kanefe.loads.bushing.Bushing.kernel`."""
-    A_a, A_b = nine(ends, A), nine(ends, END_NUMBERS + A)
-    w_a = three(ends, W)
-    offset = minus(three(ends, END_NUMBERS + P), three(ends, P))
-    d = rotated_back(A_a, offset)
-    rate = rotated_back(A_a, minus(minus(three(ends, END_NUMBERS + V), three(ends, V)), cross(w_a, offset)))
-    spin = rotated_back(A_a, minus(three(ends, END_NUMBERS + W), w_a))
-    theta = rotation_vector_of(product(transposed(A_a), A_b))
+    """Write what it exerts on a and b; see `BushingNumbers`."""
+    d, theta, rate, spin = seen_from_a(ends)
     zero = 0.0 * theta[0]
     tangent = slope_motion(0, theta, (zero, zero, zero))[1]
     turning = solved(tangent, spin)
     x, moved = (*d, *theta), (*rate, *turning)
-    spring, spring_r = six_by_six(numbers, STIFFNESS, x)
-    beside, beside_r = six_by_six(numbers, STIFFNESS, moved)
-    brake, brake_r = six_by_six(numbers, DAMPING, (*rate, *spin))
+    spring, spring_r = six_by_six(numbers, AT.stiffness, x)
+    beside, beside_r = six_by_six(numbers, AT.stiffness, moved)
+    brake, brake_r = six_by_six(numbers, AT.damping, (*rate, *spin))
     force = minus(times(-1.0, spring), brake)
     moment = minus(times(-1.0, solved(transposed(tangent), spring_r)), brake_r)
     out[POTENTIAL] = 0.5 * (dot(spring, d) + dot(spring_r, theta))
     out[TAKEN] = dot(brake, rate) + dot(brake_r, spin)
     # of the skew part of the stiffness
     out[GIVEN] = 0.5 * (dot(d, beside) + dot(theta, beside_r) - dot(rate, spring) - dot(turning, spring_r))
-    if numbers[INPUTS] > 0.0:
+    if numbers[AT.inputs] > 0.0:
         more, more_r = three(inputs, 0), three(inputs, 3)
         force, moment = plus(force, more), plus(moment, more_r)
         out[GIVEN] += dot(rate, more) + dot(spin, more_r)
-    put_on_both(A_a, offset, force, moment, out)
+    put_on_both(ends, force, moment, out)
 
 
 @inlined
-def put_on_both(A_a: Numbers, offset: Numbers, force: Numbers, moment: Numbers, out: Any) -> None:
+def seen_from_a(ends: Any) -> tuple[Numbers, Numbers, Numbers, Numbers]:
+    """Return where b is seen from a, in the axes of a: offset, rotation vector, rate, angular velocity."""
+    A_a, A_b = nine(ends, A), nine(ends, END_NUMBERS + A)
+    w_a = three(ends, W)
+    offset = minus(three(ends, END_NUMBERS + P), three(ends, P))
+    rate = minus(minus(three(ends, END_NUMBERS + V), three(ends, V)), cross(w_a, offset))
+    spin = minus(three(ends, END_NUMBERS + W), w_a)
+    theta = rotation_vector_of(product(transposed(A_a), A_b))
+    return rotated_back(A_a, offset), theta, rotated_back(A_a, rate), rotated_back(A_a, spin)
+
+
+@inlined
+def put_on_both(ends: Any, force: Numbers, moment: Numbers, out: Any) -> None:
     """Write a force and moment on b at its origin, in the axes of a, and the reverse on a at the same point."""
+    A_a, offset = nine(ends, A), minus(three(ends, END_NUMBERS + P), three(ends, P))
     force, moment = rotated(A_a, force), rotated(A_a, moment)
     on_a = plus(moment, cross(offset, force))
     for i in range(3):

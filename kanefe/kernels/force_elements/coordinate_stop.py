@@ -2,26 +2,34 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from kanefe.kernels.algebra.vectors import Numbers
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import called_by_address
+from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.force_elements.places import POTENTIAL, SIGNATURE, TAKEN, WATCH_SIGNATURE, WRENCHES, P, V
 
-LOWER, UPPER, STIFFNESS = range(3)
+
+class StopNumbers(NamedTuple):
+    """Numbers of a stop: limits, and N/m or N m/rad."""
+
+    lower: float
+    upper: float
+    stiffness: float
+
+
+AT = places(StopNumbers)
 
 
 @called_by_address(*SIGNATURE)
 def coordinate_stop(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
-    """Write the force along the coordinate; `numbers`: `kanefe.loads.coordinate_stop.CoordinateStop.kernel`."""
+    """Write the force along the coordinate; see `StopNumbers`."""
     d, way = beyond(numbers, ends)
     if d.real <= 0.0:
         return
-    rate, elastic = way * ends[V], numbers[STIFFNESS] * d
-    push = elastic * (1.0 + states[0] * rate)
-    if push.real < 0.0:
-        push = 0.0 * push
+    rate, elastic = way * ends[V], numbers[AT.stiffness] * d
+    push = push_of(elastic, rate, states[0])
     out[POTENTIAL] = 0.5 * elastic * d
     out[TAKEN] = (push - elastic) * rate
     out[WRENCHES] = -way * push
@@ -34,9 +42,16 @@ def coordinate_stop_watch(t: float, numbers: Any, inputs: Any, ends: Any, states
 
 
 @inlined
+def push_of(elastic: Any, rate: Any, damping: Any) -> Any:
+    """Return what a stop pushes back with, of what its spring does alone, at a rate outward; it does not pull."""
+    push = elastic * (1.0 + damping * rate)
+    return push if push.real >= 0.0 else 0.0 * push
+
+
+@inlined
 def beyond(numbers: Any, ends: Any) -> Numbers:
     """Return how far the coordinate is beyond the nearer limit, and the way outward there."""
-    above, below = ends[P] - numbers[UPPER], numbers[LOWER] - ends[P]
+    above, below = ends[P] - numbers[AT.upper], numbers[AT.lower] - ends[P]
     if above.real > below.real:
         return above, 1.0
     return below, -1.0

@@ -2,40 +2,71 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import dot, minus, three, times
+from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import called_by_address
-from kanefe.kernels.force_elements.places import END_NUMBERS, POTENTIAL, SIGNATURE, TAKEN, WRENCH, WRENCHES, P, V
+from kanefe.kernels.force_elements.blocks import places
+from kanefe.kernels.force_elements.places import POTENTIAL, SIGNATURE, TAKEN, WRENCH, WRENCHES
+from kanefe.kernels.force_elements.spring import line_between
 
-EXTENDED, AREA, PRESSURE, VOLUME, EXPONENT, AMBIENT, ORIFICE, REBOUND = range(8)
+
+class OleoNumbers(NamedTuple):
+    """Numbers of an oleo strut, in the words and units of `kanefe.Oleo`."""
+
+    extended: float
+    area: float
+    pressure: float
+    volume: float
+    exponent: float
+    ambient: float
+    orifice: float
+    rebound: float
+
+
+AT = places(OleoNumbers)
 
 
 @called_by_address(*SIGNATURE)
 def oleo(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
-    """Write what pushes both ends apart; `numbers` are those of `kanefe.loads.oleo.Oleo.kernel`."""
-    line = minus(three(ends, END_NUMBERS + P), three(ends, P))
-    length = np.sqrt(dot(line, line))
-    e = times(1.0 / length, line)
-    closing = -dot(e, minus(three(ends, END_NUMBERS + V), three(ends, V)))
-    stroke = numbers[EXTENDED] - length
-    n, p, A = numbers[EXPONENT], numbers[PRESSURE], numbers[AREA]
-    room = 1.0 - stroke * A / numbers[VOLUME]  # share of the volume that is left
-    inverse = np.exp(-n * np.log(room))
-    gas = (p * inverse - numbers[AMBIENT]) * A
-    if n == 1.0:
-        energy = -p * numbers[VOLUME] * np.log(room)
-    else:
-        energy = p * numbers[VOLUME] / (n - 1.0) * (room * inverse - 1.0)
-    oil = closing * closing
-    if closing.real < 0.0:
-        oil *= -numbers[REBOUND]
-    else:
-        oil *= numbers[ORIFICE]
-    out[POTENTIAL] = energy - numbers[AMBIENT] * A * stroke
-    out[TAKEN] = oil * closing
+    """Write what pushes both ends apart; see `OleoNumbers`."""
+    length, rate, e = line_between(ends)
+    stroke = numbers[AT.extended] - length
+    gas, energy = gas_in(numbers, stroke)
+    oil = oil_through(numbers, -rate)
+    out[POTENTIAL] = energy - numbers[AT.ambient] * numbers[AT.area] * stroke
+    out[TAKEN] = oil * -rate
     for c in range(3):
         out[WRENCHES + c] = -(gas + oil) * e[c]
         out[WRENCHES + WRENCH + c] = (gas + oil) * e[c]
+
+
+@inlined
+def room_left(numbers: Any, stroke: Any) -> Any:
+    """Return the share of the volume that is left to the gas."""
+    return 1.0 - stroke * numbers[AT.area] / numbers[AT.volume]
+
+
+@inlined
+def gas_in(numbers: Any, stroke: Any) -> tuple[Any, Any]:
+    """Return what the gas pushes with against the air around, and its energy above that at full extension."""
+    n, p, room = numbers[AT.exponent], numbers[AT.pressure], room_left(numbers, stroke)
+    inverse = np.exp(-n * np.log(room))
+    if n == 1.0:
+        energy = -p * numbers[AT.volume] * np.log(room)
+    else:
+        energy = p * numbers[AT.volume] / (n - 1.0) * (room * inverse - 1.0)
+    return (p * inverse - numbers[AT.ambient]) * numbers[AT.area], energy
+
+
+@inlined
+def oil_through(numbers: Any, closing: Any) -> Any:
+    """Return what the oil pushes with at a rate of the stroke."""
+    oil = closing * closing
+    if closing.real < 0.0:
+        oil *= -numbers[AT.rebound]
+    else:
+        oil *= numbers[AT.orifice]
+    return oil

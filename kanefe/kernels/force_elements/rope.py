@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import dot, minus, three, times
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import called_by_address
+from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.force_elements.places import (
     END_NUMBERS,
     POTENTIAL,
@@ -21,17 +22,27 @@ from kanefe.kernels.force_elements.places import (
     V,
 )
 
-ENDS, STIFFNESS, DAMPING, LENGTH, BREAKING_LOAD = range(5)
-"""The last is zero of one that does not break."""
+
+class RopeNumbers(NamedTuple):
+    """Numbers of a rope: of its ends, N/m and N s/m, without tension in m, and N; 0 of one that does not break."""
+
+    ends: float
+    stiffness: float
+    damping: float
+    length: float
+    breaking_load: float
+
+
+AT = places(RopeNumbers)
 
 
 @called_by_address(*SIGNATURE)
 def rope(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
-    """Write the pull on all points; `numbers` are those of `kanefe.loads.rope.Rope.kernel`."""
-    count = int(numbers[ENDS])
+    """Write the pull on all points; see `RopeNumbers`."""
+    count = int(numbers[AT.ends])
     length, rate = put_gradient(count, ends, out)
     elastic, tension = tensions(numbers, length, rate, states)
-    out[POTENTIAL] = 0.5 * elastic * elastic / numbers[STIFFNESS]
+    out[POTENTIAL] = 0.5 * elastic * elastic / numbers[AT.stiffness]
     out[TAKEN] = (tension - elastic) * rate
     pull(count, tension, out)
 
@@ -39,22 +50,22 @@ def rope(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) 
 @called_by_address(*WATCH_SIGNATURE)
 def rope_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write twice how much longer its way is than the rope, and what its tension is below that at which it breaks."""
-    length, rate = put_gradient(int(numbers[ENDS]), ends, out)  # what that leaves behind is not read
-    is_broken = numbers[BREAKING_LOAD] > 0.0 and states[0] <= 0.0
-    out[0] = out[1] = -numbers[LENGTH] if is_broken else length - numbers[LENGTH]
-    if numbers[BREAKING_LOAD] > 0.0:
-        out[2] = numbers[BREAKING_LOAD] - tensions(numbers, length, rate, states)[1]
+    length, rate = put_gradient(int(numbers[AT.ends]), ends, out)  # what that leaves behind is not read
+    is_broken = numbers[AT.breaking_load] > 0.0 and states[0] <= 0.0
+    out[0] = out[1] = -numbers[AT.length] if is_broken else length - numbers[AT.length]
+    if numbers[AT.breaking_load] > 0.0:
+        out[2] = numbers[AT.breaking_load] - tensions(numbers, length, rate, states)[1]
 
 
 @inlined
 def tensions(numbers: Any, length: Any, rate: Any, states: Any) -> tuple[Any, Any]:
     """Return what the stretch pulls with, and with damping; nothing where the rope is slack or broken."""
-    stretch = length - numbers[LENGTH]
-    elastic = numbers[STIFFNESS] * stretch
-    if stretch.real <= 0.0 or (numbers[BREAKING_LOAD] > 0.0 and states[0].real <= 0.0):
+    stretch = length - numbers[AT.length]
+    elastic = numbers[AT.stiffness] * stretch
+    if stretch.real <= 0.0 or (numbers[AT.breaking_load] > 0.0 and states[0].real <= 0.0):
         elastic = 0.0 * elastic
         return elastic, elastic
-    tension = elastic + numbers[DAMPING] * rate
+    tension = elastic + numbers[AT.damping] * rate
     if tension.real < 0.0:
         tension = 0.0 * tension
     return elastic, tension

@@ -2,39 +2,67 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import dot, minus, three, times
+from kanefe.kernels.algebra.vectors import Numbers, dot, minus, three, times
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import called_by_address
+from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.force_elements.places import END_NUMBERS, GIVEN, POTENTIAL, SIGNATURE, TAKEN, WRENCH, WRENCHES, P, V
 
-STIFFNESS, DAMPING, REST_LENGTH, INPUTS, TABLE_SIZE, TABLE = range(6)
+
+class SpringNumbers(NamedTuple):
+    """Numbers of a spring: coefficients, whether a function of the user gives tension, and the table of another part.
+
+    The table has its lengths and then its forces.
+    """
+
+    stiffness: float
+    damping: float
+    rest_length: float
+    inputs: float
+    table_size: float
+    table: Any
+
+
+AT = places(SpringNumbers)
 
 
 @called_by_address(*SIGNATURE)
 def spring(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
-    """Write the pull on both ends; `numbers` are those of `kanefe.loads.spring.SpringDamper.kernel`."""
-    line = minus(three(ends, END_NUMBERS + P), three(ends, P))
-    length = np.sqrt(dot(line, line))
-    e = times(1.0 / length, line)
-    rate = dot(e, minus(three(ends, END_NUMBERS + V), three(ends, V)))
-    extra = 0.0 * length
-    if numbers[INPUTS] > 0.0:
-        extra += inputs[0]
-    if numbers[TABLE_SIZE] > 0.0:
-        extra += interpolated(numbers, TABLE, int(numbers[TABLE_SIZE]), length)
-    brake = numbers[DAMPING] * rate
-    stretch = length - numbers[REST_LENGTH]
-    tension = numbers[STIFFNESS] * stretch + brake + extra
-    out[POTENTIAL] = 0.5 * numbers[STIFFNESS] * stretch * stretch
+    """Write the pull on both ends; see `SpringNumbers`."""
+    length, rate, e = line_between(ends)
+    elastic, brake, extra = tensions(numbers, inputs, length, rate)
+    tension = elastic + brake + extra
+    stretch = length - numbers[AT.rest_length]
+    out[POTENTIAL] = 0.5 * numbers[AT.stiffness] * stretch * stretch
     out[TAKEN] = brake * rate
     out[GIVEN] = -extra * rate
     for c in range(3):
         out[WRENCHES + c] = tension * e[c]
         out[WRENCHES + WRENCH + c] = -tension * e[c]
+
+
+@inlined
+def line_between(ends: Any) -> tuple[Any, Any, Numbers]:
+    """Return length, rate and direction of the line from the first end to the second."""
+    line = minus(three(ends, END_NUMBERS + P), three(ends, P))
+    length = np.sqrt(dot(line, line))
+    e = times(1.0 / length, line)
+    return length, dot(e, minus(three(ends, END_NUMBERS + V), three(ends, V))), e
+
+
+@inlined
+def tensions(numbers: Any, inputs: Any, length: Any, rate: Any) -> tuple[Any, Any, Any]:
+    """Return the tension of spring and damper, and what a function of the user or a table gives."""
+    extra = 0.0 * length
+    if numbers[AT.inputs] > 0.0:
+        extra += inputs[0]
+    if numbers[AT.table_size] > 0.0:
+        extra += interpolated(numbers, AT.table, int(numbers[AT.table_size]), length)
+    return numbers[AT.stiffness] * (length - numbers[AT.rest_length]), numbers[AT.damping] * rate, extra
 
 
 @inlined

@@ -2,42 +2,52 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import called_by_address
+from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.force_elements.places import GIVEN, POTENTIAL, SIGNATURE, WATCH_SIGNATURE, WRENCH, WRENCHES
 from kanefe.kernels.force_elements.rope import pull, put_gradient
 from kanefe.kernels.force_elements.spring import interpolated
 
-ENDS, STIFFNESS, LENGTH, SPEED, DAMPING, IS_SETTLED, BREAKING_LOAD, TABLE_SIZE, TABLE = range(9)
+
+class WinchNumbers(NamedTuple):
+    """Numbers of a winch; `length` is that without tension at the start, the table has times (s) and tensions (N)."""
+
+    ends: float
+    stiffness: float
+    length: float
+    speed: float
+    damping: float
+    is_settled: float
+    breaking_load: float
+    table_size: float
+    table: Any
+
+
+AT = places(WinchNumbers)
 
 
 @called_by_address(*SIGNATURE)
 def winch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
-    """Write the pull on all points and how fast cable is paid out; `numbers`: `kanefe.loads.winch.Winch.kernel`."""
-    count, size = int(numbers[ENDS]), int(numbers[TABLE_SIZE])
+    """Write the pull on all points and how fast cable is paid out; see `WinchNumbers`."""
+    count = int(numbers[AT.ends])
     length, rate = put_gradient(count, ends, out)
-    tension = 0.0 * length
-    wanted = interpolated(numbers, TABLE, size, min(max(t, numbers[TABLE]), numbers[TABLE + size - 1]))
-    if numbers[IS_SETTLED] > 0.0:
-        tension += wanted
+    tension = tension_of(t, numbers, length, states)
+    if numbers[AT.is_settled] > 0.0:
         out[POTENTIAL] = tension * length
         out[GIVEN] = 0.0 * rate
         pull(count, tension, out)
         return
-    k, is_broken = numbers[STIFFNESS], has_broken(numbers, states)
-    stretch = length - numbers[LENGTH] - states[0]
-    if stretch.real > 0.0 and not is_broken:
-        tension += k * stretch
-    out_speed = (tension - wanted) / numbers[DAMPING]
-    if out_speed.real > numbers[SPEED]:
-        out_speed = 0.0 * out_speed + numbers[SPEED]
-    elif out_speed.real < -numbers[SPEED]:
-        out_speed = 0.0 * out_speed - numbers[SPEED]
-    if is_broken:
+    out_speed = (tension - wanted_at(t, numbers)) / numbers[AT.damping]
+    if out_speed.real > numbers[AT.speed]:
+        out_speed = 0.0 * out_speed + numbers[AT.speed]
+    elif out_speed.real < -numbers[AT.speed]:
+        out_speed = 0.0 * out_speed - numbers[AT.speed]
+    if has_broken(numbers, states):
         out_speed = 0.0 * out_speed
-    out[POTENTIAL] = 0.5 * tension * tension / k
+    out[POTENTIAL] = 0.5 * tension * tension / numbers[AT.stiffness]
     out[GIVEN] = -tension * out_speed
     out[WRENCHES + WRENCH * count] = out_speed
     pull(count, tension, out)
@@ -46,15 +56,35 @@ def winch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any)
 @called_by_address(*WATCH_SIGNATURE)
 def winch_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write twice how far the cable is stretched, and what its tension is below that at which it breaks."""
-    length, _ = put_gradient(int(numbers[ENDS]), ends, out)  # what that leaves behind is not read
+    length, _ = put_gradient(int(numbers[AT.ends]), ends, out)  # what that leaves behind is not read
     is_broken = has_broken(numbers, states)
-    stretch = -numbers[LENGTH] if is_broken else length - numbers[LENGTH] - states[0]
+    stretch = -numbers[AT.length] if is_broken else length - numbers[AT.length] - states[0]
     out[0] = out[1] = stretch
-    if numbers[BREAKING_LOAD] > 0.0:
-        out[2] = numbers[BREAKING_LOAD] - max(numbers[STIFFNESS] * stretch, 0.0)
+    if numbers[AT.breaking_load] > 0.0:
+        out[2] = numbers[AT.breaking_load] - tension_of(t, numbers, length, states)
 
 
 @inlined
 def has_broken(numbers: Any, states: Any) -> bool:
     """Tell whether the cable is gone."""
-    return numbers[BREAKING_LOAD] > 0.0 and states[1].real <= 0.0
+    return numbers[AT.breaking_load] > 0.0 and states[1].real <= 0.0
+
+
+@inlined
+def wanted_at(t: float, numbers: Any) -> float:
+    """Return the tension that the winch is to hold, the same before its table and after it."""
+    size = int(numbers[AT.table_size])
+    within = min(max(t, numbers[AT.table]), numbers[AT.table + size - 1])
+    return interpolated(numbers, AT.table, size, within)
+
+
+@inlined
+def tension_of(t: float, numbers: Any, length: Any, states: Any) -> Any:
+    """Return the tension of the cable: that which is wanted, of a winch that is settled."""
+    tension = 0.0 * length
+    if numbers[AT.is_settled] > 0.0:
+        return tension + wanted_at(t, numbers)
+    stretch = length - numbers[AT.length] - states[0]
+    if stretch.real > 0.0 and not has_broken(numbers, states):
+        tension += numbers[AT.stiffness] * stretch
+    return tension

@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.compiler.arrays import Filler, Prepared, RealRows, Reals
+from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler.arrays import Filler, IntegerRows, Prepared, RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import built_first, entry
 from kanefe.kernels.constraints.closing import CLOSED, ENDED_AS, SHARE_IN_METRIC
@@ -26,8 +26,11 @@ from kanefe.kernels.evaluation.momenta import BALANCE_TIME
 from kanefe.kernels.steppers.step_commands import (
     AT,
     BALANCE,
+    COORDINATES,
     IMPLICIT,
     IS_LEFT_OPEN,
+    JACOBIAN,
+    JACOBIAN_ROW,
     LARGEST_OF_DRIVES,
     NO_INERTIA,
     PROJECT,
@@ -45,6 +48,41 @@ from kanefe.kernels.steppers.step_commands import (
 from kanefe.kernels.sweeps.drives import Drives, put_drives
 
 
+class Derivatives(NamedTuple):
+    """What differentiates the rates along tangents of the coordinates, speeds and internal states.
+
+    A tangent is a change of the coordinates in the direction of a speed; of a rotation it is the rotation vector in the
+    moving frame.
+
+    Attributes
+    ----------
+    is_there : bool
+    call, evaluation : Prepared
+        Calls of the kernels `derivatives` and, by this, `evaluate` with complex numbers, with the arrays below.
+    done_at : int
+        Where among the numbers of `call` it is told whether all is finite.
+    state : ndarray, shape (2, 2 state)
+        State and rates: complex numbers as pairs of real ones.
+    drives : ndarray, shape (driven, 3)
+    inputs : ndarray
+    turning : ndarray of int, shape (rotations, 2)
+        First of the Euler parameters, and of the speeds, of each rotation.
+    directions, found : ndarray, shape (tangents, state)
+        Tangents, but those of rotations written for the other speeds; and derivatives along them.
+    """
+
+    is_there: bool
+    call: Prepared
+    evaluation: Prepared
+    done_at: int
+    state: RealRows
+    drives: RealRows
+    inputs: Reals
+    turning: IntegerRows
+    directions: RealRows
+    found: RealRows
+
+
 class Scene(NamedTuple):
     """What a run needs of a scene.
 
@@ -53,6 +91,8 @@ class Scene(NamedTuple):
     evaluation, closing, balance : Prepared
         Calls of the kernels `evaluate` or `evaluate_planar`, `close_state` (where there are loops) and `balance`, all
         with `drives`, `inputs` and the vectors of the run.
+    derivatives : Derivatives
+        Of methods that ask for them.
     has_loops : bool
     drives : ndarray, shape (driven, 3)
         Written by `motions` at each time.
@@ -70,6 +110,7 @@ class Scene(NamedTuple):
     evaluation: Prepared
     closing: Prepared
     balance: Prepared
+    derivatives: Derivatives
     has_loops: bool
     drives: RealRows
     motions: Drives
@@ -93,8 +134,8 @@ def integrate(scene: Scene, run: Run, vectors: RealRows) -> tuple[int, float]:
     Returns
     -------
     command : int
-        What the method wants: ACCEPTED where the outputs or the steps have come to their end; RATES, IMPLICIT or
-        PROJECT where the loops could not be closed, or only they hold what has no inertia. Or NO_INERTIA.
+        What the method wants: ACCEPTED where the outputs or the steps have come to their end; RATES, IMPLICIT, JACOBIAN
+        or PROJECT where the loops could not be closed, or only they hold what has no inertia. Or NO_INERTIA.
     weakest : float
         Smallest pivot of a constraint met, of 1.
     """
@@ -110,6 +151,8 @@ def integrate(scene: Scene, run: Run, vectors: RealRows) -> tuple[int, float]:
             closed = run.integers[STORED]
             if command == PROJECT and _close(scene, reals[TIME], reals[SHARE_STIFFNESS], vectors[STATE]):
                 continue
+        if command == JACOBIAN and scene.derivatives.is_there and _put_jacobian(scene, run, vectors):
+            continue
         if command != RATES and command != IMPLICIT and command != BALANCE:
             return command, weakest
         t = reals[TIME_AT]
@@ -137,6 +180,41 @@ def integrate(scene: Scene, run: Run, vectors: RealRows) -> tuple[int, float]:
                 return command, weakest
         if not is_regular:
             return NO_INERTIA, weakest
+
+
+@inlined
+def put_four(x: Reals, at: int, a: float, b: float, c: float, d: float) -> None:
+    """Write four numbers."""
+    x[at], x[at + 1], x[at + 2], x[at + 3] = a, b, c, d
+
+
+@kernel
+def _put_jacobian(scene: Scene, run: Run, vectors: RealRows) -> bool:
+    """Write the derivatives of the rates that a method asks for; tell whether all are finite.
+
+    Of the rates of speeds, internal states and quadratures, a row each, along the tangents.
+    """
+    given, y, t, first = scene.derivatives, vectors[STATE], run.reals[TIME], run.integers[JACOBIAN_ROW]
+    for i in range(len(given.turning)):
+        at, row = given.turning[i, 0], given.turning[i, 1]
+        e0, e1, e2, e3 = 0.5 * y[at], 0.5 * y[at + 1], 0.5 * y[at + 2], 0.5 * y[at + 3]
+        put_four(given.directions[row], at, -e1, e0, e3, -e2)
+        put_four(given.directions[row + 1], at, -e2, -e3, e0, e1)
+        put_four(given.directions[row + 2], at, -e3, e2, -e1, e0)
+    put_drives(scene.motions, t, given.drives)
+    copy(scene.inputs, given.inputs)
+    scene.fill(t, y, given.inputs)
+    for i in range(len(y)):
+        given.state[AT, 2 * i] = y[i]
+    given.evaluation.numbers[AT_TIME] = t
+    call_address(given.call.address, (given.call.places, given.call.numbers))
+    if given.call.numbers[given.done_at] == 0.0 or given.call.numbers[-1] != 0.0:
+        return False
+    n = run.integers[COORDINATES]
+    for i in range(len(y) - n):
+        for k in range(len(given.found)):
+            vectors[first + i, k] = given.found[k, n + i]
+    return True
 
 
 @kernel

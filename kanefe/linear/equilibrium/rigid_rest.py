@@ -14,8 +14,6 @@ from dataclasses import replace
 import numpy as np
 
 from kanefe.contact.contact import Contact
-from kanefe.contact.laws.friction_laws import Coulomb
-from kanefe.contact.laws.normal_laws import KelvinVoigt
 from kanefe.contact.rigid.rigid_contact import NORMAL, OPEN, SLIPS, STICKS, RigidContact
 from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
@@ -25,6 +23,7 @@ from kanefe.kane.rigid_contacts.contact_forces import margins, probe_forces
 from kanefe.kane.rigid_contacts.contact_shares import DEPENDENT, spare_forces
 from kanefe.kane.rigid_contacts.impacts import START, resolved
 from kanefe.kane.state import State
+from kanefe.kernels.contact.laws import Coulomb, KelvinVoigt
 from kanefe.linear.equilibrium.balance import BalanceSearch
 from kanefe.linear.equilibrium.dynamic_relaxation import NoRest, found_or_fallen
 from kanefe.linear.imbalance import force_sizes

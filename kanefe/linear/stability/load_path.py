@@ -26,9 +26,7 @@ from kanefe.linear.equilibrium.equilibria import balanced
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.state import Freezable, check_no_rigid_contacts, model_in_state
 from kanefe.linear.tangents import DIFFERENCE_STEP, difference, tangent_names, tangent_steps
-from kanefe.loads.field_load import FieldLoad
 from kanefe.loads.functions import Constant
-from kanefe.loads.point_load import PointLoad
 from kanefe.tree.load_names import named_loads
 from kanefe.tree.stiffening_check import unstiffened
 
@@ -116,7 +114,7 @@ def load_path(
     size = float(np.abs(first * np.outer(scale, scale)).max(initial=0.0))
     # as far as the stiffness itself changes, so that its round-off does not count
     dK = difference(stiffness, min(reach, 1.0 / size)) if size > 0.0 else first
-    turning = tuple(name for name, load in raised.items() if isinstance(load, PointLoad) and _turns(load))
+    turning = tuple(name for name, load in raised.items() if load is not None and load.turns)
     return LoadPath(small, tuple(raised), kept, turning, M, C, K, dK, z)
 
 
@@ -170,7 +168,7 @@ def _chosen(
             f"t = {t:g} s"
         )
     for name, load in raised.items():
-        if isinstance(load, FieldLoad) and (load.is_pressure or load.follows):
+        if load is not None and load.is_spread and load.turns:
             raise ModelError(
                 f"{what}: {name} turns with its surface, which changes the stiffness, and this change is not "
                 "supported. Remedy: a traction in fixed directions, forces on interfaces, or loads= without it"
@@ -180,10 +178,6 @@ def _chosen(
 
 def _size(model: Model, t: float, load: SceneLoad | None) -> float:
     return float(np.abs(model.gravity if load is None else load.value(t)).max())
-
-
-def _turns(load: PointLoad) -> bool:
-    return load.follows or load.is_torque
 
 
 def _scaled(model: Model, t: float, raised: dict[str, SceneLoad | None], factor: float) -> Model:

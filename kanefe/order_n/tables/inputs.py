@@ -10,8 +10,8 @@ import numpy as np
 from kanefe.frames import Vector
 from kanefe.kernels.compiler._numba import Part
 from kanefe.kernels.compiler._numba_functions import guarded
-from kanefe.loads.base import ValuedLoad
 from kanefe.loads.functions import CompiledCallback
+from kanefe.loads.valued_load import ValuedLoad
 from kanefe.tree.model_data import ModelData
 
 

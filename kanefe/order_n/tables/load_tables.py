@@ -145,7 +145,7 @@ def _tables(
             integers.append((*where, team, points, own_points, count - own_points))
             points += own_points
             if number in model.bearings:
-                frame_offset, (_, bearing) = builder.frame_offsets[model.bearings[number]], model.following(number)
+                frame_offset, bearing = builder.frame_offsets[model.bearings[number]], model.following(number).surfaces
                 bearings.append((len(integers) - 1, frame_offset.row, int(bearing.has_moment)))
                 places.append(np.concatenate((frame_offset.place, frame_offset.axes @ bearing.axis)))
             pool += constants.tolist()

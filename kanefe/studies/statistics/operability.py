@@ -18,7 +18,7 @@ from kanefe.frames import numbers
 from kanefe.studies.statistics.cells import Cell, cell_of
 
 if TYPE_CHECKING:
-    from kanefe.report import Report
+    from kanefe.documents.document import Report
     from kanefe.views.plots import Figure
 
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from kanefe.report.blocks import Block, Heading, Listing, Paragraph, Picture, Table
-from kanefe.report.document import Report
-from kanefe.report.record_tables import record_tables
+from kanefe.documents.blocks import Block, Heading, Listing, Paragraph, Picture, Table
+from kanefe.documents.document import Report
+from kanefe.documents.record_tables import record_tables
 from kanefe.studies.statistics.cells import Cell
 
 LEAST_SHARE = 1e-6

@@ -10,10 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kanefe.checks.robustness import registry, runner
 from kanefe.checks.robustness.case import KNOWN_LIMIT, Effort, Finding, StressCase
+from kanefe.checks.robustness.runner import stress
 from kanefe.checks.robustness.table import Row, Table
 from kanefe.errors import FileError, MissingDependency, ModelError, SimulationError
+from robustness.outcomes import check_long_method
 
 
 def fine(effort: Effort) -> Iterator[Finding]:
@@ -42,10 +43,8 @@ CASES = (
 )
 
 
-@pytest.fixture(autouse=True)
-def _few_cases(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(registry, "OWN", CASES)
-    monkeypatch.setattr("kanefe.checks.registry.entry_points", lambda group: [])
+def run(*names: str, effort: Effort = Effort(), **files: str) -> int:  # noqa: B008  (it is frozen)
+    return stress(names, CASES, effort, **files)
 
 
 def test_a_figure_that_is_not_a_number_fails() -> None:
@@ -57,23 +56,23 @@ def test_a_figure_that_is_not_a_number_fails() -> None:
 
 
 def test_exit_codes_and_the_table(capsys: pytest.CaptureFixture[str]) -> None:
-    assert runner.stress(["FINE"], quick=True) == 0
+    assert run("FINE", effort=Effort(is_quick=True)) == 0
     out = capsys.readouterr().out
     assert "good things" in out
     assert "1 of 1 pass" in out
-    assert runner.stress() == 1
+    assert run() == 1
     out = capsys.readouterr().out
     assert out.count("FAILED") == 2
     assert "ended by SimulationError: it broke" in out
     assert "not run: needs nothing" in out
     # what was asked for and cannot run is a failure; what was not is none
-    assert runner.stress(["lacking"]) == 1
-    assert runner.stress(["fine", "lacking"]) == 1
+    assert run("lacking") == 1
+    assert run("fine", "lacking") == 1
 
 
 def test_known_limits_are_marked(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "out.json"
-    assert runner.stress(["fine", "limited"], json_path=str(path)) == 0
+    assert run("fine", "limited", json_path=str(path)) == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line.endswith("(known limit)") for line in lines[1:3]] == [False, True]
     assert lines[3].startswith("2 of 2 pass, 1 of them at known limits")
@@ -91,7 +90,7 @@ def test_long_texts_leave_the_figures_in_their_columns(capsys: pytest.CaptureFix
 
 def test_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, page = tmp_path / "out.json", tmp_path / "out.html"
-    assert runner.stress(["fine", "bad"], quick=True, json_path=str(path), html_path=str(page)) == 1
+    assert run("fine", "bad", effort=Effort(is_quick=True), json_path=str(path), html_path=str(page)) == 1
     rows = json.loads(path.read_text())
     assert [row["passed"] for row in rows] == [True, False, False]
     assert rows[0]["count"] == 3
@@ -101,7 +100,7 @@ def test_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "a &lt;tenth&gt;" in html
     assert "1 of 3 pass, in the short form" in html
     capsys.readouterr()
-    assert runner.stress(["fine"], json_path="-") == 0
+    assert run("fine", json_path="-") == 0
     captured = capsys.readouterr()
     assert len(json.loads(captured.out)) == 1
     assert "good things" in captured.err
@@ -109,15 +108,9 @@ def test_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_what_cannot_be_is_refused_before_anything_runs(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(ModelError, match=r"no stress case 'nope'. Remedy: one or more of fine, bad, lacking, limited"):
-        runner.stress(["fine", "nope"])
+        run("fine", "nope")
     with pytest.raises(ModelError, match=r"'nope' is no method with fixed steps"):
-        runner.stress(["fine"], method="nope")
+        check_long_method("nope")
     with pytest.raises(FileError, match="there is no folder"):
-        runner.stress(["fine"], html_path=str(tmp_path / "no" / "x.html"))
+        run("fine", html_path=str(tmp_path / "no" / "x.html"))
     assert capsys.readouterr().out == ""
-
-
-def test_two_cases_of_one_name_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(registry, "OWN", (*CASES, CASES[0]))
-    with pytest.raises(ModelError, match="two stress cases are called 'fine'"):
-        registry.registered_cases()

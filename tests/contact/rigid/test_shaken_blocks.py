@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.checks.robustness.shaken_blocks import DEFAULT_RTOL, compared, exact, random_block
 from kanefe.contact.rigid.rigid_contact import STICKS
 from kanefe.integrate.methods.table import METHODS, own_methods
 from kanefe.integrate.run_checks.contact_check import of_contacts
 from kanefe.kane.rigid_contacts.contact_forces import probe_forces
+from robustness.shaken_blocks import DEFAULT_RTOL, compared, exact, random_block
 
 G = 9.81
 

@@ -1,4 +1,0 @@
-"""``kanefe bench``: error against CPU time, figures against goals and against a peer, and what skipping saves.
-
-Nothing is imported here: the number of threads must be set before numpy is loaded.
-"""

@@ -1,0 +1,9 @@
+"""The stress cases of the package: a handful, whose short form tells within a minute how an installation behaves."""
+
+from __future__ import annotations
+
+from kanefe.checks.robustness import contact_changes, drift, loops, spin
+from kanefe.checks.robustness.case import StressCase
+
+CASES: tuple[StressCase, ...] = (*drift.CASES, *loops.CASES, *spin.CASES, *contact_changes.CASES)
+"""In the order in which they are run and shown."""

@@ -1,0 +1,95 @@
+"""A contact evaluated: its functions for compiled code, and the same functions run in Python."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from kanefe.contact.contact_data import ContactData, Met
+from kanefe.contact.touching_point import Touch
+from kanefe.frames import Vector
+from kanefe.kernels.contact import contact_forces as kernels
+from kanefe.kernels.contact.contact_places import POINT_NUMBERS, POINTS
+from kanefe.kernels.contact.detection import located, met_by
+from kanefe.kernels.force_elements.bushing import nine
+from kanefe.kernels.force_elements.places import WRENCH, WRENCHES, A
+from kanefe.loads.base import Action, End, LoadKernel
+from kanefe.loads.by_kernel import numbers_of
+
+
+def kernel_of(contact: ContactData) -> LoadKernel:
+    """Return the compiled functions of a contact, with its numbers."""
+    return LoadKernel(kernels.contact, contact.numbers, kernels.contact, kernels.contact_watch)
+
+
+class InPython:
+    """The functions of a contact, called in Python with its ends and states as lists of numbers.
+
+    Parameters
+    ----------
+    contact : ContactData
+    ends : sequence of End
+    states : ndarray
+    """
+
+    def __init__(self, contact: ContactData, ends: Sequence[End], states: Vector) -> None:
+        self.contact, self.ends = contact, ends
+        self._numbers = contact.listed
+        self._ends = numbers_of(ends)
+        self._states = np.asarray(states).tolist()
+        self._axes = nine(self._ends, A)
+
+    def _met(self) -> Iterator[tuple[int, Met]]:
+        """Yield the points with their numbers, as they are found, or as they were found before."""
+        found = self.contact.found(self.ends)
+        if found is not None:
+            yield 0, found
+            return
+        met = met_by(self._numbers, self._ends)
+        for i in range(len(self.contact.probes)):
+            yield i, Met(*located(self._numbers, POINTS + POINT_NUMBERS * i, self._ends, met))
+
+    def action(self) -> Action:
+        """Return the forces on the surface and on what touches it (Eq. 11)."""
+        last = WRENCHES + WRENCH * len(self.ends)
+        out: list[Any] = [0.0] * (last + len(self._states))
+        for i, met in self._met():
+            kernels.put_point(self._numbers, i, *met, self._axes, self._ends, self._states, out)
+        potential, taken, given = out[:WRENCHES]
+        wrenches = np.array(out[WRENCHES:last]).reshape(-1, WRENCH)
+        return Action(wrenches, potential, taken, given, np.array(out[last:]))
+
+    def watched(self) -> list[float]:
+        """Return what the events of the contact look at, in their order."""
+        points = len(self.contact.probes) if self.contact.reports_points else 0
+        out: list[Any] = [0.0] * (self.contact.events_of_each * (1 + points))
+        seen = kernels.nothing_seen()
+        for i, met in self._met():
+            seen = kernels.watched(self._numbers, i, *met, self._axes, self._ends, self._states, out, seen)
+        kernels.put_seen(self._numbers, seen, out)
+        return out
+
+    def touches(self) -> list[Touch]:
+        """Return what each point does."""
+        return [self._touch(i, met) for i, met in self._met()]
+
+    def _touch(self, i: int, met: Met) -> Touch:
+        contact, number = self.contact, self.contact.probes[i][0]
+        given = self._numbers, i, *met, self._axes, self._ends, self._states
+        place, normal = np.array(met.point), np.array(met.normal)
+        if met.depth <= 0.0 and (contact.rest is None or contact.rest.softness == 0.0):
+            at = contact.begins + contact.each * i
+            stretch = self._states[at : at + 3] if contact.friction is not None and contact.rest is None else (0, 0, 0)
+            return Touch(met.depth, number, place, normal, stretch=self.ends[0].A @ stretch)
+        _, along, _, _, pressed, (w, drag, w_rate, _, _, beyond) = kernels.touching(*given)
+        moment = np.zeros(3)
+        if contact.friction is not None and contact.friction.turning_states:
+            out: list[Any] = [0.0] * (WRENCHES + WRENCH * len(self.ends) + len(self._states))
+            moment = -np.array(
+                kernels.turned(self._numbers, i, met.normal, self._axes, self._ends, pressed[0], self._states, out)
+            )
+        found = Touch(met.depth, number, place, normal, pressed[0], reserve=beyond, moment=moment)
+        slides, friction, stretch, stretch_rate = (np.array(x) for x in (along, drag, w, w_rate))
+        return found._replace(along=slides, drag=friction, stretch=stretch, stretch_rate=stretch_rate)

@@ -1,1 +1,0 @@
-"""Laws of normal and friction forces, one family a file."""

@@ -1,0 +1,1 @@
+"""Documents made of blocks, as text, Markdown and HTML."""

@@ -1,0 +1,53 @@
+"""Friction that falls with the speed of slipping (Stribeck 1902; Bo & Pavelescu 1982), at an anchor that slips."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from kanefe.kernels.compiler._numba import inlined, kernel
+
+MOST_TRIALS, CLOSE = 60, 1e-15
+"""Trials of Newton's method, and the share of a speed or of a pull that is round-off."""
+
+
+@inlined
+def still_to_fall(slip: Any, speed: float, exponent: float) -> tuple[Any, Any]:
+    """Return ``x = (slip / speed)^exponent`` and ``exp(-x)``: the share of the fall from rest that is still to come."""
+    x = slip / speed
+    x = x * x if exponent == 2.0 or x.real <= 0.0 else np.exp(exponent * np.log(x))
+    return x, np.exp(-x)
+
+
+@kernel
+def slip_speed(pull: Any, least: Any, fall: Any, damping: Any, speed: float, exponent: float) -> Any:
+    """Return how fast an anchor slips (m/s): the root of ``c s + F(s) = pull``, 0 if there is none.
+
+    ``F(s) = least + fall exp(-(s/speed)^exponent)``. Newton's method from above, halved where it would leave.
+
+    Parameters
+    ----------
+    pull : float
+        What spring and damper of the anchor ask for, N, above 0.
+    least, fall : float
+        Friction of fast slipping, and how much more it is at rest, N.
+    damping : float
+        Of the anchor, with what of friction grows with the speed, N s/m.
+    speed : float
+        In which it falls, m/s.
+    exponent : float
+    """
+    s = pull / damping
+    for _ in range(MOST_TRIALS):
+        x, share = still_to_fall(s, speed, exponent)
+        slope = damping - exponent * fall * share * x / s
+        value = damping * s + least + fall * share - pull
+        step = value / slope if slope.real > 0.0 else 0.5 * s
+        is_found = abs(step.real) <= CLOSE * s.real or abs(value.real) <= CLOSE * pull.real
+        s = s - step if (s - step).real > 0.5 * s.real else 0.5 * s
+        if s.real * damping.real < 1e-12 * pull.real:
+            return 0.0 * s
+        if is_found:
+            break
+    return s

@@ -1,0 +1,226 @@
+"""What a law of friction is, and what is asked of it: by compiled code, contacts, scenes and runs."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, ClassVar, Self
+
+from kanefe.errors import ModelError
+from kanefe.frames import Vector, numbers
+
+STIFFNESS_RATIO = 1.0
+"""Stiffness of an anchor over that of the normal law, where it is not given."""
+
+
+class FrictionLaw(ABC):
+    """A law of friction at a point of a contact: what a stretch along the surface and the motion give there.
+
+    A law is a file beside this one: a class for the user, which checks what it is given and has it as a named `block`
+    of numbers, and the function of these numbers that is compiled, called by `rub` of the table of laws. A point has
+    three internal states for it, the stretch in axes of the surface, m.
+
+    Attributes
+    ----------
+    kind : float
+        By which `rub` knows the law.
+    holds : bool
+        Whether what sticks stays where it is: it slips and sticks at moments that a run tells. Else it creeps.
+    turning_states : int
+        States of what holds a point against turning.
+    """
+
+    kind: ClassVar[float]
+    holds: ClassVar[bool] = False
+    turning_states: int = 0
+    torsional: float = 0.0
+    rolling: float = 0.0
+
+    @property
+    @abstractmethod
+    def block(self) -> tuple[Any, ...]:
+        """Its numbers for compiled code."""
+
+    @property
+    def has_memory(self) -> bool:
+        """Whether it slips by another coefficient than it sticks by, so that a state tells which it does."""
+        return False
+
+    @property
+    @abstractmethod
+    def coefficients(self) -> tuple[float, float]:
+        """Of slipping, along and across."""
+
+    @property
+    def sliding(self) -> float:
+        """The larger coefficient of slipping."""
+        return max(self.coefficients)
+
+    @property
+    def axis(self) -> Vector | None:
+        """The direction of the first of two coefficients, in axes of the surface; None: there is but one."""
+        return None
+
+    @property
+    @abstractmethod
+    def holding(self) -> float:
+        """The coefficient at which it begins to slip, of two the larger."""
+
+    @abstractmethod
+    def coefficient(self, speed: float) -> float:
+        """Return the coefficient of friction in steady sliding at a speed, m/s."""
+
+    @property
+    @abstractmethod
+    def relaxation(self) -> float:
+        """Rate at which the stretch of a point comes back that does not touch, 1/s."""
+
+    @property
+    def spring(self) -> float:
+        """Stiffness of the spring of all points together whose energy counts, N/m; 0: none does."""
+        return 0.0
+
+    @abstractmethod
+    def anchor(self, share: float, press: float) -> tuple[float, float]:
+        """Return stiffness and damping of a point that sticks, with a share of the contact and a normal force."""
+
+    @abstractmethod
+    def large_stretch(self, weight: float) -> float:
+        """Return what counts as a large stretch under a weight (N), m."""
+
+    def arms(self, lever: float) -> list[float]:
+        """Return the lever by which the anchor of each turning state acts, of a point with one to roll on, m."""
+        return []
+
+    def completed(self, stiffness: float | None, levers: Sequence[float], label: str) -> Self:
+        """Return the law of a contact: `stiffness` of a normal law that is a straight line, levers of its points."""
+        return self
+
+    @property
+    def lacks_damping(self) -> bool:
+        """Whether the damping of its anchors is to be that of the masses that they hold."""
+        return False
+
+    def with_damping(self, damping: float) -> Self:
+        """Return the law with the damping that it lacks, N s/m."""
+        return self
+
+    @property
+    def at_most(self) -> tuple[float, float] | None:
+        """Stiffness and damping of all points that stick; None: unknown before the run."""
+        return None
+
+    @property
+    def not_rigid(self) -> str:
+        """What of it rigid contacts do not have, with a remedy; empty: they have all."""
+        return "friction of rigid contacts is Coulomb's. Remedy: kanefe.Coulomb(...)"
+
+    @property
+    def not_screened(self) -> str:
+        """What of it screened runs do not have; empty: they have all."""
+        return "friction that creeps"
+
+    def stuck(self, factor: float) -> Self:
+        """Return the law with so many times larger coefficients, under which all sticks, where something may."""
+        return self
+
+
+class AnchoredFriction(FrictionLaw):
+    """Friction of what hangs on a spring and damper from its anchor, which moves only when it slips.
+
+    Attributes
+    ----------
+    stiffness, damping : float or None
+        Of all points together, N/m and N s/m; None: those of the contact.
+    """
+
+    holds = True
+    stiffness: float | None
+    damping: float | None
+
+    @property
+    def relaxation(self) -> float:
+        """Rate at which the stretch of a point comes back that does not touch, 1/s."""
+        k, c = self.anchor(1.0, 0.0)
+        return k / c if c > 0.0 else 0.0  # of a law that is not completed
+
+    @property
+    def spring(self) -> float:
+        """Stiffness of the springs of all points together, N/m."""
+        return float(self.stiffness or 0.0)
+
+    def anchor(self, share: float, press: float) -> tuple[float, float]:
+        """Return stiffness and damping of a point."""
+        return share * float(self.stiffness or 0.0), share * float(self.damping or 0.0)
+
+    def large_stretch(self, weight: float) -> float:
+        """Return the stretch that holds it."""
+        return self.sliding * weight / float(self.stiffness or 1.0) or 1.0
+
+    def completed(self, stiffness: float | None, levers: Sequence[float], label: str) -> Self:
+        """Return the law with the stiffness of the normal law, where none is given; a ModelError says what it lacks.
+
+        Bodies in contact yield alike in both directions, by Mindlin's theory along the surface at (1 - nu/2)/(1 - nu)
+        of what they do across it.
+        """
+        if self.rolling > 0.0 and min(levers) <= 0.0:
+            raise ModelError(f"{label} has points, which do not roll. Remedy: rolling=0, or balls, capsules, tori")
+        if self.stiffness is not None:
+            return self
+        if stiffness is None:
+            raise ModelError(
+                f"{label}: the normal law has no one stiffness that the friction's anchors could take. "
+                f"Remedy: stiffness= of {type(self).__name__}"
+            )
+        return self.with_numbers(stiffness=STIFFNESS_RATIO * stiffness)
+
+    def with_numbers(self, **changes: Any) -> Self:
+        """Return the law with other numbers."""
+        return replace(self, **changes)  # type: ignore[type-var]
+
+    def with_damping(self, damping: float) -> Self:
+        """Return the law with a damping of all points together, N s/m."""
+        return self.with_numbers(damping=damping)
+
+    @property
+    def lacks_damping(self) -> bool:
+        """Whether the damping of its anchors is to be that of the masses that they hold."""
+        return self.damping is None
+
+    @property
+    def at_most(self) -> tuple[float, float] | None:
+        """Stiffness and damping of all points that stick."""
+        return self.anchor(1.0, 0.0)
+
+    @property
+    def not_rigid(self) -> str:
+        """What of it rigid contacts do not have, with a remedy."""
+        if len(set(self.coefficients)) > 1:
+            return "friction of rigid contacts is the same in all directions. Remedy: one coefficient"
+        if self.stiffness is not None or self.damping is not None:
+            return "what is rigid sticks without springs. Remedy: leave out stiffness and damping"
+        if self.turning_states:
+            return "rigid contacts slip, but turn freely. Remedy: kanefe.HuntCrossley(...)"
+        return ""
+
+    @property
+    def not_screened(self) -> str:
+        """What of it screened runs do not have."""
+        return "friction against turning" if self.turning_states else ""
+
+
+def friction_law(given: object, label: str) -> FrictionLaw | None:
+    """Return a law of friction, or None; a ModelError says that it is none."""
+    if given is not None and not isinstance(given, FrictionLaw):
+        raise ModelError(f"friction of {label} must be kanefe.Coulomb(...), LuGre(...) or None, not {given!r}")
+    return given
+
+
+def check_numbers(law: object, *names: str) -> None:
+    """Raise a ModelError if an attribute of a law is neither None nor a number that is finite and >= 0."""
+    for name in names:
+        value = getattr(law, name)
+        number = numbers(0.0 if value is None else value)
+        if number.shape != () or not 0.0 <= number < float("inf"):
+            raise ModelError(f"{name} of {type(law).__name__} must be one number, finite and >= 0, not {value!r}")

@@ -1,0 +1,139 @@
+"""LuGre friction: bristles that bend, and slip where they are dragged (Canudas de Wit and others, 1995)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from kanefe.arguments import positive
+from kanefe.errors import ModelError
+from kanefe.frames import numbers
+from kanefe.kernels.algebra.vectors import Numbers, dot, minus, norm, plus, times
+from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.contact.laws.falling import still_to_fall
+from kanefe.kernels.contact.laws.friction_law import FrictionLaw, check_numbers
+from kanefe.kernels.force_elements.blocks import places
+
+LUGRE = 2.0
+
+STEADY = 0.99
+"""Deflection over that of steady sliding from which on bristles are told to slip."""
+
+
+class LuGreNumbers(NamedTuple):
+    """Numbers of `LuGre`, in its words and units."""
+
+    sigma0: float
+    sigma1: float
+    sigma2: float
+    coulomb: float
+    static: float
+    stribeck_speed: float
+
+
+AT = places(LuGreNumbers)
+
+
+@kernel
+def lugre(numbers: Any, at: int, press: Any, normal: Numbers, v: Numbers, z: Numbers, rests: bool) -> Any:
+    """Return what friction gives at a point: see `kanefe.kernels.contact.laws.rub`.
+
+    About a state of rest the bristles follow the motion.
+    """
+    stiffness, speed, least = numbers[at + AT.sigma0], norm(v), numbers[at + AT.coulomb]
+    left = still_to_fall(speed, numbers[at + AT.stribeck_speed], 2.0)[1]
+    g = least * (1.0 + (numbers[at + AT.static] / least - 1.0) * left)
+    rate = v
+    if not rests:
+        rate = minus(v, times(stiffness * speed / g, z))
+    flat, flat_rate = minus(z, times(dot(z, normal), normal)), minus(rate, times(dot(rate, normal), normal))
+    drag = plus(
+        times(stiffness, flat), plus(times(numbers[at + AT.sigma1], flat_rate), times(numbers[at + AT.sigma2], v))
+    )
+    beyond = press * (stiffness * norm(flat) - STEADY * g)
+    return times(press, drag), rate, 0.0, norm(minus(v, rate)), beyond
+
+
+@dataclass(frozen=True)
+class LuGre(FrictionLaw):
+    """Friction ``T = N (s0 z + s1 dz/dt + s2 v)`` by bristles bent by z, ``dz/dt = v - s0 |v| z / g(v)``.
+
+    ``g(v) = coulomb + (static - coulomb) exp(-(v / stribeck_speed)^2)``. What it holds creeps where a load below the
+    break-away force vibrates: `Coulomb` does not. All coefficients are of the normal force; a friction of given forces
+    is one of a contact whose normal force is given.
+
+    Parameters
+    ----------
+    sigma0 : float
+        Stiffness of the bristles, 1/m.
+    sigma1 : float
+        Their damping, s/m.
+    sigma2 : float
+        Viscous friction, s/m.
+    coulomb, static : float
+        Coefficients of friction of fast sliding, and of the slowest.
+    stribeck_speed : float
+        m/s.
+
+    Raises
+    ------
+    ModelError
+        If a number is no such thing.
+
+    Examples
+    --------
+    >>> import kanefe as kf
+    >>> kf.LuGre(1e5, 300.0, 0.4, coulomb=1.0, static=1.5, stribeck_speed=1e-3).coefficient(0.0)
+    1.5
+    """
+
+    sigma0: float
+    sigma1: float
+    sigma2: float
+    coulomb: float
+    static: float
+    stribeck_speed: float
+
+    kind = LUGRE
+
+    def __post_init__(self) -> None:
+        for name in ("sigma0", "sigma1", "coulomb", "stribeck_speed"):
+            positive(getattr(self, name), f"{name} of LuGre")
+        check_numbers(self, "sigma2")
+        static = numbers(self.static)
+        if static.shape != () or not self.coulomb <= static < math.inf:
+            raise ModelError(f"static of LuGre must be a number of at least coulomb = {self.coulomb:g}")
+
+    @property
+    def block(self) -> LuGreNumbers:
+        """Its numbers for compiled code."""
+        return LuGreNumbers(self.sigma0, self.sigma1, self.sigma2, self.coulomb, self.static, self.stribeck_speed)
+
+    @property
+    def coefficients(self) -> tuple[float, float]:
+        """Of fast sliding."""
+        return self.coulomb, self.coulomb
+
+    @property
+    def holding(self) -> float:
+        """The coefficient of the slowest sliding."""
+        return self.static
+
+    def coefficient(self, speed: float) -> float:
+        """Return the coefficient of friction in steady sliding at a speed (m/s)."""
+        g = self.coulomb + (self.static - self.coulomb) * float(still_to_fall(speed, self.stribeck_speed, 2.0)[1])
+        return g + self.sigma2 * speed
+
+    @property
+    def relaxation(self) -> float:
+        """Rate at which bristles come back that do not touch, 1/s."""
+        return self.sigma0 / self.sigma1
+
+    def anchor(self, share: float, press: float) -> tuple[float, float]:
+        """Return stiffness and damping of bristles under a normal force."""
+        return self.sigma0 * press, (self.sigma1 + self.sigma2) * press
+
+    def large_stretch(self, weight: float) -> float:
+        """Return the deflection at which bristles break away."""
+        return self.static / self.sigma0

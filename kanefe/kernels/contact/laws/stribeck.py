@@ -1,0 +1,151 @@
+"""Stribeck's friction with breakaway: an anchor that holds, and a coefficient that falls and rises with the speed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Self
+
+from kanefe.arguments import positive
+from kanefe.errors import ModelError
+from kanefe.kernels.algebra.vectors import Numbers, norm
+from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.contact.laws.anchoring import given_way, kept_of, pull_of
+from kanefe.kernels.contact.laws.falling import slip_speed, still_to_fall
+from kanefe.kernels.contact.laws.friction_law import AnchoredFriction, check_numbers
+from kanefe.kernels.force_elements.blocks import places
+
+STRIBECK = 3.0
+
+
+class StribeckNumbers(NamedTuple):
+    """Numbers of `Stribeck`, in its words and units."""
+
+    mu: float
+    breakaway: float
+    stribeck_speed: float
+    exponent: float
+    viscous: float
+    stiffness: float
+    damping: float
+
+
+AT = places(StribeckNumbers)
+
+
+@kernel
+def stribeck(
+    numbers: Any,
+    at: int,
+    share: float,
+    press: Any,
+    normal: Numbers,
+    along: Numbers,
+    w: Numbers,
+    is_held: bool,
+    waits: bool,
+) -> Any:
+    """Return what friction gives at a point: see `kanefe.kernels.contact.laws.rub`.
+
+    With s the speed of the slip, ``c s`` is what friction leaves of the pull: ``c s + N mu(s) = |k w + c v|``.
+    """
+    k, c = share * numbers[at + AT.stiffness], share * numbers[at + AT.damping]
+    pull = pull_of(k, c, normal, along, w)
+    size, limit = norm(pull), numbers[at + AT.breakaway] * press
+    if is_held:
+        kept, beyond = kept_of(size, limit, waits), size - limit
+    else:
+        kept, least = 0.0 * size + 1.0, numbers[at + AT.mu] * press
+        if size.real > 0.0:
+            damping, speed = c + numbers[at + AT.viscous] * press, numbers[at + AT.stribeck_speed]
+            kept = kept - c * slip_speed(size, least, limit - least, damping, speed, numbers[at + AT.exponent]) / size
+        beyond = size * (1.0 - kept)
+    drag, w_rate = given_way(k, c, pull, w, kept)
+    return drag, w_rate, k, (1.0 - kept) * size / c, beyond
+
+
+@dataclass(frozen=True)
+class Stribeck(AnchoredFriction):
+    """Dry friction with breakaway, ``T = N (mu + (breakaway - mu) exp(-(s/stribeck_speed)^exponent) + viscous s)``.
+
+    s is the speed of the slip. What sticks hangs on a spring and damper from its anchor, as with `Coulomb`, and begins
+    to slip at ``breakaway N``; friction then falls with the speed (Stribeck 1902; Bo & Pavelescu 1982), and rises again
+    by what a lubricant adds. `Coulomb` with `static` and `stribeck_speed` is this law with an exponent of 2 and without
+    a viscous part.
+
+    Parameters
+    ----------
+    mu : float
+        Coefficient of dry friction in fast sliding.
+    breakaway : float
+        Coefficient at which it begins to slip, above `mu`.
+    stribeck_speed : float
+        Speed over which friction falls, m/s.
+    exponent : float
+        Of the fall: 2, 1 of a steeper one, 0.5 of the steepest.
+    viscous : float
+        Coefficient over speed, s/m.
+    stiffness : float, optional
+        Of the anchors of all points together, N/m; default: that of a normal law that is a straight line.
+    damping : float, optional
+        Of the anchors of all points together, N s/m; default: critical for the masses that move on both sides.
+
+    Raises
+    ------
+    ModelError
+        If `breakaway` is not above `mu`, or a number is none.
+
+    Examples
+    --------
+    >>> import kanefe as kf
+    >>> pad = kf.Stribeck(0.3, breakaway=0.5, stribeck_speed=0.01, exponent=1.0, viscous=0.2)
+    >>> round(pad.coefficient(0.0), 3), round(pad.coefficient(0.01), 3), round(pad.coefficient(1.0), 3)
+    (0.5, 0.376, 0.5)
+    """
+
+    mu: float
+    breakaway: float
+    stribeck_speed: float
+    exponent: float = 2.0
+    viscous: float = 0.0
+    stiffness: float | None = None
+    damping: float | None = None
+
+    kind = STRIBECK
+    has_memory = True
+
+    def __post_init__(self) -> None:
+        check_numbers(self, "mu", "breakaway", "viscous", "stiffness", "damping")
+        for name in ("stribeck_speed", "exponent"):
+            positive(getattr(self, name), f"{name} of Stribeck")
+        if self.stiffness == 0.0 or self.damping == 0.0:
+            raise ModelError("stiffness and damping of Stribeck must be > 0: what sticks hangs on them")
+        if not self.breakaway > self.mu:
+            raise ModelError(
+                f"breakaway of Stribeck, {self.breakaway:g}, must be above mu, {self.mu:g}. Remedy: the larger, or "
+                "Coulomb(mu)"
+            )
+
+    @property
+    def block(self) -> StribeckNumbers:
+        """Its numbers for compiled code."""
+        own = self.mu, self.breakaway, self.stribeck_speed, self.exponent, self.viscous
+        return StribeckNumbers(*own, *self.anchor(1.0, 0.0))
+
+    @property
+    def coefficients(self) -> tuple[float, float]:
+        """Of fast dry slipping, along and across."""
+        return self.mu, self.mu
+
+    @property
+    def holding(self) -> float:
+        """The coefficient at which it begins to slip."""
+        return self.breakaway
+
+    def coefficient(self, speed: float) -> float:
+        """Return the coefficient of friction in steady sliding at a speed (m/s)."""
+        left = float(still_to_fall(speed, self.stribeck_speed, self.exponent)[1])
+        return self.mu + (self.breakaway - self.mu) * left + self.viscous * speed
+
+    def stuck(self, factor: float) -> Self:
+        """Return the law with so many times larger coefficients, under which all sticks."""
+        return self.with_numbers(mu=factor * self.mu, breakaway=factor * self.breakaway)

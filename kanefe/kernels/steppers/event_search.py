@@ -1,0 +1,241 @@
+"""Where functions of the state pass zero within a step: brackets between samples, dips between them, and roots.
+
+`value(data, t)` gives the function at a time of the step. In compiled code it is a kernel, in a search from Python any
+function: the search is the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from kanefe.kernels.compiler._numba import exact
+
+LEAST_DIP = 0.3
+"""Largest height of a parabola above zero, over that of the highest of its three samples, that is looked at closely."""
+
+GOLDEN = 0.6180339887498949
+"""Share of an interval that a golden section leaves."""
+
+CLOSEST = 1e-15
+"""Distance between two times over their size, below which there is hardly a number between them."""
+
+FINENESS = 1e-5
+"""Width over that of a dip, to which its lowest place is found."""
+
+ROOT_TOLERANCE = 1e-13
+"""Width of the interval in which a root is found, over the span of the run. States have the tolerance of the run."""
+
+EPSILON = float(np.finfo(float).eps)
+
+NOISE = 10.0
+"""Largest value without a sign, over that at the root that was found."""
+
+ROUND_OFF = 1e-15
+"""Largest value without a sign, over the largest of the function in the step: for roots whose value is zero by chance.
+"""
+
+Value = Callable[[Any, float], float]
+
+
+@exact
+def sign_of(x: float) -> float:
+    """Return 1, -1 or 0."""
+    if x > 0.0:
+        return 1.0
+    return -1.0 if x < 0.0 else 0.0
+
+
+@exact
+def dips(v0: float, v1: float, v2: float, x: float) -> bool:
+    """Tell whether the parabola through three values above zero, at -1, x and 1, comes near zero between them."""
+    b = 0.5 * (v2 - v0)
+    c = (0.5 * (v0 + v2) + b * x - v1) / (1.0 - x * x)
+    if not (c > 0.0 and abs(b) < 2.0 * c):
+        return False
+    lowest = 0.5 * (v0 + v2) - c - b * b / (4.0 * c)
+    return bool(lowest <= LEAST_DIP * max(v0, v1, v2))
+
+
+@exact
+def dips_from(times: np.ndarray, values: np.ndarray, k: int) -> bool:
+    """Tell whether three samples from the k-th on have one sign and may come to zero between them."""
+    sign = sign_of(values[k])
+    v0, v1, v2 = sign * values[k], sign * values[k + 1], sign * values[k + 2]
+    if not (v0 > 0.0 and v1 > 0.0 and v2 > 0.0):
+        return False
+    return dips(v0, v1, v2, 2.0 * (times[k + 1] - times[k]) / (times[k + 2] - times[k]) - 1.0)
+
+
+@exact
+def is_quiet(times: np.ndarray, values: np.ndarray, count: int) -> bool:
+    """Tell whether so many samples have one sign, and no three of them come near zero."""
+    sign = sign_of(values[0])
+    if sign == 0.0:
+        return False
+    for k in range(1, count):
+        if not sign * values[k] > 0.0:
+            return False
+    found = False
+    for k in range(count - 2):
+        found = found or dips_from(times, values, k)
+    return not found
+
+
+@exact
+def crossing_between(value: Value, data: Any, a: float, b: float, fa: float, fb: float, width: float) -> float:
+    """Return where a function passes zero between a and b, to a width, by Chandrupatla's method.
+
+    Inverse quadratic interpolation where three points let it be trusted, else halves (T. R. Chandrupatla, Advances in
+    Engineering Software 28 (1997) 145-149).
+
+    Parameters
+    ----------
+    value : function (data, t) -> float
+    a, b : float
+    fa, fb : float
+        Its values there, of different signs or zero.
+    width : float
+        Of the interval that is left.
+    """
+    if fa == 0.0 or fb == 0.0:
+        return a if fa == 0.0 else b
+    share = 0.5
+    while True:
+        x = a + share * (b - a)
+        fx = value(data, x)
+        if (fx > 0.0) == (fa > 0.0):
+            c, fc = a, fa
+        else:
+            c, fc, b, fb = b, fb, a, fa
+        a, fa = x, fx
+        best, least_value = (a, fa) if abs(fa) < abs(fb) else (b, fb)
+        if least_value == 0.0 or abs(b - a) <= width:
+            return best
+        least = 0.5 * width / abs(b - a)
+        place, height = (a - b) / (c - b), (fa - fb) / (fc - fb)
+        share = 0.5
+        if height * height < place and (1.0 - height) * (1.0 - height) < 1.0 - place:
+            share = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+        share = min(1.0 - least, max(least, share)) if abs(share) < np.inf else 0.5
+
+
+@exact
+def lowest_between(value: Value, data: Any, sign: float, a: float, b: float, tolerance: float) -> tuple[float, float]:
+    """Return where ``sign value`` with one minimum between a and b is lowest, by golden sections, and it there.
+
+    It ends as soon as that is below zero, or where no numbers lie between.
+    """
+    tolerance = max(tolerance, CLOSEST * max(abs(a), abs(b)))
+    c, d = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
+    fc, fd = sign * value(data, c), sign * value(data, d)
+    while b - a > tolerance and min(fc, fd) >= 0.0:
+        if fc < fd:
+            b, d, fd = d, c, fc
+            c = b - GOLDEN * (b - a)
+            fc = sign * value(data, c)
+        else:
+            a, c, fc = c, d, fd
+            d = a + GOLDEN * (b - a)
+            fd = sign * value(data, d)
+    return (c, fc) if fc < fd else (d, fd)
+
+
+@exact
+def first_with_sign(values: np.ndarray, count: int, noise: float) -> int:
+    """Return the number of the first value that has a sign; that of the last one if none has."""
+    for k in range(count):
+        if abs(values[k]) > noise:
+            return k
+    return count - 1
+
+
+@exact
+def find_brackets(
+    value: Value,
+    data: Any,
+    times: np.ndarray,
+    values: np.ndarray,
+    count: int,
+    first: int,
+    direction: int,
+    brackets: np.ndarray,
+) -> int:
+    """Write the intervals at whose ends a function has different signs, in order of time; return how many.
+
+    A value of zero ends an interval. After an event the values have no sign until the one with the number `first`: the
+    place that was found lies before the root as often as behind it.
+
+    Parameters
+    ----------
+    times, values : ndarray, shape (count or more,)
+        Samples of the step, from its start to its end.
+    direction : int
+        1 where only rising through zero counts, -1 where only falling, else 0.
+    brackets : ndarray, shape (2 count, 2)
+    """
+    found = 0
+    last_time, last = 0.0, 0.0
+    for k in range(first, count):
+        if last != 0.0 and sign_of(values[k]) != sign_of(last):
+            found = _add(brackets, found, last_time, times[k], -last * direction)
+        last_time, last = times[k], values[k]
+    after = times[0]
+    for k in range(first, count - 2):
+        if times[k] < after or not dips_from(times, values, k):
+            continue
+        a, b, sign = times[k], times[k + 2], sign_of(values[k])
+        lowest, height = lowest_between(value, data, sign, a, b, FINENESS * (b - a))
+        if height < 0.0:
+            found = _add(brackets, found, a, lowest, -sign * direction)
+            found = _add(brackets, found, lowest, b, sign * direction)
+            after = b
+    return found
+
+
+@exact
+def _add(brackets: np.ndarray, found: int, a: float, b: float, way: float) -> int:
+    """Put in an interval at its place in time, if its function passes zero the way that counts."""
+    if way < 0.0:
+        return found
+    k = found
+    while k > 0 and (brackets[k - 1, 0] > a or (brackets[k - 1, 0] == a and brackets[k - 1, 1] > b)):
+        brackets[k, 0], brackets[k, 1] = brackets[k - 1, 0], brackets[k - 1, 1]
+        k -= 1
+    brackets[k, 0], brackets[k, 1] = a, b
+    return found + 1
+
+
+@exact
+def time_tolerance(span: float, t: float) -> float:
+    """Return how near to each other two moments are one, s."""
+    return max(ROOT_TOLERANCE * span, 4.0 * EPSILON * abs(t))
+
+
+@exact
+def root_in(value: Value, data: Any, a: float, b: float, span: float, is_beyond: bool) -> float:
+    """Return where a function passes zero between a and b; on request where it has its new sign.
+
+    A step from there on has a force that jumps behind it: rates that change sides within it have no solution.
+    """
+    fa, fb = value(data, a), value(data, b)
+    if fa * fb > 0.0:  # at one of the ends, but for round-off
+        return a if abs(fa) < abs(fb) else b
+    tolerance = time_tolerance(span, b)
+    found = crossing_between(value, data, a, b, fa, fb, tolerance)
+    ahead = tolerance
+    while is_beyond and found < b and value(data, found) * fb <= 0.0:
+        found, ahead = min(found + ahead, b), 2.0 * ahead  # where it stays at zero the way is long
+    return found
+
+
+@exact
+def noise_after(value: Value, data: Any, root: float, start: float, span: float, largest: float) -> float:
+    """Return below what a function has no sign after its root; of one that jumps by the value before it.
+
+    `start` is that of the step, `largest` the largest value of the function in it.
+    """
+    before = max(root - time_tolerance(span, root), start)
+    return max(NOISE * min(abs(value(data, root)), abs(value(data, before))), ROUND_OFF * largest)

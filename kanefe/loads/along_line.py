@@ -1,0 +1,68 @@
+"""Loads along a line over points: its way, and the law of a tension over its length and rate."""
+
+from __future__ import annotations
+
+import math
+from abc import abstractmethod
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from kanefe.errors import SimulationError
+from kanefe.frames import Matrix, Vector
+from kanefe.kernels.force_elements.places import WRENCH, WRENCHES
+from kanefe.kernels.force_elements.rope import put_gradient
+from kanefe.loads.base import Action, End, Load, Tangent
+from kanefe.loads.by_kernel import numbers_of, slopes
+
+
+class Path(NamedTuple):
+    """A way over points: length (m) and rate (m/s), and by each end the derivative of the length by its place, in N."""
+
+    length: float
+    rate: float
+    gradient: Matrix
+
+
+class AlongLine(Load):
+    """A load that pulls along a line over its ends by one tension, which depends on length, rate and states."""
+
+    @abstractmethod
+    def pull(self, t: float, length: Any, rate: Any, states: Vector) -> Any:
+        """Return the tension at a length (m) and rate (m/s), of real or complex numbers, N."""
+
+    def path(self, t: float, ends: Sequence[End]) -> Path:
+        """Return the way over the ends.
+
+        Raises
+        ------
+        SimulationError
+            If two points that follow each other are at one place.
+        """
+        count = len(ends)
+        out: list[Any] = [0.0] * (WRENCHES + WRENCH * count)
+        with np.errstate(all="ignore"):
+            length, rate = put_gradient(count, numbers_of(ends), out)
+        if not math.isfinite(rate):
+            i = next(i for i in range(count - 1) if not np.any(ends[i + 1].p - ends[i].p))
+            raise SimulationError(
+                f"points {i} and {i + 1} of {self.kind} {self.name!r} are at one place at t = {t:.6g} s, and it has "
+                "no direction there. Remedy: keep them apart, or leave one of several out"
+            )
+        return Path(float(length), float(rate), np.array(out[WRENCHES:]).reshape(count, WRENCH)[:, :3])
+
+    def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
+        """Return its pull on all points (Eq. 11)."""
+        done = super().action(t, ends, states)
+        if not math.isfinite(done.wrenches.sum()):
+            self.path(t, ends)  # which names points at one place
+        return done
+
+    def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent:
+        """Return the slopes of its tension along the line, without what turning it does under load."""
+        path = self.path(t, ends)
+        rows = np.zeros((len(ends), 6))
+        rows[:, :3] = path.gradient
+        k, c = slopes(lambda length, rate: self.pull(t, length, rate, states), path.length, path.rate)
+        return Tangent(rows.reshape(1, -1), np.array((k,)), np.array((c,)))

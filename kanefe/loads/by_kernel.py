@@ -1,0 +1,125 @@
+"""Kernels of loads called from Python: ends and states become numbers, and what is written comes back.
+
+A kernel of the package is a plain function until it is compiled: here it runs as that. Complex numbers pass through it,
+from which come exact derivatives (Squire & Trapp 1998).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kanefe.frames import Matrix, Vector
+from kanefe.kernels.compiler.addresses import call_in_python
+from kanefe.kernels.force_elements.places import END_NUMBERS, WRENCH, WRENCHES, A, P, V
+
+if TYPE_CHECKING:
+    from kanefe.loads.base import End, Load
+
+Kernel = Callable[..., None] | int
+
+COMPLEX_STEP = 1e-30
+"""Imaginary part of what is changed: its square vanishes beside 1, so that nothing is cut off and nothing cancels."""
+
+
+AXES = 3
+NO_INPUTS = np.zeros(0)
+ROUND_OFF = 1e-12
+"""Stiffness or damping, of the largest of a load, that is none."""
+
+
+def numbers_of(ends: Sequence[End]) -> list[Any]:
+    """Return the motion of ends one after the other, see `kanefe.LoadKernel`."""
+    return [x for end in ends for part in (end.p, end.A.ravel(), end.v, end.w) for x in part.tolist()]
+
+
+def written_by(
+    function: Kernel, t: float, numbers: Vector, inputs: Vector, ends: list[Any], states: Vector, count: int
+) -> list[Any]:
+    """Return the first `count` numbers that a kernel writes, from the numbers of its ends: see `kanefe.LoadKernel`."""
+    if callable(function):
+        out: list[Any] = [0.0] * count
+        with np.errstate(all="ignore"):  # compiled code gives infinities and NaN without a word
+            function(t, numbers.tolist(), inputs.tolist(), ends, states.tolist(), out)
+        return out
+    kind = complex if any(isinstance(x, complex) for x in ends) else float
+    found = np.zeros(count, dtype=kind)
+    call_in_python(function, (t, numbers, inputs, np.array(ends, dtype=kind), states.astype(kind), found))
+    return found.tolist()
+
+
+@dataclass(frozen=True, eq=False)
+class EventByKernel:
+    """A function of an event of a load that its kernel writes: see `LoadKernel.watch`; an object, so that it pickles.
+
+    Attributes
+    ----------
+    load : Load
+    watch : function
+        A kernel of `kanefe.kernels`.
+    place : int
+        Which of the numbers that it writes.
+    """
+
+    load: Load
+    watch: Callable[..., None]
+    place: int
+
+    def __call__(self, t: float, ends: Sequence[End], states: Vector) -> float:
+        """Return the number that passes zero."""
+        kernel = self.load.kernel
+        if kernel is None:
+            raise TypeError(f"{self.load.name!r} has no kernel")
+        count = WRENCHES + WRENCH * len(ends)  # kernels use the room that their forces have
+        return float(written_by(self.watch, t, kernel.numbers, NO_INPUTS, numbers_of(ends), states, count)[self.place])
+
+
+def slopes(function: Callable[..., Any], *at: float) -> list[float]:
+    """Return the partial derivatives of a function of numbers by each of them, by complex steps."""
+    steps = [[complex(x, COMPLEX_STEP * (i == k)) for k, x in enumerate(at)] for i in range(len(at))]
+    with np.errstate(all="ignore"):
+        return [float(np.imag(function(*moved))) / COMPLEX_STEP for moved in steps]
+
+
+def resistances(load: Load, t: float, ends: Sequence[End], states: Vector) -> tuple[Matrix, Vector, Vector] | None:
+    """Return rows, stiffness and damping of what resists motions of the ends: see `kanefe.Tangent`; None: nothing does.
+
+    The symmetric parts of all that its complex kernel tells, along their principal directions, of which those that
+    drive a motion are left out. By complex steps within the branch of the law in which it is.
+    """
+    kernel = load.kernel
+    if kernel is None or kernel.complex_ is None:
+        return None
+    at, count, function = numbers_of(ends), WRENCH * len(ends), kernel.complex_
+    inputs = load.inputs(t, ends, states) if load.input_count else NO_INPUTS
+
+    def forces(moved: dict[int, float]) -> Vector:
+        """Return the derivative of all wrenches as some numbers of the ends change at these rates."""
+        own = [complex(x, COMPLEX_STEP * moved.get(i, 0.0)) for i, x in enumerate(at)]
+        found = written_by(function, t, kernel.numbers, inputs, own, states, WRENCHES + count + len(states))
+        return np.asarray(np.imag(found[WRENCHES : WRENCHES + count]) / COMPLEX_STEP)
+
+    K, C = np.zeros((2, count, count))
+    for i in range(len(ends)):
+        first = END_NUMBERS * i
+        for c in range(WRENCH):
+            moved = {first + P + c: 1.0} if c < AXES else _turned(at, first + A, c - AXES)
+            K[:, WRENCH * i + c], C[:, WRENCH * i + c] = -forces(moved), -forces({first + V + c: 1.0})
+    parts = [np.linalg.eigh(0.5 * (matrix + matrix.T)) for matrix in (K, C)]
+    rows, of_k, of_c = [], [], []
+    for which, (values, along) in enumerate(parts):
+        for value, row in zip(values, along.T, strict=True):
+            if value > ROUND_OFF * np.abs(values).max():
+                rows.append(row)
+                of_k.append(value * (which == 0))
+                of_c.append(value * (which == 1))
+    return (np.array(rows), np.array(of_k), np.array(of_c)) if rows else None
+
+
+def _turned(at: list[float], first: int, axis: int) -> dict[int, float]:
+    """Return how fast a matrix, row by row, changes as it turns about an axis of N by 1 rad/s."""
+    one, other = first + AXES * ((axis + 1) % AXES), first + AXES * ((axis + 2) % AXES)
+    return {one + c: -at[other + c] for c in range(AXES)} | {other + c: at[one + c] for c in range(AXES)}

@@ -1,0 +1,49 @@
+"""What a load must have that follows the reaction of a joint."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Protocol
+
+from kanefe.frames import Vector
+
+if TYPE_CHECKING:
+    from kanefe.bodies.marker import CoordinateMarker
+    from kanefe.joints.joint_friction import RubbingSurfaces
+    from kanefe.loads.base import End, Load
+
+
+class ReactionLoad(Protocol):
+    """A load along coordinates of a joint, of which the last two states follow the load of the joint's reaction."""
+
+    @property
+    def name(self) -> str:
+        """Unique among the loads between frames of a scene."""
+        ...
+
+    @property
+    def ends(self) -> tuple[CoordinateMarker, ...]:
+        """Coordinates of the joint."""
+        ...
+
+    @property
+    def surfaces(self) -> RubbingSurfaces:
+        """How the load comes of the reaction."""
+        ...
+
+    @property
+    def load_state(self) -> int:
+        """Where the load that is felt is among its states; its rate is the next."""
+        ...
+
+    def load(self, wrench: Vector, ends: Sequence[End], states: Vector) -> float:
+        """Return the load of a reaction (6,) in the axes of the body's frame, N."""
+        ...
+
+    def load_rates(self, wrench: Vector, ends: Sequence[End], states: Vector) -> Vector:
+        """Return the rates of the load that is felt and of its own rate, of a reaction (6,)."""
+        ...
+
+    def with_first_load(self, load: float) -> Load:
+        """Return the same load with what is felt at the start, N."""
+        ...

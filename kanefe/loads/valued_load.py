@@ -1,0 +1,83 @@
+"""Loads whose value is a constant, or what a function of the user gives: forces, torques, motors, tractions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import isfinite
+from time import perf_counter
+from typing import Any, ClassVar
+
+import numpy as np
+
+from kanefe.errors import ModelError
+from kanefe.frames import Vector
+from kanefe.loads.functions import SPENT, Constant, SceneView
+
+WORDS = {(): "one finite number", (3,): "three finite numbers"}
+REAL = "fiub"
+"""Kinds of numpy's numbers that are real."""
+
+
+class CircularLoad(ModelError):
+    """What a load asks for depends on what it gives."""
+
+
+class ValuedLoad:
+    """A load whose value is a constant, or what a function of the user gives.
+
+    Attributes
+    ----------
+    label : str
+        For messages and results.
+    function : callable
+        t, or (t, state), -> the value.
+    takes_state : bool
+        Whether the function takes the state besides the time.
+    is_spread : bool
+        Whether it acts on a surface or a line.
+    """
+
+    label: str
+    function: Callable[..., Any]
+    takes_state: bool
+    is_spread: ClassVar[bool] = False
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the value: () or (3,)."""
+        return (3,)
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether the value is the same at all times."""
+        return isinstance(self.function, Constant)
+
+    @property
+    def turns(self) -> bool:
+        """Whether its directions turn with what it acts on, or it is a torque, so that it adds to the stiffness."""
+        return False
+
+    def unit(self, of_joint: Sequence[str]) -> str:
+        """Return the unit of its value, of a body whose joint has coordinates of some units, m or rad."""
+        return "N"
+
+    def value(self, t: float, state: SceneView | None = None) -> Vector:
+        """Return the value at time t (s); a ModelError names the load if it has another shape or is not finite."""
+        began = perf_counter()
+        try:
+            given = self.function(t, state) if self.takes_state else self.function(t)
+        except CircularLoad as error:
+            raise ModelError(f"{self.label} asks for {error}") from None
+        SPENT.seconds += perf_counter() - began
+        if type(given) is float and isfinite(given) and self.shape == ():  # most often, and in a tenth of the time
+            return np.array(given)
+        value = np.asarray(given)
+        if value.shape != self.shape or value.dtype.kind not in REAL or not np.all(np.isfinite(value)):
+            raise ModelError(
+                f"{self.label} must give {WORDS[self.shape]}; at t = {t:.6g} s it gave {given!r}{self.advice(value)}"
+            )
+        return np.asarray(value, dtype=float)
+
+    def advice(self, value: np.ndarray) -> str:
+        """Return a remedy for a value that was refused; empty: there is none beyond the message."""
+        return ""
