@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from kanefe.loads.base import End
 
 DEEP = 1e-3
-"""Depth that is told, m: what rests on anything but tyres and rubber is less deep."""
+"""Initial depth for which a warning is issued, m: contacts at rest on anything but tyres and rubber are less deep."""
 
 FLAT = 1.0 - 1e-8
-"""Cosine of the angle between the axis of a rim and the normal from which on it lies flat: 1.4e-4 rad."""
+"""Cosine of the angle between the axis of a rim and the normal from which the rim lies flat: 1.4e-4 rad."""
 
 
 def warn_of_start(

@@ -11,7 +11,8 @@ from kanefe.frames import Matrix
 from kanefe.storage.files import regular_file
 
 HEAD, FACET = 84, 50
-"""Bytes before the facets of a binary file, and of each: normal and three vertices in single precision, two more."""
+"""Number of bytes before the facets of a binary file, and of each facet: normal and three vertices in single precision,
+and two more."""
 
 
 def read_stl(path: Path) -> tuple[Matrix, np.ndarray]:

@@ -26,7 +26,7 @@ from kanefe.kernels.steppers.event_search import (
 from kanefe.kernels.steppers.steps_with_events import ACTS, FIRST_SHARES, SHARES, Watched
 
 LEAST_RECORDS = 256
-"""Events at least that compiled code keeps before Python takes them."""
+"""Least number of events that compiled code records before Python takes them."""
 
 STORM, STORM_SHARE = 32, 1e-6
 """Number of actions within this fraction of the span from which they count as an infinite sequence."""

@@ -18,7 +18,7 @@ from kanefe.kernels.force_elements.blocks import places
 
 COULOMB = 1.0
 GAUSSIAN = 2.0
-"""Exponent of the fall from static friction."""
+"""Exponent of the decrease from static friction."""
 
 
 class CoulombNumbers(NamedTuple):

@@ -11,7 +11,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 
 STIFFNESS_RATIO = 1.0
-"""Stiffness of an anchor over that of the normal law, where it is not given."""
+"""Default stiffness of an anchor relative to that of the normal law."""
 
 
 class FrictionLaw(ABC):

@@ -15,8 +15,8 @@ from kanefe.kernels.force_elements.blocks import places
 
 TABLE = 2.0
 PIECE = 6
-"""Numbers of a piece: where it begins (m), the force and the coefficients of the powers of the depth beyond, the energy
-up to there (J)."""
+"""Number of values of a piece: its start (m), the force and the coefficients of the powers of the depth beyond, the
+energy up to its start (J)."""
 
 
 class TableNumbers(NamedTuple):
