@@ -101,6 +101,6 @@ def paired(a: Surface, b: Surface, label: str) -> tuple[Surface, Surface, tuple[
         return a, b, (convex_probe(a.shape, b.shape, label),)
     raise ModelError(
         f"{label}: {a.shape.title} {a.name!r} and {b.shape.title} {b.name!r} do not touch by points that are known "
-        "beforehand. Remedy: a plane, or points in the place of one, shape.sampled(spacing), or two that are convex "
+        "beforehand. Remedy: a plane, or points instead of one, shape.sampled(spacing), or two that are convex "
         "(Convex)"
     )

@@ -121,7 +121,7 @@ class Lacking:
         ({"name": ""}, "needs a name"),
         ({"ends": None}, "needs ends"),
         ({"columns": ("a [m]", "b [m]")}, "tell"),
-        ({"columns": ("a [m]", "b [N]", "c [m]")}, "one unit beside each other"),
+        ({"columns": ("a [m]", "b [N]", "c [m]")}, "one unit adjacent"),
         ({"kernel": 3.0}, "kernel of load 'it'"),
         ({"kernel": kf.LoadKernel(-1, np.zeros(1))}, "address of a C function"),
         ({"initial_states": np.array((np.nan,))}, "initial_states"),

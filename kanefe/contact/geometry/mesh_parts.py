@@ -51,14 +51,14 @@ def check_parts(vertices: Matrix, triangles: np.ndarray) -> None:
     if crossing is not None:
         first, second = (parts[i] for i in crossing)
         x, y, z = corners[crossing[0]].mean(axis=0)
-        where = f"near ({x:.4g}, {y:.4g}, {z:.4g}) m: what is inside is not known there"
+        where = f"near ({x:.4g}, {y:.4g}, {z:.4g}) m: the inside is undefined there"
         if first != second:
             raise ModelError(
                 f"parts {first} and {second} of a mesh overlap, {where}. Remedy: unite the parts to one surface, or "
                 "one mesh and surface each"
             )
         warnings.warn(
-            f"a mesh goes through itself, {where}. Remedy: mend the mesh, such as by a union with itself",
+            f"a mesh goes through itself, {where}. Remedy: correct the mesh, such as by a union with itself",
             AccuracyWarning,
             stacklevel=outside(),
         )

@@ -138,8 +138,8 @@ def _counted(spaces: float) -> int:
 def _refuse_many(count: float, title: str = "shape") -> None:
     if count > MOST_POINTS:
         raise ModelError(
-            f"{count:.4g} points would stand for a {title}, and {MOST_POINTS} may. Remedy: a larger spacing, or a "
-            "simpler shape in its place"
+            f"{count:.4g} points would represent a {title}, and {MOST_POINTS} are permitted. Remedy: a larger spacing, "
+            "or a simpler shape instead"
         )
 
 

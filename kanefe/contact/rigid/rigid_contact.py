@@ -60,11 +60,11 @@ def check_rigid(
     if not shape.is_smooth:
         raise ModelError(
             f"{label}: a {shape.title} has edges, or is curved in a way that rigid contacts do not follow. Remedy: "
-            "planes, spheres or height fields, or a law that yields, kanefe.HuntCrossley(...)"
+            "planes, spheres or height fields, or a compliant law, kanefe.HuntCrossley(...)"
         )
     is_flat = isinstance(shape, Plane)
     if not is_flat and any(probe.ring > 0.0 for _, probe in probes):
-        raise ModelError(f"{label}: rings roll on planes alone where the contact is rigid. Remedy: a plane, or a ball")
+        raise ModelError(f"{label}: rings of rigid contacts roll on planes only. Remedy: a plane, or a ball")
     if not is_flat and np.any(belt):
         raise ModelError(
             f"{label}: a surface velocity of rigid contacts takes a plane. Remedy: kanefe.HuntCrossley(...)"
@@ -117,8 +117,8 @@ class RigidContact(Load):
             return None
         if wanted.convex is not None:
             raise ModelError(
-                f"{wanted.label}: a rigid contact of a {wanted.convex.title} on a {wanted.shape.title} is not served. "
-                "Remedy: a law that yields, such as kanefe.HuntCrossley(1e6)"
+                f"{wanted.label}: a rigid contact of a {wanted.convex.title} on a {wanted.shape.title} is not supported. "
+                "Remedy: a compliant law, such as kanefe.HuntCrossley(1e6)"
             )
         check_rigid(wanted.shape, wanted.probes, wanted.friction, wanted.belt, wanted.label)
         return cls(wanted.name, wanted.ends, wanted.shape, wanted.probes, wanted.normal, wanted.friction, wanted.belt)
@@ -170,7 +170,7 @@ class RigidContact(Load):
         gaps = [one.gap for one in met]
         if min(gaps) < -TOO_DEEP:
             raise ModelError(
-                f"{self.title} begins {-min(gaps):.3g} m deep in its surface, and cannot yield. Remedy: place it "
+                f"{self.title} begins {-min(gaps):.3g} m deep in its surface, and has no compliance. Remedy: place it "
                 "outside, or kanefe.HuntCrossley(...) in place of Rigid"
             )
         return self

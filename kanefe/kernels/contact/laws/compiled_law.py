@@ -142,7 +142,7 @@ class CompiledLaw(NormalLaw):
 
     def __reduce__(self) -> NoReturn:
         raise ModelError(
-            "a CompiledLaw cannot be sent to another process: the address of its function holds in this one alone. "
+            "a CompiledLaw cannot be sent to another process: the address of its function is valid in this one only. "
             "Remedy: make the scene, and the law, in the process that runs it"
         )
 
@@ -168,11 +168,11 @@ def _checked(f: Callable[[float, float], np.ndarray], depth: float, has_slopes: 
     force = f(depth, 0.0)[0]
     if not force > 0.0:
         raise ModelError(
-            f"{label} does not press: {force:g} N at the depth of {depth:g} m. Remedy: out[0], positive away from the "
+            f"{label} does not repel:  {force:g} N at the depth of {depth:g} m. Remedy: out[0], positive away from the "
             "surface, or another depth"
         )
     if abs(f(AT_NOTHING * depth, 0.0)[2]) > AT_NOTHING * max(abs(f(depth, 0.0)[2]), force * depth):
-        raise ModelError(f"the energy of {label} is not 0 at no depth: out[2]")
+        raise ModelError(f"the energy of {label} is not 0 at zero depth: out[2]")
     for (d, rate), values in zip(at, given, strict=True):
         h, h_rate = STEP * d, STEP * abs(rate) + LEAST_STEP
         elastic = "elastic part, out[1], is not the derivative of its energy, out[2],"

@@ -104,7 +104,7 @@ def tabulated(depths: Any, forces: Any, label: str) -> dict[str, Any]:
     if d[0] > 0.0:
         d, f = np.append(0.0, d), np.append(0.0, f)
     if d[0] < 0.0 or f[0] != 0.0 or len(d) < 2:
-        raise ModelError(f"a table {label} begins with no force at no depth, not {f[0]:g} N at {d[0]:g} m")
+        raise ModelError(f"a table {label} must start with zero force at zero depth, not {f[0]:g} N at {d[0]:g} m")
     if np.any(np.diff(d) <= 0.0) or np.any(np.diff(f) < 0.0) or f[-1] <= 0.0:
         raise ModelError(f"depths {label} must rise, and forces must not fall. Remedy: sort them, smooth them")
     stiffness, of_table = float(f[-1] / d[-1]), {"depths": tuple(d.tolist()), "forces": tuple(f.tolist())}
