@@ -271,7 +271,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         events: Sequence[Event | str] | Event | str = (),
         **steps: Unpack[StepKeywords],
     ) -> Simulation:
-        """Return a simulation of the scene that goes on by steps: ``sim.step(0.01, {"motor hub": 3.0})``.
+        """Return a simulation of the scene that is stepped: ``sim.step(0.01, {"motor hub": 3.0})``.
 
         For controllers and optimisers that call the scene, and for co-simulation. The scene itself stays open. Steps
         are those of `simulate` with inputs that are constant from step to step; where inputs change a method begins

@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from kanefe.contact.touching_point import Touch
 
 POINT_OUTPUTS = 12
-"""Normal force and friction (N), depth and stretch (m), slip (m/s), status; vectors in axes of the surface."""
+"""Number of outputs of a contact point: normal force and friction (N), depth and stretch (m), slip (m/s), status;
+vectors in axes of the surface."""
 
 
 def contact_point_outputs(contact: Contact, ends: Sequence[End], states: Vector) -> Matrix:

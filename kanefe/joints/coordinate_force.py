@@ -116,7 +116,7 @@ class CoordinateForce:
         rest: float = 0.0,
         friction: float = 0.0,
     ) -> CoordinateForce:
-        """Return a spring with play: nothing acts within ``rest +- play/2``, beyond it teeth or a key push back.
+        """Return a spring with play: no force acts within ``rest +- play/2``, beyond it that of teeth or a key.
 
         They push and never pull: ``-(k d + c dd)`` beyond by d, or with a `restitution` in place of the damping.
 

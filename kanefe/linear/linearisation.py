@@ -235,7 +235,7 @@ def linearised(
     outputs: Named | None,
     known: SmallMotions | None = None,
 ) -> Linearisation:
-    """Return what `linearise` does, without a word on modes: for what has told of them, and what asks for many.
+    """Return the result of `linearise` without warnings about modes, for callers that issued them or linearise often.
 
     `known` may be small motions about that state: they are not computed again.
     """

@@ -117,7 +117,7 @@ def at_rest(model: Model, t: float, y: Vector, softness: float = 0.0) -> Model:
 
 
 def _rests_otherwise(load: Load) -> bool:
-    """Tell whether a load may act in another form at rest."""
+    """Return whether a load may act in another form at rest."""
     return type(load).resting is not Load.resting
 
 

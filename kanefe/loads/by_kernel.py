@@ -20,12 +20,12 @@ from kanefe.loads.action import NO_STATES, End, LoadKernel, Tangent
 Kernel = Callable[..., None] | int
 
 COMPLEX_STEP = 1e-30
-"""Imaginary part of what is changed: its square vanishes beside 1, so that nothing is cut off and nothing cancels."""
+"""Imaginary step relative to one: its square vanishes, so that there is neither truncation nor cancellation."""
 
 
 AXES = 3
 ROUND_OFF = 1e-12
-"""Stiffness or damping, of the largest of a load, that is none."""
+"""Stiffness or damping, relative to the largest of a load, that counts as zero."""
 
 
 def numbers_of(ends: Sequence[End]) -> list[Any]:

@@ -33,7 +33,7 @@ from kanefe.loads.by_kernel import EventByKernel, numbers_of
 
 FORCE = 0
 LARGE_STRETCH = 10.0
-"""Times the stretch under the cap: what a run measures errors of stretches against."""
+"""Scale of the error of stretches, in multiples of the stretch at the friction limit."""
 SLIPS, STICKS = 0.0, 1.0
 
 

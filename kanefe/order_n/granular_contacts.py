@@ -24,7 +24,7 @@ FREE_SPEEDS = 6
 
 
 def lacking(model: ModelData) -> str:
-    """Return what a scene with a crowd has that its steps do not know, as the end of a sentence; empty: nothing."""
+    """Return the features of a scene that granular steps do not support, as the end of a sentence, or ""."""
     crowds = [load for load in model.loads if isinstance(load, RigidCrowd)]
     if len(crowds) > 1 or len(model.loads) > 1:
         return "other loads between frames"
@@ -110,7 +110,7 @@ class CrowdSteps:
 
     @property
     def impulses(self) -> np.ndarray:
-        """Of the last step, along the normal and in two directions along the surface, (contacts, 3), N s."""
+        """Impulses of the last step, along the normal and in two directions along the surface, (contacts, 3), N s."""
         return self._kept[: int(self._keys[-1])]
 
     @property
@@ -145,7 +145,7 @@ class CrowdSteps:
         }
 
     def recall(self, memory: dict[str, np.ndarray]) -> None:
-        """Go on from such copies."""
+        """Continue from such copies."""
         n = len(memory["keys"])
         if n > len(self._kept):
             self._make_room(n)

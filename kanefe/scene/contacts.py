@@ -117,7 +117,7 @@ class ContactMethods(LoadMethods):
         friction: FrictionLaw | None = None,
         surface_velocity: Sequence[float] = (0.0, 0.0, 0.0),
     ) -> None:
-        """Have two things press on each other where they meet, and rub.
+        """Add a contact with normal force and friction between two things where they meet.
 
         The result has its forces in ``result.contact(name)``, and the times at which it touches, lifts, slips and
         sticks in ``result.events["<name> touch"]`` and so on. As a whole it touches with its first point and lifts with
@@ -252,7 +252,7 @@ class ContactMethods(LoadMethods):
     def _touching(
         self, one: Surface | ContactPatch | Frame | Sequence[Frame], other: Surface, label: str
     ) -> tuple[tuple[Frame, ...], Surface, tuple[tuple[int, Probe], ...], SurfaceShape | None]:
-        """Return the frames that touch, the surface that is touched, and the probes with the number of their end.
+        """Return the touching frames, the touched surface, and the contact points with the number of their end.
 
         Last comes the shape that touches, where a library has to find the place.
         """
@@ -274,7 +274,7 @@ class ContactMethods(LoadMethods):
 
 
 def _warn_of_stiff_modes(patch: ContactPatch, stiffness: float | None, label: str) -> None:
-    """Tell where modes leave out what the points of a patch yield by, beside what the law does."""
+    """Warn if modes lack the local compliance of the points of a patch, relative to that of the law."""
     if stiffness is None:
         return
     softening = patch.left_out * stiffness * max(patch.shares)
@@ -289,7 +289,7 @@ def _warn_of_stiff_modes(patch: ContactPatch, stiffness: float | None, label: st
 
 
 def _warn_of_valleys(shape: SurfaceShape, probes: Sequence[Probe], label: str) -> None:
-    """Tell of balls and rings that touch a field of heights in two places, where its valleys are narrower than they."""
+    """Warn of balls and rings that touch a height field at two points, in valleys narrower than they are."""
     from kanefe.contact.geometry.height_field import HeightField
 
     largest = max(probe.lever for probe in probes)

@@ -174,7 +174,7 @@ class ModelData(PickledByFields):
 
     @cached_property
     def bearings(self) -> dict[int, int]:
-        """Of each load that follows the reaction of a joint, by its number, the number of the joint's body."""
+        """Numbers of the joints' bodies, by the number of each load that depends on a joint's reaction."""
         found = ((i, load.reaction_load) for i, load in enumerate(self.loads))
         return {i: load.ends[0].body for i, load in found if load is not None}
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from kanefe.kernels.contact.laws.friction_law import FrictionLaw
 
 FEW = 12
-"""Pairs of surfaces up to which each has a contact of its own, whose touches and slips are events."""
+"""Number of pairs of surfaces up to which each has its own contact, whose touches and slips are events."""
 
 
 class Ball(NamedTuple):

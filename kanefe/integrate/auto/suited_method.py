@@ -322,7 +322,7 @@ def _without_damping(model: Model) -> str:
 
 
 def _has_springs(model: Model) -> bool:
-    """Tell whether joints have springs."""
+    """Return whether joints have springs."""
     forces = [force for body in model.bodies for force in body.joint.coordinate_forces]
     return any(force is not None and force.stiffness > 0.0 for force in forces)
 
@@ -342,7 +342,7 @@ def _is_stiff(rate: float, span: float) -> bool:
 
 
 def _fastest(model: Model, start: float, span: float) -> float:
-    """Return a rate in rad/s that the scene has at least, good enough to tell whether it is stiff."""
+    """Return a lower bound of the fastest rate of the scene in rad/s, accurate enough to decide whether it is stiff."""
     is_elastic = any(body.flexible is not None or body.has_coordinate_forces for body in model.bodies)
     if not (is_elastic or model.loads):
         return 0.0

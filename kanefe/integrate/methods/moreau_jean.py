@@ -48,7 +48,7 @@ class MoreauJeanStepper(PythonStepper):
         self.restart(start, dynamics.initial_state(start))
 
     def restart(self, t: float, y: Vector) -> None:
-        """Go on from another state."""
+        """Continue from another state."""
         self._t = self._t_old = t
         self._y = self._y_old = y.copy()
         if self._crowd is not None:
@@ -72,7 +72,7 @@ class MoreauJeanStepper(PythonStepper):
         return found
 
     def snapshot(self) -> dict[str, np.ndarray]:
-        """Return copies of all that is needed to go on."""
+        """Return copies of all that is needed to continue."""
         counts = np.array((self._steps, self._dynamics.evaluations))
         kept = {"t": np.array(self._t), "y": self._y.copy(), "counts": counts, "told": np.array(self._told())}
         if self._crowd is not None:
@@ -80,7 +80,7 @@ class MoreauJeanStepper(PythonStepper):
         return kept | self._bends.snapshot()
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
-        """Go on from a snapshot."""
+        """Continue from a snapshot."""
         self.restart(float(snapshot["t"]), snapshot["y"])
         self._steps, self._dynamics.evaluations = (int(count) for count in snapshot["counts"])
         self._deepest, self._residual = (float(x) for x in snapshot["told"])
@@ -96,7 +96,7 @@ class MoreauJeanStepper(PythonStepper):
         return {"penetration": self._deepest, "contact_residual": self._residual}
 
     def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
-        """Go on until all times are passed or so many steps are taken; those of a crowd in one call up to an output."""
+        """Continue until all times or so many steps are passed; many contacts take one call up to an output."""
         if self._crowd is None:
             return super().integrate_through(times, states, most_steps)
         passed = 0

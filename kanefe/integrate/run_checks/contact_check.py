@@ -62,7 +62,7 @@ def of_contacts(
 
 
 class StepsChecked:
-    """The same of steps over impacts: impulses within the cones of friction, and gaps within the error of the steps.
+    """Checks of steps over impacts: impulses within the friction cones, and gaps within the error of the steps.
 
     A step enters a surface that it has not met before by its way, and leaves one that is curved by half a second
     difference; from then on contacts hold speeds alone.

@@ -44,7 +44,7 @@ slip is known."""
 
 
 class ProbeForce(NamedTuple):
-    """What acts on a probe that touches.
+    """Force on a closed contact point.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class ProbeForce(NamedTuple):
 
 @once
 def probe_forces(state: State) -> list[ProbeForce]:
-    """Return what acts on each probe that touches."""
+    """Return the force on each closed contact point."""
     found: list[ProbeForce] = []
     touching = touching_rows(state)
     if not touching:
@@ -118,7 +118,7 @@ def contact_rates(state: State, rates: Vector) -> None:
 
 
 def told(state: State, number: int) -> Vector:
-    """Return what a rigid contact tells, by its number among the rigid ones: see `Contact.columns`."""
+    """Return the outputs of a rigid contact, by its number among the rigid ones: see `Contact.columns`."""
     contact, z = state.model.rigid_contact(number), state.load_states(state.model.rigid_contacts[number])
     total, drag, moved, normal = np.zeros(3), np.zeros(3), np.zeros(3), 0.0
     met = meetings(state)[number]
@@ -152,7 +152,7 @@ def rigid_point_outputs(state: State, number: int) -> Matrix:
 
 
 class Margins(NamedTuple):
-    """How far what touches is from its next event, of each probe that may have it; below zero it is past it.
+    """Distance of each closed contact point from each of its possible events; below zero it has passed it.
 
     Attributes
     ----------
@@ -190,7 +190,7 @@ def margins(state: State) -> Margins:
 
 
 def rest_speed(state: State, number: int, i: int) -> float:
-    """Return the speed below which a probe of a rigid contact, by its number among them, does not slip, m/s."""
+    """Return the speed below which a point of a rigid contact, by its number among them, does not slip, m/s."""
     moved = np.abs(probe_jacobian(state, number, i)).max(axis=0)
     return STOPPED * float(moved @ np.abs(state.full[: len(moved)]))
 
@@ -213,13 +213,13 @@ def blurs(state: State) -> Margins:
 
 
 def _blur_of_slip(rest: float, met: Meeting) -> float:
-    """Return how far below zero is round-off of a probe at rest; of one that slips the sign is known, m/s."""
+    """Return how far below zero is round-off for a point at rest; for a slipping point the sign is known, m/s."""
     # of a speed v against the slip, 3/2 v is left: see `RigidContact.left_of_slip`
     return 1.5 * rest if float(np.hypot(*met.rates[1:])) <= rest else 0.0
 
 
 def check_determined(state: State) -> None:
-    """Raise a SimulationError where a force that rises would press what slips still more: Painleve's paradox.
+    """Raise a SimulationError if a growing force would press a slipping point still more: Painleve's paradox.
 
     The normal force of a probe that slips then has no value, or several.
     """
@@ -248,7 +248,7 @@ def paradox(contact: RigidContact, i: int, t: float) -> SimulationError:
 
 
 def probe_jacobian(state: State, number: int, i: int) -> Matrix:
-    """Return the partial derivatives of the rates of a probe by the speeds, (3, columns), touching or not."""
+    """Return the partial derivatives of the rates of a contact point by the speeds, (3, columns), touching or not."""
     contact, met = state.model.rigid_contact(number), meetings(state)[number][i]
     a, b = state.marker(contact.ends[0]), state.marker(contact.ends[contact.probes[i][0]])
     found = np.zeros((3, state.columns))

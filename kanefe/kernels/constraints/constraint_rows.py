@@ -40,7 +40,7 @@ Place = tuple[Numbers, Numbers]
 def row_terms(
     kind: int, numbers: np.ndarray, n: int, is_ball: bool, a: Motion, b: Motion
 ) -> tuple[Numbers, Numbers, Numbers, Numbers, Any]:
-    """Return force and moment on a and on b of a unit multiplier, about the markers' origins, and the remainder.
+    """Return force and moment on a and b of a unit multiplier, about the markers' origins, and the bias acceleration.
 
     Row n of the numbers is its `RowNumbers`.
     """

@@ -38,7 +38,7 @@ from kanefe.kernels.force_elements.places import (
 )
 
 AT_THE_LIMIT = 1e-9
-"""Share of the normal force: points this near to slipping or sticking do it with the first."""
+"""Force relative to the normal force within which contact points slip or stick together with the first one."""
 
 
 @called_by_address(*SIGNATURE)

@@ -44,7 +44,7 @@ class WindNumbers(NamedTuple):
 AT = places(AerodynamicsNumbers)
 OF = places(WindNumbers, mean=3)
 GUST, HARMONIC, PIECE = 5, 7, 25
-"""How many numbers a gust, a harmonic of turbulence and a piece of the table have."""
+"""Numbers of values of a gust, of a harmonic of turbulence and of a piece of the table."""
 
 
 @called_by_address(*SIGNATURE)

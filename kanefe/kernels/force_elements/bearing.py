@@ -46,10 +46,10 @@ AT = places(BearingNumbers)
 OF = places(BearingRow, stiffness=36, damping=36, stiffness_slopes=36, damping_slopes=36)
 ROW = OF.damping_slopes + 36
 SLOPES = OF.stiffness_slopes - OF.stiffness
-"""From coefficients of a row to their slopes."""
+"""Offset of columns from the coefficients of a row to their slopes."""
 
 EDGE = 1e-9
-"""Of the range of a table, by which a speed may leave it and still be at its end."""
+"""Excess of a speed over the range of a table, relative to it, that still counts as its end."""
 
 
 @called_by_address(*SIGNATURE)

@@ -52,7 +52,7 @@ MOST_DIRECTIONS = 3
 AT = places(FrictionNumbers, arms=MOST_DIRECTIONS, rest=MOST_DIRECTIONS)
 
 PADS, BALL, THREAD = 0.0, 1.0, 2.0
-"""Kinds of the load of a joint."""
+"""Values for the kinds of joint load."""
 
 
 @called_by_address(*SIGNATURE)

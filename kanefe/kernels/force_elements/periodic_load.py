@@ -30,7 +30,7 @@ class PeriodicLoadNumbers(NamedTuple):
 
 AT = places(PeriodicLoadNumbers, mean=6)
 HARMONIC = 13
-"""How many numbers a harmonic has."""
+"""Number of values of a harmonic."""
 
 
 @called_by_address(*SIGNATURE)

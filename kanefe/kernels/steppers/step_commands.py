@@ -135,7 +135,7 @@ class Run(NamedTuple):
 
 @inlined
 def ask(integers: np.ndarray, command: int, stage: int) -> int:
-    """Remember where to go on, and return the command."""
+    """Store where to continue, and return the command."""
     integers[COMMAND] = command
     integers[STAGE] = stage
     if command in (RATES, IMPLICIT):
@@ -219,7 +219,7 @@ def go_on(run: Run, vectors: np.ndarray) -> int:
 
 @vector_kernel
 def is_finite(x: np.ndarray) -> bool:
-    """Tell whether no number of x is infinite or not a number."""
+    """Return whether no number of x is infinite or not a number."""
     total = 0.0
     for i in range(len(x)):
         total += abs(x[i].real) + abs(x[i].imag)
@@ -228,7 +228,7 @@ def is_finite(x: np.ndarray) -> bool:
 
 @kernel
 def knot_ahead(integers: np.ndarray, reals: np.ndarray, wanted: float) -> float:
-    """Return the knot of a table at which the step must end, s; infinity if steps may pass over knots.
+    """Return the breakpoint of a table at which the step must end, s; infinity if steps may pass over breakpoints.
 
     No method is of its order across a kink. Where a step that passes over knots is rejected until few are left, the
     next steps end at them: `FEWEST_KEPT` at first, twice as many each time that a longer step fails at once again.

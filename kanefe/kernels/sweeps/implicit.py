@@ -40,7 +40,7 @@ def stiffen_modes(
     stiffness_direction: np.ndarray,
     modal: np.ndarray,
 ) -> None:
-    """Scale forces and coupling of all modes by ``1 / sqrt(d)``, after adding the pushes (over the speeds)."""
+    """Scale forces and coupling of all modes by ``1 / sqrt(d)``, after adding directional products, over the speeds."""
     for f in range(len(flexible.bodies)):
         body = flexible.bodies[f]
         k, speed = body[COUNT], body[DETA]
@@ -79,7 +79,7 @@ def stiffen_joints(
     applied: np.ndarray,
     added: np.ndarray,
 ) -> None:
-    """Write the inertia that ``s C + r K`` adds along each joint coordinate, and add the pushes to the forces."""
+    """Write the inertia that ``s C + r K`` adds along each joint coordinate; add directional products to the forces."""
     added[:] = 0.0
     for n in range(len(tables.joint_forces)):
         at, speed, law = tables.joint_forces[n, 0], tables.joint_forces[n, 1], tables.joint_forces[n, 2]

@@ -108,7 +108,7 @@ def rest_on_contacts(
 
 
 def _from_near(model: Model, t: float, q: Vector, u: Vector, search: Callable[[Model, Vector], Found]) -> Found:
-    """Return a balance where the probes carry that are nearest to touching at q."""
+    """Return an equilibrium carried by the contact points nearest to touching at q."""
     gaps = _gaps(State(model, t, q, u))
     tried: list[dict[Key, str]] = []
     error: SimulationError | None = None
@@ -125,7 +125,7 @@ def _from_near(model: Model, t: float, q: Vector, u: Vector, search: Callable[[M
 
 
 class _Rest:
-    """The active set about a state; `marks` are where on their surfaces the probes stick."""
+    """The active set about a state; `marks` are the points of the surfaces where contact points stick."""
 
     def __init__(
         self, model: Model, t: float, u: Vector, search: Callable[[Model, Vector], Found], most_slides: int
@@ -136,7 +136,7 @@ class _Rest:
         self.asked: dict[Key, tuple[Vector, float]] = {}  # of friction where it slipped: what balance takes, and mu N
 
     def found(self, q: Vector, carries: dict[Key, str]) -> Found:
-        """Return the balance found from q, where some probes carry."""
+        """Return the equilibrium found from q, carried by some contact points."""
         slides, most = 0, 4 * sum(len(model_contact.probes) for model_contact in self._contacts()) + 10
         for _ in range(most):
             try:
@@ -165,7 +165,7 @@ class _Rest:
         )
 
     def found_if_held(self, q: Vector, carries: dict[Key, str]) -> Found:
-        """Return the balance found from q, where some probes carry; nothing is let fall until it is lost."""
+        """Return the equilibrium found from q, carried by some contact points; no body falls before it is lost."""
         begun = BalanceSearch(self.held(q, carries), self.t, q, self.u, np.zeros(0, dtype=int), ())
         if not begun.is_held:
             raise begun.refusal()
@@ -208,7 +208,7 @@ class _Rest:
         return carries | dict.fromkeys(entered, HELD), bool(entered)
 
     def _beyond_friction(self, state: State, carries: dict[Key, str]) -> tuple[set[Key], set[Key]]:
-        """Return the probes that stick but could not, and those that could not without being pressed on.
+        """Return the contact points that stick but cannot, and those that could not without a pressing force.
 
         Of the former there are no forces in balance that are within their cones: what is rigid may share forces in more
         than one way, and another one than that of least norm may do.

@@ -98,7 +98,7 @@ def loads_between(builder: FrameOffsets) -> LoadsBetween:
 
 
 def watched_loads(builder: FrameOffsets) -> tuple[LoadsBetween, list[int]]:
-    """Return the same of those whose functions write what their events look at, and their numbers in the model."""
+    """Return the load tables of loads whose functions write event values, and their numbers in the model."""
     kernels, most = {}, 0
     for number, load in enumerate(builder.model.loads):
         kernel = load.kernel

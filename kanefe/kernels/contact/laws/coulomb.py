@@ -18,7 +18,7 @@ from kanefe.kernels.force_elements.blocks import places
 
 COULOMB = 1.0
 GAUSSIAN = 2.0
-"""Exponent of the fall from static friction."""
+"""Exponent of the decrease from static friction."""
 
 
 class CoulombNumbers(NamedTuple):
@@ -145,9 +145,9 @@ class Coulomb(AnchoredFriction):
             )
         check_numbers(self, "static", "stribeck_speed", "stiffness", "damping", "torsional", "rolling")
         if self.stiffness == 0.0 or self.damping == 0.0:
-            raise ModelError("stiffness and damping of Coulomb must be > 0: what sticks hangs on them")
+            raise ModelError("stiffness and damping of Coulomb must be > 0: they hold a sticking point")
         if self.static is not None and self.static < mu.max():
-            raise ModelError(f"static of Coulomb, {self.static:g}, is below mu, {mu.max():g}. Remedy: the larger first")
+            raise ModelError(f"static of Coulomb, {self.static:g}, is below mu, {mu.max():g}. Remedy: exchange them")
         if self.static is not None and mu.shape == (2,):
             raise ModelError("Coulomb takes either `static` or two coefficients. Remedy: one coefficient")
         if self.stribeck_speed and not self.has_memory:

@@ -18,7 +18,7 @@ from kanefe.kernels.force_elements.blocks import places
 LUGRE = 2.0
 
 STEADY = 0.99
-"""Deflection over that of steady sliding from which on bristles are told to slip."""
+"""Deflection relative to that of steady sliding from which bristles are reported to slip."""
 
 
 class LuGreNumbers(NamedTuple):

@@ -13,7 +13,7 @@ from kanefe.frames import numbers
 from kanefe.kernels.force_elements.blocks import flat
 
 STEP = 1e-30
-"""Imaginary part of a depth: nothing is cut off by so small a step."""
+"""Imaginary step of a depth, m: a step this small has no truncation error."""
 
 
 class Pressed(NamedTuple):

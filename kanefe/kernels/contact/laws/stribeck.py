@@ -118,7 +118,7 @@ class Stribeck(AnchoredFriction):
         for name in ("stribeck_speed", "exponent"):
             positive(getattr(self, name), f"{name} of Stribeck")
         if self.stiffness == 0.0 or self.damping == 0.0:
-            raise ModelError("stiffness and damping of Stribeck must be > 0: what sticks hangs on them")
+            raise ModelError("stiffness and damping of Stribeck must be > 0: they hold a sticking point")
         if not self.breakaway > self.mu:
             raise ModelError(
                 f"breakaway of Stribeck, {self.breakaway:g}, must be above mu, {self.mu:g}. Remedy: the larger, or "
