@@ -118,8 +118,8 @@ class RigidContact(Load):
             return None
         if wanted.convex is not None:
             raise ModelError(
-                f"{wanted.label}: a rigid contact of a {wanted.convex.title} on a {wanted.shape.title} is not supported. "
-                "Remedy: a compliant law, such as kanefe.HuntCrossley(1e6)"
+                f"{wanted.label}: a rigid contact of a {wanted.convex.title} on a {wanted.shape.title} is not "
+                "supported. Remedy: a compliant law, such as kanefe.HuntCrossley(1e6)"
             )
         check_rigid(wanted.shape, wanted.probes, wanted.friction, wanted.belt, wanted.label)
         return cls(wanted.name, wanted.ends, wanted.shape, wanted.probes, wanted.normal, wanted.friction, wanted.belt)
