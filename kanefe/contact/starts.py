@@ -27,7 +27,7 @@ def warn_of_start(
     deepest = max(touches, key=lambda touch: touch.depth)
     if deepest.depth > DEEP:
         warnings.warn(
-            f"contact {name!r} begins {deepest.depth:.3g} m deep in its surface, with {deepest.press:.3g} N: "
+            f"contact {name!r} begins {deepest.depth:.3g} m deep in its surface, with {deepest.normal_force:.3g} N: "
             "unless this force is balanced, the body will be thrown out. Remedy: place it outside, or start from "
             "kf.equilibrium",
             SimulationWarning,

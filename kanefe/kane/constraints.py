@@ -213,7 +213,7 @@ def force_rows(state: State) -> Matrix | None:
 
     between: dict[tuple[Marker, Marker], tuple[list[int], list[ContactRow]]] = {}
     for i, (_, row) in enumerate(held_rows(state)):
-        if isinstance(row, ContactRow) and row.drag is not None:
+        if isinstance(row, ContactRow) and row.tangential is not None:
             _add(between, i, row)
     if not between:
         return None

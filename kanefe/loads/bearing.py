@@ -174,8 +174,8 @@ class Bearing(Load):
     @property
     def events(self) -> tuple[LoadEvent, ...]:
         """The end of its table, which ends the run."""
-        reserve = EventByKernel(self, watch_bearing, 0)
-        return () if self.speeds is None else (LoadEvent("leaves its table", reserve, -1, self._left),)
+        slip_margin = EventByKernel(self, watch_bearing, 0)
+        return () if self.speeds is None else (LoadEvent("leaves its table", slip_margin, -1, self._left),)
 
     def _left(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         raise SimulationError(self._words(t, self._speed(ends)))

@@ -65,7 +65,7 @@ DONE, TOO_MANY = 0, 1
 
 
 @entry()
-def march_crowd(
+def march_granular(
     counts: Integers,
     control: Reals,
     bodies: RealRows,

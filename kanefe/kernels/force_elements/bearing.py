@@ -67,11 +67,11 @@ def bearing(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: An
     beside, beside_r = coefficients_times(numbers, OF.stiffness, speed, moving)
     brake, brake_r = coefficients_times(numbers, OF.damping, speed, moving)
     about = times(dot(e, turn), e)
-    drag = dot(e, coefficients_times(numbers, OF.damping, speed, (*times(0.0, e), *about))[1])
+    friction_force = dot(e, coefficients_times(numbers, OF.damping, speed, (*times(0.0, e), *about))[1])
     force, forces_r = times(-1.0, plus(spring, brake)), times(-1.0, plus(spring_r, brake_r))
-    moment = minus(cross(axis, cross(forces_r, e)), times(drag, axis))
+    moment = minus(cross(axis, cross(forces_r, e)), times(friction_force, axis))
     of_springs = dot(rate, spring) + dot(tilting, spring_r)
-    out[TAKEN] = dot(rate, brake) + dot(tilting, brake_r) + drag * dot(axis, turn)
+    out[TAKEN] = dot(rate, brake) + dot(tilting, brake_r) + friction_force * dot(axis, turn)
     if numbers[AT.speeds] > 0.0:
         out[GIVEN] = -of_springs
     else:

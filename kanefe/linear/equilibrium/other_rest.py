@@ -171,7 +171,7 @@ def _forces(state: State) -> dict[Key, float]:
     """Return the normal forces of what carries, N."""
     model = state.model
     found = {
-        (number, i): float(touch.press)
+        (number, i): float(touch.normal_force)
         for number, load in enumerate(model.loads)
         if isinstance(load, Contact)
         for i, touch in enumerate(load.touches(state.load_ends(number), state.load_states(number)))
