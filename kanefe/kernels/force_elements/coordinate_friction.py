@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections import namedtuple
+from typing import Any
 
 from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, norm, plus, times
 from kanefe.kernels.compiler._numba import inlined
@@ -21,32 +22,16 @@ from kanefe.kernels.force_elements.places import (
     V,
 )
 
+FrictionNumbers = namedtuple(
+    "FrictionNumbers",
+    "directions has_memory sliding static stiffness damping base follows load_time "
+    "kind per_length thrust twist arms is_at_rest rest stribeck_speed",
+)
+"""Numbers of friction along coordinates, in the words of `kanefe.loads.coordinate_friction.CoordinateFriction`.
 
-class FrictionNumbers(NamedTuple):
-    """Numbers of friction along coordinates, in the words of `kanefe.loads.coordinate_friction.CoordinateFriction`.
-
-    `follows` tells whether it follows the load of a joint, of which the next ones are: see
-    `kanefe.joints.joint_friction.RubbingSurfaces`. `is_at_rest`: stretches follow from the coordinates, beside `rest`.
-    """
-
-    directions: float
-    has_memory: float
-    sliding: float
-    static: float
-    stiffness: float
-    damping: float
-    base: float
-    follows: float
-    load_time: float
-    kind: float
-    per_length: float
-    thrust: float
-    twist: float
-    arms: Any
-    is_at_rest: float
-    rest: Any
-    stribeck_speed: float
-
+`follows` tells whether it follows the load of a joint, of which the next ones are: see
+`kanefe.joints.joint_friction.RubbingSurfaces`. `is_at_rest`: stretches follow from the coordinates, beside `rest`.
+"""
 
 MOST_DIRECTIONS = 3
 AT = places(FrictionNumbers, arms=MOST_DIRECTIONS, rest=MOST_DIRECTIONS)

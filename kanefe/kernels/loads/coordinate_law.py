@@ -2,26 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections import namedtuple
+from typing import Any
 
 from kanefe.kernels.algebra.vectors import Numbers
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.force_elements.blocks import places
 
+CoordinateLaw = namedtuple("CoordinateLaw", "stiffness damping rest lower upper stop_stiffness stop_damping")
+"""Numbers of the law: N/m, N s/m and m, or with N m and rad in the place of N and m."""
 
-class CoordinateLaw(NamedTuple):
-    """Numbers of the law: N/m, N s/m and m, or with N m and rad in the place of N and m."""
-
-    stiffness: float
-    damping: float
-    rest: float
-    lower: float
-    upper: float
-    stop_stiffness: float
-    stop_damping: float
-
-
-AT: Any = places(CoordinateLaw)
+AT = places(CoordinateLaw)
 
 
 @inlined
