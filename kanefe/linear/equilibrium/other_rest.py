@@ -123,7 +123,7 @@ def other_rest(model: Model, t: float, q: Vector, u: Vector, begun: Model) -> Ot
             many, distance = middle, tipped
     if distance is None or distance > NEAR:
         return None
-    return OtherRest(_names(model, least[:many]), distance, False)
+    return OtherRest(_names(model, sorted(least[:many])), distance, False)
 
 
 class _Met(NamedTuple):
