@@ -168,7 +168,7 @@ def _checked(f: Callable[[float, float], np.ndarray], depth: float, has_slopes: 
     force = f(depth, 0.0)[0]
     if not force > 0.0:
         raise ModelError(
-            f"{label} does not repel:  {force:g} N at the depth of {depth:g} m. Remedy: out[0], positive away from the "
+            f"{label} does not repel: {force:g} N at the depth of {depth:g} m. Remedy: out[0], positive away from the "
             "surface, or another depth"
         )
     if abs(f(AT_NOTHING * depth, 0.0)[2]) > AT_NOTHING * max(abs(f(depth, 0.0)[2]), force * depth):
