@@ -58,7 +58,7 @@ def doctor(
         str | None, typer.Option(help="Also write what was found to this file as JSON; '-' for standard output.")
     ] = None,
 ) -> None:
-    """Show what is installed and works, where caches are, and a solve on each route; exit 1 if something is broken."""
+    """Show what is installed and works, where caches are, and a solve on each route; exit code 1 if one is broken."""
     from kanefe.doctor.examination import doctor as run
 
     raise typer.Exit(run(json))

@@ -50,7 +50,7 @@ class SimulationWarning(UserWarning):
 
 
 class AccuracyWarning(UserWarning):
-    """An answer that is given, but with an error that the message tells, or for less than was asked."""
+    """A result that has an error given in the message, or that covers less than was requested."""
 
 
 class UnitWarning(UserWarning):

@@ -1,4 +1,4 @@
-"""Result: what a run tells, with pictures and files: the facade of results."""
+"""Result: the outputs of a run, with pictures and files; the facade of results."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LOOKED_AT = 9
 
 
 class Result(Reader):
-    """What a run tells, by body and interface name. Nothing is computed before it is asked for.
+    """Outputs of a run, by body and interface name. They are computed on request.
 
     Arrays have the output times first, T of them, and are read-only. A body's frame is R of a rigid body (at its
     joint) and the mesh frame G of a flexible one; with ``interface=`` it is the moving frame n of that interface.
@@ -97,7 +97,7 @@ class Result(Reader):
 
     @checked
     def at(self, t: float) -> Instant:
-        """Return what the scene is like at an output time: to look at, or for a run to start from.
+        """Return the scene at an output time: to view it, or to start a run from it.
 
         Parameters
         ----------
@@ -260,7 +260,7 @@ class Result(Reader):
         scale: float = 1.0,
         title: str | None = None,
     ) -> Page:
-        """Show the moving scene: in the notebook, else in the browser, from a temporary file that is told.
+        """Show the moving scene: in the notebook, else in the browser, from a temporary file whose path is printed.
 
         Parameters and errors: `to_html`.
 

@@ -186,7 +186,7 @@ def _finalise(gmsh: Any) -> None:
 
 
 def _is_initialised(gmsh: Any) -> bool:
-    """Tell whether gmsh is initialised."""
+    """Return whether gmsh is initialised."""
     if hasattr(gmsh, "isInitialized"):
         return bool(gmsh.isInitialized())
     # gmsh before 4.9 can only be tried: without a session it has no models, and complains on the standard error
@@ -245,7 +245,7 @@ def _unfold(gmsh: Any) -> None:
 
 
 def _is_folded(gmsh: Any, dimension: int) -> bool:
-    """Tell whether a cell of higher order folds over itself, as those do that are coarse beside what they follow."""
+    """Return whether a cell of higher order folds over itself, as those do that are coarse beside what they follow."""
     for kind in gmsh.model.mesh.getElementTypes(dimension):
         _, _, order, count, places, _ = gmsh.model.mesh.getElementProperties(kind)
         if order > 1:

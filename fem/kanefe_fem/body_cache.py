@@ -122,7 +122,7 @@ def cached_model(
 
 
 def is_whole(path: Path) -> bool:
-    """Tell whether a mesh is made from the bytes of its file alone: it neither includes files nor runs other code."""
+    """Return whether a mesh is made from the bytes of its file alone: it neither includes files nor runs other code."""
     suffix = path.suffix.lower()
     if suffix not in WHOLE:
         return False
@@ -132,7 +132,7 @@ def is_whole(path: Path) -> bool:
 
 
 def _is_pure(path: Path) -> bool:
-    """Tell whether a Python source imports and calls only what depends on nothing else."""
+    """Return whether a Python source imports and calls only what depends on nothing else."""
     try:
         tree = ast.parse(path.read_bytes())
     except (SyntaxError, ValueError):

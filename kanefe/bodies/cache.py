@@ -89,7 +89,7 @@ class Entry:
 
 
 def is_on() -> bool:
-    """Tell whether bodies are cached: unless ``KANEFE_CACHE=0``."""
+    """Return whether bodies are cached: unless ``KANEFE_CACHE=0``."""
     return os.environ.get("KANEFE_CACHE", "1") != "0"
 
 

@@ -29,7 +29,7 @@ REPORTED = 1e-2
 
 
 def projected(body: FlexibleBody, field: Field, label: str) -> Vector:
-    """Return the modal coordinates of a field, (k,); a warning tells what share of it the modes cannot show.
+    """Return the modal coordinates of a field, (k,), and warn of the fraction of it that the modes cannot represent.
 
     A function is asked at the places of the mass: the nodes of solids, points within the elements of beams. A table of
     nodes of a body of beams is fitted at the nodes, where all count alike.

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from kanefe.kernels.contact.laws.normal_law import NormalLaw
 
 LARGE_PATH = 100.0
-"""Stretches: a path that counts as large."""
+"""Slid path, in multiples of the largest anchor stretch, that counts as large."""
 
 
 class Met(NamedTuple):

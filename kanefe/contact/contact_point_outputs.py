@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from kanefe.contact.touching_point import Touch
 
 POINT_OUTPUTS = 12
-"""Normal force and friction (N), depth and stretch (m), slip (m/s), status; vectors in axes of the surface."""
+"""Number of outputs of a contact point: normal force and friction (N), depth and stretch (m), slip (m/s), status;
+vectors in axes of the surface."""
 
 
 def contact_point_outputs(contact: Contact, ends: Sequence[End], states: Vector) -> Matrix:
@@ -32,8 +33,8 @@ def _told(contact: Contact, ends: Sequence[End], touch: Touch) -> Vector:
     if touch.depth <= 0.0:
         found[11] = OPEN
         return found
-    sticks = law is not None and touch.reserve <= 0.0
-    found[0], found[1:4] = touch.press, -back @ touch.drag
+    sticks = law is not None and touch.slip_margin <= 0.0
+    found[0], found[1:4] = touch.normal_force, -back @ touch.tangential
     if law is None:
         found[8:11] = back @ along_surface(velocity_past(ends[0], ends[touch.end], touch.point), n)
     elif not (sticks and law.holds):  # bristles creep; of what sticks there is round-off alone

@@ -15,18 +15,18 @@ if TYPE_CHECKING:
     from kanefe.contact.geometry.shape import SurfaceShape
 
 AROUND = 40
-"""Sides of what is round."""
+"""Number of sides of a drawn circle."""
 
 AROUND_POINTS = 12
-"""Sides of balls of which there are many."""
+"""Number of sides of a drawn circle of one ball among many."""
 
 MOST_VERTICES = 20_000
-"""Of a field of heights, up to which it is drawn finer than its grid, and how much finer at most."""
+"""Number of vertices up to which a height field is drawn finer than its grid."""
 
 FINEST = 4
 
 POINT = 1e-3
-"""Radius of what stands for a point, m."""
+"""Radius of a ball that represents a point, m."""
 
 NO_LINES = np.zeros((0, 2), dtype=int)
 

@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from kanefe.loads.action import End
 
 DEEP = 1e-3
-"""Depth that is told, m: what rests on anything but tyres and rubber is less deep."""
+"""Initial depth for which a warning is issued, m: contacts at rest on anything but tyres and rubber are less deep."""
 
 FLAT = 1.0 - 1e-8
-"""Cosine of the angle between the axis of a rim and the normal from which on it lies flat: 1.4e-4 rad."""
+"""Cosine of the angle between the axis of a rim and the normal from which the rim lies flat: 1.4e-4 rad."""
 
 
 def warn_of_start(
@@ -27,16 +27,17 @@ def warn_of_start(
     deepest = max(touches, key=lambda touch: touch.depth)
     if deepest.depth > DEEP:
         warnings.warn(
-            f"contact {name!r} begins {deepest.depth:.3g} m deep in its surface, with {deepest.press:.3g} N: "
-            "unless that rests on it, it will be thrown out. Remedy: place it outside, or start from kf.equilibrium",
+            f"contact {name!r} begins {deepest.depth:.3g} m deep in its surface, with {deepest.normal_force:.3g} N: "
+            "unless this force is balanced, the body will be thrown out. Remedy: place it outside, or start from "
+            "kf.equilibrium",
             SimulationWarning,
             stacklevel=outside(),
         )
     for (end, probe), touch in zip(probes, touches, strict=True):
         if probe.ring > 0.0 and abs(ends[end].A @ probe.axis @ touch.normal) > FLAT:
             warnings.warn(
-                f"contact {name!r} begins with a rim that lies flat, where no place of it is the lowest: it "
-                "will rock, and be slow. Remedy: points in the place of its shape, shape.sampled(spacing)",
+                f"contact {name!r} starts with a rim that lies flat, of which no point is the lowest: it "
+                "will rock, and be slow. Remedy: points instead of its shape, shape.sampled(spacing)",
                 SimulationWarning,
                 stacklevel=outside(),
             )

@@ -31,14 +31,15 @@ class Surface(NamedTuple):
 
 
 BALLS: tuple[type[SurfaceShape], ...] = (Sphere, Points)
-"""Shapes whose probes touch all others: points and balls."""
+"""Shapes whose contact points touch all other shapes: points and balls."""
 
 
 SAMPLED: tuple[type[SurfaceShape], ...] = (Capsule, Cylinder, Box, Convex)
-"""Shapes for which points stand, or balls, where the ground is not flat: see `SurfaceShape.sampled`."""
+"""Shapes that are represented by points or balls where the ground is not flat: see `SurfaceShape.sampled`."""
 
 COARSEST, FINEST = 0.5, 0.125
-"""How far apart those are at most, and at least, of the radius of the ball about the shape; balls at most by theirs."""
+"""Largest and smallest distance of these, relative to the radius of the ball around the shape; balls at most by their
+own radius."""
 
 
 def probes_on(one: SurfaceShape, other: SurfaceShape) -> tuple[Probe, ...] | None:
@@ -100,6 +101,6 @@ def paired(a: Surface, b: Surface, label: str) -> tuple[Surface, Surface, tuple[
         return a, b, (convex_probe(a.shape, b.shape, label),)
     raise ModelError(
         f"{label}: {a.shape.title} {a.name!r} and {b.shape.title} {b.name!r} do not touch by points that are known "
-        "beforehand. Remedy: a plane, or points in the place of one, shape.sampled(spacing), or two that are convex "
+        "beforehand. Remedy: a plane, or points instead of one, shape.sampled(spacing), or two that are convex "
         "(Convex)"
     )

@@ -1,4 +1,4 @@
-"""All that ``kanefe doctor`` looks at, as a page for people and as JSON for machines."""
+"""Examination by ``kanefe doctor``, as a page for people and as JSON for machines."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Examination:
 
 
 def doctor(json_path: str | None = None) -> int:
-    """Look at the installation and print what was found.
+    """Examine the installation and print the findings.
 
     Parameters
     ----------

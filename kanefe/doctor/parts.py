@@ -173,7 +173,7 @@ def _start(names: Iterable[str]) -> subprocess.Popen[str]:
 
 
 def _collected(names: list[str], process: subprocess.Popen[str]) -> dict[str, tuple[str, str]]:
-    """Return trouble and version of each package; one that ends the process is told, and the rest tried again."""
+    """Return trouble and version of each package; packages that end the process are reported, the rest tried again."""
     told: dict[str, tuple[str, str]] = {}
     left = list(names)
     while left:

@@ -106,7 +106,7 @@ class DeckMotion(GivenPose):
 
     @cached_property
     def pieces(self) -> np.ndarray:
-        """Of each piece, the powers 0 to 11 of motions, rates and accelerations of the reference point, (n, 18, 12).
+        """Return the powers 0 to 11 of motions, rates and accelerations of the reference point, (pieces, 18, 12).
 
         The variable runs from -1 to 1 in a piece. A harmonic is ``exp(i z x) = J0(z) + 2 sum i^k Jk(z) Tk(x)`` there
         (Jacobi & Anger), z half a piece times its frequency.

@@ -145,7 +145,7 @@ class Bretschneider(Spectrum):
 
 @dataclass(frozen=True)
 class Jonswap(Spectrum):
-    """Bretschneider's spectrum with a higher peak, brought to the height asked for by its integral, not by a formula.
+    """Bretschneider's spectrum with a higher peak, scaled to the significant height by its integral, not by a formula.
 
     Parameters
     ----------

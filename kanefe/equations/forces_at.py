@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class ForcesAt:
-    """Reactions, driving forces and forces of loops at a state; found when the first is asked for.
+    """Reactions, driving forces and loop forces at a state, computed at the first request.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class ForcesAt:
         return self._loops[name].copy()
 
     def rigid_contact(self, number: int) -> Vector:
-        """Return what a rigid contact tells, by its number among them."""
+        """Return the outputs of a rigid contact, by its number among them."""
         from kanefe.kane.rigid_contacts.contact_forces import told
 
         return told(self._model.route.view(self._t, self._y), number)

@@ -40,7 +40,7 @@ def slack_time(start: object, t: float) -> float:
 
 
 def knows_states(model: Model, start: object) -> bool:
-    """Return whether a state tells all internal states of a model, so that none is that of the model's start."""
+    """Return whether a state contains all internal states of a model, so that none is taken from the model's start."""
     if isinstance(start, AtOneTime):
         return set(model.internal_names()) <= set(start.model.internal_names())
     return numbers(start).shape == (len(model.state_names),)

@@ -150,7 +150,7 @@ def _united(groups: list[NodeGroup], points: np.ndarray) -> NodeGroup:
 def _followed(
     name: str, spec: Interface, points: np.ndarray, position: np.ndarray, motion: np.ndarray
 ) -> tuple[int, ...]:
-    """Return the components of a frame that move the patch; refuse a patch that cannot tell two of them apart."""
+    """Return the components of a frame that move the patch; refuse a patch that does not determine all of them."""
     size = np.linalg.norm(motion, axis=0)
     if not size.any():
         raise ModelError(f"interface {name!r} releases all that its nodes could follow. Remedy: release less")
@@ -227,7 +227,7 @@ def patch_moments(model: FiniteElementModel, patch: Patch) -> np.ndarray:
 
 
 def _determines(gram: np.ndarray, motion: np.ndarray) -> bool:
-    """Tell whether R^T W R is far from singular, however its components are scaled."""
+    """Return whether R^T W R is far from singular, however its components are scaled."""
     size = np.linalg.norm(motion, axis=0)
     scaled = gram / np.outer(size, size)
     squares = np.linalg.eigvalsh(0.5 * (scaled + scaled.T))

@@ -1,4 +1,4 @@
-"""Places: which nodes of a body are meant, told by where they are and not by a group of the mesh.
+"""Places: sets of nodes of a body given by position instead of a group of the mesh.
 
 A place means what lies on the outside of the body (`kanefe.fe_model.skin`): the facets of its skin whose corners are
 all in it, or else the single nodes of the skin in it. A body without cells (matrices of another program) has nodes

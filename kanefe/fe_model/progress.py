@@ -114,7 +114,7 @@ def stage(name: str) -> Iterator[None]:
 
 
 def size_in_words(size: int) -> None:
-    """Tell the number of degrees of freedom as soon as it is known."""
+    """Return the number of degrees of freedom in words as soon as it is known."""
     shown = _shown.get()
     if shown is not None:
         shown.is_large(size)

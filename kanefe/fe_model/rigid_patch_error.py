@@ -153,7 +153,7 @@ def _rows_around(model: FiniteElementModel, patch: np.ndarray) -> np.ndarray:
 
 
 def _is_sharp(model: FiniteElementModel, tie: Tie) -> bool:
-    """Tell whether the patch is a single node, a line or a single facet of a solid, but not the end of a thin bar."""
+    """Return whether the patch is a single node, a line or a single facet of a solid, but not the end of a thin bar."""
     turns = {3, 4, 5} if "z" in model.components else {5}
     if not turns <= set(tie.components):
         return True
@@ -165,7 +165,7 @@ def _is_sharp(model: FiniteElementModel, tie: Tie) -> bool:
 
 
 def _is_whole_end(model: FiniteElementModel, tie: Tie) -> bool:
-    """Tell whether the body around a patch is no wider than the patch: the whole end of a bar is not too small."""
+    """Return whether the body around a patch is no wider than the patch: the whole end of a bar is not too small."""
     points = model.nodes[tie.nodes]
     dimensions = 2 if "z" in model.components else 1
     along = np.linalg.svd(points - points.mean(axis=0))[2][:dimensions]

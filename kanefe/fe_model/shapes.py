@@ -215,7 +215,7 @@ def corner_kind(kind: str) -> str:
 
 
 def is_supported(kind: str) -> bool:
-    """Tell whether `kind` is one of the shapes of this table."""
+    """Return whether `kind` is one of the shapes of this table."""
     return kind in MIDS
 
 

@@ -144,7 +144,7 @@ def tie_interfaces(model: FiniteElementModel, interfaces: Mapping[str, str | Int
 
 
 def separate_patches(model: FiniteElementModel, interfaces: Mapping[str, Interface]) -> list[Patch]:
-    """Return the patches of interfaces; only nodes, components and groups of the model are looked at.
+    """Return the patches of interfaces; only nodes, components and groups of the model are used.
 
     Raises
     ------

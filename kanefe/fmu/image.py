@@ -27,7 +27,7 @@ LEAST_ADDRESS = 2**32
 
 
 class NeedsPython(ModelError):
-    """A scene cannot go on without Python; the message says for what."""
+    """A scene needs Python to continue; the message gives the reason."""
 
 
 Block = tuple[int, int]

@@ -1,4 +1,4 @@
-"""A simulation as source of C: the image of its memory, and tables that tell where everything is."""
+"""A simulation as C source: the image of its memory, and tables of its addresses."""
 
 from __future__ import annotations
 
@@ -127,7 +127,7 @@ class _Tables:
             )
 
     def _add_motions(self) -> None:
-        """Have what moves frames in the image, where outputs look at any."""
+        """Include the motions of frames in the image if outputs need any."""
         self.moved = self.evaluated = None
         if not self.outputs.frames:
             return

@@ -27,7 +27,7 @@ HEAD = struct.Struct("=qq")
 
 
 def packed(scene: Steppable, asked: Asked) -> bytes:
-    """Return a scene and what was asked for as the bytes that `serve` takes.
+    """Return a scene and its request as the bytes that `serve` takes.
 
     Raises
     ------
@@ -46,7 +46,7 @@ def packed(scene: Steppable, asked: Asked) -> bytes:
 
 
 class Server:
-    """A scene that is asked.
+    """Server of a scene that replies to requests.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class Server:
         self._start = self._sim.save()
 
     def answer(self, what: int, numbers: np.ndarray) -> list[float]:
-        """Return the numbers of an answer."""
+        """Return the numbers of a reply."""
         sim = self._sim
         if what == RESET:
             sim.restore(self._start)
@@ -85,7 +85,7 @@ class Server:
 
 
 def serve(line: socket.socket, path: Path) -> None:
-    """Answer until the other side ends."""
+    """Reply until the other side ends."""
     server: Server | None = None
     while head := _taken(line, HEAD.size):
         what, count = HEAD.unpack(head)

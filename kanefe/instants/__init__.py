@@ -1,1 +1,1 @@
-"""A scene at one time: what it tells, and what an impulse makes of it."""
+"""A scene at one time: its outputs, and the effect of an impulse."""

@@ -1,4 +1,4 @@
-"""Instant: what a scene is like at one time, with all that a run tells of its times."""
+"""Instant: a scene at one time, with all outputs that a run has for its times."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from kanefe.scene.scene import three
 
 
 class Instant(Reader):
-    """A state of a scene at one time: whatever a `Result` tells, without the axis of times.
+    """A state of a scene at one time: all outputs of a `Result`, without the axis of times.
 
     From ``result.at(t)``, and what `kanefe.equilibrium` finds. A run can start from it: ``scene.simulate((0, 1),
     start=instant)``.
@@ -58,7 +58,7 @@ class Instant(Reader):
 
     @cached_property
     def history(self) -> Reader:
-        """The same as of a run of one time: arrays have a first axis of one, as views and recovery want it."""
+        """Return the outputs as of a run of one time: arrays have a first axis of one, as views and recovery need."""
         return Reader(self._channels)
 
     @property

@@ -13,7 +13,7 @@ from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.stepper import LEAST_STEPS
 from kanefe.joints.motion import Motion
 from kanefe.joints.rates_over_time import finite_rows, values_at
-from kanefe.kernels.steppers.step_commands import FIRST_KNOT, LAST_KEPT
+from kanefe.kernels.steppers.step_commands import FIRST_BREAKPOINT, LAST_KEPT
 from kanefe.loads.controller import Held
 from kanefe.order_n.tables.inputs import loads_with_values
 from kanefe.tree.model_data import ModelData
@@ -42,7 +42,7 @@ ROUND_OFF = 1e-9
 
 
 def breakpoints_of(dynamics: Dynamics, base: int, changes: np.ndarray) -> np.ndarray:
-    """Return what stands in `reals` from the place KNOTS, `base`, on, for a run; nothing where steps end anywhere.
+    """Return the values in `reals` from the place KNOTS, `base`, on, for a run; none where steps end anywhere.
 
     `changes` are those of `changes_of`. Knots of tables only count where steps that pass over them fail. At changes of
     functions all steps end: nothing is seen of a pulse by a step that passes over it. Where there are such, tables go
@@ -51,9 +51,9 @@ def breakpoints_of(dynamics: Dynamics, base: int, changes: np.ndarray) -> np.nda
     breakpoints = changes if len(changes) else _breakpoints_of_tables(dynamics)
     if len(breakpoints) < 2:
         return np.zeros(0)
-    head = np.zeros(FIRST_KNOT)
-    head[0] = base + FIRST_KNOT + 1
-    head[LAST_KEPT] = base + FIRST_KNOT + len(changes) if len(changes) else 0.0
+    head = np.zeros(FIRST_BREAKPOINT)
+    head[0] = base + FIRST_BREAKPOINT + 1
+    head[LAST_KEPT] = base + FIRST_BREAKPOINT + len(changes) if len(changes) else 0.0
     return np.concatenate((head, breakpoints))
 
 
@@ -80,7 +80,7 @@ def changes_of(dynamics: Dynamics, start: float, stop: float) -> np.ndarray:
 
 
 def sample_times(start: float, stop: float) -> np.ndarray:
-    """Return the times at which functions of the time are looked at before a run from start to stop, s."""
+    """Return the times at which functions of time are sampled before a run from start to stop, s."""
     return np.linspace(start, stop, SAMPLES + 1)
 
 
@@ -96,7 +96,7 @@ def accelerations_at(model: ModelData, motion: Motion, times: np.ndarray) -> Mat
 
 
 def _samples(dynamics: Dynamics, times: np.ndarray) -> list[Sequence[Any] | Matrix]:
-    """Return what functions of the user that look at the time alone give: loads, accelerations of driven joints."""
+    """Return the values of functions of the user that depend on time only: loads, accelerations of driven joints."""
     model = dynamics.model
     found: list[Sequence[Any] | Matrix] = [
         values_at(load.value, times)
@@ -125,7 +125,7 @@ def _stretches(change: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _breakpoints_of_tables(dynamics: Dynamics) -> np.ndarray:
-    """Return the knots of the tables that drive a scene, s."""
+    """Return the breakpoints of the tables that drive a scene, s."""
     tables = [motion.pieces[:, 0] for motion, _ in dynamics.model.drives if motion.pieces is not None]
     breakpoints = np.unique(np.concatenate([table for table in tables if len(table) > 1] or [np.zeros(0)]))
     if len(breakpoints) < 2:

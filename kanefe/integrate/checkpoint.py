@@ -1,4 +1,4 @@
-"""Files from which a run goes on: everything as it was, and what the run was of."""
+"""Checkpoint files from which a run continues: its full state, and its identity."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LEAST_SHARE = 20.0
 
 @dataclass(frozen=True)
 class Identity:
-    """What a run is of: only the same may go on from its checkpoint.
+    """Identity of a run: only the same run may continue from its checkpoint.
 
     Attributes
     ----------

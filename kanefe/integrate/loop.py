@@ -127,7 +127,7 @@ class RunLoop:
         return {name: value + self._before.get(name, 0) for name, value in now.items()}
 
     def resume(self, progress: Progress) -> None:
-        """Go on from a checkpoint."""
+        """Continue from a checkpoint."""
         self._stepper.resume(progress.stepper)
         if self._watch:
             self._watch.resume(progress.watch)
@@ -142,7 +142,7 @@ class RunLoop:
         self._bar.update(self._stepper.t - self._start)
 
     def go_to(self, stop: float) -> RunStatus:
-        """Go on to a later time (s), whose state is the only one that is stored; return how that ended."""
+        """Continue to a later time (s), whose state is the only one that is stored; return how that ended."""
         self._times, self.stored, self.last = np.array([stop]), 0, None
         self.states = self.states[:1]
         self._pace.aim(stop)
@@ -236,7 +236,7 @@ class RunLoop:
             self._chunk = int(np.clip(wanted, 2, min(CHUNK, 4 * self._chunk)))
 
     def _integrate_over_events(self, watch: EventWatch, most: int) -> None:
-        """Go on to a step in which an event needs Python; by single steps where one is a function of the user."""
+        """Continue to a step in which an event needs Python; by single steps where one is a function of the user."""
         times, states = self._times[self.stored :], self.states[self.stored :]
         if watch.watched is None or self._looking is None:
             self.stored += self._stepper.integrate_through(times, states, 1)
@@ -246,7 +246,7 @@ class RunLoop:
         watch.take_records()
 
     def _integrate_sampled(self, sampler: Sampler, most: int, begun: float) -> None:
-        """Go on from sample to sample, for so many steps or so long as a go takes; steps end at samples."""
+        """Continue from sample to sample, for so many steps or so long as a go takes; steps end at samples."""
         stepper, end = self._stepper, int(self._stepper.statistics["steps"]) + most
         while self.stored < len(self._times) and (left := end - int(stepper.statistics["steps"])) > 0:
             if sampler.next <= stepper.t < self._times[-1]:

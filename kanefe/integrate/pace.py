@@ -104,7 +104,7 @@ class Pace:
         self._mark = (0, stepper.t)
 
     def resume(self) -> None:
-        """Go on from where the stepper now is, after a checkpoint."""
+        """Continue from where the stepper now is, after a checkpoint."""
         self._from = self._stepper.t
         self.mark(self._from)
 
@@ -205,7 +205,7 @@ class Pace:
         return replace(status, reason=f"{status.reason}; {reason}", remedy=remedies)
 
     def limit(self, steps: int) -> RunStatus | None:
-        """Return the status of a run that a limit ends after so many steps; None if it goes on."""
+        """Return the status of a run that a limit ends after so many steps; None if it continues."""
         limits, t = self._limits, self._stepper.t
         if limits.steps is not None and steps >= limits.steps:
             return RunStatus("stopped", t, f"by the limit of {limits.steps} steps", LARGER)

@@ -57,7 +57,7 @@ def integrate(model: Model, t_span: tuple[float, float], **options: Unpack[RunKe
 
 
 def run(model: Model, options: RunOptions, poles: Poles | None = None) -> Trajectory:
-    """Run a model in time; `poles` tells of those of a sampled loop whose drives grow.
+    """Run a model in time; `poles` describes the poles of a sampled loop whose drives grow.
 
     Raises
     ------
@@ -178,14 +178,14 @@ def check_motions(model: Model, start: float, stop: float, may_end: bool = False
 
 
 def reported_events(model: Model, choice: Choice, options: RunOptions) -> tuple[Event, ...]:
-    """Return the events that a run tells: those of the user, of loads and of contacts."""
+    """Return the events that a run reports: those of the user, of loads and of contacts."""
     of_loads = (*events_of_loads(model), *reported_contact_events(model, choice.name))
     own = [event for event in options.watched if event.function is not None]
     return checked_events(own, with_what_is_asked(of_loads, options.watched))
 
 
 def watch_of(model: Model, choice: Choice, options: RunOptions, told: Sequence[Event]) -> EventWatch | None:
-    """Return what looks for the events of a run, those that are told and others; None if there are none."""
+    """Return the watch of all events of a run, reported and others; None if there are none."""
     start, stop = options.span
     watched = (
         *told,
@@ -198,7 +198,7 @@ def watch_of(model: Model, choice: Choice, options: RunOptions, told: Sequence[E
 def _checkpoints(
     model: Model, choice: Choice, options: RunOptions, watched: Sequence[Event]
 ) -> tuple[CheckpointFile | None, Progress | None]:
-    """Return the file that the run writes, and how far the one had come that it goes on from."""
+    """Return the file that the run writes, and the progress of the run that it continues."""
     if options.checkpoint is None and options.resume is None:
         return None, None
     if model.controllers:

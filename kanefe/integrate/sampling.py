@@ -94,16 +94,16 @@ class Sampler:
         return y
 
     def snapshot(self) -> tuple[object, ...]:
-        """Return what is needed to go on."""
+        """Return what is needed to continue."""
         return tuple(one.snapshot() for one in self._controllers)
 
     def resume(self, snapshot: tuple[Any, ...]) -> None:
-        """Go on from a snapshot, of this run or of another of the same scene."""
+        """Continue from a snapshot, of this run or of another of the same scene."""
         for one, kept in zip(self._controllers, snapshot, strict=True):
             one.resume(kept)
 
     def growth(self, times: float) -> tuple[str, str] | None:
-        """Return what is told of a run in which the drives of a controller have grown so many times, and the remedy."""
+        """Return the description and the remedy of a run in which the drives of a controller have grown by a factor."""
         for one in self._controllers:
             grown = one.growth.grown(times)
             if grown is not None:
@@ -122,7 +122,7 @@ class Sampler:
 
 
 class _SeenOnce:
-    """The state of a scene at a time, made where it is asked for: joints are read without it."""
+    """The state of a scene at a time, made on request: joints are read without it."""
 
     def __init__(self, model: Model, t: float, y: Vector) -> None:
         self._given = model, t, y
@@ -179,11 +179,11 @@ class _Sampled:
         return acting
 
     def snapshot(self) -> tuple[object, ...]:
-        """Return what is needed to go on; lists that only grow are told by their length."""
+        """Return what is needed to continue; lists that only grow are represented by their length."""
         return self._count, deepcopy(self._memory), tuple(self._late), self._times, self._reads, self._drives
 
     def resume(self, snapshot: tuple[Any, ...]) -> None:
-        """Go on from a snapshot."""
+        """Continue from a snapshot."""
         count, memory, late, times, reads, drives = snapshot
         self._count, self._memory, self._late = count, deepcopy(memory), deque(late)
         self._times, self._reads, self._drives = times[:count], reads[:count], drives[:count]

@@ -25,7 +25,7 @@ since no method skips more than a third of a step or, for order 5, half of it.""
 
 
 class StepFailure(SimulationError):
-    """A stepper cannot go on from the time it has reached; the run loop makes a status of it.
+    """A stepper cannot continue from the time it has reached; the run loop makes a status of it.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ class Stepper(Protocol):
         ...
 
     def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
-        """Go on until all `times` are passed, or `most_steps` steps are accepted.
+        """Continue until all `times` are passed, or `most_steps` steps are accepted.
 
         Parameters
         ----------
@@ -115,23 +115,23 @@ class Stepper(Protocol):
         ...
 
     def restart(self, t: float, y: Vector) -> None:
-        """Go on from another state, also an earlier one, as after an event."""
+        """Continue from another state, also an earlier one, as after an event."""
         ...
 
     def aim(self, stop: float) -> None:
-        """Let a step end at a time (s) and none go beyond it, until it is told another."""
+        """Let a step end at a time (s) and none pass it, until another time is set."""
         ...
 
     def go_on_with(self, t: float, y: Vector) -> None:
-        """Go on where a step has ended, from a state with other drives held: with steps as long as they were."""
+        """Continue where a step has ended, from a state with other drives held: with steps as long as they were."""
         ...
 
     def snapshot(self) -> dict[str, np.ndarray]:
-        """Return copies of all that is needed to go on to the bit, but for `states` of the last step."""
+        """Return copies of all that is needed to continue to the bit, but for `states` of the last step."""
         ...
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
-        """Go on from what another stepper of the same run gave as its `snapshot`."""
+        """Continue from what another stepper of the same run gave as its `snapshot`."""
         ...
 
 
@@ -146,7 +146,7 @@ class GivesAccelerations(Protocol):
 
 @runtime_checkable
 class LooksOut(Protocol):
-    """A stepper that goes on over events of loads in compiled code."""
+    """A stepper that continues over events of loads in compiled code."""
 
     @property
     def can_look_out(self) -> bool:
@@ -156,7 +156,7 @@ class LooksOut(Protocol):
     def integrate_over_events(
         self, times: np.ndarray, states: np.ndarray, most_steps: int, watched: Watched
     ) -> tuple[int, bool]:
-        """Go on as `integrate_through` does, but no further than a step in which an event needs Python.
+        """Continue as `integrate_through` does, but no further than a step in which an event needs Python.
 
         Parameters
         ----------
@@ -176,11 +176,11 @@ class LooksOut(Protocol):
 
     @property
     def has_values(self) -> bool:
-        """Whether it tells what events look at, without states that would have to be closed for that."""
+        """Whether it provides event values without states that would have to be closed first."""
         ...
 
     def values_at(self, t: float) -> Vector:
-        """Return what events look at, at a time of the last step, where it tells that."""
+        """Return event values at a time of the last step, if it provides them."""
         ...
 
 

@@ -22,7 +22,7 @@ AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 class Joint(ABC):
-    """How a body moves seen from its parent: ``v = V u``, ``w = W u`` and remainders, all in components of F.
+    """Motion of a body seen from its parent: ``v = V u``, ``w = W u`` and remainder accelerations, in components of F.
 
     A subclass is one kinematic pair and says all that it is; none of its functions knows the tree. It names its
     coordinates and speeds and gives the start, the pose and the partial velocities, and the remainders where V or W
@@ -146,7 +146,7 @@ class Joint(ABC):
         return None
 
     def bearing(self) -> RubbingSurfaces | None:
-        """Return what of the joint's reaction its `friction` feels; None: it has none."""
+        """Return the part of the joint's reaction that loads its `friction`; None if it has none."""
         return None
 
     @property

@@ -142,7 +142,7 @@ def _check_rate(what: str, given: Vector, change: Vector, value: Vector, but: st
 
 
 def _checked_ranges(joint: Joint, label: str, q: Vector) -> tuple[Vector, Vector]:
-    """Return between what values the coordinates are looked at."""
+    """Return the ranges in which the coordinates are checked."""
     low, high = np.full(len(q), -np.inf), np.full(len(q), np.inf)
     ranges: Any = joint.ranges
     if not isinstance(ranges, tuple) or len(ranges) != len(joint.speed_names):

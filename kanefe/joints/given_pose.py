@@ -69,7 +69,7 @@ class GivenPose(ABC):
 
 @dataclass(frozen=True, eq=False)
 class PoseDriven(Joint):
-    """The joint of a frame that follows a given pose: its one coordinate is the time, which goes on by itself.
+    """The joint of a frame that follows a given pose: its one coordinate is the time.
 
     The partial velocities are then the velocities, the remainders the accelerations (Eq. 13-16), and the driving force,
     that of a coordinate in s, is the power of the drive in W.

@@ -1,4 +1,4 @@
-"""Motions whose acceleration is told from step to step, as inputs of a simulation are."""
+"""Motions whose acceleration is given step by step, like inputs of a simulation."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ class Course:
         return float(2.0 * self.piece[0, HALF_ACCELERATION])
 
     def go_on(self, t: float, acceleration: float) -> None:
-        """Go on from time t (s) with another acceleration, rad/s2 or m/s2."""
+        """Continue from time t (s) with another acceleration, rad/s2 or m/s2."""
         self.piece[0] = t, self.position(t), self.velocity(t), 0.5 * acceleration, 0.0
 
 
 def held_motion(motion: Motion, t: float) -> tuple[Motion, Course]:
-    """Return a motion that goes on from where another is at time t (s), and what tells it how."""
+    """Return a motion that continues from the state of another at time t (s), and the object that controls it."""
     x, v, a = (float(f(t)) for f in (motion.position, motion.velocity, motion.acceleration) if f is not None)
     course = Course(np.array([[t, x, v, 0.5 * a, 0.0]]))
     made = Motion(course.position, course.velocity, course.acceleration)

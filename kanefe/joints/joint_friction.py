@@ -1,4 +1,4 @@
-"""Dry friction in a joint from the joint's own load: what a user gives of it, and what of a reaction it feels."""
+"""Dry friction in a joint from the joint's own load: its parameters, and the part of a reaction that loads it."""
 
 from __future__ import annotations
 

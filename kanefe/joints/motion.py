@@ -45,7 +45,7 @@ def check_increasing(times: np.ndarray, what: str) -> None:
 
 
 def check_between(spline: Any, points: np.ndarray, what: str) -> None:
-    """Check that a cubic spline (n - 1 pieces) stays near its points (n,) or (n, k), of whose table `what` tells.
+    """Check that a cubic spline (n - 1 pieces) stays near its points (n,) or (n, k), of a table described by `what`.
 
     Points that step within a time far shorter than that to the next ones make it swing out there, the farther the
     steeper the step is.
@@ -85,7 +85,7 @@ def check_span(span: object, what: str) -> None:
 
 
 def clock(times: np.ndarray) -> Motion:
-    """Return the motion that is the time itself, known where a table with these times is, and looked at as it is."""
+    """Return the motion that is the time itself, defined where a table with these times is, and sampled like it."""
     line = _Line(0.0, 1.0)
     motion = Motion(line, _Line(1.0, 0.0), _Line(0.0, 0.0), (float(times[0]), float(times[-1])))
     starts = times[:-1]
@@ -234,7 +234,7 @@ class Motion:
 
     @property
     def known(self) -> tuple[float, float]:
-        """First and last time at which the motion may be asked for, s: the end of a step may miss that of a table."""
+        """First and last time of the motion, s: the end of a step may miss that of a table."""
         first, last = self.span
         round_off = 1e-9 * (last - first) if math.isfinite(last - first) else 0.0
         return first - round_off, last + round_off

@@ -82,7 +82,7 @@ class Contradiction(NamedTuple):
 
 
 def refuse(found: Contradiction | None, names: tuple[str, str, str], what: str) -> None:
-    """Raise a ModelError that tells a contradiction, if there is one.
+    """Raise a ModelError that describes a contradiction, if there is one.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def contradiction(
 
 
 def _fits(functions: tuple[Function, Function, Function], times: Vector, seconds: Matrix | None) -> bool:
-    """Tell whether values fit their rates by far at all of a few samples, and in a place between them.
+    """Return whether values fit their rates by far at all of a few samples, and in a place between them.
 
     By the trapezoidal rule and its correction; what is allowed is no more than where it is looked more closely.
     Functions that are wrong for a fortieth of the run and right before and after may be missed.

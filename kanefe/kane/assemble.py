@@ -65,7 +65,7 @@ def equations(state: State) -> tuple[Matrix, Vector]:
 
 @once
 def mass_matrix(state: State) -> Matrix:
-    """Return M_sys alone, over the speeds that the state spans: no load is asked for."""
+    """Return M_sys alone, over the speeds that the state spans, without evaluating loads."""
     if equations in state.kept:
         return equations(state)[0]
     M = rigid_masses([(body.rigid, R) for body, R in zip(state.model.bodies, state.motions, strict=True) if body.rigid])

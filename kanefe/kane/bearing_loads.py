@@ -1,4 +1,4 @@
-"""Loads of joints that friction feels, from the joints' reactions."""
+"""Loads of joints for friction, from the joints' reactions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Constraint equations of a scene over its speeds: residuals, Jacobian, remainders, and the equations with them.
+"""Constraint equations of a scene over its speeds: residuals, Jacobian, bias accelerations, equations of motion.
 
     M du = F + J^T lambda,     J du + remainder = 0
 
@@ -85,13 +85,13 @@ def held_rows(state: State) -> list[tuple[Constraint | RigidContact, Row | Conta
 
 @once
 def meetings(state: State) -> list[list[Meeting]]:
-    """Return where the probes of each rigid contact of the scene meet its surface."""
+    """Return where the contact points of each rigid contact of the scene meet its surface."""
     contacts = range(len(state.model.rigid_contacts))
     return [met(state, number, range(len(state.model.rigid_contact(number).probes))) for number in contacts]
 
 
 def met(state: State, number: int, which: Sequence[int]) -> list[Meeting]:
-    """Return where some probes of a rigid contact, by its number among them, meet its surface; each is found once."""
+    """Return where some points of a rigid contact, by its number among them, meet its surface, each computed once."""
     known = _known_meetings(state)
     missing = [i for i in which if (number, i) not in known]
     if missing:
@@ -109,7 +109,7 @@ def _known_meetings(state: State) -> dict[tuple[int, int], Meeting]:
 
 @once
 def touching_rows(state: State) -> list[tuple[RigidContact, int, tuple[ContactRow, ...]]]:
-    """Return the rows of each probe that touches, with its contact and its number in it."""
+    """Return the rows of each closed contact point, with its contact and its number in it."""
     found: list[tuple[RigidContact, int, tuple[ContactRow, ...]]] = []
     if not state.model.rigid_contacts:
         return found
@@ -167,7 +167,7 @@ def constraint_residuals(state: State) -> Vector:
 
 @once
 def constraint_rates(state: State) -> Rates:
-    """Return J and the remainders of all rows that hold over the speeds that the state spans."""
+    """Return J and the bias accelerations of all active rows over the speeds that the state spans."""
     model, columns = state.model, state.columns
     rows = held_rows(state)
     J, remainder, reach = np.zeros((len(rows), columns)), np.zeros(len(rows)), np.zeros((len(rows), columns))
@@ -203,7 +203,7 @@ def constraint_rates(state: State) -> Rates:
 
 @once
 def force_rows(state: State) -> Matrix | None:
-    """Return the generalised forces of unit multipliers, (rows, columns), where they are not J: what slips rubs.
+    """Return the generalised forces of unit multipliers, (rows, columns), where slip friction makes them differ from J.
 
     None: they are J.
     """
@@ -213,7 +213,7 @@ def force_rows(state: State) -> Matrix | None:
 
     between: dict[tuple[Marker, Marker], tuple[list[int], list[ContactRow]]] = {}
     for i, (_, row) in enumerate(held_rows(state)):
-        if isinstance(row, ContactRow) and row.drag is not None:
+        if isinstance(row, ContactRow) and row.tangential is not None:
             _add(between, i, row)
     if not between:
         return None

@@ -78,7 +78,7 @@ def add_interactions(state: State, F: Vector) -> None:
 
 
 def add_load_slopes(state: State, K: Matrix, C: Matrix) -> None:
-    """Add stiffness and damping of loads between frames, as far as they tell, to K and C over the free speeds."""
+    """Add stiffness and damping of loads between frames to K and C over the free speeds, if they provide them."""
     n = len(K)
     for i, load in enumerate(state.model.loads):
         found = load.tangent(state.t, state.load_ends(i), state.load_states(i))

@@ -54,7 +54,7 @@ class FrameMotion(Placed):
 
 @dataclass(slots=True)
 class RelativeMotion:
-    """Motion of a frame M seen from a frame F, in components of F: position, rotation, rates and remainders.
+    """Motion of a frame M seen from F, in components of F: position, rotation, rates and remainder accelerations.
 
     `columns` says which speeds the narrow V and W belong to.
     """

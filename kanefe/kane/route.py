@@ -141,7 +141,7 @@ class LiteralRoute:
         return np.concatenate((closed.q, closed.u, y[len(state.q) + len(state.u) :]))
 
     def sweeps(self, times: np.ndarray, states: Matrix) -> RunSweeps | None:
-        """None: each state is asked by itself."""
+        """None: each state is evaluated by itself."""
         return None
 
     @property

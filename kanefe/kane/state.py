@@ -1,4 +1,4 @@
-"""One state of a scene, and what is computed of it when it is asked for, each once."""
+"""One state of a scene, and quantities of it that are computed on request, each once."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Answer = TypeVar("Answer")
 
 
 class State(SceneState):
-    """A state ``(model, t, q, u, z)`` of a scene: what all of the literal route, and functions of the user, look at.
+    """A state ``(model, t, q, u, z)`` of a scene: the argument of the literal route and of functions of the user.
 
     The functions of `kanefe.kane` take a state and are computed once for it (see `once`): an energy, say, takes the
     outward sweep that the mass matrix has made. A state never changes.
@@ -82,12 +82,12 @@ class State(SceneState):
 
     @property
     def frames(self) -> Sequence[FrameMotion]:
-        """The same, for functions of the user."""
+        """Return the frames, for functions of the user."""
         return self.motions
 
     @cached_property
     def wide(self) -> State:
-        """The same state with partial velocities over the fixed components too."""
+        """Return this state with partial velocities over the fixed components too."""
         return self if self.is_wide else State(self.model, self.t, self.q, self.u, self.z, is_wide=True)
 
     @cached_property

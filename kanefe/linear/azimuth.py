@@ -38,7 +38,7 @@ def moved_on(model: Model, t: float, q: Vector, u: Vector, tau: float) -> tuple[
 
 
 def change_ahead(small: SmallMotions) -> float:
-    """Return by how much A changes as the scene moves on, of its largest rates, looked at along one direction.
+    """Return the change of A as the scene moves, relative to its largest rates, along one direction.
 
     A direction in which everything moves a little, in coordinates in which rates and places are alike: what changes
     anywhere changes its rates.

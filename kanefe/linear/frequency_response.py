@@ -101,7 +101,7 @@ class FrequencyResponse:
 
 
 def checked_frequencies(linearisation: StateSpace, frequencies: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Return frequencies (Hz) at which a linearised scene with inputs and outputs can be asked for its response.
+    """Return frequencies (Hz) for the response of a linearised scene with inputs and outputs, checked.
 
     Raises
     ------

@@ -74,7 +74,7 @@ def worst_imbalance(state: State, du: Vector, N: Matrix, leading: Vector) -> Imb
 
 
 def slipping_friction(model: Model, t: float, q: Vector, u: Vector, left: Imbalance) -> str:
-    """Return what friction in a joint is asked for and what it holds, where a balance is lost along it; else nothing.
+    """Return the required and the available friction in a joint along which equilibrium is lost; otherwise nothing.
 
     Parameters
     ----------

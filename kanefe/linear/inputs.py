@@ -47,7 +47,7 @@ class Input:
 
 
 def inputs_of(model: Model, t: float, q: Vector, u: Vector, named: Named | None) -> list[Input]:
-    """Return the inputs that are asked for; None: all loads of the scene.
+    """Return the requested inputs; None: all loads of the scene.
 
     Raises
     ------
@@ -111,7 +111,7 @@ def inputs_of(model: Model, t: float, q: Vector, u: Vector, named: Named | None)
 
 
 def _gravity(model: Model, t: float, q: Vector, u: Vector, name: str, axis: str) -> list[Input]:
-    """Return uniform gravity along axes of N: what a ground that accelerates the other way is felt as."""
+    """Return uniform gravity along axes of N, equivalent to the opposite acceleration of the ground."""
     if axis not in ("", *AXES):
         raise ModelError(f"input {name!r}: {axis!r} is not an axis. Remedy: gravity x, gravity y or gravity z")
     n = model.free_count

@@ -142,8 +142,7 @@ class Linearisation(StateSpace):
         ``kf.linearise(scene, inputs="motor hub", outputs="position tip").to_fmu("arm.fmu", fmi="3.0")``
         """
         self._warn_of_change("units for exchange")
-        written: Path = served("write_linear")(self, path, fmi)
-        return written
+        return served("write_linear")(self, path, fmi)
 
     @checked
     def moved(self, x: Sequence[float] | np.ndarray) -> Vector:
@@ -236,7 +235,7 @@ def linearised(
     outputs: Named | None,
     known: SmallMotions | None = None,
 ) -> Linearisation:
-    """Return what `linearise` does, without a word on modes: for what has told of them, and what asks for many.
+    """Return the result of `linearise` without warnings about modes, for callers that issued them or linearise often.
 
     `known` may be small motions about that state: they are not computed again.
     """

@@ -66,7 +66,7 @@ class Output:
 
 
 def outputs_of(small: SmallMotions, named: Named | None) -> list[Output]:
-    """Return the outputs that are asked for; None: free coordinates and speeds of joints, and where what floats is.
+    """Return the requested outputs; None: free coordinates and speeds of joints, and positions of floating bodies.
 
     Raises
     ------

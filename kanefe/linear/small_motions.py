@@ -209,7 +209,7 @@ class SmallMotions:
         return np.column_stack([np.zeros((len(self._J), 0)), *columns])
 
     def _check_singular(self) -> None:
-        """Raise a ModelError where the loops hold less than beside the state: there is no one way to go on."""
+        """Raise a ModelError where the loops constrain less than nearby: the motion is not unique."""
         from kanefe.kane.constraint_report import constraint_report
 
         if not self.model.constraints:

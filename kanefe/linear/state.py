@@ -68,10 +68,10 @@ def model_of(scene: object, what: str, t: float = 0.0) -> Model:
 
 def _check_states(model: Model, what: str) -> None:
     """Raise a ModelError that names loads whose internal states move, or change in steps, without a form at rest."""
-    if model.crowd is not None:
+    if model.granular is not None:
         raise ModelError(
-            f"{what} is not supported with many rigid contacts among each other, here {model.crowd.name!r}, which runs "
-            "step over. Remedy: add_contact for those that carry, or a damped run"
+            f"{what} is not supported with many rigid contacts among each other, here {model.granular.name!r}, which "
+            "runs step over. Remedy: add_contact for those that carry, or a damped run"
         )
     if model.states_move:
         scene = model.route.state(model.slack_time, model.initial_state)
@@ -117,7 +117,7 @@ def at_rest(model: Model, t: float, y: Vector, softness: float = 0.0) -> Model:
 
 
 def _rests_otherwise(load: Load) -> bool:
-    """Tell whether a load may act in another form at rest."""
+    """Return whether a load may act in another form at rest."""
     return type(load).resting is not Load.resting
 
 

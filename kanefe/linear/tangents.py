@@ -82,7 +82,7 @@ def difference(function: Callable[[float], Vector], h: float) -> Vector:
 
 
 def contact_depths(state: State) -> list[list[float]]:
-    """Return how deep the probes of each contact that yields are, m; below zero: how far off."""
+    """Return the depths of the points of each compliant contact, m; negative: the distance."""
     return [
         [float(touch.depth) for touch in load.touches(state.load_ends(i), state.load_states(i))]
         for i, load in enumerate(state.model.loads)
@@ -98,7 +98,7 @@ def parting_share(state: State) -> float:
 
 
 class Derivatives:
-    """Derivatives of the accelerations of the free speeds at a state, along directions that are asked for.
+    """Derivatives of the accelerations of the free speeds at a state, along given directions.
 
     By complex steps through the order-n kernels, exact to round-off. What functions of the user add that look at the
     state is by central differences of these functions; scenes that only the literal route offers are by central

@@ -24,7 +24,7 @@ SPACE = 3
 
 
 def load_values(state: State) -> Vector:
-    """Return what the functions of the user give that look at the state, in the order of `load_columns`."""
+    """Return the values of functions of the user that depend on the state, in the order of `load_columns`."""
     parts = [np.atleast_1d(load.value(state.t, state)) for load in scene_loads(state.model) if _looks(load)]
     for i, load in enumerate(state.model.loads):
         if load.input_count:

@@ -37,7 +37,7 @@ def unsettled(small: SmallMotions, free: Unresisted) -> Imbalance:
 
 
 def imbalance_in_words(found: Imbalance) -> list[str]:
-    """Return the line of a listing that tells what is out of balance; none where that is too little."""
+    """Return the line of a listing that gives the imbalance; none if it is too small."""
     return [f"  out of balance: {found}, {found.ratio:.2g} of the forces there"] if found.ratio > REPORTED else []
 
 

@@ -24,10 +24,10 @@ AIR = 1.225
 """Density of air at sea level, kg/m3."""
 
 ODD = np.array((1.0, -1.0, 1.0, -1.0, 1.0, -1.0))
-"""Of forces and moments of what is symmetric, for wind from the other side."""
+"""Signs of forces and moments of a symmetric body in wind from the other side."""
 
 SAME = 1e-9
-"""Angles that differ by less are one, rad."""
+"""Difference below which two angles are the same, rad."""
 
 
 @checked("name", "is_symmetric")

@@ -48,7 +48,7 @@ class AlongLine(Load):
         if not math.isfinite(rate):
             i = next(i for i in range(count - 1) if not np.any(ends[i + 1].p - ends[i].p))
             raise SimulationError(
-                f"points {i} and {i + 1} of {self.kind} {self.name!r} are at one place at t = {t:.6g} s, and it has "
+                f"points {i} and {i + 1} of {self.kind} {self.name!r} coincide at t = {t:.6g} s, and it has "
                 "no direction there. Remedy: keep them apart, or leave one of several out"
             )
         return Path(float(length), float(rate), np.array(out[WRENCHES:]).reshape(count, WRENCH)[:, :3])

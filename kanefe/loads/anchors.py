@@ -10,10 +10,9 @@ import numpy as np
 from kanefe.frames import Matrix, Vector
 
 DAMPING_RATIO = 1.0
-"""Of critical: what sticks overshoots by exp(-2) of its change of load. By 0.1 it would by 0.7, and slip for nothing.
-
-More does no harm, as where less moves than counts here; less rings, and costs steps: see docs/theory/contact.md.
-"""
+"""Damping ratio of anchors, relative to critical damping: a sticking point overshoots by exp(-2) of its change of load.
+A ratio of 0.1 would give 0.7, and slip without cause. More does no harm, for example where less mass moves than assumed
+here; less oscillates, and costs steps: see docs/theory/contact.md."""
 
 
 def default_damping(stiffness: float, mass: float) -> float:
@@ -59,5 +58,5 @@ class Anchor(NamedTuple):
 
     def stretch(self, x: Vector) -> Vector:
         """Return the stretch of the spring with which it gives a friction x, of what moves in steady sliding."""
-        drag = self.shares * x
-        return (drag if self.moves else drag - self.damping * self.slip) / self.stiffness
+        friction_force = self.shares * x
+        return (friction_force if self.moves else friction_force - self.damping * self.slip) / self.stiffness

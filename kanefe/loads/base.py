@@ -262,8 +262,10 @@ class Load(ABC):
         """Return the anchors of its friction that act, for the start of a run."""
         return []
 
-    def anchored(self, ends: Sequence[End], states: Vector, drags: Sequence[Vector], slips: Sequence[bool]) -> Vector:
-        """Return the internal states with which its `anchors` give friction `drags`, and of each whether it slips."""
+    def anchored(
+        self, ends: Sequence[End], states: Vector, friction_forces: Sequence[Vector], slips: Sequence[bool]
+    ) -> Vector:
+        """Return the internal states with which its `anchors` give such friction, and of each whether it slips."""
         return states
 
     def resting(self, ends: Sequence[End], softness: float = 0.0) -> Self | None:

@@ -100,7 +100,7 @@ class Bearing(Load):
         label = f"bearing {self.name!r}"
         if not isinstance(self.ends, (tuple, list)) or len(self.ends) not in (2, 3):
             raise ModelError(
-                f"ends of {label} must be the bearing, the shaft, and possibly what spins, not {self.ends!r}"
+                f"ends of {label} must be the bearing, the shaft, and optionally the spinning body, not {self.ends!r}"
             )
         object.__setattr__(self, "ends", tuple(self.ends))
         if self.axis not in AXES:
@@ -126,7 +126,7 @@ class Bearing(Load):
         ):
             raise ModelError(
                 f"{label} resists the turn about its axis {self.axis}: row and column r{self.axis} must be zero, but "
-                "for the drag in the damping. Remedy: a bushing, where nothing turns on and on"
+                "for the drag in the damping. Remedy: a bushing, for limited rotation"
             )
         check_damps(self.damping, label)
         if not self.stiffness.any() and not self.damping.any():
@@ -174,8 +174,8 @@ class Bearing(Load):
     @property
     def events(self) -> tuple[LoadEvent, ...]:
         """The end of its table, which ends the run."""
-        reserve = EventByKernel(self, watch_bearing, 0)
-        return () if self.speeds is None else (LoadEvent("leaves its table", reserve, -1, self._left),)
+        slip_margin = EventByKernel(self, watch_bearing, 0)
+        return () if self.speeds is None else (LoadEvent("leaves its table", slip_margin, -1, self._left),)
 
     def _left(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         raise SimulationError(self._words(t, self._speed(ends)))

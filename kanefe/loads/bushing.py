@@ -19,7 +19,7 @@ from kanefe.loads.base import Load
 from kanefe.loads.by_kernel import numbers_of
 
 ROUND_OFF = 1e-12
-"""Eigenvalue of a damping matrix, of its largest entry, that is none."""
+"""Eigenvalue of a damping matrix, relative to its largest entry, that counts as zero."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,12 +20,12 @@ from kanefe.loads.action import NO_STATES, End, LoadKernel, Tangent
 Kernel = Callable[..., None] | int
 
 COMPLEX_STEP = 1e-30
-"""Imaginary part of what is changed: its square vanishes beside 1, so that nothing is cut off and nothing cancels."""
+"""Imaginary step relative to one: its square vanishes, so that there is neither truncation nor cancellation."""
 
 
 AXES = 3
 ROUND_OFF = 1e-12
-"""Stiffness or damping, of the largest of a load, that is none."""
+"""Stiffness or damping, relative to the largest of a load, that counts as zero."""
 
 
 def numbers_of(ends: Sequence[End]) -> list[Any]:
@@ -92,7 +92,7 @@ def slopes(function: Callable[..., Any], *at: float) -> list[float]:
     """Return the partial derivatives of a function of numbers by each of them, by complex steps."""
     steps = [[complex(x, COMPLEX_STEP * (i == k)) for k, x in enumerate(at)] for i in range(len(at))]
     with np.errstate(all="ignore"):
-        return [float(np.imag(function(*moved))) / COMPLEX_STEP for moved in steps]
+        return [float(function(*moved).imag) / COMPLEX_STEP for moved in steps]
 
 
 def resistances(kernel: LoadKernel, t: float, inputs: Vector, ends: Sequence[End], states: Vector) -> Tangent | None:

@@ -46,9 +46,9 @@ def check_load(load: object) -> None:
         )
     units = [column.partition(" [")[2] for column in load.columns]
     if len([unit for unit, _ in groupby(units)]) > len(set(units)):
-        raise ModelError(f"columns of {label} must have those of one unit beside each other: {load.columns!r}")
+        raise ModelError(f"columns of {label} must have those of one unit adjacent: {load.columns!r}")
     if type(load).tell is Load.tell and load.columns:
-        raise ModelError(f"{label} has columns {load.columns!r} but does not say what stands in them. Remedy: tell()")
+        raise ModelError(f"{label} has columns {load.columns!r} but does not give their values. Remedy: tell()")
 
 
 def check_start(load: Load, t: float, ends: Sequence[End]) -> None:

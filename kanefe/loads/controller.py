@@ -48,7 +48,7 @@ class Controller:
 
 
 INPUTS = "inputs of the simulation"
-"""Name of what holds them."""
+"""Name of the load that holds the inputs."""
 
 
 class HeldInputs(Controller):

@@ -27,7 +27,7 @@ from kanefe.loads.by_kernel import EventByKernel, numbers_of, slopes
 FORCE = 0
 
 FAR = 1e300
-"""Of a limit that is none, in compiled code."""
+"""Value of a limit that does not exist, in compiled code."""
 
 
 @dataclass(frozen=True, eq=False)

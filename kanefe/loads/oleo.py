@@ -167,7 +167,7 @@ class Oleo(AlongLine):
         """
         length = float(np.linalg.norm(ends[1].p - ends[0].p))
         if length == 0.0:
-            raise ModelError(f"the ends of oleo {self.name!r} are at one place: it has no direction. Remedy: move one")
+            raise ModelError(f"the ends of oleo {self.name!r} coincide: it has no direction. Remedy: move one")
         begun = replace(self, extended=length) if self.extended is None else self
         stroke = float(begun.extended or 0.0) - length
         if room_left(begun.kernel.numbers, stroke) <= 0.0:

@@ -18,7 +18,7 @@ from kanefe.loads.action import End, LoadKernel
 from kanefe.loads.base import Load
 
 ALWAYS = np.array((0.0, 1.0)), np.array((1.0, 1.0))
-"""A table of one share at all times."""
+"""A table with the value one at all times."""
 
 
 def checked_history(given: object, what: str) -> tuple[np.ndarray, np.ndarray]:

@@ -15,7 +15,7 @@ from kanefe.loads.functions import SPENT, Constant, SceneView
 
 WORDS = {(): "one finite number", (3,): "three finite numbers"}
 REAL = "fiub"
-"""Kinds of numpy's numbers that are real."""
+"""Kinds of numpy numbers that are real."""
 
 
 class CircularLoad(ModelError):

@@ -105,7 +105,7 @@ class Winch(AlongLine):
         else:
             table = checked_history(self.tension, f"tension of {label}")
         if np.any(table[1] < 0.0):
-            raise ModelError(f"tension of {label} must be >= 0 N: a cable does not push")
+            raise ModelError(f"tension of {label} must be >= 0 N: a cable transmits no compression")
         object.__setattr__(self, "tension", table)
 
     @property

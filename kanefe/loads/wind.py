@@ -16,13 +16,13 @@ from kanefe.kernels.force_elements.aerodynamics import WindNumbers, wind_at
 from kanefe.kernels.force_elements.blocks import flat
 
 MOST_HARMONICS = 100_000
-"""Harmonics of turbulence: their sum is taken at every evaluation."""
+"""Largest number of harmonics of turbulence: their sum is computed in every evaluation."""
 
 REACH = 30.0
-"""Highest ``L w / U`` that turbulence keeps: 97.9 % of the variance along the wind, and 95.8 % across."""
+"""Largest ``L w / U`` of the turbulence: 97.9 % of the variance along the wind, and 95.8 % across."""
 
 LOWEST = 0.03
-"""``L w / U`` below which one harmonic stands for all."""
+"""Value of ``L w / U`` below which one harmonic represents all."""
 
 
 @dataclass(frozen=True)

@@ -99,7 +99,7 @@ class CompiledRun:
         return call.for_kernels()
 
     def go_on(self, run: Run) -> int:
-        """Go on without leaving compiled code; return what the method wants that is not to be had there.
+        """Continue without leaving compiled code; return what the method wants that is not to be had there.
 
         Raises
         ------
@@ -112,7 +112,7 @@ class CompiledRun:
         return self._explained(command, run)
 
     def go_over_events(self, run: Run, watched: Watched, restart_share: float) -> tuple[int, bool]:
-        """Go on over events of loads, until one needs Python: see `pass_steps`."""
+        """Continue over events of loads, until one needs Python: see `pass_steps`."""
         self._inputs[:] = self._route.inputs.begun(self._route.parts(self._vectors[STATE])[2])
         if self._passing is None or self._passing[0] is not run:
             call = self._lookouts.passing(self._integrate.prepared(run), run, watched, restart_share)
@@ -126,7 +126,7 @@ class CompiledRun:
         return self._integrate.prepared(run), list(self._kept), self._inputs
 
     def values_at(self, run: Run, t: float) -> np.ndarray:
-        """Return what events of loads look at, at a time of the last step."""
+        """Return event values of loads at a time of the last step."""
         return self._lookouts.values_at(run, t)
 
     def _explained(self, command: int, run: Run) -> int:

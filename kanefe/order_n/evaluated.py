@@ -72,7 +72,7 @@ class Evaluated(Protocol):
 
     @property
     def watching(self) -> WatchedEvents:
-        """What computes what events of loads look at."""
+        """The function that computes event values of loads."""
         ...
 
     @property

@@ -1,4 +1,4 @@
-"""Motion of the frames of bodies at one state, from one sweep when the first is asked for."""
+"""Motion of the frames of bodies at one state, from one sweep at the first request."""
 
 from __future__ import annotations
 

@@ -100,7 +100,7 @@ class OrderN(LiteralRoute):
 
     @property
     def _run_size(self) -> int:
-        """Numbers of a state of a run: those of q, u and z, and the works."""
+        """Number of values of a state of a run: those of q, u and z, and the energy quadratures."""
         return self.model.coordinate_count + self.model.free_count + self.model.state_count + QUADRATURES
 
     def drives(self, t: float) -> np.ndarray:
@@ -158,7 +158,7 @@ class OrderN(LiteralRoute):
 
     @cached_property
     def watching(self) -> Watching:
-        """What computes what events of loads look at, of those that have kernels for it."""
+        """The function that computes event values of loads with kernels for them."""
         return Watching(self)
 
     def evaluate(self, t: float, y: Vector) -> Evaluation:

@@ -54,7 +54,7 @@ if TYPE_CHECKING:
 
 
 class Sweeps:
-    """States of a run, and what is computed of all of them when it is asked for, each once: see `RunSweeps`.
+    """States of a run, and quantities of all of them that are computed on request, each once: see `RunSweeps`.
 
     Parameters
     ----------

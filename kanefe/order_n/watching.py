@@ -1,4 +1,4 @@
-"""Events of loads that have kernels for what they look at: their values in some states from one call."""
+"""Events of loads that have kernels for their values: these values in some states from one call."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from kanefe.order_n.tables.reach_tables import far_values
 
 
 class Watching:
-    """What events of loads look at; several threads may use it.
+    """Event values of loads; several threads may use it.
 
     Parameters
     ----------

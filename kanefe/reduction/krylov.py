@@ -30,7 +30,7 @@ REFINEMENTS = 2
 @checked("order")
 @dataclass(frozen=True, repr=False)
 class Krylov(Options):
-    """Shapes that answer loads around chosen frequencies.
+    """Shapes that respond to loads around chosen frequencies.
 
     Parameters
     ----------

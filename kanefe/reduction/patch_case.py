@@ -68,7 +68,7 @@ class PatchCase:
 
     @property
     def name(self) -> str:
-        """Of its forces, in records."""
+        """Name of its forces, in records."""
         return f"patch {self.place}"
 
     def forces(self, model: FiniteElementModel) -> np.ndarray:

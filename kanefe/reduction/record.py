@@ -1,4 +1,4 @@
-"""What a body tells of its reduction: `FlexibleBody.provenance["reduction"]`.
+"""The record of a body's reduction: `FlexibleBody.provenance["reduction"]`.
 
 Effective masses: how much of a body's inertia each mode carries, by direction and by interface.
 

@@ -1,4 +1,4 @@
-"""How well a basis answers harmonic loads, measured against a richer basis of the same body.
+"""Accuracy of the response of a basis to harmonic loads, measured against a richer basis of the same body.
 
 Responses are compared at complex frequencies ``s = sigma + i w`` with w from zero to the highest frequency of the loads
 and sigma a fifth of it, and in statics. On the imaginary axis itself undamped resonances have no finite relative error;

@@ -1,1 +1,1 @@
-"""Channels of a run: what was stored, what is computed from it when it is asked for, and its file."""
+"""Channels of a run: stored ones, ones computed from them on request, and their file."""

@@ -1,4 +1,4 @@
-"""Channels: what a run can tell, each computed when it is first read.
+"""Channels: the outputs of a run, each computed when it is first read.
 
 `Result` reads channels and nothing else, so that a run in memory and a saved one answer alike.
 """
@@ -179,7 +179,7 @@ class RunChannels:
         )
 
     def _motions(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        """Return position, rotation and speeds of a frame; of every frame of the scene where each state is asked."""
+        """Return position, rotation and speeds of a frame; of every frame of the scene if each state is evaluated."""
         if self.swept is None:
             return self._literal_motions()
         frame = self.swept.frame(*self._frame(body, interface))
@@ -345,7 +345,7 @@ class RunChannels:
         return {("loop_force", name, ""): np.array([force[name] for force in forces]) for name in self.loops}
 
     def _loaded_states(self) -> Iterable[SceneState]:
-        """Return the states as loads see them; those of scenes with rigid contacts also tell their forces."""
+        """Return the states as loads see them; those of scenes with rigid contacts also give their forces."""
         return self.views() if self.model.rigid_contacts else self.placed(range(len(self.times)))
 
     def _points(self, name: str, interface: str) -> dict[Key, np.ndarray]:

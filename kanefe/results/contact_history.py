@@ -55,14 +55,14 @@ class ContactHistory(NamedTuple):
 
 
 def is_contact(columns: Sequence[str]) -> bool:
-    """Return whether a load that tells these is a contact."""
+    """Return whether a load with these columns is a contact."""
     from kanefe.contact.contact import Contact
 
     return tuple(columns) == Contact.columns
 
 
 def contact_history(told: np.ndarray, columns: Sequence[str], name: str) -> ContactHistory:
-    """Return what a load told as that of a contact.
+    """Return the outputs of a load as those of a contact.
 
     Raises
     ------

@@ -56,13 +56,13 @@ def point_columns(count: int) -> tuple[str, ...]:
 
 
 def in_columns(told: np.ndarray) -> np.ndarray:
-    """Return what points tell, (P, 12) in the order of `COLUMNS`, in that of `point_columns`, (12 P,)."""
+    """Return outputs of points, (P, 12) in the order of `COLUMNS`, in that of `point_columns`, (12 P,)."""
     ends = np.cumsum([len(names) for _, names in COLUMNS])
     return np.concatenate([part.ravel() for part in np.split(told, ends[:-1], axis=1)])
 
 
 def contact_points(told: np.ndarray) -> ContactPoints:
-    """Return what points of a contact told, (..., 12 P)."""
+    """Return the outputs of points of a contact, (..., 12 P)."""
     widths = [len(names) for _, names in COLUMNS]
     count = told.shape[-1] // sum(widths)
     ends = count * np.cumsum(widths)

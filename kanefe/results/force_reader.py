@@ -17,7 +17,7 @@ from kanefe.tree.neighbours import Neighbours
 
 
 class ForceReader(QuantityReader):
-    """The part of `Reader` that tells forces."""
+    """The part of `Reader` that gives forces."""
 
     def coupling_force(self, name: str, interface: str, of: str | None = None) -> np.ndarray:
         """Return force (N) and moment (N m) on a flexible body at an interface, in axes of G, shape (T, 6).
@@ -94,7 +94,7 @@ class ForceReader(QuantityReader):
 
     @checked
     def load(self, name: str, column: str | None = None) -> np.ndarray:
-        """Return what a load between frames tells, such as the tension of a rope, (T, columns), or (T,) of one column.
+        """Return outputs of a load between frames, such as the tension of a rope, (T, columns), or (T,) of one column.
 
         Parameters
         ----------

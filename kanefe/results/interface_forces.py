@@ -37,7 +37,7 @@ class Acting(NamedTuple):
 
 
 class RunStates(Protocol):
-    """What is asked of a run in memory: `kanefe.results.channels.RunChannels`."""
+    """Requirements on a run in memory: `kanefe.results.channels.RunChannels`."""
 
     @property
     def model(self) -> ModelData: ...  # noqa: D102
@@ -132,7 +132,7 @@ def _interface(body: BodyTerms, name: str) -> InterfaceFrame:
 
 
 def _known(state: SceneState, places: Places) -> Iterator[Acting]:
-    """Yield what loads between frames and given forces do at interfaces; others are not asked."""
+    """Yield the forces of loads between frames and given forces at interfaces; others are not evaluated."""
     for number, load in enumerate(state.model.loads):
         ends = [i for i in range(len(load.ends)) if Source(LOAD, load.name, i) in places]
         if ends:

@@ -45,7 +45,7 @@ class LoadLine(NamedTuple):
 
 
 class PlacedRun(Protocol):
-    """What is asked of a run in memory: `kanefe.results.channels.RunChannels`."""
+    """Requirements on a run in memory: `kanefe.results.channels.RunChannels`."""
 
     @property
     def model(self) -> ModelData: ...  # noqa: D102

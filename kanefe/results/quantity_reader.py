@@ -71,7 +71,7 @@ class QuantityReader:
 
     @property
     def statistics(self) -> dict[str, Any]:
-        """What did the run and what it cost; ``print(result)`` tells it in a few lines.
+        """Method, reason and cost of the run; ``print(result)`` shows them in a few lines.
 
         "method" and the "reason" why it was chosen, its "rtol" or "step"; "route" of the equations and "route_reason"
         likewise; how many "steps", "rejected" steps, "evaluations" of the equations, "factorisations" and "jacobians"
@@ -113,7 +113,7 @@ class QuantityReader:
 
     @property
     def loads(self) -> dict[str, tuple[str, ...]]:
-        """Names of the loads between frames, and of what each tells, with units in brackets: see `load`."""
+        """Names of the loads between frames, and of their columns, with units in brackets: see `load`."""
         return dict(self._channels.loads)
 
     @property

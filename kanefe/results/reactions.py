@@ -19,7 +19,7 @@ NUMBERS_AT_ONCE = 4_000_000
 
 
 def are_alone(model: ModelData) -> bool:
-    """Tell whether only joints, inertia and gravity act between bodies, as the sweep over all states takes it."""
+    """Return whether only joints, inertia and gravity act between bodies, as the sweep over all states takes it."""
     if model.constraints or model.loads or any(body.loads or body.field_loads for body in model.bodies):
         return False
     return all(b.flexible is None or isinstance(b.flexible.free_moments, MassMoments) for b in model.bodies)

@@ -19,7 +19,7 @@ LARGEST_TABLE = 2**31
 
 
 class Reader(ForceReader):
-    """What a run tells; `kanefe.Result` is the reader that users have, with pictures and files."""
+    """Outputs of a run; `kanefe.Result` is the reader that users have, with pictures and files."""
 
     @checked
     def position(self, name: str, interface: str | None = None) -> np.ndarray:

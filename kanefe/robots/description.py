@@ -191,7 +191,7 @@ class Choices:
         damping: float = 0.0,
         friction: float = 0.0,
     ) -> CoordinateForce | None:
-        """Return what acts along a coordinate, None if nothing does, and tell what is left out."""
+        """Return the force along a coordinate, None if there is none, and record what is left out."""
         what: dict[str, object] = {}
         for kind, value in (("stiffness", stiffness), ("damping", damping), ("friction", friction)):
             if value and self.forces:
@@ -211,6 +211,6 @@ class Choices:
             raise ModelError(f"joint {name!r}: {error}") from error
 
     def check_limits(self, source: Path) -> None:
-        """Raise a ModelError if stops are asked for and no joint of a file has limits."""
+        """Raise a ModelError if stops are requested and no joint of a file has limits."""
         if self.limit_stiffness is not None and not self.limited:
             raise ModelError(f"limit_stiffness does nothing: no joint of {source} has limits. Remedy: leave it out")

@@ -62,7 +62,7 @@ class FlexibleLink:
 
     @property
     def pose(self) -> Pose:
-        """Of G, seen from the frame of the link."""
+        """Pose of G, seen from the frame of the link."""
         return Pose(three(self.at, "at of a flexible link"), orientation_matrix(self.orientation, "its orientation"))
 
     def carrier(self, link: str, child: str, joint: Pose) -> tuple[InterfaceFrame, Pose]:

@@ -1,4 +1,4 @@
-"""From the description of a robot to a scene: bodies in the order of the tree, couplings, closures, what is told."""
+"""From the description of a robot to a scene: bodies in the order of the tree, couplings, closures, warnings."""
 
 from __future__ import annotations
 

@@ -92,7 +92,7 @@ class BodyMethods(Scene):
         orientation: Orientation = (1.0, 0.0, 0.0, 0.0),
         gravity: bool = True,
     ) -> RigidBody:
-        """Add a mass point and return it: a rigid body without inertia that, unless told otherwise, does not turn.
+        """Add a mass point and return it: a rigid body without inertia that by default does not rotate.
 
         Parameters
         ----------
@@ -213,7 +213,7 @@ class BodyMethods(Scene):
         gravity : bool
             Whether gravity acts on it.
         **deformed
-            How it is deformed at the start: what follows.
+            How it is deformed at the start: the other parameters below.
 
         Other Parameters
         ----------------

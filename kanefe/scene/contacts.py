@@ -117,7 +117,7 @@ class ContactMethods(LoadMethods):
         friction: FrictionLaw | None = None,
         surface_velocity: Sequence[float] = (0.0, 0.0, 0.0),
     ) -> None:
-        """Have two things press on each other where they meet, and rub.
+        """Add a contact with normal force and friction between two things where they meet.
 
         The result has its forces in ``result.contact(name)``, and the times at which it touches, lifts, slips and
         sticks in ``result.events["<name> touch"]`` and so on. As a whole it touches with its first point and lifts with
@@ -223,7 +223,7 @@ class ContactMethods(LoadMethods):
                 or not all(isinstance(given, Surface) and given in among for given in pair)
             ):
                 raise ModelError(f"ignore of add_contacts takes pairs of the surfaces among which it is, not {pair!r}")
-        from kanefe.contact.rigid.granular_contacts import crowd_of, is_crowd
+        from kanefe.contact.rigid.granular_contacts import granular_contacts_of, is_granular
         from kanefe.kernels.contact.laws.friction_law import friction_law
 
         left_out = {frozenset((a.name, b.name)) for a, b in ignore}
@@ -238,10 +238,10 @@ class ContactMethods(LoadMethods):
                 f"add_contacts finds no two surfaces on two bodies that may touch among those given: {listed}. Remedy: "
                 "surfaces of two bodies or more, fewer pairs in ignore, or no call where nothing can touch"
             )
-        if is_crowd(normal, len(pairs)):
+        if is_granular(normal, len(pairs)):
             name = f"contacts among {among[0].name} and others"
             self._new_load(name, "contact")
-            self.add(crowd_of(name, among, normal, friction_law(friction, name), ignore))
+            self.add(granular_contacts_of(name, among, normal, friction_law(friction, name), ignore))
             return [name]
         names = []
         for a, b in pairs:
@@ -252,7 +252,7 @@ class ContactMethods(LoadMethods):
     def _touching(
         self, one: Surface | ContactPatch | Frame | Sequence[Frame], other: Surface, label: str
     ) -> tuple[tuple[Frame, ...], Surface, tuple[tuple[int, Probe], ...], SurfaceShape | None]:
-        """Return the frames that touch, the surface that is touched, and the probes with the number of their end.
+        """Return the touching frames, the touched surface, and the contact points with the number of their end.
 
         Last comes the shape that touches, where a library has to find the place.
         """
@@ -274,7 +274,7 @@ class ContactMethods(LoadMethods):
 
 
 def _warn_of_stiff_modes(patch: ContactPatch, stiffness: float | None, label: str) -> None:
-    """Tell where modes leave out what the points of a patch yield by, beside what the law does."""
+    """Warn if modes lack the local compliance of the points of a patch, relative to that of the law."""
     if stiffness is None:
         return
     softening = patch.left_out * stiffness * max(patch.shares)
@@ -289,7 +289,7 @@ def _warn_of_stiff_modes(patch: ContactPatch, stiffness: float | None, label: st
 
 
 def _warn_of_valleys(shape: SurfaceShape, probes: Sequence[Probe], label: str) -> None:
-    """Tell of balls and rings that touch a field of heights in two places, where its valleys are narrower than they."""
+    """Warn of balls and rings that touch a height field at two points, in valleys narrower than they are."""
     from kanefe.contact.geometry.height_field import HeightField
 
     largest = max(probe.lever for probe in probes)

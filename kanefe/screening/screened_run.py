@@ -1,4 +1,4 @@
-"""What a screened run tells."""
+"""Outputs of a screened run."""
 
 from __future__ import annotations
 

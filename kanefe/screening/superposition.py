@@ -95,7 +95,7 @@ class Sticking:
         return np.array([route.evaluate(t, y).rates[:size] for t, y in zip(times.tolist(), states, strict=True)])
 
     def watched(self, model: Model, times: Vector, states: Matrix) -> np.ndarray:
-        """Return what the events look at, in states (T, n) of a model that watches the same, (T, events)."""
+        """Return the event values in states (T, n) of a model with the same events, (T, events)."""
         watching = model.route.watching
         if watching is None:
             return np.zeros((len(times), 0))
@@ -312,7 +312,7 @@ class _Path:
         return Motions(*(part[TAPER : TAPER + len(left)] for part in reached))
 
     def slopes(self, motions: Motions, rows: Any) -> np.ndarray:
-        """Return how what events look at changes by small motions about some of the times, (rows, events, 2 free)."""
+        """Return the changes of event values by small motions about some of the times, (rows, events, 2 free)."""
         count = self._sticking.riders.count
         nudge = np.repeat(NUDGES, count)
         found = []
@@ -353,7 +353,7 @@ def _nowhere(count: int) -> Displacement:
 
 
 def _extended(left: np.ndarray) -> np.ndarray:
-    """Return it with ends on which it goes on smoothly and dies away."""
+    """Return it with ends that continue smoothly and decay."""
     x = np.arange(1, TAPER + 1) / (TAPER + 1.0)
     fading = (1.0 - x**3 * (10.0 - 15.0 * x + 6.0 * x**2))[:, None]
     ends = []

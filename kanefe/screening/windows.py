@@ -1,4 +1,4 @@
-"""Screened runs: superpose as far as nothing comes near, integrate what is near, and go on."""
+"""Screened runs: superpose as long as no event is near, integrate around events, and continue."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ def _refuse_fast_loads(model: Model, spacing: float) -> None:
 
 @dataclass(eq=False)
 class _Run:
-    """A screened run as it goes on."""
+    """A screened run in progress."""
 
     sticking: Sticking
     wanted: Vector
@@ -186,7 +186,7 @@ class _Run:
         return self._told()
 
     def _far_enough(self, t: float) -> float:
-        """Return the end of the next stretch that seemed near when it was looked at from further away."""
+        """Return the end of the next stretch that seemed near on a coarser evaluation."""
         return next((end for end in self.expected if end > t + APART), self.span[1])
 
     def _looked(self, t: float, y: Vector, until: float) -> tuple[tuple[float, float] | None, str, Superposed | None]:
@@ -211,7 +211,7 @@ class _Run:
         return (max(t, float(begin)), float(fine[last])), self.sticking.names[event], found
 
     def _near(self, found: Superposed, y: Vector) -> tuple[Vector, np.ndarray]:
-        """Return fine times, and of each event whether what it looks at is nearer to its limit than is known."""
+        """Return fine times, and for each event whether its value is nearer to its limit than the known accuracy."""
         from scipy.interpolate import CubicSpline
 
         t = found.times

@@ -47,7 +47,7 @@ class Output(NamedTuple):
 
 
 def outputs_of(scene: Steppable, model: Model, named: Named | None) -> tuple[Output, ...]:
-    """Return the outputs that are asked for; None: free coordinates and speeds of joints, and where what floats is.
+    """Return the requested outputs; None: free coordinates and speeds of joints, and positions of floating bodies.
 
     Raises
     ------
@@ -146,7 +146,7 @@ def _columns(model: Model, what: str, of: str, count: int) -> list[tuple[str, st
 
 
 def readers(model: Model, outputs: tuple[Output, ...]) -> Callable[[float, Vector], list[float]]:
-    """Return what reads all outputs of a state: y with z, and the works or not."""
+    """Return the functions that read all outputs of a state: y with z, and the energy quadratures or not."""
     reads = [
         partial(_force, *output.channel) if output.reading is None and output.channel else _reading(model, output)
         for output in outputs

@@ -1,4 +1,4 @@
-"""Simulation: a scene that goes on by steps from outside, driven by inputs that are held over each."""
+"""Simulation: a scene that is stepped from outside, driven by inputs that are held over each step."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def stretch(t: float, every: float, duration: float | None) -> tuple[float, floa
 
 
 class Asked(NamedTuple):
-    """What `kanefe.System.start` was asked for.
+    """Arguments of `kanefe.System.start`.
 
     Attributes
     ----------
@@ -204,7 +204,7 @@ class Simulation:
 
     @property
     def statistics(self) -> dict[str, Any]:
-        """What did the steps so far: the method and why, what it has counted, and "bending" as results tell it."""
+        """Method and cost of the steps so far: the method and why, what it has counted, and "bending" as in results."""
         q = self._vector()[: self.model.coordinate_count]
         bending = worst_bending(self.model, np.array([self.time]), q[None], self.stepper.bent)
         return {
@@ -222,7 +222,7 @@ class Simulation:
 
     @property
     def outputs(self) -> dict[str, float]:
-        """The outputs now, by name; computed when they are first asked for after a step."""
+        """The outputs now, by name; computed at the first request after a step."""
         if self._reported_outputs is None:
             values = self._read(self.time, self._vector())
             self._reported_outputs = dict(zip(self.output_names, values, strict=True))
@@ -230,12 +230,12 @@ class Simulation:
 
     @property
     def state(self) -> Instant:
-        """What the scene is like now: to look at, or for a run to start from."""
+        """The present state of the scene: to view it, or to start a run from it."""
         return Instant(self.model, self.time, self._vector()[: len(self.model.state_names)])
 
     @property
     def events(self) -> dict[str, np.ndarray]:
-        """Times of the events that are told, by name, s."""
+        """Times of the reported events, by name, s."""
         times = self._watch.times if self._watch is not None else {}
         return {event.name: np.array(times[event.name]) for event in self._told}
 
@@ -249,7 +249,7 @@ class Simulation:
         return last[1] if self._status.kind == "stopped" and last is not None else self.stepper.state()
 
     def step(self, dt: float, inputs: Mapping[str, float] | None = None) -> None:
-        """Go on by a time, over which inputs are held.
+        """Continue by a time, over which inputs are held.
 
         Where a step fails or an error is raised in it, all is as it was before. An event that ends the run ends the
         step too: `time` and `status` tell.
@@ -316,7 +316,7 @@ class Simulation:
         return values
 
     def _hold(self, values: Vector) -> None:
-        """Have inputs act from now on; a method that finds them as they were goes on as if nothing was."""
+        """Set the inputs from now on; a method whose inputs are unchanged continues without a restart."""
         stepper = self.stepper
         if self._has_begun and np.array_equal(values, self._inputs):
             return
@@ -392,7 +392,7 @@ class Simulation:
         self._status, self._has_begun, self._reported_outputs = saved.status, saved.has_begun, None
 
     def copy(self) -> Simulation:
-        """Return a simulation that goes on from here by itself."""
+        """Return a simulation that continues from here independently."""
         if self.courses:  # each has its own courses of driven joints
             other = started(self.scene, self.asked)
         else:

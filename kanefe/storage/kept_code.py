@@ -178,7 +178,7 @@ def _others_write(about: os.stat_result) -> bool:
 
 
 def _read(descriptor: int, size: int) -> bytes:
-    """Return the bytes of an open file, at most those that its name tells."""
+    """Return the bytes of an open file, at most as many as its name states."""
     parts = []
     while size > 0 and (part := os.read(descriptor, size)):
         parts.append(part)

@@ -1,4 +1,4 @@
-"""Parts of scipy that are imported when something of them is asked for: rigid scenes run without, and start sooner.
+"""Parts of scipy that are imported on first use: rigid scenes run without them, and start sooner.
 
 Of modules that such scenes load, in the place of ``import scipy.linalg``, ``import scipy.sparse as sp`` and
 ``import scipy.sparse.linalg as spla``.
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 else:
 
     class _Later:
-        """A package whose parts are imported when they are asked for."""
+        """A package whose parts are imported on first use."""
 
         def __init__(self, name: str, parts: tuple[str, ...] = ()) -> None:
             self._name, self._parts = name, parts

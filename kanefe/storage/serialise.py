@@ -131,7 +131,7 @@ def _stored(array: np.ndarray, path: str, arrays: dict[str, np.ndarray]) -> str:
 
 
 def _is_same(a: np.ndarray, b: np.ndarray) -> bool:
-    """Tell whether two arrays are equal bit for bit, and in the same order."""
+    """Return whether two arrays are equal bit for bit, and in the same order."""
     if a.shape != b.shape or a.dtype != b.dtype or a.strides != b.strides:
         return False
     if a.__array_interface__["data"] == b.__array_interface__["data"]:

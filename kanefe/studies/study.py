@@ -260,7 +260,7 @@ class Study:
 
     @checked("parameters")
     def result(self, parameters: Mapping[str, Any]) -> Result:
-        """Run the case of some parameters in this process, and return all that it tells.
+        """Run the case of some parameters in this process, and return its full result.
 
         Examples
         --------
@@ -303,7 +303,7 @@ class Study:
                     raise
 
     def _try_first(self, number: int, most_seconds: float | None) -> None:
-        """Build a scene here, and look at its options, so that what is wrong with all is told before the first run."""
+        """Build a scene here and check its options: errors common to all cases are raised before the first run."""
         parameters = self.cases[number]
         told = ", ".join(f"{name}={value!r}" for name, value in parameters.items())
         try:

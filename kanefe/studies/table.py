@@ -28,13 +28,13 @@ class RunsCases(Protocol):
     """What a `kanefe.Study` is to its table."""
 
     def result(self, parameters: Mapping[str, Any]) -> Result:
-        """Run the case of some parameters, and return all that it tells."""
+        """Run the case of some parameters, and return its full result."""
         ...
 
 
 @checked("store")
 class StudyTable:
-    """What came of a study: a row a case, in the order of the cases, read from its store whenever it is asked for.
+    """Results of a study: one row per case, in the order of the cases, read from its store on request.
 
     Columns are the parameters, the outputs, and: status ("finished", "stopped" or "failed"), reason, simulated (up to
     which time there are results, s), warnings, wall and cpu (of the case, s), worker, key. A failed case has no

@@ -143,5 +143,5 @@ class BodyTerms:
 
 
 def is_unreduced(body: FlexibleBody) -> TypeGuard[UnreducedBody]:
-    """Whether a body has all degrees of freedom of its mesh, in sparse matrices; told without its class imported."""
+    """Whether a body has all degrees of freedom of its mesh, in sparse matrices, without importing its class."""
     return not isinstance(body.stiffness, np.ndarray)

@@ -1,4 +1,4 @@
-"""What a model tells of a state: its energies, and how a frame moves."""
+"""Outputs of a model at a state: its energies, and how a frame moves."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ class Placed:
 
     @property
     def end(self) -> End:
-        """The same in components of N."""
+        """Return this motion in components of N."""
         A = self.A_NF
         return End(self.p_NoFo_N, A, A @ self.v, A @ self.w)
 

@@ -91,11 +91,11 @@ class PreparedRun(Protocol):
     """A run that stays in compiled code, of one thread at a time."""
 
     def go_on(self, run: Run) -> int:
-        """Go on; return what the method wants that is not to be had in compiled code."""
+        """Continue; return what the method wants that is not to be had in compiled code."""
         ...
 
     def go_over_events(self, run: Run, watched: Watched, restart_share: float) -> tuple[int, bool]:
-        """Go on over events of loads; return what the method wants, and whether the last step needs no Python."""
+        """Continue over events of loads; return what the method wants, and whether the last step needs no Python."""
         ...
 
     def prepared(self, run: Run) -> tuple[Any, list[Any], Vector]:
@@ -103,7 +103,7 @@ class PreparedRun(Protocol):
         ...
 
     def values_at(self, run: Run, t: float) -> Vector:
-        """Return what events of loads look at, at a time of the last step."""
+        """Return event values of loads at a time of the last step."""
         ...
 
 
@@ -150,7 +150,7 @@ class WatchedEvents(Protocol):
 
 
 class Route(Protocol):
-    """The questions that all routes answer. States are ``y = (q, u, z, ...)``; what follows z is not looked at.
+    """The interface of all routes. States are ``y = (q, u, z, ...)``; entries after z are not used.
 
     Attributes
     ----------
@@ -181,7 +181,7 @@ class Route(Protocol):
         ...
 
     def lacks(self, form: Form) -> str:
-        """Return why there are no equations of a form, with a remedy, as a sentence goes on after a method's name.
+        """Return why there are no equations of a form, with a remedy, as the rest of a sentence after a method's name.
 
         Empty if there are.
         """
@@ -237,12 +237,12 @@ class Route(Protocol):
         ...
 
     def sweeps(self, times: np.ndarray, states: Matrix) -> RunSweeps | None:
-        """Return what is computed of all states of a run at once; None where each is asked by itself."""
+        """Return the quantities computed for all states of a run at once; None if each is evaluated by itself."""
         ...
 
     @property
     def watching(self) -> WatchedEvents | None:
-        """What computes what events of loads look at, where that is compiled."""
+        """The function that computes event values of loads, if it is compiled."""
         ...
 
     def energy(self, t: float, y: Vector) -> MechanicalEnergy:

@@ -183,7 +183,7 @@ def modal_frequencies(model: ModelData) -> Vector:
 
 
 def state_scales(model: ModelData) -> Vector:
-    """Return what counts as a large value of each component of (q, u, z, works).
+    """Return what counts as a large value of each component of (q, u, z, quadratures).
 
     Large are a radian, the size of the scene in m and what moves a body by its size in modal units; these a second; and
     the energy of such speeds. A modal speed counts in the amplitude that it causes: against a large displacement times

@@ -1,4 +1,4 @@
-"""The state of a scene as functions of the user see it: where frames are and how they move, found when asked for."""
+"""The state of a scene as functions of the user see it: positions and motions of frames, computed on request."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class SceneState:
         self._asked: list[str] = []
 
     def with_forces(self, forces: Forces) -> Self:
-        """Return this state, which can now be asked for forces that depend on its accelerations."""
+        """Return this state with access to forces that depend on its accelerations."""
         self._forces = forces
         return self
 
@@ -192,7 +192,7 @@ class SceneState:
         return self._forces
 
     def load(self, name: str) -> Vector:
-        """Return what a load does: of one between frames what a result tells of it, else its value.
+        """Return the outputs of a load: of one between frames those of a result, otherwise its value.
 
         Parameters
         ----------

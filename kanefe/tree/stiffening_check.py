@@ -63,7 +63,7 @@ def unstiffened(model: ModelData) -> Iterator[tuple[int, str]]:
 
 
 def _stiffens(body: BodyTerms) -> bool:
-    """Tell whether the inertia of a body stiffens it."""
+    """Return whether the inertia of a body stiffens it."""
     if body.flexible is None:
         return False
     if is_unreduced(body.flexible.body):
@@ -72,7 +72,7 @@ def _stiffens(body: BodyTerms) -> bool:
 
 
 def _lacks(model: ModelData, number: int, frame: InterfaceFrame) -> bool:
-    """Tell whether a body stiffens, but not by what acts on a frame that moves with its coordinates."""
+    """Return whether a body stiffens, but not by what acts on a frame that moves with its coordinates."""
     body = model.bodies[number]
     if body.flexible is None or frame.quadratic is not None or not _stiffens(body):
         return False

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class FrozenMoments:
-    """Moments of a body of the twin: inertia and forces at one state, whatever is asked.
+    """Moments of a body of the twin: inertia and forces at one state, for any request.
 
     Parameters
     ----------
@@ -367,7 +367,7 @@ class Condensed:
 
 
 def is_unreduced(body: BodyTerms) -> bool:
-    """Tell whether a body has all degrees of freedom of its mesh, in sparse matrices."""
+    """Return whether a body has all degrees of freedom of its mesh, in sparse matrices."""
     return body.flexible is not None and isinstance(body.flexible.body, UnreducedBody)
 
 
@@ -387,7 +387,7 @@ def _attached_frames(model: ModelData) -> list[dict[int, InterfaceFrame]]:
 
 
 def _takes_state(model: ModelData) -> bool:
-    """Tell whether a function of the user looks at the state: it may ask for any interface."""
+    """Return whether a function of the user depends on the state: it may read any interface."""
     loads = [load for body in model.bodies for load, _ in body.loads]
     others = [load for body in model.bodies for load in (*body.joint_loads, *body.field_loads)]
     return any(getattr(load, "takes_state", False) for load in (*loads, *others))

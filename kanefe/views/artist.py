@@ -83,7 +83,7 @@ class Artist:
         return self._process
 
     def _asked(self, process: subprocess.Popen[str], folder: Path) -> bool:
-        """Tell whether the process has drawn a job."""
+        """Return whether the process has drawn a job."""
         if process.stdin is None or process.stdout is None:
             raise TypeError("the process has pipes")
         late = threading.Timer(SECONDS, process.kill)

@@ -104,7 +104,7 @@ def test_what_is_refused_by_name():
         kf.Coulomb(0.2, rolling=-1e-3)
     with pytest.raises(kf.ModelError, match="depths of TableLaw must rise, and forces must not fall"):
         kf.TableLaw((1e-3, 2e-3), (10.0, 5.0))
-    with pytest.raises(kf.ModelError, match="begins with no force at no depth, not 3 N at 0 m"):
+    with pytest.raises(kf.ModelError, match="must start with zero force at zero depth, not 3 N at 0 m"):
         kf.TableLaw((0.0, 2e-3), (3.0, 5.0))
     with pytest.raises(kf.ModelError, match="as many finite numbers"):
         kf.TableLaw((0.0, 2e-3), (3.0,))

@@ -119,16 +119,25 @@ def test_balls_of_a_tyre_roll_over_a_field_of_heights_and_keep_its_height():
 @pytest.mark.parametrize(
     ("call", "told"),
     [
-        (lambda: shapes.Plane("z").sampled(0.1), "a plane is not stood for by points"),
-        (lambda: shapes.Box(SIZE, inside=True).sampled(0.1), "a box is not stood for by points"),
+        (lambda: shapes.Plane("z").sampled(0.1), "a plane is not represented by points"),
+        (lambda: shapes.Box(SIZE, inside=True).sampled(0.1), "a box is not represented by points"),
         (lambda: shapes.Box(SIZE).sampled(0.0), "spacing must be one number, finite and > 0"),
         (
             lambda: shapes.Box((1.0, 1.0, 1.0)).sampled(1e-6),
-            r"6e\+12 points would stand for a box, and 4000 may. Remedy",
+            r"6e\+12 points would represent a box, and 4000 are permitted. Remedy",
         ),
-        (lambda: shapes.Cylinder(1.0, 1.0).sampled(1e-6), "points would stand for a .*, and 4000 may. Remedy"),
-        (lambda: shapes.Capsule(0.1, 1.0).sampled(1e-320), "points would stand for a .*, and 4000 may. Remedy"),
-        (lambda: shapes.Box(SIZE).sampled(0.002), "points would stand for a box, and 4000 may. Remedy: a larger"),
+        (
+            lambda: shapes.Cylinder(1.0, 1.0).sampled(1e-6),
+            "points would represent a .*, and 4000 are permitted. Remedy",
+        ),
+        (
+            lambda: shapes.Capsule(0.1, 1.0).sampled(1e-320),
+            "points would represent a .*, and 4000 are permitted. Remedy",
+        ),
+        (
+            lambda: shapes.Box(SIZE).sampled(0.002),
+            "points would represent a box, and 4000 are permitted. Remedy: a larger",
+        ),
         (lambda: shapes.Points([(0, 0, 0)], share=2.0), "share of points is that of each of the whole stiffness"),
         (
             lambda: lying(TOUCHING["torus"], ground("mesh"), 1.0),

@@ -159,7 +159,7 @@ class Lacking:
         ({"action": kf.Load.action}, r"load 'it' does not say what it does. Remedy: action\(t, ends, states\), or a"),
         ({"ends": None}, "needs ends"),
         ({"columns": ("a [m]", "b [m]")}, "tell"),
-        ({"columns": ("a [m]", "b [N]", "c [m]")}, "one unit beside each other"),
+        ({"columns": ("a [m]", "b [N]", "c [m]")}, "one unit adjacent"),
         ({"kernel": 3.0}, "kernel of load 'it'"),
         ({"kernel": kf.LoadKernel(-1, np.zeros(1))}, "address of a C function"),
         ({"initial_states": np.array((np.nan,))}, "initial_states"),

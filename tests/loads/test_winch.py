@@ -85,7 +85,7 @@ def test_it_breaks_at_its_breaking_load():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"tension": -1.0}, "does not push"),
+        ({"tension": -1.0}, "transmits no compression"),
         ({"tension": "much"}, "tension of winch 'w'"),
         ({"speed": 0.0}, "speed of winch 'w' must be > 0"),
         ({"damping": np.nan}, "damping of winch 'w'"),
@@ -104,5 +104,5 @@ def test_one_end_and_no_way_are_refused():
         kf.Winch("w", (scene.ground,), tension=1.0, **CABLE)
     ball = scene.add_point("ball", 1.0)
     scene.add(kf.Winch("w", (scene.ground, ball), tension=1.0, **CABLE))
-    with pytest.raises(kf.ModelError, match="points 0 and 1 of winch 'w' are at one place"):
+    with pytest.raises(kf.ModelError, match="points 0 and 1 of winch 'w' coincide"):
         scene.freeze()

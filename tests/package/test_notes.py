@@ -42,8 +42,7 @@ def notes() -> Iterator[tuple[str, ast.expr | None, str]]:
                     yield place, constant.value, " ".join(note.value.value.split())
 
 
-LATER = ("kanefe/contact/", "kanefe/loads/", "kanefe/kernels/force_elements/")
-NOTES = [note for note in notes() if not note[0].startswith(LATER)]
+NOTES = list(notes())
 
 
 def is_number(value: ast.expr | None) -> bool:

@@ -67,7 +67,7 @@ def check_interfaces(mesh: Mesh, interfaces: Mapping[str, Any]) -> None:
 
 
 def has_groups(model: FiniteElementModel, interfaces: Any) -> bool:
-    """Tell whether every interface is of one group of the model, or found by its place: no mesh can refuse it.
+    """Return whether every interface is of one group of the model, or found by its place: no mesh can refuse it.
 
     What else makes no sense, `kanefe.fe_model.ties.tie_interfaces` finds without the mesh. Whether several groups are
     of one sort, the model does not know.

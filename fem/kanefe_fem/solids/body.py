@@ -302,7 +302,7 @@ def _warn_of_straight_sides(mesh: Mesh, order: int) -> None:
 
 
 def is_straight(mesh: Mesh) -> bool:
-    """Tell whether all mid-side nodes are the means of their corners."""
+    """Return whether all mid-side nodes are the means of their corners."""
     tolerance = STRAIGHT * extent(mesh)
     for block in mesh.cell_blocks:
         corners = shape(block.kind).corners

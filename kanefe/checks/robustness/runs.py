@@ -32,7 +32,7 @@ def stepped_methods() -> tuple[str, ...]:
 
 
 def is_accurate(method: str) -> bool:
-    """Tell whether a method is of higher order than 2."""
+    """Return whether a method is of higher order than 2."""
     return METHODS[method].order > 2
 
 
@@ -47,7 +47,7 @@ def long_methods(wanted: str | None) -> tuple[str, ...]:
 
 
 def suits(method: str, model: Model) -> bool:
-    """Tell whether a method can run a scene."""
+    """Return whether a method can run a scene."""
     step = None if METHODS[method].has_error_control else 0.5
     try:
         choose(model, RunOptions(t_span=(0.0, 1.0), method=method, step=step))

@@ -36,7 +36,7 @@ def exact_states(spin: float, times: np.ndarray) -> np.ndarray:
 
 
 def is_unstable(spin: float) -> bool:
-    """Tell whether the point leaves its place exponentially."""
+    """Return whether the point leaves its place exponentially."""
     return FIRST < spin < SECOND
 
 

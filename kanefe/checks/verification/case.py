@@ -39,7 +39,7 @@ class Reference:
     source: str
 
     def allows(self, tolerance: float) -> bool:
-        """Tell whether a tolerance is one of those that the reference states, or tighter than all of them."""
+        """Return whether a tolerance is one of those that the reference states, or tighter than all of them."""
         numbers = re.findall(r"(\d+(?:\.\d+)?(?:e-?\d+)?)(%?)", self.tolerance)
         stated = [float(number) * (0.01 if percent else 1.0) for number, percent in numbers]
         # what is not small is a count of elements, a modulus, a time

@@ -18,14 +18,15 @@ if TYPE_CHECKING:
     from kanefe.contact.geometry.shape import SurfaceShape
 
 TOLERANCE = 1e-13
-"""Of the search for the nearest points, m: what it finds outside is good to round-off."""
+"""Tolerance of the search for the nearest points, m: outside the shapes the result is accurate to round-off."""
 MOST_TRIALS = 1000
 
 BEYOND = 1e-3
-"""Of the size of the larger: how far apart shapes are moved that are within each other."""
+"""Distance by which penetrating shapes are moved apart, relative to the size of the larger one."""
 
 MOST_TURNS, SAME_NORMAL = 30, 1e-8
-"""Each turn leaves of an error of the normal the depth over the radius of curvature, and its square in the depth."""
+"""Largest number of iterations and tolerance of the normal. Each iteration reduces the error of the normal by the depth
+over the radius of curvature, and its square enters the depth."""
 
 _geometries: WeakKeyDictionary[SurfaceShape, Any] = WeakKeyDictionary()
 

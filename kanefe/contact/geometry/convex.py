@@ -15,7 +15,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import numbers
 
 SAME_FACE = 1e-9
-"""How much normals of triangles of one face differ by round-off."""
+"""Largest difference between the unit normals of triangles of one face, dimensionless, due to round-off."""
 
 
 class Convex(Mesh):

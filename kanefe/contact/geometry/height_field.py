@@ -15,14 +15,14 @@ from kanefe.kernels.contact.contact_shapes import cell_of, foot_on_heights, weig
 from kanefe.loads.reach import Bounds
 
 OVERSHOOT = 9.0 / 32.0
-"""Of the differences of heights: by how much cubic convolution goes beyond them, at most: the sum of the weights below
-zero halfway between places of a grid."""
+"""Overshoot of cubic convolution relative to the differences of heights, at most: the sum of the negative weights
+halfway between grid points."""
 
 STEEPER = 2.0
-"""Times the slope between two places of the grid: the most there is, 3/2 along it times 5/4 of the weights across."""
+"""Largest slope relative to that between two grid points: 3/2 along the grid times 5/4 from the weights across."""
 
 NARROW = 1e-3
-"""Share of the radius of curvature that is left above a point over a valley, below which it is not followed."""
+"""Fraction of the radius of curvature, for a point above a valley, below which the search does not follow it."""
 
 
 @dataclass(frozen=True, eq=False)

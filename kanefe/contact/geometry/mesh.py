@@ -18,13 +18,13 @@ from kanefe.frames import Matrix, Vector, numbers
 from kanefe.loads.reach import Bounds
 
 LEAF = 4
-"""Most triangles in a leaf of the tree."""
+"""Largest number of triangles in a leaf of the tree."""
 
 FLAT = 1e-12
-"""Area of a triangle of no area, of the square of its longest side."""
+"""Area, relative to the square of the longest side, below which a triangle has no area."""
 
 VERTEX_AT = ((0, 1), (1, 2), (2, 0))
-"""Vertices of the edges of a triangle, in their order in the kernel's numbers."""
+"""Vertices of the edges of a triangle, in the order of the kernel's numbers."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,17 +11,18 @@ from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.frames import Matrix
 
 INSIDE = 0.5
-"""Winding number above which a point is in a part: 1 in one that faces outwards, -1 in a hollow, 0 outside."""
+"""Winding number above which a point is inside a part: 1 if the part faces outwards, -1 in a cavity, 0 outside."""
 
 TOUCHING = 1e-6
-"""How far an edge must reach beyond a triangle on either side, over the size of the mesh, and within it, over the size
-of the triangle: parts that touch are let be, and files of STL have seven digits."""
+"""Distance by which an edge must extend beyond a triangle on either side, relative to the size of the mesh, and within
+it, relative to the size of the triangle: parts that touch are accepted, and STL files have seven digits."""
 
 LOOKS, BENEATH = 64, 1e-6
-"""Triangles of a part, evenly chosen, beneath which it is looked for others; and how far beneath, over their size."""
+"""Number of evenly chosen triangles of a part beneath which other parts are searched; and the depth of the search,
+relative to their size."""
 
 AT_ONCE = 1_000_000
-"""Pairs of triangles near each other that are looked at in one go."""
+"""Largest number of pairs of near triangles that are tested at once."""
 
 
 def check_parts(vertices: Matrix, triangles: np.ndarray) -> None:
@@ -50,14 +51,14 @@ def check_parts(vertices: Matrix, triangles: np.ndarray) -> None:
     if crossing is not None:
         first, second = (parts[i] for i in crossing)
         x, y, z = corners[crossing[0]].mean(axis=0)
-        where = f"near ({x:.4g}, {y:.4g}, {z:.4g}) m: what is inside is not known there"
+        where = f"near ({x:.4g}, {y:.4g}, {z:.4g}) m: the inside is undefined there"
         if first != second:
             raise ModelError(
                 f"parts {first} and {second} of a mesh overlap, {where}. Remedy: unite the parts to one surface, or "
                 "one mesh and surface each"
             )
         warnings.warn(
-            f"a mesh goes through itself, {where}. Remedy: mend the mesh, such as by a union with itself",
+            f"a mesh goes through itself, {where}. Remedy: correct the mesh, such as by a union with itself",
             AccuracyWarning,
             stacklevel=outside(),
         )

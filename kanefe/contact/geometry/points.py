@@ -14,13 +14,14 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
 
 MOST_POINTS = 4000
-"""That stand for a shape: each has states of friction of its own."""
+"""Largest number of points that represent a shape: each has its own friction states."""
 
 SAME_PLACE = 1e-9
-"""Of a spacing: how far apart places are that are one."""
+"""Distance relative to the spacing below which two points are the same."""
 
 FEWEST_AROUND = 24
-"""Places round what is round: it sinks by 1 - cos(pi / 24), 0.9 % of its radius, from one to between two."""
+"""Least number of points around a round shape: it sinks by 1 - cos(pi / 24), 0.9 % of its radius, between two points.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,8 +138,8 @@ def _counted(spaces: float) -> int:
 def _refuse_many(count: float, title: str = "shape") -> None:
     if count > MOST_POINTS:
         raise ModelError(
-            f"{count:.4g} points would stand for a {title}, and {MOST_POINTS} may. Remedy: a larger spacing, or a "
-            "simpler shape in its place"
+            f"{count:.4g} points would represent a {title}, and {MOST_POINTS} are permitted. Remedy: a larger spacing, "
+            "or a simpler shape instead"
         )
 
 

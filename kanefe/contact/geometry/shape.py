@@ -119,7 +119,7 @@ class SurfaceShape(ABC):
         >>> len(brick.points), round(brick.share, 6)  # of 5 by 3 places of a face
         (30, 0.066667)
         """
-        raise ModelError(f"a {self.title} is not stood for by points: it goes on without end, or is one of the user's")
+        raise ModelError(f"a {self.title} is not represented by points: it is unbounded, or one of the user's")
 
     @property
     def title(self) -> str:

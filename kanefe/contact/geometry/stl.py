@@ -11,7 +11,8 @@ from kanefe.frames import Matrix
 from kanefe.storage.files import regular_file
 
 HEAD, FACET = 84, 50
-"""Bytes before the facets of a binary file, and of each: normal and three vertices in single precision, two more."""
+"""Number of bytes before the facets of a binary file, and of each facet: normal and three vertices in single precision,
+and two more."""
 
 
 def read_stl(path: Path) -> tuple[Matrix, np.ndarray]:
@@ -39,6 +40,8 @@ def read_stl(path: Path) -> tuple[Matrix, np.ndarray]:
         except ValueError as error:
             raise FileError(f"{path} is not an STL file: a vertex is not three numbers") from error
     if not len(corners) or len(corners) % 3:
-        raise FileError(f"{path} is not an STL file: it has {len(corners)} vertices, which should be three a triangle")
+        raise FileError(
+            f"{path} is not an STL file: it has {len(corners)} vertices, which should be three per triangle"
+        )
     vertices, where = np.unique(corners, axis=0, return_inverse=True)
     return vertices, where.reshape(-1, 3)

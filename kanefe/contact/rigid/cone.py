@@ -17,11 +17,12 @@ import numpy as np
 from kanefe.frames import Matrix, Vector
 
 CLOSE, ENOUGH = 1e-12, 1e-9
-"""Residual, of the largest force, up to which a solution counts at once; and up to which one does that gets no better.
-Where rows depend on each other, round-off in b has no answer."""
+"""Residual relative to the largest force up to which a solution is accepted at once, and up to which it is accepted if
+it no longer improves. If rows are dependent, round-off in b has no solution."""
 
 SWEEPS, ROUNDS, NEWTON_STEPS = 60, 40, 30
-"""Of Gauss and Seidel's iteration between two attempts of Newton's; of both; of the latter."""
+"""Number of sweeps of the Gauss-Seidel iteration between two attempts of Newton's method; largest number of rounds of
+both; largest number of Newton steps."""
 
 
 class Cones(NamedTuple):

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from kanefe.kernels.contact.laws.friction_law import FrictionLaw
 
 FEW = 12
-"""Pairs of surfaces up to which each has a contact of its own, whose touches and slips are events."""
+"""Number of pairs of surfaces up to which each has its own contact, whose touches and slips are events."""
 
 
 class Ball(NamedTuple):
@@ -34,7 +34,7 @@ class Ball(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class RigidCrowd(Load):
+class GranularContacts(Load):
     """Rigid contacts of balls among each other and with walls; what they do, steps of Moreau and Jean find.
 
     Its internal states tell of the last step: how many pairs touch, and over all steps the deepest of them, and what
@@ -84,18 +84,18 @@ class RigidCrowd(Load):
         return states
 
 
-def is_crowd(law: object, pairs: int) -> TypeGuard[Rigid]:
+def is_granular(law: object, pairs: int) -> TypeGuard[Rigid]:
     """Return whether so many pairs with a law are one load, over whose impacts time stepping goes."""
     return isinstance(law, Rigid) and pairs > FEW
 
 
-def crowd_of(
+def granular_contacts_of(
     name: str,
     among: Sequence[Surface],
     law: Rigid,
     friction: FrictionLaw | None,
     ignore: Sequence[tuple[Surface, Surface]],
-) -> RigidCrowd:
+) -> GranularContacts:
     """Return rigid contacts of each surface with each other one.
 
     Raises
@@ -138,4 +138,4 @@ def crowd_of(
             for j in numbers.get(b.name, ()):
                 out.add(min(i, j) * width + max(i, j))
     mu = 0.0 if friction is None else max(friction.coefficients)
-    return RigidCrowd(name, ends, tuple(balls), tuple(walls), law, mu, np.array(sorted(out), dtype=np.int64))
+    return GranularContacts(name, ends, tuple(balls), tuple(walls), law, mu, np.array(sorted(out), dtype=np.int64))

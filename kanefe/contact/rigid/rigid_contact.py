@@ -27,30 +27,31 @@ if TYPE_CHECKING:
     from kanefe.kernels.contact.laws.friction_law import FrictionLaw
 
 REPORTED_EVENTS = "touch", "lift", "slip", "stick", "rest"
-"""What a run tells of a contact; all but the last of a probe too."""
+"""Events that a run reports for a contact; all but the last also for a contact point."""
 
 REPORTED_CHANGES, EACH = 2, 7
-"""Internal states of a contact: the path slid and the work of friction; then of each probe its status; where on the
-surface it sticks, or in which direction along it it slips, as long as the speed (m/s) up to which that is kept; and the
-rate of the latter."""
+"""Numbers of internal states of a contact (the path slid and the work of friction) and of each of its contact points:
+its status; the point of the surface where it sticks, or its direction of slip, whose length is the speed (m/s) up to
+which it is kept; and the rate of the latter."""
 
 TOO_DEEP = 1e-6
-"""Depth at the start that is refused, m: less is closed as a loop is."""
+"""Initial depth that is refused, m: a smaller one is closed like a loop."""
 
 NORMAL = 0
 
 AT_REST, STRAIGHT = 1e-9, 1e-7
-"""Speed (m/s) and share of it across the direction that was kept, below which that direction is taken. Friction turns a
-slow slip into its own direction at a rate that grows without bound as it ends, and would make noise of round-off."""
+"""Speed (m/s), and its fraction across the kept direction, below which that direction is used. Friction turns a slow
+slip into its own direction at a rate that grows without bound as the slip ends, and would amplify round-off."""
 
 BEGINS = 2.0 * AT_REST
-"""What is kept of a slip that begins is longer, m/s."""
+"""Lower bound of the length of a direction that is kept from the start of a slip, m/s."""
 
 BACK = 0.01
-"""Of the speed up to which the direction of a slip that begins is kept: so fast it may go back by noise of the run."""
+"""Speed at which a starting slip may reverse by noise of the run, relative to the speed up to which its direction is
+kept."""
 
 TURNED = 0.5
-"""Cosine of the angle by which a slip turns until its direction is kept anew."""
+"""Cosine of the angle by which a slip turns until its direction is stored again."""
 
 
 def check_rigid(
@@ -60,11 +61,11 @@ def check_rigid(
     if not shape.is_smooth:
         raise ModelError(
             f"{label}: a {shape.title} has edges, or is curved in a way that rigid contacts do not follow. Remedy: "
-            "planes, spheres or height fields, or a law that yields, kanefe.HuntCrossley(...)"
+            "planes, spheres or height fields, or a compliant law, kanefe.HuntCrossley(...)"
         )
     is_flat = isinstance(shape, Plane)
     if not is_flat and any(probe.ring > 0.0 for _, probe in probes):
-        raise ModelError(f"{label}: rings roll on planes alone where the contact is rigid. Remedy: a plane, or a ball")
+        raise ModelError(f"{label}: rings of rigid contacts roll on planes only. Remedy: a plane, or a ball")
     if not is_flat and np.any(belt):
         raise ModelError(
             f"{label}: a surface velocity of rigid contacts takes a plane. Remedy: kanefe.HuntCrossley(...)"
@@ -117,8 +118,8 @@ class RigidContact(Load):
             return None
         if wanted.convex is not None:
             raise ModelError(
-                f"{wanted.label}: a rigid contact of a {wanted.convex.title} on a {wanted.shape.title} is not served. "
-                "Remedy: a law that yields, such as kanefe.HuntCrossley(1e6)"
+                f"{wanted.label}: a rigid contact of a {wanted.convex.title} on a {wanted.shape.title} is not "
+                "supported. Remedy: a compliant law, such as kanefe.HuntCrossley(1e6)"
             )
         check_rigid(wanted.shape, wanted.probes, wanted.friction, wanted.belt, wanted.label)
         return cls(wanted.name, wanted.ends, wanted.shape, wanted.probes, wanted.normal, wanted.friction, wanted.belt)
@@ -170,7 +171,7 @@ class RigidContact(Load):
         gaps = [one.gap for one in met]
         if min(gaps) < -TOO_DEEP:
             raise ModelError(
-                f"{self.title} begins {-min(gaps):.3g} m deep in its surface, and cannot yield. Remedy: place it "
+                f"{self.title} begins {-min(gaps):.3g} m deep in its surface, and has no compliance. Remedy: place it "
                 "outside, or kanefe.HuntCrossley(...) in place of Rigid"
             )
         return self
@@ -244,13 +245,15 @@ class RigidContact(Load):
         """Return the constraints of each of some probes that touch: its normal, and what sticks."""
         statuses = self.status(z)
         slips = [k for k, i in enumerate(which) if statuses[i] == SLIPS]
-        drags = dict(zip(slips, self._drags(z, which, found, slips, surface), strict=True)) if slips else {}
+        tangentials = dict(zip(slips, self._tangentials(z, which, found, slips, surface), strict=True)) if slips else {}
         return [
-            (self._row(i, met, NORMAL, drag=drags[k]),) if k in drags else self._stuck(z, i, met, surface)
+            (self._row(i, met, NORMAL, tangential=tangentials[k]),)
+            if k in tangentials
+            else self._stuck(z, i, met, surface)
             for k, (i, met) in enumerate(zip(which, found, strict=True))
         ]
 
-    def _drags(
+    def _tangentials(
         self, z: Vector, which: Sequence[int], found: Sequence[Meeting], slips: Sequence[int], surface: MarkerMotion
     ) -> list[Vector]:
         """Return friction for a unit of the normal force of those of some probes that slip."""
@@ -286,7 +289,7 @@ class ContactRow:
     found : Meeting
     direction : int
         Which of its axes.
-    drag : ndarray, shape (3,), or None
+    tangential : ndarray, shape (3,), or None
         Friction of what slips for a unit of the normal force, in N: the force that holds the row is not along it.
     off : float or None
         How far what sticks is from where it does, m; None: it holds speeds alone.
@@ -299,7 +302,7 @@ class ContactRow:
     b: Marker
     found: Meeting
     direction: int
-    drag: Vector | None = None
+    tangential: Vector | None = None
     off: float | None = None
     given: float = 0.0
     unit: ClassVar[str] = METRE
@@ -325,7 +328,7 @@ class ContactRow:
     def forces(self, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
         """Return the wrenches of a unit multiplier: with the friction of what slips."""
         e = self.found.axes[self.direction]
-        return self._of(e if self.drag is None else e + self.drag, a, b)
+        return self._of(e if self.tangential is None else e + self.tangential, a, b)
 
     def _of(self, e: Vector, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
         return _on_ends(e, self.found.point, a, b)
@@ -336,14 +339,14 @@ class ContactRow:
 
 
 Rows = tuple[ContactRow, ...]
-"""Of one probe that touches."""
+"""Rows of one closed contact point."""
 
 
 def wrenches_of(rows: Sequence[ContactRow], a: MarkerMotion, b: MarkerMotion, *, is_pushed: bool = False) -> Wrenches:
     """Return the wrenches of rows between the same two ends, one a row of each array; pushed: with what rubs."""
     along = np.array([row.found.axes[row.direction] for row in rows])
     if is_pushed:
-        along = along + np.array([row.drag if row.drag is not None else np.zeros(3) for row in rows])
+        along = along + np.array([row.tangential if row.tangential is not None else np.zeros(3) for row in rows])
     return _on_ends(along, np.array([row.found.point for row in rows]), a, b)
 
 

@@ -161,7 +161,7 @@ class MotionRao:
 
     @checked
     def with_wave_at(self, x: float, y: float) -> MotionRao:
-        """Return the same where the wave had been told at a point (m, ship axes, from the reference point)."""
+        """Return this RAO with the wave given at a point (m, ship axes, from the reference point)."""
         beta = np.radians(self.headings_deg)
         way = -(np.cos(beta) * float(x) + np.sin(beta) * float(y))
         late = np.exp(-1j * np.multiply.outer(way, wave_number(self.frequencies, self.depth)))
@@ -179,7 +179,7 @@ class MotionRao:
         return np.asarray((1.0 - x) * values[i] + x * values[i + 1])
 
     def _place_of(self, headings: Vector, asked: Vector) -> tuple[np.ndarray, Vector]:
-        """Return the headings next below those asked for, and how far each is on the way to the following one."""
+        """Return the next lower headings, and the fractions of the way from these to the following ones."""
         found = (asked - headings[0]) % 360.0 + headings[0]
         j = np.clip(np.searchsorted(headings, found + SAME_HEADING, side="right") - 1, 0, len(headings) - 2)
         beyond, width = found - headings[j], headings[j + 1] - headings[j]

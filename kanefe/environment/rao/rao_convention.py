@@ -100,7 +100,7 @@ class RaoConvention:
 
     @property
     def _signs(self) -> Vector:
-        """Of the axes, against x forward, y to port, z up."""
+        """Signs of the axes relative to x forward, y to port, z up."""
         pairs = (self.x, "forward"), (self.y, "port"), (self.z, "up")
         return np.array([1.0 if said == ours else -1.0 for said, ours in pairs])
 

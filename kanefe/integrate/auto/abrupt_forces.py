@@ -38,7 +38,7 @@ AT_REST = 0.01
 
 
 def explicit_serves_stops(model: Model, start: float, span: float) -> bool:
-    """Tell whether the explicit method has little work while stops do not act, and bearable if they do."""
+    """Return whether the explicit method has little work while stops do not act, and bearable if they do."""
     free = highest_rate(model, start, *constant_tangents(model))
     implicit = radau_work(model, LEAST_BESIDE_KINKS)
     return (
@@ -48,7 +48,7 @@ def explicit_serves_stops(model: Model, start: float, span: float) -> bool:
 
 
 def explicit_serves_friction(model: Model, abrupt: Sequence[Load], start: float, span: float) -> bool:
-    """Tell whether nothing but friction in joints may become stiff, and the explicit method has much less work with it.
+    """Return whether only friction in joints may become stiff, and the explicit method has much less work with it.
 
     With what does as all of it sticks, and as anchors give way that slip.
     """
@@ -72,7 +72,7 @@ def explicit_serves_friction(model: Model, abrupt: Sequence[Load], start: float,
 
 
 def _rate_of_motion(model: Model, start: float) -> float:
-    """Return how fast a scene moves by its own size, or will as nothing rubs at its start, in rad/s."""
+    """Return the rate at which a scene moves by its own size, now or without friction at its start, rad/s."""
     dynamics, n = Dynamics(model), model.free_count
     du = dynamics.rate(start, dynamics.initial_state(start))[model.coordinate_count :][:n]
     scales = displacement_scales(model)
@@ -81,7 +81,7 @@ def _rate_of_motion(model: Model, start: float) -> float:
 
 
 def explicit_serves_contacts(model: Model, abrupt: Sequence[Load], start: float, span: float) -> bool:
-    """Tell whether contacts have so many states that the explicit method has much less work.
+    """Return whether contacts have so many states that the explicit method has much less work.
 
     With what all of them are at most: pressed at all probes that may be at once, and stuck; anchors that slip give way.
     """
@@ -108,7 +108,7 @@ def explicit_serves_contacts(model: Model, abrupt: Sequence[Load], start: float,
 
 
 def _velocities_squared(state: State, contact: Contact) -> Matrix:
-    """Return the sum of J^T J of the places where a contact may press, weighted by their shares, (speeds, speeds).
+    """Return the sum of J^T J of the points where a contact may act, weighted by their shares, (speeds, speeds).
 
     J are partial velocities past the surface. Balls and tyres may press all around, boxes on boxes at any corner.
     """

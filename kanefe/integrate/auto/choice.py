@@ -1,4 +1,4 @@
-"""The method of a run and its options, checked: the one asked for, or what method="auto" takes, and why."""
+"""The method of a run and its options, checked: the given method, or the choice of method="auto" with its reason."""
 
 from __future__ import annotations
 

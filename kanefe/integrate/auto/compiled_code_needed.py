@@ -1,4 +1,4 @@
-"""What is built for a run, where it is not there: known before, so that it is built in one go and told in one count."""
+"""Functions that a run needs compiled: predicted, so that one build with one progress count suffices."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ def radau_work(model: Model, steps: float) -> float:
 
 
 def sampled_work(model: Model, samples: float) -> float:
-    """Return that of the extrapolation at tight tolerances, which begins anew at samples of controllers."""
+    """Return the work of the extrapolation at tight tolerances, which restarts at samples of controllers."""
     return samples * EVALUATIONS_A_SAMPLE * _evaluation(model)
 
 

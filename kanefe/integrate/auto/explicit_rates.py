@@ -17,7 +17,7 @@ ROUNDS = 4
 
 
 def look_at_state(model: Model) -> bool:
-    """Tell whether functions of the user on single bodies and joints, such as controllers, look at the state."""
+    """Return whether functions of the user on single bodies and joints, such as controllers, depend on the state."""
     return any(
         load.takes_state
         for body in model.bodies

@@ -81,7 +81,7 @@ class HandingOver:
         return self._first.bent + ([] if self._second is None else self._second.bent)
 
     def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
-        """Go on until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""
+        """Continue until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""
         if self._second is not None:
             return self._second.integrate_through(times, states, most_steps)
         first, begun = self._first, int(self._first.statistics["steps"])
@@ -117,22 +117,22 @@ class HandingOver:
         self._now.aim(stop)
 
     def go_on_with(self, t: float, y: Vector) -> None:
-        """Go on from a state with other drives."""
+        """Continue from a state with other drives."""
         self._now.go_on_with(t, y)
 
     def restart(self, t: float, y: Vector) -> None:
-        """Go on from another state."""
+        """Continue from another state."""
         self._now.restart(t, y)
 
     def snapshot(self) -> dict[str, np.ndarray]:
-        """Return what both need to go on."""
+        """Return the data that both need to continue."""
         kept = {f"first {name}": array for name, array in self._first.snapshot().items()}
         if self._second is not None:
             kept |= {f"second {name}": array for name, array in self._second.snapshot().items()}
         return kept
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
-        """Go on from a snapshot."""
+        """Continue from a snapshot."""
         self._first.resume(_part(snapshot, "first "))
         self._second, self.name = None, self._first.name
         if second := _part(snapshot, "second "):

@@ -55,7 +55,7 @@ MOST_DENSE = 600
 
 
 def are_seen(dynamics: Dynamics, t: float, y: Vector, longest: float, rtol: float, atol: Vector) -> bool:
-    """Tell whether modes of bodies vibrate by more than the tolerances from a state on.
+    """Return whether modes of bodies vibrate by more than the tolerances from a state on.
 
     A linearly implicit trial step over some periods of the lowest mode, but no longer than `longest` s, brings the
     modes close to where they would come to rest. What that takes from a deflection, and from a speed over the frequency
@@ -205,7 +205,7 @@ def least_damping(radians: Vector) -> Vector:
 
 
 def all_damped(model: Model) -> bool:
-    """Tell at once, of bodies alone, that all vibrations are damped.
+    """Return whether all vibrations are damped, by the bodies alone.
 
     True only where flexible bodies carry nothing, and no joint has a spring. Free of its frame a mode is faster, and
     damped more; with masses attached it is slower, and damped less.

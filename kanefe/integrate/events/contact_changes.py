@@ -1,4 +1,4 @@
-"""Events of rigid contacts: they touch, lift, slip and stick, and the run goes on from what follows."""
+"""Events of rigid contacts: they touch, lift, slip and stick, and the run continues from the resulting state."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ AT_ONCE = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class ContactChange(MarginEvent):
-    """A moment at which a rigid contact of a scene touches, lifts, slips or sticks; not told itself.
+    """A moment at which a rigid contact of a scene touches, lifts, slips or sticks; not reported itself.
 
     Attributes
     ----------
@@ -75,11 +75,11 @@ class ContactChange(MarginEvent):
 
 @dataclass(frozen=True, eq=False)
 class ReportedContactEvent(Event):
-    """What is told of a rigid contact; a `ContactChange` finds it."""
+    """A reported event of a rigid contact; a `ContactChange` locates it."""
 
     @property
     def acts(self) -> bool:
-        """It does nothing itself; where it ends the run, the run looks at what a `ContactChange` has led to."""
+        """Return False: it does nothing itself; a run that it ends examines the results of a `ContactChange`."""
         return False
 
 
@@ -120,7 +120,7 @@ def begun(events: Sequence[Event], t: float, y: Vector) -> Vector | None:
 
 
 def reported_contact_events(model: ModelData, method: str) -> tuple[Event, ...]:
-    """Return the events that are told of rigid contacts."""
+    """Return the reported events of rigid contacts."""
     if method == STEPS_OVER:
         return ()
     contacts = (model.loads[load] for load in model.rigid_contacts)
@@ -128,7 +128,7 @@ def reported_contact_events(model: ModelData, method: str) -> tuple[Event, ...]:
 
 
 class ChangeReports:
-    """What events of rigid contacts have led to, as times of events that are told.
+    """Results of the events of rigid contacts, as times of reported events.
 
     Forces that several points share are decided in steps: one that is let go and held again at one moment stayed.
 
@@ -185,7 +185,7 @@ def _nearest(kind: str, t: float, state: SceneState) -> float:
 def _of_kind(kind: str, found: Margins) -> dict[tuple[int, int], float]:
     from kanefe.kane.rigid_contacts.impacts import LIFT, SLIP, STICK, TOUCH
 
-    return {TOUCH: found.gaps, LIFT: found.normals, SLIP: found.reserves, STICK: found.slips}[kind]
+    return {TOUCH: found.gaps, LIFT: found.normals, SLIP: found.slip_margins, STICK: found.slips}[kind]
 
 
 def _literal(state: SceneState) -> State:

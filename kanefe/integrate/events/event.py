@@ -103,7 +103,7 @@ class Event:
 
     @property
     def acts(self) -> bool:
-        """Whether the run does not simply go on."""
+        """Whether the run does more than continue."""
         return self.terminal or self.action is not None
 
     def status(self, t: float) -> RunStatus:
@@ -147,7 +147,7 @@ class MarginEvent(Event):
 
     @abstractmethod
     def blur(self, t: float, state: SceneState) -> float:
-        """Return the value of the function up to which it has no sign where a run begins or goes on."""
+        """Return the value of the function below which it has no sign at the start or continuation of a run."""
 
 
 def checked_events(events: Sequence[Event | str] | Event | str, of_loads: Sequence[Event] = ()) -> tuple[Event, ...]:

@@ -26,7 +26,7 @@ from kanefe.kernels.steppers.event_search import (
 from kanefe.kernels.steppers.steps_with_events import ACTS, FIRST_SHARES, SHARES, Watched
 
 LEAST_RECORDS = 256
-"""Events at least that compiled code keeps before Python takes them."""
+"""Least number of events that compiled code records before Python takes them."""
 
 STORM, STORM_SHARE = 32, 1e-6
 """Number of actions within this fraction of the span from which they count as an infinite sequence."""
@@ -35,7 +35,7 @@ QuickLook = Callable[[float], Vector]
 
 
 class EventWatch:
-    """What is known of all events at the last place looked at.
+    """State of all events at the last evaluated time.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class EventWatch:
         self.watched = self._watched() if len(self._compiled) == len(self.events) else None
 
     def begin(self, t: float, y: np.ndarray, happened: Sequence[Event] = ()) -> None:
-        """Take in a state from which the run goes on, after what has just happened there."""
+        """Set the state from which the run continues, and the events that just happened there."""
         self._values[:] = self._values_of(np.array([t]), y[None])[0]
         for i, event in enumerate(self.events):
             if isinstance(event, MarginEvent):
@@ -87,7 +87,7 @@ class EventWatch:
                 self._noise[i] = 0.0
 
     def renew(self, t: float, y: np.ndarray) -> None:
-        """Take in that forces jump where the run stands: margins that must not be below zero are looked at anew."""
+        """Account for a jump of forces at the present time: margins that must not be below zero are evaluated again."""
         if not self._is_bound.any():
             return
         state = seen(self._model, t, y)
@@ -190,7 +190,7 @@ class EventWatch:
         return [t for t in roots if not self._is_told(t, event)]
 
     def _is_told(self, t: float, event: Event) -> bool:
-        """Return whether an event that only is told has been told of this moment, at which another ended the step."""
+        """Return whether an event without action was reported at this time, at which another ended the step."""
         before = self.times[event.name]
         return not event.acts and bool(before) and t - before[-1] <= 2 * time_tolerance(self._span, t)
 
@@ -210,7 +210,7 @@ class EventWatch:
             raise _storm(happened[0], f"acted {STORM} times within {width:.2g} s")
 
     def _check_short_ways(self, table: np.ndarray) -> None:
-        """Raise a StepFailure if a function, sent back again and again, is past zero before it could be looked at."""
+        """Raise a StepFailure if a function that is sent back repeatedly passed zero before it could be evaluated."""
         for i, event in enumerate(self.events):
             times = self.times[event.name]
             if event.action is None or not self._noise[i] or len(times) < 2:
@@ -220,13 +220,13 @@ class EventWatch:
                 raise _storm(event, f"acted again after {times[-1] - times[-2]:.2g} s, and again after less")
 
     def snapshot(self) -> dict[str, np.ndarray]:
-        """Return what is needed to go on."""
+        """Return what is needed to continue."""
         arrays = {f"times {i}": np.array(self.times[event.name]) for i, event in enumerate(self.events)}
         kept = {"values": self._values, "noise": self._noise, "ways": self._ways}
         return {"acted": np.array(self._actions), **{name: array.copy() for name, array in kept.items()}, **arrays}
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
-        """Go on from a snapshot."""
+        """Continue from a snapshot."""
         self._values[:], self._noise[:], self._ways[:] = (snapshot[name] for name in ("values", "noise", "ways"))
         self._actions.clear()
         self._actions.extend(snapshot["acted"].tolist())
@@ -270,12 +270,12 @@ class EventWatch:
 
 
 def _quick_look(stepper: Stepper) -> QuickLook | None:
-    """Return what gives all that loads look at, at a time of the last step, where a stepper has that at hand."""
+    """Return a function of all event values of loads at a time of the last step, if a stepper provides it."""
     return stepper.values_at if isinstance(stepper, LooksOut) and stepper.has_values else None
 
 
 def _timed(function: Callable[[float], float], check_time: Callable[[], None]) -> Callable[[float], float]:
-    """Return a function that looks at the clock first."""
+    """Return a function that checks the time limit before each evaluation."""
 
     def timed(t: float) -> float:
         check_time()

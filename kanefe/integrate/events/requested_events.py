@@ -16,7 +16,7 @@ from kanefe.loads.base import Load
 
 
 def with_asked_events(model: Model, events: Sequence[Event]) -> Model:
-    """Return the scene with loads that look for the events that are asked for by name; of none asked for the same.
+    """Return the scene with loads that locate the events requested by name; without requests the scene itself.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def _asked(event: Event, by: Event) -> Event:
 
 
 def _names(load: Load) -> list[str]:
-    """Return the names of the events of a load as a run tells them."""
+    """Return the names of the reported events of a load."""
     return [f"{load.subject} {what}" for what in load.told]
 
 

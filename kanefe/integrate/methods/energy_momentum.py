@@ -42,7 +42,7 @@ def _prepare(memory: Memory) -> None:
 
 
 def flies_freely(model: Model) -> bool:
-    """Tell whether nothing acts on the scene from without, so that it keeps its momenta."""
+    """Return whether nothing acts on the scene from without, so that it keeps its momenta."""
     bodies = model.bodies
     roots = [body for body in bodies if body.parent < 0]
     return (

@@ -78,7 +78,7 @@ class PluggedStepper(PythonStepper):
         return found
 
     def restart(self, t: float, y: Vector) -> None:
-        """Go on from another state."""
+        """Continue from another state."""
         self._t = self._t_old = t
         self._y = y.copy()
         self._is_begun = False
@@ -95,7 +95,7 @@ class PluggedStepper(PythonStepper):
         return {"jacobians": self._jacobians}
 
     def _advance(self, target: float) -> None:
-        """Take one accepted step, whose size does not depend on the outputs; what had to be begun anew is rejected."""
+        """Take one accepted step, whose size does not depend on the outputs; a restarted step counts as rejected."""
         first: float | None = None
         while True:
             try:

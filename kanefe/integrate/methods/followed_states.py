@@ -36,7 +36,7 @@ class FollowedStates:
         self._h = 0.0
 
     def forget(self) -> None:
-        """Go on from other states."""
+        """Continue from other states."""
         self._before = None
 
     def keep(self, before: Vector, h: float) -> None:

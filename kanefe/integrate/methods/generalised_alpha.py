@@ -110,7 +110,7 @@ class GeneralisedAlphaStepper(PythonStepper):
         return found
 
     def restart(self, t: float, y: Vector) -> None:
-        """Go on from another state, with its accelerations."""
+        """Continue from another state, with its accelerations."""
         self._t = self._t_old = t
         self._state = self._before = y.copy()
         _, u = self._dynamics.parts(y)
@@ -123,7 +123,7 @@ class GeneralisedAlphaStepper(PythonStepper):
         self._kept: KeptMatrices | None = None
 
     def snapshot(self) -> dict[str, np.ndarray]:
-        """Return what is needed to go on; of the kept matrices those that are factored."""
+        """Return what is needed to continue; of the kept matrices those that are factored."""
         kept = self._kept
         return {
             "numbers": np.array((self.t, self._h, self._h_of_a, 0.0 if kept is None else kept.h)),
@@ -137,7 +137,7 @@ class GeneralisedAlphaStepper(PythonStepper):
         }
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
-        """Go on from a snapshot."""
+        """Continue from a snapshot."""
         self._bends.resume(snapshot)
         t, self._h, h_of_a, h = snapshot["numbers"].tolist()
         self.restart(t, snapshot["state"])

@@ -131,7 +131,7 @@ class UnreducedStepper(PythonStepper):
         return np.concatenate((self._q, self._u, self._quadratures))
 
     def restart(self, t: float, y: Vector) -> None:
-        """Go on from another state: with the same step sizes, counted from there, whose factors are kept."""
+        """Continue from another state: with the same step sizes, counted from there, whose factors are kept."""
         self._start, self._ticks = t, 0
         self._begin(y)
 
@@ -165,7 +165,7 @@ class UnreducedStepper(PythonStepper):
         return self._states.reached(self._scene.condensed.state(self.t + h, q, u, self._z), self._z, h)
 
     def snapshot(self) -> dict[str, np.ndarray]:
-        """Return what is needed to go on; of factors and borders the states at which they were made."""
+        """Return what is needed to continue; of factors and borders the states at which they were made."""
         kept = {
             "q": self._q,
             "u": self._u,
@@ -190,7 +190,7 @@ class UnreducedStepper(PythonStepper):
         return arrays
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
-        """Go on from a snapshot: the matrices are factored anew."""
+        """Continue from a snapshot: the matrices are factored again."""
         counters = snapshot["counters"].tolist()
         self._start, self._span, rate, error, first = snapshot["numbers"].tolist()
         self._halvings, self._ticks, self._patience, self._calm = counters[:4]

@@ -219,14 +219,14 @@ class KernelStepper:
         reals[STOP], reals[SMALLEST] = stop, max(float(reals[SMALLEST]), SMALLEST_STEP * abs(stop))
 
     def go_on_with(self, t: float, y: Vector) -> None:
-        """Go on from a state with other drives."""
+        """Continue from a state with other drives."""
         integers, reals = self.integers, self.reals
         self.vectors[STATE] = y
         reals[TIME], reals[TIME_OLD], reals[TIME_EXCESS] = t, t, 0.0
         integers[COMMAND], integers[STAGE] = START, 0
 
     def restart(self, t: float, y: Vector) -> None:
-        """Go on from another state, with a share of the step where it is not fixed."""
+        """Continue from another state, with a fraction of the step where it is not fixed."""
         integers, reals = self.integers, self.reals
         self.go_on_with(t, y)
         if integers[IS_FIXED]:
@@ -240,7 +240,7 @@ class KernelStepper:
         return {"integers": self.integers.copy(), "reals": self.reals.copy(), "vectors": self.vectors.copy()}
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
-        """Go on from a snapshot, and with its knots: functions may have been mended since."""
+        """Continue from a snapshot with its breakpoints: functions may have been corrected since."""
         if len(snapshot["reals"]) != len(self.reals):
             self.reals = np.empty_like(snapshot["reals"])
             for name in ("_run", "_compiled_run"):
@@ -249,7 +249,7 @@ class KernelStepper:
             array[:] = snapshot[name]
 
     def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
-        """Go on until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""
+        """Continue until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""
         return self._integrate(times, states, most_steps, None)[0]
 
     def prepared(self, times: np.ndarray, states: np.ndarray) -> Any:
@@ -264,22 +264,22 @@ class KernelStepper:
     def integrate_over_events(
         self, times: np.ndarray, states: np.ndarray, most_steps: int, watched: Watched
     ) -> tuple[int, bool]:
-        """Go on in the same way over events: see `LooksOut.integrate_over_events`."""
+        """Continue in the same way over events: see `LooksOut.integrate_over_events`."""
         return self._integrate(times, states, most_steps, watched)
 
     @property
     def has_values(self) -> bool:
-        """Whether `values_at` tells: there are no loops to be closed."""
+        """Whether `values_at` is available: there are no loops to be closed."""
         return self.can_look_out and not self.dynamics.model.constraints
 
     def values_at(self, t: float) -> Vector:
-        """Return what events of loads look at, at a time of the last step."""
+        """Return the event values of loads at a time of the last step."""
         return self._compiled_run.values_at(self._run, t)
 
     def _integrate(
         self, times: np.ndarray, states: np.ndarray, most_steps: int, watched: Watched | None
     ) -> tuple[int, bool]:
-        """Go on; return how many times were passed and, where there are events, whether the last step is done."""
+        """Continue; return how many times were passed and, where there are events, whether the last step is done."""
         integers, reals, vectors = self.integers, self.reals, self.vectors
         integers[STORED], integers[IS_LEFT_OPEN] = 0, 0
         integers[WANTS_DENSE] = most_steps == 1 or watched is not None

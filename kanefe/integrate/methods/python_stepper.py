@@ -38,12 +38,12 @@ class PythonStepper(ABC):
         self._stop = stop
 
     def go_on_with(self, t: float, y: Vector) -> None:
-        """Go on from a state with other drives."""
+        """Continue from a state with other drives."""
         self.restart(t, y)
 
     @abstractmethod
     def restart(self, t: float, y: Vector) -> None:
-        """Go on from another state."""
+        """Continue from another state."""
 
     @property
     def t(self) -> float:
@@ -67,7 +67,7 @@ class PythonStepper(ABC):
         return counts | self._counted()
 
     def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
-        """Go on until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""
+        """Continue until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""
         passed = 0
         while passed < len(times) and most_steps > 0:
             if self._bends:

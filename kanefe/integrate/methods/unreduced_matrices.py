@@ -65,7 +65,7 @@ class IterationMatrices:
         self.bordered, self._span = None, span
 
     def renew(self, q: Vector) -> None:
-        """Have the border made anew, at the bodies' present shape: the factors of S are good whatever happens."""
+        """Have the border computed again at the present shape of the bodies; the factors of S remain valid."""
         self.bordered = None
         for key, (borders, _) in self._edges.items():
             self._edges[key] = self._scene.borders(q, [own.factors for own in borders]), q
@@ -112,7 +112,7 @@ class IterationMatrices:
         return arrays
 
     def resume(self, snapshot: Mapping[str, np.ndarray], span: float) -> None:
-        """Make the matrices anew as they were."""
+        """Compute the matrices again as they were."""
         self.clear(span)
         for key in snapshot["edges"].tolist():
             self._factor(key, np.array(snapshot[f"edge {key}"]))

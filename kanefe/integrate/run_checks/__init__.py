@@ -1,1 +1,1 @@
-"""What a run checks of itself, as it goes on and at its end."""
+"""Checks of a run, during it and at its end."""

@@ -50,7 +50,7 @@ def bends_of_kernels(bodies: Watched, integers: np.ndarray, reals: Vector) -> li
 
 
 class Bends:
-    """What steppers in Python have seen so far; states are looked at many at a time, in a fifth of the time."""
+    """Largest bending in steppers in Python so far; states are evaluated in batches, in a fifth of the time."""
 
     def __init__(self, model: ModelData) -> None:
         self._bodies = watched_bodies(model)
@@ -69,7 +69,7 @@ class Bends:
         return list(self._seen.values())
 
     def keep(self, t: float, y: Vector) -> None:
-        """Keep a state at time t (s) to be looked at; it must not change."""
+        """Keep a state at time t (s) for evaluation; it must not change."""
         self._times.append(t)
         self._states.append(y)
         if len(self._times) == AT_ONCE:
@@ -95,7 +95,7 @@ class Bends:
         return {f"bent {i}": np.append(one.time, one.eta) for i, one in kept}
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
-        """Go on from a snapshot."""
+        """Continue from a snapshot."""
         self._times.clear()
         self._states.clear()
         self._seen.clear()

@@ -35,7 +35,7 @@ class StiffContact(NamedTuple):
 
     @property
     def period(self) -> float:
-        """Of what vibrates on it, s."""
+        """Period of vibrations on the contact, s."""
         return 2.0 * math.pi * math.sqrt(self.mass / self.stiffness)
 
     def __str__(self) -> str:

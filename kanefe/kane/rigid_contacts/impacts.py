@@ -72,7 +72,7 @@ class PointChange(NamedTuple):
 
     @property
     def names(self) -> list[str]:
-        """What it is told as: what touches and slips at once is told as both."""
+        """Names of its reported events: a point that touches and slips at once has both."""
         has_touched = self.before == OPEN and (self.after != OPEN or self.is_struck)
         found = {
             TOUCH: has_touched,
@@ -150,14 +150,14 @@ class _Event(StickOrSlip):
         self.points: list[PointChange] = []
 
     def _past(self, state: State) -> set[Key]:
-        """Return the probes that the event is of."""
+        """Return the contact points that the event concerns."""
         if self.kind == START:
             return set()
         found = margins(state)
         values = {
             TOUCH: found.gaps,
             LIFT: found.normals,
-            SLIP: found.reserves,
+            SLIP: found.slip_margins,
             STICK: found.slips,
         }[self.kind]
         least = min(values.values(), default=0.0)
@@ -224,7 +224,7 @@ class _Event(StickOrSlip):
         return found
 
     def _decide(self, J: Matrix, G: Matrix, rates: Vector, closed: np.ndarray) -> None:
-        """Write what each probe does from now on, by the accelerations; what bounces too fast to follow is at rest.
+        """Write the new status of each contact point by the accelerations; bounces too fast to resolve are at rest.
 
         Each round closes a probe more, so that they end.
         """
@@ -271,7 +271,7 @@ class _Event(StickOrSlip):
         return rates
 
     def _is_crowded(self, key: Key, rate: float, acceleration: float) -> bool:
-        """Tell whether a probe that has just parted comes back so soon that its impacts cannot be told apart."""
+        """Return whether a point that has just separated returns so soon that its impacts cannot be resolved."""
         e = self._contact(key).law.restitution
         if acceleration >= 0.0 or e == 1.0:
             return False
@@ -279,7 +279,7 @@ class _Event(StickOrSlip):
         return flight <= SHORT_FLIGHT * self.span or flight <= (1.0 - e) * CROWDED * self.span
 
     def _tell(self) -> None:
-        """Note what the event is told as, contact by contact."""
+        """Record the reported events of each contact."""
         for c in sorted({key[0] for key in self.keys}):
             keys = [key for key in self.keys if key[0] == c]
             contact = self._contact(keys[0])
@@ -305,7 +305,7 @@ class _Event(StickOrSlip):
                 self.happened.append((f"{contact.name} stick", self.t))
 
     def _report_points(self, contact: RigidContact, keys: list[Key], was: list[int], now: list[int]) -> None:
-        """Note what the event is told as of each point."""
+        """Record the reported events of each point."""
         struck = dict(zip(self.keys, self.struck.tolist(), strict=True))
         self.points += [
             PointChange(contact.name, key[1], self.t, before, after, struck[key], contact.friction is not None)

@@ -70,7 +70,7 @@ class StickOrSlip:
         return self.z[self.model.load_states[self.model.rigid_contacts[key[0]]]]
 
     def _problem(self, state: State) -> tuple[Matrix, Matrix, Vector]:
-        """Return the partial rates of all probes that take part, what unit forces do, and what happens without any."""
+        """Return the partial rates of all participating contact points, effects of unit forces, and rates without."""
         rows, n = np.vstack([probe_jacobian(state, *key) for key in self.keys]), self.model.free_count
         met = meetings(state)
         left = np.concatenate([met[c][i].remainder for c, i in self.keys]) + rows[:, n:] @ state.driven_rates
@@ -86,11 +86,11 @@ class StickOrSlip:
         return State(self.model, self.t, self.q, u, z)
 
     def _is_at_rest(self, k: int, rates: Vector) -> bool:
-        """Tell whether a probe does not slip but for round-off: what it does next its acceleration decides."""
+        """Return whether a contact point slips by round-off only: then its acceleration decides."""
         return float(np.hypot(*rates[3 * k + 1 : 3 * k + 3])) <= self.rest[k]
 
     def _forces(self, J: Matrix, rates: Vector, closed: np.ndarray) -> tuple[Vector, list[int], Matrix, Matrix]:
-        """Return accelerations, and what each probe does with the direction of its slip and the rate of that.
+        """Return accelerations, and the status of each contact point with its slip direction and the rate of that.
 
         What is at rest sticks, unless the accelerations say that it slips; where these are at the limit of friction,
         those a moment later. Each round lets a probe more slip, and none stick again, so that they end.
@@ -150,7 +150,7 @@ class StickOrSlip:
         return {}
 
     def _ahead(self, share: float, problem: Cones, x: Vector, J: Matrix, rows: list[int]) -> tuple[State, Cones]:
-        """Return the state a share of the span later, and what is asked of the forces there."""
+        """Return the state a fraction of the span later, and the force problem there."""
         free, h = self._without(self.u), min(share * self.span, self.stop - self.t)
         du = accelerations(free) + unit_responses(free, (J[rows].T @ x)[:, None])[:, 0]
         q = self.model.advance(self.q, h * (self.u + 0.5 * h * du))

@@ -15,7 +15,7 @@ def _size(x: complex) -> float:
 
 @kernel
 def factorise(A: np.ndarray, pivots: np.ndarray) -> bool:
-    """Replace A by its factors, and note which row was exchanged with each; tell whether A is regular."""
+    """Replace A by its factors, and note which row was exchanged with each; return whether A is regular."""
     size = len(A)
     for k in range(size):
         best = k

@@ -1,4 +1,4 @@
-"""Functions that users have compiled by numba, made fit for runs: places checked, and errors told by what they give.
+"""Functions that users have compiled by numba, adapted for runs: arguments checked, errors reported as values.
 
 Machine code cannot raise to the run that calls it. What a function raises becomes NaN there, which the run takes for no
 number: it calls the function once more from Python, where the error is raised, and named by the load.

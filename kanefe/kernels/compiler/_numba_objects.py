@@ -87,7 +87,7 @@ def compiled_function(function: Callable[..., Any], kinds: tuple[str, ...]) -> O
 
 
 def _numba() -> Any:
-    """Return numba; a MissingDependency tells what it is missed for."""
+    """Return numba; a MissingDependency says what needs it."""
     return numba_for("building the solver")
 
 

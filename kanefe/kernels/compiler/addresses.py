@@ -55,7 +55,7 @@ def _unit(function: Callable[..., None], kinds: tuple[str, ...]) -> CompiledFunc
 
 @cache
 def house_address(function: Callable[..., None], *kinds: str) -> int:
-    """Return the address of a function of the house, compiled when it is first asked for.
+    """Return the address of a function of the library, compiled at the first request.
 
     Parameters
     ----------

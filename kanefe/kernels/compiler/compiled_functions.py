@@ -129,7 +129,7 @@ def machine_code(unit: CompiledFunction) -> MachineCode:
 
 
 def _from_file(unit: CompiledFunction) -> MachineCode | None:
-    """Return the function of a unit from its file, or None where none can be kept; what is damaged is built anew."""
+    """Return the function of a unit from its file, or None where none can be kept; a damaged file is built again."""
     for _ in range(2):
         expect([unit])
         path = path_of(unit)
@@ -262,7 +262,7 @@ def _is_kept(unit: CompiledFunction) -> bool:
 
 
 def name_of(unit: CompiledFunction) -> str:
-    """Return what the name of a unit's file begins with, which tells what it was made from."""
+    """Return the first part of the name of a unit's file, which identifies what it was made from."""
     return f"{unit.name}-{stamp(unit.module)}"
 
 

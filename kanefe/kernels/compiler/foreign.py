@@ -42,7 +42,7 @@ def address_of(given: object, what: str) -> int:
 
 @cache
 def _is_code(address: int) -> bool:
-    """Return whether code of this process lies at an address, where the system tells it: else a call would end it."""
+    """Return whether code of this process lies at an address, if the system can say; otherwise a call would crash."""
     maps = Path("/proc/self/maps")
     if not maps.exists():
         return True

@@ -95,7 +95,7 @@ class Signature(NamedTuple):
 
     @property
     def error_at(self) -> int:
-        """Where in `numbers` it is told whether an error was raised; it is their last place."""
+        """Index in `numbers` of the flag of a raised error; it is the last one."""
         return self.number_count + len(self.result)
 
     def place_of(self, name: str, field: str) -> int:

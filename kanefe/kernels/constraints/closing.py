@@ -286,7 +286,7 @@ def _unit_responses(
     at: Closing,
     kept: UnitResponses,
 ) -> bool:
-    """Write the rows and their answers after an outward sweep; tell whether everything has inertia."""
+    """Write the rows and their unit responses after an outward sweep; return whether everything has inertia."""
     count, is_implicit, none = len(u), share_stiffness > 0.0, at.step
     for j in range(len(loops.rows)):
         if holds(loops, j, z):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections import namedtuple
+from typing import Any
 
 import numpy as np
 
@@ -10,21 +11,14 @@ from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, plus, rot
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.force_elements.blocks import places
 
+RowNumbers = namedtuple(
+    "RowNumbers",
+    "e f side cosine length lead radius constant",
+    defaults=((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 0.0, 0.0),
+)
+"""Numbers of a row, in the words of `kanefe.constraints.rows`; zero where its kind has none such."""
 
-class RowNumbers(NamedTuple):
-    """Numbers of a row, in the words of `kanefe.constraints.rows`; zero where its kind has none such."""
-
-    e: Any = (0.0, 0.0, 0.0)
-    f: Any = (0.0, 0.0, 0.0)
-    side: Any = (0.0, 0.0, 0.0)
-    cosine: float = 0.0
-    length: float = 0.0
-    lead: float = 0.0
-    radius: float = 0.0
-    constant: float = 0.0
-
-
-AT: Any = places(RowNumbers, e=3, f=3, side=3)
+AT = places(RowNumbers, e=3, f=3, side=3)
 ROW_NUMBERS = int(AT.constant) + 1
 
 POINT_ROW, DIRECTION_ROW, DISTANCE_ROW, SCREW_ROW, ROLLING_ROW, COUPLER_ROW = range(6)
@@ -40,7 +34,7 @@ Place = tuple[Numbers, Numbers]
 def row_terms(
     kind: int, numbers: np.ndarray, n: int, is_ball: bool, a: Motion, b: Motion
 ) -> tuple[Numbers, Numbers, Numbers, Numbers, Any]:
-    """Return force and moment on a and on b of a unit multiplier, about the markers' origins, and the remainder.
+    """Return force and moment on a and b of a unit multiplier, about the markers' origins, and the bias acceleration.
 
     Row n of the numbers is its `RowNumbers`.
     """

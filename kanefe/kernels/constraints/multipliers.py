@@ -1,4 +1,4 @@
-"""Loop joints and couplers in order n: the multipliers from sweeps that answer to each row's unit multiplier.
+"""Loop joints and couplers in order n: the multipliers from sweeps that give the unit responses of the rows.
 
 With du_0 of the tree alone and x_j its answer to row j, ``A lambda = -(J du_0 + remainder)`` and
 ``du = du_0 + sum lambda_j x_j``, where ``A_ij = J_i x_j``. A sweep of forces alone costs less than half of an
@@ -360,7 +360,7 @@ def push_row(
 def write_row(
     loops: Loops, j: int, gravity: np.ndarray, drives: np.ndarray, count: int, work: np.ndarray, wrenches: np.ndarray
 ) -> Any:
-    """Write the wrenches of a row about the origins of its rows; return its remainder."""
+    """Write the wrenches of a row about the origins of its links; return its bias acceleration."""
     zero = 0.0 * work[0, R]
     if loops.rows[j, KIND_OF] == COUPLER_ROW:
         remainder = zero

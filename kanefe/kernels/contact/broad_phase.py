@@ -60,7 +60,7 @@ def sort_along_widest(balls: np.ndarray, count: int, keys: np.ndarray, order: np
 
 @inlined
 def overlap(balls: np.ndarray, a: int, b: int) -> Any:
-    """Tell whether two balls overlap."""
+    """Return whether two balls overlap."""
     x = balls[BALL * a].real - balls[BALL * b].real
     y = balls[BALL * a + 1].real - balls[BALL * b + 1].real
     z = balls[BALL * a + 2].real - balls[BALL * b + 2].real

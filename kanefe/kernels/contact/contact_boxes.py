@@ -16,17 +16,17 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.force_elements.places import A, P
 
 OWN_CORNERS, OTHER_CORNERS, CROSSINGS, EDGES, SLOTS = 0, 4, 8, 16, 17
-"""First slots of corners of the box that touches, of that which is touched, and of crossings of edges of their faces;
-then one for edges that cross in space."""
+"""First slots: corners of the touching box, corners of the touched box, crossings of the edges of their faces, and
+edges that cross in space; last the number of slots."""
 
 PARALLEL = 1e-6
-"""Sine of the angle between edges below which their product is no axis."""
+"""Sine of the angle between edges below which their product is not an axis."""
 
 PREFERRED = 1e-6
-"""Share of the size of the boxes by which edges must overlap less than faces, to lead."""
+"""Overlap, relative to the size of the boxes, by which edges must overlap less than faces to be chosen."""
 
 ON_EDGE = 1e-6
-"""Share of the size of the boxes: corners this near to a face's edge are over the face."""
+"""Distance relative to the size of the boxes within which a corner outside a face counts as over the face."""
 
 
 @kernel

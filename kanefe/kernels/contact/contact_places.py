@@ -82,7 +82,8 @@ OF_POINT = places(PointNumbers, point=3)
 POINT_NUMBERS = OF_POINT.axis + 3
 
 REST_NUMBERS, TURNED = 15, 6
-"""Numbers of a point at rest: where it was in contact, of both sides, and how it was turned."""
+"""Number of values of a point at rest: its contact positions on both sides, and index of its rotation there."""
 
 SLIP, WORK = range(2)
-"""Internal states of friction: the path that slid and its work; then that of an impact; then those of the points."""
+"""Indices of the internal states of friction: the slid path and its work; those of an impact and of the points follow.
+"""

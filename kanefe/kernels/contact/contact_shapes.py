@@ -11,7 +11,7 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.contact_mesh import mesh_distance
 
 CLOSE, MOST_STEPS = 1e-9, 20
-"""Of the search for the nearest place of a field of heights: a step over the finest of its grid, and most of them."""
+"""Smallest step of the search for the nearest point of a height field, relative to its grid, and most steps."""
 
 PLANE, SPHERE, CAPSULE, CYLINDER, BOX, TORUS, _, HEIGHT_FIELD, MESH = range(9)
 

@@ -26,8 +26,10 @@ from kanefe.kernels.force_elements.bushing import nine
 from kanefe.kernels.force_elements.places import END_NUMBERS, A, P, V, W
 
 ON_ITS_AXIS, MOST_TURNS, SAME_NORMAL = 1e-9, 100, 1e-15
-"""Of the search for the lowest place of a ring on curved ground: each time the normal there says where it is. What it
-is off shrinks by the radius of the ring over that of the ground, and counts by its square."""
+"""Sine of the angle between the axis of a ring and the normal below which the ring has no lowest point, largest number
+of iterations, and tolerance of the normal in the search for that point on curved ground, in which the normal at a point
+gives the next point. The error decreases by the radius of the ring over that of the ground, and its square enters the
+depth."""
 
 
 @inlined

@@ -40,7 +40,7 @@ OF_BODY, CENTRE, RADIUS, BALL_SIZE = 0, 1, 4, 5
 """Columns of balls."""
 
 IS_FLAT, PLACE, OFFSET, WALL_SIZE = 0, 1, 4, 5
-"""Columns of walls: 1, normal and distance of a plane from the origin; 0, and at last where the wall is in `shapes`."""
+"""Columns of walls: 1, normal and distance of a plane from the origin; or 0, and last the index in `shapes`."""
 
 AXES, SHAPE = 3, 12
 """Numbers of a wall in `shapes`: place and axes in N, and its shape."""
@@ -65,7 +65,7 @@ DONE, TOO_MANY = 0, 1
 
 
 @entry()
-def march_crowd(
+def march_granular(
     counts: Integers,
     control: Reals,
     bodies: RealRows,

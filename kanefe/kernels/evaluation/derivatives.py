@@ -18,7 +18,7 @@ COMPLEX_STEP = 1e-30
 @built_first
 @entry(Variant(is_complex=True))
 def derivatives(evaluation: Prepared, vectors: ValueRows, directions: RealRows, found: RealRows) -> bool:
-    """Write derivatives of dy/dt to the rows of `found`, along the rows of `directions`; tell whether all are finite.
+    """Write derivatives of dy/dt to the rows of `found`, along the rows of `directions`; return whether all are finite.
 
     The first row of `vectors`, complex, is the state; `evaluation` is a call of
     `kanefe.kernels.evaluation.evaluation.evaluate` with these vectors.

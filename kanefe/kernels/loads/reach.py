@@ -45,7 +45,7 @@ FIRST_SWEPT, SWEPT_BALLS, HAS_SWEPT_STATES = range(3)
 
 
 class Reach(NamedTuple):
-    """What tells which loads between frames can act. All but swept loads are in teams, of loads beside each other.
+    """Data that determine which loads between frames can act. All but swept loads are in teams of adjacent loads.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""What events of loads look at, in states of a run: values of functions of loads between frames."""
+"""Event values of loads in states of a run: values of functions of loads between frames."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def watch_states(
     found: RealRows,
     memory: Reals,
 ) -> None:
-    """Write the values that events of loads look at, in some states.
+    """Write the event values of loads in some states.
 
     Of several states, those of a step, it is told of loads that come nowhere near how far away they are, at least. Of
     one state all are looked at.
@@ -129,7 +129,7 @@ def watch_states(
 
 @inlined
 def is_any(wanted: np.ndarray) -> bool:
-    """Tell whether any load is wanted."""
+    """Return whether any load is wanted."""
     total = 0.0
     for load in range(len(wanted)):
         total += wanted[load]

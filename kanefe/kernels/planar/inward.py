@@ -48,7 +48,7 @@ def axis_of(tables: PlanarTables, work: np.ndarray, i: int) -> tuple[Any, Any]:
 
 @inlined
 def float_freely(tables: PlanarTables, applied: np.ndarray, work: np.ndarray, i: int) -> bool:
-    """Write the acceleration of a body on a planar joint: of its parent it feels only the forces along the joint."""
+    """Write the acceleration of a body on a planar joint: its parent exerts forces along the joint only."""
     parent, speed, sign = tables.rows[i, PARENT], tables.rows[i, SPEED], tables.geometry[i, SIGN]
     axis_x, axis_y = axis_of(tables, work, i)
     along, aside, torque = applied[speed], sign * applied[speed + 1], sign * applied[speed + 2]
@@ -79,7 +79,7 @@ def sweep_inward(
     is_implicit: bool,
     added: np.ndarray,
 ) -> bool:
-    """Eliminate all joints, children before parents; tell whether each of them has inertia along it.
+    """Eliminate all joints, children before parents; return whether each of them has inertia along it.
 
     `added` is inertia along the joints, which counts in an implicit sweep.
     """

@@ -199,7 +199,7 @@ def _fail(integers: np.ndarray) -> int:
 
 @pointer(ADVANCE)
 def advance_keeping(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
-    """Go on with the method: see `kanefe.kernels.steppers.step_commands`."""
+    """Continue the method: see `kanefe.kernels.steppers.step_commands`."""
     stage = integers[STAGE]
     if stage == BEGIN:
         copy(vectors[STATE], vectors[AT])

@@ -14,28 +14,29 @@ import numpy as np
 from kanefe.kernels.compiler._numba import exact
 
 LEAST_DIP = 0.3
-"""Largest height of a parabola above zero, over that of the highest of its three samples, that is looked at closely."""
+"""Minimum of the parabola through three samples, relative to their largest, below which it is examined closely."""
 
 GOLDEN = 0.6180339887498949
-"""Share of an interval that a golden section leaves."""
+"""Fraction of an interval that a golden section leaves."""
 
 CLOSEST = 1e-15
-"""Distance between two times over their size, below which there is hardly a number between them."""
+"""Distance between two times, relative to their size, below which there is hardly a number between them."""
 
 FINENESS = 1e-5
-"""Width over that of a dip, to which its lowest place is found."""
+"""Accuracy of the minimum of a dip, relative to its width."""
 
 ROOT_TOLERANCE = 1e-13
-"""Width of the interval in which a root is found, over the span of the run. States have the tolerance of the run."""
+"""Width of the interval in which a root is found, relative to the span of the run. States have the tolerance of the
+run."""
 
 EPSILON = float(np.finfo(float).eps)
 
 NOISE = 10.0
-"""Largest value without a sign, over that at the root that was found."""
+"""Value below which the sign of a function is noise, in multiples of its value at the root found."""
 
 ROUND_OFF = 1e-15
-"""Largest value without a sign, over the largest of the function in the step: for roots whose value is zero by chance.
-"""
+"""Value below which the sign of a function is noise, relative to its largest value in the step, if its value at the
+root is zero by chance."""
 
 Value = Callable[[Any, float], float]
 

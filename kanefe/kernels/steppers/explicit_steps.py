@@ -145,7 +145,7 @@ def _passes_singular_position(reals: np.ndarray) -> bool:
 @built_first
 @pointer(ADVANCE)
 def advance_explicitly(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
-    """Go on with an explicit method: see `kanefe.kernels.steppers.step_commands`."""
+    """Continue with an explicit method: see `kanefe.kernels.steppers.step_commands`."""
     stage, stages = integers[STAGE], integers[STAGES]
     if stage == BEGIN:
         copy(vectors[STATE], vectors[AT])

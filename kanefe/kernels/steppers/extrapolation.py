@@ -161,7 +161,7 @@ def _most_columns(integers: np.ndarray) -> int:
 
 @kernel
 def _ask_filter(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
-    """Ask for the sweep of the first substep again, with pushes that belong to the last difference."""
+    """Request the sweep of the first substep again, with directional products for the last difference."""
     n, m = integers[COORDINATES], integers[SPEEDS]
     h = reals[STEP] / integers[COLUMN]
     difference, state = vectors[DIFFERENCE], vectors[STATE]
@@ -233,7 +233,7 @@ def _choose_next(integers: np.ndarray, reals: np.ndarray) -> None:
 @built_first
 @pointer(ADVANCE)
 def advance_extrapolating(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
-    """Go on with the method: see `kanefe.kernels.steppers.step_commands`."""
+    """Continue the method: see `kanefe.kernels.steppers.step_commands`."""
     stage = integers[STAGE]
     if stage == MOVING:
         _take_substep(integers, reals, vectors)
@@ -281,7 +281,7 @@ def advance_extrapolating(integers: np.ndarray, reals: np.ndarray, vectors: np.n
 
 @kernel
 def _is_to_be_filtered(integers: np.ndarray, reals: np.ndarray) -> bool:
-    """Tell whether the error decides on the step, and could be one of vibrations only."""
+    """Return whether the error decides on the step, and could be one of vibrations only."""
     return (
         1.0 < reals[ERROR] < np.inf
         and integers[COLUMN] >= integers[AIM] - 1
@@ -292,7 +292,7 @@ def _is_to_be_filtered(integers: np.ndarray, reals: np.ndarray) -> bool:
 
 @kernel
 def _judge(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
-    """Accept the last result, go on to the next column, or give the step up and return START."""
+    """Accept the last result, continue with the next column, or give the step up and return START."""
     column, aim, error = integers[COLUMN], integers[AIM], reals[ERROR]
     bounded = min(max(error, 1e-12), 1e12)
     reals[PROPOSED + column] = reals[STEP] * min(10.0, max(0.02, 0.94 * (0.65 / bounded) ** (1.0 / column)))

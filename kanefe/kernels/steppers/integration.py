@@ -123,7 +123,7 @@ class Scene(NamedTuple):
 @built_first
 @entry()
 def integrate(scene: Scene, run: Run, vectors: RealRows) -> tuple[int, float]:
-    """Go on with a run until its method wants what is not to be had here.
+    """Continue with a run until its method wants what is not to be had here.
 
     Parameters
     ----------
@@ -219,7 +219,7 @@ def _put_jacobian(scene: Scene, run: Run, vectors: RealRows) -> bool:
 
 @kernel
 def _close(scene: Scene, t: float, share_stiffness: float, y: Reals) -> bool:
-    """Close the loops of a state at a time; tell whether that was possible."""
+    """Close the loops of a state at a time; return whether that was possible."""
     put_drives(scene.motions, t, scene.drives)
     copy(y, scene.closed)
     scene.closing.numbers[SHARE_IN_METRIC] = share_stiffness

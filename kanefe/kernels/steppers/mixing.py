@@ -1,4 +1,4 @@
-"""Anderson's acceleration of an iteration x -> g(x): the next x is mixed from the last answers g.
+"""Anderson acceleration of an iteration x -> g(x): the next x is mixed from the last values g.
 
 Weights are those with which the residuals g - x of the last iterations nearly cancel, by least squares (Walker & Ni,
 Anderson acceleration for fixed-point iterations, SIAM J. Numer. Anal. 49, 2011). So the few directions in which an

@@ -121,7 +121,7 @@ def _transform(table: np.ndarray, first: int, vectors: np.ndarray, source: int, 
 
 @kernel
 def _shorten(integers: np.ndarray, reals: np.ndarray, share: float) -> bool:
-    """Choose a share of the step for another try of it; tell whether there is one."""
+    """Choose a share of the step for another try of it; return whether there is one."""
     integers[REJECTED] += 1
     integers[IS_WANTED] = reals[RATE_OF_CONVERGENCE] > SLOW and not integers[IS_FRESH]
     if integers[IS_FIXED]:  # the Jacobian of an earlier state may be what is wrong
@@ -276,7 +276,7 @@ def _finish(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int
 @built_first
 @pointer(ADVANCE)
 def advance_radau(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
-    """Go on with the method: see `kanefe.kernels.steppers.step_commands`."""
+    """Continue the method: see `kanefe.kernels.steppers.step_commands`."""
     stage = integers[STAGE]
     if stage == ITERATING:
         node = integers[NODE]

@@ -40,7 +40,7 @@ def weight(table: np.ndarray, j: int, x: float) -> float:
 
 @kernel
 def guess_changes(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> None:
-    """Write the changes of a step to come: the polynomial of the last one goes on."""
+    """Write the changes of a step to come by extrapolating the polynomial of the last one."""
     if integers[HAS_POLYNOMIAL]:
         ahead = reals[STEP] / reals[POLYNOMIAL_STEP]
         for k in range(STAGES):

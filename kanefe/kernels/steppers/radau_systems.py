@@ -163,7 +163,7 @@ def _solve(
 
 @kernel
 def factorise_systems(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> bool:
-    """Make the factors for the step; tell whether there are any."""
+    """Make the factors for the step; return whether there are any."""
     n, m, h = integers[COORDINATES], integers[SPEEDS], reals[STEP]
     copy(vectors[STATE, n : n + m], vectors[TURNS, :m])
     m = _size(integers)

@@ -42,20 +42,22 @@ from kanefe.kernels.steppers.step_commands import (
 from kanefe.kernels.sweeps.drives import Drives, put_drives
 
 SHARES = np.arange(1, 5) / 4.0
-"""Places in a step at which functions are looked at, over its length; the last one is its end."""
+"""Positions in a step at which functions are evaluated, relative to its length; the last one is its end."""
 
 FIRST_SHARES = np.append(10.0 ** np.arange(-9, -1), SHARES)
-"""The same after an event, whose function begins at zero: its sign shows however short the way to the next zero is."""
+"""Positions in a step after an event, relative to its length, for a function that starts at zero: they show its sign
+however near its next zero is."""
 
 REPORTS, ENDS_STEP, ACTS = range(3)
-"""What an event does: it is reported alone, it also ends the step and changes nothing, or Python has to act."""
+"""Values for the action of an event: it is only reported; it also ends the step without a change; or Python has to act.
+"""
 
 AT_ONCE = 1e-6
-"""Time over the span of the run, within which what ends steps alone does so once: what rests touches again and again.
+"""Time relative to the span within which events that only end steps do so once: contacts at rest touch again and again.
 """
 
 AT_TIME = 0
-"""Of a prepared call of `look_at`: its number."""
+"""Index of the time in a prepared call of `look_at`."""
 
 
 class Going(NamedTuple):
@@ -154,7 +156,7 @@ def pass_steps(
     vectors: RealRows,
     restart_share: float,
 ) -> tuple[int, bool]:
-    """Go on with a run over its events, until one of the last step needs Python, or as `integrate` does.
+    """Continue with a run over its events, until one of the last step needs Python, or as `integrate` does.
 
     Parameters
     ----------
@@ -330,7 +332,7 @@ def _set_noise(
 
 @kernel
 def _restart(single: Lookout, watched: Watched, run: Run, vectors: RealRows, t: float, restart_share: float) -> None:
-    """Go on from the state at a time of the last step; outputs behind it are written again."""
+    """Continue from the state at a time of the last step; outputs behind it are written again."""
     integers, reals = run.integers, run.reals
     y = single.states[0]
     _put_state(run, vectors, t, y)

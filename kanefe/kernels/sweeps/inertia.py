@@ -62,7 +62,7 @@ def set_inertia(tables: Tables, flexible: FlexibleTables | None, work: np.ndarra
 
 @inlined
 def _take_gravity_off(work: np.ndarray, i: int, mass: float, c: Numbers, gravity: np.ndarray) -> None:
-    """Undo gravity, which is part of Z, for a body that does not feel it."""
+    """Undo gravity, which is part of Z, for a body without gravity."""
     g = (gravity[0], gravity[1], gravity[2])
     accumulate(work, i, FORCE, times(mass, g))
     accumulate(work, i, MOMENT, cross(c, g))
@@ -70,7 +70,7 @@ def _take_gravity_off(work: np.ndarray, i: int, mass: float, c: Numbers, gravity
 
 @kernel
 def _lift(flexible: FlexibleTables, f: int, i: int, work: np.ndarray, modal: np.ndarray, gravity: np.ndarray) -> None:
-    """Undo gravity for a flexible body that does not feel it."""
+    """Undo gravity for a flexible body without gravity."""
     body = flexible.bodies[f]
     h = matrix(work, i, H)
     _take_gravity_off(work, i, flexible.pool[body[POOL] + POOL_MASS], (h[5], h[6], h[1]), gravity)

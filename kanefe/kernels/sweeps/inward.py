@@ -63,7 +63,7 @@ zero."""
 
 @inlined
 def has_inverse(S: Numbers, inverse: Numbers) -> bool:
-    """Tell whether inertias along all directions are above the round-off of the largest: by the two traces."""
+    """Return whether inertias along all directions are above the round-off of the largest: by the two traces."""
     spread = ((S[0] + S[3] + S[5]) * (inverse[0] + inverse[3] + inverse[5])).real
     return 0.0 < spread < 1.0 / ROUND_OFF  # also false for what is not a number
 
@@ -79,7 +79,7 @@ def sweep_inward(
     is_implicit: bool,
     added: np.ndarray,
 ) -> bool:
-    """Eliminate all rows, children before parents; tell whether every joint has inertia along it.
+    """Eliminate all rows, children before parents; return whether every joint has inertia along it.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The outward sweep: pose, velocity and remainder accelerations of every row (Eq. 3, 13-16, 22, 24-26).
+"""The outward sweep: pose, velocity and remainder accelerations of every link (Eq. 3, 13-16, 22, 24-26).
 
 Where the rows are and how they move: for functions of the user that look at the state, and for views.
 """
@@ -108,7 +108,7 @@ def sweep_outward(
     work: np.ndarray,
     modal: np.ndarray,
 ) -> None:
-    """Write pose, velocity and remainder accelerations of all rows, and the state of the modes."""
+    """Write pose, velocity and remainder accelerations of all links, and the state of the modes."""
     work[0, 0] = 0.0
     zero = work[0, 0]  # of the type of the state, real or complex
     identity = (zero + 1.0, zero, zero, zero, zero + 1.0, zero, zero, zero, zero + 1.0)

@@ -159,7 +159,7 @@ class BalanceSearch:
         return self._left[1]
 
     def small(self, q: Vector, u: Vector) -> SmallMotions:
-        """Return the small motions about a state; of the last one asked for they are known."""
+        """Return the small motions about a state; those of the last state are kept."""
         last = self._last
         if last is None or last.t != self.t or not (np.array_equal(last.q, q) and np.array_equal(last.u, u)):
             last = self._last = SmallMotions(self.model, self.t, q, u)

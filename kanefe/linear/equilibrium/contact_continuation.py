@@ -1,4 +1,4 @@
-"""The way to a rest among contacts: they act from afar at first, then from less, so that the search feels them."""
+"""Contact continuation towards a rest: contacts act at a distance at first, then at smaller ones."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ MOST_FAILURES = 3
 
 
 def is_put_down(model: Model) -> bool:
-    """Return whether loads are as they were added, and not as a run left them; of rigid contacts nothing is asked."""
+    """Return whether loads are as they were added, and not as a run left them; rigid contacts are not checked."""
     states = zip(model.loads, model.load_states, strict=True)
     return all(
         isinstance(load, RigidContact) or np.array_equal(model.initial_states[where], load.initial_states)

@@ -104,7 +104,7 @@ def come_to_rest(model: Model, t: float, q: Vector) -> Vector:
 
 
 def _stopped(model: Model, t: float, y: Vector, length: float, longest: float) -> tuple[Vector, float]:
-    """Return the state of rest where a motion from y is fastest first, and how long the next should be looked at, s."""
+    """Return the state of rest where a motion from y is first fastest, and the duration of the next observation, s."""
     n = model.coordinate_count
     while length <= longest:
         q, u, z = model.parts(y)

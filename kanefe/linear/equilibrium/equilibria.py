@@ -49,7 +49,7 @@ MOST_NAMED = 6
 
 
 class Equilibrium(Instant):
-    """A state of rest or of steady motion, found by `equilibrium`; it tells all that a `Result` tells of one time.
+    """A state of rest or of steady motion, found by `equilibrium`; it has all outputs of a `Result` for one time.
 
     Stresses of what stands or spins steadily: ``kanefe_fem.recover(found, "blade").von_mises``. A run that starts from
     it: ``scene.simulate((0.0, 1.0), start=found)``.
@@ -117,7 +117,7 @@ class Equilibrium(Instant):
 
     @property
     def undetermined(self) -> tuple[str, ...]:
-        """Rigid contacts whose normal forces rigid bodies could share otherwise: those told are of least norm."""
+        """Rigid contacts whose normal forces are not unique for rigid bodies: those of least norm are given."""
         return undetermined(State(self.model, self.time, self.q, self.u, self.z))
 
     def _contacts_in_words(self) -> list[str]:
@@ -310,7 +310,7 @@ def _under_its_loads(
     slack: float,
     settle: Callable[[BalanceSearch], tuple[Vector, Vector]],
 ) -> tuple[Model, BalanceSearch, tuple[Vector, Vector]]:
-    """Return a balance, with the loads that friction in joints feels there, and what found it."""
+    """Return an equilibrium with the joint loads on friction there, and the search that found it."""
     for _ in range(MOST_ROUNDS):
         search = BalanceSearch(model, t, q, u, found, held, slack=slack)
         q, u = state = settle(search)
@@ -347,7 +347,7 @@ def _beside_or_settled(search: BalanceSearch) -> tuple[Vector, Vector]:
 
 
 def _diverges(search: BalanceSearch, state: tuple[Vector, Vector]) -> bool:
-    """Tell whether a small motion about a balance grows without oscillation."""
+    """Return whether a small motion about a balance grows without oscillation."""
     from kanefe.linear.linearisation import linearisation_of
     from kanefe.linear.modes.modes import modes_of
 

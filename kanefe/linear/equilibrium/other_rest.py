@@ -127,7 +127,7 @@ def other_rest(model: Model, t: float, q: Vector, u: Vector, begun: Model) -> Ot
 
 
 class _Met(NamedTuple):
-    """Where a probe is: its gap (m), place in N, the normal there in its own axes, and the two bodies."""
+    """State of a contact point: its gap (m), position in N, the normal there in its own axes, and the two bodies."""
 
     gap: float
     point: Vector
@@ -171,7 +171,7 @@ def _forces(state: State) -> dict[Key, float]:
     """Return the normal forces of what carries, N."""
     model = state.model
     found = {
-        (number, i): float(touch.press)
+        (number, i): float(touch.normal_force)
         for number, load in enumerate(model.loads)
         if isinstance(load, Contact)
         for i, touch in enumerate(load.touches(state.load_ends(number), state.load_states(number)))
@@ -181,7 +181,7 @@ def _forces(state: State) -> dict[Key, float]:
 
 
 def _without(model: Model, lifted: list[Key]) -> Model:
-    """Return the model in which some probes press no more."""
+    """Return the model without the forces of some contact points."""
     loads, z = list(model.loads), model.initial_states.copy()
     for number, i in lifted:
         load = loads[number]

@@ -108,7 +108,7 @@ def rest_on_contacts(
 
 
 def _from_near(model: Model, t: float, q: Vector, u: Vector, search: Callable[[Model, Vector], Found]) -> Found:
-    """Return a balance where the probes carry that are nearest to touching at q."""
+    """Return an equilibrium carried by the contact points nearest to touching at q."""
     gaps = _gaps(State(model, t, q, u))
     tried: list[dict[Key, str]] = []
     error: SimulationError | None = None
@@ -125,7 +125,7 @@ def _from_near(model: Model, t: float, q: Vector, u: Vector, search: Callable[[M
 
 
 class _Rest:
-    """The active set about a state; `marks` are where on their surfaces the probes stick."""
+    """The active set about a state; `marks` are the points of the surfaces where contact points stick."""
 
     def __init__(
         self, model: Model, t: float, u: Vector, search: Callable[[Model, Vector], Found], most_slides: int
@@ -136,7 +136,7 @@ class _Rest:
         self.asked: dict[Key, tuple[Vector, float]] = {}  # of friction where it slipped: what balance takes, and mu N
 
     def found(self, q: Vector, carries: dict[Key, str]) -> Found:
-        """Return the balance found from q, where some probes carry."""
+        """Return the equilibrium found from q, carried by some contact points."""
         slides, most = 0, 4 * sum(len(model_contact.probes) for model_contact in self._contacts()) + 10
         for _ in range(most):
             try:
@@ -165,7 +165,7 @@ class _Rest:
         )
 
     def found_if_held(self, q: Vector, carries: dict[Key, str]) -> Found:
-        """Return the balance found from q, where some probes carry; nothing is let fall until it is lost."""
+        """Return the equilibrium found from q, carried by some contact points; no body falls before it is lost."""
         begun = BalanceSearch(self.held(q, carries), self.t, q, self.u, np.zeros(0, dtype=int), ())
         if not begun.is_held:
             raise begun.refusal()
@@ -208,27 +208,27 @@ class _Rest:
         return carries | dict.fromkeys(entered, HELD), bool(entered)
 
     def _beyond_friction(self, state: State, carries: dict[Key, str]) -> tuple[set[Key], set[Key]]:
-        """Return the probes that stick but could not, and those that could not without being pressed on.
+        """Return the contact points that stick but cannot, and those that could not without a pressing force.
 
         Of the former there are no forces in balance that are within their cones: what is rigid may share forces in more
         than one way, and another one than that of least norm may do.
         """
         found = margins(state)
         largest = max(found.normals.values(), default=0.0)
-        if min(found.reserves.values(), default=0.0) >= -PULLED * largest:
+        if min(found.slip_margins.values(), default=0.0) >= -PULLED * largest:
             return set(), set()
         z = resolved(state.model, self.t, np.concatenate((state.q, state.u, state.z)), START, 0.0).z
         forces = {(force.contact, force.probe): force.friction for force in probe_forces(state)}
         slipping: set[Key] = set()
         loose: set[Key] = set()
-        for key in found.reserves:
+        for key in found.slip_margins:
             where = self.model.load_states[self.model.rigid_contacts[key[0]]]
             status = self.model.rigid_contact(key[0]).status(z[where])[key[1]]
             if status == SLIPS and carries.get(key) == HELD:
                 slipping.add(key)
                 asked = float(np.linalg.norm(forces[key]))
-                self.asked[key] = forces[key], asked + found.reserves[key]
-            elif status == OPEN and found.reserves[key] < -PULLED * largest:
+                self.asked[key] = forces[key], asked + found.slip_margins[key]
+            elif status == OPEN and found.slip_margins[key] < -PULLED * largest:
                 loose.add(key)
         return slipping, loose
 

@@ -1,4 +1,4 @@
-"""What eigenvalues tell of modes: frequencies, damping, and which of them grow."""
+"""Properties of modes from eigenvalues: frequencies, damping, and which of them grow."""
 
 from __future__ import annotations
 

@@ -152,7 +152,7 @@ def _check_repeats(model: Model, t: float, q: Vector, u: Vector, period: float, 
 
 
 def _are_steady(points: list[SmallMotions]) -> bool:
-    """Tell whether a motion goes on as it is at all of its points.
+    """Return whether a motion continues unchanged at all of its points.
 
     Accelerations that are nothing but round-off are told by the masses and forces of the first point; only others need
     those of their own.

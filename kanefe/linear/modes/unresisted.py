@@ -42,7 +42,7 @@ accepted: little compared with the powers of ten between round-off and stiffness
 
 @dataclass(frozen=True, eq=False)
 class Unresisted:
-    """Motions that nothing resists: places that stay as they are, and speeds that go on.
+    """Motions without restoring force: constant positions, and constant speeds.
 
     Attributes
     ----------
@@ -158,7 +158,7 @@ def _led(found: Matrix, moving: Matrix, weights: Vector) -> Unresisted:
 
 
 def _pivots(basis: Matrix) -> np.ndarray:
-    """Return the rows that tell vectors apart best, one for each column."""
+    """Return the rows that separate vectors best, one for each column."""
     if not basis.size:
         return np.zeros(0, dtype=int)
     return np.asarray(scipy.linalg.qr(basis.T, mode="r", pivoting=True)[1][: basis.shape[1]])

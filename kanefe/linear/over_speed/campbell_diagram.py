@@ -131,7 +131,7 @@ class Campbell:
         return self._curves
 
     def _warn_of_others(self, curves: Curves, order: float) -> None:
-        """Tell of modes that are not followed and lie below the line of an order: they cross it somewhere."""
+        """Warn of modes that are not followed and lie below the line of an order: they cross it somewhere."""
         if order == 0.0:
             return
         for speed in self.speeds[::-1].tolist():
@@ -302,7 +302,7 @@ def _of_undamped(of: Callable[[float], Modes], at: Vector, modes: int | None) ->
 
 
 def _warn_of_mixed(diagram: Campbell) -> None:
-    """Tell where a mode could not be known again: nothing of what lies behind is sure."""
+    """Warn where a mode could not be identified: results beyond are unsure."""
     for speed, sureness in zip(diagram.speeds[1:], diagram.correlations[1:], strict=True):
         unsure = np.flatnonzero(sureness < SURE)
         if len(unsure):

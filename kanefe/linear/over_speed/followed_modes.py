@@ -56,7 +56,7 @@ visible."""
 
 
 class _Candidates(NamedTuple):
-    """What modes may go on as: themselves, their conjugates, and Floquet's named by another of their harmonics.
+    """Candidates of the continuation of modes: themselves, conjugates, and Floquet modes named by another harmonic.
 
     Attributes
     ----------
@@ -123,7 +123,7 @@ def root_of(function: Callable[[float], float], a: float, b: float) -> float:
 
 
 class Curves:
-    """Modes of a scene over its speed: each speed is looked at once, and followed from the nearest one known.
+    """Modes of a scene over its speed: each speed is evaluated once, and followed from the nearest known one.
 
     Parameters
     ----------
@@ -190,7 +190,7 @@ class Curves:
         return found
 
     def refine(self) -> None:
-        """Look at speeds between where curves turn, until straight lines between those known are the curves."""
+        """Evaluate intermediate speeds where curves bend, until straight lines between the points represent them."""
         if len(self._known) == 2:
             self.at(float(self.speeds.mean()))
         for _ in range(DEEPEST):
@@ -213,7 +213,7 @@ class Curves:
 
 
 def _is_unsure(found: Followed, height: float) -> bool:
-    """Tell whether modes that are followed have no shapes or sense there by which they could be known again.
+    """Return whether modes that are followed have no shapes or sense there by which they could be known again.
 
     A whirl that stands still has no sense: of damping alone its circles are two real modes of one eigenvalue, any two
     of those that they span. Both whirls of a round rotor at rest have one frequency too.
@@ -299,7 +299,7 @@ def _share(products: np.ndarray, gram: np.ndarray, own: Vector) -> Vector:
 
 
 def _mixed(candidates: _Candidates, values: np.ndarray, numbers_of: np.ndarray) -> np.ndarray:
-    """Tell which candidates have the frequency of each of some modes, (k, c): itself, and those of other modes."""
+    """Return which candidates have the frequency of each of some modes, (k, c): itself, and those of other modes."""
     is_other = (candidates.numbers != numbers_of[:, None]) | (candidates.values == values[:, None])
     return np.asarray(is_other & (np.abs(candidates.values - values[:, None]) <= ALIKE * np.abs(values)[:, None]))
 

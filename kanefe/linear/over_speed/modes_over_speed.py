@@ -1,4 +1,4 @@
-"""The modes of a scene at any speed that is asked for, about the steady state there."""
+"""The modes of a scene at any speed, about the steady state there."""
 
 from __future__ import annotations
 

@@ -93,7 +93,7 @@ def _halved(grows: Callable[[float], bool], a: float, b: float, before: bool) ->
 
 @dataclass(frozen=True, eq=False)
 class StabilityMap:
-    """Over which speeds a scene is stable, for some values of a parameter; made by `stability_map`; ``print`` tells it.
+    """Over which speeds a scene is stable, for some values of a parameter; made by `stability_map`; ``print`` shows it.
 
     Attributes
     ----------

@@ -234,7 +234,7 @@ def sampled_loop(
 
 
 def poles_in_words(model: Model, t: float, y: Vector) -> str | None:
-    """Return what is told of the poles of a loop about a state in a run; None if none grows or they are not known."""
+    """Return a description of the poles of a loop about a state in a run; None if none grows or they are not known."""
     try:
         loop = _about(model, t, y.copy(), (), ())
     except KanefeError:

@@ -153,7 +153,7 @@ def change_at(
 
 
 def turned(laws: Sequence[LinearLaw], places: Sequence[Places], counts: Sequence[int], size: int) -> Matrix:
-    """Return the change of names after a period: drives that do not act yet are told by samples of the next one."""
+    """Return the change of names after a period: drives that do not act yet belong to samples of the next one."""
     change = np.eye(size)
     for at, count in zip(places, counts, strict=True):
         for k in range(len(at.late)):

@@ -45,7 +45,7 @@ DIGITS = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class StabilityLimit(Shapes):
-    """Factor of the loads beyond which a scene at rest is not stable, and how it leaves; ``print`` tells it.
+    """Factor of the loads beyond which a scene at rest is not stable, and how it leaves; ``print`` shows it.
 
     Attributes
     ----------
@@ -74,7 +74,7 @@ class StabilityLimit(Shapes):
 
     @property
     def frequency(self) -> float:
-        """Of the flutter, Hz; zero of a divergence."""
+        """Frequency of the flutter, Hz; zero for divergence."""
         return abs(self.eigenvalue.imag) / (2.0 * np.pi)
 
     @property

@@ -84,7 +84,7 @@ class InputLayout:
 
     @property
     def needs_state(self) -> bool:
-        """Whether functions of the user look at the state."""
+        """Whether functions of the user depend on the state."""
         return bool(self.of_state or self.between)
 
     @property

@@ -1,4 +1,4 @@
-"""Ends of loads that are points of flexible bodies: they have no rows, and are looked at where their load can act."""
+"""Ends of loads that are points of flexible bodies: they are not links, and are evaluated where their load can act."""
 
 from __future__ import annotations
 

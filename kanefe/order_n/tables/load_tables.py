@@ -76,7 +76,7 @@ def point_load_tables(builder: FrameOffsets) -> tuple[np.ndarray, np.ndarray]:
 def joint_force_tables(builder: FrameOffsets) -> tuple[np.ndarray, np.ndarray]:
     """Return `Tables.joint_forces` and `Tables.laws`."""
     forces: list[tuple[int, ...]] = []
-    laws: list[tuple[float, ...]] = []
+    laws: list[np.ndarray] = []
     for number, body in enumerate(builder.model.bodies):
         places = builder.model.coordinate_places(number)
         for load in body.joint_loads:
@@ -84,17 +84,7 @@ def joint_force_tables(builder: FrameOffsets) -> tuple[np.ndarray, np.ndarray]:
         for i, law in enumerate(body.joint.coordinate_forces):
             if law is not None and law.acts:
                 forces.append((*places[i], len(laws), -1))
-                laws.append(
-                    (
-                        law.stiffness,
-                        law.damping,
-                        law.rest,
-                        law.lower,
-                        law.upper,
-                        law.limit_stiffness,
-                        law.limit_damping,
-                    )
-                )
+                laws.append(law.law)
     return np.array(forces, dtype=np.int64).reshape(-1, 4), np.array(laws, dtype=float).reshape(-1, 7)
 
 
@@ -108,7 +98,7 @@ def loads_between(builder: FrameOffsets) -> LoadsBetween:
 
 
 def watched_loads(builder: FrameOffsets) -> tuple[LoadsBetween, list[int]]:
-    """Return the same of those whose functions write what their events look at, and their numbers in the model."""
+    """Return the load tables of loads whose functions write event values, and their numbers in the model."""
     kernels, most = {}, 0
     for number, load in enumerate(builder.model.loads):
         kernel = load.kernel

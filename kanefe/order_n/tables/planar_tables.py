@@ -80,7 +80,7 @@ def planar_tables(model: ModelData, tables: Tables) -> PlanarTables | None:
 
 
 def floats_in_plane(joint: Joint) -> bool:
-    """Tell whether the links of a joint slide along x and then y and turn about z: one row takes all three."""
+    """Return whether the links of a joint slide along x and then y and turn about z: one row takes all three."""
     links = joint.links() or ()
     if [link.is_turn for link in links] != [False, False, True] or not all(link.is_slide for link in links[:2]):
         return False

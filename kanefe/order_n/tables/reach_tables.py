@@ -1,4 +1,4 @@
-"""Tables of what tells which loads can act at a state: balls about their ends, and bounds of what these meet."""
+"""Tables that determine which loads can act at a state: balls about their ends, and bounds of their opposite sides."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ class _Ball:
 
 
 def _balls_of(builder: FrameOffsets, number: int) -> list[_Ball]:
-    """Return balls about all probes of a load, one for each row or flexible body that they are in; none: it acts."""
+    """Return balls about all points of a load, one for each link or flexible body; none if it always acts."""
     load, reach, body = builder.model.loads[number], builder.reaches[number], builder.point_bodies[number]
     if reach is None:
         return []

@@ -163,7 +163,7 @@ class TableBuilder(FrameOffsets):
         self.frame_offsets.append(frame_offset)
 
     def _melts(self, body: BodyTerms, row: int) -> bool:
-        """Tell whether a body is a rigid part of the row it is fixed to."""
+        """Return whether a body is a rigid part of the row it is fixed to."""
         if row < 0 or body.rigid is None or not body.joint.is_fixed:
             return False
         integers = self._integers[row]

@@ -1,1 +1,1 @@
-"""What a study tells of its runs: reducers, maxima, operability, and its page."""
+"""Statistics of the runs of a study: reducers, maxima, operability, and its page."""

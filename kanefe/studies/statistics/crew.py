@@ -47,7 +47,7 @@ class Interruptions:
         return found
 
     def _felt(self, result: Result) -> tuple[np.ndarray, Vector]:
-        """Return what is felt as gravity at the point, upward, in axes of the body, m/s2, and when."""
+        """Return the apparent gravity at the point, upward, in axes of the body, m/s2, and when."""
         if result.run is None:
             raise ModelError("interruptions need the gravity of a scene, which a result from a file does not have")
         shown = result.times >= self.after

@@ -80,7 +80,7 @@ class DaskPool:
         return future
 
     def renew(self) -> bool:
-        """Return False: other workers go on."""
+        """Return False: other workers continue."""
         return False
 
     def abandon(self) -> None:

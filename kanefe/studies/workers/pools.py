@@ -55,7 +55,7 @@ class Pool(Protocol):
         ...
 
     def renew(self) -> bool:
-        """Go on after the death of a worker; return whether all that was in flight is lost."""
+        """Continue after the death of a worker; return whether all that was in flight is lost."""
         ...
 
     def abandon(self) -> None:
@@ -139,7 +139,7 @@ class GivenPool:
         return future
 
     def renew(self) -> bool:
-        """Return False: an executor of the user is not ours to make anew."""
+        """Return False: an executor of the user is not ours to restart."""
         return False
 
     def abandon(self) -> None:
@@ -149,7 +149,7 @@ class GivenPool:
 
 
 class ProcessPool:
-    """Processes of this machine, started anew (not forked: that cannot be had beside threads).
+    """Processes of this machine, started as new ones (not forked, which is impossible with threads).
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What workers do: build a case, run it, and write down what came of it. Nothing here knows who asked.
+"""Tasks of workers: build a case, run it, and record its results. They do not depend on the caller.
 
 A row is a line of json: the parameters, the outputs, how the run ended, its warnings and times.
 """
@@ -120,7 +120,7 @@ class Done(NamedTuple):
 
 @cache
 def stamp() -> str:
-    """Return what tells this kanefe from others: its version and a digest of its code."""
+    """Return the identity of this kanefe: its version and a digest of its code."""
     return f"{__version__} ({code_stamp(PACKAGE)[:8]})"
 
 
@@ -163,7 +163,7 @@ def _unpickled(work: bytes) -> Work:
 
 
 def run_case(work: Work, case: Case) -> dict[str, Any]:
-    """Return the row of a case. Whatever goes wrong in it is told there, and stops nothing else."""
+    """Return the row of a case. Any error in it is recorded there, and stops nothing else."""
     row: dict[str, Any] = {"case": case.number, "key": case.key, "parameters": case.parameters}
     wall, cpu = time.perf_counter(), time.thread_time()
     doing, told = ["build"], CaseWarnings()
@@ -183,7 +183,7 @@ def run_case(work: Work, case: Case) -> dict[str, Any]:
 
 
 def failed_row(case: Case, reason: str) -> dict[str, Any]:
-    """Return the row of a case that no worker could tell of."""
+    """Return the row of a case that no worker could report."""
     row: dict[str, Any] = {"case": case.number, "key": case.key, "parameters": case.parameters}
     return row | _failed(reason) | {"warnings": [], "wall": 0.0, "cpu": 0.0, "worker": ""}
 
@@ -222,7 +222,7 @@ def _reason(doing: str, error: BaseException) -> str:
 
 
 def exit_in_words(error: SystemExit) -> str:
-    """Return what a call of sys.exit asked for."""
+    """Return the description of a call of sys.exit."""
     return f"called sys.exit({'' if error.code is None else repr(error.code)})"
 
 

@@ -44,7 +44,7 @@ def box_of(shape: BodyShape, surfaces: Sequence[SurfaceOutline], smallest: float
 
 
 def is_inside(corners: np.ndarray, points: np.ndarray) -> bool:
-    """Tell whether one of the points (p, 3) is well inside a box (8, 3)."""
+    """Return whether one of the points (p, 3) is well inside a box (8, 3)."""
     middle, edges = corners.mean(axis=0), corners[[1, 3, 4]] - corners[0]
     squares = np.maximum((edges**2).sum(axis=1), 1e-300)
     shares = np.abs((points - middle) @ edges.T) / squares

@@ -123,7 +123,7 @@ class SceneData:
         return told | {"kind": "rigid", "parts": parts}
 
     def _holds_others(self, name: str, box: np.ndarray) -> bool:
-        """Tell whether the middle of another body is inside a box when the run begins."""
+        """Return whether the middle of another body is inside a box when the run begins."""
         corners = self.tracks.placed(self.tracks.number(name), box)
         points = [
             self.tracks.placed(self.tracks.number(other.name), other.com[None])

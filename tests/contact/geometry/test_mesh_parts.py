@@ -109,7 +109,7 @@ def test_random_pairs_of_boxes_are_refused_where_they_meet_and_taken_where_not()
 
 def test_a_fine_sampling_is_refused_before_its_points_are_made() -> None:
     for shape in (kf.shapes.Box((1.0, 1.0, 1.0)), kf.shapes.Cylinder(1.0, 1.0), kf.shapes.Torus(1.0, 0.1)):
-        with pytest.raises(kf.ModelError, match=r"points would stand for a .*Remedy: a larger spacing"):
+        with pytest.raises(kf.ModelError, match=r"points would represent a .*Remedy: a larger spacing"):
             shape.sampled(1e-9)
 
 

@@ -137,5 +137,5 @@ def test_what_it_needs() -> None:
     with pytest.raises(kf.ModelError, match="depths of BumpStop must rise"):
         kf.BumpStop((2e-3, 1e-3), (1.0, 2.0), 0.1, 1e-3)
     scene = pressed_by(kf.Motion.steady(0.0))
-    with pytest.raises(kf.ModelError, match="screened runs are not offered for scenes with"):
+    with pytest.raises(kf.ModelError, match="screened runs are not supported for scenes with"):
         kf.screen(scene, (0.0, 1.0))

@@ -8,13 +8,13 @@ import pytest
 import kanefe as kf
 from kanefe import shapes
 from kanefe.contact.rigid.cone import solved
-from kanefe.order_n import granular_contacts as crowd
+from kanefe.order_n import granular_contacts as granular
 
 G = 9.81
 WALLS = (("z", (0, 0, 0)), ("x", (0, 0, 0)), ("-x", (0.3, 0, 0)), ("y", (0, 0, 0)), ("-y", (0, 0.3, 0)))
 
 
-def boxed(count: int, law: kf.Rigid, mu: float, *, is_crowd: bool = True, seed: int = 1) -> kf.System:
+def boxed(count: int, law: kf.Rigid, mu: float, *, is_granular: bool = True, seed: int = 1) -> kf.System:
     """Return balls in a box that fall on each other; with a contact of its own for each pair, or one for all."""
     rng, radius = np.random.default_rng(seed), 0.06
     scene = kf.System(gravity=(0, 0, -G))
@@ -29,7 +29,7 @@ def boxed(count: int, law: kf.Rigid, mu: float, *, is_crowd: bool = True, seed: 
         ball = scene.add_rigid_body(f"b{i}", 1.0 + i, (0.001, 0.0015, 0.002), joint=start)
         skins.append(scene.add_surface(f"s{i}", ball, shapes.Sphere(radius)))
     friction = kf.Coulomb(mu)
-    if is_crowd:
+    if is_granular:
         scene.add_contacts([*skins, *walls], normal=law, friction=friction)
         return scene
     for i, skin in enumerate(skins):
@@ -40,10 +40,10 @@ def boxed(count: int, law: kf.Rigid, mu: float, *, is_crowd: bool = True, seed: 
 
 @pytest.mark.parametrize(("e", "mu"), [(0.5, 0.3), (0.0, 0.6), (1.0, 0.0)])
 def test_compiled_steps_are_those_of_the_literal_equations(monkeypatch, e, mu):
-    monkeypatch.setattr(crowd, "ENOUGH", 1e-13)
+    monkeypatch.setattr(granular, "ENOUGH", 1e-13)
     options = {"method": "moreau-jean", "step": 4e-3, "output_step": 4e-3}
     many = boxed(3, kf.Rigid(e), mu).simulate((0.0, 0.2), **options)
-    pairs = boxed(3, kf.Rigid(e), mu, is_crowd=False).simulate((0.0, 0.2), **options)
+    pairs = boxed(3, kf.Rigid(e), mu, is_granular=False).simulate((0.0, 0.2), **options)
     assert many.load("contacts among s0 and others")[:, 0].max() >= 2
     for name in ("b0", "b1", "b2"):
         np.testing.assert_allclose(many.position(name), pairs.position(name), atol=1e-10)
@@ -215,7 +215,7 @@ def test_steps_that_break_a_law_are_an_error_of_the_run(monkeypatch, spoiled, me
 
 def test_impulses_of_a_crowd_that_break_a_law_are_an_error_of_the_run(monkeypatch):
     wrong = property(lambda self: np.array([(1.0, 0.4, 0.0)]))
-    monkeypatch.setattr(crowd.CrowdSteps, "impulses", wrong)
+    monkeypatch.setattr(granular.GranularSteps, "impulses", wrong)
     with pytest.warns(kf.SimulationWarning, match="have friction beyond mu N by 0.1 N s"):
         boxed(3, kf.Rigid(), 0.3).simulate((0.0, 0.01), method="moreau-jean", step=1e-3)
 
@@ -227,9 +227,9 @@ HILLS = shapes.HeightField(GRID, GRID, 0.02 * np.add.outer(np.sin(9.0 * GRID), n
 @pytest.mark.parametrize("wall", [HILLS, shapes.Sphere(0.4)], ids=["hills", "post"])
 def test_walls_of_a_crowd_are_those_of_its_pairs(monkeypatch, wall):
     """A turned surface that is not flat: the same steps as with a contact for each pair by the literal equations."""
-    monkeypatch.setattr(crowd, "ENOUGH", 1e-13)
+    monkeypatch.setattr(granular, "ENOUGH", 1e-13)
     found = []
-    for is_crowd in (True, False):
+    for is_granular in (True, False):
         scene = kf.System(gravity=(0, 0, -G))
         depth = -0.4 if wall is not HILLS else 0.0
         turn = kf.rotation_about((1, 2, 0), 0.1)
@@ -240,7 +240,7 @@ def test_walls_of_a_crowd_are_those_of_its_pairs(monkeypatch, wall):
             skins.append(scene.add_surface(f"s{i}", ball, shapes.Sphere(0.05)))
         skins.append(scene.add_surface("ground", scene.ground, wall, at=(0.05, 0.0, depth), orientation=turn))
         law, friction = kf.Rigid(0.3), kf.Coulomb(0.4)
-        if is_crowd:
+        if is_granular:
             scene.add_contacts(skins, normal=law, friction=friction)
         else:
             for i, skin in enumerate(skins):

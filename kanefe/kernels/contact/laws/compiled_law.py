@@ -20,15 +20,17 @@ from kanefe.kernels.force_elements.blocks import places
 
 BY_FUNCTION = 3.0
 LOOKED_AT = (1e-3, 0.1, 0.5, 1.0)
-"""Shares of the depth that is given, at which a function is looked at; rates of a tenth of it a second and beyond."""
+"""Depths relative to the given depth at which a function is checked; the rates are a tenth of it per second and more.
+"""
 STEP = 1e-5
-"""Share of a depth, or of a rate, by which differences go to both sides: truncation and round-off both leave 1e-10."""
+"""Step of central differences relative to a depth or a rate: truncation and round-off both leave 1e-10."""
 LEAST_STEP = 1e-6
-"""Least step of a rate, m/s."""
+"""Smallest step of a rate, m/s."""
 SHARE = 1e-3
-"""Of the largest slope, by which differences may miss a given one: far below a wrong factor, above what they err."""
+"""Largest deviation of a given slope from differences, relative to the largest slope: far below a wrong factor, and
+above the error of differences."""
 AT_NOTHING = 1e-6
-"""Share of a depth, and of the energy there: what is less is none."""
+"""Fraction of a depth, and of its energy, below which the energy counts as zero."""
 
 
 class FunctionNumbers(NamedTuple):
@@ -59,10 +61,10 @@ def by_function(numbers: Any, at: int, share: float, depth: Any, rate: Any, more
         over = call_law(address, d, v + h_rate, numbers, own)[0]
         under = call_law(address, d, v - h_rate, numbers, own)[0]
         by_rate = (over - under) / (2.0 * h_rate)
-    press = share * (force + by_depth * d_beside + by_rate * v_beside)
+    normal_force = share * (force + by_depth * d_beside + by_rate * v_beside)
     # what is taken is told, and nothing follows from it: the slope of the force serves for that of its elastic part
     elastic_part = share * (elastic + (by_depth if force >= 0.0 else 0.0) * d_beside)
-    return press, elastic_part, share * (energy + elastic * d_beside), 0.0 * rate
+    return normal_force, elastic_part, share * (energy + elastic * d_beside), 0.0 * rate
 
 
 @checked("slopes")
@@ -140,7 +142,7 @@ class CompiledLaw(NormalLaw):
 
     def __reduce__(self) -> NoReturn:
         raise ModelError(
-            "a CompiledLaw cannot be sent to another process: the address of its function holds in this one alone. "
+            "a CompiledLaw cannot be sent to another process: the address of its function is valid in this one only. "
             "Remedy: make the scene, and the law, in the process that runs it"
         )
 
@@ -166,11 +168,11 @@ def _checked(f: Callable[[float, float], np.ndarray], depth: float, has_slopes: 
     force = f(depth, 0.0)[0]
     if not force > 0.0:
         raise ModelError(
-            f"{label} does not press: {force:g} N at the depth of {depth:g} m. Remedy: out[0], positive away from the "
+            f"{label} does not repel: {force:g} N at the depth of {depth:g} m. Remedy: out[0], positive away from the "
             "surface, or another depth"
         )
     if abs(f(AT_NOTHING * depth, 0.0)[2]) > AT_NOTHING * max(abs(f(depth, 0.0)[2]), force * depth):
-        raise ModelError(f"the energy of {label} is not 0 at no depth: out[2]")
+        raise ModelError(f"the energy of {label} is not 0 at zero depth: out[2]")
     for (d, rate), values in zip(at, given, strict=True):
         h, h_rate = STEP * d, STEP * abs(rate) + LEAST_STEP
         elastic = "elastic part, out[1], is not the derivative of its energy, out[2],"

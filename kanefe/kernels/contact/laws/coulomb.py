@@ -18,7 +18,7 @@ from kanefe.kernels.force_elements.blocks import places
 
 COULOMB = 1.0
 GAUSSIAN = 2.0
-"""Exponent of the fall from static friction."""
+"""Exponent of the decrease from static friction."""
 
 
 class CoulombNumbers(NamedTuple):
@@ -43,7 +43,7 @@ def coulomb(
     numbers: Any,
     at: int,
     share: float,
-    press: Any,
+    normal_force: Any,
     normal: Numbers,
     A_s: Numbers,
     along: Numbers,
@@ -57,15 +57,18 @@ def coulomb(
     size, mu = measured(numbers, at, pull, normal, A_s)
     ratio, speed = numbers[at + AT.static_ratio], numbers[at + AT.stribeck_speed]
     if is_held or speed == 0.0:
-        limit = mu * ratio * press if is_held else mu * press
+        limit = mu * ratio * normal_force if is_held else mu * normal_force
         kept, beyond = kept_of(size, limit, waits), size - limit
     else:
         kept = 0.0 * size + 1.0
         if size.real > 0.0:
-            kept = kept - c * slip_speed(size, mu * press, (ratio - 1.0) * mu * press, c, speed, GAUSSIAN) / size
+            kept = (
+                kept
+                - c * slip_speed(size, mu * normal_force, (ratio - 1.0) * mu * normal_force, c, speed, GAUSSIAN) / size
+            )
         beyond = size * (1.0 - kept)
-    drag, w_rate = given_way(k, c, pull, w, kept)
-    return drag, w_rate, k, (1.0 - kept) * norm(pull) / c, beyond
+    tangential, w_rate = given_way(k, c, pull, w, kept)
+    return tangential, w_rate, k, (1.0 - kept) * norm(pull) / c, beyond
 
 
 @kernel
@@ -145,9 +148,9 @@ class Coulomb(AnchoredFriction):
             )
         check_numbers(self, "static", "stribeck_speed", "stiffness", "damping", "torsional", "rolling")
         if self.stiffness == 0.0 or self.damping == 0.0:
-            raise ModelError("stiffness and damping of Coulomb must be > 0: what sticks hangs on them")
+            raise ModelError("stiffness and damping of Coulomb must be > 0: they hold a sticking point")
         if self.static is not None and self.static < mu.max():
-            raise ModelError(f"static of Coulomb, {self.static:g}, is below mu, {mu.max():g}. Remedy: the larger first")
+            raise ModelError(f"static of Coulomb, {self.static:g}, is below mu, {mu.max():g}. Remedy: exchange them")
         if self.static is not None and mu.shape == (2,):
             raise ModelError("Coulomb takes either `static` or two coefficients. Remedy: one coefficient")
         if self.stribeck_speed and not self.has_memory:

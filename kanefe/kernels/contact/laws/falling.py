@@ -9,7 +9,7 @@ import numpy as np
 from kanefe.kernels.compiler._numba import inlined, kernel
 
 MOST_TRIALS, CLOSE = 60, 1e-15
-"""Trials of Newton's method, and the share of a speed or of a pull that is round-off."""
+"""Largest number of trials of Newton's method, and round-off relative to a speed or an anchor force."""
 
 
 @inlined

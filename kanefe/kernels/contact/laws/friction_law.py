@@ -11,7 +11,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 
 STIFFNESS_RATIO = 1.0
-"""Stiffness of an anchor over that of the normal law, where it is not given."""
+"""Default stiffness of an anchor relative to that of the normal law."""
 
 
 class FrictionLaw(ABC):
@@ -82,7 +82,7 @@ class FrictionLaw(ABC):
         return 0.0
 
     @abstractmethod
-    def anchor(self, share: float, press: float) -> tuple[float, float]:
+    def anchor(self, share: float, normal_force: float) -> tuple[float, float]:
         """Return stiffness and damping of a point that sticks, with a share of the contact and a normal force."""
 
     @abstractmethod
@@ -150,7 +150,7 @@ class AnchoredFriction(FrictionLaw):
         """Stiffness of the springs of all points together, N/m."""
         return float(self.stiffness or 0.0)
 
-    def anchor(self, share: float, press: float) -> tuple[float, float]:
+    def anchor(self, share: float, normal_force: float) -> tuple[float, float]:
         """Return stiffness and damping of a point."""
         return share * float(self.stiffness or 0.0), share * float(self.damping or 0.0)
 
@@ -170,7 +170,7 @@ class AnchoredFriction(FrictionLaw):
             return self
         if stiffness is None:
             raise ModelError(
-                f"{label}: the normal law has no one stiffness that the friction's anchors could take. "
+                f"{label}: the normal law has no single stiffness for the friction anchors. "
                 f"Remedy: stiffness= of {type(self).__name__}"
             )
         return self.with_numbers(stiffness=STIFFNESS_RATIO * stiffness)
@@ -199,7 +199,7 @@ class AnchoredFriction(FrictionLaw):
         if len(set(self.coefficients)) > 1:
             return "friction of rigid contacts is the same in all directions. Remedy: one coefficient"
         if self.stiffness is not None or self.damping is not None:
-            return "what is rigid sticks without springs. Remedy: leave out stiffness and damping"
+            return "rigid contacts stick without springs. Remedy: leave out stiffness and damping"
         if self.turning_states:
             return "rigid contacts slip, but turn freely. Remedy: kanefe.HuntCrossley(...)"
         return ""

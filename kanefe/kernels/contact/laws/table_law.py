@@ -15,8 +15,8 @@ from kanefe.kernels.force_elements.blocks import places
 
 TABLE = 2.0
 PIECE = 6
-"""Numbers of a piece: where it begins (m), the force and the coefficients of the powers of the depth beyond, the energy
-up to there (J)."""
+"""Number of values of a piece: its start (m), the force and the coefficients of the powers of the depth beyond, the
+energy up to its start (J)."""
 
 
 class TableNumbers(NamedTuple):
@@ -104,7 +104,7 @@ def tabulated(depths: Any, forces: Any, label: str) -> dict[str, Any]:
     if d[0] > 0.0:
         d, f = np.append(0.0, d), np.append(0.0, f)
     if d[0] < 0.0 or f[0] != 0.0 or len(d) < 2:
-        raise ModelError(f"a table {label} begins with no force at no depth, not {f[0]:g} N at {d[0]:g} m")
+        raise ModelError(f"a table {label} must start with zero force at zero depth, not {f[0]:g} N at {d[0]:g} m")
     if np.any(np.diff(d) <= 0.0) or np.any(np.diff(f) < 0.0) or f[-1] <= 0.0:
         raise ModelError(f"depths {label} must rise, and forces must not fall. Remedy: sort them, smooth them")
     stiffness, of_table = float(f[-1] / d[-1]), {"depths": tuple(d.tolist()), "forces": tuple(f.tolist())}
