@@ -17,8 +17,7 @@ SERVED: dict[str, str] = {}
 
 def served(name: str) -> Callable[..., Any]:
     """Return a function of a room above, whose module is imported now."""
-    found: Callable[..., Any] = getattr(import_module(SERVED[name]), name)
-    return found
+    return getattr(import_module(SERVED[name]), name)
 
 
 def homes(path: str, name: str = "") -> dict[str, str]:

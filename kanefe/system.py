@@ -175,7 +175,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
             start as they were added. Its time does not count: loads and drives are those of `t_span`. Default: the
             start that the scene was given.
         **options
-            What follows.
+            The other parameters below.
 
         Other Parameters
         ----------------
@@ -353,7 +353,9 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
             Version of the standard.
         every : float
             How far a communication step usually goes, s.
-        t, start, inputs, outputs, duration, **steps
+        t, start, inputs, outputs, duration
+            As for `start`.
+        **steps
             As for `start`. Where "auto" would hand over from one method to another, the other is taken at once.
 
         Raises

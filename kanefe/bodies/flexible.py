@@ -181,8 +181,7 @@ class FlexibleBody(PickledByFields):
 
     def _repr_html_(self) -> str:
         """Return what a notebook shows of the body."""
-        card: str = served("body_card")(self)
-        return card
+        return served("body_card")(self)
 
     @property
     def count(self) -> int:
@@ -286,8 +285,7 @@ class FlexibleBody(PickledByFields):
         --------
         ``body.report().to_html("arm.html")``
         """
-        report: Report = served("body_report")(self)
-        return report
+        return served("body_report")(self)
 
     @checked
     def save(self, path: str | Path) -> None:

@@ -13,19 +13,29 @@ exerts on one body is the reverse of what it exerts on the other, taken about on
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
-from typing import ClassVar, NamedTuple
+from functools import cached_property
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from kanefe.bodies.marker import Marker
-from kanefe.frames import Matrix, Vector, cross
+from kanefe.frames import Matrix, Vector
+from kanefe.kernels.constraints.constraint_rows import (
+    COUPLER_ROW,
+    DIRECTION_ROW,
+    DISTANCE_ROW,
+    POINT_ROW,
+    ROLLING_ROW,
+    SCREW_ROW,
+    RowNumbers,
+    row_residual,
+    row_terms,
+)
 from kanefe.kernels.constraints.tolerances import HALF_ON
+from kanefe.kernels.force_elements.blocks import flat
 
 METRE, RADIAN = "m", "rad"
-
-_ZERO = np.zeros(3)
 
 
 class MarkerMotion(NamedTuple):
@@ -56,8 +66,10 @@ Wrenches = tuple[Vector, Vector, Vector, Vector]
 
 
 class _OfMarkers:
-    """Common part of the rows between two markers."""
+    """Common part of the rows between two markers: what `kanefe.kernels.constraints.constraint_rows` makes of them."""
 
+    kind: ClassVar[int]
+    is_ball: bool = False
     a: Marker
     b: Marker
 
@@ -70,6 +82,31 @@ class _OfMarkers:
     def holds_place(self) -> bool:
         """Whether it holds coordinates, and not speeds alone."""
         return True
+
+    @cached_property
+    def numbers(self) -> Vector:
+        """What it has of `RowNumbers`, one after the other."""
+        return flat(RowNumbers(**{name: getattr(self, name) for name in RowNumbers._fields if hasattr(self, name)}))
+
+    def residual(self, a: MarkerMotion, b: MarkerMotion) -> float:
+        """Return g in the unit of the row; of rows that hold places."""
+        places: Any = ((tuple(end.p.tolist()), tuple(end.A.ravel().tolist())) for end in (a, b))
+        return float(row_residual(self.kind, self.numbers[None], 0, self.is_ball, *places))
+
+    def terms(self, a: MarkerMotion, b: MarkerMotion) -> tuple[Wrenches, float]:
+        """Return the wrenches of a unit multiplier, and the part of d2g/dt2 without du (m/s2, 1/s2)."""
+        motions: Any = [tuple(tuple(part.ravel().tolist()) for part in end) for end in (a, b)]
+        *wrenches, remainder = row_terms(self.kind, self.numbers[None], 0, self.is_ball, *motions)
+        force_a, moment_a, force_b, moment_b = (np.array(part) for part in wrenches)
+        return (force_a, moment_a, force_b, moment_b), float(remainder)
+
+    def wrenches(self, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
+        """Return the wrenches of a unit multiplier."""
+        return self.terms(a, b)[0]
+
+    def remainder(self, a: MarkerMotion, b: MarkerMotion) -> float:
+        """Return the part of d2g/dt2 without du, m/s2 or 1/s2."""
+        return self.terms(a, b)[1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,27 +122,12 @@ class PointRow(_OfMarkers):
         Normal of the plane in a's axes.
     """
 
+    kind: ClassVar[int] = POINT_ROW
     unit: ClassVar[str] = METRE
     label: str
     a: Marker
     b: Marker
     e: Vector
-
-    def residual(self, a: MarkerMotion, b: MarkerMotion) -> float:
-        """Return g in m."""
-        return float((a.A @ self.e) @ (b.p - a.p))
-
-    def wrenches(self, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
-        """Return the wrenches of a unit multiplier."""
-        e = a.A @ self.e
-        return -e, cross(e, b.p - a.p), e, _ZERO
-
-    def remainder(self, a: MarkerMotion, b: MarkerMotion) -> float:
-        """Return the part of d2g/dt2 without du, m/s2."""
-        e = a.A @ self.e
-        turning = cross(a.w, e)
-        bend = cross(a.Y, e) + cross(a.w, turning)
-        return float(e @ (b.Z - a.Z) + 2.0 * turning @ (b.v - a.v) + bend @ (b.p - a.p))
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,6 +144,7 @@ class DirectionRow(_OfMarkers):
         Of the angle between them.
     """
 
+    kind: ClassVar[int] = DIRECTION_ROW
     unit: ClassVar[str] = RADIAN
     label: str
     a: Marker
@@ -129,21 +152,6 @@ class DirectionRow(_OfMarkers):
     e: Vector
     f: Vector
     cosine: float = 0.0
-
-    def residual(self, a: MarkerMotion, b: MarkerMotion) -> float:
-        """Return g, rad for small errors of perpendicular directions."""
-        return float((a.A @ self.e) @ (b.A @ self.f)) - self.cosine
-
-    def wrenches(self, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
-        """Return the wrenches of a unit multiplier: a pair of moments."""
-        moment = cross(b.A @ self.f, a.A @ self.e)
-        return _ZERO, -moment, _ZERO, moment
-
-    def remainder(self, a: MarkerMotion, b: MarkerMotion) -> float:
-        """Return the part of d2g/dt2 without du, 1/s2."""
-        e, f = a.A @ self.e, b.A @ self.f
-        turning = cross(cross(b.w, f), e) + cross(f, cross(a.w, e))
-        return float(cross(f, e) @ (b.Y - a.Y) + turning @ (b.w - a.w))
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,29 +166,12 @@ class DistanceRow(_OfMarkers):
         m, above zero.
     """
 
+    kind: ClassVar[int] = DISTANCE_ROW
     unit: ClassVar[str] = METRE
     label: str
     a: Marker
     b: Marker
     length: float
-
-    def residual(self, a: MarkerMotion, b: MarkerMotion) -> float:
-        """Return g in m."""
-        return float(np.linalg.norm(b.p - a.p)) - self.length
-
-    def wrenches(self, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
-        """Return the wrenches of a unit multiplier: a thrust along the rod."""
-        d = b.p - a.p
-        n = d / np.linalg.norm(d)
-        return -n, _ZERO, n, _ZERO
-
-    def remainder(self, a: MarkerMotion, b: MarkerMotion) -> float:
-        """Return the part of d2g/dt2 without du, m/s2."""
-        d, rate = b.p - a.p, b.v - a.v
-        distance = float(np.linalg.norm(d))
-        n = d / distance
-        along = float(n @ rate)
-        return float(n @ (b.Z - a.Z)) + (float(rate @ rate) - along * along) / distance
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,6 +193,7 @@ class ScrewRow(_OfMarkers):
         m a turn, not zero.
     """
 
+    kind: ClassVar[int] = SCREW_ROW
     unit: ClassVar[str] = METRE
     label: str
     a: Marker
@@ -209,28 +201,6 @@ class ScrewRow(_OfMarkers):
     e: Vector
     side: Vector
     lead: float
-
-    def residual(self, a: MarkerMotion, b: MarkerMotion) -> float:
-        """Return g in m, at most half a lead."""
-        e, side, turned = a.A @ self.e, a.A @ self.side, b.A @ self.side
-        angle = math.atan2(turned @ cross(e, side), turned @ side)
-        open_turns = (e @ (b.p - a.p)) / self.lead - angle / (2.0 * math.pi)
-        return float(open_turns - round(open_turns)) * self.lead
-
-    def wrenches(self, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
-        """Return the wrenches of a unit multiplier."""
-        e = a.A @ self.e
-        moment = self.lead / (2.0 * math.pi) * e
-        return -e, cross(e, b.p - a.p) + moment, e, -moment
-
-    def remainder(self, a: MarkerMotion, b: MarkerMotion) -> float:
-        """Return the part of d2g/dt2 without du, m/s2."""
-        e = a.A @ self.e
-        turning = cross(a.w, e)
-        bend = cross(a.Y, e) + cross(a.w, turning)
-        slide = e @ (b.Z - a.Z) + 2.0 * turning @ (b.v - a.v) + bend @ (b.p - a.p)
-        turn = e @ (b.Y - a.Y) + turning @ (b.w - a.w)
-        return float(slide - self.lead / (2.0 * math.pi) * turn)
 
 
 NORMAL, FIRST, SECOND = "normal", "first", "second"
@@ -257,6 +227,7 @@ class RollingRow(_OfMarkers):
         A ball touches below its centre; a thin wheel at the lowest point of its rim.
     """
 
+    kind: ClassVar[int] = ROLLING_ROW
     unit: ClassVar[str] = METRE
     label: str
     a: Marker
@@ -266,49 +237,14 @@ class RollingRow(_OfMarkers):
     is_ball: bool
 
     @property
+    def e(self) -> Vector:
+        """Its direction in the axes of the plane."""
+        return np.eye(3)[DIRECTIONS[self.direction]]
+
+    @property
     def holds_place(self) -> bool:
         """Only along the normal."""
         return self.direction == NORMAL
-
-    def residual(self, a: MarkerMotion, b: MarkerMotion) -> float:
-        """Return the height of the lowest point in m; of the normal row."""
-        return float(a.A[:, 2] @ (b.p - a.p + self.radius * self._down(a, b)))
-
-    def wrenches(self, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
-        """Return the wrenches of a unit multiplier: a force at the contact."""
-        e = a.A[:, DIRECTIONS[self.direction]]
-        spoke = self.radius * self._down(a, b)
-        return -e, cross(e, b.p + spoke - a.p), e, cross(spoke, e)
-
-    def remainder(self, a: MarkerMotion, b: MarkerMotion) -> float:
-        """Return the part of the acceleration along the row without du, m/s2."""
-        e = a.A[:, DIRECTIONS[self.direction]]
-        spoke, spoke_rate = self.radius * self._down(a, b), self.radius * self._down_rate(a, b)
-        arm, arm_rate = b.p + spoke - a.p, b.v + spoke_rate - a.v
-        slip = b.v + cross(b.w, spoke) - a.v - cross(a.w, arm)
-        slip_rate = b.Z + cross(b.Y, spoke) + cross(b.w, spoke_rate) - a.Z - cross(a.Y, arm) - cross(a.w, arm_rate)
-        return float(e @ slip_rate + cross(a.w, e) @ slip)
-
-    def _down(self, a: MarkerMotion, b: MarkerMotion) -> Vector:
-        """Return the unit vector from the hub to the lowest point."""
-        n = a.A[:, 2]
-        if self.is_ball:
-            return -n
-        s = b.A[:, 2]
-        across = n - (n @ s) * s
-        return -across / np.linalg.norm(across)
-
-    def _down_rate(self, a: MarkerMotion, b: MarkerMotion) -> Vector:
-        n, s = a.A[:, 2], b.A[:, 2]
-        n_rate = cross(a.w, n)
-        if self.is_ball:
-            return -n_rate
-        s_rate, lean = cross(b.w, s), n @ s
-        across = n - lean * s
-        across_rate = n_rate - (n_rate @ s + n @ s_rate) * s - lean * s_rate
-        size = np.linalg.norm(across)
-        unit = across / size
-        return -(across_rate - (unit @ across_rate) * unit) / size
 
 
 @dataclass(frozen=True, eq=False)
@@ -331,6 +267,12 @@ class CouplerRow:
     unit: str = RADIAN
     markers: ClassVar[tuple[Marker, ...]] = ()
     holds_place: ClassVar[bool] = True
+    kind: ClassVar[int] = COUPLER_ROW
+
+    @property
+    def numbers(self) -> Vector:
+        """What it has of `RowNumbers`, one after the other."""
+        return flat(RowNumbers(constant=self.constant))
 
 
 MarkerRow = PointRow | DirectionRow | DistanceRow | ScrewRow | RollingRow

@@ -16,7 +16,8 @@ from kanefe.contact.rest import Rest
 from kanefe.contact.starts import warn_of_start
 from kanefe.frames import Vector, across, cross
 from kanefe.kernels.contact.laws.normal_law import normal_law
-from kanefe.loads.base import Action, End, LoadEvent, LoadKernel, Tangent
+from kanefe.loads.action import Action, End, LoadKernel, Tangent
+from kanefe.loads.base import LoadEvent
 from kanefe.loads.reach import LoadReach
 
 if TYPE_CHECKING:
@@ -55,16 +56,18 @@ class Contact(ContactData):
         """Return it with the points that slip at the start; warn of a bad start."""
         touches = self.touches(ends, replace(self, slides=()).initial_states)
         warn_of_start(self.name, self.probes, ends, touches)
-        slides = [i for i, touch in enumerate(touches) if touch.depth <= 0.0 or touch.reserve > 0.0]
+        slides = [i for i, touch in enumerate(touches) if touch.depth <= 0.0 or touch.slip_margin > 0.0]
         return replace(self, slides=tuple(slides))
 
     def anchors(self, ends: Sequence[End], states: Vector) -> list[Anchor]:
         """Return those of its friction where it touches."""
         return anchors_of(self, ends, states)
 
-    def anchored(self, ends: Sequence[End], states: Vector, drags: Sequence[Vector], slips: Sequence[bool]) -> Vector:
+    def anchored(
+        self, ends: Sequence[End], states: Vector, tangentials: Sequence[Vector], slips: Sequence[bool]
+    ) -> Vector:
         """Return the internal states with which these give some friction."""
-        return anchored(self, ends, states, drags, slips)
+        return anchored(self, ends, states, tangentials, slips)
 
     def resting(self, ends: Sequence[End], softness: float = 0.0) -> Contact:
         """Return the contact about a state of rest: what sticks hangs on springs to where it is now."""
@@ -81,8 +84,8 @@ class Contact(ContactData):
             return after
         for i, touch in enumerate(self.touches(ends, states)):
             share, lever = self.probes[i][1].share, self.probes[i][1].lever
-            k, at = law.anchor(share, max(touch.press, 1e-300))[0], self.begins + self.each * i
-            after[at : at + 3] = ends[0].A.T @ touch.drag / k
+            k, at = law.anchor(share, max(touch.normal_force, 1e-300))[0], self.begins + self.each * i
+            after[at : at + 3] = ends[0].A.T @ touch.tangential / k
             if law.has_memory:
                 after[at + 3] = float(touch.depth > 0.0)
             turning = after[self.turning(i)]
@@ -97,19 +100,21 @@ class Contact(ContactData):
         """Return what `columns` say of force, depth, slip, place, work of friction and status."""
         touches = self.touches(ends, states)
         pressed = [touch for touch in touches if touch.depth > 0.0]
-        drag = -sum((touch.drag for touch in pressed), np.zeros(3))
-        force = sum((touch.press * touch.normal for touch in pressed), np.zeros(3))
+        tangential = -sum((touch.tangential for touch in pressed), np.zeros(3))
+        force = sum((touch.normal_force * touch.normal for touch in pressed), np.zeros(3))
         status = OPEN
         if pressed:
-            status = SLIPS if self.friction is None or max(touch.reserve for touch in pressed) > 0.0 else STICKS
+            status = SLIPS if self.friction is None or max(touch.slip_margin for touch in pressed) > 0.0 else STICKS
         slid = (0.0, 0.0) if self.friction is None else (states[0], states[1])
         depth = max(touch.depth for touch in touches)
-        normal = sum(touch.press for touch in pressed)
+        normal = sum(touch.normal_force for touch in pressed)
         if normal > 0.0:
-            point = sum((touch.press * touch.point for touch in pressed), np.zeros(3)) / normal
+            point = sum((touch.normal_force * touch.point for touch in pressed), np.zeros(3)) / normal
         else:
             point = max(touches, key=lambda touch: touch.depth).point
-        return np.array((*(force + drag), normal, np.linalg.norm(drag), depth, slid[0], *point, slid[1], status))
+        return np.array(
+            (*(force + tangential), normal, np.linalg.norm(tangential), depth, slid[0], *point, slid[1], status)
+        )
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
         """Return stiffness and damping of closed and of sticking points: anchors stretch as its ends move."""
@@ -119,8 +124,8 @@ class Contact(ContactData):
                 continue
             probe, law = self.probes[i][1], self.normal
             directions = [(touch.normal, law.slope(touch.depth, probe.share), 0.0)]
-            if self.friction is not None and touch.reserve <= 0.0:
-                k, c = self.friction.anchor(probe.share, touch.press)
+            if self.friction is not None and touch.slip_margin <= 0.0:
+                k, c = self.friction.anchor(probe.share, touch.normal_force)
                 directions += [(along, k, c) for along in across(touch.normal)]
             for along, k, c in directions:
                 row = np.zeros((len(ends), 6))

@@ -11,8 +11,8 @@ from kanefe.contact.contact_data import ContactData
 from kanefe.contact.contact_evaluation import InPython
 from kanefe.contact.touching_point import along_surface
 from kanefe.frames import Matrix, Vector, across, cross
+from kanefe.loads.action import End
 from kanefe.loads.anchors import Anchor
-from kanefe.loads.base import End
 
 
 class _Placed(NamedTuple):
@@ -30,13 +30,15 @@ def anchors_of(contact: ContactData, ends: Sequence[End], states: Vector) -> lis
 
 
 def anchored(
-    contact: ContactData, ends: Sequence[End], states: Vector, drags: Sequence[Vector], slips: Sequence[bool]
+    contact: ContactData, ends: Sequence[End], states: Vector, tangentials: Sequence[Vector], slips: Sequence[bool]
 ) -> Vector:
     """Return the internal states with which they give some friction: see `kanefe.loads.base.Load.anchored`."""
     after = states.copy()
-    for (anchor, at, axes, marked), drag, is_slipping in zip(_placed(contact, ends, states), drags, slips, strict=True):
-        stretch = anchor.stretch(drag)
-        if len(drag) == 1:
+    for (anchor, at, axes, marked), tangential, is_slipping in zip(
+        _placed(contact, ends, states), tangentials, slips, strict=True
+    ):
+        stretch = anchor.stretch(tangential)
+        if len(tangential) == 1:
             after[at] = stretch[0]
         else:
             after[at : at + 3] = ends[0].A.T @ (stretch @ axes)
@@ -60,12 +62,12 @@ def _placed(contact: ContactData, ends: Sequence[End], states: Vector) -> Iterat
             axes[0] = first / np.linalg.norm(first)
             axes[1], shares = cross(n, axes[0]), np.array(law.coefficients)
             holds = slides = 1.0
-        k, c = law.anchor(probe.share, touch.press)
+        k, c = law.anchor(probe.share, touch.normal_force)
         at, turning = contact.begins + contact.each * i, contact.turning(i).start
         rows = _slides(axes, touch.point, touch.end, ends)
         slip = axes @ touch.along
         yield _Placed(
-            Anchor(rows, slip, shares, holds * touch.press, slides * touch.press, k, c),
+            Anchor(rows, slip, shares, holds * touch.normal_force, slides * touch.normal_force, k, c),
             at,
             axes,
             at + 3 if law.has_memory else None,
@@ -75,7 +77,7 @@ def _placed(contact: ContactData, ends: Sequence[End], states: Vector) -> Iterat
             (probe.lever if law.rolling > 0.0 else 0.0, law.rolling, axes),
         ):
             if arm > 0.0:
-                rows, held = _turns(along, touch.end, len(ends)), most * touch.press
+                rows, held = _turns(along, touch.end, len(ends)), most * touch.normal_force
                 anchor = Anchor(rows, along @ w, np.ones(len(along)), held, held, k * arm**2, c * arm**2)
                 yield _Placed(anchor, turning, along)
                 turning += 1

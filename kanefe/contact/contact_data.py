@@ -12,7 +12,8 @@ import numpy as np
 from kanefe.frames import Vector
 from kanefe.kernels.contact.contact_places import POINTS, ContactNumbers, PointNumbers
 from kanefe.kernels.force_elements.blocks import flat
-from kanefe.loads.base import End, Load
+from kanefe.loads.action import End
+from kanefe.loads.base import Load
 
 if TYPE_CHECKING:
     from kanefe.contact.geometry.shape import Probe, SurfaceShape

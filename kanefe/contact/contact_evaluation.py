@@ -15,7 +15,7 @@ from kanefe.kernels.contact.contact_places import POINT_NUMBERS, POINTS
 from kanefe.kernels.contact.detection import located, met_by
 from kanefe.kernels.force_elements.bushing import nine
 from kanefe.kernels.force_elements.places import WRENCH, WRENCHES, A
-from kanefe.loads.base import Action, End, LoadKernel
+from kanefe.loads.action import Action, End, LoadKernel
 from kanefe.loads.by_kernel import numbers_of
 
 
@@ -83,13 +83,13 @@ class InPython:
             at = contact.begins + contact.each * i
             stretch = self._states[at : at + 3] if contact.friction is not None and contact.rest is None else (0, 0, 0)
             return Touch(met.depth, number, place, normal, stretch=self.ends[0].A @ stretch)
-        _, along, _, _, pressed, (w, drag, w_rate, _, _, beyond) = kernels.touching(*given)
+        _, along, _, _, pressed, (w, tangential, w_rate, _, _, beyond) = kernels.touching(*given)
         moment = np.zeros(3)
         if contact.friction is not None and contact.friction.turning_states:
             out: list[Any] = [0.0] * (WRENCHES + WRENCH * len(self.ends) + len(self._states))
             moment = -np.array(
                 kernels.turned(self._numbers, i, met.normal, self._axes, self._ends, pressed[0], self._states, out)
             )
-        found = Touch(met.depth, number, place, normal, pressed[0], reserve=beyond, moment=moment)
-        slides, friction, stretch, stretch_rate = (np.array(x) for x in (along, drag, w, w_rate))
-        return found._replace(along=slides, drag=friction, stretch=stretch, stretch_rate=stretch_rate)
+        found = Touch(met.depth, number, place, normal, pressed[0], slip_margin=beyond, moment=moment)
+        slides, friction, stretch, stretch_rate = (np.array(x) for x in (along, tangential, w, w_rate))
+        return found._replace(along=slides, tangential=friction, stretch=stretch, stretch_rate=stretch_rate)

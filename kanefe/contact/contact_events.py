@@ -10,7 +10,8 @@ from kanefe.contact.contact_evaluation import InPython
 from kanefe.contact.touching_point import velocity_past
 from kanefe.frames import Vector
 from kanefe.kernels.contact.contact_forces import AT_THE_LIMIT
-from kanefe.loads.base import End, LoadEvent
+from kanefe.loads.action import End
+from kanefe.loads.base import LoadEvent
 
 
 def of_point(what: str, i: int) -> str:
@@ -70,12 +71,12 @@ class Watched:
         sign = 1.0 if to == 0.0 else -1.0
         flags = states[contact.begins + 3 :: contact.each]
         concerned = [
-            (i, sign * touch.reserve, touch.press)
+            (i, sign * touch.slip_margin, touch.normal_force)
             for i, (touch, flag) in enumerate(zip(InPython(contact, ends, states).touches(), flags, strict=True))
             if touch.depth > 0.0 and (flag > 0.5) == (to == 0.0)
         ]
-        extreme = max((reserve for _, reserve, _ in concerned), default=0.0)
-        for i, reserve, press in concerned:
-            if reserve >= min(extreme, -AT_THE_LIMIT * press):
+        extreme = max((slip_margin for _, slip_margin, _ in concerned), default=0.0)
+        for i, slip_margin, normal_force in concerned:
+            if slip_margin >= min(extreme, -AT_THE_LIMIT * normal_force):
                 after[contact.begins + contact.each * i + 3] = to
         return after

@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.contact.contact import OPEN, SLIPS, STICKS
 from kanefe.contact.touching_point import along_surface, velocity_past
 from kanefe.frames import Matrix, Vector
-from kanefe.loads.base import End
+from kanefe.loads.action import End
 
 if TYPE_CHECKING:
     from kanefe.contact.contact import Contact
@@ -33,8 +33,8 @@ def _told(contact: Contact, ends: Sequence[End], touch: Touch) -> Vector:
     if touch.depth <= 0.0:
         found[11] = OPEN
         return found
-    sticks = law is not None and touch.reserve <= 0.0
-    found[0], found[1:4] = touch.press, -back @ touch.drag
+    sticks = law is not None and touch.slip_margin <= 0.0
+    found[0], found[1:4] = touch.normal_force, -back @ touch.tangential
     if law is None:
         found[8:11] = back @ along_surface(velocity_past(ends[0], ends[touch.end], touch.point), n)
     elif not (sticks and law.holds):  # bristles creep; of what sticks there is round-off alone

@@ -14,7 +14,7 @@ from kanefe.contact.geometry._coal import check_library, nearest
 from kanefe.contact.geometry.convex import Convex
 from kanefe.contact.geometry.shape import Probe, SurfaceShape
 from kanefe.contact.shapes import Box, Capsule, Cylinder, Sphere
-from kanefe.loads.base import End, LoadKernel
+from kanefe.loads.action import End, LoadKernel
 
 if TYPE_CHECKING:
     from kanefe.contact.wanted_contact import WantedContact

@@ -84,11 +84,6 @@ class Sphere(SurfaceShape):
     def __post_init__(self) -> None:
         positive(self.radius, "radius of a sphere")
 
-    def distance(self, x: Vector) -> tuple[float, Vector]:
-        """Return the signed distance of a point from it, m, and its normal."""
-        length, along = length_and_direction(np.asarray(x, dtype=float))
-        return _side(self.inside, length - self.radius, along)
-
     @property
     def bounds(self) -> Bounds:
         """The ball itself; of a room the cube in it."""
@@ -139,13 +134,6 @@ class Capsule(SurfaceShape):
         positive(self.length, "length of a capsule")
         object.__setattr__(self, "axis", direction(self.axis, "axis of a capsule"))
 
-    def distance(self, x: Vector) -> tuple[float, Vector]:
-        """Return the signed distance of a point from it, m, and its normal."""
-        x = np.asarray(x, dtype=float)
-        along = float(np.clip(self.axis @ x, -0.5 * self.length, 0.5 * self.length))
-        length, normal = length_and_direction(x - along * self.axis)
-        return length - self.radius, normal
-
     @property
     def bounds(self) -> Bounds:
         """The box about its axis, rounded."""
@@ -192,18 +180,6 @@ class Cylinder(SurfaceShape):
         positive(self.radius, "radius of a cylinder")
         positive(self.length, "length of a cylinder")
         object.__setattr__(self, "axis", direction(self.axis, "axis of a cylinder"))
-
-    def distance(self, x: Vector) -> tuple[float, Vector]:
-        """Return the signed distance of a point from it, m, and its normal."""
-        x = np.asarray(x, dtype=float)
-        height = float(self.axis @ x)
-        rho, outward = length_and_direction(x - height * self.axis)
-        end = math.copysign(1.0, height) * self.axis
-        over, beyond = rho - self.radius, abs(height) - 0.5 * self.length
-        if over > 0.0 and beyond > 0.0:
-            distance = math.hypot(over, beyond)
-            return _side(self.inside, distance, (over * outward + beyond * end) / distance)
-        return _side(self.inside, over, outward) if over > beyond else _side(self.inside, beyond, end)
 
     @property
     def bounds(self) -> Bounds:
@@ -257,18 +233,6 @@ class Box(SurfaceShape):
             raise ModelError(f"size of a box must be three finite numbers > 0, m, not {self.size!r}")
         object.__setattr__(self, "size", size)
 
-    def distance(self, x: Vector) -> tuple[float, Vector]:
-        """Return the signed distance of a point from it, m, and its normal."""
-        x = np.asarray(x, dtype=float)
-        sides = np.where(x < 0.0, -1.0, 1.0)
-        over = np.abs(x) - 0.5 * self.size
-        if over.max() > 0.0:
-            outside = np.maximum(over, 0.0)
-            length = float(np.linalg.norm(outside))
-            return _side(self.inside, length, sides * outside / length)
-        nearest = int(np.argmax(over))
-        return _side(self.inside, float(over[nearest]), sides * np.eye(3)[nearest])
-
     @property
     def bounds(self) -> Bounds:
         """The box itself."""
@@ -317,13 +281,6 @@ class Torus(SurfaceShape):
             positive(self.tube, "tube of a torus")
         object.__setattr__(self, "axis", direction(self.axis, "axis of a torus"))
 
-    def distance(self, x: Vector) -> tuple[float, Vector]:
-        """Return the signed distance of a point from it, m, and its normal."""
-        x = np.asarray(x, dtype=float)
-        _, outward = length_and_direction(x - (self.axis @ x) * self.axis)
-        length, normal = length_and_direction(x - self.radius * outward)
-        return length - self.tube, normal
-
     @property
     def bounds(self) -> Bounds:
         """The box about the circle of centres, rounded."""
@@ -355,8 +312,3 @@ def _room(half: Vector) -> Bounds:
 
 def _sign(inside: bool) -> float:
     return -1.0 if inside else 1.0
-
-
-def _side(inside: bool, distance: float, normal: Vector) -> tuple[float, Vector]:
-    sign = _sign(inside)
-    return sign * distance, sign * normal

@@ -11,7 +11,7 @@ from kanefe.errors import SimulationWarning, outside
 if TYPE_CHECKING:
     from kanefe.contact.geometry.shape import Probe
     from kanefe.contact.touching_point import Touch
-    from kanefe.loads.base import End
+    from kanefe.loads.action import End
 
 DEEP = 1e-3
 """Initial depth for which a warning is issued, m: contacts at rest on anything but tyres and rubber are less deep."""
@@ -27,7 +27,7 @@ def warn_of_start(
     deepest = max(touches, key=lambda touch: touch.depth)
     if deepest.depth > DEEP:
         warnings.warn(
-            f"contact {name!r} begins {deepest.depth:.3g} m deep in its surface, with {deepest.press:.3g} N: "
+            f"contact {name!r} begins {deepest.depth:.3g} m deep in its surface, with {deepest.normal_force:.3g} N: "
             "unless this force is balanced, the body will be thrown out. Remedy: place it outside, or start from "
             "kf.equilibrium",
             SimulationWarning,

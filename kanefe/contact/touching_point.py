@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.frames import Vector, cross
-from kanefe.loads.base import End
+from kanefe.loads.action import End
 
 
 def along_surface(x: Vector, n: Vector) -> Vector:
@@ -26,15 +26,15 @@ class Touch(NamedTuple):
         What it is fixed in.
     point, normal : ndarray, shape (3,)
         Where it touches, and away from the surface, in N.
-    press : float
+    normal_force : float
         Normal force, N.
     along : ndarray, shape (3,)
         Velocity along the surface, m/s.
-    drag : ndarray, shape (3,)
+    tangential : ndarray, shape (3,)
         Friction, against the motion, N.
     stretch, stretch_rate : ndarray, shape (3,)
         Of the anchor's spring, in N.
-    reserve : float
+    slip_margin : float
         Pull above what friction can take, N: it slips where this is above zero.
     moment : ndarray, shape (3,)
         Of friction against turning, on what touches, in N, N m.
@@ -44,12 +44,12 @@ class Touch(NamedTuple):
     end: int
     point: Vector
     normal: Vector
-    press: float = 0.0
+    normal_force: float = 0.0
     along: Vector = np.zeros(3)
-    drag: Vector = np.zeros(3)
+    tangential: Vector = np.zeros(3)
     stretch: Vector = np.zeros(3)
     stretch_rate: Vector = np.zeros(3)
-    reserve: float = 0.0
+    slip_margin: float = 0.0
     moment: Vector = np.zeros(3)
 
 

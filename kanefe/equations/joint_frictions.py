@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import sqrt
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.loads.anchors import default_damping
-from kanefe.loads.base import Load
 from kanefe.tree.body_terms import BodyTerms
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import scene_length
@@ -60,7 +59,7 @@ def with_joint_frictions(model: Model, t: float) -> Model:
     model = model.with_loads((*model.loads, *found))
     q, u, z = model.initial_coordinates, model.initial_speeds, model.initial_states
     z = with_consistent_loads(model, t, q, u, z)
-    loads: list[Load] = list(model.loads)
+    loads: list[Any] = list(model.loads)
     for number in model.bearings:
         load = model.following(number)
         loads[number] = load.with_first_load(float(z[model.load_states[number]][load.load_state]))

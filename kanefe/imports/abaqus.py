@@ -63,7 +63,7 @@ def read_abaqus(
     trusted : bool
         Whether the input file may include files outside its folder.
     **expected
-        What follows, as `kanefe.imports.self_check.self_check` takes it.
+        The other parameters below, as `kanefe.imports.self_check.self_check` takes it.
 
     Other Parameters
     ----------------

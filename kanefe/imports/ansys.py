@@ -76,7 +76,9 @@ def read_ansys(
         ROTZ), 0 for a generalised coordinate of a superelement, under a label of its own.
     generalised : sequence of int, optional
         Nodes of the mapping that are no points of the body but carry generalised coordinates of a superelement.
-    groups, units, **expected : optional
+    groups, units : optional
+        See `read_abaqus`.
+    **expected
         See `read_abaqus`.
 
     Returns

@@ -96,7 +96,7 @@ def model_from_matrices(
     source : str
         Kept in the provenance.
     **more
-        What follows.
+        The other parameters below.
 
     Other Parameters
     ----------------

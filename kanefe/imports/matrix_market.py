@@ -48,7 +48,9 @@ def read_matrix_market(
         All components of the first node first, or the first component of all nodes.
     groups : dict of str to node numbers, optional
         Places in `nodes`, or labels if a file gives them.
-    units, **expected : optional
+    units : optional
+        See `read_abaqus`.
+    **expected
         See `read_abaqus`.
 
     Raises

@@ -67,7 +67,9 @@ def read_nastran(
     generalised : sequence of int, optional
         Grid points that are no points of the body but carry generalised coordinates, where a QSET names grid points.
         Scalar points (SPOINT) always do.
-    groups, units, **expected : optional
+    groups, units : optional
+        See `read_abaqus`.
+    **expected
         See `read_abaqus`.
 
     Returns

@@ -71,7 +71,7 @@ def read_matrices(
     Parameters
     ----------
     path : path
-    **expected : optional
+    **expected
         See `read_abaqus`.
 
     Raises

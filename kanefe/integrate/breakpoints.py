@@ -13,7 +13,7 @@ from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.stepper import LEAST_STEPS
 from kanefe.joints.motion import Motion
 from kanefe.joints.rates_over_time import finite_rows, values_at
-from kanefe.kernels.steppers.step_commands import FIRST_KNOT, LAST_KEPT
+from kanefe.kernels.steppers.step_commands import FIRST_BREAKPOINT, LAST_KEPT
 from kanefe.loads.controller import Held
 from kanefe.order_n.tables.inputs import loads_with_values
 from kanefe.tree.model_data import ModelData
@@ -51,9 +51,9 @@ def breakpoints_of(dynamics: Dynamics, base: int, changes: np.ndarray) -> np.nda
     breakpoints = changes if len(changes) else _breakpoints_of_tables(dynamics)
     if len(breakpoints) < 2:
         return np.zeros(0)
-    head = np.zeros(FIRST_KNOT)
-    head[0] = base + FIRST_KNOT + 1
-    head[LAST_KEPT] = base + FIRST_KNOT + len(changes) if len(changes) else 0.0
+    head = np.zeros(FIRST_BREAKPOINT)
+    head[0] = base + FIRST_BREAKPOINT + 1
+    head[LAST_KEPT] = base + FIRST_BREAKPOINT + len(changes) if len(changes) else 0.0
     return np.concatenate((head, breakpoints))
 
 

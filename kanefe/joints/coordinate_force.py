@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import numbers, shaped_numbers
+from kanefe.frames import Vector, numbers, shaped_numbers
+from kanefe.kernels.force_elements.blocks import flat
+from kanefe.kernels.loads.coordinate_law import CoordinateLaw, coordinate_force, coordinate_potential, coordinate_slopes
 
 
 @dataclass(frozen=True)
@@ -193,34 +196,28 @@ class CoordinateForce:
         """Whether its slopes change with the state: it has limits."""
         return math.isfinite(self.lower) or math.isfinite(self.upper)
 
+    @cached_property
+    def law(self) -> Vector:
+        """Its numbers but for friction, those of `kanefe.kernels.loads.coordinate_law`."""
+        spring = self.stiffness, self.damping, self.rest
+        return flat(CoordinateLaw(*spring, self.lower, self.upper, self.limit_stiffness, self.limit_damping))
+
     def force(self, q: float, rate: float) -> float:
         """Return the generalised force at coordinate q (m) and its rate (m/s) but for friction, N."""
-        total = -self.stiffness * (q - self.rest) - self.damping * rate
-        if q > self.upper:
-            total -= max(0.0, self.limit_stiffness * (q - self.upper) + self.limit_damping * rate)
-        elif q < self.lower:
-            total += max(0.0, self.limit_stiffness * (self.lower - q) - self.limit_damping * rate)
-        return total
+        return float(sum(coordinate_force(self.law, q, rate)))
 
     def potential(self, q: float) -> float:
         """Return the energy in the spring and in the stops at coordinate q, J."""
-        beyond = max(0.0, q - self.upper, self.lower - q)
-        return 0.5 * self.stiffness * (q - self.rest) ** 2 + 0.5 * self.limit_stiffness * beyond**2
+        return float(coordinate_potential(self.law, q))
 
     def dissipation(self, q: float, rate: float) -> float:
         """Return the power that damping and stops take, W: what the force does beyond the potential."""
-        elastic = -self.stiffness * (q - self.rest)
-        elastic -= self.limit_stiffness * (max(0.0, q - self.upper) - max(0.0, self.lower - q))
-        return (elastic - self.force(q, rate)) * rate
+        return float(-coordinate_force(self.law, q, rate)[1] * rate)
 
     def slopes(self, q: float, rate: float) -> tuple[float, float]:
         """Return stiffness and damping at coordinate q and its rate, N/m and N s/m: minus the slopes of the force."""
-        k, c = self.stiffness, self.damping
-        outward = rate if q > self.upper else -rate
-        beyond = max(0.0, q - self.upper, self.lower - q)
-        if beyond > 0.0 and self.limit_stiffness * beyond + self.limit_damping * outward > 0.0:
-            k, c = k + self.limit_stiffness, c + self.limit_damping
-        return k, c
+        k, c = coordinate_slopes(self.law, q, rate)
+        return float(k), float(c)
 
 
 def limits_of(law: CoordinateForce) -> tuple[float, float]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector, turn_to
 from kanefe.kernels.layout import AXIS, FIXED, FREE, GIVEN, REVOLUTE, SPHERICAL
+from kanefe.kernels.links.places import MOTION_NUMBERS
 
 Z = (0.0, 0.0, 1.0)
 SPEEDS = {FIXED: 0, SPHERICAL: 3, FREE: 6}
@@ -38,6 +39,33 @@ class LinkKernel(NamedTuple):
     real: Callable[..., None] | int
     numbers: Vector
     complex_: Callable[..., None] | int | None = None
+
+
+class LinkMotion(NamedTuple):
+    """Motion of the frame M of a link of one coordinate seen from its frame F, in components of F.
+
+    Attributes
+    ----------
+    p, V, W, dV, dW : ndarray, shape (3,)
+        Position, partial velocities and their derivatives by the coordinate.
+    A : ndarray, shape (3, 3)
+        Axes of M.
+    """
+
+    p: Vector
+    A: Matrix
+    V: Vector
+    W: Vector
+    dV: Vector
+    dW: Vector
+
+
+def motion_by(function: Callable[..., None], constants: Vector, q: float) -> LinkMotion:
+    """Return what a kernel of the package writes for a coordinate; it is a plain function until it is compiled."""
+    out = np.zeros(MOTION_NUMBERS)
+    function(constants, (q,), out)
+    p, A, V, W, dV, dW = np.split(out, (3, 12, 15, 18, 21))
+    return LinkMotion(p, A.reshape(3, 3), V, W, dV, dW)
 
 
 @dataclass(frozen=True, eq=False)

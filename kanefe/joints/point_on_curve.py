@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import factorial
 from typing import Any, ClassVar
 
@@ -13,9 +14,10 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, cross, numbers
 from kanefe.joints.base import OneCoordinateJoint, axis_direction
 from kanefe.joints.coordinate_force import CoordinateForce
-from kanefe.joints.link import Link, LinkKernel
+from kanefe.joints.link import Link, LinkKernel, LinkMotion, motion_by
 from kanefe.joints.motion import Motion
 from kanefe.joints.quintic import quintic_pieces
+from kanefe.kernels.links.curve import curve
 
 ORDER = 12
 """Order of the Gauss quadrature on each piece of the spline: exact to round-off if the pieces are accurate to
@@ -137,53 +139,27 @@ class PointOnCurve(OneCoordinateJoint):
         return (None if self.closed else (0.0, self.length),)
 
     def pose(self, q: Vector) -> tuple[Vector, Matrix]:
-        path, normal = self._derivatives(q)
-        return path[0], self._frame(path, normal)[0] if self.turns else np.eye(3)
+        found = self._motion(q)
+        return found.p, found.A
 
     def partial_velocities(self, q: Vector) -> tuple[Matrix, Matrix]:
-        path, normal = self._derivatives(q)
-        W = self._frame(path, normal)[1] if self.turns else np.zeros(3)
-        return path[1][:, None], W[:, None]
+        found = self._motion(q)
+        return found.V[:, None], found.W[:, None]
 
     def remainders(self, q: Vector, u: Vector) -> tuple[Vector, Vector]:
-        path, normal = self._derivatives(q)
-        dW = self._frame(path, normal)[2] if self.turns else np.zeros(3)
-        return u[0] ** 2 * path[2], u[0] ** 2 * dW
+        found = self._motion(q)
+        return u[0] ** 2 * found.dV, u[0] ** 2 * found.dW
 
     def links(self) -> tuple[Link, ...]:
-        from kanefe.kernels.links.curve import curve
+        return (Link.given(LinkKernel(curve, self._constants, curve)),)
 
+    @cached_property
+    def _constants(self) -> Vector:
         starts, pieces = self.pieces.x, self.pieces.c[::-1].transpose(1, 2, 0)
-        constants = np.concatenate(((len(starts) - 1, self.closed, self.turns), starts, pieces.ravel()))
-        return (Link.given(LinkKernel(curve, constants, curve)),)
+        return np.concatenate(((len(starts) - 1, self.closed, self.turns), starts, pieces.ravel()))
 
-    def _derivatives(self, q: Vector) -> tuple[Matrix, Matrix]:
-        """Return position and direction up with their first three derivatives by the arc length, each (4, 3)."""
-        lap = self.length * np.floor(q[0] / self.length)
-        at = q[0] - lap if self.closed else min(max(q[0], 0.0), self.length)
-        found = np.array([self.pieces(at, order) for order in range(4)])
-        path, normal = found[:, :3], found[:, 3:]
-        if not self.closed and at != q[0]:  # straight on, for steps that are tried before a run knows that it has ended
-            path[0] += (q[0] - at) * path[1]
-            path[2:] = normal[1:] = 0.0
-        return path, normal
-
-    @staticmethod
-    def _frame(path: Matrix, normal: Matrix) -> tuple[Matrix, Vector, Vector]:
-        """Return A_FM, W and dW/ds: x along the curve, z across it as near to a direction as may be."""
-        (_, t, bend, twist), (n, dn, ddn, _) = path, normal
-        t = t / np.linalg.norm(t)  # axes of a frame are of unit length to round-off, not to ARC_LENGTH
-        across = n - (n @ t) * t
-        length = np.linalg.norm(across)
-        z = across / length
-        y = cross(z, t)
-        lean, dlean = n @ t, dn @ t + n @ bend
-        roll = (lean * (y @ bend) - y @ dn) / length
-        W = cross(t, bend) + roll * t
-        dy = cross(W, y)
-        change = dlean * (y @ bend) + lean * (dy @ bend + y @ twist) - dy @ dn - y @ ddn
-        droll = (change - roll * (z @ dn - lean * (z @ bend))) / length
-        return np.column_stack((t, y, z)), W, cross(t, twist) + droll * t + roll * bend
+    def _motion(self, q: Vector) -> LinkMotion:
+        return motion_by(curve, self._constants, float(q[0]))
 
 
 def _checked_points(given: object, closed: bool, kind: str) -> Matrix:

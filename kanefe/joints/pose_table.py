@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector, multiply, numbers, orientation_parameters, rotation_matrix
+from kanefe.frames import Matrix, Vector, multiply, numbers, orientation_parameters
 from kanefe.joints.given_pose import GivenPose, PoseRates
-from kanefe.joints.link import LinkKernel
+from kanefe.joints.link import LinkKernel, motion_by
 from kanefe.joints.motion import LEAST_POINTS, Motion, check_between, check_increasing, clock
 from kanefe.joints.quintic import quintic_pieces
+from kanefe.kernels.links.pose_table import pose_table
 
 LEAST_COSINE = 0.7
 """Smallest cosine of half the angle between two points of a table: Euler parameters between them keep a length, and the
@@ -118,27 +120,18 @@ class PoseTable(GivenPose):
         return clock(self.times)
 
     def at(self, t: float) -> PoseRates:
-        i = min(max(int(np.searchsorted(self.times, t, side="right")) - 1, 0), len(self.pieces) - 1)
-        x, powers = t - self.times[i], np.arange(6)
-        y, dy, ddy = (
-            self.pieces[i] @ (factor * x ** np.maximum(powers - k, 0))
-            for k, factor in enumerate((np.ones(6), powers, powers * (powers - 1)))
-        )
-        e, de, dde = y[3:], dy[3:], ddy[3:]
-        size = e @ e
-        conjugate = e * (1.0, -1.0, -1.0, -1.0)
-        w = 2.0 * multiply(conjugate, de)[1:] / size
-        dw = 2.0 * multiply(conjugate, dde)[1:] / size - 2.0 * (e @ de) / size * w
-        return PoseRates(y[:3], dy[:3], ddy[:3], rotation_matrix(e), w, dw)
+        p, A, V, W, dV, dW = motion_by(pose_table, self._constants, t)
+        return PoseRates(p, V, dV, A, W @ A, dW @ A)
 
     def check(self, where: str) -> None:
         """Do nothing: a table is checked when it is made."""
 
     def kernel(self) -> LinkKernel:
-        from kanefe.kernels.links.pose_table import pose_table
+        return LinkKernel(pose_table, self._constants, pose_table)
 
-        constants = np.concatenate(((len(self.pieces),), self.times, self.pieces.ravel()))
-        return LinkKernel(pose_table, constants, pose_table)
+    @cached_property
+    def _constants(self) -> Vector:
+        return np.concatenate(((len(self.pieces),), self.times, self.pieces.ravel()))
 
     def _rows(self, name: str, t: Vector) -> Matrix | None:
         given = getattr(self, name)

@@ -100,10 +100,10 @@ def _stretched(state: State, groups: list[_Group], x: Vector, slips: np.ndarray)
     z = state.z.copy()
     for number in {group.number for group in groups}:
         own = [i for i, group in enumerate(groups) if group.number == number]
-        drags = [x[groups[i].where] for i in own]
+        tangentials = [x[groups[i].where] for i in own]
         where = state.model.load_states[number]
         load, ends = state.model.loads[number], state.load_ends(number)
-        z[where] = load.anchored(ends, z[where], drags, slips[own].tolist())
+        z[where] = load.anchored(ends, z[where], tangentials, slips[own].tolist())
     return z
 
 

@@ -191,9 +191,9 @@ def constraint_rates(state: State) -> Rates:
             _add(between, i, row)
     for (a, b), (which, own) in between.items():
         ends = motion_in_N(state, a), motion_in_N(state, b)
-        wrenches = zip(*(row.wrenches(*ends) for row in own), strict=True)
-        J[which], reach[which] = _marker_rows(state, own, wrenches)
-        remainder[which] = [row.remainder(*ends) for row in own]
+        terms = [row.terms(*ends) for row in own]
+        J[which], reach[which] = _marker_rows(state, own, zip(*(wrenches for wrenches, _ in terms), strict=True))
+        remainder[which] = [left for _, left in terms]
     for (a, b), (which, met_rows) in touching.items():
         ends = motion_in_N(state, a), motion_in_N(state, b)
         J[which], reach[which] = _marker_rows(state, met_rows, wrenches_of(met_rows, *ends))
@@ -213,7 +213,7 @@ def force_rows(state: State) -> Matrix | None:
 
     between: dict[tuple[Marker, Marker], tuple[list[int], list[ContactRow]]] = {}
     for i, (_, row) in enumerate(held_rows(state)):
-        if isinstance(row, ContactRow) and row.drag is not None:
+        if isinstance(row, ContactRow) and row.tangential is not None:
             _add(between, i, row)
     if not between:
         return None

@@ -11,7 +11,7 @@ import numpy as np
 from kanefe.bodies.marker import Marker
 from kanefe.frames import Vector
 from kanefe.kane.kinematics import FrameMotion, inertial_frame, interface_motion, placed, sweep_outward
-from kanefe.loads.base import Action
+from kanefe.loads.action import Action
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scene_state import SceneState
 

@@ -142,8 +142,7 @@ class Linearisation(StateSpace):
         ``kf.linearise(scene, inputs="motor hub", outputs="position tip").to_fmu("arm.fmu", fmi="3.0")``
         """
         self._warn_of_change("units for exchange")
-        written: Path = served("write_linear")(self, path, fmi)
-        return written
+        return served("write_linear")(self, path, fmi)
 
     @checked
     def moved(self, x: Sequence[float] | np.ndarray) -> Vector:

@@ -17,7 +17,8 @@ from kanefe.frames import Vector
 from kanefe.kane.route import touched_at_start
 from kanefe.kernels.compiler._numba import IS_COMPILED
 from kanefe.kernels.compiler.compiled_functions import expect
-from kanefe.loads.base import End, Load
+from kanefe.loads.action import End
+from kanefe.loads.base import Load
 from kanefe.tree.scales import scene_weight
 
 MOST_WEIGHTS = 10.0
@@ -67,10 +68,10 @@ def model_of(scene: object, what: str, t: float = 0.0) -> Model:
 
 def _check_states(model: Model, what: str) -> None:
     """Raise a ModelError that names loads whose internal states move, or change in steps, without a form at rest."""
-    if model.crowd is not None:
+    if model.granular is not None:
         raise ModelError(
-            f"{what} is not supported with many rigid contacts among each other, here {model.crowd.name!r}, which runs "
-            "step over. Remedy: add_contact for those that carry, or a damped run"
+            f"{what} is not supported with many rigid contacts among each other, here {model.granular.name!r}, which "
+            "runs step over. Remedy: add_contact for those that carry, or a damped run"
         )
     if model.states_move:
         scene = model.route.state(model.slack_time, model.initial_state)

@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING
 from kanefe._public import lazy
 
 if TYPE_CHECKING:
+    from kanefe.loads.action import Action as Action
+    from kanefe.loads.action import End as End
+    from kanefe.loads.action import LoadKernel as LoadKernel
+    from kanefe.loads.action import Tangent as Tangent
     from kanefe.loads.aerodynamics import Aerodynamics as Aerodynamics
-    from kanefe.loads.base import Action as Action
-    from kanefe.loads.base import End as End
     from kanefe.loads.base import Load as Load
     from kanefe.loads.base import LoadEvent as LoadEvent
-    from kanefe.loads.base import LoadKernel as LoadKernel
-    from kanefe.loads.base import Tangent as Tangent
     from kanefe.loads.bearing import Bearing as Bearing
     from kanefe.loads.oleo import Oleo as Oleo
     from kanefe.loads.periodic_load import PeriodicLoad as PeriodicLoad

@@ -15,7 +15,8 @@ from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers, shaped_numbers
 from kanefe.kernels.force_elements.aerodynamics import AerodynamicsNumbers, aerodynamics, areas_at, blown
 from kanefe.kernels.force_elements.blocks import flat
-from kanefe.loads.base import End, Load, LoadKernel
+from kanefe.loads.action import End, LoadKernel
+from kanefe.loads.base import Load
 from kanefe.loads.by_kernel import numbers_of
 from kanefe.loads.wind import Wind
 

@@ -13,7 +13,8 @@ from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.force_elements.places import WRENCH, WRENCHES
 from kanefe.kernels.force_elements.rope import put_gradient
-from kanefe.loads.base import Action, End, Load, Tangent
+from kanefe.loads.action import Action, End, Tangent
+from kanefe.loads.base import Load
 from kanefe.loads.by_kernel import numbers_of, slopes
 
 

@@ -58,5 +58,5 @@ class Anchor(NamedTuple):
 
     def stretch(self, x: Vector) -> Vector:
         """Return the stretch of the spring with which it gives a friction x, of what moves in steady sliding."""
-        drag = self.shares * x
-        return (drag if self.moves else drag - self.damping * self.slip) / self.stiffness
+        friction_force = self.shares * x
+        return (friction_force if self.moves else friction_force - self.damping * self.slip) / self.stiffness

@@ -11,100 +11,14 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 import numpy as np
 
 from kanefe.bodies.marker import Marker
-from kanefe.frames import Matrix, Vector
+from kanefe.frames import Vector
+from kanefe.loads.action import NO_STATES, Action, End, LoadKernel, Tangent
+from kanefe.loads.by_kernel import numbers_of, resistances, written_by
 
 if TYPE_CHECKING:
     from kanefe.loads.anchors import Anchor
     from kanefe.loads.reach import LoadReach
     from kanefe.loads.reaction_load import ReactionLoad
-
-NO_STATES = np.zeros(0)
-
-
-class End(NamedTuple):
-    """Motion of an end of a load seen from N, in components of N.
-
-    Attributes
-    ----------
-    p : ndarray, shape (3,)
-        Origin, m.
-    A : ndarray, shape (3, 3)
-        From the end's axes to those of N.
-    v, w : ndarray, shape (3,)
-        Velocity of the origin (m/s) and angular velocity (rad/s).
-    """
-
-    p: Vector
-    A: Matrix
-    v: Vector
-    w: Vector
-
-
-class Action(NamedTuple):
-    """What a load does at a state.
-
-    Attributes
-    ----------
-    wrenches : ndarray, shape (ends, 6)
-        Force (N) and moment about the origin of each end (N m) on what carries it, in components of N.
-    potential : float
-        Energy in it, J.
-    taken, given : float
-        Power that it takes from the scene for good, and power that it gives beyond its potential, W: the two books of
-        an energy balance.
-    rates : ndarray, shape (states,)
-        Rates of its internal states.
-    """
-
-    wrenches: Matrix
-    potential: float = 0.0
-    taken: float = 0.0
-    given: float = 0.0
-    rates: Vector = NO_STATES
-
-
-class Tangent(NamedTuple):
-    """Stiffness and damping of a load at a state, for the iterations of implicit methods.
-
-    Attributes
-    ----------
-    rows : ndarray, shape (r, 6 ends)
-        Partial derivatives of r relative rates by velocity and angular velocity of each end, in components of N.
-    stiffness, damping : ndarray, shape (r,)
-        Of each.
-    """
-
-    rows: Matrix
-    stiffness: Vector
-    damping: Vector
-
-
-class LoadKernel(NamedTuple):
-    """What compiled code evaluates a load by: a function of one C signature for all loads, and its numbers.
-
-    The function is ``void f(double t, const double *numbers, const double *inputs, const double *ends,
-    const double *states, double *out)``. An end is 18 numbers: p (3), A (9, row by row), v (3) and w (3) of `End`. What
-    it writes are the numbers of `Action`: potential, power taken, power given, then force and moment of each end, then
-    the rates of its states. `out` comes as zeros.
-
-    Attributes
-    ----------
-    real : function or int
-        A kernel of `kanefe.kernels`, or the address of such a function from ``numba.cfunc`` or any compiler.
-    numbers : ndarray
-        Constants that the function is given.
-    complex_ : function, int or None
-        The same for complex numbers (pairs of real and imaginary part; `numbers` and `t` stay real), from which exact
-        derivatives come; None: derivatives of the scene are by differences.
-    watch : function, int or None
-        A function of the same signature that writes to `out` the values of the functions of its `events`, in their
-        order; None: they are called from Python.
-    """
-
-    real: Callable[..., None] | int
-    numbers: Vector
-    complex_: Callable[..., None] | int | None = None
-    watch: Callable[..., None] | int | None = None
 
 
 class HeldCoordinates(NamedTuple):
@@ -225,15 +139,13 @@ class Load(ABC):
     turns_by_half_at_most: bool = False
 
     def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
-        """Return what the load does at time t (s), with its ends there and its internal states (states,).
+        """Return what the load does at time t (s), with its ends and its internal states (states,) there (Eq. 11).
 
         That is what its kernel writes; a load without a kernel has to say it itself.
         """
         kernel = self.kernel
         if kernel is None:
             raise NotImplementedError(f"{self.kind} {self.name!r} has no kernel and no action of its own")
-        from kanefe.loads.by_kernel import numbers_of, written_by
-
         inputs = self.inputs(t, ends, states) if self.input_count else NO_STATES
         last = 3 + 6 * len(ends)
         motion, count = numbers_of(ends), last + len(states)
@@ -342,17 +254,18 @@ class Load(ABC):
 
         Of a load with a kernel for complex numbers they are the exact derivatives of it, as far as these resist.
         """
-        from kanefe.loads.by_kernel import resistances
-
-        found = resistances(self, t, ends, states)
-        return None if found is None else Tangent(*found)
+        kernel = self.kernel
+        inputs = self.inputs(t, ends, states) if self.input_count else NO_STATES
+        return None if kernel is None else resistances(kernel, t, inputs, ends, states)
 
     def anchors(self, ends: Sequence[End], states: Vector) -> list[Anchor]:
         """Return the anchors of its friction that act, for the start of a run."""
         return []
 
-    def anchored(self, ends: Sequence[End], states: Vector, drags: Sequence[Vector], slips: Sequence[bool]) -> Vector:
-        """Return the internal states with which its `anchors` give friction `drags`, and of each whether it slips."""
+    def anchored(
+        self, ends: Sequence[End], states: Vector, friction_forces: Sequence[Vector], slips: Sequence[bool]
+    ) -> Vector:
+        """Return the internal states with which its `anchors` give such friction, and of each whether it slips."""
         return states
 
     def resting(self, ends: Sequence[End], softness: float = 0.0) -> Self | None:

@@ -21,7 +21,8 @@ from kanefe.kernels.force_elements.bearing import (
     watch_bearing,
 )
 from kanefe.kernels.force_elements.blocks import flat
-from kanefe.loads.base import End, Load, LoadEvent, LoadKernel, Tangent
+from kanefe.loads.action import End, LoadKernel, Tangent
+from kanefe.loads.base import Load, LoadEvent
 from kanefe.loads.bushing import check_damps, principal_tangent, relative_rows
 from kanefe.loads.by_kernel import EventByKernel, numbers_of
 
@@ -173,8 +174,8 @@ class Bearing(Load):
     @property
     def events(self) -> tuple[LoadEvent, ...]:
         """The end of its table, which ends the run."""
-        reserve = EventByKernel(self, watch_bearing, 0)
-        return () if self.speeds is None else (LoadEvent("leaves its table", reserve, -1, self._left),)
+        slip_margin = EventByKernel(self, watch_bearing, 0)
+        return () if self.speeds is None else (LoadEvent("leaves its table", slip_margin, -1, self._left),)
 
     def _left(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         raise SimulationError(self._words(t, self._speed(ends)))

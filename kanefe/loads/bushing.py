@@ -14,7 +14,8 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, cross, skew
 from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.force_elements.bushing import BushingNumbers, bushing, seen_from_a
-from kanefe.loads.base import End, Load, LoadKernel, Tangent
+from kanefe.loads.action import End, LoadKernel, Tangent
+from kanefe.loads.base import Load
 from kanefe.loads.by_kernel import numbers_of
 
 ROUND_OFF = 1e-12

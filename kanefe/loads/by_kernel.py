@@ -8,16 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
-from kanefe.frames import Matrix, Vector
+from kanefe.frames import Vector
 from kanefe.kernels.compiler.addresses import call_in_python
 from kanefe.kernels.force_elements.places import END_NUMBERS, WRENCH, WRENCHES, A, P, V
-
-if TYPE_CHECKING:
-    from kanefe.loads.base import End, Load
+from kanefe.loads.action import NO_STATES, End, LoadKernel, Tangent
 
 Kernel = Callable[..., None] | int
 
@@ -26,7 +24,6 @@ COMPLEX_STEP = 1e-30
 
 
 AXES = 3
-NO_INPUTS = np.zeros(0)
 ROUND_OFF = 1e-12
 """Stiffness or damping, relative to the largest of a load, that counts as zero."""
 
@@ -51,6 +48,20 @@ def written_by(
     return found.tolist()
 
 
+class HasKernel(Protocol):
+    """A load that may have a kernel."""
+
+    @property
+    def name(self) -> str:
+        """Unique among the loads between frames of a scene."""
+        ...
+
+    @property
+    def kernel(self) -> LoadKernel | None:
+        """What compiled code evaluates it by."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class EventByKernel:
     """A function of an event of a load that its kernel writes: see `LoadKernel.watch`; an object, so that it pickles.
@@ -64,7 +75,7 @@ class EventByKernel:
         Which of the numbers that it writes.
     """
 
-    load: Load
+    load: HasKernel
     watch: Callable[..., None]
     place: int
 
@@ -74,27 +85,25 @@ class EventByKernel:
         if kernel is None:
             raise TypeError(f"{self.load.name!r} has no kernel")
         count = WRENCHES + WRENCH * len(ends)  # kernels use the room that their forces have
-        return float(written_by(self.watch, t, kernel.numbers, NO_INPUTS, numbers_of(ends), states, count)[self.place])
+        return float(written_by(self.watch, t, kernel.numbers, NO_STATES, numbers_of(ends), states, count)[self.place])
 
 
 def slopes(function: Callable[..., Any], *at: float) -> list[float]:
     """Return the partial derivatives of a function of numbers by each of them, by complex steps."""
     steps = [[complex(x, COMPLEX_STEP * (i == k)) for k, x in enumerate(at)] for i in range(len(at))]
     with np.errstate(all="ignore"):
-        return [float(np.imag(function(*moved))) / COMPLEX_STEP for moved in steps]
+        return [float(function(*moved).imag) / COMPLEX_STEP for moved in steps]
 
 
-def resistances(load: Load, t: float, ends: Sequence[End], states: Vector) -> tuple[Matrix, Vector, Vector] | None:
-    """Return rows, stiffness and damping of what resists motions of the ends: see `kanefe.Tangent`; None: nothing does.
+def resistances(kernel: LoadKernel, t: float, inputs: Vector, ends: Sequence[End], states: Vector) -> Tangent | None:
+    """Return stiffness and damping of what resists motions of the ends; None: nothing does.
 
     The symmetric parts of all that its complex kernel tells, along their principal directions, of which those that
     drive a motion are left out. By complex steps within the branch of the law in which it is.
     """
-    kernel = load.kernel
-    if kernel is None or kernel.complex_ is None:
+    if kernel.complex_ is None:
         return None
     at, count, function = numbers_of(ends), WRENCH * len(ends), kernel.complex_
-    inputs = load.inputs(t, ends, states) if load.input_count else NO_INPUTS
 
     def forces(moved: dict[int, float]) -> Vector:
         """Return the derivative of all wrenches as some numbers of the ends change at these rates."""
@@ -116,7 +125,7 @@ def resistances(load: Load, t: float, ends: Sequence[End], states: Vector) -> tu
                 rows.append(row)
                 of_k.append(value * (which == 0))
                 of_c.append(value * (which == 1))
-    return (np.array(rows), np.array(of_k), np.array(of_c)) if rows else None
+    return Tangent(np.array(rows), np.array(of_k), np.array(of_c)) if rows else None
 
 
 def _turned(at: list[float], first: int, axis: int) -> dict[int, float]:

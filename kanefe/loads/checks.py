@@ -11,7 +11,8 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import numbers, shaped_numbers
 from kanefe.kernels.compiler.foreign import check_functions
-from kanefe.loads.base import Action, End, Load, LoadEvent, LoadKernel, Tangent
+from kanefe.loads.action import Action, End, LoadKernel, Tangent
+from kanefe.loads.base import Load, LoadEvent
 
 
 def check_load(load: object) -> None:
@@ -36,6 +37,8 @@ def check_load(load: object) -> None:
     kernel: object = load.kernel
     if kernel is not None:
         _check_kernel(kernel, label)
+    elif type(load).action is Load.action:
+        raise ModelError(f"{label} does not say what it does. Remedy: action(t, ends, states), or a kernel")
     names = [getattr(event, "name", None) for event in load.events]
     if not all(isinstance(event, LoadEvent) for event in load.events) or len(set(names)) < len(names):
         raise ModelError(

@@ -26,8 +26,9 @@ from kanefe.kernels.force_elements.coordinate_friction import (
     stretch,
 )
 from kanefe.kernels.force_elements.falling_friction import falling_friction, falling_friction_watch
+from kanefe.loads.action import End, LoadKernel, Tangent
 from kanefe.loads.anchors import Anchor
-from kanefe.loads.base import End, HeldCoordinates, Load, LoadEvent, LoadKernel, Tangent
+from kanefe.loads.base import HeldCoordinates, Load, LoadEvent
 from kanefe.loads.by_kernel import EventByKernel, numbers_of
 
 FORCE = 0
@@ -156,10 +157,12 @@ class CoordinateFriction(Load):
         one = np.ones(self.count)
         return [Anchor(self._rows, slip, one, self.static * load, coefficient * load, self.stiffness, self.damping)]
 
-    def anchored(self, ends: Sequence[End], states: Vector, drags: Sequence[Vector], slips: Sequence[bool]) -> Vector:
+    def anchored(
+        self, ends: Sequence[End], states: Vector, friction_forces: Sequence[Vector], slips: Sequence[bool]
+    ) -> Vector:
         """Return the states with the stretch of its anchor, and whether it sticks."""
         (anchor,), after = self.anchors(ends, states), states.copy()
-        after[: self.count] = anchor.stretch(drags[0])
+        after[: self.count] = anchor.stretch(friction_forces[0])
         after[self.count : self.count + self.has_memory] = SLIPS if slips[0] else STICKS
         return after
 
@@ -187,7 +190,7 @@ class CoordinateFriction(Load):
     def rested(self, ends: Sequence[End], states: Vector) -> Vector:
         """Return the internal states at rest: the anchor is stretched by what friction holds."""
         after = states.copy()
-        after[: self.count] = self._drag(ends, states) / self.stiffness
+        after[: self.count] = self._friction_force(ends, states) / self.stiffness
         return after
 
     @property
@@ -234,7 +237,7 @@ class CoordinateFriction(Load):
 
     def load(self, wrench: Vector, ends: Sequence[End], states: Vector) -> float:
         """Return the load of a joint with a reaction (6,) in the axes of its body's frame, N."""
-        return 0.0 if self.bearing is None else self.bearing.load(wrench, float(self._drag(ends, states)[0]))
+        return 0.0 if self.bearing is None else self.bearing.load(wrench, float(self._friction_force(ends, states)[0]))
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return the forces on the body, the stretch, whether it sticks, how fast the anchor slips, and the load."""
@@ -302,7 +305,7 @@ class CoordinateFriction(Load):
         stretches = np.array([stretch(given, at, states, i) for i in directions])
         return stretches, np.array([slipping(given, at, i) for i in directions])
 
-    def _drag(self, ends: Sequence[End], states: Vector) -> Vector:
+    def _friction_force(self, ends: Sequence[End], states: Vector) -> Vector:
         return np.asarray(-self.action(0.0, ends, states).wrenches[:, FORCE] / self.arms)
 
     def _sticks(self, ends: Sequence[End], states: Vector) -> bool:

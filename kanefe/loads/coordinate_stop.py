@@ -20,7 +20,8 @@ from kanefe.kernels.force_elements.coordinate_stop import (
     push_of,
 )
 from kanefe.kernels.force_elements.places import V
-from kanefe.loads.base import End, Load, LoadEvent, LoadKernel, Tangent
+from kanefe.loads.action import End, LoadKernel, Tangent
+from kanefe.loads.base import Load, LoadEvent
 from kanefe.loads.by_kernel import EventByKernel, numbers_of, slopes
 
 FORCE = 0

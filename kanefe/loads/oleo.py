@@ -15,8 +15,8 @@ from kanefe.errors import ModelError
 from kanefe.frames import Vector, shaped_numbers
 from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.force_elements.oleo import OleoNumbers, gas_in, oil_through, oleo, room_left
+from kanefe.loads.action import End, LoadKernel
 from kanefe.loads.along_line import AlongLine
-from kanefe.loads.base import End, LoadKernel
 
 ATMOSPHERE = 101325.0
 """Pressure around the strut, Pa."""

@@ -14,7 +14,8 @@ from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers, shaped_numbers
 from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.force_elements.periodic_load import PeriodicLoadNumbers, own_at, periodic_load
-from kanefe.loads.base import End, Load, LoadKernel
+from kanefe.loads.action import End, LoadKernel
+from kanefe.loads.base import Load
 
 ALWAYS = np.array((0.0, 1.0)), np.array((1.0, 1.0))
 """A table with the value one at all times."""

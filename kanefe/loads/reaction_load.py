@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, Self
 
 from kanefe.frames import Vector
 
 if TYPE_CHECKING:
     from kanefe.bodies.marker import CoordinateMarker
     from kanefe.joints.joint_friction import RubbingSurfaces
-    from kanefe.loads.base import End, Load
+    from kanefe.loads.action import End
 
 
 class ReactionLoad(Protocol):
@@ -44,6 +44,6 @@ class ReactionLoad(Protocol):
         """Return the rates of the load of friction and of its own rate, for a reaction (6,)."""
         ...
 
-    def with_first_load(self, load: float) -> Load:
+    def with_first_load(self, load: float) -> Self:
         """Return this load with its initial value, N."""
         ...

@@ -14,8 +14,8 @@ from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.force_elements.spring import SpringNumbers, spring, tensions
+from kanefe.loads.action import End, LoadKernel
 from kanefe.loads.along_line import AlongLine
-from kanefe.loads.base import End, LoadKernel
 
 
 @dataclass(frozen=True, eq=False)

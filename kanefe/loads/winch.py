@@ -15,8 +15,9 @@ from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Vector, numbers, shaped_numbers
 from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.force_elements.winch import WinchNumbers, tension_of, wanted_at, winch, winch_watch
+from kanefe.loads.action import NO_STATES, End, LoadKernel
 from kanefe.loads.along_line import AlongLine
-from kanefe.loads.base import NO_STATES, End, LoadEvent, LoadKernel
+from kanefe.loads.base import LoadEvent
 from kanefe.loads.by_kernel import EventByKernel
 from kanefe.loads.periodic_load import checked_history
 from kanefe.loads.rope import slack_and_taut

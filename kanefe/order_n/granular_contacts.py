@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.contact.rigid.granular_contacts import RigidCrowd
-from kanefe.contact.shapes import Plane
+from kanefe.contact.rigid.granular_contacts import GranularContacts
 from kanefe.kernels.contact import granular_contacts as kernel
+from kanefe.kernels.contact.contact_shapes import PLANE
 from kanefe.tree.model_data import QUADRATURES, ModelData
 
 ENOUGH = 1e-5
@@ -25,8 +25,8 @@ FREE_SPEEDS = 6
 
 def lacking(model: ModelData) -> str:
     """Return the features of a scene that granular steps do not support, as the end of a sentence, or ""."""
-    crowds = [load for load in model.loads if isinstance(load, RigidCrowd)]
-    if len(crowds) > 1 or len(model.loads) > 1:
+    granulars = [load for load in model.loads if isinstance(load, GranularContacts)]
+    if len(granulars) > 1 or len(model.loads) > 1:
         return "other loads between frames"
     for what, is_there in (
         ("loops", bool(model.constraints)),
@@ -46,7 +46,7 @@ def lacking(model: ModelData) -> str:
     return ""
 
 
-class CrowdSteps:
+class GranularSteps:
     """Steps of a scene of loose bodies.
 
     Parameters
@@ -56,7 +56,7 @@ class CrowdSteps:
     """
 
     def __init__(self, model: ModelData) -> None:
-        crowd = next(load for load in model.loads if isinstance(load, RigidCrowd))
+        granular = next(load for load in model.loads if isinstance(load, GranularContacts))
         count = len(model.bodies)
         self.bodies = np.zeros((count, kernel.BODY_SIZE))
         for row, body in zip(self.bodies, model.bodies, strict=True):
@@ -64,22 +64,24 @@ class CrowdSteps:
                 raise TypeError("loose bodies are rigid")
             inertia = np.asarray(body.rigid.inertia, dtype=float)
             row[0], row[1:10], row[10:] = body.rigid.mass, inertia.ravel(), np.linalg.inv(inertia).ravel()
-        self.balls = np.zeros((len(crowd.balls), kernel.BALL_SIZE))
-        for row, ball in zip(self.balls, crowd.balls, strict=True):
-            end = crowd.ends[ball.end]
+        self.balls = np.zeros((len(granular.balls), kernel.BALL_SIZE))
+        for row, ball in zip(self.balls, granular.balls, strict=True):
+            end = granular.ends[ball.end]
             row[:] = end.body, *(end.point + end.axes @ ball.centre), ball.radius
-        self.walls = np.zeros((len(crowd.walls), kernel.WALL_SIZE))
-        for row, (number, shape) in zip(self.walls, crowd.walls, strict=True):
-            end = crowd.ends[number]
-            if isinstance(shape, Plane):
-                normal = end.axes @ shape.normal
-                row[:] = 0.0, *normal, normal @ end.point
+        self.walls, shapes = np.zeros((len(granular.walls), kernel.WALL_SIZE)), [np.zeros(0)]
+        for row, (number, shape) in zip(self.walls, granular.walls, strict=True):
+            end = granular.ends[number]
+            if shape.kind == PLANE:
+                normal = end.axes @ shape.numbers
+                row[:] = 1.0, *normal, normal @ end.point
             else:
-                row[:] = 1.0, *end.point, shape.radius
-        self._out = crowd.left_out
+                row[kernel.OFFSET] = sum(map(len, shapes))
+                shapes.append(np.concatenate((end.point, end.axes.ravel(), (float(shape.kind),), shape.numbers)))
+        self.shapes = np.concatenate(shapes)
+        self._out = granular.left_out
         self._counts, self._control = np.zeros(4, dtype=np.int64), np.zeros(kernel.CONTROL_SIZE)
         self._control[kernel.GRAVITY : kernel.GRAVITY + 3] = model.gravity
-        self._control[kernel.RESTITUTION], self._control[kernel.FRICTION] = crowd.law.restitution, crowd.friction
+        self._control[kernel.RESTITUTION], self._control[kernel.FRICTION] = granular.law.restitution, granular.friction
         self._control[kernel.ENOUGH] = ENOUGH
         self._counts[kernel.MOST_SWEEPS] = MOST_SWEEPS
         self._order = np.argsort(self.balls[:, kernel.CENTRE]).astype(np.int64)
@@ -157,12 +159,13 @@ class CrowdSteps:
         self._control[kernel.STEP], self._control[kernel.TAKEN] = h, 0.0
         self._counts[kernel.STEPS] = steps
         while (
-            kernel.march_crowd(
+            kernel.march_granular(
                 self._counts,
                 self._control,
                 self.bodies,
                 self.balls,
                 self.walls,
+                self.shapes,
                 self._out,
                 q,
                 u,

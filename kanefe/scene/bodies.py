@@ -213,7 +213,7 @@ class BodyMethods(Scene):
         gravity : bool
             Whether gravity acts on it.
         **deformed
-            How it is deformed at the start: what follows.
+            How it is deformed at the start: the other parameters below.
 
         Other Parameters
         ----------------

@@ -199,7 +199,7 @@ class ContactMethods(LoadMethods):
         among : sequence of Surface
         normal, friction : NormalLaw or Rigid, FrictionLaw
             Of all. Rigid contacts of more than a dozen pairs are one, called "contacts among <first> and others": balls
-            and points of free bodies, planes and rooms of the ground. Runs step over their impacts.
+            and points of free bodies, and surfaces of the ground. Runs step over their impacts.
         ignore : sequence of pairs of Surface
             That may pass through each other.
 
@@ -223,7 +223,7 @@ class ContactMethods(LoadMethods):
                 or not all(isinstance(given, Surface) and given in among for given in pair)
             ):
                 raise ModelError(f"ignore of add_contacts takes pairs of the surfaces among which it is, not {pair!r}")
-        from kanefe.contact.rigid.granular_contacts import crowd_of, is_crowd
+        from kanefe.contact.rigid.granular_contacts import granular_contacts_of, is_granular
         from kanefe.kernels.contact.laws.friction_law import friction_law
 
         left_out = {frozenset((a.name, b.name)) for a, b in ignore}
@@ -238,10 +238,10 @@ class ContactMethods(LoadMethods):
                 f"add_contacts finds no two surfaces on two bodies that may touch among those given: {listed}. Remedy: "
                 "surfaces of two bodies or more, fewer pairs in ignore, or no call where nothing can touch"
             )
-        if is_crowd(normal, len(pairs)):
+        if is_granular(normal, len(pairs)):
             name = f"contacts among {among[0].name} and others"
             self._new_load(name, "contact")
-            self.add(crowd_of(name, among, normal, friction_law(friction, name), ignore))
+            self.add(granular_contacts_of(name, among, normal, friction_law(friction, name), ignore))
             return [name]
         names = []
         for a, b in pairs:

@@ -82,7 +82,7 @@ class Sticking:
             elif not isinstance(event, EventOfLoad) or event.number not in self.ropes:
                 raise ModelError(
                     f"event {event.name!r} is looked at from Python, which a screened run does not. Remedy: a kernel "
-                    "with watch= (kanefe.loads.base.LoadKernel), or kf.System.simulate"
+                    "with watch= (kanefe.LoadKernel), or kf.System.simulate"
                 )
         self._columns = [columns[event.number].start + event.index for event in self.events]
         self.names = (*(event.name for event in self.events), *(f"{model.loads[i].name} pull" for i in self.ropes))

@@ -25,7 +25,7 @@ from kanefe.tree.body_terms import BodyTerms, FlexibleTerms, is_unreduced
 
 if TYPE_CHECKING:
     from kanefe.constraints.rows import Constraint
-    from kanefe.contact.rigid.granular_contacts import RigidCrowd
+    from kanefe.contact.rigid.granular_contacts import GranularContacts
     from kanefe.contact.rigid.rigid_contact import RigidContact
     from kanefe.contact.surface import Surface
     from kanefe.loads.controller import Controller
@@ -115,13 +115,13 @@ class ModelData(PickledByFields):
         return contact
 
     @cached_property
-    def crowd(self) -> RigidCrowd | None:
+    def granular(self) -> GranularContacts | None:
         """Rigid contacts of many bodies among each other, which runs step over."""
         if not self.loads:
             return None
-        from kanefe.contact.rigid.granular_contacts import RigidCrowd
+        from kanefe.contact.rigid.granular_contacts import GranularContacts
 
-        return next((load for load in self.loads if isinstance(load, RigidCrowd)), None)
+        return next((load for load in self.loads if isinstance(load, GranularContacts)), None)
 
     @property
     def is_constrained(self) -> bool:

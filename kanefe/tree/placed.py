@@ -9,7 +9,7 @@ import numpy as np
 
 from kanefe.bodies.slopes import SlopeMeasure
 from kanefe.frames import Matrix, Vector, cross
-from kanefe.loads.base import End
+from kanefe.loads.action import End
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame

@@ -11,7 +11,7 @@ import numpy as np
 from kanefe.bodies.marker import CoordinateMarker, Marker
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, cross
-from kanefe.loads.base import End
+from kanefe.loads.action import End
 from kanefe.loads.valued_load import CircularLoad
 from kanefe.tree.body_terms import FlexibleTerms
 from kanefe.tree.load_names import named_loads

@@ -11,7 +11,7 @@ import numpy as np
 import kanefe as kf
 from benchmarks.clocks import Race, check_agreement, repeated, seconds
 from benchmarks.goals import Figure, Goal
-from fmu_units import CompiledFunction
+from fmu_units import Unit
 from kanefe_fem.demo import beam_arm, motor_torque
 
 DT, COUNT = 0.01, 200
@@ -55,7 +55,7 @@ def stepping(rounds: int) -> list[Figure]:
         angles["simulate"] = float(result.joint_coordinates("hub")[-1, 0])
 
     with tempfile.TemporaryDirectory() as folder:
-        unit = CompiledFunction(scene.to_fmu(Path(folder) / "arm.fmu", inputs="motor hub", outputs=OUTPUTS))
+        unit = Unit(scene.to_fmu(Path(folder) / "arm.fmu", inputs="motor hub", outputs=OUTPUTS))
         begun = unit.state()
 
         def units() -> None:

@@ -11,7 +11,7 @@ from kanefe.frames import rotation_matrix
 from kanefe.integrate.auto.suited_method import candidates
 from kanefe.kernels.contact.contact_boxes import EDGES, SLOTS, box_slot, boxes_meet
 from kanefe.kernels.force_elements.places import END_NUMBERS
-from kanefe.loads.base import End
+from kanefe.loads.action import End
 
 LAW = kf.HuntCrossley(2e4, damping=0.4)
 ROUGH = kf.Coulomb(0.4, stiffness=3e4, damping=20.0)

@@ -16,7 +16,7 @@ from acting_loads import WAYS, acted, assert_complex_steps_are_differences
 from kanefe import shapes
 from kanefe.frames import cross, rotation_matrix
 from kanefe.kernels.constraints.tolerances import HELD_BEYOND
-from kanefe.loads.base import Action, End
+from kanefe.loads.action import Action, End
 
 SHARE = 0.5
 K, LAMBDA, C_NORMAL = 2e4, 0.3, 150.0

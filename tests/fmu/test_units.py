@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from fmu_units import ERROR, CompiledFunction, simulated
+from fmu_units import ERROR, Unit, simulated
 from kanefe_fem.beams.body import beam_body
 from loop_scenes import four_bar
 from steel_beams import steel_beam
@@ -54,7 +54,7 @@ EXACT = 4
 @pytest.mark.parametrize(("fmi", "method"), [("2.0", "radau5"), ("3.0", "extrapolation")])
 def test_a_unit_has_the_numbers_of_the_simulation(tmp_path: Path, fmi: str, method: str) -> None:
     options: dict[str, Any] = {"inputs": "motor hub", "outputs": OUTPUTS, "method": method}
-    sim, unit = arm().start(**options), CompiledFunction(arm().to_fmu(tmp_path / "arm.fmu", fmi=fmi, **options))
+    sim, unit = arm().start(**options), Unit(arm().to_fmu(tmp_path / "arm.fmu", fmi=fmi, **options))
     first = unit.get(sim.output_names)
     np.testing.assert_allclose(first, list(sim.outputs.values()), rtol=0, atol=1e-12)
     found = unit.run(TORQUES, DT, sim.output_names)
@@ -70,7 +70,7 @@ def test_a_unit_has_the_numbers_of_the_simulation(tmp_path: Path, fmi: str, meth
 
 def test_states_of_a_unit_are_taken_up_again_by_another(tmp_path: Path) -> None:
     path = arm().to_fmu(tmp_path / "arm.fmu", inputs="motor hub", method="radau5")
-    units = [CompiledFunction(path), CompiledFunction(path)]
+    units = [Unit(path), Unit(path)]
     names = ["joint_coordinates hub", "joint_speeds hub", "time"]
     units[0].run(TORQUES[:5], DT, names)
     kept = units[0].state()
@@ -88,8 +88,8 @@ def test_states_of_a_unit_are_taken_up_again_by_another(tmp_path: Path) -> None:
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
 def test_bytes_that_are_no_state_of_the_unit_are_refused(tmp_path: Path, fmi: str) -> None:
     options: dict[str, Any] = {"fmi": fmi, "inputs": "motor hub", "method": "radau5"}
-    unit = CompiledFunction(arm().to_fmu(tmp_path / "arm.fmu", **options))
-    other = CompiledFunction(arm(spin=3.0).to_fmu(tmp_path / "other.fmu", **options))
+    unit = Unit(arm().to_fmu(tmp_path / "arm.fmu", **options))
+    other = Unit(arm(spin=3.0).to_fmu(tmp_path / "other.fmu", **options))
     kept, stranger = unit.state(), other.state()
     assert len(kept) == len(stranger)  # their sizes do not tell them apart
     names = ["joint_coordinates hub", "time"]
@@ -121,7 +121,7 @@ def test_loops_driven_joints_and_planes_are_in_units(tmp_path: Path) -> None:
         "inputs": ("drive wheel", f"motor {names[0]}"),
         "outputs": (f"joint_coordinates {names[0]}", "joint_speeds wheel", f"position {names[1]} x"),
     }
-    sim, unit = scene.start(**options), CompiledFunction(scene.to_fmu(tmp_path / "bars.fmu", **options))
+    sim, unit = scene.start(**options), Unit(scene.to_fmu(tmp_path / "bars.fmu", **options))
     for k in range(8):
         inputs = {"drive wheel": 0.5 * k, f"motor {names[0]}": 0.1 * k}
         sim.step(DT, inputs)
@@ -133,7 +133,7 @@ def test_loops_driven_joints_and_planes_are_in_units(tmp_path: Path) -> None:
 
 def test_a_unit_needs_no_python(tmp_path: Path) -> None:
     options: dict[str, Any] = {"inputs": "motor hub", "outputs": "joint_coordinates hub", "method": "radau5"}
-    unit = CompiledFunction(arm().to_fmu(tmp_path / "arm.fmu", **options))
+    unit = Unit(arm().to_fmu(tmp_path / "arm.fmu", **options))
     compiler = shutil.which("cc")
     assert compiler is not None
     program = tmp_path / "program"
@@ -178,7 +178,7 @@ def test_units_are_what_the_standard_asks_for(tmp_path: Path, fmi: str) -> None:
 
 
 def test_a_step_that_fails_is_told_and_leaves_the_unit_as_it_was(tmp_path: Path) -> None:
-    unit = CompiledFunction(arm().to_fmu(tmp_path / "arm.fmu", inputs="motor hub", method="dop853"))
+    unit = Unit(arm().to_fmu(tmp_path / "arm.fmu", inputs="motor hub", method="dop853"))
     before = unit.state()
     assert unit.step(-1.0) == ERROR
     assert unit.set("motor hub", float("nan")) == ERROR
@@ -255,7 +255,7 @@ def test_a_unit_in_python_has_the_numbers_of_the_simulation(
     with pytest.warns(kf.SimulationWarning, match="needs kanefe"):
         path = scene.to_fmu(tmp_path / "arm.fmu", fmi=fmi, method="dop853", rtol=1e-4, **options)
     monkeypatch.setenv("KANEFE_PYTHON", sys.executable)
-    unit, sim = CompiledFunction(path), scene.start(method="dop853", rtol=1e-4, **options)
+    unit, sim = Unit(path), scene.start(method="dop853", rtol=1e-4, **options)
     for torque in TORQUES[:5]:
         sim.step(DT, torque)
         assert unit.run([torque], DT, sim.output_names).tolist() == [list(sim.outputs.values())]

@@ -13,7 +13,7 @@ from acting_loads import WAYS, acted, assert_complex_steps_are_differences
 from kanefe.joints.joint_friction import RubbingSurfaces
 from kanefe.kernels.constraints.tolerances import HELD_BEYOND
 from kanefe.kernels.force_elements.coordinate_friction import BALL, PADS, THREAD
-from kanefe.loads.base import Action, End
+from kanefe.loads.action import Action, End
 from kanefe.loads.coordinate_friction import CoordinateFriction
 
 k, c = 4e3, 30.0

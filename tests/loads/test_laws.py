@@ -20,7 +20,8 @@ import kanefe as kf
 from kanefe.joints.joint_friction import RubbingSurfaces
 from kanefe.kernels.constraints.tolerances import HELD_BEYOND
 from kanefe.kernels.force_elements.coordinate_friction import BALL, PADS, THREAD
-from kanefe.loads.base import End, Load
+from kanefe.loads.action import End
+from kanefe.loads.base import Load
 from kanefe.loads.bushing import Bushing
 from kanefe.loads.coordinate_friction import CoordinateFriction
 from kanefe.loads.coordinate_stop import CoordinateStop

@@ -5,6 +5,7 @@ import pytest
 from numba import cfunc, types
 
 import kanefe as kf
+from kanefe.loads.action import End
 
 K, C, TAU = 400.0, 6.0, 0.05
 
@@ -48,11 +49,36 @@ class Maxwell(kf.Load):
         return kf.LoadKernel(MAXWELL.address, np.array((K, TAU))) if self.compiled else None
 
 
+class OfKernelAlone(kf.Load):
+    """The same by its compiled function alone."""
+
+    def __init__(self, name, ends):
+        self.name, self.ends = name, ends
+
+    initial_states = np.array((1.5,))
+
+    @property
+    def kernel(self):
+        return kf.LoadKernel(MAXWELL.address, np.array((K, TAU)), MAXWELL_COMPLEX.address)
+
+
 POINTER = types.CPointer(types.float64)
 
 
 @cfunc(types.void(types.float64, POINTER, POINTER, POINTER, POINTER, POINTER))
 def MAXWELL(t, numbers, inputs, ends, states, out):
+    f = states[0]
+    out[0] = 0.5 * f * f / numbers[0]
+    out[1] = f * f / (numbers[0] * numbers[1])
+    out[3 + 2], out[9 + 2] = f, -f
+    out[15] = numbers[0] * (ends[18 + 14] - ends[14]) - f / numbers[1]
+
+
+COMPLEX = types.CPointer(types.complex128)
+
+
+@cfunc(types.void(types.float64, POINTER, POINTER, COMPLEX, COMPLEX, COMPLEX))
+def MAXWELL_COMPLEX(t, numbers, inputs, ends, states, out):
     f = states[0]
     out[0] = 0.5 * f * f / numbers[0]
     out[1] = f * f / (numbers[0] * numbers[1])
@@ -71,15 +97,26 @@ LOADS = [
     lambda a, b: Magnet("it", (a, b), 2.0),
     lambda a, b: Maxwell("it", (a, b), compiled=False),
     lambda a, b: Maxwell("it", (a, b), compiled=True),
+    lambda a, b: OfKernelAlone("it", (a, b)),
 ]
 
 
-@pytest.mark.parametrize("load_of", LOADS, ids=["magnet", "maxwell", "maxwell-compiled"])
+@pytest.mark.parametrize("load_of", LOADS, ids=["magnet", "maxwell", "maxwell-compiled", "kernel-alone"])
 def test_routes_agree_to_round_off(load_of):
     model = swing(load_of).freeze()
     y = np.concatenate(([0.4], [-0.7], model.initial_states * 1.3, [0.0, 0.0]))
     np.testing.assert_allclose(model.route.evaluate(0.0, y).rates, model.literal.evaluate(0.0, y).rates, rtol=1e-12)
     assert model.route.energy(0.0, y).total == pytest.approx(model.literal.energy(0.0, y).total, rel=1e-13)
+
+
+def test_a_compiled_load_needs_no_action():
+    """What Python has of it is what its compiled function writes, and its tangent the derivative of that."""
+    rng = np.random.default_rng(4)
+    ends = [End(*rng.normal(size=(1, 3)), np.eye(3), *rng.normal(size=(2, 3))) for _ in range(2)]
+    alone, written = OfKernelAlone("it", ("a", "b")), Maxwell("it", ("a", "b"), compiled=False)
+    for found, wanted in zip(alone.action(0.0, ends, np.ones(1)), written.action(0.0, ends, np.ones(1)), strict=True):
+        np.testing.assert_allclose(found, wanted, rtol=1e-14)
+    assert alone.tangent(0.0, ends, np.ones(1)) is None  # its force is a state, which nothing moves at once
 
 
 @pytest.mark.parametrize("method", ["dop853", "extrapolation", "auto"])
@@ -119,6 +156,7 @@ class Lacking:
     ("change", "message"),
     [
         ({"name": ""}, "needs a name"),
+        ({"action": kf.Load.action}, r"load 'it' does not say what it does. Remedy: action\(t, ends, states\), or a"),
         ({"ends": None}, "needs ends"),
         ({"columns": ("a [m]", "b [m]")}, "tell"),
         ({"columns": ("a [m]", "b [N]", "c [m]")}, "one unit adjacent"),

@@ -151,10 +151,10 @@ def random_block(seed: int, cycles: float = 2.0) -> Shaken:
 def exact(block: Shaken) -> Exact:
     """Return what the block does, by pieces."""
     found, t, moved = Exact([], [], np.zeros(2)), 0.0, np.zeros(2)
-    reserve = _reserve(block)
+    slip_margin = _slip_margin(block)
     while t < block.span:
-        if reserve(t) >= 0.0 or (t == 0.0 and reserve(0.0) > -1e-13):
-            t = _first_fall(reserve, t, block.span)
+        if slip_margin(t) >= 0.0 or (t == 0.0 and slip_margin(0.0) > -1e-13):
+            t = _first_fall(slip_margin, t, block.span)
             if t >= block.span:
                 break
             found.slips.append(t)
@@ -171,7 +171,7 @@ def exact(block: Shaken) -> Exact:
     return Exact(found.slips, found.sticks, moved)
 
 
-def _reserve(block: Shaken) -> Callable[[float], float]:
+def _slip_margin(block: Shaken) -> Callable[[float], float]:
     return lambda t: block.held(t) - float(np.linalg.norm(block.pull(t)))
 
 

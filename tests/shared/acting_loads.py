@@ -8,7 +8,8 @@ import numpy as np
 
 from kanefe.kernels.compiler.addresses import addresses, call_in_python
 from kanefe.kernels.force_elements.places import SIGNATURE, WRENCHES
-from kanefe.loads.base import Action, End, Load
+from kanefe.loads.action import Action, End
+from kanefe.loads.base import Load
 
 WAYS = "python", "compiled"
 

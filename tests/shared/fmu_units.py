@@ -32,7 +32,7 @@ def simulated(path: Path, **options: Any) -> dict[str, np.ndarray]:
     return {name: np.array(values) for name, values in json.loads(told.splitlines()[-1]).items()}
 
 
-class CompiledFunction:
+class Unit:
     """A unit for co-simulation of FMI 2.0 or 3.0, in a folder."""
 
     def __init__(self, path: Path) -> None:

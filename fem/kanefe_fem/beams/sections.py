@@ -188,7 +188,7 @@ class Section(CrossSection):
         mass : array_like, shape (6, 6), optional
             Of velocities and rates of rotation along x, y, z, instead of `rho_A`, `rho_I` and `centre_of_mass`.
         **stiffnesses
-            What follows.
+            The other parameters below.
 
         Other Parameters
         ----------------

@@ -97,21 +97,6 @@ class Mesh(SurfaceShape):
         vertices, triangles = read_stl(Path(path))
         return cls(scale * vertices, triangles)
 
-    def distance(self, x: Vector) -> tuple[float, Vector]:
-        """Return the signed distance of a point from it, m, and its normal."""
-        place, table = np.asarray(x, dtype=float), self._table
-        feature, nearest = _nearest(place, table)
-        offsets = place - nearest
-        best = int(np.argmin(np.einsum("ij,ij->i", offsets, offsets)))
-        normal = table[best, 9 + 3 * feature[best] : 12 + 3 * feature[best]]
-        if feature[best] == 0:
-            return float(normal @ (place - table[best, :3])), normal
-        length = float(np.linalg.norm(offsets[best]))
-        if length == 0.0:
-            return 0.0, normal / np.linalg.norm(normal)
-        sign = 1.0 if normal @ offsets[best] >= 0.0 else -1.0
-        return sign * length, sign / length * offsets[best]
-
     def sampled(self, spacing: float) -> SurfaceShape:
         """Return points of its triangles: see `SurfaceShape.sampled`."""
         places = on_triangles(self.vertices, self.triangles, positive(spacing, "spacing"))
@@ -168,31 +153,6 @@ def _table_of(vertices: Matrix, triangles: np.ndarray) -> np.ndarray:
         cosine /= np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
         np.add.at(of_vertices, triangles[:, at], np.arccos(np.clip(cosine, -1.0, 1.0))[:, None] * normals)
     return np.hstack((a, b - a, c - a, normals, *of_edges, *(of_vertices[triangles[:, i]] for i in range(3))))
-
-
-def _nearest(x: Vector, table: np.ndarray) -> tuple[np.ndarray, Matrix]:
-    """Return of each triangle its place that is nearest to a point, and where that is: 0 within, edges, vertices."""
-    a, ab, ac = table[:, :3], table[:, 3:6], table[:, 6:9]
-    b, c = a + ab, a + ac
-
-    def on_edge(start: Matrix, side: Matrix) -> Matrix:
-        s = np.einsum("ij,ij->i", x - start, side) / np.einsum("ij,ij->i", side, side)
-        return np.clip(s, 0.0, 1.0)
-
-    shares = np.array((on_edge(a, ab), on_edge(b, c - b), on_edge(c, -ac)))
-    places = np.array([p + s[:, None] * side for p, s, side in zip((a, b, c), shares, (ab, c - b, -ac), strict=True)])
-    nearest = np.argmin(np.sum((x - places) ** 2, axis=2), axis=0)
-    rows = np.arange(len(table))
-    share, place = shares[nearest, rows], places[nearest, rows]
-    feature = np.where(share <= 0.0, 4 + nearest, np.where(share >= 1.0, 4 + (nearest + 1) % 3, 1 + nearest))
-    normal = table[:, 9:12]
-    height = np.einsum("ij,ij->i", x - a, normal)
-    foot = x - height[:, None] * normal
-    inside = np.all(
-        [np.einsum("ij,ij->i", np.cross(side, foot - p), normal) >= 0.0 for p, side in ((a, ab), (b, c - b), (c, -ac))],
-        axis=0,
-    )
-    return np.where(inside, 0, feature), np.where(inside[:, None], foot, place)
 
 
 def _tree(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from functools import cached_property
 from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import AXES, Matrix, Vector
+from kanefe.kernels.contact.contact_shapes import distance
 from kanefe.loads.reach import Bounds
 
 
@@ -58,9 +60,15 @@ class SurfaceShape(ABC):
 
     kind: ClassVar[int]
 
-    @abstractmethod
     def distance(self, x: Vector) -> tuple[float, Vector]:
         """Return the signed distance of a point x (3,) from the surface, m, and its normal there, away from it."""
+        phi, *normal = distance(self.listed, 0, np.asarray(x, dtype=float).tolist())
+        return float(phi), np.array(normal)
+
+    @cached_property
+    def listed(self) -> list[float]:
+        """Its kind and numbers, as compiled code has them."""
+        return [self.kind, *self.numbers.tolist()]
 
     @property
     @abstractmethod

@@ -13,9 +13,11 @@ from kanefe.contact.rigid.rigid_contact import check_rigid
 from kanefe.contact.shapes import Plane, Points, Sphere
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
-from kanefe.loads.base import Action, End, Load
+from kanefe.loads.action import Action, End
+from kanefe.loads.base import Load
 
 if TYPE_CHECKING:
+    from kanefe.contact.geometry.shape import SurfaceShape
     from kanefe.contact.surface import Surface
     from kanefe.kernels.contact.laws.friction_law import FrictionLaw
 
@@ -32,7 +34,7 @@ class Ball(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class RigidCrowd(Load):
+class GranularContacts(Load):
     """Rigid contacts of balls among each other and with walls; what they do, steps of Moreau and Jean find.
 
     Its internal states tell of the last step: how many pairs touch, and over all steps the deepest of them, and what
@@ -44,8 +46,8 @@ class RigidCrowd(Load):
     ends : tuple of Frame
         Of the surfaces.
     balls : tuple of Ball
-    walls : tuple of (int, Plane or Sphere)
-        Each with the number of its end, which is fixed in the ground; a sphere is a room.
+    walls : tuple of (int, SurfaceShape)
+        Each with the number of its end, which is fixed in the ground.
     law : Rigid
     friction : float
     left_out : ndarray of int
@@ -55,7 +57,7 @@ class RigidCrowd(Load):
     name: str
     ends: tuple[Any, ...]
     balls: tuple[Ball, ...]
-    walls: tuple[tuple[int, Plane | Sphere], ...]
+    walls: tuple[tuple[int, SurfaceShape], ...]
     law: Rigid
     friction: float
     left_out: np.ndarray
@@ -82,18 +84,18 @@ class RigidCrowd(Load):
         return states
 
 
-def is_crowd(law: object, pairs: int) -> TypeGuard[Rigid]:
+def is_granular(law: object, pairs: int) -> TypeGuard[Rigid]:
     """Return whether so many pairs with a law are one load, over whose impacts time stepping goes."""
     return isinstance(law, Rigid) and pairs > FEW
 
 
-def crowd_of(
+def granular_contacts_of(
     name: str,
     among: Sequence[Surface],
     law: Rigid,
     friction: FrictionLaw | None,
     ignore: Sequence[tuple[Surface, Surface]],
-) -> RigidCrowd:
+) -> GranularContacts:
     """Return rigid contacts of each surface with each other one.
 
     Raises
@@ -110,14 +112,13 @@ def crowd_of(
         check_rigid(Plane("z"), (), friction, np.zeros(3), name)
     ends = tuple(surface.frame for surface in among)
     balls: list[Ball] = []
-    walls: list[tuple[int, Plane | Sphere]] = []
+    walls: list[tuple[int, SurfaceShape]] = []
     numbers: dict[str, list[int]] = {}
     for end, surface in enumerate(among):
         shape, is_fixed = surface.shape, surface.frame.number < 0
-        is_wall = isinstance(shape, Plane) or (isinstance(shape, Sphere) and shape.inside)
-        if isinstance(shape, (Plane, Sphere)) and is_wall and is_fixed:
+        if is_fixed and not isinstance(shape, Points):
             walls.append((end, shape))
-        elif isinstance(shape, (Sphere, Points)) and not is_wall and not is_fixed:
+        elif isinstance(shape, (Sphere, Points)) and shape.probes() and not is_fixed:
             numbers[surface.name] = []
             for probe in shape.probes():
                 numbers[surface.name].append(len(balls))
@@ -126,7 +127,7 @@ def crowd_of(
             what = f"{shape.title}{' of the ground' if is_fixed else ''}"
             raise ModelError(
                 f"{name}: surface {surface.name!r} is a {what}; many rigid contacts take balls and points of bodies, "
-                "and planes and rooms of the ground. Remedy: add_contact for each pair that can meet"
+                "and all surfaces of the ground but points. Remedy: add_contact for each pair that can meet"
             )
     for number, (end, _) in enumerate(walls):
         numbers[among[end].name] = [len(balls) + number]
@@ -137,4 +138,4 @@ def crowd_of(
             for j in numbers.get(b.name, ()):
                 out.add(min(i, j) * width + max(i, j))
     mu = 0.0 if friction is None else max(friction.coefficients)
-    return RigidCrowd(name, ends, tuple(balls), tuple(walls), law, mu, np.array(sorted(out), dtype=np.int64))
+    return GranularContacts(name, ends, tuple(balls), tuple(walls), law, mu, np.array(sorted(out), dtype=np.int64))

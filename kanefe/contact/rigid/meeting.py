@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from kanefe.frames import Vector, cross
+from kanefe.frames import Vector, across, cross
 
 if TYPE_CHECKING:
     from kanefe.constraints.rows import MarkerMotion
@@ -109,15 +109,8 @@ def _axes(normals: Sequence[Vector], A: np.ndarray) -> np.ndarray:
         if i and normal is normals[0]:  # of a plane
             found[i] = found[0]
         else:
-            found[i, 0], found[i, 1:] = A @ normal, _along(normal) @ A.T
+            found[i, 0], found[i, 1:] = A @ normal, np.vstack(across(normal)) @ A.T
     return found
-
-
-def _along(normal: Vector) -> np.ndarray:
-    """Return two unit vectors across a normal, one a row."""
-    first = cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
-    first = first / np.linalg.norm(first)
-    return np.vstack((first, cross(normal, first)))
 
 
 def _down(n: Vector, n_rate: Vector, s: Vector, w: Vector) -> tuple[Vector, Vector]:

@@ -18,7 +18,8 @@ from kanefe.contact.rigid.rigid import Rigid
 from kanefe.contact.shapes import Plane
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, cross
-from kanefe.loads.base import Action, End, Load
+from kanefe.loads.action import Action, End
+from kanefe.loads.base import Load
 
 if TYPE_CHECKING:
     from kanefe.contact.geometry.shape import Probe, SurfaceShape
@@ -244,13 +245,15 @@ class RigidContact(Load):
         """Return the constraints of some closed points: normal rows, and rows of sticking."""
         statuses = self.status(z)
         slips = [k for k, i in enumerate(which) if statuses[i] == SLIPS]
-        drags = dict(zip(slips, self._drags(z, which, found, slips, surface), strict=True)) if slips else {}
+        tangentials = dict(zip(slips, self._tangentials(z, which, found, slips, surface), strict=True)) if slips else {}
         return [
-            (self._row(i, met, NORMAL, drag=drags[k]),) if k in drags else self._stuck(z, i, met, surface)
+            (self._row(i, met, NORMAL, tangential=tangentials[k]),)
+            if k in tangentials
+            else self._stuck(z, i, met, surface)
             for k, (i, met) in enumerate(zip(which, found, strict=True))
         ]
 
-    def _drags(
+    def _tangentials(
         self, z: Vector, which: Sequence[int], found: Sequence[Meeting], slips: Sequence[int], surface: MarkerMotion
     ) -> list[Vector]:
         """Return friction per unit normal force of the slipping ones of some points."""
@@ -286,7 +289,7 @@ class ContactRow:
     found : Meeting
     direction : int
         Which of its axes.
-    drag : ndarray, shape (3,), or None
+    tangential : ndarray, shape (3,), or None
         Friction of what slips for a unit of the normal force, in N: the force that holds the row is not along it.
     off : float or None
         How far what sticks is from where it does, m; None: it holds speeds alone.
@@ -299,7 +302,7 @@ class ContactRow:
     b: Marker
     found: Meeting
     direction: int
-    drag: Vector | None = None
+    tangential: Vector | None = None
     off: float | None = None
     given: float = 0.0
     unit: ClassVar[str] = METRE
@@ -325,7 +328,7 @@ class ContactRow:
     def forces(self, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
         """Return the wrenches of a unit multiplier: with the friction of what slips."""
         e = self.found.axes[self.direction]
-        return self._of(e if self.drag is None else e + self.drag, a, b)
+        return self._of(e if self.tangential is None else e + self.tangential, a, b)
 
     def _of(self, e: Vector, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
         return _on_ends(e, self.found.point, a, b)
@@ -343,7 +346,7 @@ def wrenches_of(rows: Sequence[ContactRow], a: MarkerMotion, b: MarkerMotion, *,
     """Return the wrenches of rows between the same two ends, one a row of each array; pushed: with what rubs."""
     along = np.array([row.found.axes[row.direction] for row in rows])
     if is_pushed:
-        along = along + np.array([row.drag if row.drag is not None else np.zeros(3) for row in rows])
+        along = along + np.array([row.tangential if row.tangential is not None else np.zeros(3) for row in rows])
     return _on_ends(along, np.array([row.found.point for row in rows]), a, b)
 
 

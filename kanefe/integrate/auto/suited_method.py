@@ -38,7 +38,7 @@ from kanefe.loads.base import Load
 from kanefe.tree.scales import modal_frequencies, scene_length
 
 if TYPE_CHECKING:
-    from kanefe.contact.rigid.granular_contacts import RigidCrowd
+    from kanefe.contact.rigid.granular_contacts import GranularContacts
 
 MOST_EXPLICIT_STEPS = 2000.0
 """Steps of the explicit method for the elastic modes above which an implicit method is taken."""
@@ -135,9 +135,9 @@ def candidates(model: Model, start: float, stop: float, rtol: float | None, atol
     once (stops, contacts, friction in joints unless the explicit one has far less work), and where that is too much
     work generalised-alpha; not under sampled controllers, at whose samples it would begin anew.
     """
-    span, crowd = stop - start, model.crowd
-    if crowd is not None:
-        return Candidates(("moreau-jean",), lambda: _of_crowd(model, crowd, span))
+    span, granular = stop - start, model.granular
+    if granular is not None:
+        return Candidates(("moreau-jean",), lambda: _of_granular(model, granular, span))
     if model.has_unreduced:
         return Candidates(own_methods(), lambda: _of_route(model, serving(model, *own_methods())))
     found = _of_many(model, start, stop, rtol, atol)
@@ -215,16 +215,16 @@ def _by_rates(model: Model, times: tuple[float, float], rtol: float | None, atol
     return _by_vibrations(dynamics, times, rtol, atol, reason, changes)._replace(changes=changes)
 
 
-def _of_crowd(model: Model, crowd: RigidCrowd, span: float) -> SuitedMethod:
+def _of_granular(model: Model, granular: GranularContacts, span: float) -> SuitedMethod:
     """Return the method that steps over the impacts of a scene of many rigid contacts, and its step."""
     length = scene_length(model)
     speed = max(
         math.sqrt(2.0 * float(np.linalg.norm(model.gravity)) * length),
         *(float(np.abs(body.joint.initial_speeds()[:3]).max()) for body in model.bodies if len(body.speeds) > 2),
     )
-    radius = min(ball.radius for ball in crowd.balls) or 0.1 * length
+    radius = min(ball.radius for ball in granular.balls) or 0.1 * length
     step = min(span / FEWEST_STEPS, LEAST_MOTION * radius / speed if speed > 0.0 else span)
-    pairs = len(crowd.balls) * (len(crowd.balls) - 1) // 2 + len(crowd.balls) * len(crowd.walls)
+    pairs = len(granular.balls) * (len(granular.balls) - 1) // 2 + len(granular.balls) * len(granular.walls)
     return SuitedMethod(
         "moreau-jean", f"{pairs} pairs of rigid surfaces may collide too often to end a step each time", step=step
     )

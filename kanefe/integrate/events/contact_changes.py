@@ -185,7 +185,7 @@ def _nearest(kind: str, t: float, state: SceneState) -> float:
 def _of_kind(kind: str, found: Margins) -> dict[tuple[int, int], float]:
     from kanefe.kane.rigid_contacts.impacts import LIFT, SLIP, STICK, TOUCH
 
-    return {TOUCH: found.gaps, LIFT: found.normals, SLIP: found.reserves, STICK: found.slips}[kind]
+    return {TOUCH: found.gaps, LIFT: found.normals, SLIP: found.slip_margins, STICK: found.slips}[kind]
 
 
 def _literal(state: SceneState) -> State:

@@ -9,7 +9,8 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.stepper import StepFailure
-from kanefe.loads.base import End, Load
+from kanefe.loads.action import End
+from kanefe.loads.base import Load
 
 if TYPE_CHECKING:
     from kanefe.kane.state import State

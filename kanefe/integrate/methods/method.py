@@ -114,8 +114,8 @@ class Method:
 
     def refuses(self, model: Model) -> str:
         """Return why it cannot run a model, as `serves` does; empty if it can."""
-        if model.crowd is not None and not self.steps_over_impacts:
-            return f"ends its steps at impacts, of which {model.crowd.name!r} are too many. Remedy: 'moreau-jean'"
+        if model.granular is not None and not self.steps_over_impacts:
+            return f"ends its steps at impacts, of which {model.granular.name!r} are too many. Remedy: 'moreau-jean'"
         return model.route.lacks(self.form) or self.serves(model)
 
     def make(self, dynamics: Dynamics, start: float, stop: float, control: StepControl) -> Stepper:

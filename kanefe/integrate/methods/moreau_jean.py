@@ -37,13 +37,13 @@ class MoreauJeanStepper(PythonStepper):
 
     def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, name: str) -> None:
         from kanefe.integrate.run_checks.contact_check import StepsChecked
-        from kanefe.order_n.granular_contacts import CrowdSteps
+        from kanefe.order_n.granular_contacts import GranularSteps
 
         super().__init__(name, dynamics)
         self._step, self._stop = float(control.step or 0.0), stop
         self._deepest = self._residual = 0.0
         model = dynamics.model
-        self._crowd = None if model.crowd is None else CrowdSteps(model)
+        self._granular = None if model.granular is None else GranularSteps(model)
         self._checked = StepsChecked(model)
         self.restart(start, dynamics.initial_state(start))
 
@@ -51,8 +51,8 @@ class MoreauJeanStepper(PythonStepper):
         """Continue from another state."""
         self._t = self._t_old = t
         self._y = self._y_old = y.copy()
-        if self._crowd is not None:
-            self._crowd.forget()
+        if self._granular is not None:
+            self._granular.forget()
 
     def state(self) -> Vector:
         """Return the state at t."""
@@ -75,8 +75,8 @@ class MoreauJeanStepper(PythonStepper):
         """Return copies of all that is needed to continue."""
         counts = np.array((self._steps, self._dynamics.evaluations))
         kept = {"t": np.array(self._t), "y": self._y.copy(), "counts": counts, "told": np.array(self._told())}
-        if self._crowd is not None:
-            kept |= {f"crowd {name}": array for name, array in self._crowd.memory().items()}
+        if self._granular is not None:
+            kept |= {f"crowd {name}": array for name, array in self._granular.memory().items()}
         return kept | self._bends.snapshot()
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
@@ -85,9 +85,9 @@ class MoreauJeanStepper(PythonStepper):
         self._steps, self._dynamics.evaluations = (int(count) for count in snapshot["counts"])
         self._deepest, self._residual = (float(x) for x in snapshot["told"])
         self._bends.resume(snapshot)
-        if self._crowd is not None:
+        if self._granular is not None:
             kept = {name.removeprefix("crowd "): array for name, array in snapshot.items() if name.startswith("crowd ")}
-            self._crowd.recall(kept)
+            self._granular.recall(kept)
 
     def _told(self) -> tuple[float, float]:
         return self._deepest, self._residual
@@ -97,15 +97,15 @@ class MoreauJeanStepper(PythonStepper):
 
     def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
         """Continue until all times or so many steps are passed; many contacts take one call up to an output."""
-        if self._crowd is None:
+        if self._granular is None:
             return super().integrate_through(times, states, most_steps)
         passed = 0
         while passed < len(times) and most_steps > 0:
             whole = int((float(times[passed]) - self._t) / self._step * (1.0 - ROUND_OFF))
             whole = min(whole, most_steps - 1)
             if whole > 0:
-                self._y = self._crowd.go_on(self._y, self._step, whole)
-                self._checked.check_crowd(self._crowd)
+                self._y = self._granular.go_on(self._y, self._step, whole)
+                self._checked.check_granular(self._granular)
                 self._t += whole * self._step
                 self._steps += whole
                 self._dynamics.evaluations += whole
@@ -120,11 +120,11 @@ class MoreauJeanStepper(PythonStepper):
         t, y = self._t, self._y
         left = self._stop - t
         h = left if left <= self._step * (1.0 + ROUND_OFF) else self._step
-        if self._crowd is not None:
-            after = self._crowd.go_on(y, h, 1)
+        if self._granular is not None:
+            after = self._granular.go_on(y, h, 1)
             self._dynamics.evaluations += 1
-            self._checked.check_crowd(self._crowd)
-            self._deepest, self._residual = self._crowd.deepest, self._crowd.residual
+            self._checked.check_granular(self._granular)
+            self._deepest, self._residual = self._granular.deepest, self._granular.residual
         else:
             found = stepped(self._dynamics.model, t, y, h)
             self._dynamics.evaluations += 2
@@ -138,11 +138,11 @@ class MoreauJeanStepper(PythonStepper):
 
 def _serves(model: Model) -> str:
     """Return why it cannot run a model, with a remedy."""
-    if model.crowd is not None:
+    if model.granular is not None:
         from kanefe.order_n.granular_contacts import lacking
 
         if lack := lacking(model):
-            return f"takes loose bodies with {model.crowd.name!r}, and no {lack}. Remedy: add_contact for each pair"
+            return f"takes loose bodies with {model.granular.name!r}, and no {lack}. Remedy: add_contact for each pair"
         return ""
     if not model.rigid_contacts:
         return "steps over the impacts of rigid contacts, of which the scene has none. Remedy: 'auto'"

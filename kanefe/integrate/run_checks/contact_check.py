@@ -15,7 +15,7 @@ from kanefe.tree.scales import scene_length
 
 if TYPE_CHECKING:
     from kanefe.kane.rigid_contacts.time_stepping import Stepped
-    from kanefe.order_n.granular_contacts import CrowdSteps
+    from kanefe.order_n.granular_contacts import GranularSteps
 
 BEYOND = 1e-6
 """Violation relative to the friction limit, to the largest normal force and to the scene's length above which the run
@@ -99,18 +99,18 @@ class StepsChecked:
                 f"{names}: penetrated by {found.deepest:.3g} m, more than the error of steps", REMEDY_OF_STEPS
             )
 
-    def check_crowd(self, crowd: CrowdSteps) -> None:
+    def check_granular(self, granular: GranularSteps) -> None:
         """Raise a StepFailure if impulses among many are none that contacts can have, or one ball is within another."""
-        title, mu = f"contacts {self._model.crowd.name!r}" if self._model.crowd else "", crowd.friction
-        pushes = crowd.impulses
+        title, mu = f"contacts {self._model.granular.name!r}" if self._model.granular else "", granular.friction
+        pushes = granular.impulses
         largest = float(np.abs(pushes).max(initial=0.0))
         beyond = np.hypot(pushes[:, 1], pushes[:, 2]) - mu * pushes[:, 0]
         for worst, what in ((-pushes[:, 0], "are tensile by"), (beyond, "have friction beyond mu N by")):
             if (most := float(worst.max(initial=0.0))) > BEYOND * largest:
                 raise StepFailure(f"impulses of {title} {what} {most:.4g} N s", REMEDY_OF_STEPS)
-        if crowd.deepest > crowd.smallest:
+        if granular.deepest > granular.smallest:
             raise StepFailure(
-                f"{title}: penetrated by {crowd.deepest:.3g} m, more than the radius of the smallest ball",
+                f"{title}: penetrated by {granular.deepest:.3g} m, more than the radius of the smallest ball",
                 REMEDY_OF_STEPS,
             )
 

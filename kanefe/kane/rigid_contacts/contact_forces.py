@@ -81,8 +81,8 @@ def probe_forces(state: State) -> list[ProbeForce]:
         own = forces[at : at + len(rows)]
         at += len(rows)
         if len(rows) == 1:
-            drag = rows[0].drag
-            friction = np.zeros(3) if drag is None else own[0] * drag
+            tangential = rows[0].tangential
+            friction = np.zeros(3) if tangential is None else own[0] * tangential
             found.append(ProbeForce(numbers[id(contact)], i, SLIPS, float(own[0]), friction, rows[0].found))
         else:
             friction = own[1] * rows[1].found.axes[1] + own[2] * rows[2].found.axes[2]
@@ -120,19 +120,19 @@ def contact_rates(state: State, rates: Vector) -> None:
 def told(state: State, number: int) -> Vector:
     """Return the outputs of a rigid contact, by its number among the rigid ones: see `Contact.columns`."""
     contact, z = state.model.rigid_contact(number), state.load_states(state.model.rigid_contacts[number])
-    total, drag, moved, normal = np.zeros(3), np.zeros(3), np.zeros(3), 0.0
+    total, tangential, moved, normal = np.zeros(3), np.zeros(3), np.zeros(3), 0.0
     met = meetings(state)[number]
     for force in probe_forces(state):
         if force.contact == number:
             normal += force.normal
-            drag += force.friction
+            tangential += force.friction
             total += force.normal * met[force.probe].axes[0] + force.friction
             moved += force.normal * met[force.probe].point
     statuses = [status for status in contact.status(z) if status != OPEN]
     status = OPEN if not statuses else SLIPS if SLIPS in statuses else STICKS
     nearest = min(met, key=lambda one: one.gap)
     point = moved / normal if normal > 0.0 else nearest.point
-    return np.array((*total, normal, np.linalg.norm(drag), -nearest.gap, z[0], *point, z[1], status))
+    return np.array((*total, normal, np.linalg.norm(tangential), -nearest.gap, z[0], *point, z[1], status))
 
 
 def rigid_point_outputs(state: State, number: int) -> Matrix:
@@ -156,7 +156,7 @@ class Margins(NamedTuple):
 
     Attributes
     ----------
-    gaps, normals, reserves, slips : dict of (int, int) to float
+    gaps, normals, slip_margins, slips : dict of (int, int) to float
         Gap of what is open (m), normal force of what touches (N), what friction could hold beyond what it does of what
         sticks (N), and speed in the direction of the slip of what slips (m/s); by the number of the contact among the
         rigid ones, and of the probe in it.
@@ -164,7 +164,7 @@ class Margins(NamedTuple):
 
     gaps: dict[tuple[int, int], float]
     normals: dict[tuple[int, int], float]
-    reserves: dict[tuple[int, int], float]
+    slip_margins: dict[tuple[int, int], float]
     slips: dict[tuple[int, int], float]
 
 
@@ -185,7 +185,7 @@ def margins(state: State) -> Margins:
         found.normals[key] = force.normal
         if force.status == STICKS:
             contact = state.model.rigid_contact(force.contact)
-            found.reserves[key] = contact.static * force.normal - float(np.linalg.norm(force.friction))
+            found.slip_margins[key] = contact.static * force.normal - float(np.linalg.norm(force.friction))
     return found
 
 
@@ -207,7 +207,7 @@ def blurs(state: State) -> Margins:
             for (c, i), gap in found.gaps.items()
         },
         dict.fromkeys(found.normals, least),
-        dict.fromkeys(found.reserves, least),
+        dict.fromkeys(found.slip_margins, least),
         {(c, i): _blur_of_slip(rest_speed(state, c, i), met[c][i]) for c, i in found.slips},
     )
 
@@ -228,7 +228,7 @@ def check_determined(state: State) -> None:
     loops = first = sum(len(c.rows) for c in state.model.constraints if c.holds(state.z))
     slipping: dict[int, tuple[RigidContact, int]] = {}
     for contact, i, own in touching_rows(state):
-        if len(own) == 1 and own[0].drag is not None:
+        if len(own) == 1 and own[0].tangential is not None:
             slipping[first] = contact, i
         first += len(own)
     gained, plain = held_solver(state).gained(list(slipping), loops)

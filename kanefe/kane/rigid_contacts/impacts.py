@@ -157,7 +157,7 @@ class _Event(StickOrSlip):
         values = {
             TOUCH: found.gaps,
             LIFT: found.normals,
-            SLIP: found.reserves,
+            SLIP: found.slip_margins,
             STICK: found.slips,
         }[self.kind]
         least = min(values.values(), default=0.0)

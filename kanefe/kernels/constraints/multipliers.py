@@ -16,7 +16,7 @@ from kanefe.kernels.algebra.vectors import Numbers, cross, dot, plus, put, times
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
 from kanefe.kernels.constraints.constraint_jacobian import row_scale, walk_inward
-from kanefe.kernels.constraints.constraint_rows import COUPLER_ROW, row_terms
+from kanefe.kernels.constraints.constraint_rows import COUPLER_ROW, ROW_NUMBERS, row_terms
 from kanefe.kernels.constraints.tolerances import HALF_ON
 from kanefe.kernels.layout import (
     ACCELERATION,
@@ -57,8 +57,8 @@ class Loops(NamedTuple):
         coordinates and not speeds alone, whether its residual is an angle, its switch among the internal states (-1:
         it always holds).
     markers : ndarray, shape (2 m, MARKER_NUMBERS)
-    numbers : ndarray, shape (m, 7)
-        e, f (of a screw: its side), and a length, lead, radius, cosine or constant.
+    numbers : ndarray, shape (m, ROW_NUMBERS)
+        See `kanefe.kernels.constraints.constraint_rows.RowNumbers`.
     speeds : ndarray of int
         Speed of each term of couplers.
     coefficients : ndarray
@@ -87,7 +87,7 @@ def no_loops() -> Loops:
     """Return the tables of a scene without constraints."""
     integers, numbers = np.zeros(0, dtype=np.int64), np.zeros(0)
     rows, markers = np.zeros((0, CONSTRAINT_INTEGERS), dtype=np.int64), np.zeros((0, MARKER_NUMBERS))
-    return Loops(rows, markers, np.zeros((0, 7)), integers, numbers, integers, numbers, numbers, np.zeros(2))
+    return Loops(rows, markers, np.zeros((0, ROW_NUMBERS)), integers, numbers, integers, numbers, numbers, np.zeros(2))
 
 
 class UnitResponses(NamedTuple):

@@ -6,7 +6,7 @@ import numpy as np
 
 from kanefe.kernels.algebra.vectors import Numbers, dot, plus, vector
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.constraints.constraint_rows import COUPLER_ROW, row_residual
+from kanefe.kernels.constraints.constraint_rows import AT, COUPLER_ROW, row_residual
 from kanefe.kernels.constraints.multipliers import (
     FIRST_TERM,
     HOLDS_PLACE,
@@ -48,7 +48,7 @@ def openings(
         if not loops.rows[j, HOLDS_PLACE] or not holds(loops, j, z):
             continue
         if loops.rows[j, KIND_OF] == COUPLER_ROW:
-            residuals[j] = -loops.numbers[j, 6]
+            residuals[j] = -loops.numbers[j, AT.constant]
             for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
                 i = loops.coordinates[term]
                 residuals[j] += loops.coefficients[term] * (q[i] if i >= 0 else drives[-1 - i, 0])

@@ -20,7 +20,7 @@ from kanefe.kernels.contact.contact_places import (
     WORK,
 )
 from kanefe.kernels.contact.detection import gone_since, located, met_by, turned_since, velocity
-from kanefe.kernels.contact.laws import press, rub
+from kanefe.kernels.contact.laws import normal_force, rub
 from kanefe.kernels.contact.laws.turning import couple
 from kanefe.kernels.force_elements.bushing import nine
 from kanefe.kernels.force_elements.places import (
@@ -72,17 +72,17 @@ def put_point(
         out[rates + place + int(numbers[AT.each]) - 1] = branch_rate
     total = times(force, normal)
     if has_friction:
-        w, drag, w_rate, k, slip, _ = rubbed
+        w, tangential, w_rate, k, slip, _ = rubbed
         out[POTENTIAL] += 0.5 * k * dot(w, w)
-        out[TAKEN] += dot(drag, along) - k * dot(w, w_rate)
-        out[GIVEN] -= dot(drag, carried)
+        out[TAKEN] += dot(tangential, along) - k * dot(w, w_rate)
+        out[GIVEN] -= dot(tangential, carried)
         if moves:
             out[rates + SLIP] += numbers[own + OF_POINT.share] * slip
-            out[rates + WORK] += dot(drag, minus(along, w_rate))
+            out[rates + WORK] += dot(tangential, minus(along, w_rate))
             in_surface = rotated_back(A_s, w_rate)
             for j in range(3):
                 out[rates + place + j] = in_surface[j]
-        total = minus(total, drag)
+        total = minus(total, tangential)
     moment, moment_s = cross(arms[0], total), cross(arms[1], total)
     if numbers[AT.turning] > 0.0:
         against = turned(numbers, i, normal, A_s, ends, force, states, out)
@@ -127,7 +127,7 @@ def touching(
     rate : float
         Of the depth, m/s.
     pressed : tuple
-        What `press` returns.
+        What `normal_force` returns.
     rubbed : tuple
         Stretch of the anchor (m), and what `rub` returns; all zero without friction.
     """
@@ -142,11 +142,11 @@ def touching(
         more = zero + states[int(numbers[AT.impact])]
     if numbers[AT.branches] > 0.0:
         branch = zero + states[place + int(numbers[AT.each]) - 1]
-    law = press(
+    law = normal_force(
         numbers[AT.normal], numbers, int(numbers[AT.normal_at]), share, softened(numbers, depth), rate, more, branch
     )
     none = (zero, zero, zero)
-    along, carried, w, drag, w_rate, k, slip, beyond = none, none, none, none, none, 0.0, zero, zero
+    along, carried, w, tangential, w_rate, k, slip, beyond = none, none, none, none, none, 0.0, zero, zero
     if numbers[AT.friction] > 0.0:
         rests = numbers[AT.rests_at] > 0.0
         w = rotated(A_s, three(states, place))
@@ -156,7 +156,7 @@ def touching(
         carried = minus(belt, times(dot(belt, normal), normal))
         along = minus(plus(v, times(rate, normal)), carried)
         held = is_held(numbers, place, states)
-        drag, w_rate, k, slip, beyond = rub(
+        tangential, w_rate, k, slip, beyond = rub(
             numbers[AT.friction],
             numbers,
             int(numbers[AT.friction_at]),
@@ -170,7 +170,7 @@ def touching(
             held and numbers[AT.has_memory] > 0.0 and not rests,
             rests,
         )
-    return (arm, arm_s), along, carried, rate, law, (w, drag, w_rate, k, slip, beyond)
+    return (arm, arm_s), along, carried, rate, law, (w, tangential, w_rate, k, slip, beyond)
 
 
 @inlined

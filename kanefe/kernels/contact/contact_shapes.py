@@ -11,7 +11,7 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.contact_mesh import mesh_distance
 
 CLOSE, MOST_STEPS = 1e-9, 20
-"""Constants of the same names in `kanefe.contact.geometry.height_field`."""
+"""Smallest step of the search for the nearest point of a height field, relative to its grid, and most steps."""
 
 PLANE, SPHERE, CAPSULE, CYLINDER, BOX, TORUS, _, HEIGHT_FIELD, MESH = range(9)
 
@@ -114,7 +114,20 @@ def _box(numbers: Any, own: int, x: Numbers) -> Any:
 
 @inlined
 def _height_field(numbers: Any, own: int, x: Numbers) -> Any:
-    """Return distance and normal from the nearest place, which Newton's method finds: see `HeightField.distance`."""
+    """Return distance and normal from the nearest place."""
+    a, b, height, slope_x, slope_y, _, _, _ = foot_on_heights(numbers, own, x)
+    stretch = np.sqrt(1.0 + slope_x * slope_x + slope_y * slope_y)
+    n = (-slope_x / stretch, -slope_y / stretch, 1.0 / stretch)
+    return dot(n, minus(x, (a, b, height))), n[0], n[1], n[2]
+
+
+@inlined
+def foot_on_heights(numbers: Any, own: int, x: Numbers) -> Any:
+    """Return where a field of heights is nearest to a place: along x and y, its height, slopes, and xx, xy, yy.
+
+    Newton's method finds where ``x - foot`` is along the normal, from the place below. Where that is not a smallest
+    distance, as over a valley that is narrower than the point is high, it is the place below itself.
+    """
     finest = min(numbers[own + 1], numbers[own + 4])
     a, b = x[0], x[1]
     is_found = False
@@ -135,37 +148,35 @@ def _height_field(numbers: Any, own: int, x: Numbers) -> Any:
         a, b = a - step_x, b - step_y
         far = step_x.real * step_x.real + step_y.real * step_y.real
         is_found = far <= CLOSE * CLOSE * finest * finest
-    stretch = np.sqrt(1.0 + slope_x * slope_x + slope_y * slope_y)
-    n = (-slope_x / stretch, -slope_y / stretch, 1.0 / stretch)
-    return dot(n, minus(x, (a, b, height))), n[0], n[1], n[2]
+    return a, b, height, slope_x, slope_y, xx, xy, yy
 
 
 @kernel
 def _heights(numbers: Any, own: int, x: Any, y: Any) -> Any:
     """Return the height at a place, and its first and second derivatives: along x, y; xx, xy, yy."""
     rows, columns = int(numbers[own + 2]), int(numbers[own + 5])
-    i, f, f_rate = _cell(x, numbers[own], numbers[own + 1], rows)
-    j, g, g_rate = _cell(y, numbers[own + 3], numbers[own + 4], columns)
+    i, f, f_rate = cell_of(x, numbers[own], numbers[own + 1], rows)
+    j, g, g_rate = cell_of(y, numbers[own + 3], numbers[own + 4], columns)
     height = slope_x = slope_y = xx = xy = yy = 0.0 * x
     for a in range(4):
         row = min(max(i + a - 1, 0), rows - 1)
         value = along = bent = 0.0 * x
         for b in range(4):
             h = numbers[own + 6 + columns * row + min(max(j + b - 1, 0), columns - 1)]
-            value += _weight(b, g) * h
+            value += weight_of(b, g) * h
             along += g_rate * _slope(b, g) * h
             bent += g_rate * g_rate * _bend(b, g) * h
-        height += _weight(a, f) * value
+        height += weight_of(a, f) * value
         slope_x += f_rate * _slope(a, f) * value
-        slope_y += _weight(a, f) * along
+        slope_y += weight_of(a, f) * along
         xx += f_rate * f_rate * _bend(a, f) * value
         xy += f_rate * _slope(a, f) * along
-        yy += _weight(a, f) * bent
+        yy += weight_of(a, f) * bent
     return height, slope_x, slope_y, xx, xy, yy
 
 
 @inlined
-def _cell(x: Any, first: float, step: float, count: int) -> Any:
+def cell_of(x: Any, first: float, step: float, count: int) -> Any:
     """Return the interval of a grid, the place in it, of 1, and the rate of that; beyond the grid it stands still."""
     s, rate = (x - first) / step, 1.0 / step
     if s.real < 0.0 or s.real > count - 1.0:
@@ -175,7 +186,7 @@ def _cell(x: Any, first: float, step: float, count: int) -> Any:
 
 
 @inlined
-def _weight(k: int, f: Any) -> Any:
+def weight_of(k: int, f: Any) -> Any:
     """Return the weight of one of four places in cubic convolution (Keys 1981)."""
     if k == 0:
         return 0.5 * f * (f * (2.0 - f) - 1.0)
@@ -188,7 +199,7 @@ def _weight(k: int, f: Any) -> Any:
 
 @inlined
 def _slope(k: int, f: Any) -> Any:
-    """Return the derivative of `_weight`."""
+    """Return the derivative of `weight_of`."""
     if k == 0:
         return 0.5 * (f * (4.0 - 3.0 * f) - 1.0)
     if k == 1:

@@ -16,7 +16,9 @@ from kanefe.kernels.algebra.vectors import (
     Numbers,
     cross,
     dot,
+    matrix,
     minus,
+    norm,
     plus,
     rotated,
     rotated_back,
@@ -27,6 +29,9 @@ from kanefe.kernels.algebra.vectors import (
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.contact.contact_shapes import distance
+from kanefe.kernels.force_elements.bushing import nine
+from kanefe.kernels.sweeps.advance import put_turned
 
 MASS, INERTIA, INVERSE, BODY_SIZE = 0, 1, 10, 19
 """Columns of bodies: mass in kg, then matrices in the body's axes."""
@@ -34,9 +39,11 @@ MASS, INERTIA, INVERSE, BODY_SIZE = 0, 1, 10, 19
 OF_BODY, CENTRE, RADIUS, BALL_SIZE = 0, 1, 4, 5
 """Columns of balls."""
 
-KIND, PLACE, OFFSET, WALL_SIZE = 0, 1, 4, 5
-"""Columns of walls. Kind 0 has the normal and the distance of a plane from the origin, kind 1 the centre and radius of
-a room."""
+IS_FLAT, PLACE, OFFSET, WALL_SIZE = 0, 1, 4, 5
+"""Columns of walls: 1, normal and distance of a plane from the origin; or 0, and last the index in `shapes`."""
+
+AXES, SHAPE = 3, 12
+"""Numbers of a wall in `shapes`: place and axes in N, and its shape."""
 
 NORMAL, ARMS, OTHER_ARMS, IMPULSE, BEFORE, INVERSE_NORMAL, INVERSE_ALONG, CONTACT_SIZE = 0, 9, 18, 27, 30, 33, 34, 35
 """Columns of contacts: normal and two tangential directions in N; the moments of unit forces along these about the body
@@ -58,12 +65,13 @@ DONE, TOO_MANY = 0, 1
 
 
 @entry()
-def march_crowd(
+def march_granular(
     counts: Integers,
     control: Reals,
     bodies: RealRows,
     balls: RealRows,
     walls: RealRows,
+    shapes: Reals,
     left_out: Integers,
     q: RealRows,
     u: RealRows,
@@ -81,7 +89,7 @@ def march_crowd(
     ----------
     counts, control : ndarray
         See above.
-    bodies, balls, walls : ndarray
+    bodies, balls, walls, shapes : ndarray
         See above.
     left_out : ndarray
         Numbers of pairs that pass through each other, ascending.
@@ -101,7 +109,7 @@ def march_crowd(
     h = control[STEP]
     while counts[STEPS] > 0:
         _advance(q, u, 0.5 * h)
-        found = _detect(control, bodies, balls, walls, left_out, q, u, order, places, contacts, pairs)
+        found = _detect(control, bodies, balls, walls, shapes, left_out, q, u, order, places, contacts, pairs)
         if found < 0:
             _advance(q, u, -0.5 * h)
             return TOO_MANY
@@ -123,32 +131,13 @@ def _advance(q: np.ndarray, u: np.ndarray, h: float) -> None:
     for i in range(len(q)):
         for k in range(3):
             q[i, k] += h * u[i, k]
-        x, y, z = h * u[i, 3], h * u[i, 4], h * u[i, 5]
-        angle = math.sqrt(x * x + y * y + z * z)
-        s = 0.5 - angle * angle / 48 if angle < 1e-4 else math.sin(0.5 * angle) / angle
-        c, x, y, z = math.cos(0.5 * angle), s * x, s * y, s * z
-        a, b, d, e = q[i, 3], q[i, 4], q[i, 5], q[i, 6]
-        p0, p1 = a * c - b * x - d * y - e * z, a * x + b * c + d * z - e * y
-        p2, p3 = a * y - b * z + d * c + e * x, a * z + b * y - d * x + e * c
-        length = math.sqrt(p0 * p0 + p1 * p1 + p2 * p2 + p3 * p3)
-        q[i, 3], q[i, 4], q[i, 5], q[i, 6] = p0 / length, p1 / length, p2 / length, p3 / length
-
-
-@kernel
-def _times(bodies: np.ndarray, i: int, at: int, a: Numbers) -> Numbers:
-    """Return a matrix of a body times a vector."""
-    B = bodies
-    return (
-        B[i, at] * a[0] + B[i, at + 1] * a[1] + B[i, at + 2] * a[2],
-        B[i, at + 3] * a[0] + B[i, at + 4] * a[1] + B[i, at + 5] * a[2],
-        B[i, at + 6] * a[0] + B[i, at + 7] * a[1] + B[i, at + 8] * a[2],
-    )
+        put_turned(q[i], 3, q[i], h * u[i, 3], h * u[i, 4], h * u[i, 5])
 
 
 @kernel
 def _spin_rate(bodies: np.ndarray, i: int, w: Numbers) -> Numbers:
     """Return the rate of the angular velocity of what turns freely: Euler's equations."""
-    return times(-1.0, _times(bodies, i, INVERSE, cross(w, _times(bodies, i, INERTIA, w))))
+    return times(-1.0, rotated(matrix(bodies, i, INVERSE), cross(w, rotated(matrix(bodies, i, INERTIA), w))))
 
 
 @kernel
@@ -169,6 +158,7 @@ def _detect(
     bodies: np.ndarray,
     balls: np.ndarray,
     walls: np.ndarray,
+    shapes: np.ndarray,
     left_out: np.ndarray,
     q: np.ndarray,
     u: np.ndarray,
@@ -196,13 +186,11 @@ def _detect(
         c, r = three(places[i], 0), balls[i, RADIUS]
         for w in range(len(walls)):
             place = three(walls[w], PLACE)
-            if walls[w, KIND] == 0.0:
+            if walls[w, IS_FLAT] == 1.0:
                 gap, n = dot(place, c) - walls[w, OFFSET] - r, place
             else:
-                away = minus(place, c)
-                length = math.sqrt(dot(away, away))
-                gap = walls[w, OFFSET] - length - r
-                n = times(1.0 / length, away) if length > 0.0 else (0.0, 0.0, 1.0)
+                gap, n = _beyond(shapes, int(walls[w, OFFSET]), c)
+                gap -= r
             key = i * (count + len(walls)) + count + w
             if gap <= 0.0 and not _is_among(left_out, key):
                 if found == len(contacts):
@@ -247,6 +235,14 @@ def _detect(
 
 
 @kernel
+def _beyond(shapes: np.ndarray, own: int, c: Numbers) -> tuple[float, Numbers]:
+    """Return how far a place is from a wall that is not flat, and the normal there."""
+    A = nine(shapes, own + AXES)
+    phi, x, y, z = distance(shapes, own + SHAPE, rotated_back(A, minus(c, three(shapes, own))))
+    return phi, rotated(A, (x, y, z))
+
+
+@kernel
 def _is_among(numbers: np.ndarray, one: int) -> bool:
     low, high = 0, len(numbers)
     while low < high:
@@ -283,7 +279,7 @@ def _meet(
     x, y, z = abs(n[0]), abs(n[1]), abs(n[2])
     least = (1.0, 0.0, 0.0) if x <= y and x <= z else (0.0, 1.0, 0.0) if y <= z else (0.0, 0.0, 1.0)
     first = cross(n, least)
-    first = times(1.0 / math.sqrt(dot(first, first)), first)
+    first = times(1.0 / norm(first), first)
     second = cross(n, first)
     row = contacts[found]
     A, arm = rotation(q[body], 3), minus(point, three(q[body], 0))
@@ -320,10 +316,12 @@ def _answer(row: np.ndarray, j: int, k: int, body: int, other: int, bodies: np.n
     """Return by what a unit impulse along one direction changes the rate along another, 1/kg."""
     along = dot(three(row, 3 * j), three(row, 3 * k))
     found = along / bodies[body, MASS]
-    found += dot(three(row, ARMS + 3 * j), _times(bodies, body, INVERSE, three(row, ARMS + 3 * k)))
+    found += dot(three(row, ARMS + 3 * j), rotated(matrix(bodies, body, INVERSE), three(row, ARMS + 3 * k)))
     if other >= 0:
         found += along / bodies[other, MASS]
-        found += dot(three(row, OTHER_ARMS + 3 * j), _times(bodies, other, INVERSE, three(row, OTHER_ARMS + 3 * k)))
+        found += dot(
+            three(row, OTHER_ARMS + 3 * j), rotated(matrix(bodies, other, INVERSE), three(row, OTHER_ARMS + 3 * k))
+        )
     return float(found)
 
 
@@ -331,12 +329,12 @@ def _answer(row: np.ndarray, j: int, k: int, body: int, other: int, bodies: np.n
 def _push(row: np.ndarray, k: int, body: int, other: int, bodies: np.ndarray, u: np.ndarray, impulse: float) -> None:
     """Change speeds by an impulse along one of the directions of a contact."""
     e = three(row, 3 * k)
-    spin = _times(bodies, body, INVERSE, three(row, ARMS + 3 * k))
+    spin = rotated(matrix(bodies, body, INVERSE), three(row, ARMS + 3 * k))
     for i in range(3):
         u[body, i] += impulse / bodies[body, MASS] * e[i]
         u[body, 3 + i] += impulse * spin[i]
     if other >= 0:
-        spin = _times(bodies, other, INVERSE, three(row, OTHER_ARMS + 3 * k))
+        spin = rotated(matrix(bodies, other, INVERSE), three(row, OTHER_ARMS + 3 * k))
         for i in range(3):
             u[other, i] -= impulse / bodies[other, MASS] * e[i]
             u[other, 3 + i] -= impulse * spin[i]

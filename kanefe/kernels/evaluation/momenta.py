@@ -58,7 +58,7 @@ from kanefe.kernels.layout import (
     R,
     Tables,
 )
-from kanefe.kernels.loads.joint_forces import LOWER, REST, STIFFNESS_OF, STOP_STIFFNESS, UPPER
+from kanefe.kernels.loads.coordinate_law import coordinate_potential
 from kanefe.kernels.loads.loads_between import potential_between
 from kanefe.kernels.loads.loads_layout import LoadsBetween
 from kanefe.kernels.steppers.step_commands import (
@@ -162,12 +162,7 @@ def _joint_energy(tables: Tables, drives: np.ndarray, q: np.ndarray) -> float:
     for n in range(len(tables.joint_forces)):
         at, law = tables.joint_forces[n, 0], tables.joint_forces[n, 2]
         if law >= 0:
-            numbers = tables.laws[law]
-            position = q[at] if at >= 0 else drives[-1 - at, 0]
-            stretch = position - numbers[REST]
-            beyond = max(0.0, position - numbers[UPPER], numbers[LOWER] - position)
-            energy += 0.5 * numbers[STIFFNESS_OF] * stretch * stretch
-            energy += 0.5 * numbers[STOP_STIFFNESS] * beyond * beyond
+            energy += coordinate_potential(tables.laws[law], q[at] if at >= 0 else drives[-1 - at, 0])
     return energy
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from collections import namedtuple
+from typing import Any
 
 import numpy as np
 
@@ -15,31 +16,18 @@ from kanefe.kernels.force_elements.bushing import nine
 from kanefe.kernels.force_elements.periodic_load import put_own
 from kanefe.kernels.force_elements.places import SIGNATURE, A, V
 
+AerodynamicsNumbers = namedtuple("AerodynamicsNumbers", "density flat_area pieces wind_and_table")
+"""Numbers of the forces of wind: kg/m3, m2, how many pieces its table has; the wind, and then the pieces.
 
-class AerodynamicsNumbers(NamedTuple):
-    """Numbers of the forces of wind: kg/m3, m2, how many pieces its table has; the wind, and then the pieces.
+Of each piece where it begins, and four powers of each of six parts. The wind is `WindNumbers`.
+"""
 
-    Of each piece where it begins, and four powers of each of six parts. The wind is `WindNumbers`.
-    """
+WindNumbers = namedtuple("WindNumbers", "gusts harmonics mean gusts_and_harmonics")
+"""Numbers of a wind: how many gusts and harmonics of turbulence, the mean (3,), and these.
 
-    density: float
-    flat_area: float
-    pieces: float
-    wind_and_table: Any
-
-
-class WindNumbers(NamedTuple):
-    """Numbers of a wind: how many gusts and harmonics of turbulence, the mean (3,), and these.
-
-    Of each gust start, duration and velocity; of each harmonic its frequency and three parts with the cosine and three
-    with the sine.
-    """
-
-    gusts: float
-    harmonics: float
-    mean: Any
-    gusts_and_harmonics: Any
-
+Of each gust start, duration and velocity; of each harmonic its frequency and three parts with the cosine and three
+with the sine.
+"""
 
 AT = places(AerodynamicsNumbers)
 OF = places(WindNumbers, mean=3)

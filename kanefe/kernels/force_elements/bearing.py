@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections import namedtuple
+from typing import Any
 
 from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, plus, rotated, rotated_back, three, times
 from kanefe.kernels.compiler._numba import inlined
@@ -22,25 +23,11 @@ from kanefe.kernels.force_elements.places import (
     W,
 )
 
+BearingNumbers = namedtuple("BearingNumbers", "axis ends speeds table")
+"""Numbers of a bearing: which axis, how many ends and speeds, and a `BearingRow` for each speed, or for all."""
 
-class BearingNumbers(NamedTuple):
-    """Numbers of a bearing: which axis, how many ends and speeds, and a `BearingRow` for each speed, or for all."""
-
-    axis: float
-    ends: float
-    speeds: float
-    table: Any
-
-
-class BearingRow(NamedTuple):
-    """Coefficients at a speed of rotation, matrices (6, 6) row by row, and their slopes over the speed."""
-
-    speed: float
-    stiffness: Any
-    damping: Any
-    stiffness_slopes: Any
-    damping_slopes: Any
-
+BearingRow = namedtuple("BearingRow", "speed stiffness damping stiffness_slopes damping_slopes")
+"""Coefficients at a speed of rotation, matrices (6, 6) row by row, and their slopes over the speed."""
 
 AT = places(BearingNumbers)
 OF = places(BearingRow, stiffness=36, damping=36, stiffness_slopes=36, damping_slopes=36)
@@ -67,11 +54,11 @@ def bearing(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: An
     beside, beside_r = coefficients_times(numbers, OF.stiffness, speed, moving)
     brake, brake_r = coefficients_times(numbers, OF.damping, speed, moving)
     about = times(dot(e, turn), e)
-    drag = dot(e, coefficients_times(numbers, OF.damping, speed, (*times(0.0, e), *about))[1])
+    friction_force = dot(e, coefficients_times(numbers, OF.damping, speed, (*times(0.0, e), *about))[1])
     force, forces_r = times(-1.0, plus(spring, brake)), times(-1.0, plus(spring_r, brake_r))
-    moment = minus(cross(axis, cross(forces_r, e)), times(drag, axis))
+    moment = minus(cross(axis, cross(forces_r, e)), times(friction_force, axis))
     of_springs = dot(rate, spring) + dot(tilting, spring_r)
-    out[TAKEN] = dot(rate, brake) + dot(tilting, brake_r) + drag * dot(axis, turn)
+    out[TAKEN] = dot(rate, brake) + dot(tilting, brake_r) + friction_force * dot(axis, turn)
     if numbers[AT.speeds] > 0.0:
         out[GIVEN] = -of_springs
     else:

@@ -15,7 +15,7 @@ def places(block: type[Block], **widths: int) -> Block:
     Parameters
     ----------
     block : type
-        A NamedTuple.
+        A named tuple.
     **widths : int
         How many numbers those have that have more than one.
     """

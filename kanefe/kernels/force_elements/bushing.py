@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections import namedtuple
+from typing import Any
 
 import numpy as np
 
@@ -37,14 +38,8 @@ from kanefe.kernels.force_elements.places import (
 )
 from kanefe.kernels.sweeps.slopes import slope_motion
 
-
-class BushingNumbers(NamedTuple):
-    """Numbers of a bushing: matrices (6, 6) row by row, and whether a law of the user gives forces too."""
-
-    stiffness: Any
-    damping: Any
-    inputs: float
-
+BushingNumbers = namedtuple("BushingNumbers", "stiffness damping inputs")
+"""Numbers of a bushing: matrices (6, 6) row by row, and whether a law of the user gives forces too."""
 
 AT = places(BushingNumbers, stiffness=36, damping=36)
 

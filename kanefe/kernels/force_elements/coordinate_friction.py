@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections import namedtuple
+from typing import Any
 
 from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, norm, plus, times
 from kanefe.kernels.compiler._numba import inlined
@@ -21,32 +22,16 @@ from kanefe.kernels.force_elements.places import (
     V,
 )
 
+FrictionNumbers = namedtuple(
+    "FrictionNumbers",
+    "directions has_memory sliding static stiffness damping base follows load_time "
+    "kind per_length thrust twist arms is_at_rest rest stribeck_speed",
+)
+"""Numbers of friction along coordinates, in the words of `kanefe.loads.coordinate_friction.CoordinateFriction`.
 
-class FrictionNumbers(NamedTuple):
-    """Numbers of friction along coordinates, in the words of `kanefe.loads.coordinate_friction.CoordinateFriction`.
-
-    `follows` tells whether it follows the load of a joint, of which the next ones are: see
-    `kanefe.joints.joint_friction.RubbingSurfaces`. `is_at_rest`: stretches follow from the coordinates, beside `rest`.
-    """
-
-    directions: float
-    has_memory: float
-    sliding: float
-    static: float
-    stiffness: float
-    damping: float
-    base: float
-    follows: float
-    load_time: float
-    kind: float
-    per_length: float
-    thrust: float
-    twist: float
-    arms: Any
-    is_at_rest: float
-    rest: Any
-    stribeck_speed: float
-
+`follows` tells whether it follows the load of a joint, of which the next ones are: see
+`kanefe.joints.joint_friction.RubbingSurfaces`. `is_at_rest`: stretches follow from the coordinates, beside `rest`.
+"""
 
 MOST_DIRECTIONS = 3
 AT = places(FrictionNumbers, arms=MOST_DIRECTIONS, rest=MOST_DIRECTIONS)
@@ -58,11 +43,11 @@ PADS, BALL, THREAD = 0.0, 1.0, 2.0
 @called_by_address(*SIGNATURE)
 def coordinate_friction(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write the forces along the coordinates, and the rates of the stretches."""
-    drag_along(numbers, ends, states, share_kept(numbers, ends, states), out)
+    friction_along(numbers, ends, states, share_kept(numbers, ends, states), out)
 
 
 @inlined
-def drag_along(numbers: Any, ends: Any, states: Any, kept: Any, out: Any) -> None:
+def friction_along(numbers: Any, ends: Any, states: Any, kept: Any, out: Any) -> None:
     """Write the same, with the share of the pull that friction keeps."""
     count, k, c = int(numbers[AT.directions]), numbers[AT.stiffness], numbers[AT.damping]
     mobility = 1.0 / c
@@ -70,11 +55,11 @@ def drag_along(numbers: Any, ends: Any, states: Any, kept: Any, out: Any) -> Non
     for i in range(count):
         w, v = stretch(numbers, ends, states, i), slipping(numbers, ends, i)
         elastic = k * w
-        drag = kept * (elastic + c * v)
-        stretching = mobility * (drag - elastic)
+        friction_force = kept * (elastic + c * v)
+        stretching = mobility * (friction_force - elastic)
         out[POTENTIAL] += 0.5 * elastic * w
-        out[TAKEN] += drag * v - elastic * stretching
-        out[WRENCHES + WRENCH * i] = -numbers[AT.arms + i] * drag
+        out[TAKEN] += friction_force * v - elastic * stretching
+        out[WRENCHES + WRENCH * i] = -numbers[AT.arms + i] * friction_force
         if numbers[AT.is_at_rest] == 0.0:
             out[rates + i] = stretching
 
@@ -169,17 +154,17 @@ def put_load_rates(
     """Write the rates of the load of friction, from a reaction about the origin of the body's frame, and the axis."""
     if numbers[AT.is_at_rest] > 0.0:
         return
-    at, drag = load_state(numbers), 0.0 * force[0]
+    at, friction_force = load_state(numbers), 0.0 * force[0]
     if numbers[AT.kind] == THREAD:
-        drag = share_kept(numbers, ends, states) * pull(numbers, ends, states, 0)
+        friction_force = share_kept(numbers, ends, states) * pull(numbers, ends, states, 0)
     law = numbers[AT.kind], numbers[AT.per_length], numbers[AT.thrust], numbers[AT.twist]
-    behind = load_of(law, axis, force, moment, drag) - states[at]
+    behind = load_of(law, axis, force, moment, friction_force) - states[at]
     rates[at] = (states[at + 1] + 2.0 * behind) / numbers[AT.load_time]
     rates[at + 1] = behind / numbers[AT.load_time]
 
 
 @inlined
-def load_of(law: Numbers, axis: Numbers, force: Numbers, moment: Numbers, drag: Any) -> Any:
+def load_of(law: Numbers, axis: Numbers, force: Numbers, moment: Numbers, friction_force: Any) -> Any:
     """Return the load of a reaction, N: see `kanefe.joints.joint_friction.RubbingSurfaces`.
 
     `law` is its kind, what is per length of two pads, and what thrust and twist count for; drag that of a thread.
@@ -200,5 +185,5 @@ def load_of(law: Numbers, axis: Numbers, force: Numbers, moment: Numbers, drag: 
             about = dot(moment, axis)
             load += twist * (about if about.real >= 0.0 else -about)
         return load
-    load = thrust * along + twist * drag
+    load = thrust * along + twist * friction_force
     return load if load.real >= 0.0 else -load

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections import namedtuple
+from typing import Any
 
 from kanefe.kernels.algebra.vectors import Numbers
 from kanefe.kernels.compiler._numba import inlined
@@ -10,14 +11,8 @@ from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.force_elements.places import POTENTIAL, SIGNATURE, TAKEN, WATCH_SIGNATURE, WRENCHES, P, V
 
-
-class StopNumbers(NamedTuple):
-    """Numbers of a stop: limits, and N/m or N m/rad."""
-
-    lower: float
-    upper: float
-    stiffness: float
-
+StopNumbers = namedtuple("StopNumbers", "lower upper stiffness")
+"""Numbers of a stop: limits, and N/m or N m/rad."""
 
 AT = places(StopNumbers)
 

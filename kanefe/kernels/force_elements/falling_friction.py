@@ -9,7 +9,7 @@ from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.contact.laws.falling import slip_speed
 from kanefe.kernels.force_elements.coordinate_friction import (
     AT,
-    drag_along,
+    friction_along,
     is_held,
     load_on,
     pull_size,
@@ -26,7 +26,7 @@ def falling_friction(t: float, numbers: Any, inputs: Any, ends: Any, states: Any
     if not is_held(numbers, states):
         slips = slip_force(numbers, size, ends, states)
         kept = 1.0 - slips / size if slips.real > 0.0 else 0.0 * size + 1.0
-    drag_along(numbers, ends, states, kept, out)
+    friction_along(numbers, ends, states, kept, out)
 
 
 @called_by_address(*WATCH_SIGNATURE)

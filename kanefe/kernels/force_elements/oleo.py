@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections import namedtuple
+from typing import Any
 
 import numpy as np
 
@@ -12,19 +13,8 @@ from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.force_elements.places import POTENTIAL, SIGNATURE, TAKEN, WRENCH, WRENCHES
 from kanefe.kernels.force_elements.spring import line_between
 
-
-class OleoNumbers(NamedTuple):
-    """Numbers of an oleo strut, in the words and units of `kanefe.Oleo`."""
-
-    extended: float
-    area: float
-    pressure: float
-    volume: float
-    exponent: float
-    ambient: float
-    orifice: float
-    rebound: float
-
+OleoNumbers = namedtuple("OleoNumbers", "extended area pressure volume exponent ambient orifice rebound")
+"""Numbers of an oleo strut, in the words and units of `kanefe.Oleo`."""
 
 AT = places(OleoNumbers)
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from collections import namedtuple
+from typing import Any
 
 from kanefe.kernels.algebra.vectors import Numbers, dot, rotated, three
 from kanefe.kernels.compiler._numba import inlined
@@ -13,20 +14,11 @@ from kanefe.kernels.force_elements.bushing import nine
 from kanefe.kernels.force_elements.places import GIVEN, SIGNATURE, WRENCHES, A, V, W
 from kanefe.kernels.force_elements.spring import interpolated
 
+PeriodicLoadNumbers = namedtuple("PeriodicLoadNumbers", "rate azimuth harmonics table_size mean harmonics_and_table")
+"""Numbers of a load of a hub: rad/s, rad, how many harmonics and points of its table, the mean (6,).
 
-class PeriodicLoadNumbers(NamedTuple):
-    """Numbers of a load of a hub: rad/s, rad, how many harmonics and points of its table, the mean (6,).
-
-    Of each harmonic how many per turn, six parts with the cosine and six with the sine; then times and shares.
-    """
-
-    rate: float
-    azimuth: float
-    harmonics: float
-    table_size: float
-    mean: Any
-    harmonics_and_table: Any
-
+Of each harmonic how many per turn, six parts with the cosine and six with the sine; then times and shares.
+"""
 
 AT = places(PeriodicLoadNumbers, mean=6)
 HARMONIC = 13

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections import namedtuple
+from typing import Any
 
 import numpy as np
 
@@ -22,16 +23,8 @@ from kanefe.kernels.force_elements.places import (
     V,
 )
 
-
-class RopeNumbers(NamedTuple):
-    """Numbers of a rope: of its ends, N/m and N s/m, without tension in m, and N; 0 of one that does not break."""
-
-    ends: float
-    stiffness: float
-    damping: float
-    length: float
-    breaking_load: float
-
+RopeNumbers = namedtuple("RopeNumbers", "ends stiffness damping length breaking_load")
+"""Numbers of a rope: of its ends, N/m and N s/m, without tension in m, and N; 0 of one that does not break."""
 
 AT = places(RopeNumbers)
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections import namedtuple
+from typing import Any
 
 import numpy as np
 
@@ -12,20 +13,11 @@ from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.force_elements.places import END_NUMBERS, GIVEN, POTENTIAL, SIGNATURE, TAKEN, WRENCH, WRENCHES, P, V
 
+SpringNumbers = namedtuple("SpringNumbers", "stiffness damping rest_length inputs table_size table")
+"""Numbers of a spring: coefficients, whether a function of the user gives tension, and the table of another part.
 
-class SpringNumbers(NamedTuple):
-    """Numbers of a spring: coefficients, whether a function of the user gives tension, and the table of another part.
-
-    The table has its lengths and then its forces.
-    """
-
-    stiffness: float
-    damping: float
-    rest_length: float
-    inputs: float
-    table_size: float
-    table: Any
-
+The table has its lengths and then its forces.
+"""
 
 AT = places(SpringNumbers)
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections import namedtuple
+from typing import Any
 
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import called_by_address
@@ -11,20 +12,10 @@ from kanefe.kernels.force_elements.places import GIVEN, POTENTIAL, SIGNATURE, WA
 from kanefe.kernels.force_elements.rope import pull, put_gradient
 from kanefe.kernels.force_elements.spring import interpolated
 
-
-class WinchNumbers(NamedTuple):
-    """Numbers of a winch; `length` is that without tension at the start, the table has times (s) and tensions (N)."""
-
-    ends: float
-    stiffness: float
-    length: float
-    speed: float
-    damping: float
-    is_settled: float
-    breaking_load: float
-    table_size: float
-    table: Any
-
+WinchNumbers = namedtuple(
+    "WinchNumbers", "ends stiffness length speed damping is_settled breaking_load table_size table"
+)
+"""Numbers of a winch; `length` is that without tension at the start, the table has times (s) and tensions (N)."""
 
 AT = places(WinchNumbers)
 

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import Numbers
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.layout import Tables
+from kanefe.kernels.loads.coordinate_law import coordinate_force
 from kanefe.kernels.planar.layout import PlanarTables
-
-STIFFNESS_OF, DAMPING_OF, REST, LOWER, UPPER, STOP_STIFFNESS, STOP_DAMPING = range(7)
 
 
 @kernel
@@ -40,22 +37,3 @@ def add_joint_forces(
             applied[speed] += inputs[motor]
             work += inputs[motor] * rate
     return dissipated, work
-
-
-@inlined
-def coordinate_force(law: np.ndarray, position: Any, rate: Any) -> Numbers:
-    """Return the conservative and the dissipative force along a coordinate."""
-    conservative = -law[STIFFNESS_OF] * (position - law[REST])
-    dissipative = -law[DAMPING_OF] * rate
-    beyond = 0.0 * position
-    if position.real > law[UPPER]:
-        beyond = position - law[UPPER]
-    elif position.real < law[LOWER]:
-        beyond = position - law[LOWER]
-    if beyond.real != 0.0:
-        stop, brake = -law[STOP_STIFFNESS] * beyond, -law[STOP_DAMPING] * rate
-        if (stop + brake).real * beyond.real > 0.0:  # a stop never pulls
-            brake = -stop
-        conservative += stop
-        dissipative += brake
-    return conservative, dissipative

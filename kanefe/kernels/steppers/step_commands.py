@@ -97,7 +97,7 @@ REALS_OF_METHOD = 38
 
 # From the place KNOTS on in `reals`, where it is not 0: the place of the next knot of tables in time, that of the last
 # at which steps have to end, how many these are at a time, the rejected steps at the last look; then all knots, s
-NEXT_KNOT, LAST_KEPT, KEPT_AT_ONCE, REJECTED_BEFORE, FIRST_KNOT = range(5)
+NEXT_BREAKPOINT, LAST_KEPT, KEPT_AT_ONCE, REJECTED_BEFORE, FIRST_BREAKPOINT = range(5)
 FEWEST_KEPT, MOST_KEPT = 8, 1024
 PIECES_OF_FREE_STEP = 4.0  # steps that want more pieces of a table than these pass over its knots
 
@@ -227,20 +227,20 @@ def is_finite(x: np.ndarray) -> bool:
 
 
 @kernel
-def knot_ahead(integers: np.ndarray, reals: np.ndarray, wanted: float) -> float:
+def breakpoint_ahead(integers: np.ndarray, reals: np.ndarray, wanted: float) -> float:
     """Return the breakpoint of a table at which the step must end, s; infinity if steps may pass over breakpoints.
 
     No method is of its order across a kink. Where a step that passes over knots is rejected until few are left, the
     next steps end at them: `FEWEST_KEPT` at first, twice as many each time that a longer step fails at once again.
     """
     at, t = integers[BREAKPOINTS], reals[TIME]
-    i, end = int(reals[at + NEXT_KNOT]), len(reals)
+    i, end = int(reals[at + NEXT_BREAKPOINT]), len(reals)
     while i < end and reals[i] <= t + 1e-9 * (reals[i] - reals[i - 1]):
         i += 1
-    while i > at + FIRST_KNOT + 1 and reals[i - 1] > t + 1e-9 * (reals[i - 1] - reals[i - 2]):
+    while i > at + FIRST_BREAKPOINT + 1 and reals[i - 1] > t + 1e-9 * (reals[i - 1] - reals[i - 2]):
         i -= 1
     is_rejected = integers[REJECTED] > reals[at + REJECTED_BEFORE]
-    reals[at + NEXT_KNOT], reals[at + REJECTED_BEFORE] = i, integers[REJECTED]
+    reals[at + NEXT_BREAKPOINT], reals[at + REJECTED_BEFORE] = i, integers[REJECTED]
     if i == end:
         return np.inf
     free = PIECES_OF_FREE_STEP * (reals[i] - reals[i - 1])
@@ -258,13 +258,13 @@ def knot_ahead(integers: np.ndarray, reals: np.ndarray, wanted: float) -> float:
 @inlined
 def clip(integers: np.ndarray, reals: np.ndarray, wanted: float) -> None:
     """Set the step: the one wanted, or what is left; two even steps are better than a full one and a sliver."""
-    rest, knot = reals[STOP] - reals[TIME], np.inf
+    rest, next_break = reals[STOP] - reals[TIME], np.inf
     if not integers[IS_FIXED]:
         wanted = min(wanted, reals[LARGEST], reals[LARGEST_OF_DRIVES])
         if integers[BREAKPOINTS] > 0:
-            knot = knot_ahead(integers, reals, wanted) - reals[TIME]
-    integers[LAST_STEP] = 1 if min(wanted, knot) >= rest * (1.0 - 1e-9) else 0
-    rest = min(rest, knot)
+            next_break = breakpoint_ahead(integers, reals, wanted) - reals[TIME]
+    integers[LAST_STEP] = 1 if min(wanted, next_break) >= rest * (1.0 - 1e-9) else 0
+    rest = min(rest, next_break)
     if integers[LAST_STEP] or wanted >= rest * (1.0 - 1e-9):
         reals[STEP] = rest
     elif integers[IS_FIXED] or wanted <= 0.5 * rest:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.layout import (
     COUNT,
     DAMPING,
@@ -25,14 +25,7 @@ from kanefe.kernels.layout import (
     FlexibleTables,
     Tables,
 )
-from kanefe.kernels.loads.joint_forces import (
-    DAMPING_OF,
-    LOWER,
-    STIFFNESS_OF,
-    STOP_DAMPING,
-    STOP_STIFFNESS,
-    UPPER,
-)
+from kanefe.kernels.loads.coordinate_law import coordinate_slopes
 from kanefe.kernels.planar.layout import PlanarTables
 from kanefe.kernels.sweeps.elastic import span, transposed_product
 from kanefe.kernels.sweeps.modal_elimination import coupling_span
@@ -91,21 +84,6 @@ def stiffen_joints(
     for n in range(len(tables.joint_forces)):
         at, speed, law = tables.joint_forces[n, 0], tables.joint_forces[n, 1], tables.joint_forces[n, 2]
         if at >= 0 and law >= 0:
-            stiffness, damping = _tangents(tables.laws[law], q[at].real, u[speed].real)
+            stiffness, damping = coordinate_slopes(tables.laws[law], q[at].real, u[speed].real)
             added[speed] += share_damping * damping + share_stiffness * stiffness
             applied[speed] += damping * damping_direction[speed] + stiffness * stiffness_direction[speed]
-
-
-@inlined
-def _tangents(law: np.ndarray, position: float, rate: float) -> tuple[float, float]:
-    """Return stiffness and damping of the forces along a coordinate at a state; see `coordinate_force`."""
-    stiffness, damping = law[STIFFNESS_OF], law[DAMPING_OF]
-    beyond = 0.0
-    if position > law[UPPER]:
-        beyond = position - law[UPPER]
-    elif position < law[LOWER]:
-        beyond = position - law[LOWER]
-    if beyond != 0.0 and (law[STOP_STIFFNESS] * beyond + law[STOP_DAMPING] * rate) * beyond > 0.0:
-        stiffness += law[STOP_STIFFNESS]
-        damping += law[STOP_DAMPING]
-    return stiffness, damping

@@ -123,7 +123,7 @@ def other_rest(model: Model, t: float, q: Vector, u: Vector, begun: Model) -> Ot
             many, distance = middle, tipped
     if distance is None or distance > NEAR:
         return None
-    return OtherRest(_names(model, least[:many]), distance, False)
+    return OtherRest(_names(model, sorted(least[:many])), distance, False)
 
 
 class _Met(NamedTuple):
@@ -171,7 +171,7 @@ def _forces(state: State) -> dict[Key, float]:
     """Return the normal forces of what carries, N."""
     model = state.model
     found = {
-        (number, i): float(touch.press)
+        (number, i): float(touch.normal_force)
         for number, load in enumerate(model.loads)
         if isinstance(load, Contact)
         for i, touch in enumerate(load.touches(state.load_ends(number), state.load_states(number)))

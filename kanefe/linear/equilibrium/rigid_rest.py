@@ -215,20 +215,20 @@ class _Rest:
         """
         found = margins(state)
         largest = max(found.normals.values(), default=0.0)
-        if min(found.reserves.values(), default=0.0) >= -PULLED * largest:
+        if min(found.slip_margins.values(), default=0.0) >= -PULLED * largest:
             return set(), set()
         z = resolved(state.model, self.t, np.concatenate((state.q, state.u, state.z)), START, 0.0).z
         forces = {(force.contact, force.probe): force.friction for force in probe_forces(state)}
         slipping: set[Key] = set()
         loose: set[Key] = set()
-        for key in found.reserves:
+        for key in found.slip_margins:
             where = self.model.load_states[self.model.rigid_contacts[key[0]]]
             status = self.model.rigid_contact(key[0]).status(z[where])[key[1]]
             if status == SLIPS and carries.get(key) == HELD:
                 slipping.add(key)
                 asked = float(np.linalg.norm(forces[key]))
-                self.asked[key] = forces[key], asked + found.reserves[key]
-            elif status == OPEN and found.reserves[key] < -PULLED * largest:
+                self.asked[key] = forces[key], asked + found.slip_margins[key]
+            elif status == OPEN and found.slip_margins[key] < -PULLED * largest:
                 loose.add(key)
         return slipping, loose
 

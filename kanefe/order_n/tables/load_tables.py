@@ -20,7 +20,7 @@ from kanefe.kernels.loads.loads_layout import (
 )
 from kanefe.kernels.loads.markers import MARKER_NUMBERS
 from kanefe.kernels.loads.reach import POINTS, reach_size
-from kanefe.loads.base import LoadKernel
+from kanefe.loads.action import LoadKernel
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.reach_tables import in_teams, reach_tables, sweeps
 from kanefe.tree.model_data import ModelData
@@ -76,7 +76,7 @@ def point_load_tables(builder: FrameOffsets) -> tuple[np.ndarray, np.ndarray]:
 def joint_force_tables(builder: FrameOffsets) -> tuple[np.ndarray, np.ndarray]:
     """Return `Tables.joint_forces` and `Tables.laws`."""
     forces: list[tuple[int, ...]] = []
-    laws: list[tuple[float, ...]] = []
+    laws: list[np.ndarray] = []
     for number, body in enumerate(builder.model.bodies):
         places = builder.model.coordinate_places(number)
         for load in body.joint_loads:
@@ -84,17 +84,7 @@ def joint_force_tables(builder: FrameOffsets) -> tuple[np.ndarray, np.ndarray]:
         for i, law in enumerate(body.joint.coordinate_forces):
             if law is not None and law.acts:
                 forces.append((*places[i], len(laws), -1))
-                laws.append(
-                    (
-                        law.stiffness,
-                        law.damping,
-                        law.rest,
-                        law.lower,
-                        law.upper,
-                        law.limit_stiffness,
-                        law.limit_damping,
-                    )
-                )
+                laws.append(law.law)
     return np.array(forces, dtype=np.int64).reshape(-1, 4), np.array(laws, dtype=float).reshape(-1, 7)
 
 

@@ -8,13 +8,13 @@ import pytest
 import kanefe as kf
 from kanefe import shapes
 from kanefe.contact.rigid.cone import solved
-from kanefe.order_n import granular_contacts as crowd
+from kanefe.order_n import granular_contacts as granular
 
 G = 9.81
 WALLS = (("z", (0, 0, 0)), ("x", (0, 0, 0)), ("-x", (0.3, 0, 0)), ("y", (0, 0, 0)), ("-y", (0, 0.3, 0)))
 
 
-def boxed(count: int, law: kf.Rigid, mu: float, *, is_crowd: bool = True, seed: int = 1) -> kf.System:
+def boxed(count: int, law: kf.Rigid, mu: float, *, is_granular: bool = True, seed: int = 1) -> kf.System:
     """Return balls in a box that fall on each other; with a contact of its own for each pair, or one for all."""
     rng, radius = np.random.default_rng(seed), 0.06
     scene = kf.System(gravity=(0, 0, -G))
@@ -29,7 +29,7 @@ def boxed(count: int, law: kf.Rigid, mu: float, *, is_crowd: bool = True, seed: 
         ball = scene.add_rigid_body(f"b{i}", 1.0 + i, (0.001, 0.0015, 0.002), joint=start)
         skins.append(scene.add_surface(f"s{i}", ball, shapes.Sphere(radius)))
     friction = kf.Coulomb(mu)
-    if is_crowd:
+    if is_granular:
         scene.add_contacts([*skins, *walls], normal=law, friction=friction)
         return scene
     for i, skin in enumerate(skins):
@@ -40,10 +40,10 @@ def boxed(count: int, law: kf.Rigid, mu: float, *, is_crowd: bool = True, seed: 
 
 @pytest.mark.parametrize(("e", "mu"), [(0.5, 0.3), (0.0, 0.6), (1.0, 0.0)])
 def test_compiled_steps_are_those_of_the_literal_equations(monkeypatch, e, mu):
-    monkeypatch.setattr(crowd, "ENOUGH", 1e-13)
+    monkeypatch.setattr(granular, "ENOUGH", 1e-13)
     options = {"method": "moreau-jean", "step": 4e-3, "output_step": 4e-3}
     many = boxed(3, kf.Rigid(e), mu).simulate((0.0, 0.2), **options)
-    pairs = boxed(3, kf.Rigid(e), mu, is_crowd=False).simulate((0.0, 0.2), **options)
+    pairs = boxed(3, kf.Rigid(e), mu, is_granular=False).simulate((0.0, 0.2), **options)
     assert many.load("contacts among s0 and others")[:, 0].max() >= 2
     for name in ("b0", "b1", "b2"):
         np.testing.assert_allclose(many.position(name), pairs.position(name), atol=1e-10)
@@ -215,6 +215,62 @@ def test_steps_that_break_a_law_are_an_error_of_the_run(monkeypatch, spoiled, me
 
 def test_impulses_of_a_crowd_that_break_a_law_are_an_error_of_the_run(monkeypatch):
     wrong = property(lambda self: np.array([(1.0, 0.4, 0.0)]))
-    monkeypatch.setattr(crowd.CrowdSteps, "impulses", wrong)
+    monkeypatch.setattr(granular.GranularSteps, "impulses", wrong)
     with pytest.warns(kf.SimulationWarning, match="have friction beyond mu N by 0.1 N s"):
         boxed(3, kf.Rigid(), 0.3).simulate((0.0, 0.01), method="moreau-jean", step=1e-3)
+
+
+GRID = np.linspace(-0.6, 0.6, 13)
+HILLS = shapes.HeightField(GRID, GRID, 0.02 * np.add.outer(np.sin(9.0 * GRID), np.cos(7.0 * GRID)))
+
+
+@pytest.mark.parametrize("wall", [HILLS, shapes.Sphere(0.4)], ids=["hills", "post"])
+def test_walls_of_a_crowd_are_those_of_its_pairs(monkeypatch, wall):
+    """A turned surface that is not flat: the same steps as with a contact for each pair by the literal equations."""
+    monkeypatch.setattr(granular, "ENOUGH", 1e-13)
+    found = []
+    for is_granular in (True, False):
+        scene = kf.System(gravity=(0, 0, -G))
+        depth = -0.4 if wall is not HILLS else 0.0
+        turn = kf.rotation_about((1, 2, 0), 0.1)
+        skins = []
+        for i in range(5):
+            start = kf.Free(position=(0.13 * (i - 2), 0.02 * i, 0.2), angular_velocity=(0, 5.0, 1.0))
+            ball = scene.add_rigid_body(f"b{i}", 1.0, 0.001, joint=start)
+            skins.append(scene.add_surface(f"s{i}", ball, shapes.Sphere(0.05)))
+        skins.append(scene.add_surface("ground", scene.ground, wall, at=(0.05, 0.0, depth), orientation=turn))
+        law, friction = kf.Rigid(0.3), kf.Coulomb(0.4)
+        if is_granular:
+            scene.add_contacts(skins, normal=law, friction=friction)
+        else:
+            for i, skin in enumerate(skins):
+                for other in skins[i + 1 :]:
+                    scene.add_contact(f"{skin.name} on {other.name}", skin, other, normal=law, friction=friction)
+        result = scene.simulate((0.0, 0.3), method="moreau-jean", step=4e-3, output_step=4e-3)
+        assert result.energy.dissipated[-1] > 0.1
+        found.append(np.array([result.position(f"b{i}") for i in range(5)]))
+    np.testing.assert_allclose(found[0], found[1], atol=1e-9)
+
+
+def test_balls_swing_in_a_drum_and_bounce_between_its_ends():
+    """A lying cylinder: without friction balls keep their speed along it, and their energy of the swing."""
+    scene = kf.System(gravity=(0, 0, -G))
+    drum = shapes.Cylinder(0.5, 0.6, axis="y", inside=True)
+    skins = [scene.add_surface("drum", scene.ground, drum)]
+    for i in range(5):
+        start = kf.Free(position=(0.45, 0.11 * (i - 2), 0.0), velocity=(0.0, 0.5, 0.0))
+        skins.append(
+            scene.add_surface(f"s{i}", scene.add_rigid_body(f"b{i}", 1.0, 0.001, joint=start), shapes.Sphere(0.05))
+        )
+    scene.add_contacts(skins, normal=kf.Rigid(1.0))
+    h, span = 5e-4, 1.9
+    result = scene.simulate((0.0, span), method="moreau-jean", step=h, output_step=0.01)
+    places = np.array([result.position(f"b{i}") for i in range(5)])
+    out = np.hypot(places[..., 0], places[..., 2]).max() - 0.45
+    assert 0.0 <= out < 0.5 * 2.0 * G * h * span  # along what curves, steps leave by v^2 h^2 / 2 R each
+    assert places[..., 2].min() == pytest.approx(-0.45, abs=0.02)
+    assert places[..., 0].min() == pytest.approx(-0.45, abs=0.03)
+    # in a row they hand their speed on from end to end: the first to arrive comes back at once
+    assert abs(places[..., 1]).max() < 0.25 + 0.5 * h
+    assert places[4, :, 1].max() == pytest.approx(0.25, abs=0.5 * 0.01)
+    assert abs(result.energy.balance_error).max() < 1e-2

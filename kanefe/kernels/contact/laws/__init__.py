@@ -29,7 +29,9 @@ from kanefe.kernels.contact.laws.table_law import TableLaw as TableLaw
 
 
 @inlined
-def press(kind: float, numbers: Any, at: int, share: float, depth: Any, rate: Any, more: Any, branch: Any) -> Any:
+def normal_force(
+    kind: float, numbers: Any, at: int, share: float, depth: Any, rate: Any, more: Any, branch: Any
+) -> Any:
     """Return normal force (N), its elastic part and the energy of that (J), and the rate of the branch (1/s).
 
     Parameters

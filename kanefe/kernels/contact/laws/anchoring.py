@@ -27,5 +27,5 @@ def kept_of(size: Any, limit: Any, waits: bool) -> Any:
 @inlined
 def given_way(k: Any, c: Any, pull: Numbers, w: Numbers, kept: Any) -> tuple[Numbers, Numbers]:
     """Return the drag of a pull of which a share is kept, and the rate of the stretch."""
-    drag = times(kept, pull)
-    return drag, times(1.0 / c, minus(drag, times(k, w)))
+    tangential = times(kept, pull)
+    return tangential, times(1.0 / c, minus(tangential, times(k, w)))

@@ -61,10 +61,10 @@ def by_function(numbers: Any, at: int, share: float, depth: Any, rate: Any, more
         over = call_law(address, d, v + h_rate, numbers, own)[0]
         under = call_law(address, d, v - h_rate, numbers, own)[0]
         by_rate = (over - under) / (2.0 * h_rate)
-    press = share * (force + by_depth * d_beside + by_rate * v_beside)
+    normal_force = share * (force + by_depth * d_beside + by_rate * v_beside)
     # what is taken is told, and nothing follows from it: the slope of the force serves for that of its elastic part
     elastic_part = share * (elastic + (by_depth if force >= 0.0 else 0.0) * d_beside)
-    return press, elastic_part, share * (energy + elastic * d_beside), 0.0 * rate
+    return normal_force, elastic_part, share * (energy + elastic * d_beside), 0.0 * rate
 
 
 @checked("slopes")

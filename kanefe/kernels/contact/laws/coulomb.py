@@ -43,7 +43,7 @@ def coulomb(
     numbers: Any,
     at: int,
     share: float,
-    press: Any,
+    normal_force: Any,
     normal: Numbers,
     A_s: Numbers,
     along: Numbers,
@@ -57,15 +57,18 @@ def coulomb(
     size, mu = measured(numbers, at, pull, normal, A_s)
     ratio, speed = numbers[at + AT.static_ratio], numbers[at + AT.stribeck_speed]
     if is_held or speed == 0.0:
-        limit = mu * ratio * press if is_held else mu * press
+        limit = mu * ratio * normal_force if is_held else mu * normal_force
         kept, beyond = kept_of(size, limit, waits), size - limit
     else:
         kept = 0.0 * size + 1.0
         if size.real > 0.0:
-            kept = kept - c * slip_speed(size, mu * press, (ratio - 1.0) * mu * press, c, speed, GAUSSIAN) / size
+            kept = (
+                kept
+                - c * slip_speed(size, mu * normal_force, (ratio - 1.0) * mu * normal_force, c, speed, GAUSSIAN) / size
+            )
         beyond = size * (1.0 - kept)
-    drag, w_rate = given_way(k, c, pull, w, kept)
-    return drag, w_rate, k, (1.0 - kept) * norm(pull) / c, beyond
+    tangential, w_rate = given_way(k, c, pull, w, kept)
+    return tangential, w_rate, k, (1.0 - kept) * norm(pull) / c, beyond
 
 
 @kernel

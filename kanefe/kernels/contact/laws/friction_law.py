@@ -82,7 +82,7 @@ class FrictionLaw(ABC):
         return 0.0
 
     @abstractmethod
-    def anchor(self, share: float, press: float) -> tuple[float, float]:
+    def anchor(self, share: float, normal_force: float) -> tuple[float, float]:
         """Return stiffness and damping of a point that sticks, with a share of the contact and a normal force."""
 
     @abstractmethod
@@ -150,7 +150,7 @@ class AnchoredFriction(FrictionLaw):
         """Stiffness of the springs of all points together, N/m."""
         return float(self.stiffness or 0.0)
 
-    def anchor(self, share: float, press: float) -> tuple[float, float]:
+    def anchor(self, share: float, normal_force: float) -> tuple[float, float]:
         """Return stiffness and damping of a point."""
         return share * float(self.stiffness or 0.0), share * float(self.damping or 0.0)
 
@@ -213,7 +213,7 @@ class AnchoredFriction(FrictionLaw):
 def friction_law(given: object, label: str) -> FrictionLaw | None:
     """Return a law of friction, or None; a ModelError says that it is none."""
     if given is not None and not isinstance(given, FrictionLaw):
-        raise ModelError(f"friction of {label} must be kanefe.Coulomb(...), LuGre(...) or None, not {given!r}")
+        raise ModelError(f"friction of {label} must be a law such as kanefe.Coulomb(0.3), or None, not {given!r}")
     return given
 
 

@@ -36,7 +36,7 @@ AT = places(LuGreNumbers)
 
 
 @kernel
-def lugre(numbers: Any, at: int, press: Any, normal: Numbers, v: Numbers, z: Numbers, rests: bool) -> Any:
+def lugre(numbers: Any, at: int, normal_force: Any, normal: Numbers, v: Numbers, z: Numbers, rests: bool) -> Any:
     """Return what friction gives at a point: see `kanefe.kernels.contact.laws.rub`.
 
     About a state of rest the bristles follow the motion.
@@ -48,11 +48,11 @@ def lugre(numbers: Any, at: int, press: Any, normal: Numbers, v: Numbers, z: Num
     if not rests:
         rate = minus(v, times(stiffness * speed / g, z))
     flat, flat_rate = minus(z, times(dot(z, normal), normal)), minus(rate, times(dot(rate, normal), normal))
-    drag = plus(
+    tangential = plus(
         times(stiffness, flat), plus(times(numbers[at + AT.sigma1], flat_rate), times(numbers[at + AT.sigma2], v))
     )
-    beyond = press * (stiffness * norm(flat) - STEADY * g)
-    return times(press, drag), rate, 0.0, norm(minus(v, rate)), beyond
+    beyond = normal_force * (stiffness * norm(flat) - STEADY * g)
+    return times(normal_force, tangential), rate, 0.0, norm(minus(v, rate)), beyond
 
 
 @dataclass(frozen=True)
@@ -130,9 +130,9 @@ class LuGre(FrictionLaw):
         """Rate at which bristles come back that do not touch, 1/s."""
         return self.sigma0 / self.sigma1
 
-    def anchor(self, share: float, press: float) -> tuple[float, float]:
+    def anchor(self, share: float, normal_force: float) -> tuple[float, float]:
         """Return stiffness and damping of bristles under a normal force."""
-        return self.sigma0 * press, (self.sigma1 + self.sigma2) * press
+        return self.sigma0 * normal_force, (self.sigma1 + self.sigma2) * normal_force
 
     def large_stretch(self, weight: float) -> float:
         """Return the deflection at which bristles break away."""

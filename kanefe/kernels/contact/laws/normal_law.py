@@ -28,15 +28,15 @@ class NormalLaw(ABC):
     """A normal force on what is a depth within a surface.
 
     A law is a file beside this one: a class for the user, which checks what it is given and has it as a named `block`
-    of numbers, and the function of these numbers that is compiled, called by `press` of the table of laws.
+    of numbers, and the function of these numbers that is compiled, called by `normal_force` of the table of laws.
 
     Attributes
     ----------
     kind : float
-        By which `press` knows the law.
+        By which `normal_force` knows the law.
     law : function
         (numbers, at, share, depth, rate, more, branch) -> force, elastic part, its energy, and rate of the branch, as
-        `press` of the table of laws has them; a force below 0 does not act.
+        `normal_force` of the table of laws has them; a force below 0 does not act.
     stiffness : float
         What counts as such, N/m^exponent; of all points of a contact together, which share it.
     damping : float

@@ -37,7 +37,7 @@ def stribeck(
     numbers: Any,
     at: int,
     share: float,
-    press: Any,
+    normal_force: Any,
     normal: Numbers,
     along: Numbers,
     w: Numbers,
@@ -50,17 +50,17 @@ def stribeck(
     """
     k, c = share * numbers[at + AT.stiffness], share * numbers[at + AT.damping]
     pull = pull_of(k, c, normal, along, w)
-    size, limit = norm(pull), numbers[at + AT.breakaway] * press
+    size, limit = norm(pull), numbers[at + AT.breakaway] * normal_force
     if is_held:
         kept, beyond = kept_of(size, limit, waits), size - limit
     else:
-        kept, least = 0.0 * size + 1.0, numbers[at + AT.mu] * press
+        kept, least = 0.0 * size + 1.0, numbers[at + AT.mu] * normal_force
         if size.real > 0.0:
-            damping, speed = c + numbers[at + AT.viscous] * press, numbers[at + AT.stribeck_speed]
+            damping, speed = c + numbers[at + AT.viscous] * normal_force, numbers[at + AT.stribeck_speed]
             kept = kept - c * slip_speed(size, least, limit - least, damping, speed, numbers[at + AT.exponent]) / size
         beyond = size * (1.0 - kept)
-    drag, w_rate = given_way(k, c, pull, w, kept)
-    return drag, w_rate, k, (1.0 - kept) * size / c, beyond
+    tangential, w_rate = given_way(k, c, pull, w, kept)
+    return tangential, w_rate, k, (1.0 - kept) * size / c, beyond
 
 
 @dataclass(frozen=True)

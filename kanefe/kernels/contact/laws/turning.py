@@ -50,16 +50,16 @@ def couple(
     if arm > 0.0:
         twist = times(states[first] + along, normal)
         most = max(numbers[at + AT.mu_along], numbers[at + AT.mu_across]) * arm * pressed
-        drag, given, energy, taken, work = braked(twist, twist, about, k * arm * arm, c * arm * arm, most)
-        moment = plus(moment, drag)
+        tangential, given, energy, taken, work = braked(twist, twist, about, k * arm * arm, c * arm * arm, most)
+        moment = plus(moment, tangential)
         rates[rates_at] += dot(given, normal)
         first, rates_at = first + 1, rates_at + 1
     if rolling > 0.0:
         twist = plus(rotated(A_s, three(states, first)), minus(gone, times(along, normal)))
         flat, most = minus(twist, times(dot(twist, normal), normal)), rolling * pressed
         k, c = k * lever * lever, c * lever * lever
-        drag, given, more, more_taken, more_work = braked(twist, flat, minus(omega, about), k, c, most)
-        moment = plus(moment, drag)
+        tangential, given, more, more_taken, more_work = braked(twist, flat, minus(omega, about), k, c, most)
+        moment = plus(moment, tangential)
         energy, taken, work = energy + more, taken + more_taken, work + more_work
         in_surface = rotated_back(A_s, given)
         for j in range(3):
@@ -75,7 +75,7 @@ def braked(twist: Numbers, along: Numbers, rate: Numbers, k: float, c: float, mo
     """
     pull = plus(times(k, along), times(c, rate))
     size = norm(pull)
-    drag = pull if size.real <= most.real else times(most / size, pull)
-    given = times(1.0 / c, minus(drag, times(k, twist)))
-    work = dot(drag, minus(rate, given)) if most.real > 0.0 else 0.0 * size
-    return drag, given, 0.5 * k * dot(twist, twist), dot(drag, rate) - k * dot(twist, given), work
+    tangential = pull if size.real <= most.real else times(most / size, pull)
+    given = times(1.0 / c, minus(tangential, times(k, twist)))
+    work = dot(tangential, minus(rate, given)) if most.real > 0.0 else 0.0 * size
+    return tangential, given, 0.5 * k * dot(twist, twist), dot(tangential, rate) - k * dot(twist, given), work
