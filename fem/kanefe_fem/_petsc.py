@@ -146,7 +146,7 @@ class MumpsFactor:
         return matrix
 
     def _set_up(self, megabytes: int = 0) -> tuple[Any, Any]:
-        """Factorise; with one megabyte to work in, MUMPS stops after its analysis, which tells the memory it needs."""
+        """Factorise; with one megabyte to work in, MUMPS stops after its analysis, which gives the memory it needs."""
         petsc = self._petsc
         pc = petsc.PC().create(comm=petsc.COMM_SELF)
         pc.setOperators(self._matrix)

@@ -1,4 +1,4 @@
-"""Bodies and models made from a mesh, through the cache: what they are made from, told without reading the mesh.
+"""Bodies and models made from a mesh, through the cache: their identity, without reading the mesh.
 
 The key is a digest of the bytes of the mesh file, of all options, of kanefe's own code, and of the versions of the
 packages that the numbers hang on. Neither gmsh nor dolfinx is imported for it.

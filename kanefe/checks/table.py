@@ -65,7 +65,7 @@ class GrowingTable(Generic[SomeRow]):
         print(f"{case:{self.formats[0]}} {text}", file=self.stream, flush=True)
 
     def exit_code(self, was_asked: bool) -> int:
-        """Return 0 if all passed, 1 if one did not, or if a case that was asked for could not run."""
+        """Return 0 if all passed, 1 if one did not, or if a requested case could not run."""
         return int(not all(row.passed for row in self.rows) or (was_asked and bool(self.not_run)))
 
     def _print(self, texts: Sequence[str], mark: str) -> None:

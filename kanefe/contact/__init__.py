@@ -1,4 +1,4 @@
-"""Contact and friction: shapes, laws, and the load that presses them together."""
+"""Contact and friction: shapes, laws, and the load between them."""
 
 from typing import TYPE_CHECKING
 

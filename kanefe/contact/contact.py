@@ -1,4 +1,4 @@
-"""Contacts: probes of some frames press on a surface, and slide on it or stick to it."""
+"""Contacts: points of some frames touch a surface, and slide on it or stick to it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ OPEN, STICKS, SLIPS = range(3)
 
 @dataclass(frozen=True, eq=False)
 class Contact(ContactData):
-    """A contact that presses and rubs, by laws that yield: see `ContactData`."""
+    """A compliant contact with normal force and friction: see `ContactData`."""
 
     def stuck(self, factor: float) -> Contact:
         """Return the contact with friction that holds so many times as much."""
@@ -45,7 +45,7 @@ class Contact(ContactData):
         return cls(wanted.name, wanted.ends, wanted.shape, wanted.probes, law, friction, wanted.belt, **more)
 
     def touches(self, ends: Sequence[End], states: Vector) -> list[Touch]:
-        """Return what each probe does."""
+        """Return the status of each contact point."""
         return InPython(self, ends, states).touches()
 
     def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
@@ -53,7 +53,7 @@ class Contact(ContactData):
         return InPython(self, ends, states).action()
 
     def started(self, t: float, ends: Sequence[End]) -> Contact:
-        """Return it with what slips at the start; what begins badly is told."""
+        """Return it with the points that slip at the start; warn of a bad start."""
         touches = self.touches(ends, replace(self, slides=()).initial_states)
         warn_of_start(self.name, self.probes, ends, touches)
         slides = [i for i, touch in enumerate(touches) if touch.depth <= 0.0 or touch.slip_margin > 0.0]
@@ -117,7 +117,7 @@ class Contact(ContactData):
         )
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
-        """Return stiffness and damping of what presses, and of what sticks: anchors stretch as its ends move."""
+        """Return stiffness and damping of closed and of sticking points: anchors stretch as its ends move."""
         rows, stiffness, damping = [], [], []
         for i, touch in enumerate(self.touches(ends, states)):
             if touch.depth <= 0.0:
@@ -141,7 +141,7 @@ class Contact(ContactData):
 
     @property
     def reach(self) -> LoadReach | None:
-        """Balls about its probes, against the bounds of the surface; a soft contact about a rest acts from afar."""
+        """Balls about its points, against the bounds of the surface; one about a rest acts at a distance."""
         if self.rest is not None and self.rest.softness > 0.0:
             return None
         law, decays = self.friction, np.zeros((len(self.initial_states), 2))
@@ -172,7 +172,7 @@ class Contact(ContactData):
         return Watched(self).events()
 
     def in_detail(self) -> Contact | None:
-        """Return the contact with the events of each probe; None of one probe, and of boxes on boxes.
+        """Return the contact with the events of each point; None for one point, and for boxes on boxes.
 
         What touches of two boxes changes from corners to edges: it is no point that is known from before.
         """

@@ -1,4 +1,4 @@
-"""Anchors of a contact's friction: against sliding, spinning and rolling of each probe that touches."""
+"""Anchors of a contact's friction: against sliding, spinning and rolling of each closed point."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class _Placed(NamedTuple):
 
 
 def anchors_of(contact: ContactData, ends: Sequence[End], states: Vector) -> list[Anchor]:
-    """Return the anchors of the probes that touch: see `kanefe.loads.base.Load.anchors`."""
+    """Return the anchors of the closed points: see `kanefe.loads.base.Load.anchors`."""
     return [placed.anchor for placed in _placed(contact, ends, states)]
 
 

@@ -1,4 +1,4 @@
-"""A contact as data: shape, probes and laws, where its internal states are, and its numbers for compiled code."""
+"""A contact as data: shape, points and laws, where its internal states are, and its numbers for compiled code."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Met(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class ContactData(Load):
-    """A contact between a surface and probes, points, balls and rings fixed in other frames: its laws and their states.
+    """A contact between a surface and points, balls and rings fixed in other frames: its laws and their states.
 
     Its internal states are the path that it slid and the work of its friction (J), where it has any; lambda, where its
     normal law has a restitution; then of each probe the stretch of its anchor's spring in the axes of the surface, 1
@@ -99,18 +99,18 @@ class ContactData(Load):
 
     @property
     def begins(self) -> int:
-        """Where the states of the first probe are."""
+        """Index of the first state of the first point."""
         return (0 if self.friction is None else 2) + self.normal.has_impact
 
     @property
     def each(self) -> int:
-        """How many states a probe has."""
+        """Number of states of a contact point."""
         law = self.friction
         return self.normal.has_branch + (0 if law is None else 3 + law.has_memory + law.turning_states)
 
     @property
     def events_of_each(self) -> int:
-        """How many events it has, and each of its probes where that is asked for."""
+        """Number of its events, and of those of each of its points if these are requested."""
         return 4 if self.friction is not None and self.friction.holds else 2
 
     @property
@@ -149,12 +149,12 @@ class ContactData(Load):
 
     @property
     def slip_damping(self) -> float:  # type: ignore[override]
-        """Pull of all its probes beyond what friction holds, over the speed of their slip, N s/m."""
+        """Anchor force of all its points beyond the friction limit, over the speed of their slip, N s/m."""
         return 0.0 if self.friction is None else self.friction.anchor(1.0, 0.0)[1]
 
     @property
     def at_most(self) -> tuple[float, float] | None:
-        """Stiffness and damping of all its points at once, pressed and stuck; None: they are not known before a run."""
+        """Stiffness and damping of all its points at once, closed and sticking; None if not known before a run."""
         k, c = self.straight, 0.0
         if self.friction is not None and k is not None:
             if self.friction.at_most is None:
@@ -169,7 +169,7 @@ class ContactData(Load):
         return self.rest is None and (self.friction is not None or self.normal.has_branch)
 
     def turning(self, i: int) -> slice:
-        """Where the states are of what holds a probe against turning."""
+        """Indices of the states that resist turning of a contact point."""
         last = self.begins + self.each * (i + 1) - self.normal.has_branch
         return slice(last - (0 if self.friction is None else self.friction.turning_states), last)
 
@@ -180,14 +180,14 @@ class ContactData(Load):
 
     @cached_property
     def listed(self) -> list[float]:
-        """The same in a list, which Python reads faster."""
+        """Return the numbers in a list, which Python reads faster."""
         return self.numbers.tolist()
 
     def __getstate__(self) -> dict[str, Any]:
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def found(self, ends: Sequence[End]) -> Met | None:
-        """Return where its only probe touches, where that was not found by compiled code."""
+        """Return where its only point touches, where that was not found by compiled code."""
         return None
 
 

@@ -62,7 +62,7 @@ class InPython:
         return Action(wrenches, potential, taken, given, np.array(out[last:]))
 
     def watched(self) -> list[float]:
-        """Return what the events of the contact look at, in their order."""
+        """Return the event values of the contact, in order."""
         points = len(self.contact.probes) if self.contact.reports_points else 0
         out: list[Any] = [0.0] * (self.contact.events_of_each * (1 + points))
         seen = kernels.nothing_seen()

@@ -15,12 +15,12 @@ from kanefe.loads.base import LoadEvent
 
 
 def of_point(what: str, i: int) -> str:
-    """Return the name of an event of one probe of a contact."""
+    """Return the name of an event of one contact point."""
     return f"{what} of point {i}"
 
 
 class Watched:
-    """What the events of a contact look at, found once for all of them at a state.
+    """Event values of a contact, computed once for all of them at a state.
 
     Parameters
     ----------
@@ -51,14 +51,14 @@ class Watched:
         )
 
     def value(self, k: int, t: float, ends: Sequence[End], states: Vector) -> float:
-        """Return what an event looks at: see `kanefe.kernels.contact.contact_forces.watched`."""
+        """Return an event value: see `kanefe.kernels.contact.contact_forces.watched`."""
         last = self._last
         if last is None or last[0] is not ends:
             last = self._last = ends, InPython(self.contact, ends, states).watched()
         return last[1][k]
 
     def impact(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        """Return the states to go on with: damping as of the speed at which what touches arrives."""
+        """Return the states after the event, with the damping for the approach speed."""
         after, contact = states.copy(), self.contact
         nearest = max(InPython(contact, ends, states).touches(), key=lambda touch: touch.depth)
         v = velocity_past(ends[0], ends[nearest.end], nearest.point)
@@ -66,7 +66,7 @@ class Watched:
         return after
 
     def changed(self, to: float, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        """Return the states in which those probes that are at their limit slip (0) or stick (1) from now on."""
+        """Return the states in which the points at their limit slip (0) or stick (1) from now on."""
         contact, after = self.contact, states.copy()
         sign = 1.0 if to == 0.0 else -1.0
         flags = states[contact.begins + 3 :: contact.each]

@@ -1,4 +1,4 @@
-"""What a result tells of each point of a contact that yields."""
+"""Outputs of each point of a compliant contact."""
 
 from __future__ import annotations
 

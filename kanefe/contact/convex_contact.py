@@ -39,7 +39,7 @@ class ConvexContact(Contact):
         return None if wanted.convex is None else cls.made(wanted, touching=wanted.convex)
 
     def found(self, ends: Sequence[End]) -> Met:
-        """Return where its only probe touches, which a library finds."""
+        """Return where its only point touches, found by a library."""
         surface, end = ends[0], ends[self.probes[0][0]]
         A = surface.A
         gap, normal, point = nearest(self.touching, A.T @ end.A, A.T @ (end.p - surface.p), self.shape)
@@ -47,7 +47,7 @@ class ConvexContact(Contact):
 
     @property
     def reach(self) -> LoadReach | None:
-        """The library looks at bounds itself."""
+        """The library tests bounds itself."""
         return None
 
     @property

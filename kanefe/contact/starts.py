@@ -1,4 +1,4 @@
-"""What is told of how a contact begins."""
+"""Warnings about the start of a contact."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a load between frames is, which a user may write as well: what it does, and what is asked of it."""
+"""Interface of loads between frames, also for loads of users."""
 
 from __future__ import annotations
 
@@ -155,7 +155,7 @@ class Load(ABC):
 
     @property
     def subject(self) -> str:
-        """What its events are told of, before their own names: the load itself."""
+        """Subject of its events, before their own names: the load itself."""
         return self.name
 
     @property
@@ -207,7 +207,7 @@ class Load(ABC):
 
     @property
     def told(self) -> tuple[str, ...]:
-        """Names of what a run tells of the load, after the name of its subject: those of its events."""
+        """Names of reported events, after the name of the load."""
         return tuple(event.name for event in self.events)
 
     def in_detail(self) -> Self | None:
@@ -281,7 +281,7 @@ class Load(ABC):
         return states
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        """Return what a result tells of it, one number for each of `columns`."""
+        """Return the outputs, one number for each of `columns`."""
         return np.zeros(len(self.columns))
 
     def with_ends(self, ends: tuple[Marker, ...]) -> Self:

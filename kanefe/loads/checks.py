@@ -1,4 +1,4 @@
-"""What a load from outside the house must have: asked when it is added, and once more where it starts."""
+"""Checks of loads of users, when one is added, and again at the start."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class Controller:
-    """What `kanefe.System.add_controller` was told.
+    """Arguments of `kanefe.System.add_controller`.
 
     Attributes
     ----------

@@ -136,7 +136,7 @@ class CoordinateFriction(Load):
 
     @property
     def load_state(self) -> int:
-        """Where the load that is felt is among the states."""
+        """Index of the load of friction among the states."""
         return self.count + self.has_memory
 
     @property
@@ -204,7 +204,7 @@ class CoordinateFriction(Load):
         return self.bearing or RubbingSurfaces(self.arms, 0.0, np.zeros(3))
 
     def with_first_load(self, load: float) -> Self:
-        """Return the same friction with what is felt at the start, N."""
+        """Return the same friction with the initial load, N."""
         return replace(self, first_load=load)
 
     @property
@@ -228,7 +228,7 @@ class CoordinateFriction(Load):
         return "" if self.bearing is None else super().not_screened
 
     def load_rates(self, wrench: Vector, ends: Sequence[End], states: Vector) -> Vector:
-        """Return the rates of the load that is felt and of its own rate, from the joint's reaction (6,)."""
+        """Return the rates of the load of friction and of its own rate, from the joint's reaction (6,)."""
         rates = np.zeros(len(states))
         if self.bearing is not None:
             axis, force, moment = (tuple(part) for part in (self.bearing.axis, wrench[:3], wrench[3:]))

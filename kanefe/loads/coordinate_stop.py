@@ -32,7 +32,7 @@ FAR = 1e300
 
 @dataclass(frozen=True, eq=False)
 class CoordinateStop(Load):
-    """Limits of a coordinate, with stops that push back by ``k d max(0, 1 + lambda dd/dt)``, d beyond a limit.
+    """Limits of a coordinate, with stop forces ``k d max(0, 1 + lambda dd/dt)``, d beyond a limit.
 
     Its state is lambda (s/m), set at each touch by the speed v of the impact: ``lambda v = impact`` leaves a given
     share of it, whatever k and the masses (Hunt & Crossley 1975; `impact_number` of

@@ -1,4 +1,4 @@
-"""Oleo struts: gas that is compressed, and oil that is pressed through an orifice."""
+"""Oleo struts: gas compression, and flow of oil through an orifice."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ATMOSPHERE = 101325.0
 @checked("name")
 @dataclass(frozen=True, eq=False)
 class Oleo(AlongLine):
-    """The forces in a telescopic strut with gas and oil, which push its two ends apart along their line.
+    """The forces in a telescopic strut with gas and oil, which separate its two ends along their line.
 
     With the stroke s, by which the ends are closer than at full extension, and its rate v,
 
@@ -111,7 +111,7 @@ class Oleo(AlongLine):
     @staticmethod
     @checked("density", "area", "orifice", "discharge")
     def orifice_coefficient(*, density: float, area: float, orifice: float, discharge: float = 0.7) -> float:
-        """Return c of oil that a piston presses through a hole, ``rho A^3 / (2 (Cd Ao)^2)``, N s2/m2.
+        """Return c of oil that a piston drives through an orifice, ``rho A^3 / (2 (Cd Ao)^2)``, N s2/m2.
 
         Parameters
         ----------
@@ -144,7 +144,7 @@ class Oleo(AlongLine):
         return bool(self.orifice or self.rebound)
 
     def forces(self, length: Any, rate: Any) -> tuple[Any, Any, Any]:
-        """Return the stroke (m) at a distance of the ends and its rate, and what gas and oil push with, N.
+        """Return the stroke (m) at a distance of the ends and its rate, and the forces of gas and oil, N.
 
         NaN where the gas has no room left.
         """
@@ -153,7 +153,7 @@ class Oleo(AlongLine):
         return stroke, gas_in(given, stroke)[0], oil_through(given, -rate)
 
     def pull(self, t: float, length: Any, rate: Any, states: Vector) -> Any:
-        """Return the tension, N: below zero, as it pushes."""
+        """Return the tension, N: negative, because it is compression."""
         _, gas, oil = self.forces(length, rate)
         return -(gas + oil)
 
@@ -178,7 +178,7 @@ class Oleo(AlongLine):
         return begun
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        """Return stroke (m), its rate (m/s), and the forces of gas and oil (N), which push the ends apart."""
+        """Return stroke (m), its rate (m/s), and the forces of gas and oil (N), which separate the ends."""
         length, rate, _ = self.path(t, ends)
         with np.errstate(invalid="ignore"):
             stroke, gas, oil = self.forces(length, rate)

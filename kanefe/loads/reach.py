@@ -1,4 +1,4 @@
-"""Where a load can act at all: balls about its ends and bounds of what they meet, which are looked at before it."""
+"""Region where a load can act: balls about its ends and bounds of their opposite sides, tested before it."""
 
 from __future__ import annotations
 

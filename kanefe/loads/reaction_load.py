@@ -33,7 +33,7 @@ class ReactionLoad(Protocol):
 
     @property
     def load_state(self) -> int:
-        """Where the load that is felt is among its states; its rate is the next."""
+        """Index of the load of friction among its states; its rate is the next."""
         ...
 
     def load(self, wrench: Vector, ends: Sequence[End], states: Vector) -> float:
@@ -41,9 +41,9 @@ class ReactionLoad(Protocol):
         ...
 
     def load_rates(self, wrench: Vector, ends: Sequence[End], states: Vector) -> Vector:
-        """Return the rates of the load that is felt and of its own rate, of a reaction (6,)."""
+        """Return the rates of the load of friction and of its own rate, for a reaction (6,)."""
         ...
 
     def with_first_load(self, load: float) -> Self:
-        """Return the same load with what is felt at the start, N."""
+        """Return this load with its initial value, N."""
         ...

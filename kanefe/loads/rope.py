@@ -1,4 +1,4 @@
-"""Ropes: they pull and do not push, over any number of points."""
+"""Ropes: tension over any number of points, without compression."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ class Rope(AlongLine):
 
     @property
     def initial_states(self) -> Vector:
-        """Of one that can break: 1 while it holds, then 0."""
+        """State of a rope that can break: 1 while it holds, then 0."""
         return NO_STATES if self.breaking_load is None else np.ones(1)
 
     @property
@@ -142,7 +142,7 @@ class Rope(AlongLine):
         return (*found, LoadEvent("breaks", EventByKernel(self, rope_watch, 2), -1, _broken))
 
     def in_detail(self) -> Rope:
-        """Return the rope with what tells when it becomes slack and taut."""
+        """Return the rope with its slack and taut events."""
         other = replace(self)
         object.__setattr__(other, "looks_for_slack", True)
         return other

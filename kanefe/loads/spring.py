@@ -68,7 +68,7 @@ class SpringDamper(AlongLine):
         return value[None]
 
     def pull(self, t: float, length: Any, rate: Any, states: Vector) -> Any:
-        """Return the tension, N; a function of the user is asked at real numbers."""
+        """Return the tension, N; a function of the user is called with real numbers."""
         return sum(tensions(self.kernel.numbers, self.given(t, length.real, rate.real), length, rate))
 
     def started(self, t: float, ends: Sequence[End]) -> SpringDamper:

@@ -130,7 +130,7 @@ class Winch(AlongLine):
         return (*found, LoadEvent("breaks", EventByKernel(self, winch_watch, 2), -1, _broken))
 
     def in_detail(self) -> Winch:
-        """Return the winch with what tells when its cable becomes slack and taut."""
+        """Return the winch with its slack and taut events."""
         return self._with(looks_for_slack=True)
 
     def wanted(self, t: float) -> float:

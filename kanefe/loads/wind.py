@@ -171,7 +171,7 @@ class Wind:
 
     @cached_property
     def harmonics(self) -> np.ndarray:
-        """Of its turbulence: see `Turbulence.harmonics`; none without."""
+        """Harmonics of its turbulence: see `Turbulence.harmonics`; none without."""
         return np.zeros((0, 7)) if self.turbulence is None else self.turbulence.harmonics(self.velocity)
 
     def at(self, t: float) -> Vector:

@@ -333,6 +333,6 @@ def _forces_diagram(axes: Axes, result: Reader) -> None:
 
 
 def _first(found: list[Drawn]) -> tuple[list[Drawn], str]:
-    """Return as many as can be told apart by their lines, and a note of how many there are."""
+    """Return as many as their lines can distinguish, and a note of how many there are."""
     note = f" (the first {len(STYLES)} of {len(found)})" if len(found) > len(STYLES) else ""
     return found[: len(STYLES)], note

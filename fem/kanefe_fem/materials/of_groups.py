@@ -170,7 +170,7 @@ def warn_of_group_units(
 
 
 def _straight_volume(mesh: Mesh, block: Cells) -> float:
-    """Return the volume of cells between their corners, in m3: near enough to tell metres from millimetres."""
+    """Return the volume of cells between their corners, m3: enough to distinguish metres from millimetres."""
     kind = kind_of_order(block.kind, 1)
     corners = block.nodes[:, : shape(kind).corners]
     return float(measures(kind, mesh.nodes[corners], degree=1)[0].sum())

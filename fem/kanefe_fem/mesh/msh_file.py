@@ -23,7 +23,7 @@ NODES_OF = dict(zip(range(1, 20), (2, 3, 4, 4, 8, 6, 5, 3, 6, 9, 10, 27, 18, 14,
 
 
 class Head(NamedTuple):
-    """What the first line of a section of format 4.1 tells."""
+    """Values in the first line of a section of format 4.1."""
 
     blocks: int
     size: int
@@ -193,7 +193,7 @@ def _named_in_text(rows: bytes, count: int) -> Iterator[np.ndarray]:
 
 
 def _check_numbers(path: Path, nodes: Numbers, elements: Numbers) -> None:
-    """Compare what is told at the heads of sections and blocks with what is in them."""
+    """Compare the counts at the heads of sections and blocks with their content."""
     what = "nodes"
     try:
         head = Head(*nodes.numbers(0, 4))

@@ -264,7 +264,7 @@ def solid_body(
 def _made_body(
     mesh: Mesh | str | Path, of_model: Mapping[str, Any], of_body: Mapping[str, Any], cache: bool
 ) -> FlexibleBody:
-    """Return the body, made anew with the options of `flexible_body`; its model too, or from the cache."""
+    """Return the body, made again with the options of `flexible_body`; its model too, or from the cache."""
     from kanefe.reduction import flexible_body
     from kanefe_fem._petsc import factorise
     from kanefe_fem.body_cache import cached_model

@@ -1,4 +1,4 @@
-"""The stress cases of the package: a handful, whose short form tells within a minute how an installation behaves."""
+"""The stress cases of the package: a handful, whose short form checks an installation within a minute."""
 
 from __future__ import annotations
 

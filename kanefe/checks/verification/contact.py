@@ -128,7 +128,7 @@ def belt(reference: Reference) -> Iterator[Check]:
 
 
 def bristles(reference: Reference) -> Iterator[Check]:
-    """K19: a mass that a hand pulls by a spring, against friction of bristles that is pressed by 1 N."""
+    """K19: a mass that a hand pulls by a spring, against bristle friction under a normal force of 1 N."""
     values, stiffness = reference.values, STIFFNESS[0]
     scene = System(gravity=(0.0, 0.0, -1.0))
     floor = scene.add_surface("floor", scene.ground, Plane("z"))

@@ -1,4 +1,4 @@
-"""Cases of impacts: restitution, duration and force of contacts that yield, a ball that comes to rest, a slack rope."""
+"""Cases of impacts: restitution, duration and force of compliant contacts, a ball that comes to rest, a slack rope."""
 
 from __future__ import annotations
 

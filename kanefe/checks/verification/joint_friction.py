@@ -1,4 +1,4 @@
-"""Cases of joints that rub as they are loaded, hit stops, and have play.
+"""Cases of joints with friction from their loads, stops, and play.
 
 What sticks hangs on anchors that give way: closed forms are those of rigid ones, which runs come near as anchors
 stiffen.

@@ -159,7 +159,7 @@ def rocking(reference: Reference) -> Iterator[Check]:
 
 
 def paradox(reference: Reference) -> Iterator[Check]:
-    """K15: a rod whose lower end is pushed along a rough floor: at which friction it has no answer."""
+    """K15: a rod whose lower end is pushed along a rough floor: the friction without solution."""
     for degrees, limit in reference.values.items():
         angle = math.radians(float(degrees))
         told = []

@@ -69,7 +69,7 @@ class HeightField(SurfaceShape):
 
     @property
     def narrowest(self) -> float:
-        """Radius of its narrowest valley, m, along x or y and by the heights of the grid; infinite if it has none."""
+        """Radius of its narrowest valley, m, along x or y by the heights of the grid; infinite if it has none."""
         steps = self.x[1] - self.x[0], self.y[1] - self.y[0]
         bend = max(float(np.diff(self.heights, 2, axis).max() / step**2) for axis, step in enumerate(steps))
         return 1.0 / bend if bend > 0.0 else math.inf

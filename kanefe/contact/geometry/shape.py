@@ -1,4 +1,4 @@
-"""What a shape of a surface is: signed distances for what touches it, and probes by which it touches others."""
+"""Shapes of surfaces: signed distances, and the points by which they touch other shapes."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ class SurfaceShape(ABC):
 
     @property
     def bounds(self) -> Bounds:
-        """Out of what there is nothing of it: what is far away is not looked at. Unless told, it is everywhere."""
+        """Bounds of the shape; pairs out of reach are not evaluated. By default it is everywhere."""
         return Bounds()
 
     @property

@@ -1,4 +1,4 @@
-"""Where probes and a surface meet, how fast they move past each other, and what is left of that without du."""
+"""Positions where contact points meet a surface, their relative velocities, and the bias accelerations."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Meeting(NamedTuple):
-    """A probe near a surface; vectors in N.
+    """A contact point near a surface; vectors in N.
 
     Attributes
     ----------
@@ -44,7 +44,7 @@ class Meeting(NamedTuple):
 def meetings_with(
     shape: SurfaceShape, probes: Sequence[Probe], belt: Vector, a: MarkerMotion, b: MarkerMotion
 ) -> list[Meeting]:
-    """Return where probes meet a surface of a frame a, all at once.
+    """Return where contact points meet a surface of a frame a, all at once.
 
     With the centre c of a probe, the distance phi(c) of the surface, its gradient n and its second derivatives H:
     the gap is ``phi - radius``, its rate ``n . v`` of the material points at ``c - radius n``, and ``dn/dt = w x n +

@@ -1,4 +1,4 @@
-"""Rigid contacts: probes that cannot enter a surface, and slide on it or stick to it by Coulomb's set-valued law."""
+"""Rigid contacts: points that cannot penetrate a surface, and slide or stick by Coulomb's set-valued law."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def check_rigid(
 
 @dataclass(frozen=True, eq=False)
 class RigidContact(Load):
-    """A rigid contact between a surface and probes fixed in other frames.
+    """A rigid contact between a surface and points fixed in other frames.
 
     It exerts no force by itself: what holds, `rows` give as constraints to the equations of motion. Which of them do,
     its internal states say, which change at impacts and where a force or a slip comes to its end.
@@ -142,12 +142,12 @@ class RigidContact(Load):
 
     @property
     def told(self) -> tuple[str, ...]:
-        """What a run tells of it, after its name: of the contact, and where that is asked for of each probe."""
+        """Reported events, after its name: of the contact, and on request of each of its points."""
         numbers = range(len(self.probes) if self.reports_points else 0)
         return *REPORTED_EVENTS, *(of_point(what, i) for i in numbers for what in REPORTED_EVENTS[:4])
 
     def in_detail(self) -> RigidContact | None:
-        """Return the contact with what each probe does; None of one probe."""
+        """Return the contact with events of each point; None for one point."""
         return replace(self, reports_points=True) if len(self.probes) > 1 else None
 
     @property
@@ -160,7 +160,7 @@ class RigidContact(Load):
         return Action(np.zeros((len(ends), 6)), rates=np.zeros(len(states)))
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        """Return what is known without forces; the rest `kanefe.kane.rigid_contacts.contact_forces` tells."""
+        """Return the outputs without forces; the rest comes from `kanefe.kane.rigid_contacts.contact_forces`."""
         return np.zeros(len(self.columns))
 
     def started(self, t: float, ends: Sequence[End]) -> RigidContact:
@@ -177,26 +177,26 @@ class RigidContact(Load):
         return self
 
     def met(self, which: Sequence[int], a: MarkerMotion, b: Sequence[MarkerMotion]) -> list[Meeting]:
-        """Return where some of the probes meet the surface, from the motions of the surface's frame and their own."""
+        """Return where some of the points meet the surface, from the motions of the surface's frame and their own."""
         rows = MarkerMotion(*(np.array(parts) for parts in zip(*b, strict=True)))
         return meetings_with(self.shape, [self.probes[i][1] for i in which], self.belt, a, rows)
 
     def status(self, z: Vector) -> list[int]:
-        """Return OPEN, STICKS or SLIPS of each probe from the internal states of the contact."""
+        """Return OPEN, STICKS or SLIPS of each point from the internal states of the contact."""
         return [SLIPS if x > 1.5 else STICKS if x > 0.5 else OPEN for x in z[REPORTED_CHANGES::EACH]]
 
     def kept(self, z: Vector, i: int) -> Vector:
-        """Return where a probe sticks, or in which direction it slips and up to which speed, in axes of the surface."""
+        """Return where a point sticks, or in which direction it slips and up to which speed, in axes of the surface."""
         at = REPORTED_CHANGES + EACH * i + 1
         return z[at : at + 3]
 
     def with_status(self, z: Vector, i: int, status: int, kept: Vector, rate: Vector | float = 0.0) -> None:
-        """Write the status of a probe, and what is kept of it with its rate, to the internal states of the contact."""
+        """Write the status of a point, and its kept values with their rate, to the internal states of the contact."""
         at = REPORTED_CHANGES + EACH * i
         z[at], z[at + 1 : at + 4], z[at + 4 : at + 7] = status, kept, rate
 
     def turn(self, z: Vector, i: int, rates: Vector) -> None:
-        """Write the rate of the direction in which a probe slips to those of the internal states of the contact."""
+        """Write the rate of the direction in which a point slips to those of the internal states of the contact."""
         at = REPORTED_CHANGES + EACH * i + 1
         rates[at : at + 3] = z[at + 3 : at + 6]
 
@@ -242,7 +242,7 @@ class RigidContact(Load):
         return min(along + BACK * size, size - speed) if size > BEGINS else along - TURNED * speed
 
     def rows(self, z: Vector, which: Sequence[int], found: Sequence[Meeting], surface: MarkerMotion) -> list[Rows]:
-        """Return the constraints of each of some probes that touch: its normal, and what sticks."""
+        """Return the constraints of some closed points: normal rows, and rows of sticking."""
         statuses = self.status(z)
         slips = [k for k, i in enumerate(which) if statuses[i] == SLIPS]
         tangentials = dict(zip(slips, self._tangentials(z, which, found, slips, surface), strict=True)) if slips else {}
@@ -256,7 +256,7 @@ class RigidContact(Load):
     def _tangentials(
         self, z: Vector, which: Sequence[int], found: Sequence[Meeting], slips: Sequence[int], surface: MarkerMotion
     ) -> list[Vector]:
-        """Return friction for a unit of the normal force of those of some probes that slip."""
+        """Return friction per unit normal force of the slipping ones of some points."""
         met = [found[k] for k in slips]
         directions = self.slip_directions(met, np.array([self.kept(z, which[k]) for k in slips]), surface)
         mu = [self.friction_at(_length(one.rates[1:])) for one in met]
@@ -279,7 +279,7 @@ class RigidContact(Load):
 
 @dataclass(frozen=True, eq=False)
 class ContactRow:
-    """A probe stays on a surface, or does not move along it in one direction; found at one state.
+    """A point stays on a surface, or does not move along it in one direction; computed at one state.
 
     Attributes
     ----------

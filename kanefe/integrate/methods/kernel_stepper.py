@@ -363,7 +363,7 @@ class KernelStepper:
 
     @cached_property
     def _restart_share(self) -> float:
-        """The share of a step with which compiled code goes on after an event; below zero where Python restarts."""
+        """Fraction of the step with which compiled code continues after an event; negative where Python restarts."""
         is_own = self.has_values and (self._kernels.first_step is None or bool(self.integers[IS_FIXED]))
         return self._kernels.restart_share if is_own else -1.0
 

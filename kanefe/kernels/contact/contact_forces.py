@@ -175,7 +175,7 @@ def touching(
 
 @inlined
 def is_held(numbers: Any, place: int, states: Any) -> bool:
-    """Tell whether a point sticks, as far as that is remembered."""
+    """Return whether a point sticks, as far as that is remembered."""
     return numbers[AT.has_memory] == 0.0 or states[place + 3].real > 0.5
 
 
@@ -228,7 +228,7 @@ def turned(
 
 @called_by_address(*WATCH_SIGNATURE)
 def contact_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
-    """Write what its events look at: see `kanefe.contact.contact_events.Watched`."""
+    """Write its event values: see `kanefe.contact.contact_events.Watched`."""
     met, A_s = met_by(numbers, ends), nine(ends, A)
     seen = nothing_seen()
     for i in range(int(numbers[AT.points])):
@@ -239,7 +239,7 @@ def contact_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, o
 
 @inlined
 def nothing_seen() -> Any:
-    """Return what there is before a point is looked at: see `put_seen`."""
+    """Return the initial values before a point is evaluated: see `put_seen`."""
     return -np.inf, np.inf, -np.inf, np.inf, False
 
 
@@ -256,7 +256,7 @@ def watched(
     out: Any,
     seen: Any,
 ) -> Any:
-    """Write what the events of a point look at, and return what those of all points do, with it.
+    """Write the event values of a point, and return those of all points with it.
 
     That of a slip rises above zero where it slips that was held, that of a stick falls below where it sticks that
     slipped; both have their sign where it does not touch.
@@ -289,7 +289,7 @@ def watched(
 
 @inlined
 def put_seen(numbers: Any, seen: Any, out: Any) -> None:
-    """Write what the events of the contact look at.
+    """Write the event values of the contact.
 
     `seen`: the largest and the least depth, of held points the largest pull beyond what friction holds, of slipping
     ones the least, and whether there are any.

@@ -68,7 +68,7 @@ POINTS = AT.each + 1
 
 
 class PointNumbers(NamedTuple):
-    """Numbers of a point, see `kanefe.contact.geometry.shape.Probe`, with that of its end first."""
+    """Numbers of a contact point, see `kanefe.contact.geometry.shape.Probe`, with that of its end first."""
 
     end: float
     point: Any

@@ -75,19 +75,19 @@ def coordinate_friction_watch(t: float, numbers: Any, inputs: Any, ends: Any, st
 
 @inlined
 def is_held(numbers: Any, states: Any) -> bool:
-    """Tell whether it sticks, as far as that is remembered."""
+    """Return whether it sticks, as far as that is remembered."""
     return numbers[AT.has_memory] == 0.0 or states[int(numbers[AT.directions])].real > 0.5
 
 
 @inlined
 def waits_for_its_event(numbers: Any, states: Any) -> bool:
-    """Tell whether an event ends the sticking: see `kanefe.kernels.constraints.tolerances.HELD_BEYOND`."""
+    """Return whether an event ends the sticking: see `kanefe.kernels.constraints.tolerances.HELD_BEYOND`."""
     return numbers[AT.has_memory] > 0.0 and numbers[AT.is_at_rest] == 0.0 and is_held(numbers, states)
 
 
 @inlined
 def load_state(numbers: Any) -> int:
-    """Return where the load that is felt is among the states."""
+    """Return the index of the load that determines friction among the states."""
     return int(numbers[AT.directions]) + int(numbers[AT.has_memory])
 
 
@@ -151,7 +151,7 @@ def share_kept(numbers: Any, ends: Any, states: Any) -> Any:
 def put_load_rates(
     numbers: Any, axis: Numbers, force: Numbers, moment: Numbers, ends: Any, states: Any, rates: Any
 ) -> None:
-    """Write the rates of the load that is felt, from a reaction about the origin of the body's frame, and the axis."""
+    """Write the rates of the load of friction, from a reaction about the origin of the body's frame, and the axis."""
     if numbers[AT.is_at_rest] > 0.0:
         return
     at, friction_force = load_state(numbers), 0.0 * force[0]

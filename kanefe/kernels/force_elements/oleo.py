@@ -21,7 +21,7 @@ AT = places(OleoNumbers)
 
 @called_by_address(*SIGNATURE)
 def oleo(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
-    """Write what pushes both ends apart; see `OleoNumbers`."""
+    """Write the force that separates both ends; see `OleoNumbers`."""
     length, rate, e = line_between(ends)
     stroke = numbers[AT.extended] - length
     gas, energy = gas_in(numbers, stroke)
@@ -41,7 +41,7 @@ def room_left(numbers: Any, stroke: Any) -> Any:
 
 @inlined
 def gas_in(numbers: Any, stroke: Any) -> tuple[Any, Any]:
-    """Return what the gas pushes with against the air around, and its energy above that at full extension."""
+    """Return the force of the gas against the air around, and its energy above that at full extension."""
     n, p, room = numbers[AT.exponent], numbers[AT.pressure], room_left(numbers, stroke)
     inverse = np.exp(-n * np.log(room))
     if n == 1.0:
@@ -53,7 +53,7 @@ def gas_in(numbers: Any, stroke: Any) -> tuple[Any, Any]:
 
 @inlined
 def oil_through(numbers: Any, closing: Any) -> Any:
-    """Return what the oil pushes with at a rate of the stroke."""
+    """Return the force of the oil at a rate of the stroke."""
     oil = closing * closing
     if closing.real < 0.0:
         oil *= -numbers[AT.rebound]

@@ -1,4 +1,4 @@
-"""Ropes: one tension along a way over points, never a push (Eq. 11)."""
+"""Ropes: one tension along a path over points, never compression (Eq. 11)."""
 
 from __future__ import annotations
 

@@ -57,7 +57,7 @@ def winch_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out
 
 @inlined
 def has_broken(numbers: Any, states: Any) -> bool:
-    """Tell whether the cable is gone."""
+    """Return whether the cable is gone."""
     return numbers[AT.breaking_load] > 0.0 and states[1].real <= 0.0
 
 

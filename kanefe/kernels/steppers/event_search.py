@@ -51,7 +51,7 @@ def sign_of(x: float) -> float:
 
 @exact
 def dips(v0: float, v1: float, v2: float, x: float) -> bool:
-    """Tell whether the parabola through three values above zero, at -1, x and 1, comes near zero between them."""
+    """Return whether the parabola through three values above zero, at -1, x and 1, comes near zero between them."""
     b = 0.5 * (v2 - v0)
     c = (0.5 * (v0 + v2) + b * x - v1) / (1.0 - x * x)
     if not (c > 0.0 and abs(b) < 2.0 * c):
@@ -62,7 +62,7 @@ def dips(v0: float, v1: float, v2: float, x: float) -> bool:
 
 @exact
 def dips_from(times: np.ndarray, values: np.ndarray, k: int) -> bool:
-    """Tell whether three samples from the k-th on have one sign and may come to zero between them."""
+    """Return whether three samples from the k-th on have one sign and may come to zero between them."""
     sign = sign_of(values[k])
     v0, v1, v2 = sign * values[k], sign * values[k + 1], sign * values[k + 2]
     if not (v0 > 0.0 and v1 > 0.0 and v2 > 0.0):
@@ -72,7 +72,7 @@ def dips_from(times: np.ndarray, values: np.ndarray, k: int) -> bool:
 
 @exact
 def is_quiet(times: np.ndarray, values: np.ndarray, count: int) -> bool:
-    """Tell whether so many samples have one sign, and no three of them come near zero."""
+    """Return whether so many samples have one sign, and no three of them come near zero."""
     sign = sign_of(values[0])
     if sign == 0.0:
         return False

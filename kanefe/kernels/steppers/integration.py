@@ -190,7 +190,7 @@ def put_four(x: Reals, at: int, a: float, b: float, c: float, d: float) -> None:
 
 @kernel
 def _put_jacobian(scene: Scene, run: Run, vectors: RealRows) -> bool:
-    """Write the derivatives of the rates that a method asks for; tell whether all are finite.
+    """Write the derivatives of the rates that a method asks for; return whether all are finite.
 
     Of the rates of speeds, internal states and quadratures, a row each, along the tangents.
     """

@@ -1,4 +1,4 @@
-"""Runs with events of loads: steps, what happened in them, and how they go on, without leaving compiled code.
+"""Runs with events of loads: steps, what happened in them, and how they continue, without leaving compiled code.
 
 Python is asked where an event changes the scene or ends the run. What is found where is that of
 `kanefe.kernels.steppers.event_search`, which `kanefe.integrate.events.event_search` takes too, for events of the user.
@@ -202,7 +202,7 @@ def pass_steps(
 
 @inlined
 def _is_at_zero(watched: Watched) -> bool:
-    """Tell whether a function is at a zero, so that its sign is not known."""
+    """Return whether a function is at a zero, so that its sign is not known."""
     found = False
     for event in range(len(watched.values)):
         found = found or watched.noise[event] != 0.0 or watched.values[event] == 0.0
@@ -223,7 +223,7 @@ def _look_through(lookout: Lookout, run: Run, vectors: RealRows) -> None:
 def _deal_with(
     lookout: Lookout, single: Lookout, watched: Watched, run: Run, vectors: RealRows, restart_share: float
 ) -> bool:
-    """Take in what happened in the last step; tell whether nothing of it needs Python.
+    """Take in what happened in the last step; return whether nothing of it needs Python.
 
     What is reported is written to the records, up to and with the first event that ends the step; there the run goes
     on anew.
@@ -350,7 +350,7 @@ def _restart(single: Lookout, watched: Watched, run: Run, vectors: RealRows, t: 
 
 @kernel
 def _begin(single: Lookout, watched: Watched, run: Run, vectors: RealRows, t: float, found: int) -> None:
-    """Take in the state from which a run goes on, after what has just happened there."""
+    """Set the state from which a run continues, and the events that just happened there."""
     single.times[0] = t
     _look(single, run, vectors)
     for event in range(len(watched.values)):

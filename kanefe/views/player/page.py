@@ -109,7 +109,7 @@ def checked_path(path: str | Path) -> Path:
 
 
 def shown(page: Page) -> Page:
-    """Show a page: in a notebook by itself; else in the browser, from a temporary file that is told."""
+    """Show a page: in a notebook by itself; else in the browser, from a temporary file whose path is printed."""
     if is_notebook():
         return page
     target = write_page(page, Path(tempfile.mkdtemp(prefix="kanefe-view-")) / "run.html")

@@ -1,4 +1,4 @@
-"""What a browser is told of a run: frames that move, what is fixed in them, and arrows."""
+"""Data of a run for the browser: moving frames, fixed parts, and arrows."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ ON_BODY = 1.5
 
 
 class SceneData:
-    """What a browser is told of a run, with its arrays.
+    """Data of a run for the browser, with its arrays.
 
     Parameters
     ----------

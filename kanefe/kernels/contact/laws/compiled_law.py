@@ -158,7 +158,7 @@ class CompiledLaw(NormalLaw):
 
 
 def _checked(f: Callable[[float, float], np.ndarray], depth: float, has_slopes: bool) -> np.ndarray:
-    """Return what a function gives where it is looked at; a ModelError says what is wrong with it."""
+    """Return the values of a function at the checked depths; a ModelError says what is wrong with them."""
     at = [(share * depth, rate) for share in LOOKED_AT for rate in (0.0, 10.0 * depth, -10.0 * depth)]
     given = np.array([f(d, rate) for d, rate in at])
     label = "the function of CompiledLaw"

@@ -191,7 +191,7 @@ class Coulomb(AnchoredFriction):
 
     @property
     def coefficients(self) -> tuple[float, float]:
-        """Of slipping, along and across."""
+        """Coefficients of slip, along and across."""
         mu = numbers(self.mu)
         return (float(mu), float(mu)) if mu.shape == () else (float(mu[0]), float(mu[1]))
 

@@ -1,4 +1,4 @@
-"""What a law of friction is, and what is asked of it: by compiled code, contacts, scenes and runs."""
+"""Interface of friction laws for compiled code, contacts, scenes and runs."""
 
 from __future__ import annotations
 
@@ -44,13 +44,13 @@ class FrictionLaw(ABC):
 
     @property
     def has_memory(self) -> bool:
-        """Whether it slips by another coefficient than it sticks by, so that a state tells which it does."""
+        """Whether the coefficients of slip and stick differ, so that a state stores the status."""
         return False
 
     @property
     @abstractmethod
     def coefficients(self) -> tuple[float, float]:
-        """Of slipping, along and across."""
+        """Coefficients of slip, along and across."""
 
     @property
     def sliding(self) -> float:

@@ -112,7 +112,7 @@ class LuGre(FrictionLaw):
 
     @property
     def coefficients(self) -> tuple[float, float]:
-        """Of fast sliding."""
+        """Coefficient of fast sliding."""
         return self.coulomb, self.coulomb
 
     @property

@@ -1,4 +1,4 @@
-"""What a law of normal force is, and what is asked of it: by compiled code, contacts, scenes and runs."""
+"""Interface of normal laws for compiled code, contacts, scenes and runs."""
 
 from __future__ import annotations
 

@@ -133,7 +133,7 @@ class Stribeck(AnchoredFriction):
 
     @property
     def coefficients(self) -> tuple[float, float]:
-        """Of fast dry slipping, along and across."""
+        """Coefficients of fast dry slip, along and across."""
         return self.mu, self.mu
 
     @property
