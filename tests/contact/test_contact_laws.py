@@ -227,6 +227,25 @@ def test_falling_friction_is_the_root_of_its_equation(way: str) -> None:
 
 
 @pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("exponent", [0.7, 2.0])
+def test_stribeck_friction_is_the_root_of_its_equation(exponent: float, way: str) -> None:
+    """``c s + N (mu + (breakaway - mu) exp(-(s/v)^exponent) + viscous s) = |p|``."""
+    mu, breakaway, speed, viscous = 0.03, 0.05, 2.0, 0.02
+    law = kf.Stribeck(mu, breakaway, speed, exponent, viscous, stiffness=STIFF, damping=DAMP)
+    load, ends = contact_of(HC, law), meeting_ends(slide=SLIDE[:2])
+
+    def friction(s: float) -> float:
+        return NORMAL * law.coefficient(s)
+
+    s = brentq(lambda s: c * s + friction(s) - SIZE, 0.0, SIZE / c, xtol=1e-14)
+    assert law.coefficient(s) == pytest.approx(mu + 0.02 * math.exp(-((s / speed) ** exponent)) + viscous * s)
+    drag = friction(s) * PULL / SIZE
+    done = acted(load, ends, state_of(load, STRETCH, held=False), way)
+    np.testing.assert_allclose(force_on_point(done, ends), (0.0, 0.0, NORMAL) - drag, rtol=1e-11)
+    check_books(done, drag, (drag - k * STRETCH) / c)
+
+
+@pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize(("mu", "sticks"), [((0.1, 0.15), False), ((0.9, 0.5), True)])
 def test_two_coefficients_are_the_axes_of_an_ellipse(mu: tuple[float, float], sticks: bool, way: str) -> None:
     load, ends = contact_of(HC, coulomb(mu=mu, along=(1.0, 1.0, 0.0))), meeting_ends(slide=SLIDE[:2])
