@@ -14,6 +14,9 @@ from kanefe.kernels.compiler.foreign import check_functions
 from kanefe.loads.action import Action, End, LoadKernel, Tangent
 from kanefe.loads.base import Load, LoadEvent
 
+ROUND_OFF = 1e-9
+"""Power that a load exchanges, of that of its forces, which counts as none."""
+
 
 def check_load(load: object) -> None:
     """Raise a ModelError that says what a load lacks, before a scene takes it."""
@@ -65,7 +68,9 @@ def check_start(load: Load, t: float, ends: Sequence[End]) -> None:
         ("rates", done.rates, z.shape),
     ):
         shaped_numbers(value, shape, f"{what} of the action of {label}")
-    if (done.taken or done.given) and not load.exchanges_energy:
+    twists = np.array([np.append(end.v, end.w) for end in ends])
+    round_off = ROUND_OFF * float(np.abs(done.wrenches * twists).sum())
+    if max(abs(done.taken), abs(done.given)) > round_off and not load.exchanges_energy:
         raise ModelError(
             f"{label} takes or gives power, but says that it exchanges no energy. Remedy: exchanges_energy"
         )

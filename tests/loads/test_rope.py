@@ -112,5 +112,5 @@ def test_one_end_and_points_at_one_place_are_refused():
     with pytest.raises(kf.ModelError, match="two ends or more"):
         kf.Rope("r", (ball,), axial_stiffness=1.0)
     scene.add(kf.Rope("r", (scene.ground, ball), axial_stiffness=1.0))
-    with pytest.raises(kf.ModelError, match="points 0 and 1 of rope 'r' are at one place"):
+    with pytest.raises(kf.ModelError, match="points 0 and 1 of rope 'r' coincide"):
         scene.freeze()
