@@ -13,7 +13,7 @@ from kanefe.frames import Vector
 from kanefe.tree.bending import Bent
 
 if TYPE_CHECKING:
-    from kanefe.kernels.steppers.steps_with_events import Watched
+    from kanefe.kernels.steppers.steps_with_events import WatchedRun
 
 BESIDE = 1e-6
 """Distance from the time at which the equations had no solution, relative to the span, within which a run that ends is
@@ -154,7 +154,7 @@ class LooksOut(Protocol):
         ...
 
     def integrate_over_events(
-        self, times: np.ndarray, states: np.ndarray, most_steps: int, watched: Watched
+        self, times: np.ndarray, states: np.ndarray, most_steps: int, watched: WatchedRun
     ) -> tuple[int, bool]:
         """Continue as `integrate_through` does, but no further than a step in which an event needs Python.
 

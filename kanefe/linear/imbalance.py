@@ -87,7 +87,7 @@ def slipping_friction(model: Model, t: float, q: Vector, u: Vector, left: Imbala
         if found is not None and left.name.startswith(f"{model.bodies[load.ends[0].body].name}: "):
             held, unit = found
             asked = held + abs(left.force)
-            return f"{load.kind} of {load.subject} is asked for {asked:.4g} {unit} and holds {held:.4g} {unit}"
+            return f"{load.kind} of {load.subject} needs {asked:.4g} {unit} and holds {held:.4g} {unit}"
     return ""
 
 

@@ -10,9 +10,9 @@ from kanefe.kernels.compiler.arrays import Prepared
 from kanefe.kernels.compiler.entries import LATER, Call
 from kanefe.kernels.constraints.closing import closing_memory_size
 from kanefe.kernels.evaluation.momenta import balance
-from kanefe.kernels.steppers.integration import Derivatives, Scene, integrate
+from kanefe.kernels.steppers.integration import JacobianCall, Scene, integrate
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, STATE, TIME_AT, Run
-from kanefe.kernels.steppers.steps_with_events import Watched
+from kanefe.kernels.steppers.steps_with_events import WatchedRun
 from kanefe.kernels.sweeps.drives import Drives
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.lookouts import Lookouts
@@ -78,12 +78,12 @@ class CompiledRun:
         self._lookouts = Lookouts(route, motions, inputs, vectors)
         self._passing: tuple[Run, Call] | None = None
 
-    def _derivatives(self, are_needed: bool) -> Derivatives:
+    def _derivatives(self, are_needed: bool) -> JacobianCall:
         """Return what differentiates the rates; nothing where that is not exact, or Python has to say why."""
         route, size = self._route, self._vectors.shape[1]
         if not are_needed or route.inputs.needs_state or not route.is_complex:
             none = np.zeros((0, 0))
-            return Derivatives(
+            return JacobianCall(
                 False, NOT_CALLED, NOT_CALLED, 0, none, none, np.zeros(0), np.zeros((0, 2), dtype=np.int64), none, none
             )
         call, directions = route.derivative_call(size), tangents(route.model).copy()
@@ -92,7 +92,9 @@ class CompiledRun:
         evaluation, derivatives = self._for_kernels(call.evaluation), self._for_kernels(done)
         turns = np.array(turning(route.model), dtype=np.int64).reshape(-1, 2)
         state, at = call.vectors.view(float), done.signature.number_count
-        return Derivatives(True, derivatives, evaluation, at, state, call.drives, call.inputs, turns, directions, found)
+        return JacobianCall(
+            True, derivatives, evaluation, at, state, call.drives, call.inputs, turns, directions, found
+        )
 
     def _for_kernels(self, call: Call) -> Prepared:
         self._kept.append(call)
@@ -111,7 +113,7 @@ class CompiledRun:
         command, _ = self._integrate(run)
         return self._explained(command, run)
 
-    def go_over_events(self, run: Run, watched: Watched, restart_share: float) -> tuple[int, bool]:
+    def go_over_events(self, run: Run, watched: WatchedRun, restart_share: float) -> tuple[int, bool]:
         """Continue over events of loads, until one needs Python: see `pass_steps`."""
         self._inputs[:] = self._route.inputs.begun(self._route.parts(self._vectors[STATE])[2])
         if self._passing is None or self._passing[0] is not run:

@@ -14,7 +14,7 @@ from kanefe.kernels.steppers.steps_with_events import (
     SHARES,
     Going,
     Lookout,
-    Watched,
+    WatchedRun,
     look_at,
     pass_steps,
 )
@@ -44,7 +44,7 @@ class Lookouts:
         self._going: Call | None = None
         self._looking: Call | None = None
 
-    def passing(self, going: Call, run: Run, watched: Watched, restart_share: float) -> Call:
+    def passing(self, going: Call, run: Run, watched: WatchedRun, restart_share: float) -> Call:
         """Return the call of `pass_steps` around one of `integrate`."""
         signature = going.signature
         step = Going(going.for_kernels(), signature.place_of("run", "most_steps"), signature.number_count)

@@ -17,7 +17,7 @@ from kanefe.tree.scene_state import SceneState
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
     from kanefe.kernels.steppers.step_commands import Run
-    from kanefe.kernels.steppers.steps_with_events import Watched
+    from kanefe.kernels.steppers.steps_with_events import WatchedRun
 
 
 class Obstacle(NamedTuple):
@@ -94,7 +94,7 @@ class PreparedRun(Protocol):
         """Continue; return what the method wants that is not to be had in compiled code."""
         ...
 
-    def go_over_events(self, run: Run, watched: Watched, restart_share: float) -> tuple[int, bool]:
+    def go_over_events(self, run: Run, watched: WatchedRun, restart_share: float) -> tuple[int, bool]:
         """Continue over events of loads; return what the method wants, and whether the last step needs no Python."""
         ...
 

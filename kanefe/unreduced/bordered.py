@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 NO_MULTIPLIERS = np.zeros(0)
 
 
-class Border(NamedTuple):
+class BodyBorder(NamedTuple):
     """The border of one body.
 
     Attributes
@@ -61,13 +61,13 @@ class Border(NamedTuple):
     inverse: Matrix
 
 
-def border(substructure: Substructure, eta: Vector, factors: Factorisation) -> Border:
+def border(substructure: Substructure, eta: Vector, factors: Factorisation) -> BodyBorder:
     """Return the border of a body at coordinates eta, (k,): one solve for each of its columns."""
     rigid, between = substructure.body.inertia_field.rigid_inertia(eta)
     rows = np.vstack((between, substructure.carried.toarray(), substructure.body.mean_motions))
     columns = factors.solve(np.ascontiguousarray(rows.T))
     gram = rows @ columns
-    return Border(factors, rows, columns, rigid - gram[:6, :6], gram[:6, 6:], _inverse(gram[6:, 6:]))
+    return BodyBorder(factors, rows, columns, rigid - gram[:6, :6], gram[:6, 6:], _inverse(gram[6:, 6:]))
 
 
 def _inverse(H: Matrix) -> Matrix:
@@ -106,7 +106,7 @@ class Bordered:
     def __init__(
         self,
         condensed: Condensed,
-        borders: Sequence[Border],
+        borders: Sequence[BodyBorder],
         matrix: Matrix,
         motions: Sequence[FrameMotion],
         rows: Rates | None = None,

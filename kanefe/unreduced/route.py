@@ -24,7 +24,7 @@ from kanefe.tree.model_data import ModelData
 from kanefe.tree.model_outputs import MechanicalEnergy
 from kanefe.tree.route import Evaluation, Form
 from kanefe.tree.scene_state import SceneState
-from kanefe.unreduced.bordered import Border, Bordered, border
+from kanefe.unreduced.bordered import BodyBorder, Bordered, border
 from kanefe.unreduced.closing import closed_start
 from kanefe.unreduced.condensed import Condensed, condensed_inertia, is_unreduced
 from kanefe.unreduced.demand import demand, equivalent_moments
@@ -158,7 +158,7 @@ class UnreducedRoute(LiteralRoute):
             twin[substructure.rates] = 0.0
         return Residual(twin[:n], parts, state, M, rates)
 
-    def borders(self, q: Vector, factors: Sequence[Factorisation]) -> list[Border]:
+    def borders(self, q: Vector, factors: Sequence[Factorisation]) -> list[BodyBorder]:
         """Return the borders of all members at coordinates q of the scene."""
         return [border(m, q[m.eta], own) for m, own in zip(self.condensed.substructures, factors, strict=True)]
 

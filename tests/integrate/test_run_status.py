@@ -7,7 +7,6 @@ import time
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import FrozenInstanceError
-from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -367,12 +366,6 @@ def test_a_partial_result_is_saved_and_loaded_with_its_status_and_events(tmp_pat
     }
     np.testing.assert_array_equal(loaded.position("second"), result.position("second"))
     assert loaded.statistics == result.statistics
-
-
-def test_the_options_of_a_scene_are_those_of_a_run() -> None:
-    ours = [p for p in signature(kf.System.simulate).parameters.values() if p.name not in ("self", "start")]
-    theirs = signature(RunOptions).parameters.values()
-    assert [(p.name, p.default) for p in ours] == [(p.name, p.default) for p in theirs]
 
 
 def test_options_are_checked_when_they_are_given_and_do_not_change() -> None:

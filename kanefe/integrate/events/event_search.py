@@ -23,7 +23,7 @@ from kanefe.kernels.steppers.event_search import (
     root_in,
     time_tolerance,
 )
-from kanefe.kernels.steppers.steps_with_events import ACTS, FIRST_SHARES, SHARES, Watched
+from kanefe.kernels.steppers.steps_with_events import ACTS, FIRST_SHARES, SHARES, WatchedRun
 
 LEAST_RECORDS = 256
 """Least number of events that compiled code records before Python takes them."""
@@ -95,11 +95,11 @@ class EventWatch:
             if isinstance(event, MarginEvent):
                 self._values[i], self._noise[i] = event.value(t, state), event.blur(t, state)
 
-    def _watched(self) -> Watched:
+    def _watched(self) -> WatchedRun:
         count = len(self.events)
         kinds = [ACTS if event.acts and not ends_step_alone(event) else int(event.acts) for event in self.events]
         most = len(FIRST_SHARES) * count
-        return Watched(
+        return WatchedRun(
             columns=np.array(list(self._compiled.values()), dtype=np.int64),
             directions=np.array([event.direction for event in self.events], dtype=np.int64),
             kinds=np.array(kinds, dtype=np.int64),

@@ -64,7 +64,7 @@ def _serves(model: Model) -> str:
 
 METHOD = Method(
     name="energy-momentum",
-    about="conserves the energy balance and, in free flight, the momenta: for long runs",
+    about="conserves energy, and momenta in free flight: for long runs",
     stepper=Compiled(_kernels),
     order=2,
     has_error_control=False,

@@ -357,7 +357,7 @@ def highest_rate(model: Model, start: float, K: Matrix, C: Matrix) -> float:
 
 METHOD = Method(
     name="generalised-alpha",
-    about="damps vibrations that a step does not resolve: for stiff scenes of every kind",
+    about="damps vibrations that steps do not resolve: for all stiff scenes",
     stepper=GeneralisedAlphaStepper,
     order=2,
     has_fixed_steps=True,

@@ -80,7 +80,7 @@ from kanefe.tree.scales import coordinate_moves
 
 if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
-    from kanefe.kernels.steppers.steps_with_events import Watched
+    from kanefe.kernels.steppers.steps_with_events import WatchedRun
     from kanefe.tree.bending import Bent
     from kanefe.tree.route import PreparedRun
 
@@ -262,7 +262,7 @@ class KernelStepper:
         return self.dynamics.is_autonomous and self.dynamics.route.watching is not None
 
     def integrate_over_events(
-        self, times: np.ndarray, states: np.ndarray, most_steps: int, watched: Watched
+        self, times: np.ndarray, states: np.ndarray, most_steps: int, watched: WatchedRun
     ) -> tuple[int, bool]:
         """Continue in the same way over events: see `LooksOut.integrate_over_events`."""
         return self._integrate(times, states, most_steps, watched)
@@ -277,7 +277,7 @@ class KernelStepper:
         return self._compiled_run.values_at(self._run, t)
 
     def _integrate(
-        self, times: np.ndarray, states: np.ndarray, most_steps: int, watched: Watched | None
+        self, times: np.ndarray, states: np.ndarray, most_steps: int, watched: WatchedRun | None
     ) -> tuple[int, bool]:
         """Continue; return how many times were passed and, where there are events, whether the last step is done."""
         integers, reals, vectors = self.integers, self.reals, self.vectors
@@ -327,7 +327,7 @@ class KernelStepper:
                 raise beyond(error) from error
             raise
 
-    def _command(self, run: Run, is_compiled: bool, watched: Watched | None) -> tuple[int, bool]:
+    def _command(self, run: Run, is_compiled: bool, watched: WatchedRun | None) -> tuple[int, bool]:
         """Return what the method wants that is no evaluation, which are done here; and whether the step is done."""
         dynamics, reals, vectors = self.dynamics, self.reals, self.vectors
         following: Callable[[], int] = (

@@ -73,7 +73,7 @@ def _kernels() -> Kernels:
 
 METHOD = Method(
     name="radau5",
-    about="Radau IIA with the exact Jacobian: for stiff scenes with resolved vibrations",
+    about="Radau IIA with the exact Jacobian: for stiff scenes, follows vibrations",
     stepper=Compiled(_kernels),
     order=5,
     has_fixed_steps=True,

@@ -77,9 +77,9 @@ def methods() -> str:
     --------
     >>> import kanefe as kf
     >>> print(kf.methods().splitlines()[0])
-    auto               rtol, atol or step  chooses by the scene; result.statistics give the choice and the reason
+    auto               rtol, atol or step  chooses by the scene; result.statistics tell the choice and why
     """
-    lines = [("auto", "rtol, atol or step", "chooses by the scene; result.statistics give the choice and the reason")]
+    lines = [("auto", "rtol, atol or step", "chooses by the scene; result.statistics tell the choice and why")]
     lines += [(row.name, _options(row), f"{row.about} (order {row.order})") for row in ROWS]
     return "\n".join(f"{name:18} {options:19} {about}" for name, options, about in lines)
 

@@ -16,7 +16,7 @@ from kanefe.kane.tangents import constant_tangents, current_tangents
 from kanefe.tree.scales import joint_scales, scene_length
 
 if TYPE_CHECKING:
-    from kanefe.unreduced.bordered import Border, Bordered
+    from kanefe.unreduced.bordered import BodyBorder, Bordered
     from kanefe.unreduced.route import Residual, UnreducedRoute
 
 LARGE = 20_000
@@ -53,7 +53,7 @@ class IterationMatrices:
         self._scene, self._formula, self._span = scene, formula, span
         self._changes = scene.model.has_varying_tangents
         self._stiffness, self._damping = constant_tangents(scene.small)
-        self._edges: OrderedDict[int, tuple[list[Border], Vector]] = OrderedDict()
+        self._edges: OrderedDict[int, tuple[list[BodyBorder], Vector]] = OrderedDict()
         is_large = any(substructure.body.free_count > LARGE for substructure in scene.condensed.substructures)
         self._kept = 2 if is_large else 4
         self.bordered: tuple[int, Bordered] | None = None

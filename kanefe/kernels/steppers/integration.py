@@ -48,7 +48,7 @@ from kanefe.kernels.steppers.step_commands import (
 from kanefe.kernels.sweeps.drives import Drives, put_drives
 
 
-class Derivatives(NamedTuple):
+class JacobianCall(NamedTuple):
     """What differentiates the rates along tangents of the coordinates, speeds and internal states.
 
     A tangent is a change of the coordinates in the direction of a speed; of a rotation it is the rotation vector in the
@@ -110,7 +110,7 @@ class Scene(NamedTuple):
     evaluation: Prepared
     closing: Prepared
     balance: Prepared
-    derivatives: Derivatives
+    derivatives: JacobianCall
     has_loops: bool
     drives: RealRows
     motions: Drives

@@ -75,7 +75,7 @@ class Going(NamedTuple):
     command_at: int
 
 
-class Watched(NamedTuple):
+class WatchedRun(NamedTuple):
     """The events of a run, and what is known of them at the last place looked at.
 
     Attributes
@@ -151,7 +151,7 @@ def pass_steps(
     quiet: Lookout,
     fresh: Lookout,
     single: Lookout,
-    watched: Watched,
+    watched: WatchedRun,
     run: Run,
     vectors: RealRows,
     restart_share: float,
@@ -201,7 +201,7 @@ def pass_steps(
 
 
 @inlined
-def _is_at_zero(watched: Watched) -> bool:
+def _is_at_zero(watched: WatchedRun) -> bool:
     """Return whether a function is at a zero, so that its sign is not known."""
     found = False
     for event in range(len(watched.values)):
@@ -221,7 +221,7 @@ def _look_through(lookout: Lookout, run: Run, vectors: RealRows) -> None:
 
 @exact
 def _deal_with(
-    lookout: Lookout, single: Lookout, watched: Watched, run: Run, vectors: RealRows, restart_share: float
+    lookout: Lookout, single: Lookout, watched: WatchedRun, run: Run, vectors: RealRows, restart_share: float
 ) -> bool:
     """Take in what happened in the last step; return whether nothing of it needs Python.
 
@@ -254,7 +254,7 @@ def _deal_with(
 
 
 @exact
-def _sample(lookout: Lookout, watched: Watched, event: int, start: float) -> int:
+def _sample(lookout: Lookout, watched: WatchedRun, event: int, start: float) -> int:
     """Write the samples of an event from the start of the step on, each time once; return how many there are."""
     watched.times[0], watched.samples[0] = start, watched.values[event]
     count = 1
@@ -268,7 +268,7 @@ def _sample(lookout: Lookout, watched: Watched, event: int, start: float) -> int
 
 @exact
 def _find_roots(
-    lookout: Lookout, single: Lookout, watched: Watched, run: Run, vectors: RealRows, is_quiet_alone: bool
+    lookout: Lookout, single: Lookout, watched: WatchedRun, run: Run, vectors: RealRows, is_quiet_alone: bool
 ) -> int:
     """Write what happened in the last step, in order of time; return how much that is, -1 if it is not looked for."""
     total, start = 0, run.reals[TIME_OLD]
@@ -298,7 +298,7 @@ def _find_roots(
 
 
 @exact
-def _first_acting(watched: Watched, found: int) -> float:
+def _first_acting(watched: WatchedRun, found: int) -> float:
     """Return the time of the first event that does more than to be reported; infinity without one."""
     for i in range(found):
         t, event = watched.found[i, 0], int(watched.found[i, 1])
@@ -310,7 +310,7 @@ def _first_acting(watched: Watched, found: int) -> float:
 
 @exact
 def _set_noise(
-    lookout: Lookout, single: Lookout, watched: Watched, run: Run, vectors: RealRows, found: int, has_acted: bool
+    lookout: Lookout, single: Lookout, watched: WatchedRun, run: Run, vectors: RealRows, found: int, has_acted: bool
 ) -> None:
     """Write below what functions have no sign: after roots at which a step ended, and else not any more."""
     start = run.reals[TIME_OLD]
@@ -331,7 +331,7 @@ def _set_noise(
 
 
 @kernel
-def _restart(single: Lookout, watched: Watched, run: Run, vectors: RealRows, t: float, restart_share: float) -> None:
+def _restart(single: Lookout, watched: WatchedRun, run: Run, vectors: RealRows, t: float, restart_share: float) -> None:
     """Continue from the state at a time of the last step; outputs behind it are written again."""
     integers, reals = run.integers, run.reals
     y = single.states[0]
@@ -349,7 +349,7 @@ def _restart(single: Lookout, watched: Watched, run: Run, vectors: RealRows, t: 
 
 
 @kernel
-def _begin(single: Lookout, watched: Watched, run: Run, vectors: RealRows, t: float, found: int) -> None:
+def _begin(single: Lookout, watched: WatchedRun, run: Run, vectors: RealRows, t: float, found: int) -> None:
     """Set the state from which a run continues, and the events that just happened there."""
     single.times[0] = t
     _look(single, run, vectors)

@@ -108,10 +108,10 @@ def test_a_mass_off_the_axis_moves_as_a_rigid_section_does():
 @pytest.mark.parametrize(
     ("given", "says"),
     [
-        ({"rho_A": 1.0, "EI_y": 1.0}, "EA = None is no number"),
+        ({"rho_A": 1.0, "EI_y": 1.0}, "EA = None is not a number"),
         ({"EA": 1.0, "rho_A": 1.0}, "no bending stiffness"),
         ({"EA": 1.0, "EI_y": -1.0, "rho_A": 1.0}, "EI_y = -1 must be positive"),
-        ({"EA": 1.0, "EI_z": 1.0}, "rho_A = None is no number"),
+        ({"EA": 1.0, "EI_z": 1.0}, "rho_A = None is not a number"),
         ({"EA": 1.0, "EI_z": 1.0, "rho_A": 1.0, "rho_I": -1.0}, "rho_I=-1.0"),
         ({"stiffness": np.eye(6), "EA": 1.0, "rho_A": 1.0}, "both stiffness and EA"),
         ({"stiffness": np.eye(6) - np.eye(6, k=1), "rho_A": 1.0}, "not symmetric"),

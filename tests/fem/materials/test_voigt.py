@@ -171,7 +171,7 @@ class TestLaminate:
 
     def test_bad_plies(self):
         for make, word in (
-            (lambda: Ply("carbon", 1e-3), "no material"),
+            (lambda: Ply("carbon", 1e-3), "is not a material"),
             (lambda: Ply(CARBON, 0.0), "thickness = 0"),
             (lambda: Ply(CARBON, 1e-3, np.nan), "angle"),
             (lambda: Laminate([]), "at least one"),
@@ -206,13 +206,13 @@ class TestAxes:
             (lambda: Oriented(CARBON, 2 * np.eye(3)), "orthonormal"),
             (lambda: Oriented(CARBON, np.diag([1.0, 1.0, -1.0])), "right-handed"),
             (lambda: Oriented(CARBON, np.eye(2)), "shape (2, 2)"),
-            (lambda: Oriented("carbon", np.eye(3)), "no material"),
+            (lambda: Oriented("carbon", np.eye(3)), "is not a material"),
             (
                 lambda: Oriented(CARBON, np.eye(3)[None]).stiffness_at("skin", np.zeros((4, 3))),
                 "1 axes are given for 4",
             ),
             (lambda: Oriented(CARBON, lambda x: np.eye(3)).stiffness_at("skin", np.zeros((4, 3))), "for 4 points"),
-            (lambda: cylindrical_axes(axis=(0, 0, 0)), "no direction"),
+            (lambda: cylindrical_axes(axis=(0, 0, 0)), "is not a direction"),
             (lambda: cylindrical_axes(first="up"), "outward, around, along"),
             (lambda: cylindrical_axes()(np.array([[1.0, 0, 0], [0, 0, 2.0]])), "(0, 0, 2) m"),
             (lambda: axes_at_angle(0.1, axis=(1, 0, 0)), "parallel"),

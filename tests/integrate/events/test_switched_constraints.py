@@ -124,7 +124,7 @@ def test_what_is_off_costs_nothing(monkeypatch: Any) -> None:
         raise AssertionError("a row of a constraint that is off was evaluated")
 
     for kind in (PointRow, DirectionRow):
-        for question in ("residual", "wrenches", "remainder"):
+        for question in ("residual", "terms"):
             monkeypatch.setattr(kind, question, refuse)
     model = scene.freeze()
     model.literal.evaluate(0.0, np.concatenate((model.initial_state, np.zeros(QUADRATURES))))

@@ -22,7 +22,7 @@ def resting(stiffness: float, gravity: float = 9.81) -> kf.System:
 
 def test_a_contact_below_round_off_is_told_where_a_run_begins() -> None:
     """9.8 N over 1e20 N/m, in a scene of 0.3 m: 1e-19 m, where places are rounded by 1e-16 m."""
-    match = r"contact 'stands' of 1e\+20 N/m yields 9\.8e-20 m .* than the 1\.2e-16 m .* Remedy: .* at most 8e\+10 N/m"
+    match = r"contact 'stands' of 1e\+20 N/m deflects by 9\.8e-20 m .*, 1\.2e-16 m: .* Remedy: .* at most 8e\+10 N/m"
     with pytest.warns(kf.SimulationWarning, match=match):
         resting(1e20).simulate((0.0, 1e-6), most_steps=5)
     with pytest.warns(kf.SimulationWarning, match="contact 'stands' of 1e\\+20 N/m"):
@@ -36,10 +36,12 @@ def test_a_contact_below_round_off_is_told_where_a_run_begins() -> None:
 def test_a_run_that_follows_a_contact_step_by_step_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pace, "SOON", 0.0)
     monkeypatch.setattr(pace, "LONG", 0.0)
-    match = r"they follow contact 'stands' of 1e\+12 N/m, on which 1 kg vibrates with a period of 6\.3e-06 s.* Remedy: "
+    match = (
+        r"they resolve contact 'stands' of 1e\+12 N/m, on which 1 kg vibrates with a period of 6\.3e-06 s.* Remedy: "
+    )
     with pytest.warns(kf.SimulationWarning, match=match) as told:
         resting(1e12).simulate((0.0, 1.0), most_steps=500)
-    assert sum("they follow" in str(one.message) for one in told) == 1
+    assert sum("they resolve" in str(one.message) for one in told) == 1
     with warnings.catch_warnings():  # 250 periods of 0.02 s
         warnings.simplefilter("error", kf.SimulationWarning)
         resting(1e5).simulate((0.0, 5.0))
