@@ -212,7 +212,8 @@ def _frames(data: SidFile, names: Mapping[str, str], path: str | Path) -> list[I
     """Return the node frames with the motion of the free coordinates alone."""
     unknown = sorted(set(map(str, names.values())) - set(data.nodes))
     if unknown:
-        raise ModelError(f"{path} has no node frame {', '.join(unknown)}; it has {', '.join(data.nodes) or 'none'}")
+        there = ", ".join(data.nodes) or "none"
+        raise ModelError(f"names: {path} has no node frame {', '.join(unknown)}; it has {there}")
     called = {str(identifier): name for name, identifier in names.items()}
     count = len(data.modes)
     frames = []

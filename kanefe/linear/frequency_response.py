@@ -60,7 +60,7 @@ class FrequencyResponse:
         ModelError
             If there is no such name, or several begin so; lists what there is.
         """
-        return np.asarray(self.response[:, _place(self.output_names, output), _place(self.input_names, input)])
+        return self._column(output, input, "output")
 
     @checked
     def transmissibility(self, output: str, over: str, input: str | None = None) -> np.ndarray:
@@ -83,7 +83,11 @@ class FrequencyResponse:
                 f"a transmissibility needs the input that oscillates. Remedy: input=, one of {self.input_names}"
             )
         given = self.input_names[0] if input is None else input
-        return self.receptance(output, given) / self.receptance(over, given)
+        return self._column(output, given, "output") / self._column(over, given, "over")
+
+    def _column(self, output: str, input: str, what: str) -> np.ndarray:
+        row, column = _place(self.output_names, output, what), _place(self.input_names, input, "input")
+        return np.asarray(self.response[:, row, column])
 
     @checked
     def plot(self, path: str | Path | None = None) -> Figure:
@@ -136,8 +140,8 @@ def frequency_response(linearisation: StateSpace, frequencies: Sequence[float] |
     return FrequencyResponse(at, response, linearisation.output_names, linearisation.input_names)
 
 
-def _place(names: tuple[str, ...], name: str) -> int:
+def _place(names: tuple[str, ...], name: str, what: str) -> int:
     found = [i for i, one in enumerate(names) if name in (one, one.partition(" [")[0])]
     if len(found) != 1:
-        raise ModelError(f"there is no channel {name!r} in this response. There are: {', '.join(names)}")
+        raise ModelError(f"{what}: there is no channel {name!r} in this response. There are: {', '.join(names)}")
     return found[0]

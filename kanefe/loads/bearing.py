@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector, numbers
 from kanefe.kernels.force_elements.bearing import (
@@ -29,6 +30,7 @@ from kanefe.loads.by_kernel import EventByKernel, numbers_of
 AXES = ("x", "y", "z")
 
 
+@checked("name")
 @dataclass(frozen=True, eq=False)
 class Bearing(Load):
     """A bearing: a force and moment on a shaft by its displacement and tilt, with coefficients over its speed.
@@ -136,7 +138,7 @@ class Bearing(Load):
         """Return coefficients over all six directions."""
         array = numbers(given)
         if array.shape not in ((*rows, 2, 2), (*rows, 6, 6)) or not np.all(np.isfinite(array)):
-            of_speeds = f" for each of the {rows[0]} speeds" if rows else ""
+            of_speeds = f" for each of the {rows[0]} speeds" if rows else " (no speeds= are given)"
             raise ModelError(f"{what} must be finite numbers, shape (2, 2) or (6, 6){of_speeds}, not {given!r}")
         if array.shape[-1] == 6:
             return array
@@ -155,8 +157,12 @@ class Bearing(Load):
     def _curves(self) -> PchipInterpolator:
         return PchipInterpolator(self.speeds, np.stack((self.stiffness, self.damping), axis=1), axis=0)
 
+    @checked("speed")
     def coefficients(self, speed: float) -> tuple[Matrix, Matrix]:
         """Return stiffness and damping at a speed of rotation (rad/s), (6, 6) each; beyond a table those of its end."""
+        return self._at(speed)
+
+    def _at(self, speed: float) -> tuple[Matrix, Matrix]:
         if self.speeds is None:
             return self.stiffness, self.damping
         K, C = self._curves(np.clip(speed, self.speeds[0], self.speeds[-1]))
@@ -169,7 +175,7 @@ class Bearing(Load):
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent:
         """Return stiffness and damping along their principal directions, without the skew parts."""
         rows = np.hstack((relative_rows(*ends[:2]), np.zeros((6, 6 * (len(ends) - 2)))))
-        return principal_tangent(rows, *self.coefficients(self._speed(ends)))
+        return principal_tangent(rows, *self._at(self._speed(ends)))
 
     @property
     def events(self) -> tuple[LoadEvent, ...]:

@@ -72,7 +72,7 @@ def pool_of(executor: Any, workers: int | None, cases: int) -> Iterator[Pool]:
     ModelError
         If it is none of these.
     """
-    if workers is not None and (isinstance(workers, bool) or not isinstance(workers, int) or workers < 1):
+    if workers is not None and (isinstance(workers, bool) or not hasattr(workers, "__index__") or workers < 1):
         raise ModelError(f"workers must be a whole number above zero, not {workers!r}")
     if isinstance(executor, str) and executor == "serial":
         yield SerialPool()

@@ -217,10 +217,10 @@ def friction_law(given: object, label: str) -> FrictionLaw | None:
     return given
 
 
-def check_numbers(law: object, *names: str) -> None:
-    """Raise a ModelError if an attribute of a law is neither None nor a number that is finite and >= 0."""
+def check_numbers(law: object, *names: str, may_lack: bool = True) -> None:
+    """Raise a ModelError if an attribute of a law is no number that is finite and >= 0, nor None where it may lack."""
     for name in names:
         value = getattr(law, name)
-        number = numbers(0.0 if value is None else value)
+        number = numbers(0.0 if value is None and may_lack else value)
         if number.shape != () or not 0.0 <= number < float("inf"):
             raise ModelError(f"{name} of {type(law).__name__} must be one number, finite and >= 0, not {value!r}")

@@ -114,7 +114,8 @@ class Stribeck(AnchoredFriction):
     has_memory = True
 
     def __post_init__(self) -> None:
-        check_numbers(self, "mu", "breakaway", "viscous", "stiffness", "damping")
+        check_numbers(self, "mu", "breakaway", "viscous", may_lack=False)
+        check_numbers(self, "stiffness", "damping")
         for name in ("stribeck_speed", "exponent"):
             positive(getattr(self, name), f"{name} of Stribeck")
         if self.stiffness == 0.0 or self.damping == 0.0:
