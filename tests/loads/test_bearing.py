@@ -93,7 +93,7 @@ def test_a_speed_outside_the_table_is_named() -> None:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"stiffness": np.eye(3)}, r"stiffness of bearing 'b' must be finite numbers, shape \(2, 2\) or \(6, 6\), not"),
+        ({"stiffness": np.eye(3)}, r"stiffness of bearing 'b' must be finite numbers, shape \(2, 2\) or \(6, 6\)"),
         ({"stiffness": np.eye(2), "speeds": (0.0, 1.0)}, "for each of the 2 speeds, not"),
         ({"stiffness": np.eye(2), "speeds": (1.0, 1.0)}, "speeds of bearing 'b' must be two or more that ascend"),
         ({"stiffness": np.eye(6)}, "resists the turn about its axis x"),
