@@ -85,7 +85,7 @@ class Contact(ContactData):
         for i, touch in enumerate(self.touches(ends, states)):
             share, lever = self.probes[i][1].share, self.probes[i][1].lever
             k, at = law.anchor(share, max(touch.normal_force, 1e-300))[0], self.begins + self.each * i
-            after[at : at + 3] = ends[0].A.T @ touch.tangential / k
+            after[at : at + 3] = ends[0].A.T @ touch.tangential / k if k > 0.0 else 0.0  # without a spring none is bent
             if law.has_memory:
                 after[at + 3] = float(touch.depth > 0.0)
             turning = after[self.turning(i)]

@@ -1,8 +1,9 @@
 """What users call: names, signatures, members and commands, compared with a snapshot of them.
 
-A change that is meant is written down with ``python tests/package/test_public_api.py``, which makes the snapshot anew;
-its difference then shows what changes for users. The snapshot knows no module paths and no annotations, so that files
-may move and types be sharpened; what counts of a parameter is its name, its kind and its default.
+A change that is meant is written down with ``PYTHONPATH=.:fem:tests/shared python tests/package/test_public_api.py``,
+which makes the snapshot anew; its difference then shows what changes for users. The snapshot knows no module paths and
+no annotations, so that files may move and types be sharpened; what counts of a parameter is its name, its kind and its
+default.
 """
 
 from __future__ import annotations
@@ -184,7 +185,8 @@ def test_the_public_names_are_those_of_the_snapshot() -> None:
     if lines:
         pytest.fail(
             "\n".join(["the public interface is not that of the snapshot:", *lines])
-            + "\nRemedy: undo it, or if it is meant: python tests/package/test_public_api.py",
+            + "\nRemedy: undo it, or if it is meant: "
+            "PYTHONPATH=.:fem:tests/shared python tests/package/test_public_api.py",
             pytrace=False,
         )
 
