@@ -130,7 +130,8 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
             If a body with stiffening="inertial" carries bodies, loads or loops, which should stiffen it too.
         """
         if start is None and self._kept is not None and self._kept[0] == t and not self._kept[1].has_functions:
-            return self._checked(self._kept[1], t)
+            warn_of_loads_that_do_not_stiffen(self._kept[1])
+            return self._kept[1]
         data = build_model(
             self._entries,
             self.gravity,
@@ -139,15 +140,12 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
             self._controllers,
             self._surfaces_on_markers(),
         )
-        model = self._checked(model_at_start(data, self._loads, t, start), t)
+        model = model_at_start(data, self._loads, t, start)
+        check_planar_inertias(model, t)
+        warn_of_loads_that_do_not_stiffen(model)
         self.is_frozen = True
         if start is None:
             self._kept = t, model  # a frozen scene does not change, but functions of the user may
-        return model
-
-    def _checked(self, model: Model, t: float) -> Model:
-        check_planar_inertias(model, t)
-        warn_of_loads_that_do_not_stiffen(model)
         return model
 
     @checked("method", "output_times", "checkpoint", "resume", "most_steps", "progress")

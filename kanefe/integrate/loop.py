@@ -241,9 +241,11 @@ class RunLoop:
         if watch.watched is None or self._looking is None:
             self.stored += self._stepper.integrate_through(times, states, 1)
             return
-        passed, self._is_done = self._looking.integrate_over_events(times, states, most, watch.watched)
+        try:
+            passed, self._is_done = self._looking.integrate_over_events(times, states, most, watch.watched)
+        finally:
+            watch.take_records()  # also of what happened before a step that failed
         self.stored += passed
-        watch.take_records()
 
     def _integrate_sampled(self, sampler: Sampler, most: int, begun: float) -> None:
         """Continue from sample to sample, for so many steps or so long as a go takes; steps end at samples."""

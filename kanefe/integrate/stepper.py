@@ -162,7 +162,7 @@ class LooksOut(Protocol):
         ----------
         times, states, most_steps
             As there.
-        watched : Watched
+        watched : WatchedRun
             The events, and what is known of them; in the end before the last step, or after it if that is done.
 
         Returns

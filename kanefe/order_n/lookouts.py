@@ -63,7 +63,7 @@ class Lookouts:
 
     @cached_property
     def _passing(self) -> Bound:
-        lookouts = self._lookout(SHARES), self._lookout(FIRST_SHARES), self._lookout(STEP_END)
+        lookouts = self._lookout(SHARES), self._lookout(FIRST_SHARES), self._at_a_time[0]
         return pass_steps.bound(LATER, *lookouts, LATER, LATER, self._vectors, LATER)
 
     @cached_property

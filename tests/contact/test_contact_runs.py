@@ -11,6 +11,7 @@ import kanefe as kf
 from kanefe.checks.verification.contact import shaken_slope
 from kanefe.integrate.events.event_search import EventWatch
 from kanefe.integrate.methods.kernel_stepper import KernelStepper
+from kanefe.integrate.stepper import StepFailure
 from kanefe.kernels.steppers.event_search import root_in
 
 
@@ -120,6 +121,24 @@ def test_a_run_that_passes_over_quiet_steps_is_the_same_run(seed, method, monkey
     np.testing.assert_array_equal(quick.position("ball"), scanned.position("ball"))
     for name, times in scanned.events.items():
         np.testing.assert_array_equal(quick.events[name], times)
+
+
+def test_events_before_a_failure_in_compiled_code_are_kept(monkeypatch):
+    run_on = KernelStepper.integrate_over_events
+
+    def fails_later(stepper, times, states, most_steps, watched):
+        found = run_on(stepper, times, states, most_steps, watched)
+        if watched.counts[0] > 0:
+            raise StepFailure("it breaks", "mend it")
+        return found
+
+    whole = thrown(0).simulate((0.0, 0.4), method="dop853", rtol=1e-6)
+    monkeypatch.setattr(KernelStepper, "integrate_over_events", fails_later)
+    with pytest.warns(kf.SimulationWarning, match="it breaks"):
+        broken = thrown(0).simulate((0.0, 0.4), method="dop853", rtol=1e-6)
+    for name, times in whole.events.items():
+        np.testing.assert_array_equal(broken.events[name], times[times <= broken.times[-1]])
+    assert sum(map(len, broken.events.values())) > 0
 
 
 def test_quiet_steps_are_passed_over_in_closed_loops_too(monkeypatch):

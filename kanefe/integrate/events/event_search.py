@@ -18,6 +18,8 @@ from kanefe.integrate.stepper import LooksOut, StepFailure, Stepper
 from kanefe.kernels.steppers.event_search import (
     find_brackets,
     first_with_sign,
+    is_known,
+    is_over,
     is_quiet,
     noise_after,
     root_in,
@@ -50,7 +52,7 @@ class EventWatch:
         Of what happened so far.
     acting : float or None
         Time of the first event of the last step that acts, s.
-    watched : Watched or None
+    watched : WatchedRun or None
         The events for compiled code, where all are compiled.
     telling : Telling
         Of rigid contacts.
@@ -144,7 +146,7 @@ class EventWatch:
         for i, event in enumerate(self.events):
             found += [(t, event) for t in self._roots(stepper, quick, i, times, table[:, i], check_time)]
         found.sort(key=lambda entry: entry[0])
-        acting = next((t for t, event in found if event.acts and not self._is_over(t, event)), None)
+        acting = next((t for t, event in found if event.acts and not self._has_acted(t, event)), None)
         self.acting = acting
         if acting is not None:
             found = [entry for entry in found if entry[0] <= acting + 2 * time_tolerance(self._span, acting)]
@@ -187,17 +189,12 @@ class EventWatch:
             found = find_brackets(_called, function, times, values, count, first, event.direction, brackets)
         is_beyond = is_bound or ends_step_alone(event)
         roots = [root_in(_called, function, a, b, self._span, is_beyond) for a, b in brackets[:found].tolist()]
-        return [t for t in roots if not self._is_told(t, event)]
+        # one without action may have been reported at this time, at which another ended the step
+        return [t for t in roots if event.acts or not is_known(t, self._last[number], self._span)]
 
-    def _is_told(self, t: float, event: Event) -> bool:
-        """Return whether an event without action was reported at this time, at which another ended the step."""
-        before = self.times[event.name]
-        return not event.acts and bool(before) and t - before[-1] <= 2 * time_tolerance(self._span, t)
-
-    def _is_over(self, t: float, event: Event) -> bool:
-        """Return whether an event that only ends steps has just done so: what rests touches again and again."""
-        before = self.times[event.name]
-        return ends_step_alone(event) and bool(before) and t - before[-1] <= STORM_SHARE * self._span
+    def _has_acted(self, t: float, event: Event) -> bool:
+        """Return whether an event that only ends steps has just done so."""
+        return ends_step_alone(event) and is_over(t, self._last[self.events.index(event)], self._span)
 
     def check_storm(self, t: float, happened: Sequence[Event]) -> None:
         """Take in the time of an action; raise a StepFailure if they follow each other without end."""

@@ -29,6 +29,9 @@ ROOT_TOLERANCE = 1e-13
 """Width of the interval in which a root is found, relative to the span of the run. States have the tolerance of the
 run."""
 
+AT_ONCE = 1e-6
+"""Time relative to the span within which events that only end steps do so once."""
+
 EPSILON = float(np.finfo(float).eps)
 
 NOISE = 10.0
@@ -213,6 +216,18 @@ def _add(brackets: np.ndarray, found: int, a: float, b: float, way: float) -> in
 def time_tolerance(span: float, t: float) -> float:
     """Return how near to each other two moments are one, s."""
     return max(ROOT_TOLERANCE * span, 4.0 * EPSILON * abs(t))
+
+
+@exact
+def is_known(t: float, last: float, span: float) -> bool:
+    """Return whether an event happened at a time that is that of its last one (s)."""
+    return t - last <= 2.0 * time_tolerance(span, t)
+
+
+@exact
+def is_over(t: float, last: float, span: float) -> bool:
+    """Return whether an event that only ends steps has just done so: contacts at rest touch again and again."""
+    return t - last <= AT_ONCE * span
 
 
 @exact

@@ -18,6 +18,8 @@ from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.steppers.event_search import (
     find_brackets,
     first_with_sign,
+    is_known,
+    is_over,
     is_quiet,
     noise_after,
     root_in,
@@ -50,10 +52,6 @@ however near its next zero is."""
 
 REPORTS, ENDS_STEP, ACTS = range(3)
 """Values for the action of an event: it is only reported; it also ends the step without a change; or Python has to act.
-"""
-
-AT_ONCE = 1e-6
-"""Time relative to the span within which events that only end steps do so once: contacts at rest touch again and again.
 """
 
 AT_TIME = 0
@@ -163,7 +161,7 @@ def pass_steps(
     going : Going
     quiet, fresh, single : Lookout
         With SHARES, FIRST_SHARES, and one place.
-    watched : Watched
+    watched : WatchedRun
     run : Run
     vectors : ndarray, shape (vectors of the method, state)
     restart_share : float
@@ -285,8 +283,7 @@ def _find_roots(
         for k in range(min(brackets, len(watched.found) - total)):
             a, b = watched.brackets[k, 0], watched.brackets[k, 1]
             t = root_in(value_at, data, a, b, watched.span, watched.kinds[event] != ACTS)
-            is_known = t - watched.last[event] <= 2.0 * time_tolerance(watched.span, t)
-            if is_known and watched.kinds[event] == REPORTS:
+            if watched.kinds[event] == REPORTS and is_known(t, watched.last[event], watched.span):
                 continue  # another event ended the step at that moment
             at = total
             while at > 0 and watched.found[at - 1, 0] > t:
@@ -302,8 +299,8 @@ def _first_acting(watched: WatchedRun, found: int) -> float:
     """Return the time of the first event that does more than to be reported; infinity without one."""
     for i in range(found):
         t, event = watched.found[i, 0], int(watched.found[i, 1])
-        is_over = watched.kinds[event] == ENDS_STEP and t - watched.last[event] <= AT_ONCE * watched.span
-        if watched.kinds[event] != REPORTS and not is_over:
+        is_again = watched.kinds[event] == ENDS_STEP and is_over(t, watched.last[event], watched.span)
+        if watched.kinds[event] != REPORTS and not is_again:
             return t
     return np.inf
 
