@@ -67,15 +67,18 @@ def obstacle(sim: Simulation) -> str:
         return f"the method {stepper.name!r} is in Python. Remedy: method='radau5', 'dop853' or 'extrapolation'"
     if stepper.name == "energy-momentum":
         return f"the method {stepper.name!r} asks for energies. Remedy: method='radau5'"
-    if sim.has_events and sim.watched is None:
+    watch = sim.event_watch
+    if watch is None:
+        return ""
+    if watch.watched is None:
         named = ", ".join(map(repr, list(sim.events)[:MOST_NAMED])) or "the end of a joint's range"
         return f"these events are looked for in Python: {named}. Remedy: leave them out"
-    if sim.watched is not None and stepper.events_need_python:
+    if stepper.events_need_python:
         return (
             f"closed loops, and the method {stepper.name!r} of extrapolation, begin anew in Python after events. "
             "Remedy: method='radau5', and joints of the tree instead of loops"
         )
-    acting = [] if sim.watched is None else [sim.watched_names[i] for i in np.flatnonzero(sim.watched.kinds == ACTS)]
+    acting = [event.name for event, kind in zip(watch.events, watch.watched.kinds, strict=True) if kind == ACTS]
     if acting:
         return (
             f"these events change the state in Python: {', '.join(map(repr, acting[:MOST_NAMED]))}. Remedy: friction "
@@ -110,7 +113,8 @@ class _Tables:
         self.driven = len(model.drives)
         self.outputs = OutputTables(sim, Sweeps(route, np.zeros(1), model_state(sim)[None]))
         self.times, states = np.zeros(1), np.zeros((1, self.size))
-        run, passing, kept, self.inputs = stepper.prepared(self.times, states, sim.watched)
+        self.watched = None if sim.event_watch is None else sim.event_watch.watched
+        run, passing, kept, self.inputs = stepper.prepared(self.times, states, self.watched)
         self.calls = [run, *kept] if passing is None else [run, passing, *kept]
         self.run, self.passing = run, passing
         self.lines: list[str] = []
@@ -122,8 +126,8 @@ class _Tables:
             _clear(call)
         scene = self.run.arguments[0]
         scene.closed[:] = scene.asked[:] = scene.derivatives.state[:] = 0.0
-        if self.passing is not None and self.sim.watched is not None:
-            for part in (self.sim.watched, *self.passing.arguments[1:4]):
+        if self.passing is not None and self.watched is not None:
+            for part in (self.watched, *self.passing.arguments[1:4]):
                 for name in part._fields:
                     if name in CLEARED_OF_EVENTS:
                         getattr(part, name)[...] = 0.0
@@ -200,10 +204,10 @@ class _Tables:
         places["AT_OUTPUT_DRIVES"] = scene.drives
         self._tell_call("INTEGRATE", image.call(self.run))
         add(c.define("HAS_EVENTS", int(self.passing is not None)))
-        if self.passing is not None and sim.watched is not None:
+        if self.passing is not None and self.watched is not None:
             self._tell_call("PASS_STEPS", image.call(self.passing))
             add(c.define("MOST_STEPS_OVER_EVENTS", self.passing.signature.place_of("run", "most_steps")))
-            places["AT_EVENT_COUNTS"] = sim.watched.counts
+            places["AT_EVENT_COUNTS"] = self.watched.counts
         add(c.define("HAS_FRAMES", int(self.moved is not None)))
         add(c.define("HAS_ACCELERATIONS", int(self.evaluated is not None)))
         if self.moved is not None:
@@ -217,8 +221,8 @@ class _Tables:
                 places |= {"AT_EVALUATED_DRIVES": self.evaluated.drives, "AT_EVALUATED_INPUTS": self.evaluated.inputs}
         self.lines += [c.define(name, image.place(array)) for name, array in places.items()]
         kept = [stepper.integers, stepper.reals, stepper.vectors, *([scene.motions.pieces] if sim.courses else [])]
-        if sim.watched is not None:
-            kept += [sim.watched.values, sim.watched.noise, sim.watched.last]
+        if self.watched is not None:
+            kept += [self.watched.values, self.watched.noise, self.watched.last]
         add(c.define("KEPT_COUNT", len(kept)))
         add(c.integers("KEPT", [(image.place(array), array.nbytes) for array in kept], 2))
         add(c.integers("POINTERS", image.pointers, 2))
@@ -253,7 +257,7 @@ def model_state(sim: Simulation) -> np.ndarray:
 
 CLEARED = ("drives", "memory", "given", "found")
 CLEARED_OF_EVENTS = ("records", "times", "samples", "brackets", "found", "drives", "inputs", "states")
-"""What kernels write before they read it, in calls and in the lookouts for events."""
+"""Arguments of calls, and arrays of the events, that kernels write before they read them."""
 
 
 def _clear(call: object) -> None:

@@ -34,8 +34,8 @@ from kanefe.tree.bending import worst_bending
 if TYPE_CHECKING:
     from kanefe.equations.given_state import Start
     from kanefe.equations.model import Model
+    from kanefe.integrate.events.event_search import EventWatch
     from kanefe.joints.held_motion import Course
-    from kanefe.kernels.steppers.steps_with_events import WatchedRun
     from kanefe.scene.held_inputs import HeldInput
 
 
@@ -337,19 +337,9 @@ class Simulation:
         return next(i for i, motion in enumerate(motions) if motion.pieces is course.piece)
 
     @property
-    def has_events(self) -> bool:
-        """Whether events or contacts are looked for."""
-        return self._watch is not None
-
-    @property
-    def watched(self) -> WatchedRun | None:
-        """The events for compiled code; None without any, or where Python looks for some."""
-        return None if self._watch is None else self._watch.watched
-
-    @property
-    def watched_names(self) -> tuple[str, ...]:
-        """Names of the events that are looked for."""
-        return () if self._watch is None else tuple(event.name for event in self._watch.events)
+    def event_watch(self) -> EventWatch | None:
+        """What looks for events, also those of contacts; None: there are none."""
+        return self._watch
 
     def _tell_courses(self) -> None:
         """Write where driven coordinates go to the tables of compiled code."""
