@@ -218,6 +218,8 @@ def contact_numbers(contact: ContactData) -> Vector:
         normal_at=put(flat(law.block)),
         stiffness=law.stiffness,
         impact=contact.impact_state,
+        impact_number=law.impact_number,
+        least_speed=law.least_speed,
         branches=law.has_branch,
         friction=0.0 if friction is None else friction.kind,
         friction_at=0.0 if friction is None else put(flat(friction.block)),

@@ -14,6 +14,7 @@ from kanefe.kernels.contact import contact_forces as kernels
 from kanefe.kernels.contact.contact_places import POINT_NUMBERS, POINTS
 from kanefe.kernels.contact.detection import located, met_by
 from kanefe.kernels.force_elements.bushing import nine
+from kanefe.kernels.force_elements.coordinate_stop import impact_damping
 from kanefe.kernels.force_elements.places import WRENCH, WRENCHES, A
 from kanefe.loads.action import Action, End, LoadKernel
 from kanefe.loads.by_kernel import numbers_of
@@ -21,7 +22,9 @@ from kanefe.loads.by_kernel import numbers_of
 
 def kernel_of(contact: ContactData) -> LoadKernel:
     """Return the compiled functions of a contact, with its numbers."""
-    return LoadKernel(kernels.contact, contact.numbers, kernels.contact, kernels.contact_watch)
+    changes = contact.normal.has_impact or (contact.friction is not None and contact.friction.has_memory)
+    change = kernels.contact_change if changes else None
+    return LoadKernel(kernels.contact, contact.numbers, kernels.contact, kernels.contact_watch, change)
 
 
 class InPython:
@@ -70,6 +73,24 @@ class InPython:
             seen = kernels.watched(self._numbers, i, *met, self._axes, self._ends, self._states, out, seen)
         kernels.put_seen(self._numbers, seen, out)
         return out
+
+    def changed(self, event: int) -> Vector:
+        """Return the states after an event: see `kanefe.kernels.contact.contact_forces.contact_change`."""
+        after, contact, met = np.array(self._states), self.contact, list(self._met())
+        if event == kernels.TOUCHES:
+            deepest, speed = -np.inf, 0.0
+            for i, one in met:
+                deepest, speed = kernels.struck(self._numbers, i, *one, self._ends, deepest, speed)
+            law = contact.normal
+            after[contact.impact_state] = impact_damping(law.impact_number, law.least_speed, speed)
+            return after
+        to = float(event == kernels.STICKS)
+        past = [kernels.way_past(self._numbers, i, *one, self._axes, self._ends, self._states, to) for i, one in met]
+        extreme = max(way for way, _ in past)
+        for (i, _), (way, force) in zip(met, past, strict=True):
+            if way > -np.inf and way >= min(extreme, -kernels.AT_THE_LIMIT * force):
+                after[contact.begins + contact.each * i + 3] = to
+        return after
 
     def touches(self) -> list[Touch]:
         """Return what each point does."""

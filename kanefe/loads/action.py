@@ -90,9 +90,14 @@ class LoadKernel(NamedTuple):
     watch : function, int or None
         A function of the same signature that writes to `out` the values of the functions of its `events`, in their
         order; None: they are called from Python.
+    change : function, int or None
+        A function of the same signature, with `watch`, for the actions of its events: `inputs` is the number of an
+        event, and `out` has a zero and the states; it writes by how much the potential energy (J) grows, and the
+        states after that event. None: actions are called from Python.
     """
 
     real: Callable[..., None] | int
     numbers: Vector
     complex_: Callable[..., None] | int | None = None
     watch: Callable[..., None] | int | None = None
+    change: Callable[..., None] | int | None = None

@@ -88,6 +88,34 @@ class EventByKernel:
         return float(written_by(self.watch, t, kernel.numbers, NO_STATES, numbers_of(ends), states, count)[self.place])
 
 
+@dataclass(frozen=True, eq=False)
+class ActionByKernel:
+    """An action of an event of a load that its kernel does: see `LoadKernel.change`; an object, so that it pickles.
+
+    Attributes
+    ----------
+    load : Load
+    change : function
+        A kernel of `kanefe.kernels`.
+    event : int
+        Which of the load's events it is.
+    """
+
+    load: HasKernel
+    change: Callable[..., None]
+    event: int
+
+    def __call__(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
+        """Return the states to continue with."""
+        kernel = self.load.kernel
+        if kernel is None:
+            raise TypeError(f"{self.load.name!r} has no kernel")
+        # kernels use the room that their forces have
+        out = [0.0, *states.tolist(), *[0.0] * (WRENCHES + WRENCH * len(ends))]
+        self.change(t, kernel.numbers.tolist(), [float(self.event)], numbers_of(ends), states.tolist(), out)
+        return np.array(out[1 : 1 + len(states)])
+
+
 def slopes(function: Callable[..., Any], *at: float) -> list[float]:
     """Return the partial derivatives of a function of numbers by each of them, by complex steps."""
     steps = [[complex(x, COMPLEX_STEP * (i == k)) for k, x in enumerate(at)] for i in range(len(at))]

@@ -96,4 +96,4 @@ def check_start(load: Load, t: float, ends: Sequence[End]) -> None:
 def _check_kernel(kernel: Any, label: str) -> None:
     if not isinstance(kernel, LoadKernel):
         raise ModelError(f"the kernel of {label} must be a kanefe.LoadKernel or None, not {kernel!r}")
-    check_functions((kernel.real, kernel.complex_, kernel.watch), f"the kernel of {label}")
+    check_functions((kernel.real, kernel.complex_, kernel.watch, kernel.change), f"the kernel of {label}")

@@ -18,6 +18,7 @@ from kanefe.kernels.force_elements.coordinate_friction import (
     MOST_DIRECTIONS,
     FrictionNumbers,
     coordinate_friction,
+    coordinate_friction_change,
     coordinate_friction_watch,
     is_held,
     load_on,
@@ -29,7 +30,7 @@ from kanefe.kernels.force_elements.falling_friction import falling_friction, fal
 from kanefe.loads.action import End, LoadKernel, Tangent
 from kanefe.loads.anchors import Anchor
 from kanefe.loads.base import HeldCoordinates, Load, LoadEvent
-from kanefe.loads.by_kernel import EventByKernel, numbers_of
+from kanefe.loads.by_kernel import ActionByKernel, EventByKernel, numbers_of
 
 FORCE = 0
 LARGE_STRETCH = 10.0
@@ -278,8 +279,9 @@ class CoordinateFriction(Load):
             np.array((*(self.rest or self.count * (0.0,)), *unused)),
             self.stribeck_speed,
         )
+        change = coordinate_friction_change if self.has_memory else None
         real = falling_friction if self.stribeck_speed > 0.0 else coordinate_friction
-        return LoadKernel(real, flat(given), real, self._watch)
+        return LoadKernel(real, flat(given), real, self._watch, change)
 
     @property
     def _watch(self) -> Callable[..., None]:
@@ -288,8 +290,8 @@ class CoordinateFriction(Load):
     @property
     def events(self) -> tuple[LoadEvent, ...]:
         """When it slips and sticks."""
-        slip, stick = (self._slip, self._stick) if self.has_memory else (None, None)
-        above, below = (EventByKernel(self, self._watch, i) for i in (0, 1))
+        by = (ActionByKernel(self, coordinate_friction_change, i) if self.has_memory else None for i in (0, 1))
+        (slip, stick), (above, below) = by, (EventByKernel(self, self._watch, i) for i in (0, 1))
         return LoadEvent("slip", above, 1, slip), LoadEvent("stick", below, -1, stick)
 
     @property
@@ -312,14 +314,3 @@ class CoordinateFriction(Load):
         """Return whether friction holds what spring and damper ask for."""
         look = EventByKernel(self, self._watch, 0 if is_held(self.kernel.numbers, states) else 1)
         return look(0.0, ends, states) <= 0.0
-
-    def _slip(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        return self._marked(states, SLIPS)
-
-    def _stick(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        return self._marked(states, STICKS)
-
-    def _marked(self, states: Vector, mark: float) -> Vector:
-        after = states.copy()
-        after[self.count] = mark
-        return after

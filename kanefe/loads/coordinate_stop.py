@@ -16,13 +16,14 @@ from kanefe.kernels.force_elements.coordinate_stop import (
     StopNumbers,
     beyond,
     coordinate_stop,
+    coordinate_stop_change,
     coordinate_stop_watch,
     push_of,
 )
 from kanefe.kernels.force_elements.places import V
 from kanefe.loads.action import End, LoadKernel, Tangent
 from kanefe.loads.base import Load, LoadEvent
-from kanefe.loads.by_kernel import EventByKernel, numbers_of, slopes
+from kanefe.loads.by_kernel import ActionByKernel, EventByKernel, numbers_of, slopes
 
 FORCE = 0
 
@@ -95,7 +96,8 @@ class CoordinateStop(Load):
 
     def started(self, t: float, ends: Sequence[End]) -> Self:
         """Return the stop with lambda as of an impact at the speed of the start, where it starts beyond a limit."""
-        return replace(self, first_damping=self._damping(ends))
+        touch = ActionByKernel(self, coordinate_stop_change, 0)
+        return replace(self, first_damping=float(touch(t, ends, self.initial_states)[0]))
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return the force on the body, and how far it is beyond a limit, below zero within them."""
@@ -116,19 +118,14 @@ class CoordinateStop(Load):
     @cached_property
     def kernel(self) -> LoadKernel:
         """Its kernel."""
-        given = StopNumbers(max(self.lower, -FAR), min(self.upper, FAR), self.stiffness)
-        return LoadKernel(coordinate_stop, flat(given), coordinate_stop, coordinate_stop_watch)
+        limits = max(self.lower, -FAR), min(self.upper, FAR)
+        given = StopNumbers(*limits, self.stiffness, self.impact, self.least_speed)
+        watch = coordinate_stop_watch, coordinate_stop_change
+        return LoadKernel(coordinate_stop, flat(given), coordinate_stop, *watch)
 
     @property
     def events(self) -> tuple[LoadEvent, ...]:
         """When it touches and lets go."""
         depth = EventByKernel(self, coordinate_stop_watch, 0)
-        return LoadEvent("touch", depth, 1, self._touch), LoadEvent("lift", depth, -1)
-
-    def _touch(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        return np.array((self._damping(ends),))
-
-    def _damping(self, ends: Sequence[End]) -> float:
-        at = numbers_of(ends)
-        outward = beyond(self.kernel.numbers, at)[1] * at[V]
-        return self.impact / max(float(outward), self.least_speed)
+        touch = ActionByKernel(self, coordinate_stop_change, 0)
+        return LoadEvent("touch", depth, 1, touch), LoadEvent("lift", depth, -1)

@@ -14,11 +14,11 @@ from kanefe.arguments import checked
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Vector, numbers
 from kanefe.kernels.force_elements.blocks import flat
-from kanefe.kernels.force_elements.rope import RopeNumbers, rope, rope_watch, tensions
+from kanefe.kernels.force_elements.rope import RopeNumbers, rope, rope_change, rope_watch, tensions
 from kanefe.loads.action import NO_STATES, End, LoadKernel
 from kanefe.loads.along_line import AlongLine
 from kanefe.loads.base import LoadEvent
-from kanefe.loads.by_kernel import EventByKernel
+from kanefe.loads.by_kernel import ActionByKernel, EventByKernel
 
 
 @checked("name")
@@ -139,7 +139,7 @@ class Rope(AlongLine):
         found: tuple[LoadEvent, ...] = slack_and_taut(self, rope_watch) if self.looks_for_slack else ()
         if self.breaking_load is None:
             return found
-        return (*found, LoadEvent("breaks", EventByKernel(self, rope_watch, 2), -1, _broken))
+        return (*found, breaks(self, rope_watch, rope_change, len(found)))
 
     def in_detail(self) -> Rope:
         """Return the rope with its slack and taut events."""
@@ -172,9 +172,9 @@ class Rope(AlongLine):
     def kernel(self) -> LoadKernel:
         """Its kernel."""
         l0 = self.slack_length
-        law = self.axial_stiffness / l0, self.damping / l0, l0, self.breaking_load or 0.0
-        watch = rope_watch if self.looks_for_slack else None
-        return LoadKernel(rope, flat(RopeNumbers(len(self.ends), *law)), rope, watch)
+        law = self.axial_stiffness / l0, self.damping / l0, l0, self.breaking_load or 0.0, self.looks_for_slack
+        looks = line_watch(self.breaking_load is not None, self.looks_for_slack, rope_watch, rope_change)
+        return LoadKernel(rope, flat(RopeNumbers(len(self.ends), *law)), rope, *looks)
 
 
 def slack_and_taut(load: AlongLine, watch: Callable[..., None]) -> tuple[LoadEvent, LoadEvent]:
@@ -183,6 +183,13 @@ def slack_and_taut(load: AlongLine, watch: Callable[..., None]) -> tuple[LoadEve
     return LoadEvent("slack", slack, -1, ends_step=True), LoadEvent("taut", taut, 1, ends_step=True)
 
 
-def _broken(t: float, ends: Sequence[End], states: Vector) -> Vector:
-    """Return the state of a rope that is gone."""
-    return np.zeros(1)
+def line_watch(
+    breaks: bool, looks_for_slack: bool, watch: Callable[..., None], change: Callable[..., None]
+) -> tuple[Callable[..., None] | None, Callable[..., None] | None]:
+    """Return the functions of a line for its events, as far as it has any: see `LoadKernel`."""
+    return watch if breaks or looks_for_slack else None, change if breaks else None
+
+
+def breaks(load: AlongLine, watch: Callable[..., None], change: Callable[..., None], number: int) -> LoadEvent:
+    """Return the event of a tension that reaches the breaking load, by its number among those of the load."""
+    return LoadEvent("breaks", EventByKernel(load, watch, number), -1, ActionByKernel(load, change, number))

@@ -14,13 +14,12 @@ from kanefe.arguments import checked
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Vector, numbers, shaped_numbers
 from kanefe.kernels.force_elements.blocks import flat
-from kanefe.kernels.force_elements.winch import WinchNumbers, tension_of, wanted_at, winch, winch_watch
+from kanefe.kernels.force_elements.winch import WinchNumbers, tension_of, wanted_at, winch, winch_change, winch_watch
 from kanefe.loads.action import NO_STATES, End, LoadKernel
 from kanefe.loads.along_line import AlongLine
 from kanefe.loads.base import LoadEvent
-from kanefe.loads.by_kernel import EventByKernel
 from kanefe.loads.periodic_load import checked_history
-from kanefe.loads.rope import slack_and_taut
+from kanefe.loads.rope import breaks, line_watch, slack_and_taut
 
 
 @checked("name")
@@ -127,7 +126,7 @@ class Winch(AlongLine):
         found: tuple[LoadEvent, ...] = slack_and_taut(self, winch_watch) if self.looks_for_slack else ()
         if self.breaking_load is None:
             return found
-        return (*found, LoadEvent("breaks", EventByKernel(self, winch_watch, 2), -1, _broken))
+        return (*found, breaks(self, winch_watch, winch_change, len(found)))
 
     def in_detail(self) -> Winch:
         """Return the winch with its slack and taut events."""
@@ -181,10 +180,7 @@ class Winch(AlongLine):
         """Its kernel."""
         cable = len(self.ends), self.stiffness, self.length, self.speed, self.damping, self.is_settled
         table = np.concatenate(self.tension)
-        given = flat(WinchNumbers(*cable, self.breaking_load or 0.0, len(self.tension[0]), table))
-        return LoadKernel(winch, given, winch, winch_watch if self.looks_for_slack else None)
-
-
-def _broken(t: float, ends: Sequence[End], states: Vector) -> Vector:
-    """Return the state of a cable that is gone."""
-    return np.array((states[0], 0.0))
+        looks = self.breaking_load or 0.0, self.looks_for_slack
+        given = flat(WinchNumbers(*cable, *looks, len(self.tension[0]), table))
+        looking = line_watch(self.breaking_load is not None, self.looks_for_slack, winch_watch, winch_change)
+        return LoadKernel(winch, given, winch, *looking)

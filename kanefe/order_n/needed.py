@@ -66,7 +66,7 @@ def _functions(model: ModelData) -> Iterator[list[CompiledFunction]]:
             yield compiled_functions_of(given, of_loads.SIGNATURE)
             continue
         yield _both(kernel.real, kernel.complex_, of_loads.SIGNATURE)
-        yield _both(kernel.watch, None, of_loads.WATCH_SIGNATURE)
+        yield _both(kernel.watch, None, of_loads.WATCH_SIGNATURE) + _both(kernel.change, None, of_loads.WATCH_SIGNATURE)
     for body in model.bodies:
         for link in body.joint.links() or ():
             if link.kernel is not None:

@@ -23,6 +23,7 @@ from kanefe.kernels.contact.detection import gone_since, located, met_by, turned
 from kanefe.kernels.contact.laws import normal_force, rub
 from kanefe.kernels.contact.laws.turning import couple
 from kanefe.kernels.force_elements.bushing import nine
+from kanefe.kernels.force_elements.coordinate_stop import impact_damping
 from kanefe.kernels.force_elements.places import (
     END_NUMBERS,
     GIVEN,
@@ -36,6 +37,9 @@ from kanefe.kernels.force_elements.places import (
     P,
     W,
 )
+
+TOUCHES, STICKS = 0, 3
+"""Numbers of the events of a contact that change its states, beside that of a slip, 2."""
 
 AT_THE_LIMIT = 1e-9
 """Force relative to the normal force within which contact points slip or stick together with the first one."""
@@ -235,6 +239,62 @@ def contact_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, o
         depth, normal, point = located(numbers, POINTS + POINT_NUMBERS * i, ends, met)
         seen = watched(numbers, i, depth, normal, point, A_s, ends, states, out, seen)
     put_seen(numbers, seen, out)
+
+
+@called_by_address(*WATCH_SIGNATURE)
+def contact_change(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
+    """Write the states after an event: the damping of an impact, or that points at their limit slip or stick."""
+    met, A_s, points, event = met_by(numbers, ends), nine(ends, A), int(numbers[AT.points]), int(inputs[0])
+    if event == TOUCHES:
+        deepest, speed = -np.inf, 0.0
+        for i in range(points):
+            place = located(numbers, POINTS + POINT_NUMBERS * i, ends, met)
+            deepest, speed = struck(numbers, i, place[0], place[1], place[2], ends, deepest, speed)
+        out[1 + int(numbers[AT.impact])] = impact_damping(numbers[AT.impact_number], numbers[AT.least_speed], speed)
+        return
+    to, extreme = 1.0 if event == STICKS else 0.0, -np.inf
+    for i in range(points):
+        depth, normal, point = located(numbers, POINTS + POINT_NUMBERS * i, ends, met)
+        extreme = max(extreme, way_past(numbers, i, depth, normal, point, A_s, ends, states, to)[0])
+    for i in range(points):
+        depth, normal, point = located(numbers, POINTS + POINT_NUMBERS * i, ends, met)
+        past, force = way_past(numbers, i, depth, normal, point, A_s, ends, states, to)
+        if past > -np.inf and past >= min(extreme, -AT_THE_LIMIT * force):
+            out[1 + place_of(numbers, i) + 3] = to
+
+
+@inlined
+def struck(
+    numbers: Any, i: int, depth: float, normal: Numbers, point: Numbers, ends: Any, deepest: float, speed: float
+) -> tuple[float, float]:
+    """Return the depth of the deepest point up to this one, and the speed into the surface there."""
+    if depth <= deepest:
+        return deepest, speed
+    end = END_NUMBERS * int(numbers[POINTS + POINT_NUMBERS * i + OF_POINT.end])
+    v = velocity(ends, end, minus(point, three(ends, end + P)), minus(point, three(ends, P)))
+    return depth, -dot(v, normal)
+
+
+@inlined
+def way_past(
+    numbers: Any,
+    i: int,
+    depth: float,
+    normal: Numbers,
+    point: Numbers,
+    A_s: Numbers,
+    ends: Any,
+    states: Any,
+    to: float,
+) -> tuple[float, float]:
+    """Return the force by which a point is past its limit to slip (0) or to stick (1), and its normal force, N.
+
+    Minus infinity: it does not touch, or does so already.
+    """
+    if depth <= 0.0 or (states[place_of(numbers, i) + 3] > 0.5) == (to > 0.5):
+        return -np.inf, 0.0
+    found = touching(numbers, i, depth, normal, point, A_s, ends, states)
+    return (1.0 - 2.0 * to) * found[5][5], found[4][0]
 
 
 @inlined

@@ -28,6 +28,8 @@ class ContactNumbers(NamedTuple):
         What counts as that of the normal law, N/m.
     impact : float
         Where the state is that an impact sets; -1: there is none.
+    impact_number, least_speed : float
+        That state times the speed of an impact, and the least speed (m/s) that counts.
     branches : float
         Whether each point has a branch of a hysteresis, its last state.
     friction, friction_at : float
@@ -51,6 +53,8 @@ class ContactNumbers(NamedTuple):
     normal_at: float
     stiffness: float
     impact: float
+    impact_number: float
+    least_speed: float
     branches: float
     friction: float
     friction_at: float

@@ -73,6 +73,12 @@ def coordinate_friction_watch(t: float, numbers: Any, inputs: Any, ends: Any, st
     out[1] = numbers[AT.static] if held and numbers[AT.has_memory] > 0.0 else size - numbers[AT.sliding] * load
 
 
+@called_by_address(*WATCH_SIGNATURE)
+def coordinate_friction_change(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
+    """Write that it slips from now on, by its first event, or sticks, by its second one."""
+    out[1 + int(numbers[AT.directions])] = inputs[0]
+
+
 @inlined
 def is_held(numbers: Any, states: Any) -> bool:
     """Return whether it sticks, as far as that is remembered."""

@@ -11,8 +11,9 @@ from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.force_elements.places import POTENTIAL, SIGNATURE, TAKEN, WATCH_SIGNATURE, WRENCHES, P, V
 
-StopNumbers = namedtuple("StopNumbers", "lower upper stiffness")
-"""Numbers of a stop: limits, and N/m or N m/rad."""
+StopNumbers = namedtuple("StopNumbers", "lower upper stiffness impact least_speed")
+"""Numbers of a stop: limits, N/m or N m/rad, lambda times the speed of an impact, and the least speed (m/s or rad/s)
+that counts."""
 
 AT = places(StopNumbers)
 
@@ -34,6 +35,18 @@ def coordinate_stop(t: float, numbers: Any, inputs: Any, ends: Any, states: Any,
 def coordinate_stop_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write how far it is beyond a limit, for a touch and for a lift."""
     out[0] = out[1] = beyond(numbers, ends)[0]
+
+
+@called_by_address(*WATCH_SIGNATURE)
+def coordinate_stop_change(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
+    """Write lambda as of an impact at the present speed."""
+    out[1] = impact_damping(numbers[AT.impact], numbers[AT.least_speed], beyond(numbers, ends)[1] * ends[V])
+
+
+@inlined
+def impact_damping(impact: float, least_speed: float, speed: float) -> float:
+    """Return lambda (s/m) of an impact at a speed (m/s), from lambda times the speed."""
+    return impact / max(speed, least_speed)
 
 
 @inlined

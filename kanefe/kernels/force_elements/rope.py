@@ -23,8 +23,9 @@ from kanefe.kernels.force_elements.places import (
     V,
 )
 
-RopeNumbers = namedtuple("RopeNumbers", "ends stiffness damping length breaking_load")
-"""Numbers of a rope: of its ends, N/m and N s/m, without tension in m, and N; 0 of one that does not break."""
+RopeNumbers = namedtuple("RopeNumbers", "ends stiffness damping length breaking_load looks_for_slack")
+"""Numbers of a rope: of its ends, N/m and N s/m, without tension in m, and N, 0 of one that does not break; and whether
+it looks for events at which it becomes slack or taut, which come before that at which it breaks."""
 
 AT = places(RopeNumbers)
 
@@ -43,11 +44,30 @@ def rope(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) 
 @called_by_address(*WATCH_SIGNATURE)
 def rope_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write twice how much longer its way is than the rope, and what its tension is below that at which it breaks."""
-    length, rate = put_gradient(int(numbers[AT.ends]), ends, out)  # what that leaves behind is not read
-    is_broken = numbers[AT.breaking_load] > 0.0 and states[0] <= 0.0
-    out[0] = out[1] = -numbers[AT.length] if is_broken else length - numbers[AT.length]
-    if numbers[AT.breaking_load] > 0.0:
-        out[2] = numbers[AT.breaking_load] - tensions(numbers, length, rate, states)[1]
+    length, rate = way_over(int(numbers[AT.ends]), ends)
+    breaking = numbers[AT.breaking_load]
+    is_broken = breaking > 0.0 and states[0] <= 0.0
+    stretch = -numbers[AT.length] if is_broken else length - numbers[AT.length]
+    margin = breaking - tensions(numbers, length, rate, states)[1]
+    put_margins(numbers[AT.looks_for_slack], stretch, breaking, margin, out)
+
+
+@inlined
+def put_margins(looks_for_slack: float, stretch: float, breaking_load: float, margin: float, out: Any) -> None:
+    """Write the values of the events of a line: of slack and taut, where it looks for these, and of its breaking."""
+    at = 0
+    if looks_for_slack > 0.0:
+        out[0] = out[1] = stretch
+        at = 2
+    if breaking_load > 0.0:
+        out[at] = margin
+
+
+@called_by_address(*WATCH_SIGNATURE)
+def rope_change(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
+    """Write that it is gone, and its strain energy with it."""
+    stretch = max(way_over(int(numbers[AT.ends]), ends)[0] - numbers[AT.length], 0.0)
+    out[0], out[1] = -0.5 * numbers[AT.stiffness] * stretch * stretch, 0.0
 
 
 @inlined
@@ -65,16 +85,34 @@ def tensions(numbers: Any, length: Any, rate: Any, states: Any) -> tuple[Any, An
 
 
 @inlined
+def way_over(count: int, ends: Any) -> tuple[Any, Any]:
+    """Return the length of a way over points, and its rate."""
+    way = rate = 0.0 * ends[0]
+    for i in range(count - 1):
+        length, _, growth = leg(i, ends)
+        way += length
+        rate += growth
+    return way, rate
+
+
+@inlined
+def leg(i: int, ends: Any) -> Any:
+    """Return the length of a part of a way from point to point, its direction, and how fast it grows."""
+    a, b = END_NUMBERS * i, END_NUMBERS * (i + 1)
+    line = minus(three(ends, b + P), three(ends, a + P))
+    length = np.sqrt(dot(line, line))
+    e = times(1.0 / length, line)
+    return length, e, dot(e, minus(three(ends, b + V), three(ends, a + V)))
+
+
+@inlined
 def put_gradient(count: int, ends: Any, out: Any) -> tuple[Any, Any]:
     """Write the gradient of a way over points where the forces will stand; return its length and rate."""
     way = rate = 0.0 * ends[0]
     for i in range(count - 1):
-        a, b = END_NUMBERS * i, END_NUMBERS * (i + 1)
-        line = minus(three(ends, b + P), three(ends, a + P))
-        length = np.sqrt(dot(line, line))
-        e = times(1.0 / length, line)
+        length, e, growth = leg(i, ends)
         way += length
-        rate += dot(e, minus(three(ends, b + V), three(ends, a + V)))
+        rate += growth
         for c in range(3):
             out[WRENCHES + WRENCH * i + c] -= e[c]
             out[WRENCHES + WRENCH * (i + 1) + c] += e[c]

@@ -9,13 +9,14 @@ from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.force_elements.places import GIVEN, POTENTIAL, SIGNATURE, WATCH_SIGNATURE, WRENCH, WRENCHES
-from kanefe.kernels.force_elements.rope import pull, put_gradient
+from kanefe.kernels.force_elements.rope import pull, put_gradient, put_margins, way_over
 from kanefe.kernels.force_elements.spring import interpolated
 
 WinchNumbers = namedtuple(
-    "WinchNumbers", "ends stiffness length speed damping is_settled breaking_load table_size table"
+    "WinchNumbers", "ends stiffness length speed damping is_settled breaking_load looks_for_slack table_size table"
 )
-"""Numbers of a winch; `length` is that without tension at the start, the table has times (s) and tensions (N)."""
+"""Numbers of a winch; `length` is that without tension at the start, the table has times (s) and tensions (N). The
+others are as in `RopeNumbers`."""
 
 AT = places(WinchNumbers)
 
@@ -47,12 +48,18 @@ def winch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any)
 @called_by_address(*WATCH_SIGNATURE)
 def winch_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write twice how far the cable is stretched, and what its tension is below that at which it breaks."""
-    length, _ = put_gradient(int(numbers[AT.ends]), ends, out)  # what that leaves behind is not read
+    length, breaking = way_over(int(numbers[AT.ends]), ends)[0], numbers[AT.breaking_load]
     is_broken = has_broken(numbers, states)
     stretch = -numbers[AT.length] if is_broken else length - numbers[AT.length] - states[0]
-    out[0] = out[1] = stretch
-    if numbers[AT.breaking_load] > 0.0:
-        out[2] = numbers[AT.breaking_load] - tension_of(t, numbers, length, states)
+    margin = breaking - tension_of(t, numbers, length, states)
+    put_margins(numbers[AT.looks_for_slack], stretch, breaking, margin, out)
+
+
+@called_by_address(*WATCH_SIGNATURE)
+def winch_change(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
+    """Write that the cable is gone, and its strain energy with it."""
+    tension = tension_of(t, numbers, way_over(int(numbers[AT.ends]), ends)[0], states)
+    out[0], out[2] = -0.5 * tension * tension / numbers[AT.stiffness], 0.0
 
 
 @inlined

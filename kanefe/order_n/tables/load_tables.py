@@ -103,7 +103,7 @@ def watched_loads(builder: FrameOffsets) -> tuple[LoadsBetween, list[int]]:
     for number, load in enumerate(builder.model.loads):
         kernel = load.kernel
         if kernel is not None and kernel.watch is not None:
-            kernels[number] = addresses(kernel.watch, None, WATCH_SIGNATURE), kernel.numbers
+            kernels[number] = addresses(kernel.watch, kernel.change, WATCH_SIGNATURE), kernel.numbers
             most = max(most, len(load.events))
     return _tables(builder, kernels, most)
 

@@ -41,7 +41,8 @@ class NormalLaw(ABC):
         What counts as such, N/m^exponent; of all points of a contact together, which share it.
     damping : float
     has_impact : bool
-        Whether the contact has a state that an impact sets, `damping_at`, and that is added to the damping.
+        Whether the contact has a state that an impact sets, and that is added to the damping: `impact_number` over its
+        speed (m/s), of which `least_speed` counts at least.
     has_branch : bool
         Whether each point has a state with a rate: the branch of a hysteresis it is on, -1 to 1.
     """
@@ -50,6 +51,8 @@ class NormalLaw(ABC):
     law: ClassVar[Callable[..., Any]]
     has_impact: ClassVar[bool] = False
     has_branch: ClassVar[bool] = False
+    impact_number: float = 0.0
+    least_speed: float = 1.0
     stiffness: float
     damping: float
 
@@ -62,10 +65,6 @@ class NormalLaw(ABC):
     def straight(self) -> float | None:
         """Its one stiffness, N/m; None: it is no straight line."""
         return None
-
-    def damping_at(self, speed: float) -> float:
-        """Return the damping after an impact at a speed (m/s)."""
-        return self.damping
 
     def pressed(self, d: float, rate: float = 0.0, share: float = 1.0, damping: float | None = None) -> Pressed:
         """Return the force at a depth and its rate.

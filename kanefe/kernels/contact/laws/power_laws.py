@@ -211,9 +211,10 @@ class Restitution(PowerLaw):
         )
         self.__post_init__()
 
-    def damping_at(self, speed: float) -> float:
-        """Return lambda (s/m) for an impact at a speed (m/s)."""
-        return impact_number(self.restitution) / max(speed, self.least_speed)
+    @property
+    def impact_number(self) -> float:  # type: ignore[override]
+        """Lambda times the speed of an impact."""
+        return impact_number(self.restitution)
 
 
 def impact_number(restitution: float) -> float:
