@@ -76,7 +76,8 @@ class CompiledRun:
         )
         self._inputs, self._integrate = inputs, integrate.bound(scene, LATER, vectors)
         self._lookouts = Lookouts(route, motions, inputs, vectors)
-        self._passing: tuple[Run, Call] | None = None
+        self._going: Call | None = None
+        self._given: Run | None = None
 
     def _derivatives(self, are_needed: bool) -> JacobianCall:
         """Return what differentiates the rates; nothing where that is not exact, or Python has to say why."""
@@ -108,19 +109,24 @@ class CompiledRun:
         SimulationError
             If the mass matrix is singular; the message names the speeds without inertia.
         """
-        route, vectors = self._route, self._vectors
-        self._inputs[:] = route.inputs.begun(route.parts(vectors[STATE])[2])  # controllers hold what is in STATE
-        command, _ = self._integrate(run)
+        command, _ = self._begun(run)()
         return self._explained(command, run)
 
     def go_over_events(self, run: Run, watched: WatchedRun, restart_share: float) -> tuple[int, bool]:
         """Continue over events of loads, until one needs Python: see `pass_steps`."""
-        self._inputs[:] = self._route.inputs.begun(self._route.parts(self._vectors[STATE])[2])
-        if self._passing is None or self._passing[0] is not run:
-            call = self._lookouts.passing(self._integrate.prepared(run), run, watched, restart_share)
-            self._passing = run, call
-        command, is_done = self._passing[1]()
+        command, is_done = self._lookouts.passing(self._begun(run), run, watched, restart_share)()
         return self._explained(int(command), run), bool(is_done)
+
+    def _begun(self, run: Run) -> Call:
+        """Return the call that continues a run; the arrays of outputs may be others each time."""
+        route = self._route
+        self._inputs[:] = route.inputs.begun(route.parts(self._vectors[STATE])[2])  # controllers hold what is in STATE
+        if self._going is None:
+            self._going = self._integrate.prepared(run)
+        elif self._given is not run:
+            self._going.give(run)
+        self._given = run
+        return self._going
 
     def prepared(self, run: Run) -> tuple[Call, list[Call], np.ndarray]:
         """Return the call of a run, the calls that it makes by their address, and the values of loads that it reads."""

@@ -41,15 +41,23 @@ class Lookouts:
     def __init__(self, route: Evaluated, motions: Drives, inputs: np.ndarray, vectors: np.ndarray) -> None:
         self._route, self._motions, self._inputs, self._vectors = route, motions, inputs, vectors
         self._kept: list[Call] = []  # of which kernels know the addresses
-        self._going: Call | None = None
+        self._passing: Call | None = None
+        self._given: Run | None = None
         self._looking: Call | None = None
 
     def passing(self, going: Call, run: Run, watched: WatchedRun, restart_share: float) -> Call:
-        """Return the call of `pass_steps` around one of `integrate`."""
-        signature = going.signature
-        step = Going(going.for_kernels(), signature.place_of("run", "most_steps"), signature.number_count)
-        self._going = going
-        return self._passing.prepared(step, watched, run, restart_share)
+        """Return the call of `pass_steps` around the one of `integrate` that a run has."""
+        if self._passing is None:
+            signature = going.signature
+            step = Going(going.for_kernels(), signature.place_of("run", "most_steps"), signature.number_count)
+            lookouts = self._lookout(SHARES), self._lookout(FIRST_SHARES), self._at_a_time[0]
+            bound = pass_steps.bound(step, *lookouts, LATER, LATER, self._vectors, LATER)
+            self._kept.append(going)
+            self._passing = bound.prepared(watched, run, restart_share)
+        elif self._given is not run:
+            self._passing.give(watched, run, restart_share)
+        self._given = run
+        return self._passing
 
     def values_at(self, run: Run, t: float) -> np.ndarray:
         """Return the values of all watched loads at a time of the last step."""
@@ -60,11 +68,6 @@ class Lookouts:
         self._looking.numbers[AT_TIME] = t
         self._looking()
         return lookout.found[0]
-
-    @cached_property
-    def _passing(self) -> Bound:
-        lookouts = self._lookout(SHARES), self._lookout(FIRST_SHARES), self._at_a_time[0]
-        return pass_steps.bound(LATER, *lookouts, LATER, LATER, self._vectors, LATER)
 
     @cached_property
     def _at_a_time(self) -> tuple[Lookout, Bound]:

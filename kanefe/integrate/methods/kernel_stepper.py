@@ -241,6 +241,7 @@ class KernelStepper:
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
         """Continue from a snapshot with its breakpoints: functions may have been corrected since."""
+        self._no_answer = None
         if len(snapshot["reals"]) != len(self.reals):
             self.reals = np.empty_like(snapshot["reals"])
             for name in ("_run", "_compiled_run"):
