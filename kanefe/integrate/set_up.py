@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.errors import ModelError
 from kanefe.integrate.auto.choice import Choice, choose
 from kanefe.integrate.breakpoints import accelerations_at, sample_times
 from kanefe.integrate.dynamics import Dynamics

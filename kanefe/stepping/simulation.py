@@ -20,9 +20,9 @@ from kanefe.integrate.loop import RunLoop
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.pace import Limits
 from kanefe.integrate.run import SilentBar, one_count
-from kanefe.integrate.set_up import reported_events, watch_of
 from kanefe.integrate.run_checks.stiff_contacts import warn_of_stiff_contacts
 from kanefe.integrate.sampling import ControllerLog, Sampler
+from kanefe.integrate.set_up import reported_events, watch_of
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import is_finite_number
 from kanefe.loads.controller import INPUTS

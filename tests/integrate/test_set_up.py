@@ -7,25 +7,9 @@ import pytest
 
 import kanefe as kf
 from loop_scenes import four_bar
+from run_scenes import bouncing_ball, swinging_rod
 
 NUMBERS = "coordinates", "speeds", "internal", "dissipated", "work"
-
-
-def bouncing_ball() -> kf.System:
-    """Return a ball that bounces on a stiff floor."""
-    scene = kf.System(gravity=(0.0, 0.0, -9.81))
-    ball = scene.add_rigid_body("ball", 1.0, 0.004, joint=kf.Free(position=(0.0, 0.0, 0.3)))
-    floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane())
-    skin = scene.add_surface("skin", ball, kf.shapes.Sphere(0.1))
-    scene.add_contact("feet", skin, floor, normal=kf.HuntCrossley(1e5), friction=kf.Coulomb(0.3))
-    return scene
-
-
-def swinging_rod(**joint: object) -> kf.System:
-    """Return a pendulum."""
-    scene = kf.System(gravity=(0.0, -9.81, 0.0))
-    scene.add_rigid_body("rod", 1.0, 1.0 / 12.0, com=(0.5, 0.0, 0.0), joint=kf.Revolute("z", **joint))
-    return scene
 
 
 def is_same(one: kf.Result, other: kf.Result) -> bool:
@@ -58,7 +42,8 @@ def test_a_result_is_not_changed_by_the_next_run():
     height, touched = first.position("ball").copy(), first.events["feet touch"].copy()
     assert len(touched)
     scene.simulate((0.0, 0.5), output_step=0.1)
-    assert np.array_equal(first.position("ball"), height) and np.array_equal(first.events["feet touch"], touched)
+    assert np.array_equal(first.position("ball"), height)
+    assert np.array_equal(first.events["feet touch"], touched)
 
 
 def test_runs_in_several_threads_do_not_meet():
@@ -73,7 +58,8 @@ def test_a_run_after_one_that_was_stopped_begins_at_the_start():
     scene = bouncing_ball()
     first = scene.simulate((0.0, 0.5))
     stopped = scene.simulate((0.0, 0.5), most_steps=20)
-    assert stopped.status.kind == "stopped" and stopped.times[-1] < 0.5
+    assert stopped.status.kind == "stopped"
+    assert stopped.times[-1] < 0.5
     assert is_same(scene.simulate((0.0, 0.5)), first)
 
 

@@ -67,6 +67,7 @@ from kanefe.kernels.steppers.step_commands import (
     TIME_AT,
     TIME_EXCESS,
     TIME_OLD,
+    TO_EVENT,
     WANTS_DENSE,
     WEAKEST,
     WORST,
@@ -146,7 +147,7 @@ class KernelStepper:
         reals[STOP], reals[SMALLEST] = stop, SMALLEST_STEP * max(abs(start), abs(stop))
         # what happens between the substeps of a step is not seen: functions of the user are looked at often enough
         reals[LARGEST] = (stop - start) / LEAST_STEPS if dynamics.calls_functions else math.inf
-        reals[LARGEST_OF_DRIVES] = math.inf
+        reals[LARGEST_OF_DRIVES] = reals[TO_EVENT] = math.inf
         rtol = max(kernels.of_tolerance(control.rtol), LEAST_RTOL)
         atol = max(rtol * (control.atol / control.rtol), 1e-300)
         if control.step is not None:
@@ -222,7 +223,7 @@ class KernelStepper:
         """Continue from a state with other drives."""
         integers, reals = self.integers, self.reals
         self.vectors[STATE] = y
-        reals[TIME], reals[TIME_OLD], reals[TIME_EXCESS] = t, t, 0.0
+        reals[TIME], reals[TIME_OLD], reals[TIME_EXCESS], reals[TO_EVENT] = t, t, 0.0, math.inf
         integers[COMMAND], integers[STAGE] = START, 0
 
     def restart(self, t: float, y: Vector) -> None:

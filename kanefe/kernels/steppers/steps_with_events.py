@@ -25,6 +25,7 @@ from kanefe.kernels.steppers.event_search import (
     root_in,
     time_tolerance,
 )
+from kanefe.kernels.steppers.foreseen_events import step_to_event
 from kanefe.kernels.steppers.step_commands import (
     ACCEPTED,
     COMMAND,
@@ -39,6 +40,7 @@ from kanefe.kernels.steppers.step_commands import (
     TIME,
     TIME_EXCESS,
     TIME_OLD,
+    TO_EVENT,
     Run,
 )
 from kanefe.kernels.sweeps.drives import Drives, put_drives
@@ -181,6 +183,7 @@ def pass_steps(
     while True:
         places[going.most_at] = integers[STEPS] + 1
         call_address(going.call.address, (places, numbers))
+        run.reals[TO_EVENT] = np.inf
         if numbers[-1] != 0.0:  # what is raised in there is raised here
             raise ZeroDivisionError
         command = int(numbers[going.command_at])
@@ -226,6 +229,7 @@ def _deal_with(
     What is reported is written to the records, up to and with the first event that ends the step; there the run goes
     on anew.
     """
+    reals = run.reals
     found = _find_roots(lookout, single, watched, run, vectors, restart_share < 0.0)
     if found < 0:
         return False
@@ -248,6 +252,9 @@ def _deal_with(
     if acting < np.inf:
         _restart(single, watched, run, vectors, acting, restart_share)
         _begin(single, watched, run, vectors, acting, found)
+    elif run.integers[IS_FIXED] == 0:
+        of_events, last_step = (watched.columns, watched.directions, watched.noise), reals[TIME] - reals[TIME_OLD]
+        reals[TO_EVENT] = step_to_event(lookout.found, *of_events, last_step, reals[NEXT_STEP])
     return True
 
 
