@@ -13,7 +13,7 @@ from kanefe.frames import Vector
 from kanefe.tree.bending import Bent
 
 if TYPE_CHECKING:
-    from kanefe.kernels.steppers.steps_with_events import WatchedRun
+    from kanefe.kernels.steppers.watched_run import WatchedRun
 
 BESIDE = 1e-6
 """Distance from the time at which the equations had no solution, relative to the span, within which a run that ends is
@@ -170,6 +170,10 @@ class LooksOut(Protocol):
         is_done : bool
             Whether all that happened in the last step is dealt with.
         """
+        ...
+
+    def foresee(self, watched: WatchedRun) -> None:
+        """Let the next step end before an event that the last one lets foresee; what follows it has been looked at."""
         ...
 
     @property

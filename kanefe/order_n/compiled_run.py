@@ -10,9 +10,10 @@ from kanefe.kernels.compiler.arrays import Prepared
 from kanefe.kernels.compiler.entries import LATER, Call
 from kanefe.kernels.constraints.closing import closing_memory_size
 from kanefe.kernels.evaluation.momenta import balance
+from kanefe.kernels.steppers.closing_call import ClosingCall
 from kanefe.kernels.steppers.integration import JacobianCall, Scene, integrate
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, STATE, TIME_AT, Run
-from kanefe.kernels.steppers.steps_with_events import WatchedRun
+from kanefe.kernels.steppers.watched_run import WatchedRun
 from kanefe.kernels.sweeps.drives import Drives
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.lookouts import Lookouts
@@ -61,21 +62,10 @@ class CompiledRun:
             balanced = self._for_kernels(bound.prepared())
         motions = cast(Drives, route.motion_tables)  # of an autonomous scene
         derivatives = self._derivatives(needs.derivatives)
-        scene = Scene(
-            evaluated,
-            closing,
-            balanced,
-            derivatives,
-            route.has_loops,
-            drives,
-            motions,
-            route.fill,
-            inputs,
-            closed,
-            asked,
-        )
+        loops = ClosingCall(route.has_loops, closing, motions, drives, closed)
+        scene = Scene(evaluated, loops, balanced, derivatives, drives, motions, route.fill, inputs, asked)
         self._inputs, self._integrate = inputs, integrate.bound(scene, LATER, vectors)
-        self._lookouts = Lookouts(route, motions, inputs, vectors)
+        self._lookouts = Lookouts(route, loops, inputs, vectors)
         self._going: Call | None = None
         self._given: Run | None = None
 
@@ -116,6 +106,10 @@ class CompiledRun:
         """Continue over events of loads, until one needs Python: see `pass_steps`."""
         command, is_done = self._lookouts.passing(self._begun(run), run, watched, restart_share)()
         return self._explained(int(command), run), bool(is_done)
+
+    def foresee(self, run: Run, watched: WatchedRun) -> None:
+        """Write how far the next step may go, behind a step that Python has looked through."""
+        self._lookouts.foresee(run, watched)
 
     def _begun(self, run: Run) -> Call:
         """Return the call that continues a run; the arrays of outputs may be others each time."""

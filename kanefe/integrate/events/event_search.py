@@ -25,7 +25,7 @@ from kanefe.kernels.steppers.event_search import (
     root_in,
     time_tolerance,
 )
-from kanefe.kernels.steppers.steps_with_events import ACTS, FIRST_SHARES, SHARES, WatchedRun
+from kanefe.kernels.steppers.watched_run import ACTS, FIRST_SHARES, SHARES, WatchedRun
 from kanefe.tree.model_data import QUADRATURES
 
 LEAST_RECORDS = 256

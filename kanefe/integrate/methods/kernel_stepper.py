@@ -81,7 +81,7 @@ from kanefe.tree.scales import coordinate_moves
 
 if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
-    from kanefe.kernels.steppers.steps_with_events import WatchedRun
+    from kanefe.kernels.steppers.watched_run import WatchedRun
     from kanefe.tree.bending import Bent
     from kanefe.tree.route import PreparedRun
 
@@ -269,6 +269,11 @@ class KernelStepper:
         """Continue in the same way over events: see `LooksOut.integrate_over_events`."""
         return self._integrate(times, states, most_steps, watched)
 
+    def foresee(self, watched: WatchedRun) -> None:
+        """Let the next step end before an event that the last one lets foresee: see `LooksOut.foresee`."""
+        if self.dynamics.is_autonomous and self.dynamics.route.watching is not None:
+            self._compiled_run.foresee(self._run, watched)
+
     @property
     def has_values(self) -> bool:
         """Whether `values_at` is available: there are no loops to be closed."""
@@ -366,7 +371,7 @@ class KernelStepper:
     @cached_property
     def _restart_share(self) -> float:
         """Fraction of the step with which compiled code continues after an event; negative where Python restarts."""
-        is_own = self.has_values and (self._kernels.first_step is None or bool(self.integers[IS_FIXED]))
+        is_own = self.can_look_out and (self._kernels.first_step is None or bool(self.integers[IS_FIXED]))
         return self._kernels.restart_share if is_own else -1.0
 
     def _answer_nothing(self, error: KanefeError) -> None:

@@ -26,10 +26,9 @@ from kanefe.kernels.steppers.step_commands import (
     TIME_OLD,
 )
 
-
 FARTHEST = 16.0
-"""Longest step for which the polynomial of the last one is extrapolated, in multiples of that: behind a very short step,
-such as one across an event, it is round-off."""
+"""Longest step for which the polynomial of the last one is extrapolated, in multiples of that: behind a very short
+step, such as one across an event, it is round-off."""
 
 
 @inlined
