@@ -122,10 +122,18 @@ class CompiledRun:
         self._given = run
         return self._going
 
-    def prepared(self, run: Run) -> tuple[Call, list[Call], np.ndarray]:
-        """Return the call of a run, the calls that it makes by their address, and the values of loads that it reads."""
-        self._inputs[:] = self._route.inputs.begun(self._route.parts(self._vectors[STATE])[2])
-        return self._integrate.prepared(run), list(self._kept), self._inputs
+    def prepared(
+        self, run: Run, watched: WatchedRun | None, restart_share: float
+    ) -> tuple[Call, Call | None, list[Call], np.ndarray]:
+        """Return the call of a run, that of a run over events, where it has any, and what both need.
+
+        That is the calls that they make by their address, and the values of loads that they read.
+        """
+        call = self._begun(run)
+        if watched is None:
+            return call, None, list(self._kept), self._inputs
+        passing = self._lookouts.passing(call, run, watched, restart_share)
+        return call, passing, [*self._kept, *self._lookouts.kept], self._inputs
 
     def values_at(self, run: Run, t: float) -> np.ndarray:
         """Return event values of loads at a time of the last step."""

@@ -28,11 +28,17 @@ class Lookouts:
         Of the run: values of loads, with those that controllers hold.
     vectors : ndarray
         Memory of the method.
+
+    Attributes
+    ----------
+    kept : list of Call
+        Of which kernels know the addresses.
     """
 
     def __init__(self, route: Evaluated, closing: ClosingCall, inputs: np.ndarray, vectors: np.ndarray) -> None:
         self._route, self._closing, self._inputs, self._vectors = route, closing, inputs, vectors
-        self._kept: list[Call] = []  # of which kernels know the addresses
+        self.kept: list[Call] = []
+        self._going: Call | None = None
         self._passing: Call | None = None
         self._given: Run | None = None
         self._looking: Call | None = None
@@ -44,7 +50,7 @@ class Lookouts:
             step = Going(going.for_kernels(), signature.place_of("run", "most_steps"), signature.number_count)
             lookouts = self._quiet, self._lookout(FIRST_SHARES), self._at_a_time[0]
             bound = pass_steps.bound(step, *lookouts, self._closing, LATER, LATER, self._vectors, LATER)
-            self._kept.append(going)
+            self._going = going
             self._passing = bound.prepared(watched, run, restart_share)
         elif self._given is not run:
             self._passing.give(watched, run, restart_share)
@@ -79,6 +85,6 @@ class Lookouts:
         times, drives = np.empty(count), np.empty((count, len(route.model.drives), 3))
         inputs, states = np.empty((count, len(self._inputs))), np.empty((count, size))
         looking, found = route.watching.prepared(times, drives, inputs, states)
-        self._kept.append(looking)
+        self.kept.append(looking)
         held = self._closing.motions, route.fill, self._inputs
         return Lookout(looking.for_kernels(), shares, *held, times, drives, inputs, states, found)
