@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import fields
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -58,6 +58,11 @@ class Model(ModelData):
         """Whether loads or motions are functions of the user, which may change from run to run."""
         of_loads = not self.route.is_constant or any(load.kernel is None for load in self.loads)
         return of_loads or any(motion.pieces is None for motion, _ in self.drives)
+
+    @cached_property
+    def set_ups(self) -> dict[tuple[object, ...], list[Any]]:
+        """What runs had before their first step and nobody uses now, by their options: `integrate.set_up.SetUp`."""
+        return {}
 
     @cached_property
     def literal(self) -> LiteralRoute:

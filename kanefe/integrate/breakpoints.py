@@ -87,7 +87,7 @@ def sample_times(start: float, stop: float) -> np.ndarray:
 def accelerations_at(model: ModelData, motion: Motion, times: np.ndarray) -> Matrix:
     """Return what the acceleration of a motion gives at times, up to the first where it gives no number, (T, 1).
 
-    The model keeps it from one question of a run to the next: see `kanefe.integrate.run.check_motions`.
+    The model keeps it from one question of a run to the next: see `kanefe.integrate.set_up.check_motions`.
     """
     key = (id(motion), float(times[0]), float(times[-1]))
     if key not in model.looks and motion.acceleration is not None:

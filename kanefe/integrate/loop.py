@@ -13,7 +13,6 @@ from kanefe.errors import FileError, KanefeError, SimulationError, SimulationWar
 from kanefe.frames import Vector
 from kanefe.integrate.clock import CONTROLLERS, Clock
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.events.contact_changes import begun
 from kanefe.integrate.events.event import Event
 from kanefe.integrate.events.event_search import EventWatch
 from kanefe.integrate.events.load_events import EventOfLoad, torn_loose
@@ -21,15 +20,15 @@ from kanefe.integrate.events.switching import check_switched
 from kanefe.integrate.pace import Limits, OutOfTime, Pace, Poles
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.status import RunStatus
-from kanefe.integrate.stepper import GivesAccelerations, LooksOut, StepFailure, Stepper
+from kanefe.integrate.stepper import StepFailure, Stepper, gives_accelerations, looks_out
 from kanefe.kane.bent import bent_too_far
 from kanefe.tree.model_data import QUADRATURES
 
 if TYPE_CHECKING:
     from kanefe.integrate.checkpoint import CheckpointFile, Progress
 
-CHUNK = 2000
-"""Largest number of steps in one batch."""
+FIRST_CHUNK, CHUNK = 16, 2000
+"""Number of steps in the first batch of a scene, whose duration is not known, and largest number in one."""
 
 CHUNK_SECONDS = 0.1
 """Target duration of a batch, s: limits, the progress bar, Ctrl-C and checkpoints wait for its end."""
@@ -50,7 +49,7 @@ class RunLoop:
     ----------
     dynamics : Dynamics
     stepper : Stepper
-        At the start.
+        At the start, with the watch.
     times : ndarray, shape (T,)
         Times wanted; the last one is the end of the run.
     watch : EventWatch or None
@@ -62,9 +61,13 @@ class RunLoop:
         Of a scene with controllers.
     poles : callable, optional
         Tells of those of its sampled loop.
+    chunk : int
+        Number of steps in the first batch.
 
     Attributes
     ----------
+    chunk : int
+        Number of steps in the next batch.
     states : ndarray, shape (T, state)
     accelerations : ndarray, shape (T, free), or None
     stored : int
@@ -87,38 +90,34 @@ class RunLoop:
         bar: Any,
         sampler: Sampler | None = None,
         poles: Poles | None = None,
+        chunk: int = FIRST_CHUNK,
     ) -> None:
         self._dynamics, self._model, self._stepper = dynamics, dynamics.model, stepper
-        y = stepper.state()
-        if watch and (first := begun(watch.events, stepper.t, y[:-QUADRATURES])) is not None:
-            stepper.restart(stepper.t, np.concatenate((first, y[-QUADRATURES:])))
         self._times, self._watch, self._limits, self._clock, self._bar = times, watch, limits, clock, bar
         self._sampler = sampler
         self._start, self._pace = stepper.t, Pace(dynamics.model, stepper, float(times[-1]), limits, sampler, poles)
         self.is_interrupted = False
-        # asked once: whether something keeps such a protocol takes longer than many a step
-        self._looking = stepper if watch and sampler is None and isinstance(stepper, LooksOut) else None
-        self._change_reports = stepper if isinstance(stepper, GivesAccelerations) else None
-        looks_out = watch is None or (self._looking is not None and self._looking.can_look_out)
-        self._chunk = 16 if looks_out and self._change_reports is None else 1
+        self._looking = stepper if watch and sampler is None and looks_out(stepper) else None
+        self._change_reports = stepper if gives_accelerations(stepper) else None
+        is_compiled = watch is None or (self._looking is not None and self._looking.can_look_out)
+        self.chunk = chunk if is_compiled and self._change_reports is None else 1
         self._is_done = False
         self._file: CheckpointFile | None = None
         self._kept: tuple[float, Progress] | None = None
         self._before: dict[str, int | float] = {}
-        self.states = np.empty((len(times), len(stepper.state())))
+        y = stepper.state()
+        self.states = np.empty((len(times), len(y)))
         self.accelerations: np.ndarray | None = None
         if self._change_reports is not None:
             self.accelerations = np.empty((len(times), self._model.free_count))
         self.stored = 0
-        self._first = stepper.t, stepper.state()
+        self._first = stepper.t, y
         self.last: tuple[float, Vector] | None = None
         self.last_accelerations: np.ndarray | None = None
         if times[0] == stepper.t:
-            self.states[0] = stepper.state()
+            self.states[0] = y
             self._store_accelerations(0, 1)
             self.stored = 1
-        if watch:
-            watch.begin(stepper.t, stepper.state())
 
     @property
     def statistics(self) -> dict[str, int | float]:
@@ -181,7 +180,7 @@ class RunLoop:
             steps = int(stepper.statistics["steps"]) - first
             if (limit := self._pace.limit(steps)) is not None:
                 return self._ended(self._pace.with_growth(limit))
-            most = self._chunk if self._limits.steps is None else min(self._chunk, self._limits.steps - steps)
+            most = self.chunk if self._limits.steps is None else min(self.chunk, self._limits.steps - steps)
             try:
                 stored = self.stored
                 with self._clock.part("steps"):
@@ -218,7 +217,7 @@ class RunLoop:
         first, steps = self.stored, int(stepper.statistics["steps"])
         self._is_done = False
         try:
-            if self._sampler is None and self._watch and self._chunk > 1:
+            if self._sampler is None and self._watch and self.chunk > 1:
                 self._integrate_over_events(self._watch, most)
             elif self._sampler is None:
                 self.stored += stepper.integrate_through(self._times[first:], self.states[first:], most)
@@ -230,10 +229,10 @@ class RunLoop:
             raise
         finally:
             self._bar.update(stepper.t - self._start - self._bar.n)
-        if self._chunk > 1:
+        if self.chunk > 1:
             done = max(int(stepper.statistics["steps"]) - steps, 1)
             wanted = done * CHUNK_SECONDS / max(time.perf_counter() - begun, 1e-9)
-            self._chunk = int(np.clip(wanted, 2, min(CHUNK, 4 * self._chunk)))
+            self.chunk = int(np.clip(wanted, 2, min(CHUNK, 4 * self.chunk)))
 
     def _integrate_over_events(self, watch: EventWatch, most: int) -> None:
         """Continue to a step in which an event needs Python; by single steps where one is a function of the user."""
@@ -294,6 +293,8 @@ class RunLoop:
                 return RunStatus("failed", t, end.reason, end.remedy)
             acting = watch.acting
             if acting is None:
+                if self._looking is not None and watch.watched is not None:
+                    self._looking.foresee(watch.watched)
                 return None
             at_once = [event for t, event in found if t >= acting]
             happened = [event for event in watch.events if event in at_once]  # in the order given

@@ -16,7 +16,7 @@ from kanefe.frames import Vector
 from kanefe.integrate.methods.table import serving
 from kanefe.integrate.run_checks.stiff_contacts import stiffest_contact
 from kanefe.integrate.status import RunStatus
-from kanefe.integrate.stepper import ReportsWorst, StepFailure, Stepper
+from kanefe.integrate.stepper import StepFailure, Stepper, reports_worst
 from kanefe.kernels.compiler._numba import seconds_compiling
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ class Pace:
                 raise StepFailure(
                     f"its steps have become smaller than {SMALLEST_STEP:g} of the span",
                     "check loads for jumps or growth without bound there, or loosen rtol",
-                    self._stepper.worst if isinstance(self._stepper, ReportsWorst) else None,
+                    self._stepper.worst if reports_worst(self._stepper) else None,
                 )
             self._mark = steps, t
 

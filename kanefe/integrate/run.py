@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
@@ -12,22 +11,17 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationWarning, outside
-from kanefe.integrate.auto.choice import Choice, choose
-from kanefe.integrate.breakpoints import accelerations_at, sample_times
+from kanefe.integrate.auto.choice import Choice
 from kanefe.integrate.clock import Clock
-from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.events.contact_changes import changes_of_contacts, reported_contact_events
-from kanefe.integrate.events.event import Event, checked_events
-from kanefe.integrate.events.event_search import EventWatch
-from kanefe.integrate.events.load_events import events_of_loads
-from kanefe.integrate.events.requested_events import with_asked_events, with_what_is_asked
+from kanefe.integrate.events.event import Event
+from kanefe.integrate.events.requested_events import with_asked_events
 from kanefe.integrate.loop import RunLoop
 from kanefe.integrate.options import RunKeywords, RunOptions
 from kanefe.integrate.pace import Limits, Poles
 from kanefe.integrate.run_checks.bushing_turns import of_bushings
-from kanefe.integrate.run_checks.joint_ranges import ends_of_ranges
 from kanefe.integrate.run_checks.stiff_contacts import warn_of_stiff_contacts
 from kanefe.integrate.sampling import Sampler
+from kanefe.integrate.set_up import give_back, set_up
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kernels.compiler.compiled_functions import CompiledFunction, foreseen
 from kanefe.storage.watched import is_watched, progress_bar
@@ -86,10 +80,11 @@ def one_count(model: Model, options: RunOptions) -> AbstractContextManager[None]
 
 def _run(model: Model, options: RunOptions, poles: Poles | None) -> Trajectory:
     (start, stop), wanted = options.span, options.times
-    check_motions(model, start, stop, may_end=any(event.terminal for event in options.watched))
     warn_of_stiff_contacts(model)
-    choice = choose(model, options)
-    told = reported_events(model, choice, options)
+    clock = Clock()
+    with clock.part("set-up"):
+        begun = set_up(model, options)
+    choice, told, stepper, watch = begun.choice, begun.told, begun.stepper, begun.watch
     model.route.check_outputs(len(wanted))
     if choice.is_plugged and model.controllers:
         raise ModelError(
@@ -98,15 +93,12 @@ def _run(model: Model, options: RunOptions, poles: Poles | None) -> Trajectory:
         )
     file, saved = _checkpoints(model, choice, options, told)
     times = wanted if wanted[-1] == stop else np.append(wanted, stop)
-    clock = Clock()
     with _progress_bar(options.progress, stop - start) as bar:
-        dynamics = Dynamics(model)
         with clock.part("set-up"):
-            stepper = choice.make(dynamics)
-            watch = watch_of(model, choice, options, told)
+            begun.start()
             limits = Limits(options.most_steps, options.most_seconds)
             sampler = Sampler(model, start, stop) if model.controllers else None
-            loop = RunLoop(dynamics, stepper, times, watch, limits, clock, bar, sampler, poles)
+            loop = RunLoop(begun.dynamics, stepper, times, watch, limits, clock, bar, sampler, poles, begun.chunk)
             if saved is not None:
                 loop.resume(saved)
         status = loop.go(file)
@@ -130,7 +122,7 @@ def _run(model: Model, options: RunOptions, poles: Poles | None) -> Trajectory:
         if rates is not None and loop.last_accelerations is not None:
             rates = np.vstack((rates, loop.last_accelerations))
     n, m = model.coordinate_count, model.free_count
-    return Trajectory(
+    found = Trajectory(
         times=times,
         coordinates=states[:, :n],
         speeds=states[:, n : n + m],
@@ -153,46 +145,9 @@ def _run(model: Model, options: RunOptions, poles: Poles | None) -> Trajectory:
         controllers=sampler.logs() if sampler else {},
         bent=stepper.bent,
     )
-
-
-def check_motions(model: Model, start: float, stop: float, may_end: bool = False) -> None:
-    """Raise a ModelError if a motion is not known in the whole of a run, or rates of its functions do not fit it.
-
-    Parameters
-    ----------
-    model : Model
-    start, stop : float
-        Of the run, s.
-    may_end : bool
-        Whether it may end before: then motions need not be known up to its end.
-    """
-    model.looks.clear()
-    for motion, body in model.drives:
-        what = f"the motion of body {body!r}"
-        for t in (start,) if may_end else (start, stop):
-            motion.check_known(t, what)
-        first, last = max(start, motion.known[0]), min(stop, motion.known[1])
-        if motion.pieces is None and math.isfinite(last - first):
-            times = sample_times(first, last)
-            motion.check_over(times, what, accelerations_at(model, motion, times))
-
-
-def reported_events(model: Model, choice: Choice, options: RunOptions) -> tuple[Event, ...]:
-    """Return the events that a run reports: those of the user, of loads and of contacts."""
-    of_loads = (*events_of_loads(model), *reported_contact_events(model, choice.name))
-    own = [event for event in options.watched if event.function is not None]
-    return checked_events(own, with_what_is_asked(of_loads, options.watched))
-
-
-def watch_of(model: Model, choice: Choice, options: RunOptions, told: Sequence[Event]) -> EventWatch | None:
-    """Return the watch of all events of a run, reported and others; None if there are none."""
-    start, stop = options.span
-    watched = (
-        *told,
-        *ends_of_ranges(model, start),
-        *changes_of_contacts(model, choice.name, start, stop, choice.control.get("rtol", 0.0)),
-    )
-    return EventWatch(model, watched, stop - start) if watched else None
+    begun.chunk = loop.chunk
+    give_back(model, options, begun)
+    return found
 
 
 def _checkpoints(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, TypeGuard
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from kanefe.frames import Vector
 from kanefe.tree.bending import Bent
 
 if TYPE_CHECKING:
-    from kanefe.kernels.steppers.steps_with_events import WatchedRun
+    from kanefe.kernels.steppers.watched_run import WatchedRun
 
 BESIDE = 1e-6
 """Distance from the time at which the equations had no solution, relative to the span, within which a run that ends is
@@ -135,7 +135,6 @@ class Stepper(Protocol):
         ...
 
 
-@runtime_checkable
 class GivesAccelerations(Protocol):
     """A stepper of a scene whose accelerations are kept, because they cost more than they take room."""
 
@@ -144,7 +143,6 @@ class GivesAccelerations(Protocol):
         ...
 
 
-@runtime_checkable
 class LooksOut(Protocol):
     """A stepper that continues over events of loads in compiled code."""
 
@@ -174,6 +172,10 @@ class LooksOut(Protocol):
         """
         ...
 
+    def foresee(self, watched: WatchedRun) -> None:
+        """Let the next step end before an event that the last one lets foresee; what follows it has been looked at."""
+        ...
+
     @property
     def has_values(self) -> bool:
         """Whether it provides event values without states that would have to be closed first."""
@@ -184,7 +186,6 @@ class LooksOut(Protocol):
         ...
 
 
-@runtime_checkable
 class ReportsWorst(Protocol):
     """A stepper that knows which component of the state held its last step down."""
 
@@ -192,6 +193,21 @@ class ReportsWorst(Protocol):
     def worst(self) -> int:
         """Index into y."""
         ...
+
+
+def gives_accelerations(stepper: Stepper) -> TypeGuard[GivesAccelerations]:
+    """Return whether a stepper keeps that protocol: asked of its class, which takes less time than `isinstance`."""
+    return hasattr(type(stepper), "accelerations")
+
+
+def looks_out(stepper: Stepper) -> TypeGuard[LooksOut]:
+    """Return whether a stepper keeps that protocol."""
+    return hasattr(type(stepper), "integrate_over_events")
+
+
+def reports_worst(stepper: Stepper) -> TypeGuard[ReportsWorst]:
+    """Return whether a stepper keeps that protocol."""
+    return hasattr(type(stepper), "worst")
 
 
 @dataclass(frozen=True)

@@ -10,9 +10,10 @@ from kanefe.kernels.compiler.arrays import Prepared
 from kanefe.kernels.compiler.entries import LATER, Call
 from kanefe.kernels.constraints.closing import closing_memory_size
 from kanefe.kernels.evaluation.momenta import balance
+from kanefe.kernels.steppers.closing_call import ClosingCall
 from kanefe.kernels.steppers.integration import JacobianCall, Scene, integrate
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, STATE, TIME_AT, Run
-from kanefe.kernels.steppers.steps_with_events import WatchedRun
+from kanefe.kernels.steppers.watched_run import WatchedRun
 from kanefe.kernels.sweeps.drives import Drives
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.lookouts import Lookouts
@@ -61,22 +62,12 @@ class CompiledRun:
             balanced = self._for_kernels(bound.prepared())
         motions = cast(Drives, route.motion_tables)  # of an autonomous scene
         derivatives = self._derivatives(needs.derivatives)
-        scene = Scene(
-            evaluated,
-            closing,
-            balanced,
-            derivatives,
-            route.has_loops,
-            drives,
-            motions,
-            route.fill,
-            inputs,
-            closed,
-            asked,
-        )
+        loops = ClosingCall(route.has_loops, closing, motions, drives, closed)
+        scene = Scene(evaluated, loops, balanced, derivatives, drives, motions, route.fill, inputs, asked)
         self._inputs, self._integrate = inputs, integrate.bound(scene, LATER, vectors)
-        self._lookouts = Lookouts(route, motions, inputs, vectors)
-        self._passing: tuple[Run, Call] | None = None
+        self._lookouts = Lookouts(route, loops, inputs, vectors)
+        self._going: Call | None = None
+        self._given: Run | None = None
 
     def _derivatives(self, are_needed: bool) -> JacobianCall:
         """Return what differentiates the rates; nothing where that is not exact, or Python has to say why."""
@@ -108,19 +99,28 @@ class CompiledRun:
         SimulationError
             If the mass matrix is singular; the message names the speeds without inertia.
         """
-        route, vectors = self._route, self._vectors
-        self._inputs[:] = route.inputs.begun(route.parts(vectors[STATE])[2])  # controllers hold what is in STATE
-        command, _ = self._integrate(run)
+        command, _ = self._begun(run)()
         return self._explained(command, run)
 
     def go_over_events(self, run: Run, watched: WatchedRun, restart_share: float) -> tuple[int, bool]:
         """Continue over events of loads, until one needs Python: see `pass_steps`."""
-        self._inputs[:] = self._route.inputs.begun(self._route.parts(self._vectors[STATE])[2])
-        if self._passing is None or self._passing[0] is not run:
-            call = self._lookouts.passing(self._integrate.prepared(run), run, watched, restart_share)
-            self._passing = run, call
-        command, is_done = self._passing[1]()
+        command, is_done = self._lookouts.passing(self._begun(run), run, watched, restart_share)()
         return self._explained(int(command), run), bool(is_done)
+
+    def foresee(self, run: Run, watched: WatchedRun) -> None:
+        """Write how far the next step may go, behind a step that Python has looked through."""
+        self._lookouts.foresee(run, watched)
+
+    def _begun(self, run: Run) -> Call:
+        """Return the call that continues a run; the arrays of outputs may be others each time."""
+        route = self._route
+        self._inputs[:] = route.inputs.begun(route.parts(self._vectors[STATE])[2])  # controllers hold what is in STATE
+        if self._going is None:
+            self._going = self._integrate.prepared(run)
+        elif self._given is not run:
+            self._going.give(run)
+        self._given = run
+        return self._going
 
     def prepared(
         self, run: Run, watched: WatchedRun | None, restart_share: float
@@ -129,8 +129,7 @@ class CompiledRun:
 
         That is the calls that they make by their address, and the values of loads that they read.
         """
-        self._inputs[:] = self._route.inputs.begun(self._route.parts(self._vectors[STATE])[2])
-        call = self._integrate.prepared(run)
+        call = self._begun(run)
         if watched is None:
             return call, None, list(self._kept), self._inputs
         passing = self._lookouts.passing(call, run, watched, restart_share)

@@ -62,6 +62,11 @@ class Evaluated(Protocol):
         ...
 
     @property
+    def balances(self) -> Bound:
+        """What tells energies and momenta: see `kanefe.kernels.evaluation.momenta.balances_of_states`."""
+        ...
+
+    @property
     def is_complex(self) -> bool:
         """Whether derivatives are exact, by complex numbers."""
         ...

@@ -7,18 +7,10 @@ from functools import cached_property
 import numpy as np
 
 from kanefe.kernels.compiler.entries import LATER, Bound, Call
+from kanefe.kernels.steppers.closing_call import ClosingCall
 from kanefe.kernels.steppers.step_commands import Run
-from kanefe.kernels.steppers.steps_with_events import (
-    AT_TIME,
-    FIRST_SHARES,
-    SHARES,
-    Going,
-    Lookout,
-    WatchedRun,
-    look_at,
-    pass_steps,
-)
-from kanefe.kernels.sweeps.drives import Drives
+from kanefe.kernels.steppers.steps_with_events import AT_TIME, foresee, look_at, pass_steps
+from kanefe.kernels.steppers.watched_run import FIRST_SHARES, SHARES, Going, Lookout, WatchedRun
 from kanefe.order_n.evaluated import Evaluated
 
 STEP_END = np.ones(1)
@@ -31,7 +23,7 @@ class Lookouts:
     ----------
     route : Evaluated
         Of an autonomous scene.
-    motions : Drives
+    closing : ClosingCall
     inputs : ndarray
         Of the run: values of loads, with those that controllers hold.
     vectors : ndarray
@@ -43,18 +35,31 @@ class Lookouts:
         Of which kernels know the addresses.
     """
 
-    def __init__(self, route: Evaluated, motions: Drives, inputs: np.ndarray, vectors: np.ndarray) -> None:
-        self._route, self._motions, self._inputs, self._vectors = route, motions, inputs, vectors
+    def __init__(self, route: Evaluated, closing: ClosingCall, inputs: np.ndarray, vectors: np.ndarray) -> None:
+        self._route, self._closing, self._inputs, self._vectors = route, closing, inputs, vectors
         self.kept: list[Call] = []
         self._going: Call | None = None
+        self._passing: Call | None = None
+        self._given: Run | None = None
         self._looking: Call | None = None
 
     def passing(self, going: Call, run: Run, watched: WatchedRun, restart_share: float) -> Call:
-        """Return the call of `pass_steps` around one of `integrate`."""
-        signature = going.signature
-        step = Going(going.for_kernels(), signature.place_of("run", "most_steps"), signature.number_count)
-        self._going = going
-        return self._passing.prepared(step, watched, run, restart_share)
+        """Return the call of `pass_steps` around the one of `integrate` that a run has."""
+        if self._passing is None:
+            signature = going.signature
+            step = Going(going.for_kernels(), signature.place_of("run", "most_steps"), signature.number_count)
+            lookouts = self._quiet, self._lookout(FIRST_SHARES), self._at_a_time[0]
+            bound = pass_steps.bound(step, *lookouts, self._closing, LATER, LATER, self._vectors, LATER)
+            self._going = going
+            self._passing = bound.prepared(watched, run, restart_share)
+        elif self._given is not run:
+            self._passing.give(watched, run, restart_share)
+        self._given = run
+        return self._passing
+
+    def foresee(self, run: Run, watched: WatchedRun) -> None:
+        """Write how far the next step may go, behind a step that Python has looked through."""
+        foresee(self._quiet, watched, run, self._vectors)
 
     def values_at(self, run: Run, t: float) -> np.ndarray:
         """Return the values of all watched loads at a time of the last step."""
@@ -67,9 +72,8 @@ class Lookouts:
         return lookout.found[0]
 
     @cached_property
-    def _passing(self) -> Bound:
-        lookouts = self._lookout(SHARES), self._lookout(FIRST_SHARES), self._at_a_time[0]
-        return pass_steps.bound(LATER, *lookouts, LATER, LATER, self._vectors, LATER)
+    def _quiet(self) -> Lookout:
+        return self._lookout(SHARES)
 
     @cached_property
     def _at_a_time(self) -> tuple[Lookout, Bound]:
@@ -82,5 +86,5 @@ class Lookouts:
         inputs, states = np.empty((count, len(self._inputs))), np.empty((count, size))
         looking, found = route.watching.prepared(times, drives, inputs, states)
         self.kept.append(looking)
-        held = self._motions, route.fill, self._inputs
+        held = self._closing.motions, route.fill, self._inputs
         return Lookout(looking.for_kernels(), shares, *held, times, drives, inputs, states, found)

@@ -20,7 +20,7 @@ from kanefe.kernels.loads.watching import watch_states
 from kanefe.kernels.planar.evaluation import evaluate_planar
 from kanefe.kernels.steppers.integration import integrate
 from kanefe.kernels.steppers.step_commands import next_command
-from kanefe.kernels.steppers.steps_with_events import look_at, pass_steps
+from kanefe.kernels.steppers.steps_with_events import foresee, look_at, pass_steps
 from kanefe.kernels.sweeps.outward import motions_of_rows
 from kanefe.order_n.tables.drive_tables import drive_tables
 from kanefe.order_n.tables.inputs import InputLayout
@@ -54,7 +54,7 @@ def functions_of_scene(model: ModelData, has_jacobian: bool) -> list[CompiledFun
     else:
         found += [integrate.unit(Variant()), fill_nothing.unit, revisit.unit, between_states.unit]
     if any(load.kernel is not None and load.kernel.watch is not None for load in model.loads):
-        found += [watch_states.unit(own), look_at.unit(Variant()), pass_steps.unit(Variant())]
+        found += [watch_states.unit(own), look_at.unit(Variant()), pass_steps.unit(Variant()), foresee.unit(Variant())]
     return found
 
 

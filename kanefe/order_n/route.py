@@ -21,7 +21,7 @@ from kanefe.kernels.compiler.filling import filler
 from kanefe.kernels.constraints.closing import CLOSED, close_state, closing_memory_size
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import evaluate, workspace_size
-from kanefe.kernels.evaluation.momenta import balance
+from kanefe.kernels.evaluation.momenta import balance, balances_of_states
 from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND, FlexibleTables, no_flexible
 from kanefe.kernels.loads.loads_layout import COMPLEX
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, SLOPE, TIME_AT, Run
@@ -155,6 +155,11 @@ class OrderN(LiteralRoute):
     def energy(self, t: float, y: Vector) -> MechanicalEnergy:
         """Return the energies of a state."""
         return MechanicalEnergy(*Sweeps(self, np.array([t]), np.asarray(y, dtype=float)[None]).balances[0, :3].tolist())
+
+    @cached_property
+    def balances(self) -> Bound:
+        """What tells energies and momenta: see `kanefe.kernels.evaluation.momenta.balances_of_states`."""
+        return balances_of_states.bound(self.tables, self.elastic, self.between, *(LATER,) * 6)
 
     @cached_property
     def watching(self) -> Watching:

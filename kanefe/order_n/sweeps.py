@@ -14,7 +14,7 @@ from kanefe.frames import (
     euler_parameters_from_matrix,
     multiply,
 )
-from kanefe.kernels.evaluation.momenta import BALANCE_NUMBERS, balances_of_states
+from kanefe.kernels.evaluation.momenta import BALANCE_NUMBERS
 from kanefe.kernels.evaluation.replay import STATE_OF, TIME_OF, between_states, revisit
 from kanefe.kernels.layout import (
     ABOUT,
@@ -222,6 +222,5 @@ class Sweeps:
         inputs = route.inputs.constants[None]
         if route.inputs.between:
             inputs = route.values_over(self._times, self._states)
-        scene, memory = (route.tables, route.elastic, route.between), np.empty(route.memory_size)
-        balances_of_states(*scene, self._times, self._drives, inputs, self._states, found, memory)
+        route.balances(self._times, self._drives, inputs, self._states, found, np.empty(route.memory_size))
         return found

@@ -14,8 +14,9 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers, shaped_numbers
 from kanefe.integrate.events.load_events import events_of_loads
 from kanefe.integrate.options import RunOptions, WindowKeywords
-from kanefe.integrate.run import check_motions, integrate
+from kanefe.integrate.run import integrate
 from kanefe.integrate.run_checks.energy_check import accounted
+from kanefe.integrate.set_up import check_motions
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import Trajectory, wanted_times
 from kanefe.result import Result

@@ -19,9 +19,10 @@ from kanefe.integrate.events.requested_events import with_asked_events
 from kanefe.integrate.loop import RunLoop
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.pace import Limits
-from kanefe.integrate.run import SilentBar, one_count, reported_events, watch_of
+from kanefe.integrate.run import SilentBar, one_count
 from kanefe.integrate.run_checks.stiff_contacts import warn_of_stiff_contacts
 from kanefe.integrate.sampling import ControllerLog, Sampler
+from kanefe.integrate.set_up import reported_events, watch_of
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import is_finite_number
 from kanefe.loads.controller import INPUTS
@@ -183,6 +184,8 @@ class Simulation:
         self.stepper = self._choice.make(dynamics)
         self._told = reported_events(model, self._choice, options)
         self._watch = watch_of(model, self._choice, options, self._told)
+        if self._watch is not None:
+            self._watch.start(self.stepper)
         is_sampled = any(controller.is_sampled for controller in model.controllers)
         self._sampler = Sampler(model, start, stop) if is_sampled else None
         none = Limits(None, None)

@@ -35,6 +35,9 @@ QUADRATURES = 2
 """Number of energy quadratures at the end of the state of a run: energy dissipated, and work of loads and drives, J."""
 
 
+RIGID_CONTACT, RIGID_CONTACTS = "rigid contact", "rigid contacts"
+"""Kinds of the loads that are rigid contacts, one by one or many in one."""
+
 LISTED = 8
 """Largest number of bodies that a model lists when it is shown."""
 
@@ -99,8 +102,8 @@ class ModelData(PickledByFields):
     @cached_property
     def rigid_contacts(self) -> tuple[int, ...]:
         """Numbers of the loads that are rigid contacts."""
-        if not self.loads:
-            return ()
+        if all(load.kind != RIGID_CONTACT for load in self.loads):
+            return ()  # scenes without them do not import what they are
         from kanefe.contact.rigid.rigid_contact import rigid_contacts
 
         return tuple(i for i, _ in rigid_contacts(self.loads))
@@ -114,7 +117,7 @@ class ModelData(PickledByFields):
     @cached_property
     def granular(self) -> GranularContacts | None:
         """Rigid contacts of many bodies among each other, which runs step over."""
-        if not self.loads:
+        if all(load.kind != RIGID_CONTACTS for load in self.loads):
             return None
         from kanefe.contact.rigid.granular_contacts import granular_contacts
 

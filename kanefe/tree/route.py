@@ -17,7 +17,7 @@ from kanefe.tree.scene_state import SceneState
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
     from kanefe.kernels.steppers.step_commands import Run
-    from kanefe.kernels.steppers.steps_with_events import WatchedRun
+    from kanefe.kernels.steppers.watched_run import WatchedRun
 
 
 class Obstacle(NamedTuple):
@@ -92,6 +92,10 @@ class PreparedRun(Protocol):
 
     def go_on(self, run: Run) -> int:
         """Continue; return what the method wants that is not to be had in compiled code."""
+        ...
+
+    def foresee(self, run: Run, watched: WatchedRun) -> None:
+        """Write how far the next step may go, behind a step that Python has looked through."""
         ...
 
     def go_over_events(self, run: Run, watched: WatchedRun, restart_share: float) -> tuple[int, bool]:

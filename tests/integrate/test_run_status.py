@@ -83,7 +83,7 @@ class ScriptedStepper:
 
 def scripted(monkeypatch: pytest.MonkeyPatch, stepper: ScriptedStepper, **options: Any) -> kf.Result:
     choice = Choice("scripted", "for the test", lambda dynamics: stepper, {})
-    monkeypatch.setattr("kanefe.integrate.run.choose", lambda *arguments: choice)
+    monkeypatch.setattr("kanefe.integrate.set_up.choose", lambda *arguments: choice)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", kf.SimulationWarning)
         return straight_line().simulate((0.0, 1.0), **options)
@@ -181,7 +181,7 @@ def test_steps_that_do_not_get_on_are_a_failure_and_no_hang(monkeypatch: pytest.
 
 def test_a_run_that_would_take_days_is_warned_of(monkeypatch: pytest.MonkeyPatch) -> None:
     choice = Choice("scripted", "for the test", lambda dynamics: ScriptedStepper(2.0**-7), {})
-    monkeypatch.setattr("kanefe.integrate.run.choose", lambda *arguments: choice)
+    monkeypatch.setattr("kanefe.integrate.set_up.choose", lambda *arguments: choice)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         straight_line().simulate((0.0, 1.0))
@@ -199,7 +199,7 @@ def test_a_run_that_would_take_days_is_warned_of(monkeypatch: pytest.MonkeyPatch
 
 def test_time_of_compiling_is_no_pace(monkeypatch: pytest.MonkeyPatch) -> None:
     choice = Choice("scripted", "for the test", lambda dynamics: ScriptedStepper(2.0**-7), {})
-    monkeypatch.setattr("kanefe.integrate.run.choose", lambda *arguments: choice)
+    monkeypatch.setattr("kanefe.integrate.set_up.choose", lambda *arguments: choice)
     monkeypatch.setattr("kanefe.integrate.pace.PATIENCE", 0.0)
     monkeypatch.setattr("kanefe.integrate.pace.LONGEST", 0.0)
     compiled = itertools.count(step=1000)  # each look at it a thousand seconds later

@@ -186,7 +186,7 @@ def test_the_look_costs_a_third_of_the_samples_that_are_taken_anyway() -> None:
     scene.simulate((0.0, 1.0))
     one_run = list(counts)
     model, counts[:] = scene.freeze(0.0), [0, 0, 0]
-    from kanefe.integrate.run import check_motions
+    from kanefe.integrate.set_up import check_motions
 
     check_motions(model, 0.0, 1.0)
     # the accelerations are those of 961 samples, which the run's breakpoints are found by and which are not taken again

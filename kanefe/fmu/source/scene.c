@@ -239,6 +239,7 @@ static void hold(engine *e)
     memcpy(e->held, e->inputs, sizeof e->held);
     reals[TIME_OLD] = t;
     reals[TIME_EXCESS] = 0.0;
+    reals[TO_EVENT] = INFINITY;
     integers[COMMAND] = START;
     integers[STAGE] = 0;
 }

@@ -14,6 +14,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.integrate.auto.suited_method import LEAST_SHARE, Candidates, candidates
 from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.method import LEAST_RTOL, Method
 from kanefe.integrate.methods.table import row_for
 from kanefe.integrate.options import AUTO, RunOptions
@@ -41,6 +42,8 @@ class Choice:
         The options that it follows, with their defaults.
     is_plugged : bool
         See `Method`.
+    is_compiled : bool
+        Whether its steps are kernels.
     """
 
     name: str
@@ -48,6 +51,7 @@ class Choice:
     make: Callable[[Dynamics], Stepper]
     control: dict[str, float]
     is_plugged: bool = False
+    is_compiled: bool = False
 
 
 def choose(model: Model, options: RunOptions) -> Choice:
@@ -78,7 +82,8 @@ def choose(model: Model, options: RunOptions) -> Choice:
         make = partial(
             _handing_over, make, partial(_stepper, row_for(model, found.then), start, stop, control), found.least
         )
-    return Choice(name, reason, make, {"rtol": allowed} if step is None else {"step": step}, row.is_plugged)
+    follows, is_compiled = {"rtol": allowed} if step is None else {"step": step}, isinstance(row.stepper, Compiled)
+    return Choice(name, reason, make, follows, row.is_plugged, is_compiled)
 
 
 def method_names(model: Model, options: RunOptions) -> tuple[str, ...]:

@@ -11,10 +11,10 @@ import numpy as np
 from kanefe.equations.forces_at import seen
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
-from kanefe.integrate.events.contact_changes import ChangeReports
+from kanefe.integrate.events.contact_changes import ChangeReports, begun
 from kanefe.integrate.events.event import Event, MarginEvent
 from kanefe.integrate.events.load_events import EventOfLoad
-from kanefe.integrate.stepper import LooksOut, StepFailure, Stepper
+from kanefe.integrate.stepper import StepFailure, Stepper, looks_out
 from kanefe.kernels.steppers.event_search import (
     find_brackets,
     first_with_sign,
@@ -25,7 +25,8 @@ from kanefe.kernels.steppers.event_search import (
     root_in,
     time_tolerance,
 )
-from kanefe.kernels.steppers.steps_with_events import ACTS, FIRST_SHARES, SHARES, WatchedRun
+from kanefe.kernels.steppers.watched_run import ACTS, FIRST_SHARES, SHARES, WatchedRun
+from kanefe.tree.model_data import QUADRATURES
 
 LEAST_RECORDS = 256
 """Least number of events that compiled code records before Python takes them."""
@@ -78,6 +79,13 @@ class EventWatch:
         self.times: dict[str, list[float]] = {event.name: [] for event in self.events}
         self.telling = ChangeReports(self.times, span)
         self.watched = self._watched() if len(self._compiled) == len(self.events) else None
+
+    def start(self, stepper: Stepper) -> None:
+        """Begin a run at its start, where slips of rigid contacts get their directions."""
+        t, y = stepper.t, stepper.state()
+        if (first := begun(self.events, t, y[:-QUADRATURES])) is not None:
+            stepper.restart(t, np.concatenate((first, y[-QUADRATURES:])))
+        self.begin(t, stepper.state())
 
     def begin(self, t: float, y: np.ndarray, happened: Sequence[Event] = ()) -> None:
         """Set the state from which the run continues, and the events that just happened there."""
@@ -268,7 +276,7 @@ class EventWatch:
 
 def _quick_look(stepper: Stepper) -> QuickLook | None:
     """Return a function of all event values of loads at a time of the last step, if a stepper provides it."""
-    return stepper.values_at if isinstance(stepper, LooksOut) and stepper.has_values else None
+    return stepper.values_at if looks_out(stepper) and stepper.has_values else None
 
 
 def _timed(function: Callable[[float], float], check_time: Callable[[], None]) -> Callable[[float], float]:

@@ -67,6 +67,7 @@ from kanefe.kernels.steppers.step_commands import (
     TIME_AT,
     TIME_EXCESS,
     TIME_OLD,
+    TO_EVENT,
     WANTS_DENSE,
     WEAKEST,
     WORST,
@@ -80,7 +81,7 @@ from kanefe.tree.scales import coordinate_moves
 
 if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
-    from kanefe.kernels.steppers.steps_with_events import WatchedRun
+    from kanefe.kernels.steppers.watched_run import WatchedRun
     from kanefe.tree.bending import Bent
     from kanefe.tree.route import PreparedRun
 
@@ -146,7 +147,7 @@ class KernelStepper:
         reals[STOP], reals[SMALLEST] = stop, SMALLEST_STEP * max(abs(start), abs(stop))
         # what happens between the substeps of a step is not seen: functions of the user are looked at often enough
         reals[LARGEST] = (stop - start) / LEAST_STEPS if dynamics.calls_functions else math.inf
-        reals[LARGEST_OF_DRIVES] = math.inf
+        reals[LARGEST_OF_DRIVES] = reals[TO_EVENT] = math.inf
         rtol = max(kernels.of_tolerance(control.rtol), LEAST_RTOL)
         atol = max(rtol * (control.atol / control.rtol), 1e-300)
         if control.step is not None:
@@ -222,7 +223,7 @@ class KernelStepper:
         """Continue from a state with other drives."""
         integers, reals = self.integers, self.reals
         self.vectors[STATE] = y
-        reals[TIME], reals[TIME_OLD], reals[TIME_EXCESS] = t, t, 0.0
+        reals[TIME], reals[TIME_OLD], reals[TIME_EXCESS], reals[TO_EVENT] = t, t, 0.0, math.inf
         integers[COMMAND], integers[STAGE] = START, 0
 
     def restart(self, t: float, y: Vector) -> None:
@@ -241,6 +242,7 @@ class KernelStepper:
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
         """Continue from a snapshot with its breakpoints: functions may have been corrected since."""
+        self._no_answer = None
         if len(snapshot["reals"]) != len(self.reals):
             self.reals = np.empty_like(snapshot["reals"])
             for name in ("_run", "_compiled_run"):
@@ -272,6 +274,11 @@ class KernelStepper:
     ) -> tuple[int, bool]:
         """Continue in the same way over events: see `LooksOut.integrate_over_events`."""
         return self._integrate(times, states, most_steps, watched)
+
+    def foresee(self, watched: WatchedRun) -> None:
+        """Let the next step end before an event that the last one lets foresee: see `LooksOut.foresee`."""
+        if self.dynamics.is_autonomous and self.dynamics.route.watching is not None:
+            self._compiled_run.foresee(self._run, watched)
 
     @property
     def has_values(self) -> bool:
@@ -370,7 +377,7 @@ class KernelStepper:
     @cached_property
     def _restart_share(self) -> float:
         """Fraction of the step with which compiled code continues after an event; negative where Python restarts."""
-        is_own = self.has_values and (self._kernels.first_step is None or bool(self.integers[IS_FIXED]))
+        is_own = self.can_look_out and (self._kernels.first_step is None or bool(self.integers[IS_FIXED]))
         return self._kernels.restart_share if is_own else -1.0
 
     def _answer_nothing(self, error: KanefeError) -> None:

@@ -134,6 +134,18 @@ class Bound:
             _write(part, value, places, numbers)
         return Call(self, later, places, numbers)
 
+    def write(self, later: tuple[Any, ...], places: Any, numbers: Any, before: tuple[Any, ...]) -> None:
+        """Write the arguments that were left out to the places of a call, but for objects that it had before."""
+        for part, value, old in zip(self._later, later, before, strict=True):
+            if value is old:
+                continue
+            if isinstance(part, Group):
+                for inner, item, one in zip(part.parts, value, old, strict=True):
+                    if item is not one or not isinstance(item, np.ndarray):
+                        _write(inner, item, places, numbers)
+            else:
+                _write(part, value, places, numbers)
+
     @cached_property
     def code(self) -> MachineCode:
         """What is called."""
@@ -178,7 +190,7 @@ class Call:
         if IS_COMPILED:
             self._code, self._given = bound.code.call, (ctypes.byref(places), ctypes.byref(numbers))
         else:
-            self._code, self._given = bound.in_python, (later, places, numbers)
+            self._code, self._given = self._in_python, ()
         signature = bound.signature
         self._error, self._found = signature.error_at, slice(signature.number_count, signature.error_at)
         self._others = [(i, kinds[kind]) for i, kind in enumerate(signature.result) if kind != NUMBER]
@@ -192,6 +204,14 @@ class Call:
         for i, kind in self._others:
             found[i] = kind(found[i])
         return tuple(found) if len(found) > 1 else found[0] if found else None
+
+    def _in_python(self) -> None:
+        self._bound.in_python(self._later, self.places, self.numbers)
+
+    def give(self, *later: Any) -> None:
+        """Let it have other arguments in place of those that were left out; the same object stays as it is."""
+        self._bound.write(later, self.places, self.numbers, self._later)
+        self._later = later
 
     @property
     def signature(self) -> Signature:

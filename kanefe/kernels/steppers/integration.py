@@ -12,7 +12,6 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import Filler, IntegerRows, Prepared, RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import built_first, entry
-from kanefe.kernels.constraints.closing import CLOSED, ENDED_AS, SHARE_IN_METRIC
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import (
     AT_TIME,
@@ -23,6 +22,7 @@ from kanefe.kernels.evaluation.evaluation import (
     SHARE_OF_STIFFNESS,
 )
 from kanefe.kernels.evaluation.momenta import BALANCE_TIME
+from kanefe.kernels.steppers.closing_call import ClosingCall, close_at
 from kanefe.kernels.steppers.step_commands import (
     AT,
     BALANCE,
@@ -88,12 +88,13 @@ class Scene(NamedTuple):
 
     Attributes
     ----------
-    evaluation, closing, balance : Prepared
-        Calls of the kernels `evaluate` or `evaluate_planar`, `close_state` (where there are loops) and `balance`, all
-        with `drives`, `inputs` and the vectors of the run.
+    evaluation, balance : Prepared
+        Calls of the kernels `evaluate` or `evaluate_planar` and `balance`, both with `drives`, `inputs` and the vectors
+        of the run.
+    closing : ClosingCall
+        With `motions` and `drives`.
     derivatives : Derivatives
         Of methods that ask for them.
-    has_loops : bool
     drives : ndarray, shape (driven, 3)
         Written by `motions` at each time.
     motions : Drives
@@ -101,22 +102,18 @@ class Scene(NamedTuple):
         Writes the values of loads that are compiled functions.
     inputs : ndarray
         Values of loads, the constant ones written.
-    closed : ndarray, shape (state,)
-        The state that `closing` closes.
     asked : ndarray, shape (state,)
         Where the state that was asked for is kept, while another is in its place.
     """
 
     evaluation: Prepared
-    closing: Prepared
+    closing: ClosingCall
     balance: Prepared
     derivatives: JacobianCall
-    has_loops: bool
     drives: RealRows
     motions: Drives
     fill: Filler
     inputs: Reals
-    closed: Reals
     asked: Reals
 
 
@@ -144,12 +141,12 @@ def integrate(scene: Scene, run: Run, vectors: RealRows) -> tuple[int, float]:
     weakest, closed = 1.0, run.integers[STORED]
     while True:
         command = go_on(run, vectors)
-        if scene.has_loops:
+        if scene.closing.has_loops:
             for stored in range(closed, run.integers[STORED]):
-                if not _close(scene, run.times[stored], reals[SHARE_STIFFNESS], run.states[stored]):
+                if not close_at(scene.closing, run.times[stored], reals[SHARE_STIFFNESS], run.states[stored]):
                     run.integers[IS_LEFT_OPEN] = 1
             closed = run.integers[STORED]
-            if command == PROJECT and _close(scene, reals[TIME], reals[SHARE_STIFFNESS], vectors[STATE]):
+            if command == PROJECT and close_at(scene.closing, reals[TIME], reals[SHARE_STIFFNESS], vectors[STATE]):
                 continue
         if command == JACOBIAN and scene.derivatives.is_there and _put_jacobian(scene, run, vectors):
             continue
@@ -168,7 +165,7 @@ def integrate(scene: Scene, run: Run, vectors: RealRows) -> tuple[int, float]:
             call_address(scene.evaluation.address, (places, numbers))
             is_regular, pivot = numbers[DONE_AS] != NO_INERTIA, numbers[LEAST_PIVOT]
             weakest = min(weakest, pivot)
-            if not scene.has_loops:
+            if not scene.closing.has_loops:
                 break
             if is_beside:
                 copy(scene.asked, at)
@@ -218,23 +215,10 @@ def _put_jacobian(scene: Scene, run: Run, vectors: RealRows) -> bool:
 
 
 @kernel
-def _close(scene: Scene, t: float, share_stiffness: float, y: Reals) -> bool:
-    """Close the loops of a state at a time; return whether that was possible."""
-    put_drives(scene.motions, t, scene.drives)
-    copy(y, scene.closed)
-    scene.closing.numbers[SHARE_IN_METRIC] = share_stiffness
-    call_address(scene.closing.address, (scene.closing.places, scene.closing.numbers))
-    if scene.closing.numbers[ENDED_AS] != CLOSED:
-        return False
-    copy(scene.closed, y)
-    return True
-
-
-@kernel
 def _step_beside(scene: Scene, t: float, at: Reals) -> bool:
     """Put the nearest closed state in the place of one near a singular position, whose rates are then its own.
 
     Off the constraints they would be without bounds. Tells whether there is one.
     """
     copy(at, scene.asked)
-    return _close(scene, t, 0.0, at)
+    return close_at(scene.closing, t, 0.0, at)

@@ -26,6 +26,10 @@ from kanefe.kernels.steppers.step_commands import (
     TIME_OLD,
 )
 
+FARTHEST = 16.0
+"""Longest step for which the polynomial of the last one is extrapolated, in multiples of that: behind a very short
+step, such as one across an event, it is round-off."""
+
 
 @inlined
 def weight(table: np.ndarray, j: int, x: float) -> float:
@@ -40,8 +44,8 @@ def weight(table: np.ndarray, j: int, x: float) -> float:
 
 @kernel
 def guess_changes(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> None:
-    """Write the changes of a step to come by extrapolating the polynomial of the last one."""
-    if integers[HAS_POLYNOMIAL]:
+    """Write the changes of a step to come by extrapolating the polynomial of the last one, if that was long enough."""
+    if integers[HAS_POLYNOMIAL] and reals[STEP] <= FARTHEST * reals[POLYNOMIAL_STEP]:
         ahead = reals[STEP] / reals[POLYNOMIAL_STEP]
         for k in range(STAGES):
             x = 1.0 + table[NODES, k] * ahead

@@ -93,7 +93,8 @@ STRAIGHT, TURNING = 0, 1
 ENERGY, ENERGY_SIZE, KINETIC, TOTAL_MASS = range(15, 19)
 CENTRE, MOMENTUM, SPIN, ROTORS, LOCKED = range(19, 32, 3)
 TIME_EXCESS = 37  # by how much TIME is above the sum of fixed steps: taken off the next one
-REALS_OF_METHOD = 38
+TO_EVENT = 38  # the longest next step that passes no event that is foreseen, or crosses it at once
+REALS_OF_METHOD = 39
 
 # From the place KNOTS on in `reals`, where it is not 0: the place of the next knot of tables in time, that of the last
 # at which steps have to end, how many these are at a time, the rejected steps at the last look; then all knots, s
@@ -260,7 +261,7 @@ def clip(integers: np.ndarray, reals: np.ndarray, wanted: float) -> None:
     """Set the step: the one wanted, or what is left; two even steps are better than a full one and a sliver."""
     rest, next_break = reals[STOP] - reals[TIME], np.inf
     if not integers[IS_FIXED]:
-        wanted = min(wanted, reals[LARGEST], reals[LARGEST_OF_DRIVES])
+        wanted = min(wanted, reals[LARGEST], reals[LARGEST_OF_DRIVES], reals[TO_EVENT])
         if integers[BREAKPOINTS] > 0:
             next_break = breakpoint_ahead(integers, reals, wanted) - reals[TIME]
     integers[LAST_STEP] = 1 if min(wanted, next_break) >= rest * (1.0 - 1e-9) else 0

@@ -6,15 +6,16 @@ Python is asked where an event changes the scene or ends the run. What is found 
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import exact, inlined, kernel
-from kanefe.kernels.compiler.arrays import Filler, Integers, Prepared, RealBlocks, RealRows, Reals
+from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.steppers.closing_call import ClosingCall, close_at
 from kanefe.kernels.steppers.event_search import (
     find_brackets,
     first_with_sign,
@@ -25,6 +26,7 @@ from kanefe.kernels.steppers.event_search import (
     root_in,
     time_tolerance,
 )
+from kanefe.kernels.steppers.foreseen_events import step_to_event
 from kanefe.kernels.steppers.step_commands import (
     ACCEPTED,
     COMMAND,
@@ -39,108 +41,17 @@ from kanefe.kernels.steppers.step_commands import (
     TIME,
     TIME_EXCESS,
     TIME_OLD,
+    TO_EVENT,
     Run,
 )
-from kanefe.kernels.sweeps.drives import Drives, put_drives
+from kanefe.kernels.steppers.watched_run import ACTS, ENDS_STEP, REPORTS, Going, Lookout, WatchedRun
+from kanefe.kernels.sweeps.drives import put_drives
 
-SHARES = np.arange(1, 5) / 4.0
-"""Positions in a step at which functions are evaluated, relative to its length; the last one is its end."""
-
-FIRST_SHARES = np.append(10.0 ** np.arange(-9, -1), SHARES)
-"""Positions in a step after an event, relative to its length, for a function that starts at zero: they show its sign
-however near its next zero is."""
-
-REPORTS, ENDS_STEP, ACTS = range(3)
-"""Values for the action of an event: it is only reported; it also ends the step without a change; or Python has to act.
-"""
+Single = tuple[Lookout, ClosingCall]
+"""A lookout with one place, and what closes the loops of the state there."""
 
 AT_TIME = 0
 """Index of the time in a prepared call of `look_at`."""
-
-
-class Going(NamedTuple):
-    """A call of `kanefe.kernels.steppers.integration.integrate`.
-
-    Attributes
-    ----------
-    call : Prepared
-    most_at, command_at : int
-        Where in its places the count of steps is at which it returns, and in its numbers the command.
-    """
-
-    call: Prepared
-    most_at: int
-    command_at: int
-
-
-class WatchedRun(NamedTuple):
-    """The events of a run, and what is known of them at the last place looked at.
-
-    Attributes
-    ----------
-    columns, directions, kinds : ndarray of int, shape (events,)
-        Of each its column among the values looked at, the way through zero that counts (1, -1, or 0 for both), and
-        what it does: REPORTS, ENDS_STEP or ACTS.
-    values, noise, last : ndarray, shape (events,)
-        Value, up to which size it has no sign, and time of the last event, s; minus infinity before the first.
-    records : ndarray, shape (R, 2)
-        Time and event of what happened.
-    counts : ndarray of int, shape (1,)
-        How many records there are.
-    times, samples : ndarray, shape (T,)
-        Of one function in a step, from its start on.
-    brackets : ndarray, shape (2 T, 2)
-    found : ndarray, shape (F, 2)
-        Roots of a step, in order of time: time and event.
-    span : float
-        Of the run, s.
-    """
-
-    columns: Integers
-    directions: Integers
-    kinds: Integers
-    values: Reals
-    noise: Reals
-    last: Reals
-    records: RealRows
-    counts: Integers
-    times: Reals
-    samples: Reals
-    brackets: RealRows
-    found: RealRows
-    span: float
-
-
-class Lookout(NamedTuple):
-    """What a run needs that looks out for events.
-
-    Attributes
-    ----------
-    looking : Prepared
-        Call of `kanefe.kernels.loads.watching.watch_states` with the arrays below.
-    shares : ndarray, shape (T,)
-        Places in a step at which values are looked at, the last one its end, 1.
-    motions : Drives
-    fill : function (t, y, inputs)
-    held : ndarray, shape (inputs,)
-        Values of loads, those written that do not change in the run.
-    times : ndarray, shape (T,)
-    drives : ndarray, shape (T, driven, 3)
-    inputs : ndarray, shape (T, inputs)
-    states : ndarray, shape (T, state)
-    found : ndarray, shape (T, values)
-    """
-
-    looking: Prepared
-    shares: Reals
-    motions: Drives
-    fill: Filler
-    held: Reals
-    times: Reals
-    drives: RealBlocks
-    inputs: RealRows
-    states: RealRows
-    found: RealRows
 
 
 @entry()
@@ -149,6 +60,7 @@ def pass_steps(
     quiet: Lookout,
     fresh: Lookout,
     single: Lookout,
+    closing: ClosingCall,
     watched: WatchedRun,
     run: Run,
     vectors: RealRows,
@@ -161,6 +73,8 @@ def pass_steps(
     going : Going
     quiet, fresh, single : Lookout
         With SHARES, FIRST_SHARES, and one place.
+    closing : ClosingCall
+        What closes the loops of states at which values are looked for one by one.
     watched : WatchedRun
     run : Run
     vectors : ndarray, shape (vectors of the method, state)
@@ -181,6 +95,7 @@ def pass_steps(
     while True:
         places[going.most_at] = integers[STEPS] + 1
         call_address(going.call.address, (places, numbers))
+        run.reals[TO_EVENT] = np.inf
         if numbers[-1] != 0.0:  # what is raised in there is raised here
             raise ZeroDivisionError
         command = int(numbers[going.command_at])
@@ -191,11 +106,33 @@ def pass_steps(
             return command, False
         lookout = fresh if is_at_zero else quiet
         _look_through(lookout, run, vectors)
-        if not _deal_with(lookout, single, watched, run, vectors, restart_share):
+        if not _deal_with(lookout, (single, closing), watched, run, vectors, restart_share):
             return command, False
+        if integers[STAGE] != 0:  # it goes on behind the step
+            if is_at_zero:
+                _look_through(quiet, run, vectors)
+            _foresee(quiet, watched, run)
         is_full = watched.counts[0] > most
         if integers[STORED] == len(run.times) or integers[STEPS] >= run.most_steps or is_full:
             return command, True
+
+
+@entry()
+def foresee(quiet: Lookout, watched: WatchedRun, run: Run, vectors: RealRows) -> None:
+    """Do what `pass_steps` does behind a step without an event that acts, which Python has looked through."""
+    _look_through(quiet, run, vectors)
+    _foresee(quiet, watched, run)
+
+
+@exact
+def _foresee(quiet: Lookout, watched: WatchedRun, run: Run) -> None:
+    """Write how far the next step may go, by the values in the last one."""
+    if run.integers[IS_FIXED] == 0:
+        of_events, last_step = (
+            (watched.columns, watched.directions, watched.noise),
+            run.reals[TIME] - run.reals[TIME_OLD],
+        )
+        run.reals[TO_EVENT] = step_to_event(quiet.found, *of_events, last_step, run.reals[NEXT_STEP])
 
 
 @inlined
@@ -219,7 +156,7 @@ def _look_through(lookout: Lookout, run: Run, vectors: RealRows) -> None:
 
 @exact
 def _deal_with(
-    lookout: Lookout, single: Lookout, watched: WatchedRun, run: Run, vectors: RealRows, restart_share: float
+    lookout: Lookout, single: Single, watched: WatchedRun, run: Run, vectors: RealRows, restart_share: float
 ) -> bool:
     """Take in what happened in the last step; return whether nothing of it needs Python.
 
@@ -238,6 +175,8 @@ def _deal_with(
                 return False
             count += 1
         found = count
+        if not _put_closed(single, run, vectors, acting):
+            return False
     for i in range(found):
         watched.records[watched.counts[0], 0], watched.records[watched.counts[0], 1] = watched.found[i]
         watched.counts[0] += 1
@@ -246,8 +185,9 @@ def _deal_with(
     for event in range(len(watched.values)):
         watched.values[event] = lookout.found[-1, watched.columns[event]]
     if acting < np.inf:
-        _restart(single, watched, run, vectors, acting, restart_share)
-        _begin(single, watched, run, vectors, acting, found)
+        _put_closed(single, run, vectors, acting)
+        _restart(single, run, vectors, acting, restart_share)
+        _begin(single, watched, acting, found)
     return True
 
 
@@ -266,7 +206,7 @@ def _sample(lookout: Lookout, watched: WatchedRun, event: int, start: float) -> 
 
 @exact
 def _find_roots(
-    lookout: Lookout, single: Lookout, watched: WatchedRun, run: Run, vectors: RealRows, is_quiet_alone: bool
+    lookout: Lookout, single: Single, watched: WatchedRun, run: Run, vectors: RealRows, is_quiet_alone: bool
 ) -> int:
     """Write what happened in the last step, in order of time; return how much that is, -1 if it is not looked for."""
     total, start = 0, run.reals[TIME_OLD]
@@ -307,7 +247,7 @@ def _first_acting(watched: WatchedRun, found: int) -> float:
 
 @exact
 def _set_noise(
-    lookout: Lookout, single: Lookout, watched: WatchedRun, run: Run, vectors: RealRows, found: int, has_acted: bool
+    lookout: Lookout, single: Single, watched: WatchedRun, run: Run, vectors: RealRows, found: int, has_acted: bool
 ) -> None:
     """Write below what functions have no sign: after roots at which a step ended, and else not any more."""
     start = run.reals[TIME_OLD]
@@ -328,12 +268,10 @@ def _set_noise(
 
 
 @kernel
-def _restart(single: Lookout, watched: WatchedRun, run: Run, vectors: RealRows, t: float, restart_share: float) -> None:
+def _restart(single: Single, run: Run, vectors: RealRows, t: float, restart_share: float) -> None:
     """Continue from the state at a time of the last step; outputs behind it are written again."""
     integers, reals = run.integers, run.reals
-    y = single.states[0]
-    _put_state(run, vectors, t, y)
-    copy(y, vectors[STATE])
+    copy(single[0].states[0], vectors[STATE])  # where it has been put
     reals[TIME], reals[TIME_OLD], reals[TIME_EXCESS] = t, t, 0.0
     integers[COMMAND], integers[STAGE] = START, 0
     if integers[IS_FIXED] == 0:
@@ -346,12 +284,13 @@ def _restart(single: Lookout, watched: WatchedRun, run: Run, vectors: RealRows, 
 
 
 @kernel
-def _begin(single: Lookout, watched: WatchedRun, run: Run, vectors: RealRows, t: float, found: int) -> None:
+def _begin(single: Single, watched: WatchedRun, t: float, found: int) -> None:
     """Set the state from which a run continues, and the events that just happened there."""
-    single.times[0] = t
-    _look(single, run, vectors)
+    lookout, _ = single
+    lookout.times[0] = t
+    _look_at_states(lookout)
     for event in range(len(watched.values)):
-        value, has_happened = single.found[0, watched.columns[event]], False
+        value, has_happened = lookout.found[0, watched.columns[event]], False
         for i in range(found):
             has_happened = has_happened or (int(watched.found[i, 1]) == event and watched.found[i, 0] >= t)
         watched.values[event] = value
@@ -363,9 +302,19 @@ def _begin(single: Lookout, watched: WatchedRun, run: Run, vectors: RealRows, t:
 def value_at(data: Any, t: float) -> float:
     """Return the value of a column at a time of the last step."""
     single, run, vectors, column = data
-    single.times[0] = t
-    _look(single, run, vectors)
-    return single.found[0, column]
+    lookout, _ = single
+    lookout.times[0] = t
+    _put_closed(single, run, vectors, t)
+    _look_at_states(lookout)
+    return lookout.found[0, column]
+
+
+@kernel
+def _put_closed(single: Single, run: Run, vectors: RealRows, t: float) -> bool:
+    """Write the state at a time of the last step, its loops closed; return whether they are."""
+    lookout, closing = single
+    _put_state(run, vectors, t, lookout.states[0])
+    return not closing.has_loops or close_at(closing, t, 0.0, lookout.states[0])
 
 
 @entry()
@@ -379,8 +328,15 @@ def look_at(lookout: Lookout, run: Run, vectors: RealRows, t: float) -> None:
 def _look(lookout: Lookout, run: Run, vectors: RealRows) -> None:
     """Write the values at the times of the lookout."""
     for i in range(len(lookout.times)):
+        _put_state(run, vectors, lookout.times[i], lookout.states[i])
+    _look_at_states(lookout)
+
+
+@kernel
+def _look_at_states(lookout: Lookout) -> None:
+    """Write the values at the states and times of the lookout."""
+    for i in range(len(lookout.times)):
         t, y = lookout.times[i], lookout.states[i]
-        _put_state(run, vectors, t, y)
         put_drives(lookout.motions, t, lookout.drives[i])
         copy(lookout.held, lookout.inputs[i])
         lookout.fill(t, y, lookout.inputs[i])

@@ -131,7 +131,7 @@ def test_what_breaks_a_law_is_an_error_of_the_run():
 @pytest.mark.parametrize("is_long", [False, pytest.param(True, marks=pytest.mark.stress)])
 def test_no_method_breaks_a_law_unseen(monkeypatch, is_long):
     """Without events a stick goes on, by up to 1.6 mu N: whatever method runs or steps the scene."""
-    monkeypatch.setattr("kanefe.integrate.run.changes_of_contacts", lambda *arguments: ())
+    monkeypatch.setattr("kanefe.integrate.set_up.changes_of_contacts", lambda *arguments: ())
     told = "friction of rigid contact 'c' holds .* N, more than mu N = 4.905 N"
     scene = shaken()
     methods = [name for name in own_methods() if not METHODS[name].refuses(scene.freeze())]

@@ -1,0 +1,106 @@
+"""What kernels are given that go over the events of a run: the events, and calls that look at their values."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.kernels.compiler.arrays import Filler, Integers, Prepared, RealBlocks, RealRows, Reals
+from kanefe.kernels.sweeps.drives import Drives
+
+SHARES = np.arange(1, 5) / 4.0
+"""Positions in a step at which functions are evaluated, relative to its length; the last one is its end."""
+
+FIRST_SHARES = np.append(10.0 ** np.arange(-9, -1), SHARES)
+"""Positions in a step after an event, relative to its length, for a function that starts at zero: they show its sign
+however near its next zero is."""
+
+REPORTS, ENDS_STEP, ACTS = range(3)
+"""Values for the action of an event: it is only reported; it also ends the step without a change; or Python has to act.
+"""
+
+
+class Going(NamedTuple):
+    """A call of `kanefe.kernels.steppers.integration.integrate`.
+
+    Attributes
+    ----------
+    call : Prepared
+    most_at, command_at : int
+        Where in its places the count of steps is at which it returns, and in its numbers the command.
+    """
+
+    call: Prepared
+    most_at: int
+    command_at: int
+
+
+class WatchedRun(NamedTuple):
+    """The events of a run, and what is known of them at the last place looked at.
+
+    Attributes
+    ----------
+    columns, directions, kinds : ndarray of int, shape (events,)
+        Of each its column among the values looked at, the way through zero that counts (1, -1, or 0 for both), and
+        what it does: REPORTS, ENDS_STEP or ACTS.
+    values, noise, last : ndarray, shape (events,)
+        Value, up to which size it has no sign, and time of the last event, s; minus infinity before the first.
+    records : ndarray, shape (R, 2)
+        Time and event of what happened.
+    counts : ndarray of int, shape (1,)
+        How many records there are.
+    times, samples : ndarray, shape (T,)
+        Of one function in a step, from its start on.
+    brackets : ndarray, shape (2 T, 2)
+    found : ndarray, shape (F, 2)
+        Roots of a step, in order of time: time and event.
+    span : float
+        Of the run, s.
+    """
+
+    columns: Integers
+    directions: Integers
+    kinds: Integers
+    values: Reals
+    noise: Reals
+    last: Reals
+    records: RealRows
+    counts: Integers
+    times: Reals
+    samples: Reals
+    brackets: RealRows
+    found: RealRows
+    span: float
+
+
+class Lookout(NamedTuple):
+    """What a run needs that looks out for events.
+
+    Attributes
+    ----------
+    looking : Prepared
+        Call of `kanefe.kernels.loads.watching.watch_states` with the arrays below.
+    shares : ndarray, shape (T,)
+        Places in a step at which values are looked at, the last one its end, 1.
+    motions : Drives
+    fill : function (t, y, inputs)
+    held : ndarray, shape (inputs,)
+        Values of loads, those written that do not change in the run.
+    times : ndarray, shape (T,)
+    drives : ndarray, shape (T, driven, 3)
+    inputs : ndarray, shape (T, inputs)
+    states : ndarray, shape (T, state)
+    found : ndarray, shape (T, values)
+    """
+
+    looking: Prepared
+    shares: Reals
+    motions: Drives
+    fill: Filler
+    held: Reals
+    times: Reals
+    drives: RealBlocks
+    inputs: RealRows
+    states: RealRows
+    found: RealRows

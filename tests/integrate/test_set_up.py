@@ -1,0 +1,84 @@
+"""What a run has before its first step is kept for the next run like it, which is the same to the bit."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+import kanefe as kf
+from loop_scenes import four_bar
+from run_scenes import bouncing_ball, swinging_rod
+
+NUMBERS = "coordinates", "speeds", "internal", "dissipated", "work"
+
+
+def is_same(one: kf.Result, other: kf.Result) -> bool:
+    """Return whether two runs have the same states, events and counts, to the bit."""
+    a, b = one.run.trajectory, other.run.trajectory
+    counts = [{name: run.statistics[name] for name in ("steps", "rejected", "evaluations")} for run in (a, b)]
+    return (
+        counts[0] == counts[1]
+        and all(np.array_equal(getattr(a, name), getattr(b, name)) for name in NUMBERS)
+        and a.events.keys() == b.events.keys()
+        and all(np.array_equal(a.events[name], b.events[name]) for name in a.events)
+    )
+
+
+@pytest.mark.parametrize("make", [bouncing_ball, swinging_rod, four_bar])
+@pytest.mark.parametrize("method", ["radau5", "dop853", "extrapolation"])
+def test_a_run_is_the_same_to_the_bit_each_time(make, method):
+    scene = make()
+    first = scene.simulate((0.0, 0.5), method=method)
+    assert len(scene.freeze().set_ups) == 1  # else nothing is looked at here
+    other = scene.simulate((0.0, 0.3), method=method)
+    assert is_same(scene.simulate((0.0, 0.5), method=method), first)
+    assert is_same(scene.simulate((0.0, 0.3), method=method), other)
+    assert is_same(make().simulate((0.0, 0.5), method=method), first)
+
+
+def test_a_result_is_not_changed_by_the_next_run():
+    scene = bouncing_ball()
+    first = scene.simulate((0.0, 0.5))
+    height, touched = first.position("ball").copy(), first.events["feet touch"].copy()
+    assert len(touched)
+    scene.simulate((0.0, 0.5), output_step=0.1)
+    assert np.array_equal(first.position("ball"), height)
+    assert np.array_equal(first.events["feet touch"], touched)
+
+
+def test_runs_in_several_threads_do_not_meet():
+    scene = bouncing_ball()
+    first = scene.simulate((0.0, 0.5))
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(lambda _: scene.simulate((0.0, 0.5)), range(8)))
+    assert all(is_same(one, first) for one in found)
+
+
+def test_a_run_after_one_that_was_stopped_begins_at_the_start():
+    scene = bouncing_ball()
+    first = scene.simulate((0.0, 0.5))
+    stopped = scene.simulate((0.0, 0.5), most_steps=20)
+    assert stopped.status.kind == "stopped"
+    assert stopped.times[-1] < 0.5
+    assert is_same(scene.simulate((0.0, 0.5)), first)
+
+
+def test_what_may_be_otherwise_the_next_time_is_not_kept():
+    pushed = swinging_rod(forces=kf.CoordinateForce(stiffness=1.0))
+    assert pushed.simulate((0.0, 0.1)).run.model.set_ups
+
+    strength = [1.0]
+    scene = kf.System(gravity=(0.0, -9.81, 0.0))
+    rod = scene.add_rigid_body("rod", 1.0, 1.0 / 12.0, com=(0.5, 0.0, 0.0), joint=kf.Revolute("z"))
+    scene.add_motor(rod, lambda t: strength[0])
+    first = scene.simulate((0.0, 0.1))
+    strength[0] = 2.0
+    assert scene.simulate((0.0, 0.1)).joint_coordinates("rod")[-1] != first.joint_coordinates("rod")[-1]
+
+    scene = swinging_rod()
+    for level in (-0.1, -0.2):
+        lowest = kf.Event("passes", lambda t, state, level=level: state.joint_coordinates("rod")[0] - level)
+        found = scene.simulate((0.0, 0.5), events=lowest, rtol=1e-9)
+        assert found.run.model.set_ups == {}
+        at = np.interp(found.events["passes"][0], found.times, found.joint_coordinates("rod")[:, 0])
+        assert at == pytest.approx(level, abs=1e-5)  # straight between outputs of 1 ms: a h^2 / 8 = 2e-6
