@@ -45,7 +45,7 @@ def functions_of_scene(model: ModelData, has_jacobian: bool) -> list[CompiledFun
     found = [evaluate_planar.unit(Variant()) if is_planar else evaluate.unit(own)]
     found += [unit for units in functions for unit in units]
     found += [balances_of_states.unit(Variant(has_flexible=True)), motions_of_rows.unit(own)]
-    if model.constraints:
+    if model.is_constrained:
         found.append(close_state.unit(Variant(has_flexible=True)))
     if has_jacobian:
         found += [evaluate.unit(COMPLEX), derivatives.unit(Variant(is_complex=True))]
@@ -60,8 +60,10 @@ def functions_of_scene(model: ModelData, has_jacobian: bool) -> list[CompiledFun
 
 def _functions(model: ModelData) -> Iterator[list[CompiledFunction]]:
     """Yield what is built for each function of a load or a joint."""
-    for load in model.loads:
+    for number, load in enumerate(model.loads):
         kernel = load.kernel
+        if number in model.rigid_contacts:
+            continue
         if kernel is None:
             yield compiled_functions_of(given, of_loads.SIGNATURE)
             continue

@@ -70,7 +70,7 @@ class OrderN(LiteralRoute):
         builder = TableBuilder(model)
         self.tables, self.flexible = builder.tables()
         self.between, self.loops = loads_between(builder), loop_tables(builder)
-        self.has_loops = bool(model.constraints)
+        self.has_loops = model.is_constrained
         self.memory_size = workspace_size(self.tables, self.flexible, self.between, self.loops)
         self.places: FrameOffsets = builder
         self.inputs = builder.inputs
@@ -230,6 +230,10 @@ class OrderN(LiteralRoute):
             self.explain(t, call.at)
         if done == NOT_FINITE:  # an integrator takes a smaller step; a load that is not a number is named
             self.values(t, call.at)
+            if self.model.rigid_contacts and np.all(np.isfinite(call.at)):
+                from kanefe.kane.rigid_contacts.contact_forces import check_determined
+
+                check_determined(self.view(t, call.at))
         return weakest
 
     def derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:
@@ -391,6 +395,4 @@ def obstacles_of(model: ModelData) -> tuple[Obstacle, ...]:
     for body in model.bodies:
         if body.joint.links() is None:
             return (Obstacle("joints that give no links", f"that of {body.name!r}"),)
-    if model.rigid_contacts:
-        return (Obstacle("rigid contacts", f"that of {model.loads[model.rigid_contacts[0]].name!r}"),)
     return ()

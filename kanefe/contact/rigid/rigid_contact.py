@@ -18,6 +18,7 @@ from kanefe.contact.rigid.rigid import Rigid
 from kanefe.contact.shapes import Plane
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, cross
+from kanefe.kernels.contact.rigid_points import AT_REST, BACK, BEGINS, STRAIGHT, TURNED
 from kanefe.loads.action import Action, End
 from kanefe.loads.base import Load
 
@@ -38,20 +39,6 @@ TOO_DEEP = 1e-6
 """Initial depth that is refused, m: a smaller one is closed like a loop."""
 
 NORMAL = 0
-
-AT_REST, STRAIGHT = 1e-9, 1e-7
-"""Speed (m/s), and its fraction across the kept direction, below which that direction is used. Friction turns a slow
-slip into its own direction at a rate that grows without bound as the slip ends, and would amplify round-off."""
-
-BEGINS = 2.0 * AT_REST
-"""Lower bound of the length of a direction that is kept from the start of a slip, m/s."""
-
-BACK = 0.01
-"""Speed at which a starting slip may reverse by noise of the run, relative to the speed up to which its direction is
-kept."""
-
-TURNED = 0.5
-"""Cosine of the angle by which a slip turns until its direction is stored again."""
 
 
 def check_rigid(
@@ -108,6 +95,7 @@ class RigidContact(Load):
 
     kind = "rigid contact"
     straight = None
+    input_count = 0
     columns = Contact.columns
     needs_rotation = False
 
@@ -363,4 +351,4 @@ def _on_ends(e: Vector, point: Vector, a: MarkerMotion, b: MarkerMotion) -> Wren
     return -e, cross(e, point - a.p), e, cross(point - b.p, e)
 
 
-__all__ = ["EACH", "OPEN", "REPORTED_CHANGES", "SLIPS", "STICKS", "ContactRow", "RigidContact", "wrenches_of"]
+__all__ = ["AT_REST", "EACH", "OPEN", "REPORTED_CHANGES", "SLIPS", "STICKS", "ContactRow", "RigidContact", "wrenches_of"]

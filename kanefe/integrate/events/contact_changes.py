@@ -189,6 +189,6 @@ def _of_kind(kind: str, found: Margins) -> dict[tuple[int, int], float]:
 
 
 def _literal(state: SceneState) -> State:
-    if not isinstance(state, State):
-        raise TypeError("scenes with rigid contacts are evaluated by the literal route")
-    return state
+    if isinstance(state, State):
+        return state
+    return State(state.model, state.t, *state.model.parts(state.vector))
