@@ -19,6 +19,7 @@ from kanefe.kernels.steppers.steps_with_events import (
     pass_steps,
 )
 from kanefe.kernels.sweeps.drives import Drives
+from kanefe.order_n.contact_watching import WatchingCall
 from kanefe.order_n.evaluated import Evaluated
 
 STEP_END = np.ones(1)
@@ -40,7 +41,7 @@ class Lookouts:
 
     def __init__(self, route: Evaluated, motions: Drives, inputs: np.ndarray, vectors: np.ndarray) -> None:
         self._route, self._motions, self._inputs, self._vectors = route, motions, inputs, vectors
-        self._kept: list[Call] = []  # of which kernels know the addresses
+        self._kept: list[Call | WatchingCall] = []  # of which kernels know the addresses
         self._going: Call | None = None
         self._looking: Call | None = None
 

@@ -9,6 +9,7 @@ from kanefe.kernels.compiler.compiled_functions import CompiledFunction
 from kanefe.kernels.compiler.filling import fill_nothing
 from kanefe.kernels.compiler.signatures import Variant
 from kanefe.kernels.constraints.closing import close_state
+from kanefe.kernels.constraints.contact_margins import watch_contacts
 from kanefe.kernels.evaluation.derivatives import derivatives
 from kanefe.kernels.evaluation.evaluation import evaluate
 from kanefe.kernels.evaluation.momenta import balances_of_states
@@ -54,7 +55,11 @@ def functions_of_scene(model: ModelData, has_jacobian: bool) -> list[CompiledFun
     else:
         found += [integrate.unit(Variant()), fill_nothing.unit, revisit.unit, between_states.unit]
     if any(load.kernel is not None and load.kernel.watch is not None for load in model.loads):
-        found += [watch_states.unit(own), look_at.unit(Variant()), pass_steps.unit(Variant())]
+        found.append(watch_states.unit(own))
+    if model.rigid_contacts:
+        found.append(watch_contacts.unit(Variant()))
+    if model.rigid_contacts or any(load.kernel is not None and load.kernel.watch is not None for load in model.loads):
+        found += [look_at.unit(Variant()), pass_steps.unit(Variant())]
     return found
 
 

@@ -19,6 +19,7 @@ from kanefe.kernels.compiler.compiled_functions import expect
 from kanefe.kernels.compiler.entries import LATER, Bound
 from kanefe.kernels.compiler.filling import filler
 from kanefe.kernels.constraints.closing import CLOSED, close_state, closing_memory_size
+from kanefe.kernels.constraints.multipliers import LEAST_GAIN
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import evaluate, workspace_size
 from kanefe.kernels.evaluation.momenta import balance
@@ -46,6 +47,10 @@ if TYPE_CHECKING:
 
 GROWN = 1e100
 """Coordinates and speeds beyond which squares overflow, so that no scene is left to explain."""
+
+NEAR_PARADOX = 1e-2
+"""Share of what a normal force does without friction, below which a run that finds no step has come to Painleve's
+paradox."""
 
 NO_DRIVES = np.zeros((0, 3))
 
@@ -230,10 +235,7 @@ class OrderN(LiteralRoute):
             self.explain(t, call.at)
         if done == NOT_FINITE:  # an integrator takes a smaller step; a load that is not a number is named
             self.values(t, call.at)
-            if self.model.rigid_contacts and np.all(np.isfinite(call.at)):
-                from kanefe.kane.rigid_contacts.contact_forces import check_determined
-
-                check_determined(self.view(t, call.at))
+            self._check_determined(t, call.at, 0.0)
         return weakest
 
     def derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:
@@ -325,9 +327,19 @@ class OrderN(LiteralRoute):
         return self.held_rates(t, y)[0][-QUADRATURES:]
 
     def check_functions(self, t: float, y: Vector) -> None:
-        """Raise the ModelError of a load or motion that gives no numbers at a state."""
+        """Raise the ModelError of a load or motion that gives no numbers at a state, or the error of Painleve's paradox.
+
+        Towards that a force grows without bound, and a run ends a little before.
+        """
         self.drives(t)
         self.values(t, y)
+        self._check_determined(t, y, NEAR_PARADOX)
+
+    def _check_determined(self, t: float, y: Vector, least: float) -> None:
+        if self.model.rigid_contacts and np.all(np.isfinite(y)):
+            from kanefe.kane.rigid_contacts.contact_forces import check_determined
+
+            check_determined(self.view(t, y), max(least, LEAST_GAIN))
 
     def rates_call(self) -> RatesCall:
         """Return a call that evaluates the rates, which nobody else uses."""

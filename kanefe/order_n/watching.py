@@ -9,6 +9,7 @@ import numpy as np
 from kanefe.frames import Matrix
 from kanefe.kernels.compiler.entries import LATER, Bound, Call
 from kanefe.kernels.loads.watching import watch_memory_size, watch_states
+from kanefe.order_n.contact_watching import COLUMNS, MARGINS, WatchingCall, watching_call
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.tables.load_tables import watched_loads
 from kanefe.order_n.tables.reach_tables import far_values
@@ -25,6 +26,8 @@ class Watching:
     ----------
     columns : dict of int to slice
         Of the values of each load that is watched so, by its number in the model.
+    contact_columns : dict of str to int
+        Of the margins of rigid contacts, behind them.
     """
 
     def __init__(self, route: Evaluated) -> None:
@@ -34,6 +37,9 @@ class Watching:
         ends = np.cumsum(counts, dtype=np.int64)
         self._counts = np.array(counts, dtype=np.int64)
         self._far = np.concatenate((*(far_values(route.places, i) for i in numbers), np.zeros((0, 2))))
+        width = int(self._counts.sum())
+        self.contact_columns = {kind: width + at for kind, at in COLUMNS.items()} if route.model.rigid_contacts else {}
+        self._width = width + (MARGINS if self.contact_columns else 0)
         self.columns = {i: slice(int(end) - n, int(end)) for i, end, n in zip(numbers, ends, counts, strict=True)}
 
     def values(self, times: np.ndarray, states: Matrix) -> Matrix:
@@ -46,12 +52,17 @@ class Watching:
 
     def prepared(
         self, times: np.ndarray, drives: np.ndarray, inputs: np.ndarray, states: Matrix
-    ) -> tuple[Call, Matrix]:
+    ) -> tuple[Call | WatchingCall, Matrix]:
         """Return the call of the kernel with arrays that stay where they are, and where it writes the values."""
         route = self._route
-        found = np.empty((len(times), int(self._counts.sum())))
+        found = np.empty((len(times), self._width))
+        if self.contact_columns and not self.columns:
+            return watching_call(route, None, times, drives, inputs, states, found), found
         memory = np.empty(watch_memory_size(route.tables, route.flexible, self._between))
-        return self._bound.prepared(times, drives, inputs, states, found, memory), found
+        of_loads = self._bound.prepared(times, drives, inputs, states, found, memory)
+        if not self.contact_columns:
+            return of_loads, found
+        return watching_call(route, of_loads, times, drives, inputs, states, found), found
 
     @cached_property
     def _bound(self) -> Bound:

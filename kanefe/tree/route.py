@@ -136,9 +136,12 @@ class WatchedEvents(Protocol):
     ----------
     columns : dict of int to slice
         Of the values of each such load, by its number in the model.
+    contact_columns : dict of str to int
+        Of the margins of rigid contacts, by what happens to them, see `kanefe.integrate.events.contact_changes`.
     """
 
     columns: dict[int, slice]
+    contact_columns: dict[str, int]
 
     def values(self, times: np.ndarray, states: Matrix) -> Matrix:
         """Return the values at times (T,) and states (T, n) that begin with q, u and z, (T, values)."""

@@ -26,6 +26,22 @@ AT_ONCE = 1e-9
 """Time, as a fraction of the run, within which changes of a point count as one."""
 
 
+class LiteralLook:
+    """The literal state of what functions see: of one moment one, which keeps what is found in it."""
+
+    def __init__(self) -> None:
+        self._last: tuple[float, Vector, State] | None = None
+
+    def at(self, t: float, state: SceneState) -> State:
+        """Return the literal state of another one at a time, s."""
+        if isinstance(state, State):
+            return state
+        y = state.vector
+        if self._last is None or self._last[0] != t or not np.array_equal(self._last[1], y):
+            self._last = t, y, State(state.model, t, *state.model.parts(y))
+        return self._last[2]
+
+
 @dataclass(frozen=True, eq=False)
 class ContactChange(MarginEvent):
     """A moment at which a rigid contact of a scene touches, lifts, slips or sticks; not reported itself.
@@ -38,6 +54,7 @@ class ContactChange(MarginEvent):
         Length and end of the run, s.
     rtol : float
         Of the run.
+    look : LiteralLook
     happened : list of (str, float)
         What it has led to, for the run loop to take: names and times of events that are told.
     points : list of PointChange
@@ -49,6 +66,7 @@ class ContactChange(MarginEvent):
     span: float = field(kw_only=True)
     stop: float = field(kw_only=True)
     rtol: float = field(kw_only=True)
+    look: LiteralLook = field(kw_only=True)
     happened: list[tuple[str, float]] = field(kw_only=True, default_factory=list)
     points: list[PointChange] = field(kw_only=True, default_factory=list)
 
@@ -61,7 +79,7 @@ class ContactChange(MarginEvent):
         """Return the largest of the margins that are zero but for round-off: their signs what follows decides."""
         from kanefe.kane.rigid_contacts.contact_forces import blurs
 
-        return max(_of_kind(self.kind, blurs(_literal(state))).values(), default=0.0)
+        return max(_of_kind(self.kind, blurs(self.look.at(t, state))).values(), default=0.0)
 
     def changed(self, t: float, state: SceneState, y: Vector) -> Vector | None:
         """Return the state after what happens."""
@@ -76,6 +94,8 @@ class ContactChange(MarginEvent):
 @dataclass(frozen=True, eq=False)
 class ReportedContactEvent(Event):
     """A reported event of a rigid contact; a `ContactChange` locates it."""
+
+    kind = "never"
 
     @property
     def acts(self) -> bool:
@@ -93,16 +113,18 @@ def changes_of_contacts(model: ModelData, method: str, start: float, stop: float
         return ()
     from kanefe.kane.rigid_contacts.impacts import LIFT, SLIP, STICK, TOUCH
 
+    look = LiteralLook()
     return tuple(
         ContactChange(
             f"a rigid contact: {kind}",
-            partial(_nearest, kind),
+            partial(_nearest, kind, look),
             -1,
             model=model,
             kind=kind,
             span=stop - start,
             stop=stop,
             rtol=rtol,
+            look=look,
         )
         for kind in (TOUCH, LIFT, SLIP, STICK)
     )
@@ -176,10 +198,10 @@ def _never(t: float, state: SceneState) -> float:
     return FAR
 
 
-def _nearest(kind: str, t: float, state: SceneState) -> float:
+def _nearest(kind: str, look: LiteralLook, t: float, state: SceneState) -> float:
     from kanefe.kane.rigid_contacts.contact_forces import margins
 
-    return min(_of_kind(kind, margins(_literal(state))).values(), default=FAR)
+    return min(_of_kind(kind, margins(look.at(t, state))).values(), default=FAR)
 
 
 def _of_kind(kind: str, found: Margins) -> dict[tuple[int, int], float]:
@@ -187,8 +209,3 @@ def _of_kind(kind: str, found: Margins) -> dict[tuple[int, int], float]:
 
     return {TOUCH: found.gaps, LIFT: found.normals, SLIP: found.slip_margins, STICK: found.slips}[kind]
 
-
-def _literal(state: SceneState) -> State:
-    if isinstance(state, State):
-        return state
-    return State(state.model, state.t, *state.model.parts(state.vector))

@@ -11,7 +11,7 @@ import numpy as np
 from kanefe.equations.forces_at import seen
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
-from kanefe.integrate.events.contact_changes import ChangeReports
+from kanefe.integrate.events.contact_changes import ChangeReports, ContactChange, ReportedContactEvent
 from kanefe.integrate.events.event import Event, MarginEvent
 from kanefe.integrate.events.load_events import EventOfLoad
 from kanefe.integrate.stepper import LooksOut, StepFailure, Stepper
@@ -25,7 +25,7 @@ from kanefe.kernels.steppers.event_search import (
     root_in,
     time_tolerance,
 )
-from kanefe.kernels.steppers.steps_with_events import ACTS, FIRST_SHARES, SHARES, WatchedRun
+from kanefe.kernels.steppers.steps_with_events import ACTS, BOUND, FIRST_SHARES, SHARES, WatchedRun
 
 LEAST_RECORDS = 256
 """Least number of events that compiled code records before Python takes them."""
@@ -62,12 +62,8 @@ class EventWatch:
         self._model, self.events = model, tuple(events)
         self._span = span
         self._watching = model.route.watching
-        columns = {} if self._watching is None else self._watching.columns
-        self._compiled = {
-            i: columns[event.number].start + event.index
-            for i, event in enumerate(self.events)
-            if isinstance(event, EventOfLoad) and event.number in columns
-        }
+        columns = (self._column(event) for event in self.events)
+        self._compiled = {i: column for i, column in enumerate(columns) if column is not None}
         self._is_bound = np.array([isinstance(event, MarginEvent) for event in self.events], dtype=bool)
         self._values = np.zeros(len(self.events))
         self._noise = np.zeros(len(self.events))
@@ -97,9 +93,19 @@ class EventWatch:
             if isinstance(event, MarginEvent):
                 self._values[i], self._noise[i] = event.value(t, state), event.blur(t, state)
 
+    def _column(self, event: Event) -> int | None:
+        """Return where compiled code has the value of an event; None: it does not."""
+        if self._watching is None:
+            return None
+        if isinstance(event, EventOfLoad) and event.number in self._watching.columns:
+            return self._watching.columns[event.number].start + event.index
+        if isinstance(event, (ContactChange, ReportedContactEvent)):
+            return self._watching.contact_columns.get(event.kind)
+        return None
+
     def _watched(self) -> WatchedRun:
         count = len(self.events)
-        kinds = [ACTS if event.acts and not ends_step_alone(event) else int(event.acts) for event in self.events]
+        kinds = [_kind_for_kernels(event) for event in self.events]
         most = len(FIRST_SHARES) * count
         return WatchedRun(
             columns=np.array(list(self._compiled.values()), dtype=np.int64),
@@ -284,6 +290,12 @@ def _timed(function: Callable[[float], float], check_time: Callable[[], None]) -
 def ends_step_alone(event: Event) -> bool:
     """Return whether an event ends a step and changes nothing."""
     return isinstance(event, EventOfLoad) and event.ends_step_alone
+
+
+def _kind_for_kernels(event: Event) -> int:
+    if isinstance(event, MarginEvent):
+        return BOUND
+    return ACTS if event.acts and not ends_step_alone(event) else int(event.acts)
 
 
 def _storm(event: Event, what: str) -> StepFailure:

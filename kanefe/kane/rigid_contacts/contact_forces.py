@@ -218,10 +218,16 @@ def _blur_of_slip(rest: float, met: Meeting) -> float:
     return 1.5 * rest if float(np.hypot(*met.rates[1:])) <= rest else 0.0
 
 
-def check_determined(state: State) -> None:
+def check_determined(state: State, least: float = 1e-9) -> None:
     """Raise a SimulationError if a growing force would press a slipping point still more: Painleve's paradox.
 
     The normal force of a probe that slips then has no value, or several.
+
+    Parameters
+    ----------
+    state : State
+    least : float
+        Share of what a normal force does without friction, below which friction takes away all that it does.
     """
     if force_rows(state) is None:
         return
@@ -232,7 +238,7 @@ def check_determined(state: State) -> None:
             slipping[first] = contact, i
         first += len(own)
     gained, plain = held_solver(state).gained(list(slipping), loops)
-    lost = np.flatnonzero(gained <= 1e-9 * plain)
+    lost = np.flatnonzero(gained <= least * plain)
     if len(lost):
         contact, i = list(slipping.values())[int(lost[0])]
         raise paradox(contact, i, state.t)

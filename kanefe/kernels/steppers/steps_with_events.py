@@ -50,9 +50,9 @@ FIRST_SHARES = np.append(10.0 ** np.arange(-9, -1), SHARES)
 """Positions in a step after an event, relative to its length, for a function that starts at zero: they show its sign
 however near its next zero is."""
 
-REPORTS, ENDS_STEP, ACTS = range(3)
-"""Values for the action of an event: it is only reported; it also ends the step without a change; or Python has to act.
-"""
+REPORTS, ENDS_STEP, ACTS, BOUND = range(4)
+"""Values for the action of an event: it is only reported; it also ends the step without a change; or Python has to act;
+or it does as soon as the function is below zero, also where that has not passed it."""
 
 AT_TIME = 0
 """Index of the time in a prepared call of `look_at`."""
@@ -80,7 +80,7 @@ class WatchedRun(NamedTuple):
     ----------
     columns, directions, kinds : ndarray of int, shape (events,)
         Of each its column among the values looked at, the way through zero that counts (1, -1, or 0 for both), and
-        what it does: REPORTS, ENDS_STEP or ACTS.
+        what it does: REPORTS, ENDS_STEP, ACTS or BOUND.
     values, noise, last : ndarray, shape (events,)
         Value, up to which size it has no sign, and time of the last event, s; minus infinity before the first.
     records : ndarray, shape (R, 2)
@@ -272,9 +272,10 @@ def _find_roots(
     total, start = 0, run.reals[TIME_OLD]
     for event in range(len(watched.values)):
         count = _sample(lookout, watched, event, start)
-        if is_quiet(watched.times, watched.samples, count):
+        is_bound = watched.kinds[event] == BOUND
+        if is_quiet(watched.times, watched.samples, count) and not (is_bound and watched.samples[0] < 0.0):
             continue
-        if is_quiet_alone:
+        if is_quiet_alone or is_bound:
             return -1
         data = (single, run, vectors, watched.columns[event])
         first = first_with_sign(watched.samples, count, watched.noise[event])
