@@ -11,16 +11,17 @@ from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import Prepared, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.constraints.contact_shares import least_margins, share_otherwise
-from kanefe.kernels.constraints.multipliers import Loops, unit_responses_in
+from kanefe.kernels.constraints.contact_shares import is_head, least_margins, share_otherwise
+from kanefe.kernels.constraints.multipliers import LIVE, Loops, share_forces, unit_responses_in
 from kanefe.kernels.contact.rigid_points import HAS_FRICTION, MET, is_closed, is_slipping, left_of_slip, meet
 
 FAR = 1.0
 """Value of what cannot happen."""
 
-NEVER, GAP, NORMAL, SLIP_MARGIN, LEFT_OF_SLIP = range(5)
-"""Columns of the values of all rigid contacts of a scene: the least of their margins, and one that stays."""
-MARGINS = 5
+NEVER, GAP, NORMAL, SLIP_MARGIN, LEFT_OF_SLIP, LARGEST = range(6)
+"""Columns of the values of all rigid contacts of a scene: one that stays, the least of their margins, and the largest
+force, N."""
+MARGINS = 6
 
 
 class Looked(NamedTuple):
@@ -101,6 +102,7 @@ def _put_margins(looked: Looked, loops: Loops, gravity: np.ndarray, y: np.ndarra
     points, kept = loops.points, unit_responses_in(looked.holding, loops, looked.speeds)
     z, forces = y[looked.first_state :], looked.multipliers
     found[:] = FAR
+    found[LARGEST] = 0.0
     gap = left = np.inf
     touches = False
     for p in range(len(points.places)):
@@ -117,10 +119,14 @@ def _put_margins(looked: Looked, loops: Loops, gravity: np.ndarray, y: np.ndarra
         found[LEFT_OF_SLIP] = left
     if not touches:
         return
+    if kept.told[LIVE] < 0.0:
+        share_forces(loops, z, False, forces, kept)
     normal, slip = least_margins(loops, z, forces)
     if min(normal, slip) < 0.0:
         share_otherwise(loops, z, forces, kept)
         normal, slip = least_margins(loops, z, forces)
+    for j in range(len(forces)):
+        found[LARGEST] = max(found[LARGEST], abs(forces[j]) if is_head(loops, j, z) else 0.0)
     if abs(normal) < np.inf:
         found[NORMAL] = normal
     if abs(slip) < np.inf:

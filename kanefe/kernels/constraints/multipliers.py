@@ -53,7 +53,7 @@ RANK_TOLERANCE, LENGTH = range(2)
 LEAST_SHARE = 1e-29
 # Share of what a normal force does without friction, below which friction takes away all that it does
 LEAST_GAIN = 1e-9
-# What is told of the rows of the last evaluation in which points touch: how many hold, and their rank
+# What is told of the rows of the last evaluation that `share_forces` had: how many hold (-1: it had none), and their rank
 LIVE, RANK = range(2)
 
 
@@ -122,7 +122,9 @@ class UnitResponses(NamedTuple):
         With which a row is of unit length if it points along the motion of its ends; 0: it moves nothing, or does not
         hold.
     rest, column : ndarray, shape (m,)
-    J, reach : ndarray, shape (n,)
+    J : ndarray, shape (m, n)
+        The rows themselves.
+    reach : ndarray, shape (n,)
         Workspace.
     plain : ndarray, shape (m,)
         Of rows of contacts: what the normal force alone would do along the row.
@@ -155,7 +157,7 @@ class UnitResponses(NamedTuple):
 def hold_size(loops: Loops, n: int) -> int:
     """Return how many numbers the workspace of `hold` has, with n free and driven speeds."""
     m = len(loops.rows)
-    return m * (WRENCHES + n + 2 * m + 8) + 2 * n + MET_NUMBERS * len(loops.points.places) + 2
+    return m * (WRENCHES + 2 * n + 2 * m + 8) + n + MET_NUMBERS * len(loops.points.places) + 2
 
 
 @inlined
@@ -169,7 +171,11 @@ def unit_responses_in(workspace: np.ndarray, loops: Loops, n: int) -> UnitRespon
     A = workspace[at : at + m * m].reshape(m, m)
     at += m * m
     L = workspace[at : at + m * m].reshape(m, m)
-    workspace = workspace[at + m * m :]
+    at += m * m
+    J = workspace[at : at + m * n].reshape(m, n)
+    at += m * n
+    met = workspace[at : at + MET_NUMBERS * points].reshape(points, MET_NUMBERS)
+    workspace = workspace[at + MET_NUMBERS * points :]
     return UnitResponses(
         wrenches,
         unit_responses,
@@ -180,13 +186,13 @@ def unit_responses_in(workspace: np.ndarray, loops: Loops, n: int) -> UnitRespon
         workspace[2 * m : 3 * m],
         workspace[3 * m : 4 * m],
         workspace[4 * m : 5 * m],
-        workspace[5 * m : 5 * m + n],
-        workspace[5 * m + n : 5 * m + 2 * n],
-        workspace[5 * m + 2 * n : 6 * m + 2 * n],
-        workspace[6 * m + 2 * n : 7 * m + 2 * n],
-        workspace[7 * m + 2 * n : 8 * m + 2 * n],
-        workspace[8 * m + 2 * n : 8 * m + 2 * n + MET_NUMBERS * points].reshape(points, MET_NUMBERS),
-        workspace[8 * m + 2 * n + MET_NUMBERS * points : 8 * m + 2 * n + MET_NUMBERS * points + 2],
+        J,
+        workspace[8 * m : 8 * m + n],
+        workspace[5 * m : 6 * m],
+        workspace[6 * m : 7 * m],
+        workspace[7 * m : 8 * m],
+        met,
+        workspace[8 * m + n : 8 * m + n + 2],
     )
 
 
@@ -234,21 +240,24 @@ def hold(
     """
     m, count = len(loops.rows), len(du)
     kept = unit_responses_in(workspace, loops, len(applied))
-    touches = False
+    is_skew = False
     for j in range(m):
         if not holds(loops, j, z):
             continue
         remainder = write_row(loops, j, tables.gravity, drives, z, count, work, kept)
         kept.rest[j] = -remainder - _along(loops, j, work, kept.wrenches, du)
-        touches = touches or loops.rows[j, KIND_OF] == CONTACT_ROW
+        is_skew = is_skew or is_rubbing(loops, j, z)
     respond_to_rows(loops, tables, flexible, z, applied, work, modal, border, is_implicit, True, count, kept)
-    if touches:
-        weakest = share_forces(loops, z, multipliers, kept)
+    if is_skew:
+        weakest = share_forces(loops, z, True, multipliers, kept)
     else:
         rank, weakest = factor(
             kept.A, kept.scale, loops.limits[RANK_TOLERANCE], kept.L, kept.inverses, kept.order, kept.column
         )
         solve(kept.L, kept.inverses, kept.order, rank, kept.scale, kept.rest, kept.column, multipliers)
+        kept.told[LIVE] = -1
+        if len(loops.points.places) > 0 and not has_loops(loops, kept):
+            weakest = 0.0 * weakest + 1.0
     for j in range(m):
         if multipliers[j] != 0.0:
             for i in range(count):
@@ -259,17 +268,13 @@ def hold(
 
 
 @kernel
-def share_forces(loops: Loops, z: np.ndarray, multipliers: np.ndarray, kept: UnitResponses) -> Any:
+def share_forces(loops: Loops, z: np.ndarray, is_skew: bool, multipliers: np.ndarray, kept: UnitResponses) -> Any:
     """Write the multipliers where points touch: of several the least ones; return the weakest pivot of loops, if any.
 
     Where a force presses a slipping point more than it can hold it out, they are not a number (Painleve's paradox).
     """
-    m, loop_count = len(loops.rows), 0
-    for j in range(m):
-        is_loop = kept.scale[j] != 0.0 and loops.rows[j, KIND_OF] != CONTACT_ROW
-        kept.spare[j] = kept.scale[j] if is_loop else 0.0 * kept.scale[j]
-        loop_count += is_loop
-    if not _is_determined(loops, z, loop_count, multipliers, kept):
+    m, closes = len(loops.rows), has_loops(loops, kept)
+    if is_skew and not _is_determined(loops, z, closes, multipliers, kept):
         multipliers[:] = np.nan
         return 1.0
     n = 0
@@ -283,7 +288,8 @@ def share_forces(loops: Loops, z: np.ndarray, multipliers: np.ndarray, kept: Uni
         kept.column[a] = kept.scale[i] * kept.rest[i]
         for b in range(n):
             j = int(kept.live[b].real)
-            kept.L[a, b] = kept.scale[i] * kept.A[i, j] * kept.scale[j]
+            entry = kept.A[i, j] if is_skew or j <= i else kept.A[j, i]
+            kept.L[a, b] = kept.scale[i] * entry * kept.scale[j]
     rank, weakest = factor_least(
         kept.L, kept.column, n, loops.limits[RANK_TOLERANCE], kept.order, kept.inverses, kept.spare
     )
@@ -292,18 +298,21 @@ def share_forces(loops: Loops, z: np.ndarray, multipliers: np.ndarray, kept: Uni
         j = int(kept.live[a].real)
         multipliers[j] = kept.scale[j] * kept.column[a]
     kept.told[LIVE], kept.told[RANK] = n, rank
-    return weakest if loop_count > 0 else 1.0
+    return weakest if closes else 1.0
 
 
 @kernel
-def _is_determined(loops: Loops, z: np.ndarray, loop_count: int, y: np.ndarray, kept: UnitResponses) -> bool:
+def _is_determined(loops: Loops, z: np.ndarray, closes: bool, y: np.ndarray, kept: UnitResponses) -> bool:
     """Return whether the normal force of each slipping point holds it out, the loops held; y is workspace (m,)."""
     m, rank = len(loops.rows), 0
+    for j in range(m):
+        is_loop = loops.rows[j, KIND_OF] != CONTACT_ROW
+        kept.spare[j] = kept.scale[j] if is_loop else 0.0 * kept.scale[j]
     for j in range(m):
         if kept.scale[j] == 0.0 or not is_rubbing(loops, j, z):
             continue
         gained, plain = kept.A[j, j].real, kept.plain[j].real
-        if loop_count > 0:
+        if closes:
             if rank == 0:
                 rank, _ = factor(
                     kept.A, kept.spare, loops.limits[RANK_TOLERANCE], kept.L, kept.inverses, kept.order, kept.column
@@ -320,6 +329,15 @@ def _is_determined(loops: Loops, z: np.ndarray, loop_count: int, y: np.ndarray, 
         if not gained > LEAST_GAIN * plain:
             return False
     return True
+
+
+@inlined
+def has_loops(loops: Loops, kept: UnitResponses) -> bool:
+    """Return whether rows of constraints hold, and not those of contacts alone."""
+    found = False
+    for j in range(len(loops.rows)):
+        found = found or (kept.scale[j] != 0.0 and loops.rows[j, KIND_OF] != CONTACT_ROW)
+    return found
 
 
 @inlined
@@ -360,11 +378,13 @@ def respond_to_rows(
     count : int
         Of free speeds.
     """
-    m, driven, J, reach = len(loops.rows), len(applied) - count, kept.J, kept.reach
+    m, driven, reach, is_skew = len(loops.rows), len(applied) - count, kept.reach, False
     for j in range(m):
         if not holds(loops, j, z):
             kept.scale[j] = 0.0
             continue
+        is_skew = is_skew or (rubs and is_rubbing(loops, j, z))
+        J = kept.J[j]
         J[:] = 0.0
         reach[:] = 0.0
         if loops.rows[j, KIND_OF] == COUPLER_ROW:
@@ -395,7 +415,7 @@ def respond_to_rows(
         sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, response)
         if driven > 0:
             put_driving_forces(tables, applied, work, kept.unit_responses[j, count:])
-        for i in range(0 if rubs and len(loops.points.places) > 0 else j, m):
+        for i in range(0 if is_skew else j, m):
             if kept.scale[i] != 0.0:
                 kept.A[i, j] = _along(loops, i, work, kept.wrenches, response)
         if not is_rubbed:
