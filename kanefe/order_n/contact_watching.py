@@ -58,6 +58,28 @@ class ContactLook:
         )
 
 
+class SingleLook(ContactLook):
+    """One evaluation of which also the margins are told.
+
+    Parameters
+    ----------
+    route : Evaluated
+
+    Attributes
+    ----------
+    watch : Call
+        Of `watch_contacts`, with the arrays of one state.
+    times, states : ndarray, shapes (1,), (1, state)
+    """
+
+    def __init__(self, route: Evaluated) -> None:
+        super().__init__(route)
+        self.times, self.states = np.zeros(1), np.zeros((1, self.vectors.shape[1]))
+        bound: Bound = watch_contacts.bound(self.looked, NO_CALL, route.loops, route.tables.gravity, *(LATER,) * 5)
+        arrays = self.times, self.drives[None], self.inputs[None], self.states, np.empty((1, MARGINS))
+        self.watch = bound.prepared(*arrays)
+
+
 class WatchingCall:
     """A call of `watch_contacts`, with those that it makes.
 
@@ -89,6 +111,3 @@ def watching_call(
     of_loads = NO_CALL if loads is None else loads.for_kernels()
     bound: Bound = watch_contacts.bound(look.looked, of_loads, route.loops, route.tables.gravity, *(LATER,) * 5)
     return WatchingCall(bound.prepared(times, drives, inputs, states, found), (look, loads))
-
-
-__all__ = ["COLUMNS", "MARGINS", "ContactLook", "WatchingCall", "watching_call"]

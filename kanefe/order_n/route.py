@@ -6,6 +6,7 @@ proportional to the number of bodies. Objects are read-only after they are made:
 
 from __future__ import annotations
 
+import threading
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -43,6 +44,7 @@ from kanefe.tree.route import Evaluation, Form, MethodNeeds, Obstacle, RunSweeps
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
+    from kanefe.kane.rigid_contacts.instant import Instant
     from kanefe.order_n.compiled_run import CompiledRun
 
 GROWN = 1e100
@@ -85,6 +87,7 @@ class OrderN(LiteralRoute):
         self.motion_tables = drive_tables(model)
         self._frames = MotionsKernel(self)
         self._derivative_calls: list[DerivativeCall] = []  # that no thread uses
+        self._looks = threading.local()
 
     def __reduce__(self) -> tuple[Any, ...]:
         return OrderN, (self.model,)  # tables have addresses, which are those of a process
@@ -165,6 +168,17 @@ class OrderN(LiteralRoute):
     def watching(self) -> Watching:
         """The function that computes event values of loads with kernels for them."""
         return Watching(self)
+
+    def contact_instant(self, t: float, y: Vector) -> Instant:
+        """Return what the events of rigid contacts ask of a state; the literal route's where only loops hold something."""
+        from kanefe.order_n.contact_instant import OrderNInstant
+        from kanefe.order_n.contact_watching import SingleLook
+
+        looks = vars(self._looks)
+        if "single" not in looks:
+            looks["single"] = SingleLook(self)
+        instant = OrderNInstant(self, looks["single"], t, y)
+        return instant if instant.is_regular else super().contact_instant(t, y)
 
     def evaluate(self, t: float, y: Vector) -> Evaluation:
         """Return the rates at a state; where something has only loops to hold it, those of the literal route."""

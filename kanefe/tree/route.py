@@ -248,6 +248,10 @@ class Route(Protocol):
         """The function that computes event values of loads, if it is compiled."""
         ...
 
+    def contact_instant(self, t: float, y: Vector) -> Any:
+        """Return what the events of rigid contacts ask of a state: see `kanefe.kane.rigid_contacts.instant.Instant`."""
+        ...
+
     def energy(self, t: float, y: Vector) -> MechanicalEnergy:
         """Return the energies of a state."""
         ...

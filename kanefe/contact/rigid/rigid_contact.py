@@ -173,6 +173,10 @@ class RigidContact(Load):
         """Return OPEN, STICKS or SLIPS of each point from the internal states of the contact."""
         return [SLIPS if x > 1.5 else STICKS if x > 0.5 else OPEN for x in z[REPORTED_CHANGES::EACH]]
 
+    def open_all(self, z: Vector) -> None:
+        """Write to the internal states of the contact that all points are open."""
+        z[REPORTED_CHANGES::EACH] = OPEN
+
     def kept(self, z: Vector, i: int) -> Vector:
         """Return where a point sticks, or in which direction it slips and up to which speed, in axes of the surface."""
         at = REPORTED_CHANGES + EACH * i + 1

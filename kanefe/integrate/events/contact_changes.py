@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kanefe.equations.model import Model
 from kanefe.frames import Vector
 from kanefe.integrate.events.event import Event, MarginEvent
 from kanefe.kane.state import State
-from kanefe.tree.model_data import ModelData
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ class ContactChange(MarginEvent):
 
     Attributes
     ----------
-    model : ModelData
+    model : Model
     kind : str
     span, stop : float
         Length and end of the run, s.
@@ -61,7 +61,7 @@ class ContactChange(MarginEvent):
         The same of single points.
     """
 
-    model: ModelData = field(kw_only=True)
+    model: Model = field(kw_only=True)
     kind: str = field(kw_only=True)
     span: float = field(kw_only=True)
     stop: float = field(kw_only=True)
@@ -85,7 +85,7 @@ class ContactChange(MarginEvent):
         """Return the state after what happens."""
         from kanefe.kane.rigid_contacts.impacts import resolved
 
-        found = resolved(self.model, t, y, self.kind, self.span, self.stop, self.rtol)
+        found = resolved(self.model, t, y, self.kind, self.span, self.stop, self.rtol, self.model.route.contact_instant)
         self.happened.extend(found.happened)
         self.points.extend(found.points)
         return np.concatenate((y[: self.model.coordinate_count], found.u, found.z))
@@ -107,7 +107,7 @@ STEPS_OVER = "moreau-jean"
 """Method whose steps do not end at impacts."""
 
 
-def changes_of_contacts(model: ModelData, method: str, start: float, stop: float, rtol: float) -> tuple[Event, ...]:
+def changes_of_contacts(model: Model, method: str, start: float, stop: float, rtol: float) -> tuple[Event, ...]:
     """Return the events that find what happens to rigid contacts; of scenes without them none."""
     if not model.rigid_contacts or method == STEPS_OVER:
         return ()
@@ -136,12 +136,12 @@ def begun(events: Sequence[Event], t: float, y: Vector) -> Vector | None:
         if isinstance(one, ContactChange):
             from kanefe.kane.rigid_contacts.impacts import START, resolved
 
-            found = resolved(one.model, t, y, START, one.span, one.stop, one.rtol)
+            found = resolved(one.model, t, y, START, one.span, one.stop, one.rtol, one.model.route.contact_instant)
             return np.concatenate((y[: one.model.coordinate_count], found.u, found.z))
     return None
 
 
-def reported_contact_events(model: ModelData, method: str) -> tuple[Event, ...]:
+def reported_contact_events(model: Model, method: str) -> tuple[Event, ...]:
     """Return the reported events of rigid contacts."""
     if method == STEPS_OVER:
         return ()
