@@ -172,6 +172,10 @@ class OrderNInstant:
 
     def margins(self) -> Margins:
         """Return how far what touches is from its next event."""
+        return self._margins
+
+    @cached_property
+    def _margins(self) -> Margins:
         self._evaluate(None)
         forces, gaps = self._look.workspace.multipliers.copy(), self._kept().met[:, MET.gap].copy()
         forces = forces[self._route.loops.rows[:, KIND_OF] == CONTACT_ROW].reshape(-1, 3)

@@ -12,7 +12,7 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
 from kanefe.integrate.events.event import Event, MarginEvent
-from kanefe.kane.state import State
+from kanefe.tree.scales import scene_length
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
@@ -26,20 +26,22 @@ AT_ONCE = 1e-9
 """Time, as a fraction of the run, within which changes of a point count as one."""
 
 
-class LiteralLook:
-    """The literal state of what functions see: of one moment one, which keeps what is found in it."""
+class LastLook:
+    """The margins of rigid contacts at the last moment that was looked at, and how far they may be below zero."""
 
-    def __init__(self) -> None:
-        self._last: tuple[float, Vector, State] | None = None
+    def __init__(self, model: Model) -> None:
+        self._model, self._length = model, scene_length(model)
+        self._last: tuple[float, Vector, Margins, Margins] | None = None
 
-    def at(self, t: float, state: SceneState) -> State:
-        """Return the literal state of another one at a time, s."""
-        if isinstance(state, State):
-            return state
+    def at(self, t: float, state: SceneState) -> tuple[Margins, Margins]:
+        """Return both at a time, s."""
+        from kanefe.kane.rigid_contacts.instant import blurs
+
         y = state.vector
         if self._last is None or self._last[0] != t or not np.array_equal(self._last[1], y):
-            self._last = t, y, State(state.model, t, *state.model.parts(y))
-        return self._last[2]
+            instant = self._model.route.contact_instant(t, y)
+            self._last = t, y, instant.margins(), blurs(instant, self._length)
+        return self._last[2:]
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +56,7 @@ class ContactChange(MarginEvent):
         Length and end of the run, s.
     rtol : float
         Of the run.
-    look : LiteralLook
+    look : LastLook
     happened : list of (str, float)
         What it has led to, for the run loop to take: names and times of events that are told.
     points : list of PointChange
@@ -66,7 +68,7 @@ class ContactChange(MarginEvent):
     span: float = field(kw_only=True)
     stop: float = field(kw_only=True)
     rtol: float = field(kw_only=True)
-    look: LiteralLook = field(kw_only=True)
+    look: LastLook = field(kw_only=True)
     happened: list[tuple[str, float]] = field(kw_only=True, default_factory=list)
     points: list[PointChange] = field(kw_only=True, default_factory=list)
 
@@ -77,9 +79,7 @@ class ContactChange(MarginEvent):
 
     def blur(self, t: float, state: SceneState) -> float:
         """Return the largest of the margins that are zero but for round-off: their signs what follows decides."""
-        from kanefe.kane.rigid_contacts.contact_forces import blurs
-
-        return max(_of_kind(self.kind, blurs(self.look.at(t, state))).values(), default=0.0)
+        return max(_of_kind(self.kind, self.look.at(t, state)[1]).values(), default=0.0)
 
     def changed(self, t: float, state: SceneState, y: Vector) -> Vector | None:
         """Return the state after what happens."""
@@ -113,7 +113,7 @@ def changes_of_contacts(model: Model, method: str, start: float, stop: float, rt
         return ()
     from kanefe.kane.rigid_contacts.impacts import LIFT, SLIP, STICK, TOUCH
 
-    look = LiteralLook()
+    look = LastLook(model)
     return tuple(
         ContactChange(
             f"a rigid contact: {kind}",
@@ -198,10 +198,8 @@ def _never(t: float, state: SceneState) -> float:
     return FAR
 
 
-def _nearest(kind: str, look: LiteralLook, t: float, state: SceneState) -> float:
-    from kanefe.kane.rigid_contacts.contact_forces import margins
-
-    return min(_of_kind(kind, margins(look.at(t, state))).values(), default=FAR)
+def _nearest(kind: str, look: LastLook, t: float, state: SceneState) -> float:
+    return min(_of_kind(kind, look.at(t, state)[0]).values(), default=FAR)
 
 
 def _of_kind(kind: str, found: Margins) -> dict[tuple[int, int], float]:

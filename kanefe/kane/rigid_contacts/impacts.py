@@ -18,8 +18,7 @@ from kanefe.contact.rigid.rigid import POISSON
 from kanefe.contact.rigid.rigid_contact import AT_REST, OPEN, SLIPS, STICKS, RigidContact
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.rigid_contacts.contact_forces import STOPPED
-from kanefe.kane.rigid_contacts.instant import InstantAt, Key, LiteralInstant
+from kanefe.kane.rigid_contacts.instant import STOPPED, InstantAt, Key, LiteralInstant
 from kanefe.kane.rigid_contacts.stick_or_slip import StickOrSlip
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import scene_length

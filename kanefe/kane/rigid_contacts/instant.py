@@ -10,13 +10,25 @@ import numpy as np
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.constraints import meetings
-from kanefe.kane.rigid_contacts.contact_forces import Margins, margins, probe_jacobian
+from kanefe.kane.rigid_contacts.contact_forces import ROUND_OFF_OF_FORCES, Margins, margins, probe_jacobian
 from kanefe.kane.rigid_contacts.impulses import unit_responses
 from kanefe.kane.state import State
 from kanefe.tree.model_data import ModelData
 
 if TYPE_CHECKING:
     from kanefe.contact.rigid.meeting import Meeting
+
+ROUND_OFF_OF_GAPS = 1e-14
+"""Gap relative to the scene's length below which its sign is round-off. The lowest bounces that are resolved are a
+hundred times as high."""
+
+DEEPER = 10.0
+"""Depth up to which a separating point has not come back, in multiples of the depth at which it separates."""
+
+STOPPED = 1e-7
+"""Slip speed, relative to the speeds with which a contact point moves, below which it does not slip and its
+acceleration decides. Up to this speed, by `kanefe.contact.rigid.rigid_contact.STRAIGHT`, the direction of an ending
+slip is known."""
 
 Key = tuple[int, int]
 """Number of a contact among the rigid contacts, and number of its contact point."""
@@ -64,6 +76,35 @@ class Instant(Protocol):
 
 InstantAt = Callable[[float, Vector], Instant]
 """Function of time and state (q, u, z)."""
+
+
+def blurs(instant: Instant, length: float) -> Margins:
+    """Return how far each margin of an instant may be below zero by round-off, by the numbers of `Margins`.
+
+    Parameters
+    ----------
+    instant : Instant
+    length : float
+        Of the scene, m.
+    """
+    found = instant.margins()
+    least, no_gap = ROUND_OFF_OF_FORCES * max(map(abs, found.normals.values()), default=0.0), ROUND_OFF_OF_GAPS * length
+    return Margins(
+        # what has bounced leaves from as deep as the moment of its impact was missed
+        {
+            key: max(no_gap, DEEPER * -gap) if gap < 0.0 and instant.meeting(key).rates[0] > 0.0 else no_gap
+            for key, gap in found.gaps.items()
+        },
+        dict.fromkeys(found.normals, least),
+        dict.fromkeys(found.slip_margins, least),
+        {key: _blur_of_slip(STOPPED * instant.speed(key), instant.meeting(key)) for key in found.slips},
+    )
+
+
+def _blur_of_slip(rest: float, met: Meeting) -> float:
+    """Return how far below zero is round-off for a point at rest; for a slipping point the sign is known, m/s."""
+    # of a speed v against the slip, 3/2 v is left: see `RigidContact.left_of_slip`
+    return 1.5 * rest if float(np.hypot(*met.rates[1:])) <= rest else 0.0
 
 
 class LiteralInstant:
