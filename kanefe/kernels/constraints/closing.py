@@ -72,11 +72,6 @@ solution with the unit responses of the start, up to the second after two; beyon
 again."""
 
 
-LIES = 1e-15
-"""Gap of what lies on a surface that is round-off, relative to the scene's length, and its rate, to that in a second and
-to the speeds of the scene: most of the states at which contacts rest or slide on a plane are left as they are."""
-
-
 class Closing(NamedTuple):
     """Workspace of `close`.
 
@@ -163,7 +158,7 @@ def close(
     copy(q, at.place)
     sweep_outward(tables, flexible, drives, at.place, u, work, modal)
     worst, total = openings(loops, tables, drives, at.place, z, work, kept.met, at.residuals)
-    if len(loops.points.places) > 0 and worst <= LIES and _lies(loops, tables, drives, z, count, work, kept):
+    if len(loops.points.places) > 0 and worst <= TOLERANCE and _lies(loops, tables, drives, z, count, work, kept):
         return CLOSED, 1.0
     start, rank, weakest = worst, 0, 1.0
     has_responses = is_here = False  # whether there are answers, and whether they are those of the place
@@ -296,7 +291,10 @@ def _lies(
     work: np.ndarray,
     kept: UnitResponses,
 ) -> bool:
-    """Return whether no row that holds moves, but for round-off, after an outward sweep; of scenes with loops it is unknown."""
+    """Return whether no row that holds moves, but for round-off, after an outward sweep; of scenes with loops it is unknown.
+
+    Most of the states in which contacts rest or slide on a plane are such.
+    """
     fastest = loops.limits[LENGTH]
     for i in range(len(tables.rows)):
         for c in range(3):
@@ -306,7 +304,7 @@ def _lies(
             return False
         if holds(loops, j, z):
             write_row(loops, j, tables.gravity, drives, z, count, work, kept)
-            if not abs(kept.met[loops.rows[j, POINT], int(MET.rates) + loops.rows[j, DIRECTION]]) <= LIES * fastest:
+            if not abs(kept.met[loops.rows[j, POINT], int(MET.rates) + loops.rows[j, DIRECTION]]) <= TOLERANCE * fastest:
                 return False
     return True
 
