@@ -14,7 +14,7 @@ from kanefe.integrate.methods.kernel_stepper import SMALLEST_STEP, KernelStepper
 from kanefe.kernels.compiler._numba import IS_COMPILED
 from kanefe.kernels.evaluation.evaluation import AT_TIME
 from kanefe.kernels.steppers import step_commands as stepping
-from kanefe.kernels.steppers.steps_with_events import ACTS
+from kanefe.kernels.steppers.watched_run import ACTS
 from kanefe.kernels.sweeps.drives import PIECE_NUMBERS, Drives
 from kanefe.kernels.sweeps.outward import motion_memory_size, motions_of_rows
 from kanefe.loads.controller import INPUTS
@@ -222,7 +222,7 @@ class _Tables:
         self.lines += [c.define(name, image.place(array)) for name, array in places.items()]
         kept = [stepper.integers, stepper.reals, stepper.vectors, *([scene.motions.pieces] if sim.courses else [])]
         if self.watched is not None:
-            kept += [self.watched.values, self.watched.noise, self.watched.last]
+            kept += [self.watched.values, self.watched.noise, self.watched.last, self.watched.actions]
         add(c.define("KEPT_COUNT", len(kept)))
         add(c.integers("KEPT", [(image.place(array), array.nbytes) for array in kept], 2))
         add(c.integers("POINTERS", image.pointers, 2))

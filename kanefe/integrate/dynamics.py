@@ -62,7 +62,7 @@ class Dynamics:
         self.route.balance(run, vectors)
 
     def name_what_is_not_finite(self, t: float, y: Vector) -> None:
-        """Raise the ModelError of a load or motion that gives no numbers at a state; none if all do."""
+        """Raise the error of a load or motion that gives no numbers at a state, or of forces that have no value."""
         self.route.check_functions(t, y)
 
     def implicit_rate(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from kanefe.tree.model_data import QUADRATURES, ModelData
 from kanefe.tree.model_outputs import MechanicalEnergy
 from kanefe.tree.route import Evaluation, Form, MethodNeeds, Obstacle, PreparedRun, RunSweeps, WatchedEvents
 from kanefe.tree.scene_state import SceneState
+
+if TYPE_CHECKING:
+    from kanefe.kane.rigid_contacts.instant import Instant, InstantAt
 
 
 class LiteralRoute:
@@ -86,7 +89,7 @@ class LiteralRoute:
         if self._found is None or self._found[0] != t:  # a run asks when it chooses a method, and when it begins
             found = np.concatenate((*consistent_start(self.model, t), self.model.initial_states))
             if self.model.rigid_contacts:
-                found = self.projected(t, touched_at_start(self.model, t, found))
+                found = self.projected(t, touched_at_start(self.model, t, found, self.contact_instant))
             self._found = t, found
         return self._found[1].copy()
 
@@ -162,6 +165,12 @@ class LiteralRoute:
 
         return momenta(self.view(t, y))
 
+    def contact_instant(self, t: float, y: Vector) -> Instant:
+        """Return what the events of rigid contacts ask of a state."""
+        from kanefe.kane.rigid_contacts.instant import LiteralInstant
+
+        return LiteralInstant(self.model, t, y)
+
     def powers(self, t: float, y: Vector, du: Vector) -> Vector:
         """Return the power taken and given."""
         return powers(self.view(t, y), du)
@@ -214,9 +223,9 @@ def state_rates(state: State) -> Vector:
     return rates
 
 
-def touched_at_start(model: ModelData, t: float, y: Vector) -> Vector:
+def touched_at_start(model: ModelData, t: float, y: Vector, at: InstantAt) -> Vector:
     """Return a state (q, u, z) with what touches in it known, after impacts if there are."""
     from kanefe.kane.rigid_contacts.impacts import START, resolved
 
-    found = resolved(model, t, y, START, 0.0)
+    found = resolved(model, t, y, START, 0.0, at=at)
     return np.concatenate((y[: model.coordinate_count], found.u, found.z))

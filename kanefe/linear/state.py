@@ -171,7 +171,7 @@ def started_model(scene: object, t: float | None, start: Start, what: str) -> tu
     model = model_of(scene, what, slack_time(start, at))
     time, y = given_state(model, at, start, what)
     if model.rigid_contacts and not (start is not None and knows_states(model, start)):
-        y = touched_at_start(model, time, y)
+        y = touched_at_start(model, time, y, model.literal.contact_instant)
     z = model.parts(y)[2]
     if not np.array_equal(z, model.initial_states):
         model = replace(model, initial_states=z)

@@ -11,6 +11,7 @@ from kanefe.kernels.steppers.closing_call import ClosingCall
 from kanefe.kernels.steppers.step_commands import Run
 from kanefe.kernels.steppers.steps_with_events import AT_TIME, foresee, look_at, pass_steps
 from kanefe.kernels.steppers.watched_run import FIRST_SHARES, SHARES, Going, Lookout, WatchedRun
+from kanefe.order_n.contact_watching import WatchingCall
 from kanefe.order_n.evaluated import Evaluated
 
 STEP_END = np.ones(1)
@@ -37,7 +38,7 @@ class Lookouts:
 
     def __init__(self, route: Evaluated, closing: ClosingCall, inputs: np.ndarray, vectors: np.ndarray) -> None:
         self._route, self._closing, self._inputs, self._vectors = route, closing, inputs, vectors
-        self.kept: list[Call] = []
+        self.kept: list[Call | WatchingCall] = []
         self._going: Call | None = None
         self._passing: Call | None = None
         self._given: Run | None = None
@@ -84,7 +85,8 @@ class Lookouts:
         route, count, size = self._route, len(shares), self._vectors.shape[1]
         times, drives = np.empty(count), np.empty((count, len(route.model.drives), 3))
         inputs, states = np.empty((count, len(self._inputs))), np.empty((count, size))
-        looking, found = route.watching.prepared(times, drives, inputs, states)
+        change = np.array((-1, 0, 0, 0))
+        looking, found = route.watching.prepared(times, drives, inputs, states, change)
         self.kept.append(looking)
         held = self._closing.motions, route.fill, self._inputs
-        return Lookout(looking.for_kernels(), shares, *held, times, drives, inputs, states, found)
+        return Lookout(looking.for_kernels(), shares, *held, times, drives, inputs, states, found, change)

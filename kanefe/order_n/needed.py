@@ -9,6 +9,7 @@ from kanefe.kernels.compiler.compiled_functions import CompiledFunction
 from kanefe.kernels.compiler.filling import fill_nothing
 from kanefe.kernels.compiler.signatures import Variant
 from kanefe.kernels.constraints.closing import close_state
+from kanefe.kernels.constraints.contact_margins import watch_contacts
 from kanefe.kernels.evaluation.derivatives import derivatives
 from kanefe.kernels.evaluation.evaluation import evaluate
 from kanefe.kernels.evaluation.momenta import balances_of_states
@@ -45,7 +46,7 @@ def functions_of_scene(model: ModelData, has_jacobian: bool) -> list[CompiledFun
     found = [evaluate_planar.unit(Variant()) if is_planar else evaluate.unit(own)]
     found += [unit for units in functions for unit in units]
     found += [balances_of_states.unit(Variant(has_flexible=True)), motions_of_rows.unit(own)]
-    if model.constraints:
+    if model.is_constrained:
         found.append(close_state.unit(Variant(has_flexible=True)))
     if has_jacobian:
         found += [evaluate.unit(COMPLEX), derivatives.unit(Variant(is_complex=True))]
@@ -54,14 +55,20 @@ def functions_of_scene(model: ModelData, has_jacobian: bool) -> list[CompiledFun
     else:
         found += [integrate.unit(Variant()), fill_nothing.unit, revisit.unit, between_states.unit]
     if any(load.kernel is not None and load.kernel.watch is not None for load in model.loads):
-        found += [watch_states.unit(own), look_at.unit(Variant()), pass_steps.unit(Variant()), foresee.unit(Variant())]
+        found.append(watch_states.unit(own))
+    if model.rigid_contacts:
+        found.append(watch_contacts.unit(Variant()))
+    if model.rigid_contacts or any(load.kernel is not None and load.kernel.watch is not None for load in model.loads):
+        found += [look_at.unit(Variant()), pass_steps.unit(Variant()), foresee.unit(Variant())]
     return found
 
 
 def _functions(model: ModelData) -> Iterator[list[CompiledFunction]]:
     """Yield what is built for each function of a load or a joint."""
-    for load in model.loads:
+    for number, load in enumerate(model.loads):
         kernel = load.kernel
+        if number in model.rigid_contacts:
+            continue
         if kernel is None:
             yield compiled_functions_of(given, of_loads.SIGNATURE)
             continue

@@ -6,6 +6,7 @@ proportional to the number of bodies. Objects are read-only after they are made:
 
 from __future__ import annotations
 
+import threading
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -19,6 +20,7 @@ from kanefe.kernels.compiler.compiled_functions import expect
 from kanefe.kernels.compiler.entries import LATER, Bound
 from kanefe.kernels.compiler.filling import filler
 from kanefe.kernels.constraints.closing import CLOSED, close_state, closing_memory_size
+from kanefe.kernels.constraints.multipliers import LEAST_GAIN
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import evaluate, workspace_size
 from kanefe.kernels.evaluation.momenta import balance, balances_of_states
@@ -42,10 +44,15 @@ from kanefe.tree.route import Evaluation, Form, MethodNeeds, Obstacle, RunSweeps
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
+    from kanefe.kane.rigid_contacts.instant import Instant
     from kanefe.order_n.compiled_run import CompiledRun
 
 GROWN = 1e100
 """Coordinates and speeds beyond which squares overflow, so that no scene is left to explain."""
+
+NEAR_PARADOX = 1e-2
+"""Share of what a normal force does without friction, below which a run that finds no step has come to Painleve's
+paradox."""
 
 NO_DRIVES = np.zeros((0, 3))
 
@@ -70,7 +77,7 @@ class OrderN(LiteralRoute):
         builder = TableBuilder(model)
         self.tables, self.flexible = builder.tables()
         self.between, self.loops = loads_between(builder), loop_tables(builder)
-        self.has_loops = bool(model.constraints)
+        self.has_loops = model.is_constrained
         self.memory_size = workspace_size(self.tables, self.flexible, self.between, self.loops)
         self.places: FrameOffsets = builder
         self.inputs = builder.inputs
@@ -80,6 +87,7 @@ class OrderN(LiteralRoute):
         self.motion_tables = drive_tables(model)
         self._frames = MotionsKernel(self)
         self._derivative_calls: list[DerivativeCall] = []  # that no thread uses
+        self._looks = threading.local()
 
     def __reduce__(self) -> tuple[Any, ...]:
         return OrderN, (self.model,)  # tables have addresses, which are those of a process
@@ -166,6 +174,17 @@ class OrderN(LiteralRoute):
         """The function that computes event values of loads with kernels for them."""
         return Watching(self)
 
+    def contact_instant(self, t: float, y: Vector) -> Instant:
+        """Return what the events of rigid contacts ask of a state; the literal route's where only loops hold something."""
+        from kanefe.order_n.contact_instant import OrderNInstant
+        from kanefe.order_n.contact_watching import SingleLook
+
+        looks = vars(self._looks)
+        if "single" not in looks:
+            looks["single"] = SingleLook(self)
+        instant = OrderNInstant(self, looks["single"], t, y)
+        return instant if instant.is_regular else super().contact_instant(t, y)
+
     def evaluate(self, t: float, y: Vector) -> Evaluation:
         """Return the rates at a state; where something has only loops to hold it, those of the literal route."""
         rates, weakest = self.held_rates(t, y)
@@ -235,6 +254,7 @@ class OrderN(LiteralRoute):
             self.explain(t, call.at)
         if done == NOT_FINITE:  # an integrator takes a smaller step; a load that is not a number is named
             self.values(t, call.at)
+            self._check_determined(t, call.at, 0.0)
         return weakest
 
     def derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:
@@ -326,9 +346,19 @@ class OrderN(LiteralRoute):
         return self.held_rates(t, y)[0][-QUADRATURES:]
 
     def check_functions(self, t: float, y: Vector) -> None:
-        """Raise the ModelError of a load or motion that gives no numbers at a state."""
+        """Raise the ModelError of a load or motion that gives no numbers at a state, or the error of Painleve's paradox.
+
+        Towards that a force grows without bound, and a run ends a little before.
+        """
         self.drives(t)
         self.values(t, y)
+        self._check_determined(t, y, NEAR_PARADOX)
+
+    def _check_determined(self, t: float, y: Vector, least: float) -> None:
+        if self.model.rigid_contacts and np.all(np.isfinite(y)):
+            from kanefe.kane.rigid_contacts.contact_forces import check_determined
+
+            check_determined(self.view(t, y), max(least, LEAST_GAIN))
 
     def rates_call(self) -> RatesCall:
         """Return a call that evaluates the rates, which nobody else uses."""
@@ -396,6 +426,4 @@ def obstacles_of(model: ModelData) -> tuple[Obstacle, ...]:
     for body in model.bodies:
         if body.joint.links() is None:
             return (Obstacle("joints that give no links", f"that of {body.name!r}"),)
-    if model.rigid_contacts:
-        return (Obstacle("rigid contacts", f"that of {model.loads[model.rigid_contacts[0]].name!r}"),)
     return ()

@@ -9,9 +9,13 @@ import numpy as np
 from kanefe.frames import Matrix
 from kanefe.kernels.compiler.entries import LATER, Bound, Call
 from kanefe.kernels.loads.watching import watch_memory_size, watch_states
+from kanefe.order_n.contact_watching import COLUMNS, MARGINS, WatchingCall, watching_call
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.tables.load_tables import watched_loads
 from kanefe.order_n.tables.reach_tables import far_values
+
+NO_CHANGE = np.array((-1, 0, 0, 0))
+"""Of a call that looks: see `watch_states`."""
 
 
 class Watching:
@@ -25,6 +29,10 @@ class Watching:
     ----------
     columns : dict of int to slice
         Of the values of each load that is watched so, by its number in the model.
+    rows : dict of int to int
+        Number in the tables of the kernel of each load that is watched so.
+    contact_columns : dict of str to int
+        Of the margins of rigid contacts, behind them.
     """
 
     def __init__(self, route: Evaluated) -> None:
@@ -34,6 +42,10 @@ class Watching:
         ends = np.cumsum(counts, dtype=np.int64)
         self._counts = np.array(counts, dtype=np.int64)
         self._far = np.concatenate((*(far_values(route.places, i) for i in numbers), np.zeros((0, 2))))
+        width = int(self._counts.sum())
+        self.contact_columns = {kind: width + at for kind, at in COLUMNS.items()} if route.model.rigid_contacts else {}
+        self._width = width + (MARGINS if self.contact_columns else 0)
+        self.rows = {number: row for row, number in enumerate(numbers)}
         self.columns = {i: slice(int(end) - n, int(end)) for i, end, n in zip(numbers, ends, counts, strict=True)}
 
     def values(self, times: np.ndarray, states: Matrix) -> Matrix:
@@ -45,16 +57,26 @@ class Watching:
         return found
 
     def prepared(
-        self, times: np.ndarray, drives: np.ndarray, inputs: np.ndarray, states: Matrix
-    ) -> tuple[Call, Matrix]:
+        self,
+        times: np.ndarray,
+        drives: np.ndarray,
+        inputs: np.ndarray,
+        states: Matrix,
+        change: np.ndarray = NO_CHANGE,
+    ) -> tuple[Call | WatchingCall, Matrix]:
         """Return the call of the kernel with arrays that stay where they are, and where it writes the values."""
         route = self._route
-        found = np.empty((len(times), int(self._counts.sum())))
+        found = np.empty((len(times), self._width))
+        if self.contact_columns and not self.columns:
+            return watching_call(route, None, times, drives, inputs, states, found), found
         memory = np.empty(watch_memory_size(route.tables, route.flexible, self._between))
-        return self._bound.prepared(times, drives, inputs, states, found, memory), found
+        of_loads = self._bound.prepared(times, drives, inputs, states, found, memory, change)
+        if not self.contact_columns:
+            return of_loads, found
+        return watching_call(route, of_loads, times, drives, inputs, states, found), found
 
     @cached_property
     def _bound(self) -> Bound:
         route = self._route
         scene = route.tables, route.flexible, self._between, self._counts, self._far
-        return watch_states.bound(*scene, *(LATER,) * 6)
+        return watch_states.bound(*scene, *(LATER,) * 7)

@@ -142,15 +142,23 @@ class WatchedEvents(Protocol):
     ----------
     columns : dict of int to slice
         Of the values of each such load, by its number in the model.
+    rows : dict of int to int
+        Number in the tables of the kernel of each such load.
+    contact_columns : dict of str to int
+        Of the margins of rigid contacts, by what happens to them, see `kanefe.integrate.events.contact_changes`.
     """
 
     columns: dict[int, slice]
+    rows: dict[int, int]
+    contact_columns: dict[str, int]
 
     def values(self, times: np.ndarray, states: Matrix) -> Matrix:
         """Return the values at times (T,) and states (T, n) that begin with q, u and z, (T, values)."""
         ...
 
-    def prepared(self, times: np.ndarray, drives: np.ndarray, inputs: np.ndarray, states: Matrix) -> tuple[Any, Matrix]:
+    def prepared(
+        self, times: np.ndarray, drives: np.ndarray, inputs: np.ndarray, states: Matrix, change: np.ndarray = ...
+    ) -> tuple[Any, Matrix]:
         """Return the call of the kernel with arrays that stay where they are, and where it writes the values."""
         ...
 
@@ -249,6 +257,10 @@ class Route(Protocol):
     @property
     def watching(self) -> WatchedEvents | None:
         """The function that computes event values of loads, if it is compiled."""
+        ...
+
+    def contact_instant(self, t: float, y: Vector) -> Any:
+        """Return what the events of rigid contacts ask of a state: see `kanefe.kane.rigid_contacts.instant.Instant`."""
         ...
 
     def energy(self, t: float, y: Vector) -> MechanicalEnergy:

@@ -11,7 +11,7 @@ import numpy as np
 from kanefe.contact.geometry.shape import SurfaceShape
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
-from kanefe.kernels.contact.contact_shapes import cell_of, foot_on_heights, weight_of
+from kanefe.kernels.contact.contact_shapes import NARROW, cell_of, foot_on_heights, weight_of
 from kanefe.loads.reach import Bounds
 
 OVERSHOOT = 9.0 / 32.0
@@ -20,9 +20,6 @@ halfway between grid points."""
 
 STEEPER = 2.0
 """Largest slope relative to that between two grid points: 3/2 along the grid times 5/4 from the weights across."""
-
-NARROW = 1e-3
-"""Fraction of the radius of curvature, for a point above a valley, below which the search does not follow it."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,7 @@ from kanefe.contact.rigid.rigid import Rigid
 from kanefe.contact.shapes import Plane
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, cross
+from kanefe.kernels.contact.rigid_points import AT_REST, BACK, BEGINS, STRAIGHT, TURNED
 from kanefe.loads.action import Action, End
 from kanefe.loads.base import Load
 
@@ -38,20 +39,6 @@ TOO_DEEP = 1e-6
 """Initial depth that is refused, m: a smaller one is closed like a loop."""
 
 NORMAL = 0
-
-AT_REST, STRAIGHT = 1e-9, 1e-7
-"""Speed (m/s), and its fraction across the kept direction, below which that direction is used. Friction turns a slow
-slip into its own direction at a rate that grows without bound as the slip ends, and would amplify round-off."""
-
-BEGINS = 2.0 * AT_REST
-"""Lower bound of the length of a direction that is kept from the start of a slip, m/s."""
-
-BACK = 0.01
-"""Speed at which a starting slip may reverse by noise of the run, relative to the speed up to which its direction is
-kept."""
-
-TURNED = 0.5
-"""Cosine of the angle by which a slip turns until its direction is stored again."""
 
 
 def check_rigid(
@@ -108,6 +95,7 @@ class RigidContact(Load):
 
     kind = "rigid contact"
     straight = None
+    input_count = 0
     columns = Contact.columns
     needs_rotation = False
 
@@ -184,6 +172,10 @@ class RigidContact(Load):
     def status(self, z: Vector) -> list[int]:
         """Return OPEN, STICKS or SLIPS of each point from the internal states of the contact."""
         return [SLIPS if x > 1.5 else STICKS if x > 0.5 else OPEN for x in z[REPORTED_CHANGES::EACH]]
+
+    def open_all(self, z: Vector) -> None:
+        """Write to the internal states of the contact that all points are open."""
+        z[REPORTED_CHANGES::EACH] = OPEN
 
     def kept(self, z: Vector, i: int) -> Vector:
         """Return where a point sticks, or in which direction it slips and up to which speed, in axes of the surface."""
@@ -374,6 +366,7 @@ def _on_ends(e: Vector, point: Vector, a: MarkerMotion, b: MarkerMotion) -> Wren
 
 
 __all__ = [
+    "AT_REST",
     "EACH",
     "OPEN",
     "REPORTED_CHANGES",

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kanefe.equations.model import Model
 from kanefe.frames import Vector
 from kanefe.integrate.events.event import Event, MarginEvent
-from kanefe.kane.state import State
-from kanefe.tree.model_data import ModelData
+from kanefe.tree.scales import scene_length
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
@@ -26,29 +26,49 @@ AT_ONCE = 1e-9
 """Time, as a fraction of the run, within which changes of a point count as one."""
 
 
+class LastLook:
+    """The margins of rigid contacts at the last moment that was looked at, and how far they may be below zero."""
+
+    def __init__(self, model: Model) -> None:
+        self._model, self._length = model, scene_length(model)
+        self._last: tuple[float, Vector, Margins, Margins] | None = None
+
+    def at(self, t: float, state: SceneState) -> tuple[Margins, Margins]:
+        """Return both at a time, s."""
+        from kanefe.kane.rigid_contacts.instant import blurs
+
+        y = state.vector
+        if self._last is None or self._last[0] != t or not np.array_equal(self._last[1], y):
+            instant = self._model.route.contact_instant(t, y)
+            self._last = t, y, instant.margins(), blurs(instant, self._length)
+        return self._last[2:]
+
+
 @dataclass(frozen=True, eq=False)
 class ContactChange(MarginEvent):
     """A moment at which a rigid contact of a scene touches, lifts, slips or sticks; not reported itself.
 
     Attributes
     ----------
-    model : ModelData
+    model : Model
     kind : str
     span, stop : float
         Length and end of the run, s.
     rtol : float
         Of the run.
+    look : LastLook
     happened : list of (str, float)
         What it has led to, for the run loop to take: names and times of events that are told.
     points : list of PointChange
         The same of single points.
     """
 
-    model: ModelData = field(kw_only=True)
+    model: Model = field(kw_only=True)
     kind: str = field(kw_only=True)
     span: float = field(kw_only=True)
     stop: float = field(kw_only=True)
     rtol: float = field(kw_only=True)
+    look: LastLook = field(kw_only=True)
     happened: list[tuple[str, float]] = field(kw_only=True, default_factory=list)
     points: list[PointChange] = field(kw_only=True, default_factory=list)
 
@@ -59,15 +79,13 @@ class ContactChange(MarginEvent):
 
     def blur(self, t: float, state: SceneState) -> float:
         """Return the largest of the margins that are zero but for round-off: their signs what follows decides."""
-        from kanefe.kane.rigid_contacts.contact_forces import blurs
-
-        return max(_of_kind(self.kind, blurs(_literal(state))).values(), default=0.0)
+        return max(_of_kind(self.kind, self.look.at(t, state)[1]).values(), default=0.0)
 
     def changed(self, t: float, state: SceneState, y: Vector) -> Vector | None:
         """Return the state after what happens."""
         from kanefe.kane.rigid_contacts.impacts import resolved
 
-        found = resolved(self.model, t, y, self.kind, self.span, self.stop, self.rtol)
+        found = resolved(self.model, t, y, self.kind, self.span, self.stop, self.rtol, self.model.route.contact_instant)
         self.happened.extend(found.happened)
         self.points.extend(found.points)
         return np.concatenate((y[: self.model.coordinate_count], found.u, found.z))
@@ -76,6 +94,8 @@ class ContactChange(MarginEvent):
 @dataclass(frozen=True, eq=False)
 class ReportedContactEvent(Event):
     """A reported event of a rigid contact; a `ContactChange` locates it."""
+
+    kind = "never"
 
     @property
     def acts(self) -> bool:
@@ -87,22 +107,24 @@ STEPS_OVER = "moreau-jean"
 """Method whose steps do not end at impacts."""
 
 
-def changes_of_contacts(model: ModelData, method: str, start: float, stop: float, rtol: float) -> tuple[Event, ...]:
+def changes_of_contacts(model: Model, method: str, start: float, stop: float, rtol: float) -> tuple[Event, ...]:
     """Return the events that find what happens to rigid contacts; of scenes without them none."""
     if not model.rigid_contacts or method == STEPS_OVER:
         return ()
     from kanefe.kane.rigid_contacts.impacts import LIFT, SLIP, STICK, TOUCH
 
+    look = LastLook(model)
     return tuple(
         ContactChange(
             f"a rigid contact: {kind}",
-            partial(_nearest, kind),
+            partial(_nearest, kind, look),
             -1,
             model=model,
             kind=kind,
             span=stop - start,
             stop=stop,
             rtol=rtol,
+            look=look,
         )
         for kind in (TOUCH, LIFT, SLIP, STICK)
     )
@@ -114,12 +136,12 @@ def begun(events: Sequence[Event], t: float, y: Vector) -> Vector | None:
         if isinstance(one, ContactChange):
             from kanefe.kane.rigid_contacts.impacts import START, resolved
 
-            found = resolved(one.model, t, y, START, one.span, one.stop, one.rtol)
+            found = resolved(one.model, t, y, START, one.span, one.stop, one.rtol, one.model.route.contact_instant)
             return np.concatenate((y[: one.model.coordinate_count], found.u, found.z))
     return None
 
 
-def reported_contact_events(model: ModelData, method: str) -> tuple[Event, ...]:
+def reported_contact_events(model: Model, method: str) -> tuple[Event, ...]:
     """Return the reported events of rigid contacts."""
     if method == STEPS_OVER:
         return ()
@@ -176,19 +198,11 @@ def _never(t: float, state: SceneState) -> float:
     return FAR
 
 
-def _nearest(kind: str, t: float, state: SceneState) -> float:
-    from kanefe.kane.rigid_contacts.contact_forces import margins
-
-    return min(_of_kind(kind, margins(_literal(state))).values(), default=FAR)
+def _nearest(kind: str, look: LastLook, t: float, state: SceneState) -> float:
+    return min(_of_kind(kind, look.at(t, state)[0]).values(), default=FAR)
 
 
 def _of_kind(kind: str, found: Margins) -> dict[tuple[int, int], float]:
     from kanefe.kane.rigid_contacts.impacts import LIFT, SLIP, STICK, TOUCH
 
     return {TOUCH: found.gaps, LIFT: found.normals, SLIP: found.slip_margins, STICK: found.slips}[kind]
-
-
-def _literal(state: SceneState) -> State:
-    if not isinstance(state, State):
-        raise TypeError("scenes with rigid contacts are evaluated by the literal route")
-    return state

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
@@ -11,7 +10,7 @@ import numpy as np
 from kanefe.equations.forces_at import seen
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
-from kanefe.integrate.events.contact_changes import ChangeReports, begun
+from kanefe.integrate.events.contact_changes import ChangeReports, ContactChange, ReportedContactEvent, begun
 from kanefe.integrate.events.event import Event, MarginEvent
 from kanefe.integrate.events.load_events import EventOfLoad
 from kanefe.integrate.stepper import StepFailure, Stepper, looks_out
@@ -25,14 +24,21 @@ from kanefe.kernels.steppers.event_search import (
     root_in,
     time_tolerance,
 )
-from kanefe.kernels.steppers.watched_run import ACTS, FIRST_SHARES, SHARES, WatchedRun
+from kanefe.kernels.steppers.watched_run import (
+    ACTS,
+    BOUND,
+    CHANGES,
+    FIRST_SHARES,
+    SHARES,
+    STORM,
+    STORM_SHARE,
+    WatchedRun,
+)
+from kanefe.loads.by_kernel import ActionByKernel
 from kanefe.tree.model_data import QUADRATURES
 
 LEAST_RECORDS = 256
 """Least number of events that compiled code records before Python takes them."""
-
-STORM, STORM_SHARE = 32, 1e-6
-"""Number of actions within this fraction of the span from which they count as an infinite sequence."""
 
 QuickLook = Callable[[float], Vector]
 
@@ -63,18 +69,14 @@ class EventWatch:
         self._model, self.events = model, tuple(events)
         self._span = span
         self._watching = model.route.watching
-        columns = {} if self._watching is None else self._watching.columns
-        self._compiled = {
-            i: columns[event.number].start + event.index
-            for i, event in enumerate(self.events)
-            if isinstance(event, EventOfLoad) and event.number in columns
-        }
+        columns = (self._column(event) for event in self.events)
+        self._compiled = {i: column for i, column in enumerate(columns) if column is not None}
         self._is_bound = np.array([isinstance(event, MarginEvent) for event in self.events], dtype=bool)
         self._values = np.zeros(len(self.events))
         self._noise = np.zeros(len(self.events))
         self._last = np.full(len(self.events), -np.inf)
         self._ways = np.zeros(len(self.events))
-        self._actions: deque[float] = deque(maxlen=STORM)
+        self._actions = np.full(STORM, -np.inf)
         self.acting: float | None = None
         self.times: dict[str, list[float]] = {event.name: [] for event in self.events}
         self.telling = ChangeReports(self.times, span)
@@ -105,9 +107,25 @@ class EventWatch:
             if isinstance(event, MarginEvent):
                 self._values[i], self._noise[i] = event.value(t, state), event.blur(t, state)
 
+    def _column(self, event: Event) -> int | None:
+        """Return where compiled code has the value of an event; None: it does not."""
+        if self._watching is None:
+            return None
+        if isinstance(event, EventOfLoad) and event.number in self._watching.columns:
+            return self._watching.columns[event.number].start + event.index
+        if isinstance(event, (ContactChange, ReportedContactEvent)):
+            return self._watching.contact_columns.get(event.kind)
+        return None
+
+    def _change(self, event: Event) -> tuple[int, int, int, int]:
+        """Return how compiled code does the action of an event: see `Lookout.change`."""
+        if self._watching is None or not isinstance(event, EventOfLoad) or event.number not in self._watching.rows:
+            return -1, 0, 0, 0
+        return self._watching.rows[event.number], event.index, event.where.start, event.where.stop - event.where.start
+
     def _watched(self) -> WatchedRun:
         count = len(self.events)
-        kinds = [ACTS if event.acts and not ends_step_alone(event) else int(event.acts) for event in self.events]
+        kinds = [_kind_for_kernels(event) for event in self.events]
         most = len(FIRST_SHARES) * count
         return WatchedRun(
             columns=np.array(list(self._compiled.values()), dtype=np.int64),
@@ -122,6 +140,9 @@ class EventWatch:
             samples=np.empty(len(FIRST_SHARES) + 1),
             brackets=np.empty((2 * len(FIRST_SHARES) + 2, 2)),
             found=np.empty((most, 2)),
+            changes=np.array([self._change(event) for event in self.events], dtype=np.int64).reshape(-1, 4),
+            actions=self._actions,
+            first_quadrature=self._model.coordinate_count + self._model.free_count + self._model.state_count,
             span=self._span,
         )
 
@@ -209,9 +230,9 @@ class EventWatch:
         happened = [event for event in happened if not ends_step_alone(event)]
         if not happened:
             return
-        self._actions.append(t)
+        self._actions[:-1], self._actions[-1] = self._actions[1:].copy(), t
         width = t - self._actions[0]
-        if len(self._actions) == STORM and width <= STORM_SHARE * self._span:
+        if width <= STORM_SHARE * self._span:
             raise _storm(happened[0], f"acted {STORM} times within {width:.2g} s")
 
     def _check_short_ways(self, table: np.ndarray) -> None:
@@ -228,13 +249,12 @@ class EventWatch:
         """Return what is needed to continue."""
         arrays = {f"times {i}": np.array(self.times[event.name]) for i, event in enumerate(self.events)}
         kept = {"values": self._values, "noise": self._noise, "ways": self._ways}
-        return {"acted": np.array(self._actions), **{name: array.copy() for name, array in kept.items()}, **arrays}
+        return {"acted": self._actions.copy(), **{name: array.copy() for name, array in kept.items()}, **arrays}
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
         """Continue from a snapshot."""
         self._values[:], self._noise[:], self._ways[:] = (snapshot[name] for name in ("values", "noise", "ways"))
-        self._actions.clear()
-        self._actions.extend(snapshot["acted"].tolist())
+        self._actions[:] = snapshot["acted"]
         for i, event in enumerate(self.events):
             self.times[event.name] = snapshot[f"times {i}"].tolist()
             self._last[i] = max(self.times[event.name], default=-np.inf)
@@ -292,6 +312,14 @@ def _timed(function: Callable[[float], float], check_time: Callable[[], None]) -
 def ends_step_alone(event: Event) -> bool:
     """Return whether an event ends a step and changes nothing."""
     return isinstance(event, EventOfLoad) and event.ends_step_alone
+
+
+def _kind_for_kernels(event: Event) -> int:
+    if isinstance(event, MarginEvent):
+        return BOUND
+    if isinstance(event, EventOfLoad) and isinstance(event.of.action, ActionByKernel) and not event.acts_as_asked:
+        return CHANGES
+    return ACTS if event.acts and not ends_step_alone(event) else int(event.acts)
 
 
 def _storm(event: Event, what: str) -> StepFailure:

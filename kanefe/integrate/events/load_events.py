@@ -43,12 +43,17 @@ class EventOfLoad(Event):
     @property
     def acts(self) -> bool:
         """Whether it changes the states of its load, ends a step, or does what the user asks for."""
-        return self.of.action is not None or self.of.ends_step or (self.asked is not None and self.asked.acts)
+        return self.of.action is not None or self.of.ends_step or self.acts_as_asked
+
+    @property
+    def acts_as_asked(self) -> bool:
+        """Whether it does what the user asks for."""
+        return self.asked is not None and self.asked.acts
 
     @property
     def ends_step_alone(self) -> bool:
         """Whether it ends a step and does nothing else."""
-        return self.of.action is None and not (self.asked is not None and self.asked.acts)
+        return self.of.action is None and not self.acts_as_asked
 
     def value(self, t: float, state: SceneState) -> float:
         """Return the value of the load's function."""

@@ -393,6 +393,7 @@ class KernelStepper:
     def _failure(self) -> KanefeError:
         if self.dynamics.is_autonomous:  # in compiled code nothing was said of functions that give no numbers
             self.dynamics.name_what_is_not_finite(float(self.reals[TIME_AT]), self.vectors[AT])
+            self.dynamics.name_what_is_not_finite(self.t, self.vectors[STATE])
         if self._no_answer is not None and self.t - self._no_answer[0] < BESIDE * self._span:
             return self._no_answer[1]
         worst = self.worst

@@ -53,7 +53,12 @@ def of_contacts(
     """
     if not model.rigid_contacts or method == STEPS_OVER or not len(times):
         return None
+    scene, length = model.route.watching, scene_length(model)
     rows = np.unique(np.linspace(0, len(times) - 1, min(len(times), 2 + int(SHARE * evaluations))).round().astype(int))
+    if scene is not None and scene.contact_columns:
+        least, columns = scene.values(times[rows], states[rows]), scene.contact_columns
+        gaps, forces = least[:, columns["touch"]], least[:, [columns["lift"], columns["slip"]]]
+        rows = rows[(gaps < -BEYOND * length) | (forces.min(axis=1) < 0.0)]
     for i in rows.tolist():
         broken = _broken(model, float(times[i]), states[i], max(BEYOND, UNFIT * (rtol or 0.0)))
         if broken:

@@ -20,27 +20,14 @@ from kanefe.kane.assemble import held_solver
 from kanefe.kane.constraints import force_rows, held_rows, meetings, motion_in_N, touching_rows
 from kanefe.kane.rigid_contacts.contact_shares import shared_forces
 from kanefe.kane.state import State, once
-from kanefe.tree.scales import scene_length
 
 if TYPE_CHECKING:
     from kanefe.contact.rigid.meeting import Meeting
 
 
-ROUND_OFF_OF_GAPS = 1e-14
-"""Gap relative to the scene's length below which its sign is round-off. The lowest bounces that are resolved are a
-hundred times as high."""
-
-DEEPER = 10.0
-"""Depth up to which a separating point has not come back, in multiples of the depth at which it separates."""
-
 ROUND_OFF_OF_FORCES = 1e-9
 """Force relative to the largest below which its sign is round-off: the residual to which the complementarity problem is
 solved."""
-
-STOPPED = 1e-7
-"""Slip speed, relative to the speeds with which a contact point moves, below which it does not slip and its
-acceleration decides. Up to this speed, by `kanefe.contact.rigid.rigid_contact.STRAIGHT`, the direction of an ending
-slip is known."""
 
 
 class ProbeForce(NamedTuple):
@@ -189,39 +176,16 @@ def margins(state: State) -> Margins:
     return found
 
 
-def rest_speed(state: State, number: int, i: int) -> float:
-    """Return the speed below which a point of a rigid contact, by its number among them, does not slip, m/s."""
-    moved = np.abs(probe_jacobian(state, number, i)).max(axis=0)
-    return STOPPED * float(moved @ np.abs(state.full[: len(moved)]))
-
-
-def blurs(state: State) -> Margins:
-    """Return how far each margin of a state may be below zero by round-off, by the numbers of `margins`."""
-    found = margins(state)
-    least = ROUND_OFF_OF_FORCES * max(map(abs, found.normals.values()), default=0.0)
-    met, no_gap = meetings(state), ROUND_OFF_OF_GAPS * scene_length(state.model)
-    return Margins(
-        # what has bounced leaves from as deep as the moment of its impact was missed
-        {
-            (c, i): max(no_gap, DEEPER * -gap) if met[c][i].rates[0] > 0.0 else no_gap
-            for (c, i), gap in found.gaps.items()
-        },
-        dict.fromkeys(found.normals, least),
-        dict.fromkeys(found.slip_margins, least),
-        {(c, i): _blur_of_slip(rest_speed(state, c, i), met[c][i]) for c, i in found.slips},
-    )
-
-
-def _blur_of_slip(rest: float, met: Meeting) -> float:
-    """Return how far below zero is round-off for a point at rest; for a slipping point the sign is known, m/s."""
-    # of a speed v against the slip, 3/2 v is left: see `RigidContact.left_of_slip`
-    return 1.5 * rest if float(np.hypot(*met.rates[1:])) <= rest else 0.0
-
-
-def check_determined(state: State) -> None:
+def check_determined(state: State, least: float = 1e-9) -> None:
     """Raise a SimulationError if a growing force would press a slipping point still more: Painleve's paradox.
 
     The normal force of a probe that slips then has no value, or several.
+
+    Parameters
+    ----------
+    state : State
+    least : float
+        Share of what a normal force does without friction, below which friction takes away all that it does.
     """
     if force_rows(state) is None:
         return
@@ -232,7 +196,7 @@ def check_determined(state: State) -> None:
             slipping[first] = contact, i
         first += len(own)
     gained, plain = held_solver(state).gained(list(slipping), loops)
-    lost = np.flatnonzero(gained <= 1e-9 * plain)
+    lost = np.flatnonzero(gained <= least * plain)
     if len(lost):
         contact, i = list(slipping.values())[int(lost[0])]
         raise paradox(contact, i, state.t)

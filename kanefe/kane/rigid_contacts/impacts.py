@@ -7,6 +7,7 @@ once. What follows is decided by the forces: the same complementarity, of accele
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -17,10 +18,8 @@ from kanefe.contact.rigid.rigid import POISSON
 from kanefe.contact.rigid.rigid_contact import AT_REST, OPEN, SLIPS, STICKS, RigidContact
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.rigid_contacts.contact_forces import STOPPED, margins, rest_speed
-from kanefe.kane.rigid_contacts.impulses import unit_responses
-from kanefe.kane.rigid_contacts.stick_or_slip import Key, StickOrSlip
-from kanefe.kane.state import State
+from kanefe.kane.rigid_contacts.instant import STOPPED, InstantAt, Key, LiteralInstant
+from kanefe.kane.rigid_contacts.stick_or_slip import StickOrSlip
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import scene_length
 
@@ -106,7 +105,14 @@ class Changed:
 
 
 def resolved(
-    model: ModelData, t: float, y: Vector, kind: str, span: float, stop: float = np.inf, rtol: float = 0.0
+    model: ModelData,
+    t: float,
+    y: Vector,
+    kind: str,
+    span: float,
+    stop: float = np.inf,
+    rtol: float = 0.0,
+    at: InstantAt | None = None,
 ) -> Changed:
     """Return what follows an event of rigid contacts.
 
@@ -125,21 +131,33 @@ def resolved(
         End of the run, s, beyond which motions may not be known.
     rtol : float
         Of the run: the share of speeds, or of the scene's length in a second, that it does not resolve.
+    at : InstantAt, optional
+        Of the route of the scene; default: the literal one.
 
     Raises
     ------
     SimulationError
         If contacts have no forces that fit (Painleve's paradox).
     """
-    return _Event(model, t, y, kind, span, stop, rtol).changed()
+    return _Event(model, t, y, kind, span, at or partial(LiteralInstant, model), stop, rtol).changed()
 
 
 class _Event(StickOrSlip):
-    def __init__(self, model: ModelData, t: float, y: Vector, kind: str, span: float, stop: float, rtol: float) -> None:
-        super().__init__(model, t, y, span, stop)
+    def __init__(
+        self,
+        model: ModelData,
+        t: float,
+        y: Vector,
+        kind: str,
+        span: float,
+        at: InstantAt,
+        stop: float,
+        rtol: float,
+    ) -> None:
+        super().__init__(model, t, y, span, stop, at)
         self.kind, self.rtol = kind, rtol
         self.before = {key: self._contact(key).status(self._own(key))[key[1]] for key in self.met}
-        self.concerned = self._past(self.state)
+        self.concerned = self._past()
         near = NEAR * scene_length(model)
         self.keys = [
             key
@@ -149,11 +167,11 @@ class _Event(StickOrSlip):
         self.happened: list[tuple[str, float]] = []
         self.points: list[PointChange] = []
 
-    def _past(self, state: State) -> set[Key]:
+    def _past(self) -> set[Key]:
         """Return the contact points that the event concerns."""
         if self.kind == START:
             return set()
-        found = margins(state)
+        found = self.instant.margins()
         values = {
             TOUCH: found.gaps,
             LIFT: found.normals,
@@ -170,10 +188,9 @@ class _Event(StickOrSlip):
         """Return what follows."""
         if not self.keys:
             return Changed(self.u, self.z)
-        free = self._without(self.u)
-        J, G, b = self._problem(free)
+        G, b = self.instant.problem(self.keys)
         fallen = float(np.abs(b).max()) * MOMENT * self.span
-        sizes = np.array([rest_speed(free, *key) / STOPPED for key in self.keys])
+        sizes = np.array([self.instant.speed(key) for key in self.keys])
         still, self.rest = np.maximum(STILL * sizes, fallen), np.maximum(STOPPED * sizes, fallen)
         speeds = np.maximum(sizes, scene_length(self.model))
         self.slow = self.rtol**BEGINNING * speeds
@@ -185,13 +202,13 @@ class _Event(StickOrSlip):
         if np.any(rates[::3] < -still):
             impulses = self._impulses(G, rates)
             self.struck = impulses[::3] > 0.0
-            self.u = self.u + unit_responses(free, (J.T @ impulses)[:, None])[:, 0]
+            self.u = self.u + self.instant.respond(self.keys, impulses)
             rates = rates + G @ impulses
             still = np.maximum(still, 1e-11 * (np.abs(G) @ np.abs(impulses))[::3])
         closed = rates[::3] <= still
         if self.kind == LIFT:
             closed &= [key not in self.concerned for key in self.keys]
-        self._decide(J, G, rates, closed)
+        self._decide(G, rates, closed)
         self._tell()
         return Changed(self.u, self.z, self.happened, self.points)
 
@@ -223,14 +240,14 @@ class _Event(StickOrSlip):
             )
         return found
 
-    def _decide(self, J: Matrix, G: Matrix, rates: Vector, closed: np.ndarray) -> None:
+    def _decide(self, G: Matrix, rates: Vector, closed: np.ndarray) -> None:
         """Write the new status of each contact point by the accelerations; bounces too fast to resolve are at rest.
 
         Each round closes a probe more, so that they end.
         """
         while True:
-            rates = self._stopped(J, G, rates, closed)
-            y, statuses, kept, turning = self._forces(J, rates, closed)
+            rates = self._stopped(G, rates, closed)
+            y, statuses, kept, turning = self._forces(rates, closed)
             resting = [
                 k
                 for k, key in enumerate(self.keys)
@@ -253,7 +270,7 @@ class _Event(StickOrSlip):
                 along = contact.kept(self._own(key), key[1]) if was else met.place
             contact.with_status(self._own(key), key[1], statuses[k], along, rate)
 
-    def _stopped(self, J: Matrix, G: Matrix, rates: Vector, closed: np.ndarray) -> Vector:
+    def _stopped(self, G: Matrix, rates: Vector, closed: np.ndarray) -> Vector:
         """Take the round-off from the speeds of what is closed, and from those of what does not slip."""
         held = [3 * int(k) for k in np.flatnonzero(closed)]
         held += [
@@ -265,7 +282,9 @@ class _Event(StickOrSlip):
         if not np.any(rates[held]):
             return rates
         stopped = -np.linalg.lstsq(G[np.ix_(held, held)], rates[held], rcond=None)[0]
-        self.u = self.u + unit_responses(self._without(self.u), (J[held].T @ stopped)[:, None])[:, 0]
+        forces = np.zeros(len(rates))
+        forces[held] = stopped
+        self.u = self.u + self.instant.respond(self.keys, forces)
         rates = rates + G[:, held] @ stopped
         rates[held] = 0.0
         return rates

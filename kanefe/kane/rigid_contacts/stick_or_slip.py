@@ -8,13 +8,10 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.contact.rigid.cone import Cones, solved
-from kanefe.contact.rigid.rigid_contact import EACH, OPEN, REPORTED_CHANGES, SLIPS, STICKS, RigidContact
+from kanefe.contact.rigid.rigid_contact import OPEN, SLIPS, STICKS, RigidContact
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.assemble import accelerations
-from kanefe.kane.constraints import meetings
-from kanefe.kane.rigid_contacts.contact_forces import ROUND_OFF_OF_FORCES, paradox, probe_jacobian
-from kanefe.kane.rigid_contacts.impulses import unit_responses
-from kanefe.kane.state import State
+from kanefe.kane.rigid_contacts.contact_forces import ROUND_OFF_OF_FORCES, paradox
+from kanefe.kane.rigid_contacts.instant import Instant, InstantAt, Key
 from kanefe.tree.model_data import ModelData
 
 HOLDS = 1.0 - ROUND_OFF_OF_FORCES
@@ -24,9 +21,6 @@ HOLDS = 1.0 - ROUND_OFF_OF_FORCES
 AHEAD = 1e-9, 1e-8, 1e-7, 1e-6, 1e-5
 """Instants after an event, relative to the span, at which the accelerations are evaluated if those at the event are at
 the friction limit. The first that exceeds round-off decides."""
-
-Key = tuple[int, int]
-"""Number of a contact among the rigid contacts, and number of its contact point."""
 
 
 class StickOrSlip:
@@ -41,10 +35,10 @@ class StickOrSlip:
         State (q, u, z) at it.
     span, stop : float
         Of the run, and its end, s.
+    at : InstantAt
 
     Attributes
     ----------
-    state : State
     met : dict of (int, int) to Meeting
         Of all probes.
     keys : list of (int, int)
@@ -53,15 +47,15 @@ class StickOrSlip:
         Speeds below which they do not slip, m/s.
     """
 
-    def __init__(self, model: ModelData, t: float, y: Vector, span: float, stop: float) -> None:
-        self.model, self.t, self.span, self.stop = model, t, span, stop
+    def __init__(self, model: ModelData, t: float, y: Vector, span: float, stop: float, at: InstantAt) -> None:
+        self.model, self.t, self.span, self.stop, self._at = model, t, span, stop, at
         self.q, self.u, self.z = (part.copy() for part in model.parts(y))
-        self.state = State(model, t, self.q, self.u, self.z)
-        self.met = {(c, i): one for c, probes in enumerate(meetings(self.state)) for i, one in enumerate(probes)}
-        self.keys, self.rest = list(self.met), np.zeros(len(self.met))
-        self._surfaces = {
-            c: self.state.marker(self._contact((c, 0)).ends[0]).A_NF for c in range(len(model.rigid_contacts))
-        }
+        self.instant = at(t, y)
+        contacts = range(len(model.rigid_contacts))
+        keys = [(c, i) for c in contacts for i in range(len(model.rigid_contact(c).probes))]
+        self.met = {key: self.instant.meeting(key) for key in keys}
+        self.keys, self.rest = keys, np.zeros(len(keys))
+        self._surfaces = {c: self.instant.surface(c) for c in contacts}
 
     def _contact(self, key: Key) -> RigidContact:
         return self.model.rigid_contact(key[0])
@@ -69,34 +63,22 @@ class StickOrSlip:
     def _own(self, key: Key) -> Vector:
         return self.z[self.model.load_states[self.model.rigid_contacts[key[0]]]]
 
-    def _problem(self, state: State) -> tuple[Matrix, Matrix, Vector]:
-        """Return the partial rates of all participating contact points, effects of unit forces, and rates without."""
-        rows, n = np.vstack([probe_jacobian(state, *key) for key in self.keys]), self.model.free_count
-        met = meetings(state)
-        left = np.concatenate([met[c][i].remainder for c, i in self.keys]) + rows[:, n:] @ state.driven_rates
-        J = rows[:, :n]
-        return J, J @ unit_responses(state, J.T), J @ accelerations(state) + left
-
-    def _without(self, u: Vector) -> State:
-        """Return the state at some speeds with all rigid contacts open."""
-        z = self.z.copy()
-        for load in self.model.rigid_contacts:
-            where = self.model.load_states[load]
-            z[where.start + REPORTED_CHANGES : where.stop : EACH] = OPEN
-        return State(self.model, self.t, self.q, u, z)
+    def _now(self) -> Instant:
+        """Return the instant at the speeds that there are now."""
+        return self._at(self.t, np.concatenate((self.q, self.u, self.z)))
 
     def _is_at_rest(self, k: int, rates: Vector) -> bool:
         """Return whether a contact point slips by round-off only: then its acceleration decides."""
         return float(np.hypot(*rates[3 * k + 1 : 3 * k + 3])) <= self.rest[k]
 
-    def _forces(self, J: Matrix, rates: Vector, closed: np.ndarray) -> tuple[Vector, list[int], Matrix, Matrix]:
+    def _forces(self, rates: Vector, closed: np.ndarray) -> tuple[Vector, list[int], Matrix, Matrix]:
         """Return accelerations, and the status of each contact point with its slip direction and the rate of that.
 
         What is at rest sticks, unless the accelerations say that it slips; where these are at the limit of friction,
         those a moment later. Each round lets a probe more slip, and none stick again, so that they end.
         """
-        k, free = len(self.keys), self._without(self.u)
-        _, G, b = self._problem(free)
+        k, now = len(self.keys), self._now()
+        G, b = now.problem(self.keys)
         active = [int(i) for i in np.flatnonzero(closed)]
         rows = [3 * i + j for i in active for j in range(3)]
         slips = np.full((len(active), 2), np.nan)
@@ -112,7 +94,7 @@ class StickOrSlip:
         problem = Cones(G[np.ix_(rows, rows)], b[rows], mu, np.zeros(len(active)), slips)
         while True:
             x = self._followed(problem, begins, active)
-            new = _slipping(problem, x) or self._slipping_soon(problem, x, J, rows, active)
+            new = _slipping(problem, x) or self._slipping_soon(problem, x, now, active)
             if not new:
                 break
             for at, along in new.items():
@@ -121,26 +103,27 @@ class StickOrSlip:
             begins |= set(new)
         forces = np.zeros(3 * k)
         forces[rows] = x
-        statuses, kept, turning = [OPEN] * k, np.zeros((k, 2)), self._turning(problem, x, J, rows, begins, active)
-        biggest = float(np.abs(x).max(initial=0.0))
+        statuses, kept, turning = [OPEN] * k, np.zeros((k, 2)), self._turning(problem, x, now, begins, active)
+        biggest, y = float(np.abs(x).max(initial=0.0)), b + G @ forces
+        least = ROUND_OFF_OF_FORCES * float(np.abs(b).max(initial=0.0)) if biggest > 0.0 else -1.0
         for at, i in enumerate(active):
-            if x[3 * at] <= ROUND_OFF_OF_FORCES * biggest:
-                continue
             is_slip = not np.isnan(problem.slips[at, 0])
+            # what others carry for it stays closed where it would not move either
+            parts = y[3 * i : 3 * i + (1 if is_slip else 3)]
+            if x[3 * at] <= ROUND_OFF_OF_FORCES * biggest and np.abs(parts).max() > least:
+                continue
             statuses[i] = SLIPS if is_slip else STICKS
             if is_slip:
                 kept[i] = problem.slips[at]
-        return b + G @ forces, statuses, kept, turning
+        return y, statuses, kept, turning
 
-    def _slipping_soon(
-        self, problem: Cones, x: Vector, J: Matrix, rows: list[int], active: list[int]
-    ) -> dict[int, Vector]:
+    def _slipping_soon(self, problem: Cones, x: Vector, now: Instant, active: list[int]) -> dict[int, Vector]:
         """Return the directions in which begins to slip what is held by all that friction can hold."""
         full = _at_limit(problem, x)
         if not full:
             return {}
         for share in AHEAD if self.span > 0.0 else ():
-            _, later = self._ahead(share, problem, x, J, rows)
+            _, later = self._ahead(share, problem, x, now, active)
             found = solved(later, x)
             if found is None:
                 continue
@@ -149,23 +132,21 @@ class StickOrSlip:
                 return new
         return {}
 
-    def _ahead(self, share: float, problem: Cones, x: Vector, J: Matrix, rows: list[int]) -> tuple[State, Cones]:
-        """Return the state a fraction of the span later, and the force problem there."""
-        free, h = self._without(self.u), min(share * self.span, self.stop - self.t)
-        du = accelerations(free) + unit_responses(free, (J[rows].T @ x)[:, None])[:, 0]
+    def _ahead(self, share: float, problem: Cones, x: Vector, now: Instant, active: list[int]) -> tuple[Instant, Cones]:
+        """Return the instant a fraction of the span later, and the force problem there."""
+        keys, h = [self.keys[i] for i in active], min(share * self.span, self.stop - self.t)
+        du = now.accelerations() + now.respond(keys, x)
         q = self.model.advance(self.q, h * (self.u + 0.5 * h * du))
-        later = State(self.model, self.t + h, q, self.u + h * du, free.z)
-        _, G, b = self._problem(later)
-        return later, problem._replace(G=G[np.ix_(rows, rows)], b=b[rows])
+        later = self._at(self.t + h, np.concatenate((q, self.u + h * du, self.z)))
+        G, b = later.problem(keys)
+        return later, problem._replace(G=G, b=b)
 
-    def _turning(
-        self, problem: Cones, x: Vector, J: Matrix, rows: list[int], begins: set[int], active: list[int]
-    ) -> Matrix:
+    def _turning(self, problem: Cones, x: Vector, now: Instant, begins: set[int], active: list[int]) -> Matrix:
         """Return the rates of the directions of slips that begin, in the axes of the surfaces, 1/s."""
         turning = np.zeros((len(self.keys), 3))
         if not begins or min(self.span, self.stop - self.t) <= 0.0:
             return turning
-        state, later = self._ahead(AHEAD[-1], problem, x, J, rows)
+        instant, later = self._ahead(AHEAD[-1], problem, x, now, active)
         slips = problem.slips.copy()
         slips[list(begins)] = np.nan
         if (found := solved(later._replace(slips=slips), x)) is None:
@@ -174,9 +155,8 @@ class StickOrSlip:
             (c, i), friction = self.keys[active[at]], found[3 * at + 1 : 3 * at + 3]
             if size := float(np.linalg.norm(friction)):
                 before = problem.slips[at] @ self.met[c, i].axes[1:] @ self._surfaces[c]
-                A = state.marker(self._contact((c, i)).ends[0]).A_NF
-                after = -friction / size @ meetings(state)[c][i].axes[1:] @ A
-                turning[active[at]] = (after - before) / (state.t - self.t)
+                after = -friction / size @ instant.meeting((c, i)).axes[1:] @ instant.surface(c)
+                turning[active[at]] = (after - before) / (instant.t - self.t)
         return turning
 
     def _followed(self, problem: Cones, begins: set[int], active: list[int]) -> Vector:

@@ -21,7 +21,7 @@ RowNumbers = namedtuple(
 AT = places(RowNumbers, e=3, f=3, side=3)
 ROW_NUMBERS = int(AT.constant) + 1
 
-POINT_ROW, DIRECTION_ROW, DISTANCE_ROW, SCREW_ROW, ROLLING_ROW, COUPLER_ROW = range(6)
+POINT_ROW, DIRECTION_ROW, DISTANCE_ROW, SCREW_ROW, ROLLING_ROW, COUPLER_ROW, CONTACT_ROW = range(7)
 
 Motion = tuple[Numbers, Numbers, Numbers, Numbers, Numbers, Numbers]
 """Motion of a marker in N: position, axes, velocity, angular velocity, Z and Y."""

@@ -4,22 +4,26 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import Numbers, dot, plus, vector
+from kanefe.kernels.algebra.vectors import Numbers, dot, minus, plus, rotated, three, vector
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.constraints.constraint_rows import AT, COUPLER_ROW, row_residual
+from kanefe.kernels.constraints.constraint_rows import AT, CONTACT_ROW, COUPLER_ROW, row_residual
 from kanefe.kernels.constraints.multipliers import (
+    DIRECTION,
     FIRST_TERM,
     HOLDS_PLACE,
     IS_ANGLE,
     IS_BALL,
     KIND_OF,
     LENGTH,
+    POINT,
     ROW_A,
     ROW_B,
     TERM_COUNT,
     Loops,
+    UnitResponses,
     holds,
 )
+from kanefe.kernels.contact.rigid_points import KEPT, MET, ON_SURFACE, STATUS, meet
 from kanefe.kernels.layout import OMEGA, POSITION, VELOCITY, Tables
 from kanefe.kernels.loads.markers import axes_of, lever_of
 
@@ -32,6 +36,7 @@ def openings(
     q: np.ndarray,
     z: np.ndarray,
     work: np.ndarray,
+    met: np.ndarray,
     residuals: np.ndarray,
 ) -> tuple[float, float]:
     """Write g of all rows after an outward sweep; return the largest opening, and the sum of their squares.
@@ -47,7 +52,9 @@ def openings(
         residuals[j] = 0.0
         if not loops.rows[j, HOLDS_PLACE] or not holds(loops, j, z):
             continue
-        if loops.rows[j, KIND_OF] == COUPLER_ROW:
+        if loops.rows[j, KIND_OF] == CONTACT_ROW:
+            residuals[j] = _off(loops, j, tables.gravity, z, work, met)
+        elif loops.rows[j, KIND_OF] == COUPLER_ROW:
             residuals[j] = -loops.numbers[j, AT.constant]
             for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
                 i = loops.coordinates[term]
@@ -68,6 +75,18 @@ def openings(
 
 
 @inlined
+def _off(loops: Loops, j: int, gravity: np.ndarray, z: np.ndarray, work: np.ndarray, met: np.ndarray) -> float:
+    """Return the gap of a point, or how far it is along a direction of the surface from where it sticks, m."""
+    points, p, direction = loops.points, loops.rows[j, POINT], loops.rows[j, DIRECTION]
+    if direction == 0:
+        meet(points, p, gravity, work, met)
+        return met[p, MET.gap]
+    off = minus(vector(met, p, MET.place), three(z, points.places[p, STATUS] + KEPT))
+    axes = axes_of(points.markers, 2 * p, points.places[p, ON_SURFACE], work)
+    return dot(vector(met, p, int(MET.normal) + 3 * direction), rotated(axes, off))
+
+
+@inlined
 def _place(markers: np.ndarray, n: int, row: int, work: np.ndarray) -> tuple[Numbers, Numbers]:
     """Return position and axes of a marker in N."""
     lever = lever_of(markers, n, row, work)
@@ -79,10 +98,12 @@ def _place(markers: np.ndarray, n: int, row: int, work: np.ndarray) -> tuple[Num
 
 @inlined
 def rate_of_row(
-    loops: Loops, j: int, drives: np.ndarray, work: np.ndarray, wrenches: np.ndarray, u: np.ndarray
+    loops: Loops, j: int, drives: np.ndarray, work: np.ndarray, kept: UnitResponses, u: np.ndarray
 ) -> float:
     """Return dg/dt of a row from the velocities of its ends."""
-    total = 0.0
+    if loops.rows[j, KIND_OF] == CONTACT_ROW:
+        return kept.met[loops.rows[j, POINT], int(MET.rates) + loops.rows[j, DIRECTION]]
+    total, wrenches = 0.0, kept.wrenches
     if loops.rows[j, KIND_OF] == COUPLER_ROW:
         for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
             speed = loops.speeds[term]

@@ -6,12 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import Numbers, dot, minus, norm, plus, three, times
+from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, norm, plus, product, rotated, three, times
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.contact_mesh import mesh_distance
 
 CLOSE, MOST_STEPS = 1e-9, 20
 """Smallest step of the search for the nearest point of a height field, relative to its grid, and most steps."""
+
+NARROW = 1e-3
+"""Fraction of the radius of curvature, for a point above a valley, below which the search does not follow it."""
 
 PLANE, SPHERE, CAPSULE, CYLINDER, BOX, TORUS, _, HEIGHT_FIELD, MESH = range(9)
 
@@ -219,3 +222,72 @@ def _bend(k: int, f: Any) -> Any:
     if k == 2:
         return 4.0 - 9.0 * f
     return 3.0 * f - 1.0
+
+
+@kernel
+def normal_rate(numbers: Any, at: int, x: Numbers, v: Numbers) -> Numbers:
+    """Return the rate of the normal at a point that moves past a plane, sphere or height field: ``H v``, see `distance`."""
+    kind, own = int(numbers[at]), at + 1
+    zero = 0.0 * x[0]
+    if kind == SPHERE:
+        r = norm(x)
+        n = unit(x, r)
+        return times(numbers[own + 1] / r, minus(v, times(dot(n, v), n)))
+    if kind == HEIGHT_FIELD:
+        return _rate_over_heights(numbers, own, x, v)
+    return zero, zero, zero
+
+
+@inlined
+def _rate_over_heights(numbers: Any, own: int, x: Numbers, v: Numbers) -> Numbers:
+    """Return the rate of the normal over a field of heights, of the surface ``S = P B P / |(-h', 1)|``, farther out less."""
+    a, b, height, slope_x, slope_y, xx, xy, yy = foot_on_heights(numbers, own, x)
+    length = np.sqrt(1.0 + slope_x * slope_x + slope_y * slope_y)
+    n = (-slope_x / length, -slope_y / length, 1.0 / length)
+    zero = 0.0 * length
+    bent = (-xx / length, -xy / length, zero, -xy / length, -yy / length, zero, zero, zero, zero)
+    one = zero + 1.0
+    flat = minus_outer((one, zero, zero, zero, one, zero, zero, zero, one), n)
+    S = product(product(flat, bent), flat)
+    rise = dot(n, minus(x, (a, b, height)))
+    out = (
+        1.0 + rise * S[0],
+        rise * S[1],
+        rise * S[2],
+        rise * S[3],
+        1.0 + rise * S[4],
+        rise * S[5],
+        rise * S[6],
+        rise * S[7],
+        1.0 + rise * S[8],
+    )
+    first, second, third = (out[0], out[3], out[6]), (out[1], out[4], out[7]), (out[2], out[5], out[8])
+    size = dot(first, cross(second, third))
+    if size.real < NARROW:  # over a valley in which no ball lies from here
+        return rotated(S, v)
+    # S commutes with what it is divided by
+    right = rotated(S, v)
+    return times(
+        1.0 / size,
+        (
+            dot(right, cross(second, third)),
+            dot(first, cross(right, third)),
+            dot(first, cross(second, right)),
+        ),
+    )
+
+
+@inlined
+def minus_outer(A: Numbers, n: Numbers) -> Numbers:
+    """Return ``A - n n^T``."""
+    return (
+        A[0] - n[0] * n[0],
+        A[1] - n[0] * n[1],
+        A[2] - n[0] * n[2],
+        A[3] - n[1] * n[0],
+        A[4] - n[1] * n[1],
+        A[5] - n[1] * n[2],
+        A[6] - n[2] * n[0],
+        A[7] - n[2] * n[1],
+        A[8] - n[2] * n[2],
+    )

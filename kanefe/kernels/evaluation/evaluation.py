@@ -11,7 +11,14 @@ from kanefe.kernels.compiler._numba import expanded, inlined
 from kanefe.kernels.compiler.arrays import RealRows, Reals, ValueRows, Values
 from kanefe.kernels.compiler.entries import built_first, entry
 from kanefe.kernels.compiler.signatures import Variant
-from kanefe.kernels.constraints.multipliers import Loops, hold, hold_size, respond_to_multipliers
+from kanefe.kernels.constraints.contact_rates import put_contact_rates
+from kanefe.kernels.constraints.multipliers import (
+    Loops,
+    hold,
+    hold_size,
+    respond_to_multipliers,
+    unit_responses_in,
+)
 from kanefe.kernels.layout import (
     BORDER_SIZE,
     COORDINATE,
@@ -127,7 +134,7 @@ def workspace_size(
         size += int(flexible.sizes[MODAL_SIZE] + flexible.sizes[BORDER_SIZE])
     m = len(loops.rows)
     of_loads = int(between.workspace_size[WHOLE]) + REACTION * len(between.bearings)
-    return size + of_loads + m + hold_size(m, speeds)
+    return size + of_loads + m + hold_size(loops, speeds)
 
 
 @expanded
@@ -137,7 +144,7 @@ def workspace_in(
     """Return the parts of a memory of `workspace_size`."""
     rows, driven = WORK * len(tables.rows), tables.sizes[DRIVES]
     speeds, modes, borders, m = tables.sizes[SPEEDS] + driven, 0, 0, len(loops.rows)
-    holds = hold_size(m, speeds)
+    holds = hold_size(loops, speeds)
     if flexible is not None:
         modes, borders = flexible.sizes[MODAL_SIZE], flexible.sizes[BORDER_SIZE]
     work, rest = memory[:rows].reshape(-1, WORK), memory[rows:]
@@ -299,6 +306,8 @@ def put_rates(
                 loops, tables, flexible, applied, work, modal, border, is_implicit, len(du), multipliers, holding
             )
             add_reactions(between, work, reactions)
+        if len(loops.points.places) > 0:
+            put_contact_rates(loops, z, multipliers, unit_responses_in(holding, loops, len(applied)), work, dz, powers)
     if len(reactions) > 0:
         follow_reactions(between, drives, q, u, z, work, reactions, acting, dz)
     for i in range(len(driving)):

@@ -27,6 +27,8 @@ from kanefe.kernels.loads.reach import Reach, no_reach
 ) = range(10)
 LOAD_INTEGERS = 10
 REAL, COMPLEX = range(2)
+# The same in tables of loads that are watched
+LOOKS, CHANGES = range(2)
 # Of the workspace: all of it, that of `find_near`, and that of points
 WHOLE, NEAR, OF_POINTS = range(3)
 

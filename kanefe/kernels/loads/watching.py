@@ -6,13 +6,24 @@ import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.arrays import Integers, RealBlocks, RealRows, Reals
+from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.compiler.signatures import Variant
 from kanefe.kernels.contact.broad_phase import BALL
 from kanefe.kernels.force_elements.places import END_NUMBERS
 from kanefe.kernels.layout import COORDINATES, MODAL_SIZE, SPEEDS, STATES, WORK, FlexibleTables, Tables
 from kanefe.kernels.loads.loads_between import evaluate_load
-from kanefe.kernels.loads.loads_layout import COORDINATE, END_COUNT, TEAM, WHOLE, LoadsBetween, place_of_load
+from kanefe.kernels.loads.loads_layout import (
+    CHANGES,
+    COORDINATE,
+    END_COUNT,
+    FIRST_NUMBER,
+    TEAM,
+    WHOLE,
+    LoadsBetween,
+    place_of_load,
+    span_of_load,
+)
 from kanefe.kernels.loads.points import gather_points
 from kanefe.kernels.loads.reach import FIRST_SWEPT, SWEPT_BALLS, find_near, find_swept, nearness_at
 from kanefe.kernels.sweeps.outward import sweep_outward
@@ -39,8 +50,9 @@ def watch_states(
     states: RealRows,
     found: RealRows,
     memory: Reals,
+    change: Integers,
 ) -> None:
-    """Write the event values of loads in some states.
+    """Write the event values of loads in some states, or change a state by an event.
 
     Of several states, those of a step, it is told of loads that come nowhere near how far away they are, at least. Of
     one state all are looked at.
@@ -61,6 +73,9 @@ def watch_states(
         Each begins with q, u and z.
     found : ndarray, shape (T, values)
     memory : ndarray, shape (`watch_memory_size`,)
+    change : ndarray of int, shape (4,)
+        Number of a load whose states an event changes (below zero: none does), number of the event, first and number of
+        the states: these are written to the first state, and to `found` by how much the potential energy grows, J.
     """
     loads = len(between.loads)
     size = WORK * len(tables.rows)
@@ -84,6 +99,22 @@ def watch_states(
     has_frames = False  # along joint coordinates alone nothing else has to be known of the scene
     for end in range(len(between.rows)):
         has_frames = has_frames or between.rows[end] != COORDINATE
+    if change[0] >= 0:
+        load, y, first, count = change[0], states[0], change[2], change[3]
+        if has_frames:
+            sweep_outward(tables, flexible, drives[0], y[:n], y[n:m], work, modal)
+        gather_points(between, flexible, between.loads[load, TEAM], load, load + 1, work, modal, acting)
+        evaluate_load(
+            between, load, load, flexible, times[0], inputs[0], y[m:k], drives[0], y[:n], y[n:m], work, acting
+        )
+        out, z = acting[span_of_load(between, load)], y[first : first + count]
+        out[0], wanted[0] = 0.0, change[1]
+        out[1 : 1 + count] = z
+        own, ends = between.numbers[between.loads[load, FIRST_NUMBER] :], acting[place_of_load(between) :]
+        call_address(between.addresses[load, CHANGES], (times[0], own, wanted, ends, z, out))
+        z[:] = out[1 : 1 + count]
+        found[0, 0] = out[0]
+        return
     if len(states) > 1 and len(between.reach.balls) > 0:
         wanted[:] = change[:loads] = 0.0
         for row in range(len(states)):

@@ -44,7 +44,17 @@ from kanefe.kernels.steppers.step_commands import (
     TO_EVENT,
     Run,
 )
-from kanefe.kernels.steppers.watched_run import ACTS, ENDS_STEP, REPORTS, Going, Lookout, WatchedRun
+from kanefe.kernels.steppers.watched_run import (
+    ACTS,
+    BOUND,
+    CHANGES,
+    ENDS_STEP,
+    REPORTS,
+    STORM_SHARE,
+    Going,
+    Lookout,
+    WatchedRun,
+)
 from kanefe.kernels.sweeps.drives import put_drives
 
 Single = tuple[Lookout, ClosingCall]
@@ -175,7 +185,7 @@ def _deal_with(
                 return False
             count += 1
         found = count
-        if not _put_closed(single, run, vectors, acting):
+        if _is_storm(watched, acting, found) or not _put_closed(single, run, vectors, acting):
             return False
     for i in range(found):
         watched.records[watched.counts[0], 0], watched.records[watched.counts[0], 1] = watched.found[i]
@@ -186,6 +196,7 @@ def _deal_with(
         watched.values[event] = lookout.found[-1, watched.columns[event]]
     if acting < np.inf:
         _put_closed(single, run, vectors, acting)
+        _change(single[0], watched, acting, found)
         _restart(single, run, vectors, acting, restart_share)
         _begin(single, watched, acting, found)
     return True
@@ -212,9 +223,10 @@ def _find_roots(
     total, start = 0, run.reals[TIME_OLD]
     for event in range(len(watched.values)):
         count = _sample(lookout, watched, event, start)
-        if is_quiet(watched.times, watched.samples, count):
+        is_bound = watched.kinds[event] == BOUND
+        if is_quiet(watched.times, watched.samples, count) and not (is_bound and watched.samples[0] < 0.0):
             continue
-        if is_quiet_alone:
+        if is_quiet_alone or is_bound:
             return -1
         data = (single, run, vectors, watched.columns[event])
         first = first_with_sign(watched.samples, count, watched.noise[event])
@@ -222,7 +234,7 @@ def _find_roots(
         brackets = find_brackets(value_at, data, *samples, watched.directions[event], watched.brackets)
         for k in range(min(brackets, len(watched.found) - total)):
             a, b = watched.brackets[k, 0], watched.brackets[k, 1]
-            t = root_in(value_at, data, a, b, watched.span, watched.kinds[event] != ACTS)
+            t = root_in(value_at, data, a, b, watched.span, watched.kinds[event] < CHANGES)
             if watched.kinds[event] == REPORTS and is_known(t, watched.last[event], watched.span):
                 continue  # another event ended the step at that moment
             at = total
@@ -243,6 +255,44 @@ def _first_acting(watched: WatchedRun, found: int) -> float:
         if watched.kinds[event] != REPORTS and not is_again:
             return t
     return np.inf
+
+
+@kernel
+def _changes(watched: WatchedRun, event: int, t: float, found: int) -> bool:
+    """Return whether an event changes states at the time at which the step ends."""
+    happens = False
+    for i in range(found):
+        happens = happens or (int(watched.found[i, 1]) == event and watched.found[i, 0] >= t)
+    return happens and watched.kinds[event] == CHANGES
+
+
+@kernel
+def _is_storm(watched: WatchedRun, t: float, found: int) -> bool:
+    """Return whether changes follow each other without end, which Python tells."""
+    is_any = False
+    for event in range(len(watched.kinds)):
+        is_any = is_any or _changes(watched, event, t, found)
+    return is_any and t - watched.actions[1] <= STORM_SHARE * watched.span
+
+
+@kernel
+def _change(lookout: Lookout, watched: WatchedRun, t: float, found: int) -> None:
+    """Change the state of the lookout by what happens, in the order of the events, and take account of the energy."""
+    y, is_any = lookout.states[0], False
+    for event in range(len(watched.kinds)):
+        if _changes(watched, event, t, found):
+            is_any = True
+            lookout.times[0] = t
+            for i in range(len(lookout.change)):
+                lookout.change[i] = watched.changes[event, i]
+            _look_at_states(lookout)
+            lookout.change[0] = -1
+            gained = lookout.found[0, 0]
+            y[watched.first_quadrature + (0 if gained < 0.0 else 1)] += abs(gained)
+    if is_any:
+        for i in range(len(watched.actions) - 1):
+            watched.actions[i] = watched.actions[i + 1]
+        watched.actions[-1] = t
 
 
 @exact

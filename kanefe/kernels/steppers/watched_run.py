@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.compiler.arrays import Filler, Integers, Prepared, RealBlocks, RealRows, Reals
+from kanefe.kernels.compiler.arrays import Filler, IntegerRows, Integers, Prepared, RealBlocks, RealRows, Reals
 from kanefe.kernels.sweeps.drives import Drives
 
 SHARES = np.arange(1, 5) / 4.0
@@ -16,9 +16,12 @@ FIRST_SHARES = np.append(10.0 ** np.arange(-9, -1), SHARES)
 """Positions in a step after an event, relative to its length, for a function that starts at zero: they show its sign
 however near its next zero is."""
 
-REPORTS, ENDS_STEP, ACTS = range(3)
-"""Values for the action of an event: it is only reported; it also ends the step without a change; or Python has to act.
-"""
+REPORTS, ENDS_STEP, CHANGES, ACTS, BOUND = range(5)
+"""Values for the action of an event: it is only reported; it also ends the step without a change; it also changes states
+of its load; Python has to act; or it has to as soon as the function is below zero, also where that has not passed it."""
+
+STORM, STORM_SHARE = 32, 1e-6
+"""Number of actions within this fraction of the span from which they count as an infinite sequence."""
 
 
 class Going(NamedTuple):
@@ -43,7 +46,7 @@ class WatchedRun(NamedTuple):
     ----------
     columns, directions, kinds : ndarray of int, shape (events,)
         Of each its column among the values looked at, the way through zero that counts (1, -1, or 0 for both), and
-        what it does: REPORTS, ENDS_STEP or ACTS.
+        what it does: REPORTS, ENDS_STEP, CHANGES, ACTS or BOUND.
     values, noise, last : ndarray, shape (events,)
         Value, up to which size it has no sign, and time of the last event, s; minus infinity before the first.
     records : ndarray, shape (R, 2)
@@ -55,6 +58,12 @@ class WatchedRun(NamedTuple):
     brackets : ndarray, shape (2 T, 2)
     found : ndarray, shape (F, 2)
         Roots of a step, in order of time: time and event.
+    changes : ndarray of int, shape (events, 4)
+        Of those that change states what `Lookout.change` is given.
+    actions : ndarray, shape (STORM,)
+        Times of the last actions, s; minus infinity where there were fewer.
+    first_quadrature : int
+        Where in a state the energy taken and, after it, that given are (J).
     span : float
         Of the run, s.
     """
@@ -71,6 +80,9 @@ class WatchedRun(NamedTuple):
     samples: Reals
     brackets: RealRows
     found: RealRows
+    changes: IntegerRows
+    actions: Reals
+    first_quadrature: int
     span: float
 
 
@@ -92,6 +104,9 @@ class Lookout(NamedTuple):
     inputs : ndarray, shape (T, inputs)
     states : ndarray, shape (T, state)
     found : ndarray, shape (T, values)
+    change : ndarray of int, shape (4,)
+        Of a load whose states the call changes instead of looking: its number in the tables, that of its event, and
+        first and number of its states; below zero: it looks.
     """
 
     looking: Prepared
@@ -104,3 +119,4 @@ class Lookout(NamedTuple):
     inputs: RealRows
     states: RealRows
     found: RealRows
+    change: Integers

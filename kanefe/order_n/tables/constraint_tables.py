@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.kernels.constraints.constraint_rows import ROW_NUMBERS
+from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW, ROW_NUMBERS
 from kanefe.kernels.constraints.multipliers import CONSTRAINT_INTEGERS, Loops, no_loops
 from kanefe.kernels.constraints.tolerances import LARGEST_STEP
+from kanefe.kernels.contact.rigid_points import HAS_MARK, OF_PROBE, ON_SURFACE, STATUS
 from kanefe.kernels.loads.markers import MARKER_NUMBERS
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
+from kanefe.order_n.tables.rigid_point_tables import rigid_points
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import displacement_scales, joint_scales, scene_length
 
@@ -21,7 +23,7 @@ if TYPE_CHECKING:
 def loop_tables(builder: FrameOffsets) -> Loops:
     """Return the tables of the rows of all constraints."""
     model = builder.model
-    if not model.constraints:
+    if not model.is_constrained:
         return no_loops()
     from kanefe.constraints.rows import CouplerRow
     from kanefe.kane.constraints import RANK_TOLERANCE
@@ -44,6 +46,14 @@ def loop_tables(builder: FrameOffsets) -> Loops:
         markers += [place for _, place in ends]
         integers.append((row.kind, ends[0][0], ends[1][0], int(row.is_ball), 0, 0, *_nature(constraint, row)))
         numbers.append(row.numbers)
+    points = rigid_points(builder)
+    for p, place in enumerate(points.places):
+        for direction in range(3):
+            holds_place = int(direction == 0 or place[HAS_MARK])
+            ends = int(place[ON_SURFACE]), int(place[OF_PROBE])
+            integers.append((CONTACT_ROW, *ends, direction, p, 0, holds_place, 0, int(place[STATUS])))
+            markers += [points.markers[2 * p], points.markers[2 * p + 1]]
+            numbers.append(np.zeros(ROW_NUMBERS))
     return Loops(
         rows=np.array(integers, dtype=np.int64).reshape(-1, CONSTRAINT_INTEGERS),
         markers=np.array(markers).reshape(-1, MARKER_NUMBERS),
@@ -54,6 +64,7 @@ def loop_tables(builder: FrameOffsets) -> Loops:
         extents=displacement_scales(model),
         moves=LARGEST_STEP * joint_scales(model, length),
         limits=np.array([RANK_TOLERANCE, length]),
+        points=points,
     )
 
 

@@ -44,10 +44,11 @@ def attached_interfaces(
         for _, interface in body.loads:
             if interface is not None:
                 attached[number].setdefault(interface.name, (interface, False))
-    for load, body_of_points in zip(model.loads, point_bodies, strict=True):
+    for number, (load, body_of_points) in enumerate(zip(model.loads, point_bodies, strict=True)):
+        holds = number in model.rigid_contacts
         for marker in load.ends[: 1 if body_of_points >= 0 else None]:
-            if marker.interface is not None:
-                attached[marker.body].setdefault(marker.interface.name, (marker.interface, False))
+            if marker.interface is not None and (holds or marker.interface.name not in attached[marker.body]):
+                attached[marker.body][marker.interface.name] = marker.interface, holds
     for constraint in model.constraints:
         for row in constraint.rows:
             for marker in row.markers:
@@ -89,9 +90,11 @@ def joint_force_tables(builder: FrameOffsets) -> tuple[np.ndarray, np.ndarray]:
 
 
 def loads_between(builder: FrameOffsets) -> LoadsBetween:
-    """Return the tables of loads between frames."""
+    """Return the tables of loads between frames, but for rigid contacts, which hold as loops do."""
     kernels = {}
     for number, load in enumerate(builder.model.loads):
+        if number in builder.model.rigid_contacts:
+            continue
         kernel = load.kernel or LoadKernel(given, np.array((float(load.input_count),)), given)
         kernels[number] = addresses(kernel.real, kernel.complex_, SIGNATURE), kernel.numbers
     return _tables(builder, kernels)[0]

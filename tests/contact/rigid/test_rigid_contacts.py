@@ -325,7 +325,7 @@ def test_what_lies_and_slides_is_met_once_a_state_and_only_where_it_touches(monk
     )
     model = scene.freeze()
     y = model.route.start(0.0)
-    for ask in (model.rhs, model.literal.projected):
+    for ask in (model.literal.evaluate, model.literal.projected):
         calls.clear()
         ask(0.0, y)
         assert calls == [4]

@@ -12,7 +12,7 @@ from kanefe.frames import Vector, direction, numbers
 from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, norm, rotated, three, times
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.contact.laws.anchoring import given_way, kept_of, pull_of
-from kanefe.kernels.contact.laws.falling import slip_speed, still_to_fall
+from kanefe.kernels.contact.laws.falling import SteadyNumbers, slip_speed
 from kanefe.kernels.contact.laws.friction_law import AnchoredFriction, check_numbers
 from kanefe.kernels.force_elements.blocks import places
 
@@ -201,12 +201,10 @@ class Coulomb(AnchoredFriction):
         largest = self.sliding
         return 1.0 if self.static is None or largest == 0.0 else self.static / largest
 
-    def coefficient(self, speed: float) -> float:
-        """Return the larger coefficient of slipping at a speed (m/s)."""
-        if self.stribeck_speed == 0.0:
-            return self.sliding
-        left = float(still_to_fall(speed, self.stribeck_speed, GAUSSIAN)[1])
-        return self.sliding * (1.0 + (self.static_ratio - 1.0) * left)
+    @property
+    def steady(self) -> SteadyNumbers:
+        """Its coefficients in steady sliding, the larger ones."""
+        return SteadyNumbers(self.sliding, self.holding, self.stribeck_speed, GAUSSIAN)
 
     @property
     def axis(self) -> Vector | None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
 from typing import Any
 
 import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.force_elements.blocks import places
 
 MOST_TRIALS, CLOSE = 60, 1e-15
 """Largest number of trials of Newton's method, and round-off relative to a speed or an anchor force."""
@@ -18,6 +20,24 @@ def still_to_fall(slip: Any, speed: float, exponent: float) -> tuple[Any, Any]:
     x = slip / speed
     x = x * x if exponent == 2.0 or x.real <= 0.0 else np.exp(exponent * np.log(x))
     return x, np.exp(-x)
+
+
+SteadyNumbers = namedtuple("SteadyNumbers", "mu holding speed exponent viscous", defaults=(0.0, 2.0, 0.0))
+"""Coefficients of fast and of the slowest sliding; speed over which one falls to the other (m/s; 0: at once), exponent
+of the fall, and what the coefficient grows by with the speed (s/m)."""
+
+AT = places(SteadyNumbers)
+STEADY_NUMBERS = int(AT.viscous) + 1
+
+
+@inlined
+def steady_coefficient(numbers: Any, at: int, slip: Any) -> Any:
+    """Return the coefficient of friction in steady sliding at a speed (m/s), of `SteadyNumbers` from `at` on."""
+    mu = numbers[at + AT.mu] + numbers[at + AT.viscous] * slip
+    if numbers[at + AT.speed] > 0.0:
+        left = still_to_fall(slip, numbers[at + AT.speed], numbers[at + AT.exponent])[1]
+        mu += (numbers[at + AT.holding] - numbers[at + AT.mu]) * left
+    return mu
 
 
 @kernel

@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Self
 
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
+from kanefe.kernels.contact.laws.falling import SteadyNumbers, steady_coefficient
 
 STIFFNESS_RATIO = 1.0
 """Default stiffness of an anchor relative to that of the normal law."""
@@ -182,6 +183,15 @@ class AnchoredFriction(FrictionLaw):
     def with_damping(self, damping: float) -> Self:
         """Return the law with a damping of all points together, N s/m."""
         return self.with_numbers(damping=damping)
+
+    @property
+    @abstractmethod
+    def steady(self) -> SteadyNumbers:
+        """Its coefficients in steady sliding, for compiled code."""
+
+    def coefficient(self, speed: float) -> float:
+        """Return the larger coefficient of slipping at a speed (m/s)."""
+        return float(steady_coefficient(self.steady, 0, speed))
 
     @property
     def lacks_damping(self) -> bool:

@@ -10,7 +10,7 @@ from kanefe.errors import ModelError
 from kanefe.kernels.algebra.vectors import Numbers, norm
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.contact.laws.anchoring import given_way, kept_of, pull_of
-from kanefe.kernels.contact.laws.falling import slip_speed, still_to_fall
+from kanefe.kernels.contact.laws.falling import SteadyNumbers, slip_speed
 from kanefe.kernels.contact.laws.friction_law import AnchoredFriction, check_numbers
 from kanefe.kernels.force_elements.blocks import places
 
@@ -142,10 +142,10 @@ class Stribeck(AnchoredFriction):
         """The coefficient at which it begins to slip."""
         return self.breakaway
 
-    def coefficient(self, speed: float) -> float:
-        """Return the coefficient of friction in steady sliding at a speed (m/s)."""
-        left = float(still_to_fall(speed, self.stribeck_speed, self.exponent)[1])
-        return self.mu + (self.breakaway - self.mu) * left + self.viscous * speed
+    @property
+    def steady(self) -> SteadyNumbers:
+        """Its coefficients in steady sliding."""
+        return SteadyNumbers(self.mu, self.breakaway, self.stribeck_speed, self.exponent, self.viscous)
 
     def stuck(self, factor: float) -> Self:
         """Return the law with so many times larger coefficients, under which all sticks."""

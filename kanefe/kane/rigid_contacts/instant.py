@@ -1,0 +1,163 @@
+"""What the events of rigid contacts ask of the equations at one moment, on any route; and what the literal one answers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from kanefe.frames import Matrix, Vector
+from kanefe.kane.assemble import accelerations
+from kanefe.kane.constraints import meetings
+from kanefe.kane.rigid_contacts.contact_forces import ROUND_OFF_OF_FORCES, Margins, margins, probe_jacobian
+from kanefe.kane.rigid_contacts.impulses import unit_responses
+from kanefe.kane.state import State
+from kanefe.tree.model_data import ModelData
+
+if TYPE_CHECKING:
+    from kanefe.contact.rigid.meeting import Meeting
+
+ROUND_OFF_OF_GAPS = 1e-14
+"""Gap relative to the scene's length below which its sign is round-off. The lowest bounces that are resolved are a
+hundred times as high."""
+
+DEEPER = 10.0
+"""Depth up to which a separating point has not come back, in multiples of the depth at which it separates."""
+
+STOPPED = 1e-7
+"""Slip speed, relative to the speeds with which a contact point moves, below which it does not slip and its
+acceleration decides. Up to this speed, by `kanefe.contact.rigid.rigid_contact.STRAIGHT`, the direction of an ending
+slip is known."""
+
+Key = tuple[int, int]
+"""Number of a contact among the rigid contacts, and number of its contact point."""
+
+
+class Instant(Protocol):
+    """The scene at a state (q, u, z); but for `margins`, as if all rigid contacts were open.
+
+    Attributes
+    ----------
+    t : float
+        s.
+    """
+
+    t: float
+
+    def meeting(self, key: Key) -> Meeting:
+        """Return where a contact point meets its surface."""
+        ...
+
+    def surface(self, number: int) -> Matrix:
+        """Return the axes of the surface of a contact, from them to N, (3, 3)."""
+        ...
+
+    def problem(self, keys: Sequence[Key]) -> tuple[Matrix, Vector]:
+        """Return what unit forces at contact points do to their rates (3 k, 3 k), and the accelerations without (3 k,)."""
+        ...
+
+    def respond(self, keys: Sequence[Key], forces: Vector) -> Vector:
+        """Return the accelerations that forces at contact points (3 k,) add, (free,); loops hold."""
+        ...
+
+    def accelerations(self) -> Vector:
+        """Return du, (free,)."""
+        ...
+
+    def speed(self, key: Key) -> float:
+        """Return the sum of the speeds with which a contact point moves by each of the speeds of the scene, m/s."""
+        ...
+
+    def margins(self) -> Margins:
+        """Return how far what touches is from its next event."""
+        ...
+
+
+InstantAt = Callable[[float, Vector], Instant]
+"""Function of time and state (q, u, z)."""
+
+
+def blurs(instant: Instant, length: float) -> Margins:
+    """Return how far each margin of an instant may be below zero by round-off, by the numbers of `Margins`.
+
+    Parameters
+    ----------
+    instant : Instant
+    length : float
+        Of the scene, m.
+    """
+    found = instant.margins()
+    least, no_gap = ROUND_OFF_OF_FORCES * max(map(abs, found.normals.values()), default=0.0), ROUND_OFF_OF_GAPS * length
+    return Margins(
+        # what has bounced leaves from as deep as the moment of its impact was missed
+        {
+            key: max(no_gap, DEEPER * -gap) if gap < 0.0 and instant.meeting(key).rates[0] > 0.0 else no_gap
+            for key, gap in found.gaps.items()
+        },
+        dict.fromkeys(found.normals, least),
+        dict.fromkeys(found.slip_margins, least),
+        {key: _blur_of_slip(STOPPED * instant.speed(key), instant.meeting(key)) for key in found.slips},
+    )
+
+
+def _blur_of_slip(rest: float, met: Meeting) -> float:
+    """Return how far below zero is round-off for a point at rest; for a slipping point the sign is known, m/s."""
+    # of a speed v against the slip, 3/2 v is left: see `RigidContact.left_of_slip`
+    return 1.5 * rest if float(np.hypot(*met.rates[1:])) <= rest else 0.0
+
+
+class LiteralInstant:
+    """The same by the equations in dense matrices.
+
+    Parameters
+    ----------
+    model : ModelData
+    t : float
+        s.
+    y : ndarray
+        State (q, u, z).
+    """
+
+    def __init__(self, model: ModelData, t: float, y: Vector) -> None:
+        self.t, self._state = t, State(model, t, *model.parts(y))
+        z = self._state.z.copy()
+        for number, load in enumerate(model.rigid_contacts):
+            model.rigid_contact(number).open_all(z[model.load_states[load]])
+        self._free = State(model, t, self._state.q, self._state.u, z)
+
+    def meeting(self, key: Key) -> Meeting:
+        """Return where a contact point meets its surface."""
+        return meetings(self._free)[key[0]][key[1]]
+
+    def surface(self, number: int) -> Matrix:
+        """Return the axes of the surface of a contact."""
+        return self._free.marker(self._free.model.rigid_contact(number).ends[0]).A_NF
+
+    def _rows(self, keys: Sequence[Key]) -> Matrix:
+        return np.vstack([probe_jacobian(self._free, *key) for key in keys])
+
+    def problem(self, keys: Sequence[Key]) -> tuple[Matrix, Vector]:
+        """Return what unit forces at contact points do to their rates, and the accelerations without."""
+        rows, n = self._rows(keys), self._free.model.free_count
+        left = np.concatenate([self.meeting(key).remainder for key in keys]) + rows[:, n:] @ self._free.driven_rates
+        J = rows[:, :n]
+        return J @ unit_responses(self._free, J.T), J @ self.accelerations() + left
+
+    def respond(self, keys: Sequence[Key], forces: Vector) -> Vector:
+        """Return the accelerations that forces at contact points add."""
+        J = self._rows(keys)[:, : self._free.model.free_count]
+        return unit_responses(self._free, (J.T @ forces)[:, None])[:, 0]
+
+    def accelerations(self) -> Vector:
+        """Return du."""
+        return accelerations(self._free)
+
+    def speed(self, key: Key) -> float:
+        """Return the sum of the speeds with which a contact point moves."""
+        moved = np.abs(probe_jacobian(self._free, *key)).max(axis=0)
+        return float(moved @ np.abs(self._free.full[: len(moved)]))
+
+    def margins(self) -> Margins:
+        """Return how far what touches is from its next event."""
+        return margins(self._state)

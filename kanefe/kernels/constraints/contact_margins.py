@@ -1,0 +1,133 @@
+"""How far the points of rigid contacts are from their next events, in states of a run: see `Margins` of the literal route."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.kernels.algebra.vectors import copy
+from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler.arrays import Prepared, RealBlocks, RealRows, Reals
+from kanefe.kernels.compiler.calls import call_address
+from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.constraints.contact_shares import is_head, least_margins, share_otherwise
+from kanefe.kernels.constraints.multipliers import LIVE, Loops, share_forces, unit_responses_in
+from kanefe.kernels.contact.rigid_points import HAS_FRICTION, MET, is_closed, is_slipping, left_of_slip, meet
+
+FAR = 1.0
+"""Value of what cannot happen."""
+
+NEVER, GAP, NORMAL, SLIP_MARGIN, LEFT_OF_SLIP, LARGEST = range(6)
+"""Columns of the values of all rigid contacts of a scene: one that stays, the least of their margins, and the largest
+force, N."""
+MARGINS = 6
+
+
+class Looked(NamedTuple):
+    """One evaluation, and where what it writes is in its memory.
+
+    Attributes
+    ----------
+    evaluation : Prepared
+        Call of `kanefe.kernels.evaluation.evaluation.evaluate` with the arrays below.
+    time_at : int
+        Of the time among its numbers.
+    speeds, first_state : int
+        How many free and driven speeds there are, and where the internal states begin.
+    drives : ndarray, shape (driven, 3)
+    inputs : ndarray
+    vectors : ndarray, shape (2 or more, state and quadratures)
+    work : ndarray, shape (rows, WORK)
+    multipliers, holding : ndarray
+        See `kanefe.kernels.evaluation.evaluation.Workspace`.
+    """
+
+    evaluation: Prepared
+    time_at: int
+    speeds: int
+    first_state: int
+    drives: RealRows
+    inputs: Reals
+    vectors: RealRows
+    work: RealRows
+    multipliers: Reals
+    holding: Reals
+
+
+@entry()
+def watch_contacts(
+    looked: Looked,
+    loads: Prepared,
+    loops: Loops,
+    gravity: Reals,
+    times: Reals,
+    drives: RealBlocks,
+    inputs: RealRows,
+    states: RealRows,
+    found: RealRows,
+) -> None:
+    """Write the event values of loads, and then those of rigid contacts, in some states.
+
+    Parameters
+    ----------
+    looked : Looked
+    loads : Prepared
+        Call of `kanefe.kernels.loads.watching.watch_states` with the arrays below; address 0: there are none.
+    loops : Loops
+    gravity : ndarray, shape (3,)
+    times : ndarray, shape (T,)
+    drives : ndarray, shape (T, driven, 3)
+    inputs : ndarray, shape (T, inputs)
+    states : ndarray, shape (T, state)
+        Each begins with q, u and z.
+    found : ndarray, shape (T, values)
+    """
+    if loads.address != 0:
+        call_address(loads.address, (loads.places, loads.numbers))
+    width = min(states.shape[1], looked.vectors.shape[1])
+    for row in range(len(times)):
+        copy(inputs[row], looked.inputs)
+        for i in range(len(looked.drives)):
+            copy(drives[row, i], looked.drives[i])
+        copy(states[row, :width], looked.vectors[0, :width])
+        looked.evaluation.numbers[looked.time_at] = times[row]
+        call_address(looked.evaluation.address, (looked.evaluation.places, looked.evaluation.numbers))
+        _put_margins(looked, loops, gravity, states[row], found[row, found.shape[1] - MARGINS :])
+
+
+@kernel
+def _put_margins(looked: Looked, loops: Loops, gravity: np.ndarray, y: np.ndarray, found: np.ndarray) -> None:
+    """Write the least margins of a state that has been evaluated."""
+    points, kept = loops.points, unit_responses_in(looked.holding, loops, looked.speeds)
+    z, forces = y[looked.first_state :], looked.multipliers
+    found[:] = FAR
+    found[LARGEST] = 0.0
+    gap = left = np.inf
+    touches = False
+    for p in range(len(points.places)):
+        if not is_closed(points, p, z):
+            meet(points, p, gravity, looked.work, kept.met)
+            gap = min(gap, kept.met[p, MET.gap])
+            continue
+        touches = True
+        if is_slipping(points, p, z) and points.places[p, HAS_FRICTION] != 0:
+            left = min(left, left_of_slip(points, p, z, looked.work, kept.met))
+    if gap < np.inf:
+        found[GAP] = gap
+    if left < np.inf:
+        found[LEFT_OF_SLIP] = left
+    if not touches:
+        return
+    if kept.told[LIVE] < 0.0:
+        share_forces(loops, z, False, forces, kept)
+    normal, slip = least_margins(loops, z, forces)
+    if min(normal, slip) < 0.0:
+        share_otherwise(loops, z, forces, kept)
+        normal, slip = least_margins(loops, z, forces)
+    for j in range(len(forces)):
+        found[LARGEST] = max(found[LARGEST], abs(forces[j]) if is_head(loops, j, z) else 0.0)
+    if abs(normal) < np.inf:
+        found[NORMAL] = normal
+    if abs(slip) < np.inf:
+        found[SLIP_MARGIN] = slip

@@ -1,0 +1,45 @@
+"""Tables of the points of rigid contacts for the kernels."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.kernels.contact.laws.falling import SteadyNumbers
+from kanefe.kernels.contact.rigid_points import (
+    POINT_CONSTANTS,
+    POINT_INTEGERS,
+    PointConstants,
+    RigidPoints,
+    no_rigid_points,
+)
+from kanefe.kernels.force_elements.blocks import flat
+from kanefe.kernels.loads.markers import MARKER_NUMBERS
+from kanefe.order_n.tables.frame_offsets import FrameOffsets
+
+
+def rigid_points(builder: FrameOffsets) -> RigidPoints:
+    """Return the tables of all points, contact by contact."""
+    model = builder.model
+    if not model.rigid_contacts:
+        return no_rigid_points()
+    from kanefe.contact.rigid.rigid_contact import EACH, REPORTED_CHANGES
+
+    places, markers, numbers, shapes = [], list[np.ndarray](), list[np.ndarray](), list[float]()
+    for number, load in enumerate(model.rigid_contacts):
+        contact, first = model.rigid_contact(number), model.load_states[load].start
+        ends = [builder.marker_numbers(marker) for marker in contact.ends]
+        for i, (end, probe) in enumerate(contact.probes):
+            status = first + REPORTED_CHANGES + EACH * i
+            nature = int(contact.friction is not None), int(contact.has_mark(i))
+            places.append((ends[0][0], ends[end][0], status, len(shapes), *nature, first, number))
+            markers += [ends[0][1], ends[end][1]]
+            steady = SteadyNumbers(0.0, 0.0) if contact.friction is None else contact.friction.steady
+            own = probe.point, probe.radius, probe.ring, probe.axis, probe.share, contact.belt, steady
+            numbers.append(flat(PointConstants(*own)))
+        shapes += [float(contact.shape.kind), *contact.shape.numbers.tolist()]
+    return RigidPoints(
+        places=np.array(places, dtype=np.int64).reshape(-1, POINT_INTEGERS),
+        markers=np.array(markers).reshape(-1, MARKER_NUMBERS),
+        numbers=np.array(numbers).reshape(-1, POINT_CONSTANTS),
+        shapes=np.array(shapes, dtype=float),
+    )
