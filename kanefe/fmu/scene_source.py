@@ -14,7 +14,7 @@ from kanefe.integrate.methods.kernel_stepper import SMALLEST_STEP, KernelStepper
 from kanefe.kernels.compiler._numba import IS_COMPILED
 from kanefe.kernels.evaluation.evaluation import AT_TIME
 from kanefe.kernels.steppers import step_commands as stepping
-from kanefe.kernels.steppers.steps_with_events import ACTS
+from kanefe.kernels.steppers.watched_run import ACTS
 from kanefe.kernels.sweeps.drives import PIECE_NUMBERS, Drives
 from kanefe.kernels.sweeps.outward import motion_memory_size, motions_of_rows
 from kanefe.loads.controller import INPUTS
@@ -27,7 +27,8 @@ ROW, ACCELERATED_ROW = 18, 24
 """Number of values of the motion of a link, without and with accelerations."""
 
 COMMANDS = "START ACCEPTED DONE JACOBIAN FAILED NO_INERTIA"
-PLACES = "TIME TIME_OLD STOP SMALLEST NEXT_OUTPUT TIME_EXCESS TO_EVENT COMMAND STAGE STEPS STORED IS_LEFT_OPEN WANTS_DENSE STATE"
+REALS = "TIME TIME_OLD STOP SMALLEST NEXT_OUTPUT TIME_EXCESS TO_EVENT"
+PLACES = f"{REALS} COMMAND STAGE STEPS STORED IS_LEFT_OPEN WANTS_DENSE STATE"
 
 
 class SceneSource(NamedTuple):
@@ -125,7 +126,7 @@ class _Tables:
         for call in self.calls:
             _clear(call)
         scene = self.run.arguments[0]
-        scene.closed[:] = scene.asked[:] = scene.derivatives.state[:] = 0.0
+        scene.closing.closed[:] = scene.asked[:] = scene.derivatives.state[:] = 0.0
         if self.passing is not None and self.watched is not None:
             for part in (self.watched, *self.passing.arguments[1:4]):
                 for name in part._fields:
