@@ -166,7 +166,7 @@ def test_a_run_with_a_spring_imports_no_contacts() -> None:
     assert done.returncode == 0, done.stderr
     loaded = done.stdout.split()
     assert "kanefe.loads.spring" in loaded
-    of_contacts = "kanefe.contact.", "kanefe.kernels.contact.laws", "kanefe.kane.rigid_contacts."
+    of_contacts = "kanefe.contact.", "kanefe.kernels.contact.laws", "kanefe.kane.rigid_contacts.impulses"
     assert not [name for name in loaded if name.startswith(of_contacts)]
 
 
