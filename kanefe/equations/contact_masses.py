@@ -11,7 +11,7 @@ import numpy as np
 
 from kanefe.frames import Vector
 from kanefe.loads.anchors import default_damping
-from kanefe.loads.base import Load
+from kanefe.loads.base import Load, has_contacts
 from kanefe.tree.model_data import ModelData
 
 if TYPE_CHECKING:
@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 def with_contact_masses(model: ModelData, loads: Sequence[Load]) -> tuple[Load, ...]:
     """Return loads with what contacts hold, and with damping of their anchors where none is given."""
-    if not loads:
-        return ()
+    if not has_contacts(loads):
+        return tuple(loads)
     from kanefe.contact.contact import compliant_contacts
 
     completed = list(loads)

@@ -27,7 +27,8 @@ ROW, ACCELERATED_ROW = 18, 24
 """Number of values of the motion of a link, without and with accelerations."""
 
 COMMANDS = "START ACCEPTED DONE JACOBIAN FAILED NO_INERTIA"
-PLACES = "TIME TIME_OLD STOP SMALLEST NEXT_OUTPUT TIME_EXCESS TO_EVENT COMMAND STAGE STEPS STORED IS_LEFT_OPEN WANTS_DENSE STATE"
+REALS = "TIME TIME_OLD STOP SMALLEST NEXT_OUTPUT TIME_EXCESS TO_EVENT"
+PLACES = f"{REALS} COMMAND STAGE STEPS STORED IS_LEFT_OPEN WANTS_DENSE STATE"
 
 
 class SceneSource(NamedTuple):
@@ -125,7 +126,7 @@ class _Tables:
         for call in self.calls:
             _clear(call)
         scene = self.run.arguments[0]
-        scene.closed[:] = scene.asked[:] = scene.derivatives.state[:] = 0.0
+        scene.closing.closed[:] = scene.asked[:] = scene.derivatives.state[:] = 0.0
         if self.passing is not None and self.watched is not None:
             for part in (self.watched, *self.passing.arguments[1:4]):
                 for name in part._fields:

@@ -13,7 +13,6 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.integrate.trajectory import Trajectory
-from kanefe.kane.rigid_contacts.impulses import struck_speeds
 from kanefe.kane.state import State
 from kanefe.results.channels import RunChannels
 from kanefe.results.load_lines import LoadLine
@@ -167,6 +166,8 @@ class Instant(Reader):
                 f"{known}"
             )
         frame = model.flexible_terms(body).body.interface(interface) if interface else None
+        from kanefe.kane.rigid_contacts.impulses import struck_speeds
+
         given = ("impulse", impulse), ("point", point), ("moment", moment)
         hit, where, about = (three(value, f"the {what} of an impulse on {body!r}") for what, value in given)
         state = State(model, self.time, self.q, self.u, self.z)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
@@ -35,6 +35,15 @@ class HeldCoordinates(NamedTuple):
     stiffness: tuple[float, ...]
     damping: tuple[float, ...]
     rate: float
+
+
+CONTACT_KINDS = "contact", "rigid contact", "rigid contacts"
+"""Kinds of loads that are contacts."""
+
+
+def has_contacts(loads: Iterable[Load]) -> bool:
+    """Return whether there may be contacts among loads; scenes without them do not import what they are."""
+    return any(load.kind in CONTACT_KINDS for load in loads)
 
 
 class LoadEvent(NamedTuple):

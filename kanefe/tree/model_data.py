@@ -19,7 +19,7 @@ from kanefe.bodies.slopes import SlopeMeasure
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix
 from kanefe.joints import Motion
-from kanefe.loads.base import Load
+from kanefe.loads.base import Load, has_contacts
 from kanefe.storage.pickled import PickledByFields
 from kanefe.tree.body_terms import BodyTerms, FlexibleTerms, is_unreduced
 
@@ -34,9 +34,6 @@ if TYPE_CHECKING:
 QUADRATURES = 2
 """Number of energy quadratures at the end of the state of a run: energy dissipated, and work of loads and drives, J."""
 
-
-RIGID_CONTACT, RIGID_CONTACTS = "rigid contact", "rigid contacts"
-"""Kinds of the loads that are rigid contacts, one by one or many in one."""
 
 LISTED = 8
 """Largest number of bodies that a model lists when it is shown."""
@@ -102,8 +99,8 @@ class ModelData(PickledByFields):
     @cached_property
     def rigid_contacts(self) -> tuple[int, ...]:
         """Numbers of the loads that are rigid contacts."""
-        if all(load.kind != RIGID_CONTACT for load in self.loads):
-            return ()  # scenes without them do not import what they are
+        if not has_contacts(self.loads):
+            return ()
         from kanefe.contact.rigid.rigid_contact import rigid_contacts
 
         return tuple(i for i, _ in rigid_contacts(self.loads))
@@ -117,7 +114,7 @@ class ModelData(PickledByFields):
     @cached_property
     def granular(self) -> GranularContacts | None:
         """Rigid contacts of many bodies among each other, which runs step over."""
-        if all(load.kind != RIGID_CONTACTS for load in self.loads):
+        if not has_contacts(self.loads):
             return None
         from kanefe.contact.rigid.granular_contacts import granular_contacts
 

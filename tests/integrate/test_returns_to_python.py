@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from bouncing_scenes import bouncing_ball, swinging_rod
 from kanefe.integrate.events.event_search import EventWatch
 from kanefe.kernels.compiler.entries import Call
 from loop_scenes import four_bar
-from run_scenes import bouncing_ball, swinging_rod
 
 LOOPS = "integrate", "pass_steps"
 """Kernels that go through a run."""

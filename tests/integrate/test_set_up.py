@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from bouncing_scenes import bouncing_ball, swinging_rod
 from loop_scenes import four_bar
-from run_scenes import bouncing_ball, swinging_rod
 
 NUMBERS = "coordinates", "speeds", "internal", "dissipated", "work"
 

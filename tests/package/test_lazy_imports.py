@@ -159,6 +159,17 @@ def test_a_run_of_a_flexible_arm_imports_no_contacts_and_no_constraints() -> Non
     assert not [name for name in loaded if name.startswith(NOT_OF_TREES)]
 
 
+def test_a_run_with_a_spring_imports_no_contacts() -> None:
+    spring = 'scene.add_spring("spring", scene.ground, arm.frame(at=(1, 0, 0)), stiffness=10.0, rest_length=0.5)\n'
+    run = "scene.simulate((0.0, 0.01))\nprint(*sorted(sys.modules))"
+    done = python(SPATIAL.partition("model =")[0] + spring + run)
+    assert done.returncode == 0, done.stderr
+    loaded = done.stdout.split()
+    assert "kanefe.loads.spring" in loaded
+    of_contacts = "kanefe.contact.", "kanefe.kernels.contact.laws", "kanefe.kane.rigid_contacts.impulses"
+    assert not [name for name in loaded if name.startswith(of_contacts)]
+
+
 def test_public_names_load_nothing_heavy_either() -> None:
     done = python(
         "import sys, kanefe\n"

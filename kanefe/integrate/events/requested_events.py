@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
@@ -84,5 +83,7 @@ def _only_in(more: Load, load: Load) -> set[str]:
 
 
 def _nearest(name: str, known: Sequence[str]) -> str:
+    import difflib
+
     near = difflib.get_close_matches(name, known, 1)
     return f"Did you mean {near[0]!r}? " if near else ""

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.errors import SimulationWarning, outside
+from kanefe.loads.base import has_contacts
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import scene_length
 
@@ -44,7 +45,7 @@ class StiffContact(NamedTuple):
 
 def stiffest_contact(model: ModelData) -> StiffContact | None:
     """Return the contact with the shortest period; None without one whose law is a straight line."""
-    if not model.loads:
+    if not has_contacts(model.loads):
         return None
     from kanefe.contact.contact import compliant_contacts
 
