@@ -76,14 +76,13 @@ def obstacle(sim: Simulation) -> str:
         return f"these events are looked for in Python: {named}. Remedy: leave them out"
     if stepper.events_need_python:
         return (
-            f"closed loops, and the method {stepper.name!r} of extrapolation, begin anew in Python after events. "
-            "Remedy: method='radau5', and joints of the tree instead of loops"
+            f"the method {stepper.name!r} begins anew in Python after events. Remedy: method='radau5', or 'dop853'"
         )
-    acting = [event.name for event, kind in zip(watch.events, watch.watched.kinds, strict=True) if kind == ACTS]
+    acting = [event.name for event, kind in zip(watch.events, watch.watched.kinds, strict=True) if kind >= ACTS]
     if acting:
         return (
-            f"these events change the state in Python: {', '.join(map(repr, acting[:MOST_NAMED]))}. Remedy: friction "
-            "that holds what it slips by, a contact without restitution, a rope that does not break"
+            f"these events act in Python: {', '.join(map(repr, acting[:MOST_NAMED]))}. Remedy: a compliant contact in "
+            "the place of a rigid one, a bearing without a table"
         )
     return ""
 

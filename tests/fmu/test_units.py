@@ -138,7 +138,7 @@ def rubbing_and_bouncing() -> kf.System:
     floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
     surface = scene.add_surface("ball", ball, kf.shapes.Sphere(0.1))
     scene.add_contact("touch", surface, floor, normal=kf.HuntCrossley(1e5), friction=kf.Coulomb(0.3))
-    scene.add_rigid_body("wheel", 1.0, 0.1, joint=kf.Revolute("z", speed=0.05, forces=kf.CoordinateForce(friction=0.1)))
+    scene.add_rigid_body("wheel", 1.0, 0.1, joint=kf.Revolute("z", speed=0.05, forces=kf.CoordinateForce(friction=0.1, static_friction=0.2)))
     return scene
 
 
@@ -246,9 +246,10 @@ def touching(scene: kf.System) -> None:
     scene.add_contact("touch", ball, floor, normal=kf.HuntCrossley(1e5))
 
 
-def breaking_away(scene: kf.System) -> None:
-    forces = kf.CoordinateForce(friction=0.1, static_friction=0.2)
-    scene.add_rigid_body("wheel", 1.0, 0.1, joint=kf.Revolute("z", forces=forces))
+def rigidly_touching(scene: kf.System) -> None:
+    floor = scene.add_surface("floor", scene.ground.frame(at=(0, 0, -1)), kf.shapes.Plane("z"))
+    ball = scene.add_surface("ball", scene.body("hub"), kf.shapes.Sphere(0.1))
+    scene.add_contact("touch", ball, floor, normal=kf.Rigid())
 
 
 IN_PYTHON: dict[str, tuple[Callable[[kf.System], Any], dict[str, Any]]] = {
@@ -257,8 +258,8 @@ IN_PYTHON: dict[str, tuple[Callable[[kf.System], Any], dict[str, Any]]] = {
         lambda scene: scene.add_torque(scene.body("hub"), lambda t: 1.0 * t),
         {"method": "dop853"},
     ),
-    "these events change the state in Python: 'wheel slip', 'wheel stick'": (breaking_away, {}),
-    "begin anew in Python after events": (touching, {"method": "extrapolation"}),
+    "these events act in Python: 'a rigid contact: touch'": (rigidly_touching, {"method": "radau5"}),
+    "begins anew in Python after events": (touching, {"method": "extrapolation"}),
     "the output 'joint_reaction hub force_x' is a force": (
         lambda scene: None,
         {"outputs": ("joint_coordinates hub", "joint_reaction hub force_x")},

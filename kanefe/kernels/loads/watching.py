@@ -50,7 +50,7 @@ def watch_states(
     states: RealRows,
     found: RealRows,
     memory: Reals,
-    change: Integers,
+    changing: Integers,
 ) -> None:
     """Write the event values of loads in some states, or change a state by an event.
 
@@ -73,7 +73,7 @@ def watch_states(
         Each begins with q, u and z.
     found : ndarray, shape (T, values)
     memory : ndarray, shape (`watch_memory_size`,)
-    change : ndarray of int, shape (4,)
+    changing : ndarray of int, shape (4,)
         Number of a load whose states an event changes (below zero: none does), number of the event, first and number of
         the states: these are written to the first state, and to `found` by how much the potential energy grows, J.
     """
@@ -99,20 +99,22 @@ def watch_states(
     has_frames = False  # along joint coordinates alone nothing else has to be known of the scene
     for end in range(len(between.rows)):
         has_frames = has_frames or between.rows[end] != COORDINATE
-    if change[0] >= 0:
-        load, y, first, count = change[0], states[0], change[2], change[3]
+    if changing[0] >= 0:
+        of, y, first, count = changing[0], states[0], changing[2], changing[3]
         if has_frames:
             sweep_outward(tables, flexible, drives[0], y[:n], y[n:m], work, modal)
-        gather_points(between, flexible, between.loads[load, TEAM], load, load + 1, work, modal, acting)
+        gather_points(between, flexible, between.loads[of, TEAM], of, of + 1, work, modal, acting)
         evaluate_load(
-            between, load, load, flexible, times[0], inputs[0], y[m:k], drives[0], y[:n], y[n:m], work, acting
+            between, of, of, flexible, times[0], inputs[0], y[m:k], drives[0], y[:n], y[n:m], work, acting
         )
-        out, z = acting[span_of_load(between, load)], y[first : first + count]
-        out[0], wanted[0] = 0.0, change[1]
-        out[1 : 1 + count] = z
-        own, ends = between.numbers[between.loads[load, FIRST_NUMBER] :], acting[place_of_load(between) :]
-        call_address(between.addresses[load, CHANGES], (times[0], own, wanted, ends, z, out))
-        z[:] = out[1 : 1 + count]
+        out, z = acting[span_of_load(between, of)], y[first : first + count]
+        out[0], wanted[0] = 0.0, float(changing[1])
+        for i in range(count):
+            out[1 + i] = z[i]
+        own, ends = between.numbers[between.loads[of, FIRST_NUMBER] :], acting[place_of_load(between) :]
+        call_address(between.addresses[of, CHANGES], (times[0], own, wanted, ends, z, out))
+        for i in range(count):
+            z[i] = out[1 + i]
         found[0, 0] = out[0]
         return
     if len(states) > 1 and len(between.reach.balls) > 0:
