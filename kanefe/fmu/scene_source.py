@@ -75,9 +75,7 @@ def obstacle(sim: Simulation) -> str:
         named = ", ".join(map(repr, list(sim.events)[:MOST_NAMED])) or "the end of a joint's range"
         return f"these events are looked for in Python: {named}. Remedy: leave them out"
     if stepper.events_need_python:
-        return (
-            f"the method {stepper.name!r} begins anew in Python after events. Remedy: method='radau5', or 'dop853'"
-        )
+        return f"the method {stepper.name!r} begins anew in Python after events. Remedy: method='radau5', or 'dop853'"
     acting = [event.name for event, kind in zip(watch.events, watch.watched.kinds, strict=True) if kind >= ACTS]
     if acting:
         return (
@@ -112,9 +110,9 @@ class _Tables:
         self.motions: Drives = route.motion_tables  # type: ignore[assignment]  # of an autonomous scene
         self.driven = len(model.drives)
         self.outputs = OutputTables(sim, Sweeps(route, np.zeros(1), model_state(sim)[None]))
-        self.times, states = np.zeros(1), np.zeros((1, self.size))
+        self.times, self.states = np.zeros(1), np.zeros((1, self.size))
         self.watched = None if sim.event_watch is None else sim.event_watch.watched
-        run, passing, kept, self.inputs = stepper.prepared(self.times, states, self.watched)
+        run, passing, kept, self.inputs = stepper.prepared(self.times, self.states, self.watched)
         self.calls = [run, *kept] if passing is None else [run, passing, *kept]
         self.run, self.passing = run, passing
         self.lines: list[str] = []
@@ -193,6 +191,7 @@ class _Tables:
             "AT_REALS": stepper.reals,
             "AT_VECTORS": stepper.vectors,
             "AT_TIMES": self.times,
+            "AT_STATES": self.states,
             "AT_INPUTS": self.inputs,
         }
         scene = self.run.arguments[0]
@@ -220,7 +219,13 @@ class _Tables:
                 places |= {"AT_MOTION_RATES": rates, "AT_EVALUATED": self.evaluated.vectors}
                 places |= {"AT_EVALUATED_DRIVES": self.evaluated.drives, "AT_EVALUATED_INPUTS": self.evaluated.inputs}
         self.lines += [c.define(name, image.place(array)) for name, array in places.items()]
-        kept = [stepper.integers, stepper.reals, stepper.vectors, *([scene.motions.pieces] if sim.courses else [])]
+        kept = [
+            stepper.integers,
+            stepper.reals,
+            stepper.vectors,
+            self.states,
+            *([scene.motions.pieces] if sim.courses else []),
+        ]
         if self.watched is not None:
             kept += [self.watched.values, self.watched.noise, self.watched.last, self.watched.actions]
         add(c.define("KEPT_COUNT", len(kept)))

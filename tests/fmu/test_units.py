@@ -113,13 +113,22 @@ def test_bytes_that_are_no_state_of_the_unit_are_refused(tmp_path: Path, fmi: st
     other.free()
 
 
-def test_loops_driven_joints_and_planes_are_in_units(tmp_path: Path) -> None:
+@pytest.mark.parametrize("method", ["radau5", "dop853"])
+def test_loops_driven_joints_and_planes_are_in_units(tmp_path: Path, method: str) -> None:
     scene = four_bar()
     names = [entry.name for entry in scene._entries]
     scene.add_rigid_body("wheel", 1.0, 0.1, joint=kf.Revolute("z", motion=kf.Motion.steady(2.0)))
+    friction = kf.CoordinateForce(friction=0.01, static_friction=0.02)
+    scene.add_rigid_body("disc", 0.1, 1e-3, joint=kf.Revolute("z", speed=0.7, forces=friction))
     options: dict[str, Any] = {
+        "method": method,
         "inputs": ("drive wheel", f"motor {names[0]}"),
-        "outputs": (f"joint_coordinates {names[0]}", "joint_speeds wheel", f"position {names[1]} x"),
+        "outputs": (
+            f"joint_coordinates {names[0]}",
+            "joint_speeds wheel",
+            f"position {names[1]} x",
+            "joint_speeds disc",
+        ),
     }
     sim, unit = scene.start(**options), Unit(scene.to_fmu(tmp_path / "bars.fmu", **options))
     for k in range(8):
@@ -138,7 +147,12 @@ def rubbing_and_bouncing() -> kf.System:
     floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
     surface = scene.add_surface("ball", ball, kf.shapes.Sphere(0.1))
     scene.add_contact("touch", surface, floor, normal=kf.HuntCrossley(1e5), friction=kf.Coulomb(0.3))
-    scene.add_rigid_body("wheel", 1.0, 0.1, joint=kf.Revolute("z", speed=0.05, forces=kf.CoordinateForce(friction=0.1, static_friction=0.2)))
+    scene.add_rigid_body(
+        "wheel",
+        1.0,
+        0.1,
+        joint=kf.Revolute("z", speed=0.05, forces=kf.CoordinateForce(friction=0.1, static_friction=0.2)),
+    )
     return scene
 
 

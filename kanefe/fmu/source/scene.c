@@ -62,6 +62,9 @@ static void *at(const engine *e, int64_t place) { return e->image + place; }
 
 static double *vector(engine *e, int row) { return (double *)at(e, AT_VECTORS) + (int64_t)row * SIZE; }
 
+/* The state that is reached, its loops closed: the method itself goes on with one whose loops may be a little open. */
+static double *state_of(engine *e) { return e->has_begun ? (double *)at(e, AT_STATES) : vector(e, STATE); }
+
 static void unpack(engine *e)
 {
     memcpy(e->image, kanefe_image, IMAGE_BYTES);
@@ -229,6 +232,8 @@ static void hold(engine *e)
     double *reals = at(e, AT_REALS), *pieces = at(e, AT_PIECES), *y = vector(e, STATE), t = reals[TIME];
     int64_t *integers = at(e, AT_INTEGERS);
 
+    if (e->has_begun)
+        memcpy(y, state_of(e), sizeof(double[SIZE]));
     for (int i = 0; i < LOAD_COUNT; i++)
         y[FIRST_HELD + i] = e->inputs[i];
     for (int i = 0; i < COURSE_COUNT; i++) {
@@ -415,7 +420,7 @@ static void of_frame(const double *row, const frame *f, int what, double *out)
 static int put_motions(engine *e)
 {
 #if HAS_FRAMES
-    double *y = vector(e, STATE), t = engine_time(e);
+    double *y = state_of(e), t = engine_time(e);
 
     put_drives(e, t, AT_MOTION_DRIVES);
     memcpy(at(e, AT_MOTION_STATE), y, sizeof(double[SIZE - WORKS]));
@@ -441,7 +446,7 @@ static int put_motions(engine *e)
 
 const double *engine_outputs(engine *e)
 {
-    const double *rows = NULL, *y = vector(e, STATE);
+    const double *rows = NULL, *y = state_of(e);
 
     if (e->is_read)
         return e->has_numbers ? e->outputs : NULL;

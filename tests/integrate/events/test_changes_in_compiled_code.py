@@ -46,7 +46,9 @@ def rope() -> kf.System:
 
 def winch() -> kf.System:
     scene = kf.System(gravity=(0.0, 0.0, -9.81))
-    weight = scene.add_rigid_body("weight", 1.0, 0.1, joint=kf.Free(position=(0.0, 0.0, -1.0), velocity=(0.0, 0.0, -4.0)))
+    weight = scene.add_rigid_body(
+        "weight", 1.0, 0.1, joint=kf.Free(position=(0.0, 0.0, -1.0), velocity=(0.0, 0.0, -4.0))
+    )
     ends = scene.ground, weight
     scene.add(kf.Winch("winch", ends, tension=9.81, stiffness=1e3, speed=0.5, damping=50.0, breaking_load=60.0))
     return scene
@@ -74,7 +76,9 @@ def test_compiled_changes_are_those_of_python(name: str, method: str, monkeypatc
     compiled = scene().simulate((0.0, 0.45), **options)
     assert not asked
     kind = event_search._kind_for_kernels
-    monkeypatch.setattr(event_search, "_kind_for_kernels", lambda event: ACTS if kind(event) == CHANGES else kind(event))
+    monkeypatch.setattr(
+        event_search, "_kind_for_kernels", lambda event: ACTS if kind(event) == CHANGES else kind(event)
+    )
     in_python = scene().simulate((0.0, 0.45), **options)
     assert asked
     assert happens == {name for name, times in compiled.events.items() if len(times)}
@@ -82,7 +86,9 @@ def test_compiled_changes_are_those_of_python(name: str, method: str, monkeypatc
         # moments are roots to the time tolerance of the search, 4 eps of the run
         np.testing.assert_allclose(compiled.events[event], times, rtol=0, atol=1e-12, err_msg=event)
     # a step that is a root apart in the last digit continues with other rounding
-    np.testing.assert_allclose(compiled.run.trajectory.coordinates, in_python.run.trajectory.coordinates, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(
+        compiled.run.trajectory.coordinates, in_python.run.trajectory.coordinates, rtol=0, atol=1e-10
+    )
     np.testing.assert_allclose(compiled.energy.dissipated, in_python.energy.dissipated, rtol=0, atol=1e-8)
     scale = max(1.0, float(np.abs(compiled.energy.total).max()))
     assert np.abs(compiled.energy.balance_error).max() < 1e-5 * scale
