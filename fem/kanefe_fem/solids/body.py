@@ -18,7 +18,7 @@ from kanefe.errors import MeshError, ModelError, outside
 from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import TRANSLATIONS, Cells, FiniteElementModel, MassField
 from kanefe.fe_model.places import PlaceLike
-from kanefe.fe_model.progress import size_in_words, stage, stages
+from kanefe.fe_model.progress import report_size, stage, stages
 from kanefe.fe_model.shapes import MIDS, shape
 from kanefe_fem import _fenicsx
 from kanefe_fem.lumped.parts import Lumped, attach, groups_of
@@ -151,7 +151,7 @@ def solid_model(
     of_cells = cell_materials(lifted, by_group, plane, scale, densities)
     warn_of_group_units(lifted, by_group, scale, densities)
     read = time.perf_counter()
-    size_in_words(mesh.dimension * len(lifted.nodes))
+    report_size(mesh.dimension * len(lifted.nodes))
     with stage("assemble"):
         assembly = _assembly(lifted, of_cells)
     assembled = time.perf_counter()
