@@ -263,7 +263,7 @@ class FlexibleBody(PickledByFields):
             raise ModelError(f"node {node} is not one of the {len(self.nodes)} nodes of this body")
         motion = np.zeros((6, self.count))
         width = len(self.components)
-        rows = self.basis[node * width : (node + 1) * width]
+        rows: Any = self.basis[node * width : (node + 1) * width]
         motion[[COMPONENTS.index(c) for c in self.components]] = rows.toarray() if sp.issparse(rows) else rows
         return InterfaceFrame(f"node {node}", self.nodes[node].copy(), motion)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -147,6 +146,8 @@ def _asked(named: Named | None) -> list[tuple[str, str]]:
 
 
 def _did_you_mean(text: str, known: Iterable[str]) -> str:
+    import difflib
+
     near = difflib.get_close_matches(text, list(known), 1)
     return f"Did you mean {near[0]!r}? " if near else ""
 
