@@ -341,8 +341,9 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
 
         It has the results of the simulation that `start` returns: inputs are held over a communication step, states can
         be read, set and serialised. It contains the compiled kernels and needs no Python. With functions in Python,
-        events, contacts, dry friction, or forces as outputs the unit needs kanefe where it runs, and cannot save
-        states: a warning and its description say so. For a linear model for exchange see `Linearisation.to_fmu`.
+        events of the user, rigid contacts, events that change the states of loads (friction that breaks away), or
+        forces as outputs, the unit needs kanefe where it runs, and cannot save states: a warning and its description
+        say so. For a linear model for exchange see `Linearisation.to_fmu`.
 
         Parameters
         ----------
