@@ -72,7 +72,7 @@ def check_numbers(mesh: Mesh) -> None:
     if len(bad):
         raise MeshError(
             f"{mesh.source}: node {bad[0]} has the coordinates {mesh.nodes[bad[0]].tolist()} "
-            f"({len(bad)} such nodes). Remedy: mesh again, or mend the file; coordinates must be finite"
+            f"({len(bad)} such nodes). Remedy: mesh again, or correct the file; coordinates must be finite"
         )
     for label, block in _all_blocks(mesh):
         if block.nodes.ndim != 2 or not np.issubdtype(block.nodes.dtype, np.integer):
