@@ -254,7 +254,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
 
         asked = RunOptions(t_span=t_span, **options)
         model = self.freeze(asked.span[0], start)
-        return Result(model, accounted(model, run(model, asked, _told_poles)))
+        return Result(model, accounted(model, run(model, asked, _poles_in_words)))
 
     @checked("method")
     def start(
@@ -383,8 +383,8 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         return write_scene(sim, path, fmi, every)
 
 
-def _told_poles(model: Model, t: float, y: np.ndarray) -> str | None:
-    """Return what `kanefe.linear.sampled.sampled_loop.poles_in_words` does, which runs of sound loops do without."""
+def _poles_in_words(model: Model, t: float, y: np.ndarray) -> str | None:
+    """Call `kanefe.linear.sampled.sampled_loop.poles_in_words`, which is imported only for unstable runs."""
     from kanefe.linear.sampled.sampled_loop import poles_in_words
 
     return poles_in_words(model, t, y)
