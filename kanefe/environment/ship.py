@@ -37,7 +37,7 @@ HORIZONTAL = np.array((0, 1, 5))
 """Indices of surge, sway and yaw."""
 
 REPORTED = 0.01
-"""Share of the variance of a motion that may be left out without a warning."""
+"""Fraction of the variance of a motion that may be left out without a warning."""
 
 DIRECTIONS = 90
 """Number of parts of equal energy into which spreading waves are divided."""

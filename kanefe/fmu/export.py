@@ -123,7 +123,8 @@ def write_linear(small: Linearisation, path: str | Path, version: str) -> Path:
     matrices = [np.asarray(matrix, dtype=float) for matrix in (small.A, small.B, small.C, small.D)]
     lines = [c.numbers(f"MATRIX_{letter}", matrix) for letter, matrix in zip("ABCD", matrices, strict=True)]
     body = "\n".join((*lines, c.numbers("OFFSETS", small.output_values))) + "\n"
-    named = [tuple(map(_variable, names)) for names in (small.input_names, small.output_names, small.state_names)]
+    named = (small.input_names, small.output_names, small.state_names)
+    inputs, outputs, states = (tuple(map(_variable, names)) for names in named)
     description = UnitDescription(
         name,
         _identifier(name),
@@ -133,8 +134,10 @@ def write_linear(small: Linearisation, path: str | Path, version: str) -> Path:
                 *(line.strip() for line in imbalance_in_words(small.imbalance)),
             )
         ),
-        _token(body.encode(), repr(named).encode()),
-        *named,
+        _token(body.encode(), repr([inputs, outputs, states]).encode()),
+        inputs,
+        outputs,
+        states,
         True,
         small.time,
         0.0,

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from kanefe.fe_model.load_pattern import LoadPattern
 
 REPORTED = 0.05
-"""Share of the deformation, as the root of its strain energy, above which a warning is issued."""
+"""Fraction of the deformation, as the root of its strain energy, above which a warning is issued."""
 
 FELT = 1e-6
 """Displacement relative to the size of the body below which no warning is issued: that of a hanging steel bar."""

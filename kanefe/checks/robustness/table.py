@@ -32,8 +32,8 @@ class Row:
     @classmethod
     def of(cls, case: str, finding: Finding, seconds: float) -> Row:
         """Return the row of a finding that took some seconds."""
-        marks = {"passed": finding.passed, "is_known_limit": finding.is_known_limit}
-        return cls(case, **asdict(finding), seconds=seconds, **marks)
+        is_known_limit = finding.is_known_limit
+        return cls(case, **asdict(finding), seconds=seconds, passed=finding.passed, is_known_limit=is_known_limit)
 
     @property
     def texts(self) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ LONG = 0.3
 """Largest deviation of the heave from that of the surface for waves to count as long."""
 
 ALONG, AGAINST = 0.5, -0.5
-"""Real part of a motion over that of the surface above which both agree, and below which they are opposed."""
+"""Real part of a motion divided by that of the surface, above which both agree and below which they are opposed."""
 
 SLOPES = 0.3, 3.0
 """Range of rotations in long waves divided by the slope of the surface: roll already grows towards its resonance."""

@@ -81,7 +81,7 @@ class RaoConvention:
             )
 
     @classmethod
-    def of(cls, declared: dict[str, str], where: str) -> RaoConvention:
+    def of(cls, said: dict[str, str], where: str) -> RaoConvention:
         """Return the convention of texts by name, as in headers of files.
 
         Raises
@@ -90,13 +90,13 @@ class RaoConvention:
             If a part is not declared or not valid; the message names all missing parts.
         """
         names = [field.name for field in fields(cls)]
-        missing = [name for name in names if name not in declared]
+        missing = [name for name in names if name not in said]
         if missing:
             raise ModelError(
                 f"{where}: {', '.join(missing)} of the convention {'is' if len(missing) == 1 else 'are'} not declared. "
                 f"Remedy: lines '# name: value' at its head, or convention=kanefe.RaoConvention(...)"
             )
-        return cls(**{name: declared[name] for name in names})
+        return cls(**{name: said[name] for name in names})
 
     @property
     def _signs(self) -> Vector:
