@@ -80,34 +80,19 @@ class SingleLook(ContactLook):
         self.watch = bound.prepared(*arrays)
 
 
-class WatchingCall:
-    """A call of `watch_contacts`, with those that it makes.
-
-    Parameters
-    ----------
-    call : Call
-    kept : tuple
-        Of which it knows the addresses.
-    """
-
-    def __init__(self, call: Call, kept: tuple[object, ...]) -> None:
-        self._call, self._kept = call, kept
-
-    def __call__(self) -> None:
-        """Call it."""
-        self._call()
-
-    def for_kernels(self) -> Prepared:
-        """Return the call as kernels take it."""
-        return self._call.for_kernels()
-
-
 def watching_call(
-    route: Evaluated, loads: Call | None, times: np.ndarray, drives: np.ndarray, inputs: np.ndarray, states: Matrix,
+    route: Evaluated,
+    loads: Call | None,
+    times: np.ndarray,
+    drives: np.ndarray,
+    inputs: np.ndarray,
+    states: Matrix,
     found: Matrix,
-) -> WatchingCall:
+) -> Call:
     """Return the call that writes the values of loads, by a call of their own, and then those of rigid contacts."""
     look = ContactLook(route)
     of_loads = NO_CALL if loads is None else loads.for_kernels()
     bound: Bound = watch_contacts.bound(look.looked, of_loads, route.loops, route.tables.gravity, *(LATER,) * 5)
-    return WatchingCall(bound.prepared(times, drives, inputs, states, found), (look, loads))
+    call = bound.prepared(times, drives, inputs, states, found)
+    call.kept = look.call, loads
+    return call
