@@ -58,7 +58,7 @@ def rigid_scene(seed: int) -> Model:
         joint = kf.Free(position=(0, 0, 20.0 * (i + 1)))
         frames.append(scene.add_rigid_body(f"thing {i}", 1.0, random_inertia(rng), com=(0.1, 0, 0.05), joint=joint))
     if rng.random() < 0.4:
-        arm = scene.add_flexible_body("arm", lattice_body(seed), parent=deck, joint=kf.Universal("y", "z"), at=(0, 0, 9))
+        arm = scene.add_flexible_body("arm", lattice_body(seed), parent=deck, at=(0, 0, 9), joint=kf.Universal("y", "z"))
         frames.insert(1, arm.interface("tip"))
     if rng.random() < 0.4:
         cranks = [
@@ -99,7 +99,8 @@ def rigid_state(model: Model, seed: int) -> np.ndarray:
     for number, load in enumerate(model.rigid_contacts):
         contact, own = model.rigid_contact(number), z[model.load_states[load]]
         for i in range(len(contact.probes)):
-            status = int(rng.choice((0, 2) if contact.friction is None else (0, 1, 2)))
+            closed = 2 if contact.friction is None else int(rng.choice((1, 2)))
+            status = closed if rng.random() < 0.4 else 0  # of many closed at once the forces are shared
             kept = rng.standard_normal(3) * 10.0 ** rng.choice((-9.0, -3.0, 0.0))
             contact.with_status(own, i, status, kept, rng.standard_normal(3))
     return np.concatenate((q, u, z))
