@@ -78,7 +78,9 @@ def obstacle(sim: Simulation) -> str:
             f"closed loops, and the method {stepper.name!r} of extrapolation, begin anew in Python after events. "
             "Remedy: method='radau5', and joints of the tree instead of loops"
         )
-    acting = [event.name for event, kind in zip(watch.events, watch.watched.kinds, strict=True) if kind in (ACTS, BOUND)]
+    acting = [
+        event.name for event, kind in zip(watch.events, watch.watched.kinds, strict=True) if kind in (ACTS, BOUND)
+    ]
     if acting:
         return (
             f"these events change the state in Python: {', '.join(map(repr, acting[:MOST_NAMED]))}. Remedy: friction "

@@ -8,7 +8,7 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.compiler.entries import Bound
-from kanefe.kernels.constraints.multipliers import Loops
+from kanefe.kernels.constraints.loop_tables import Loops
 from kanefe.kernels.layout import FlexibleTables, Tables
 from kanefe.kernels.loads.loads_layout import LoadsBetween
 from kanefe.kernels.sweeps.drives import Drives

@@ -20,7 +20,7 @@ from kanefe.kernels.compiler.compiled_functions import expect
 from kanefe.kernels.compiler.entries import LATER, Bound
 from kanefe.kernels.compiler.filling import filler
 from kanefe.kernels.constraints.closing import CLOSED, close_state, closing_memory_size
-from kanefe.kernels.constraints.multipliers import LEAST_GAIN
+from kanefe.kernels.constraints.least_forces import LEAST_GAIN
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import evaluate, workspace_size
 from kanefe.kernels.evaluation.momenta import balance
@@ -170,7 +170,7 @@ class OrderN(LiteralRoute):
         return Watching(self)
 
     def contact_instant(self, t: float, y: Vector) -> Instant:
-        """Return what the events of rigid contacts ask of a state; the literal route's where only loops hold something."""
+        """Return what the events of rigid contacts ask; the literal route's where only loops hold something."""
         from kanefe.order_n.contact_instant import OrderNInstant
         from kanefe.order_n.contact_watching import SingleLook
 
@@ -341,7 +341,7 @@ class OrderN(LiteralRoute):
         return self.held_rates(t, y)[0][-QUADRATURES:]
 
     def check_functions(self, t: float, y: Vector) -> None:
-        """Raise the ModelError of a load or motion that gives no numbers at a state, or the error of Painleve's paradox.
+        """Raise the error of a load or motion that gives no numbers at a state, or of Painleve's paradox.
 
         Towards that a force grows without bound, and a run ends a little before.
         """

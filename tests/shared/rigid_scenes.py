@@ -58,7 +58,9 @@ def rigid_scene(seed: int) -> Model:
         joint = kf.Free(position=(0, 0, 20.0 * (i + 1)))
         frames.append(scene.add_rigid_body(f"thing {i}", 1.0, random_inertia(rng), com=(0.1, 0, 0.05), joint=joint))
     if rng.random() < 0.4:
-        arm = scene.add_flexible_body("arm", lattice_body(seed), parent=deck, at=(0, 0, 9), joint=kf.Universal("y", "z"))
+        arm = scene.add_flexible_body(
+            "arm", lattice_body(seed), parent=deck, at=(0, 0, 9), joint=kf.Universal("y", "z")
+        )
         frames.insert(1, arm.interface("tip"))
     if rng.random() < 0.4:
         cranks = [

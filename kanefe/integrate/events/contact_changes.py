@@ -206,4 +206,3 @@ def _of_kind(kind: str, found: Margins) -> dict[tuple[int, int], float]:
     from kanefe.kane.rigid_contacts.impacts import LIFT, SLIP, STICK, TOUCH
 
     return {TOUCH: found.gaps, LIFT: found.normals, SLIP: found.slip_margins, STICK: found.slips}[kind]
-

@@ -29,6 +29,7 @@ ROUND_OFF_OF_FORCES = 1e-9
 """Force relative to the largest below which its sign is round-off: the residual to which the complementarity problem is
 solved."""
 
+
 class ProbeForce(NamedTuple):
     """Force on a closed contact point.
 

@@ -117,9 +117,7 @@ class StickOrSlip:
                 kept[i] = problem.slips[at]
         return y, statuses, kept, turning
 
-    def _slipping_soon(
-        self, problem: Cones, x: Vector, now: Instant, active: list[int]
-    ) -> dict[int, Vector]:
+    def _slipping_soon(self, problem: Cones, x: Vector, now: Instant, active: list[int]) -> dict[int, Vector]:
         """Return the directions in which begins to slip what is held by all that friction can hold."""
         full = _at_limit(problem, x)
         if not full:
@@ -134,9 +132,7 @@ class StickOrSlip:
                 return new
         return {}
 
-    def _ahead(
-        self, share: float, problem: Cones, x: Vector, now: Instant, active: list[int]
-    ) -> tuple[Instant, Cones]:
+    def _ahead(self, share: float, problem: Cones, x: Vector, now: Instant, active: list[int]) -> tuple[Instant, Cones]:
         """Return the instant a fraction of the span later, and the force problem there."""
         keys, h = [self.keys[i] for i in active], min(share * self.span, self.stop - self.t)
         du = now.accelerations() + now.respond(keys, x)
@@ -145,9 +141,7 @@ class StickOrSlip:
         G, b = later.problem(keys)
         return later, problem._replace(G=G, b=b)
 
-    def _turning(
-        self, problem: Cones, x: Vector, now: Instant, begins: set[int], active: list[int]
-    ) -> Matrix:
+    def _turning(self, problem: Cones, x: Vector, now: Instant, begins: set[int], active: list[int]) -> Matrix:
         """Return the rates of the directions of slips that begin, in the axes of the surfaces, 1/s."""
         turning = np.zeros((len(self.keys), 3))
         if not begins or min(self.span, self.stop - self.t) <= 0.0:

@@ -18,17 +18,16 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.compiler.signatures import Variant
-from kanefe.kernels.constraints.multipliers import (
+from kanefe.kernels.constraints.loop_tables import (
     HOLDS_PLACE,
     RANK_TOLERANCE,
     Loops,
     UnitResponses,
     hold_size,
     holds,
-    respond_to_rows,
     unit_responses_in,
-    write_row,
 )
+from kanefe.kernels.constraints.multipliers import respond_to_rows, write_row
 from kanefe.kernels.constraints.openings import openings, rate_of_row
 from kanefe.kernels.constraints.tolerances import LARGEST_ITERATIONS, LARGEST_OPENING, MOST_HALVINGS, TOLERANCE
 from kanefe.kernels.layout import (

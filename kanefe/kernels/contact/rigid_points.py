@@ -280,4 +280,3 @@ def left_of_slip(points: RigidPoints, p: int, z: np.ndarray, work: np.ndarray, m
     speed = np.sqrt(x * x + y * y)
     along = (x * a + y * b) / (size if size > 0.0 else 1.0)
     return min(along + BACK * size, size - speed) if size > BEGINS else along - TURNED * speed
-

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW, ROW_NUMBERS
-from kanefe.kernels.constraints.multipliers import CONSTRAINT_INTEGERS, Loops, no_loops
+from kanefe.kernels.constraints.loop_tables import CONSTRAINT_INTEGERS, Loops, no_loops
 from kanefe.kernels.constraints.tolerances import LARGEST_STEP
 from kanefe.kernels.contact.rigid_points import HAS_MARK, OF_PROBE, ON_SURFACE, STATUS
 from kanefe.kernels.loads.markers import MARKER_NUMBERS

@@ -62,7 +62,7 @@ def test_many_random_states_are_compared():
 
 
 def assert_impacts_agree(model: Model, y: np.ndarray) -> bool:
-    """Compare what follows an event at which what has a status touches; return whether there is one, and but one way."""
+    """Compare what follows an event at which what has a status touches; return whether that is determined."""
     z = model.parts(y)[2]
     keys = [
         (number, i)
@@ -101,7 +101,9 @@ def assert_impacts_agree(model: Model, y: np.ndarray) -> bool:
 def test_random_impacts_are_those_of_the_literal_route(part):
     """Speeds, statuses and kept directions."""
     seeds = range(67 * part, 67 * part + 67)
-    assert sum(assert_impacts_agree(model := rigid_scene(seed), rigid_state(model, 10 * seed + 5)) for seed in seeds) >= 10
+    assert (
+        sum(assert_impacts_agree(model := rigid_scene(seed), rigid_state(model, 10 * seed + 5)) for seed in seeds) >= 10
+    )
 
 
 def stack(count: int, drop: float) -> kf.System:
@@ -174,9 +176,7 @@ def test_painleves_paradox_is_named_in_an_evaluation():
     scene = kf.System(gravity=(0, 0, -9.81))
     floor = scene.add_surface("floor", scene.ground, shapes.Plane("z"))
     angle = np.radians(60.0)
-    start = kf.Free(
-        position=(0.5 * np.cos(angle), 0, 0.5 * np.sin(angle)), orientation=kf.rotation_about("y", -angle)
-    )
+    start = kf.Free(position=(0.5 * np.cos(angle), 0, 0.5 * np.sin(angle)), orientation=kf.rotation_about("y", -angle))
     rod = scene.add_rigid_body("rod", 1.0, (1e-3, 1.0 / 12.0, 1.0 / 12.0), joint=start)
     scene.add_contact("c", rod.frame(at=(-0.5, 0, 0)), floor, normal=kf.Rigid(), friction=kf.Coulomb(3.0))
     model = scene.freeze()
