@@ -13,6 +13,7 @@ from kanefe.kernels.layout import FlexibleTables, Tables
 from kanefe.kernels.loads.loads_layout import LoadsBetween
 from kanefe.kernels.sweeps.drives import Drives
 from kanefe.order_n.derivative_call import DerivativeCall
+from kanefe.order_n.rates_kernel import RatesKernel
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.inputs import InputLayout
 from kanefe.tree.model_data import ModelData
@@ -59,6 +60,11 @@ class Evaluated(Protocol):
     @property
     def closing(self) -> Bound:
         """What closes loops: see `kanefe.kernels.constraints.closing.close_state`."""
+        ...
+
+    @property
+    def kernel_in_space(self) -> RatesKernel:
+        """The kernel that evaluates the rates in space."""
         ...
 
     @property

@@ -375,10 +375,11 @@ class OrderN(LiteralRoute):
 
     def _rates_kernel(self, is_implicit: bool, is_balanced: bool = False) -> RatesKernel:
         """Return the kernel that evaluates the rates, in a run with the balance or else."""
-        return self._in_space
+        return self.kernel_in_space
 
     @cached_property
-    def _in_space(self) -> RatesKernel:
+    def kernel_in_space(self) -> RatesKernel:
+        """The kernel that evaluates the rates in space."""
         scene = self.tables, self.flexible, self.between, self.loops
         return self._kernel_of(evaluate.bound(LATER, LATER, LATER, LATER, *scene, *(LATER,) * 4), self.memory_size)
 

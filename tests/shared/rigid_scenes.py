@@ -106,3 +106,17 @@ def rigid_state(model: Model, seed: int) -> np.ndarray:
             kept = rng.standard_normal(3) * 10.0 ** rng.choice((-9.0, -3.0, 0.0))
             contact.with_status(own, i, status, kept, rng.standard_normal(3))
     return np.concatenate((q, u, z))
+
+
+def stack(count: int, drop: float) -> kf.System:
+    """Return boxes above each other, each with four corners above the top of the one below."""
+    scene = kf.System(gravity=(0, 0, -9.81))
+    below = scene.add_surface("floor", scene.ground, shapes.Plane("z"))
+    for i in range(count):
+        place = (0.003 * (-1) ** i, 0, 0.1 + 0.2 * i + drop * (i + 1))
+        box = scene.add_rigid_body(f"box {i}", 1.0, 0.01, joint=kf.Free(position=place))
+        corners = shapes.Points([(x, y, -0.1) for x in (-0.1, 0.1) for y in (-0.1, 0.1)])
+        skin = scene.add_surface(f"corners {i}", box, corners)
+        scene.add_contact(f"c{i}", skin, below, normal=kf.Rigid(), friction=kf.Coulomb(0.5))
+        below = scene.add_surface(f"top {i}", box, shapes.Plane("z"), at=(0, 0, 0.1))
+    return scene

@@ -14,7 +14,7 @@ from kanefe.kane.rigid_contacts.contact_forces import check_determined
 from kanefe.kane.rigid_contacts.impacts import START, resolved
 from kanefe.kane.route import powers, state_rates
 from kanefe.order_n.route import OrderN
-from rigid_scenes import rigid_scene, rigid_state
+from rigid_scenes import rigid_scene, rigid_state, stack
 
 T = 0.2
 
@@ -104,20 +104,6 @@ def test_random_impacts_are_those_of_the_literal_route(part):
     assert (
         sum(assert_impacts_agree(model := rigid_scene(seed), rigid_state(model, 10 * seed + 5)) for seed in seeds) >= 10
     )
-
-
-def stack(count: int, drop: float) -> kf.System:
-    """Return boxes above each other, each with four corners above the top of the one below."""
-    scene = kf.System(gravity=(0, 0, -9.81))
-    below = scene.add_surface("floor", scene.ground, shapes.Plane("z"))
-    for i in range(count):
-        place = (0.003 * (-1) ** i, 0, 0.1 + 0.2 * i + drop * (i + 1))
-        box = scene.add_rigid_body(f"box {i}", 1.0, 0.01, joint=kf.Free(position=place))
-        corners = shapes.Points([(x, y, -0.1) for x in (-0.1, 0.1) for y in (-0.1, 0.1)])
-        skin = scene.add_surface(f"corners {i}", box, corners)
-        scene.add_contact(f"c{i}", skin, below, normal=kf.Rigid(), friction=kf.Coulomb(0.5))
-        below = scene.add_surface(f"top {i}", box, shapes.Plane("z"), at=(0, 0, 0.1))
-    return scene
 
 
 def test_a_stack_that_falls_comes_to_rest_without_chatter():
