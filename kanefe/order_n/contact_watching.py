@@ -23,7 +23,7 @@ from kanefe.order_n.evaluated import Evaluated
 from kanefe.tree.model_data import QUADRATURES
 
 COLUMNS = {"never": NEVER, "touch": GAP, "lift": NORMAL, "slip": SLIP_MARGIN, "stick": LEFT_OF_SLIP}
-"""Of what happens to rigid contacts, see `kanefe.kane.rigid_contacts.impacts`."""
+"""Columns of what happens to rigid contacts, see `kanefe.kane.rigid_contacts.impacts`."""
 
 NO_CALL = Prepared(0, np.zeros(1, dtype=np.int64), np.zeros(1))
 

@@ -51,8 +51,8 @@ GROWN = 1e100
 """Coordinates and speeds beyond which squares overflow, so that no scene is left to explain."""
 
 NEAR_PARADOX = 1e-2
-"""Share of what a normal force does without friction, below which a run that finds no step has come to Painleve's
-paradox."""
+"""Fraction that friction leaves of what a normal force does, below which a run that finds no step has come to
+Painleve's paradox."""
 
 NO_DRIVES = np.zeros((0, 3))
 

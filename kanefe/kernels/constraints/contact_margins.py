@@ -17,7 +17,7 @@ from kanefe.kernels.constraints.loop_tables import LIVE, Loops, unit_responses_i
 from kanefe.kernels.contact.rigid_points import HAS_FRICTION, MET, is_closed, is_slipping, left_of_slip, meet
 
 FAR = 1.0
-"""Value of what cannot happen."""
+"""Value of a margin of what cannot happen, m, N or m/s."""
 
 NEVER, GAP, NORMAL, SLIP_MARGIN, LEFT_OF_SLIP, LARGEST = range(6)
 """Columns of the values of all rigid contacts of a scene: one that stays, the least of their margins, and the largest

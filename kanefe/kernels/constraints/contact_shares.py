@@ -22,7 +22,7 @@ MOST_ROUNDS, ROOM = 2000, 1e-3
 
 @kernel
 def least_margins(loops: Loops, z: np.ndarray, multipliers: np.ndarray) -> tuple[float, float]:
-    """Return the least normal force, and the least that friction could hold beyond what it does, N; infinite of none."""
+    """Return the least normal force, and the least that friction could still hold, N; infinite where there is none."""
     normal = slip = np.inf
     for j in range(len(loops.rows)):
         if not is_head(loops, j, z):

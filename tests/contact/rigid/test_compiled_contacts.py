@@ -171,5 +171,5 @@ def test_painleves_paradox_is_named_in_an_evaluation():
     u[0] = -5.0
     model.rigid_contact(0).with_status(z, 0, 2, np.array((-1.0, 0.0, 0.0)))
     y = np.concatenate((q, u, z))
-    with pytest.raises(kf.SimulationError, match="Painleve.*HuntCrossley"):
+    with pytest.raises(kf.SimulationError, match=r"Painleve.*HuntCrossley"):
         model.rhs(0.0, y)
