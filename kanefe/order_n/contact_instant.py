@@ -1,4 +1,4 @@
-"""A scene with rigid contacts at one moment in order n: what their events ask, from the unit responses of the sweeps."""
+"""A scene with rigid contacts at one moment in order n: what their events ask, from unit responses by sweeps."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from kanefe.frames import Matrix, Vector
 from kanefe.kane.rigid_contacts.contact_forces import Margins
 from kanefe.kane.rigid_contacts.instant import Key
 from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW
-from kanefe.kernels.constraints.multipliers import KIND_OF, RANK_TOLERANCE, UnitResponses, unit_responses_in
+from kanefe.kernels.constraints.loop_tables import KIND_OF, RANK_TOLERANCE, UnitResponses, unit_responses_in
 from kanefe.kernels.contact.rigid_points import CONTACT, MET, ON_SURFACE, STATUS
 from kanefe.kernels.evaluation.evaluation import AT_TIME
 from kanefe.kernels.layout import R

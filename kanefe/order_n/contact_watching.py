@@ -17,13 +17,13 @@ from kanefe.kernels.constraints.contact_margins import (
     Looked,
     watch_contacts,
 )
-from kanefe.kernels.evaluation.evaluation import AT_TIME, Workspace, evaluate, workspace_in
+from kanefe.kernels.evaluation.evaluation import AT_TIME, Workspace, workspace_in
 from kanefe.kernels.steppers.step_commands import SLOPE
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.tree.model_data import QUADRATURES
 
 COLUMNS = {"never": NEVER, "touch": GAP, "lift": NORMAL, "slip": SLIP_MARGIN, "stick": LEFT_OF_SLIP}
-"""Of what happens to rigid contacts, see `kanefe.kane.rigid_contacts.impacts`."""
+"""Columns of what happens to rigid contacts, see `kanefe.kane.rigid_contacts.impacts`."""
 
 NO_CALL = Prepared(0, np.zeros(1, dtype=np.int64), np.zeros(1))
 
@@ -40,9 +40,9 @@ class ContactLook:
         model, scene = route.model, (route.tables, route.flexible, route.between, route.loops)
         size = model.coordinate_count + model.free_count + model.state_count + QUADRATURES
         self.drives, self.inputs = np.empty((len(model.drives), 3)), np.empty_like(route.inputs.constants)
-        self.vectors, memory = np.zeros((SLOPE + 1, size)), np.empty(route.memory_size)
-        bound = evaluate.bound(LATER, LATER, LATER, LATER, *scene, *(LATER,) * 4)
-        self.call = bound.prepared(False, 0.0, 0.0, 0.0, self.drives, self.inputs, self.vectors, memory)
+        self.vectors = np.zeros((SLOPE + 1, size))
+        self.call = route.kernel_in_space.prepared(self.drives, self.inputs, self.vectors)
+        memory = self.call.arguments[-1]
         self.workspace = Workspace(*workspace_in(memory, *scene))
         self.looked = Looked(
             evaluation=self.call.for_kernels(),
@@ -75,31 +75,21 @@ class SingleLook(ContactLook):
     def __init__(self, route: Evaluated) -> None:
         super().__init__(route)
         self.times, self.states = np.zeros(1), np.zeros((1, self.vectors.shape[1]))
-        bound: Bound = watch_contacts.bound(self.looked, NO_CALL, route.loops, route.tables.gravity, *(LATER,) * 5)
-        arrays = self.times, self.drives[None], self.inputs[None], self.states, np.empty((1, MARGINS))
-        self.watch = bound.prepared(*arrays)
+        arrays = (
+            self.looked,
+            NO_CALL,
+            self.times,
+            self.drives[None],
+            self.inputs[None],
+            self.states,
+            np.empty((1, MARGINS)),
+        )
+        self.watch = watching_contacts(route).prepared(*arrays)
 
 
-class WatchingCall:
-    """A call of `watch_contacts`, with those that it makes.
-
-    Parameters
-    ----------
-    call : Call
-    kept : tuple
-        Of which it knows the addresses.
-    """
-
-    def __init__(self, call: Call, kept: tuple[object, ...]) -> None:
-        self._call, self._kept = call, kept
-
-    def __call__(self) -> None:
-        """Call it."""
-        self._call()
-
-    def for_kernels(self) -> Prepared:
-        """Return the call as kernels take it."""
-        return self._call.for_kernels()
+def watching_contacts(route: Evaluated) -> Bound:
+    """Return the kernel that writes margins, of a scene."""
+    return watch_contacts.bound(LATER, LATER, route.loops, route.tables.gravity, *(LATER,) * 5)
 
 
 def watching_call(
@@ -110,9 +100,10 @@ def watching_call(
     inputs: np.ndarray,
     states: Matrix,
     found: Matrix,
-) -> WatchingCall:
+) -> Call:
     """Return the call that writes the values of loads, by a call of their own, and then those of rigid contacts."""
     look = ContactLook(route)
     of_loads = NO_CALL if loads is None else loads.for_kernels()
-    bound: Bound = watch_contacts.bound(look.looked, of_loads, route.loops, route.tables.gravity, *(LATER,) * 5)
-    return WatchingCall(bound.prepared(times, drives, inputs, states, found), (look, loads))
+    call = watching_contacts(route).prepared(look.looked, of_loads, times, drives, inputs, states, found)
+    call.kept = look.call, loads
+    return call

@@ -8,11 +8,12 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.compiler.entries import Bound
-from kanefe.kernels.constraints.multipliers import Loops
+from kanefe.kernels.constraints.loop_tables import Loops
 from kanefe.kernels.layout import FlexibleTables, Tables
 from kanefe.kernels.loads.loads_layout import LoadsBetween
 from kanefe.kernels.sweeps.drives import Drives
 from kanefe.order_n.derivative_call import DerivativeCall
+from kanefe.order_n.rates_kernel import RatesKernel
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.inputs import InputLayout
 from kanefe.tree.model_data import ModelData
@@ -63,7 +64,12 @@ class Evaluated(Protocol):
 
     @property
     def balances(self) -> Bound:
-        """What tells energies and momenta: see `kanefe.kernels.evaluation.momenta.balances_of_states`."""
+        """The kernel of energies and momenta: see `kanefe.kernels.evaluation.momenta.balances_of_states`."""
+        ...
+
+    @property
+    def kernel_in_space(self) -> RatesKernel:
+        """The kernel that evaluates the rates in space."""
         ...
 
     @property

@@ -11,7 +11,6 @@ from kanefe.kernels.steppers.closing_call import ClosingCall
 from kanefe.kernels.steppers.step_commands import Run
 from kanefe.kernels.steppers.steps_with_events import AT_TIME, foresee, look_at, pass_steps
 from kanefe.kernels.steppers.watched_run import FIRST_SHARES, SHARES, Going, Lookout, WatchedRun
-from kanefe.order_n.contact_watching import WatchingCall
 from kanefe.order_n.evaluated import Evaluated
 
 STEP_END = np.ones(1)
@@ -38,7 +37,7 @@ class Lookouts:
 
     def __init__(self, route: Evaluated, closing: ClosingCall, inputs: np.ndarray, vectors: np.ndarray) -> None:
         self._route, self._closing, self._inputs, self._vectors = route, closing, inputs, vectors
-        self.kept: list[Call | WatchingCall] = []
+        self.kept: list[Call] = []
         self._going: Call | None = None
         self._passing: Call | None = None
         self._given: Run | None = None

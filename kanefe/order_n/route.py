@@ -20,7 +20,7 @@ from kanefe.kernels.compiler.compiled_functions import expect
 from kanefe.kernels.compiler.entries import LATER, Bound
 from kanefe.kernels.compiler.filling import filler
 from kanefe.kernels.constraints.closing import CLOSED, close_state, closing_memory_size
-from kanefe.kernels.constraints.multipliers import LEAST_GAIN
+from kanefe.kernels.constraints.least_forces import LEAST_GAIN
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import evaluate, workspace_size
 from kanefe.kernels.evaluation.momenta import balance, balances_of_states
@@ -51,8 +51,8 @@ GROWN = 1e100
 """Coordinates and speeds beyond which squares overflow, so that no scene is left to explain."""
 
 NEAR_PARADOX = 1e-2
-"""Share of what a normal force does without friction, below which a run that finds no step has come to Painleve's
-paradox."""
+"""Fraction that friction leaves of what a normal force does, below which a run that finds no step has come to
+Painleve's paradox."""
 
 NO_DRIVES = np.zeros((0, 3))
 
@@ -175,7 +175,7 @@ class OrderN(LiteralRoute):
         return Watching(self)
 
     def contact_instant(self, t: float, y: Vector) -> Instant:
-        """Return what the events of rigid contacts ask of a state; the literal route's where only loops hold something."""
+        """Return what the events of rigid contacts ask; the literal route's where only loops hold something."""
         from kanefe.order_n.contact_instant import OrderNInstant
         from kanefe.order_n.contact_watching import SingleLook
 
@@ -346,7 +346,7 @@ class OrderN(LiteralRoute):
         return self.held_rates(t, y)[0][-QUADRATURES:]
 
     def check_functions(self, t: float, y: Vector) -> None:
-        """Raise the ModelError of a load or motion that gives no numbers at a state, or the error of Painleve's paradox.
+        """Raise the error of a load or motion that gives no numbers at a state, or of Painleve's paradox.
 
         Towards that a force grows without bound, and a run ends a little before.
         """
@@ -380,10 +380,11 @@ class OrderN(LiteralRoute):
 
     def _rates_kernel(self, is_implicit: bool, is_balanced: bool = False) -> RatesKernel:
         """Return the kernel that evaluates the rates, in a run with the balance or else."""
-        return self._in_space
+        return self.kernel_in_space
 
     @cached_property
-    def _in_space(self) -> RatesKernel:
+    def kernel_in_space(self) -> RatesKernel:
+        """The kernel that evaluates the rates in space."""
         scene = self.tables, self.flexible, self.between, self.loops
         return self._kernel_of(evaluate.bound(LATER, LATER, LATER, LATER, *scene, *(LATER,) * 4), self.memory_size)
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from kanefe.frames import Matrix
 from kanefe.kernels.compiler.entries import LATER, Bound, Call
+from kanefe.kernels.constraints.contact_margins import MARGINS
 from kanefe.kernels.loads.watching import watch_memory_size, watch_states
-from kanefe.order_n.contact_watching import COLUMNS, MARGINS, WatchingCall, watching_call
+from kanefe.order_n.contact_watching import COLUMNS, watching_call
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.tables.load_tables import watched_loads
 from kanefe.order_n.tables.reach_tables import far_values
@@ -63,7 +64,7 @@ class Watching:
         inputs: np.ndarray,
         states: Matrix,
         change: np.ndarray = NO_CHANGE,
-    ) -> tuple[Call | WatchingCall, Matrix]:
+    ) -> tuple[Call, Matrix]:
         """Return the call of the kernel with arrays that stay where they are, and where it writes the values."""
         route = self._route
         found = np.empty((len(times), self._width))

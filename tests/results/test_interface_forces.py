@@ -339,7 +339,7 @@ def random_instant(seed: int, is_rigid: bool) -> Instant:
 
 def check_balance(seed: int, is_rigid: bool) -> None:
     instant = random_instant(seed, is_rigid)
-    assert instant.model.route.name == ("literal" if is_rigid else "order n")
+    assert instant.model.route.name == "order n"
     found = imbalances(instant)
     assert max(found.values()) < BALANCED, found
     with pytest.MonkeyPatch.context() as patch:

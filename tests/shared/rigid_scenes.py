@@ -59,7 +59,7 @@ def rigid_scene(seed: int) -> Model:
         frames.append(scene.add_rigid_body(f"thing {i}", 1.0, random_inertia(rng), com=(0.1, 0, 0.05), joint=joint))
     if rng.random() < 0.4:
         arm = scene.add_flexible_body(
-            "arm", lattice_body(seed), parent=deck, joint=kf.Universal("y", "z"), at=(0, 0, 9)
+            "arm", lattice_body(seed), parent=deck, at=(0, 0, 9), joint=kf.Universal("y", "z")
         )
         frames.insert(1, arm.interface("tip"))
     if rng.random() < 0.4:
@@ -101,7 +101,22 @@ def rigid_state(model: Model, seed: int) -> np.ndarray:
     for number, load in enumerate(model.rigid_contacts):
         contact, own = model.rigid_contact(number), z[model.load_states[load]]
         for i in range(len(contact.probes)):
-            status = int(rng.choice((0, 2) if contact.friction is None else (0, 1, 2)))
+            closed = 2 if contact.friction is None else int(rng.choice((1, 2)))
+            status = closed if rng.random() < 0.4 else 0  # of many closed at once the forces are shared
             kept = rng.standard_normal(3) * 10.0 ** rng.choice((-9.0, -3.0, 0.0))
             contact.with_status(own, i, status, kept, rng.standard_normal(3))
     return np.concatenate((q, u, z))
+
+
+def stack(count: int, drop: float) -> kf.System:
+    """Return boxes above each other, each with four corners above the top of the one below."""
+    scene = kf.System(gravity=(0, 0, -9.81))
+    below = scene.add_surface("floor", scene.ground, shapes.Plane("z"))
+    for i in range(count):
+        place = (0.003 * (-1) ** i, 0, 0.1 + 0.2 * i + drop * (i + 1))
+        box = scene.add_rigid_body(f"box {i}", 1.0, 0.01, joint=kf.Free(position=place))
+        corners = shapes.Points([(x, y, -0.1) for x in (-0.1, 0.1) for y in (-0.1, 0.1)])
+        skin = scene.add_surface(f"corners {i}", box, corners)
+        scene.add_contact(f"c{i}", skin, below, normal=kf.Rigid(), friction=kf.Coulomb(0.5))
+        below = scene.add_surface(f"top {i}", box, shapes.Plane("z"), at=(0, 0, 0.1))
+    return scene

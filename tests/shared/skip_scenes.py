@@ -5,12 +5,14 @@ from __future__ import annotations
 import importlib
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 import kanefe as kf
 from bent_bodies import bent
+from kanefe.contact.rigid.rigid_contact import SLIPS
 from kanefe.equations.model import Model
 from scenes import lattice_body, random_inertia, unit_axis
 
@@ -67,6 +69,20 @@ def drive_beside(scene: kf.System) -> None:
     scene.add_rigid_body("idle", 1.0, 0.1, at=(1, 0, 0), joint=kf.Revolute("z", motion=table))
 
 
+def block_beside(scene: kf.System) -> None:
+    slide = scene.add_rigid_body("slide", 1.0, at=(1, 0, 0), joint=kf.Prismatic("x"))
+    block = scene.add_rigid_body("block", 1.0, parent=slide, joint=kf.Prismatic("z"))
+    floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
+    scene.add_contact("contact", block, floor, normal=kf.Rigid(), friction=kf.Coulomb(0.3))
+
+
+def slipping(model: Model) -> Model:
+    """Return a model whose point slips as it starts."""
+    z = model.initial_states.copy()
+    model.rigid_contact(0).with_status(z, 0, SLIPS, np.zeros(3))
+    return replace(model, initial_states=z)
+
+
 DAMPED: dict[str, Any] = {"reduction": kf.CraigBampton(modes=2), "damping": kf.ModalDamping(0.1)}
 FREE: dict[str, Any] = {"reduction": kf.CraigBampton(modes=2)}
 
@@ -92,6 +108,15 @@ SKIPS: dict[str, tuple[list[str], Callable[[], Model], Callable[[], Model]]] = {
         lambda: chain(lambda scene: contact_beside(scene, gap=-1e-4)),
     ),
     "constraints": (["evaluation.evaluation.hold"], chain, lambda: chain(loop_beside)),
+    "points of rigid contacts": (
+        [
+            "constraints.multipliers.meet",
+            "constraints.multipliers.share_forces",
+            "evaluation.evaluation.put_contact_rates",
+        ],
+        lambda: chain(loop_beside),
+        lambda: slipping(chain(block_beside)),
+    ),
     "constraints that are switched off": (
         ["constraints.multipliers.write_row", "constraints.multipliers.walk_inward"],
         lambda: chain(lambda scene: switched_beside(scene, is_on=False)),

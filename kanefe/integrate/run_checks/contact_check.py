@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.events.contact_changes import STEPS_OVER
 from kanefe.integrate.status import UNFIT, RunStatus
@@ -34,13 +35,13 @@ REMEDY = "a smaller rtol, or compliant contacts, kanefe.HuntCrossley(...)"
 
 
 def of_contacts(
-    model: ModelData, times: Vector, states: Matrix, method: str, evaluations: int, rtol: float | None
+    model: Model, times: Vector, states: Matrix, method: str, evaluations: int, rtol: float | None
 ) -> RunStatus | None:
     """Return the status of a run in which a rigid contact breaks its law at an output time; None if none does.
 
     Parameters
     ----------
-    model : ModelData
+    model : Model
     times : ndarray, shape (T,)
         s.
     states : ndarray, shape (T, state)
@@ -53,12 +54,11 @@ def of_contacts(
     """
     if not model.rigid_contacts or method == STEPS_OVER or not len(times):
         return None
-    scene, length = model.route.watching, scene_length(model)
     rows = np.unique(np.linspace(0, len(times) - 1, min(len(times), 2 + int(SHARE * evaluations))).round().astype(int))
-    if scene is not None and scene.contact_columns:
-        least, columns = scene.values(times[rows], states[rows]), scene.contact_columns
-        gaps, forces = least[:, columns["touch"]], least[:, [columns["lift"], columns["slip"]]]
-        rows = rows[(gaps < -BEYOND * length) | (forces.min(axis=1) < 0.0)]
+    if model.route.watching is not None and model.route.watching.contact_columns:
+        columns = [model.route.watching.contact_columns[kind] for kind in ("touch", "lift", "slip")]
+        least = model.route.watching.values(times[rows], states[rows])[:, columns]
+        rows = rows[least.min(axis=1) < 0.0]  # the others need not be looked at closely
     for i in rows.tolist():
         broken = _broken(model, float(times[i]), states[i], max(BEYOND, UNFIT * (rtol or 0.0)))
         if broken:

@@ -1,4 +1,4 @@
-"""What the events of rigid contacts ask of the equations at one moment, on any route; and what the literal one answers."""
+"""What the events of rigid contacts ask of the equations at one moment, and what the literal route answers."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Instant(Protocol):
         ...
 
     def problem(self, keys: Sequence[Key]) -> tuple[Matrix, Vector]:
-        """Return what unit forces at contact points do to their rates (3 k, 3 k), and the accelerations without (3 k,)."""
+        """Return what unit forces at contact points do to their rates (3 k, 3 k), and the accelerations without."""
         ...
 
     def respond(self, keys: Sequence[Key], forces: Vector) -> Vector:

@@ -17,7 +17,7 @@ from kanefe.kernels.compiler._numba import kernel
 def factor_least(
     B: np.ndarray, right: np.ndarray, n: int, tolerance: float, order: np.ndarray, shares: np.ndarray, row: np.ndarray
 ) -> tuple[int, Any]:
-    """Replace a matrix by its factors and a right-hand side by ``Q^T right``; return rank and least pivot of the largest.
+    """Replace a matrix by its factors, a right-hand side by ``Q^T right``; return rank and least pivot, of the largest.
 
     Parameters
     ----------

@@ -181,7 +181,11 @@ class Call:
     ----------
     places, numbers : ctypes arrays
         See `kanefe.kernels.compiler.signatures`: scalars among them may be written before each call.
+    kept : tuple
+        Calls that the kernel makes by their addresses.
     """
+
+    kept: tuple[Call | None, ...] = ()
 
     def __init__(self, bound: Bound, later: tuple[Any, ...], places: Any, numbers: Any) -> None:
         self._bound, self._later = bound, later  # which keep the memory of the arrays

@@ -18,22 +18,16 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.compiler.signatures import Variant
-from kanefe.kernels.constraints.multipliers import (
-    CONTACT_ROW,
-    DIRECTION,
+from kanefe.kernels.constraints.loop_tables import (
     HOLDS_PLACE,
-    KIND_OF,
-    LENGTH,
-    POINT,
     RANK_TOLERANCE,
     Loops,
     UnitResponses,
     hold_size,
     holds,
-    respond_to_rows,
     unit_responses_in,
-    write_row,
 )
+from kanefe.kernels.constraints.multipliers import respond_to_rows, write_row
 from kanefe.kernels.constraints.openings import openings, rate_of_row
 from kanefe.kernels.constraints.tolerances import LARGEST_ITERATIONS, LARGEST_OPENING, MOST_HALVINGS, TOLERANCE
 from kanefe.kernels.contact.rigid_points import MET
@@ -44,7 +38,6 @@ from kanefe.kernels.layout import (
     MODAL_SIZE,
     SPEEDS,
     STATES,
-    VELOCITY,
     WORK,
     FlexibleTables,
     Tables,
@@ -158,8 +151,6 @@ def close(
     copy(q, at.place)
     sweep_outward(tables, flexible, drives, at.place, u, work, modal)
     worst, total = openings(loops, tables, drives, at.place, z, work, kept.met, at.residuals)
-    if len(loops.points.places) > 0 and worst <= TOLERANCE and _lies(loops, tables, drives, z, count, work, kept):
-        return CLOSED, 1.0
     start, rank, weakest = worst, 0, 1.0
     has_responses = is_here = False  # whether there are answers, and whether they are those of the place
     is_swept = True
@@ -279,37 +270,6 @@ def closing_memory_size(tables: Tables, flexible: FlexibleTables, loops: Loops) 
     size = WORK * len(tables.rows) + int(flexible.sizes[MODAL_SIZE] + flexible.sizes[BORDER_SIZE])
     speeds = int(tables.sizes[SPEEDS] + tables.sizes[DRIVES])
     return size + close_size(loops, speeds, int(tables.sizes[COORDINATES]))
-
-
-@kernel
-def _lies(
-    loops: Loops,
-    tables: Tables,
-    drives: np.ndarray,
-    z: np.ndarray,
-    count: int,
-    work: np.ndarray,
-    kept: UnitResponses,
-) -> bool:
-    """Return whether no row that holds moves, but for round-off, after an outward sweep; of scenes with loops it is unknown.
-
-    Most of the states in which contacts rest or slide on a plane are such.
-    """
-    fastest = loops.limits[LENGTH]
-    for i in range(len(tables.rows)):
-        for c in range(3):
-            fastest = max(fastest, abs(work[i, VELOCITY + c]))
-    for j in range(len(loops.rows)):
-        if loops.rows[j, KIND_OF] != CONTACT_ROW:
-            return False
-        if holds(loops, j, z):
-            write_row(loops, j, tables.gravity, drives, z, count, work, kept)
-            if (
-                not abs(kept.met[loops.rows[j, POINT], int(MET.rates) + loops.rows[j, DIRECTION]])
-                <= TOLERANCE * fastest
-            ):
-                return False
-    return True
 
 
 @kernel

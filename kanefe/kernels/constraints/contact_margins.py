@@ -1,4 +1,4 @@
-"""How far the points of rigid contacts are from their next events, in states of a run: see `Margins` of the literal route."""
+"""How far the points of rigid contacts are from their next events, in states of a run: `Margins` in compiled code."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from kanefe.kernels.compiler.arrays import Prepared, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.constraints.contact_shares import is_head, least_margins, share_otherwise
-from kanefe.kernels.constraints.multipliers import LIVE, Loops, share_forces, unit_responses_in
+from kanefe.kernels.constraints.least_forces import share_forces
+from kanefe.kernels.constraints.loop_tables import LIVE, Loops, unit_responses_in
 from kanefe.kernels.contact.rigid_points import HAS_FRICTION, MET, is_closed, is_slipping, left_of_slip, meet
 
 FAR = 1.0
-"""Value of what cannot happen."""
+"""Value of a margin of what cannot happen, m, N or m/s."""
 
 NEVER, GAP, NORMAL, SLIP_MARGIN, LEFT_OF_SLIP, LARGEST = range(6)
 """Columns of the values of all rigid contacts of a scene: one that stays, the least of their margins, and the largest

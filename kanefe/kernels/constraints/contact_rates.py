@@ -6,7 +6,8 @@ import numpy as np
 
 from kanefe.kernels.algebra.vectors import dot, plus, rotated, three, times, vector
 from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.constraints.multipliers import CONTACT_ROW, DIRECTION, KIND_OF, POINT, Loops, UnitResponses
+from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW
+from kanefe.kernels.constraints.loop_tables import DIRECTION, KIND_OF, POINT, Loops, UnitResponses
 from kanefe.kernels.contact.rigid_points import (
     FIRST_STATE,
     KEPT,

@@ -11,16 +11,8 @@ import numpy as np
 
 from kanefe.kernels.algebra.least_norm import leave_spare
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.constraints.multipliers import (
-    CONTACT_ROW,
-    DIRECTION,
-    KIND_OF,
-    LIVE,
-    POINT,
-    RANK,
-    Loops,
-    UnitResponses,
-)
+from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW
+from kanefe.kernels.constraints.loop_tables import DIRECTION, KIND_OF, LIVE, POINT, RANK, Loops, UnitResponses
 from kanefe.kernels.contact.laws.falling import AT
 from kanefe.kernels.contact.rigid_points import OF_POINT, is_closed, is_slipping
 
@@ -30,7 +22,7 @@ MOST_ROUNDS, ROOM = 2000, 1e-3
 
 @kernel
 def least_margins(loops: Loops, z: np.ndarray, multipliers: np.ndarray) -> tuple[float, float]:
-    """Return the least normal force (N), and the least that friction could hold beyond what it does; infinite of none."""
+    """Return the least normal force, and the least that friction could still hold, N; infinite where there is none."""
     normal = slip = np.inf
     for j in range(len(loops.rows)):
         if not is_head(loops, j, z):

@@ -7,7 +7,7 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import Numbers, dot, minus, plus, rotated, three, vector
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.constraints.constraint_rows import AT, CONTACT_ROW, COUPLER_ROW, row_residual
-from kanefe.kernels.constraints.multipliers import (
+from kanefe.kernels.constraints.loop_tables import (
     DIRECTION,
     FIRST_TERM,
     HOLDS_PLACE,

@@ -226,7 +226,7 @@ def _bend(k: int, f: Any) -> Any:
 
 @kernel
 def normal_rate(numbers: Any, at: int, x: Numbers, v: Numbers) -> Numbers:
-    """Return the rate of the normal at a point that moves past a plane, sphere or height field: ``H v``, see `distance`."""
+    """Return the rate of the normal at a point that moves past a plane, sphere or height field: ``H v``."""
     kind, own = int(numbers[at]), at + 1
     zero = 0.0 * x[0]
     if kind == SPHERE:
@@ -240,7 +240,7 @@ def normal_rate(numbers: Any, at: int, x: Numbers, v: Numbers) -> Numbers:
 
 @inlined
 def _rate_over_heights(numbers: Any, own: int, x: Numbers, v: Numbers) -> Numbers:
-    """Return the rate of the normal over a field of heights, of the surface ``S = P B P / |(-h', 1)|``, farther out less."""
+    """Return the rate of the normal over a field of heights: of its surface ``S v``, farther out less."""
     a, b, height, slope_x, slope_y, xx, xy, yy = foot_on_heights(numbers, own, x)
     length = np.sqrt(1.0 + slope_x * slope_x + slope_y * slope_y)
     n = (-slope_x / length, -slope_y / length, 1.0 / length)

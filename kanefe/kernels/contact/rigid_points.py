@@ -38,12 +38,11 @@ states of its contact begin; and the number of that among the rigid ones."""
 POINT_INTEGERS = 8
 
 SLIP, WORK = range(2)
-"""Of the states of a contact: the path slid and the work of friction."""
+"""Indices of the states of a contact: the path slid, and the work of friction."""
 
 KEPT, KEPT_RATE = 1, 4
-"""Of the states of a point, after its status: see `kanefe.contact.rigid.rigid_contact`."""
+"""Indices of the states of a point after that of its status: see `kanefe.contact.rigid.rigid_contact`."""
 
-OPEN, STICKS, SLIPS = range(3)
 CLOSED_FROM, SLIPS_FROM = 0.5, 1.5
 """Values of a status above which a point is closed, and slips; methods keep it to round-off."""
 

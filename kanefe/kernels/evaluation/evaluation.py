@@ -12,13 +12,8 @@ from kanefe.kernels.compiler.arrays import RealRows, Reals, ValueRows, Values
 from kanefe.kernels.compiler.entries import built_first, entry
 from kanefe.kernels.compiler.signatures import Variant
 from kanefe.kernels.constraints.contact_rates import put_contact_rates
-from kanefe.kernels.constraints.multipliers import (
-    Loops,
-    hold,
-    hold_size,
-    respond_to_multipliers,
-    unit_responses_in,
-)
+from kanefe.kernels.constraints.loop_tables import Loops, hold_size, unit_responses_in
+from kanefe.kernels.constraints.multipliers import hold, respond_to_multipliers
 from kanefe.kernels.layout import (
     BORDER_SIZE,
     COORDINATE,

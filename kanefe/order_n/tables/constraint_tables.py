@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW, ROW_NUMBERS
-from kanefe.kernels.constraints.multipliers import CONSTRAINT_INTEGERS, Loops, no_loops
+from kanefe.kernels.constraints.loop_tables import CONSTRAINT_INTEGERS, Loops, no_loops
 from kanefe.kernels.constraints.tolerances import LARGEST_STEP
 from kanefe.kernels.contact.rigid_points import HAS_MARK, OF_PROBE, ON_SURFACE, STATUS
 from kanefe.kernels.loads.markers import MARKER_NUMBERS
@@ -50,8 +50,8 @@ def loop_tables(builder: FrameOffsets) -> Loops:
     for p, place in enumerate(points.places):
         for direction in range(3):
             holds_place = int(direction == 0 or place[HAS_MARK])
-            ends = int(place[ON_SURFACE]), int(place[OF_PROBE])
-            integers.append((CONTACT_ROW, *ends, direction, p, 0, holds_place, 0, int(place[STATUS])))
+            a, b, status = int(place[ON_SURFACE]), int(place[OF_PROBE]), int(place[STATUS])
+            integers.append((CONTACT_ROW, a, b, direction, p, 0, holds_place, 0, status))
             markers += [points.markers[2 * p], points.markers[2 * p + 1]]
             numbers.append(np.zeros(ROW_NUMBERS))
     return Loops(

@@ -1,0 +1,202 @@
+"""Rows of loop joints, couplers and contact points: their tables, and the memory of what is found of them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
+from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW, ROW_NUMBERS
+from kanefe.kernels.constraints.tolerances import HALF_ON
+from kanefe.kernels.contact.rigid_points import (
+    HAS_FRICTION,
+    MET_NUMBERS,
+    SLIPS_FROM,
+    RigidPoints,
+    is_slipping,
+    no_rigid_points,
+)
+from kanefe.kernels.loads.markers import MARKER_NUMBERS
+
+# Columns of the integers of a row
+KIND_OF, ROW_A, ROW_B, IS_BALL, FIRST_TERM, TERM_COUNT, HOLDS_PLACE, IS_ANGLE, SWITCH = range(9)
+CONSTRAINT_INTEGERS = 9
+# Of a row of a contact point in place of them: which of its directions, 0: the normal, and the number of the point
+DIRECTION, POINT = IS_BALL, FIRST_TERM
+# Columns of the workspace of a row
+FORCE_A, MOMENT_A, FORCE_B, MOMENT_B = 0, 3, 6, 9
+WRENCHES = 12
+# Places of the limits of a scene
+RANK_TOLERANCE, LENGTH = range(2)
+# What is told of the rows that `share_forces` had in the last evaluation: how many hold (-1: it had none), their rank
+LIVE, RANK = range(2)
+
+
+class Loops(NamedTuple):
+    """Constraints of a scene; None in its place leaves out their code.
+
+    Attributes
+    ----------
+    rows : ndarray of int, shape (m, CONSTRAINT_INTEGERS)
+        Kind, rows of both markers (-1: N), is a ball, first term and number of terms of a coupler, whether it holds
+        coordinates and not speeds alone, whether its residual is an angle, its switch among the internal states (-1:
+        it always holds).
+    markers : ndarray, shape (2 m, MARKER_NUMBERS)
+    numbers : ndarray, shape (m, ROW_NUMBERS)
+        See `kanefe.kernels.constraints.constraint_rows.RowNumbers`.
+    speeds : ndarray of int
+        Speed of each term of couplers.
+    coefficients : ndarray
+    coordinates : ndarray of int
+        Coordinate of each term of couplers; -1 - drive if it is driven.
+    extents : ndarray, shape (free,)
+        A large displacement along each free speed: rad, m, or modal units.
+    moves : ndarray, shape (free,)
+        Largest step of an iteration that closes the loops, along each free speed.
+    limits : ndarray, shape (2,)
+        Pivot, of a row of unit length, below which it depends on others; a length of the scene, m.
+    points : RigidPoints
+        Of rigid contacts, three rows each behind those of constraints: along the normal, and in both directions along
+        the surface.
+    """
+
+    rows: IntegerRows
+    markers: RealRows
+    numbers: RealRows
+    speeds: Integers
+    coefficients: Reals
+    coordinates: Integers
+    extents: Reals
+    moves: Reals
+    limits: Reals
+    points: RigidPoints
+
+
+def no_loops() -> Loops:
+    """Return the tables of a scene without constraints."""
+    integers, numbers = np.zeros(0, dtype=np.int64), np.zeros(0)
+    rows, markers = np.zeros((0, CONSTRAINT_INTEGERS), dtype=np.int64), np.zeros((0, MARKER_NUMBERS))
+    couplers = np.zeros((0, ROW_NUMBERS)), integers, numbers, integers, numbers, numbers
+    return Loops(rows, markers, *couplers, np.zeros(2), no_rigid_points())
+
+
+class UnitResponses(NamedTuple):
+    """What the constraints do to the speeds at one configuration.
+
+    Attributes
+    ----------
+    wrenches : ndarray, shape (m, WRENCHES)
+        Of each row's unit multiplier, about the origins of its rows.
+    unit_responses : ndarray, shape (m, n)
+        Accelerations that they cause, and driving forces.
+    A : ndarray, shape (m, m)
+        Lower triangle of ``J M^-1 J^T``; where contacts rub, all of ``J M^-1 P^T``.
+    L, inverses, order : ndarray, shapes (m, m), (m,), (m,)
+        Its factors, see `kanefe.kernels.algebra.pivoted` and `kanefe.kernels.algebra.least_norm`.
+    scale : ndarray, shape (m,)
+        With which a row is of unit length if it points along the motion of its ends; 0: it moves nothing, or does not
+        hold.
+    rest, column : ndarray, shape (m,)
+    J : ndarray, shape (m, n)
+        The rows themselves.
+    reach : ndarray, shape (n,)
+        Workspace.
+    plain : ndarray, shape (m,)
+        Of rows of contacts: what the normal force alone would do along the row.
+    live, spare : ndarray, shape (m,)
+        Rows that hold where points touch; workspace.
+    met : ndarray, shape (points, MET_NUMBERS)
+        Of the points of rigid contacts.
+    told : ndarray, shape (2,)
+    """
+
+    wrenches: np.ndarray
+    unit_responses: np.ndarray
+    A: np.ndarray
+    L: np.ndarray
+    inverses: np.ndarray
+    order: np.ndarray
+    scale: np.ndarray
+    rest: np.ndarray
+    column: np.ndarray
+    J: np.ndarray
+    reach: np.ndarray
+    plain: np.ndarray
+    live: np.ndarray
+    spare: np.ndarray
+    met: np.ndarray
+    told: np.ndarray
+
+
+@kernel
+def hold_size(loops: Loops, n: int) -> int:
+    """Return how many numbers the workspace of `hold` has, with n free and driven speeds."""
+    m = len(loops.rows)
+    return m * (WRENCHES + 2 * n + 2 * m + 8) + n + MET_NUMBERS * len(loops.points.places) + 2
+
+
+@inlined
+def unit_responses_in(workspace: np.ndarray, loops: Loops, n: int) -> UnitResponses:
+    """Return the parts of a workspace of `hold_size`."""
+    m, points = len(loops.rows), len(loops.points.places)
+    at = m * WRENCHES
+    wrenches = workspace[:at].reshape(m, WRENCHES)
+    unit_responses = workspace[at : at + m * n].reshape(m, n)
+    at += m * n
+    A = workspace[at : at + m * m].reshape(m, m)
+    at += m * m
+    L = workspace[at : at + m * m].reshape(m, m)
+    at += m * m
+    J = workspace[at : at + m * n].reshape(m, n)
+    at += m * n
+    met = workspace[at : at + MET_NUMBERS * points].reshape(points, MET_NUMBERS)
+    workspace = workspace[at + MET_NUMBERS * points :]
+    return UnitResponses(
+        wrenches,
+        unit_responses,
+        A,
+        L,
+        workspace[:m],
+        workspace[m : 2 * m],
+        workspace[2 * m : 3 * m],
+        workspace[3 * m : 4 * m],
+        workspace[4 * m : 5 * m],
+        J,
+        workspace[8 * m : 8 * m + n],
+        workspace[5 * m : 6 * m],
+        workspace[6 * m : 7 * m],
+        workspace[7 * m : 8 * m],
+        met,
+        workspace[8 * m + n : 8 * m + n + 2],
+    )
+
+
+@inlined
+def holds(loops: Loops, j: int, z: np.ndarray) -> bool:
+    """Return whether a row holds with internal states z."""
+    switch = loops.rows[j, SWITCH]
+    if switch < 0:
+        return True
+    if loops.rows[j, KIND_OF] == CONTACT_ROW and loops.rows[j, DIRECTION] > 0 and z[switch].real > SLIPS_FROM:
+        return False
+    return z[switch].real > HALF_ON
+
+
+@inlined
+def has_loops(loops: Loops, kept: UnitResponses) -> bool:
+    """Return whether rows of constraints hold, and not those of contacts alone."""
+    found = False
+    for j in range(len(loops.rows)):
+        found = found or (kept.scale[j] != 0.0 and loops.rows[j, KIND_OF] != CONTACT_ROW)
+    return found
+
+
+@inlined
+def is_rubbing(loops: Loops, j: int, z: np.ndarray) -> bool:
+    """Return whether a row is the normal row of a point that slips with friction."""
+    if loops.rows[j, KIND_OF] != CONTACT_ROW or loops.rows[j, DIRECTION] > 0:
+        return False
+    p = loops.rows[j, POINT]
+    return is_slipping(loops.points, p, z) and loops.points.places[p, HAS_FRICTION] != 0
