@@ -31,7 +31,7 @@ def largest_extent(body: FlexibleBody) -> float:
     return _extents[body]
 
 
-def _kept(measure: Callable[[ModelData], Size]) -> Callable[[ModelData], Size]:
+def kept_of_scene(measure: Callable[[ModelData], Size]) -> Callable[[ModelData], Size]:
     """Return a measure of a scene that is taken once of each: a frozen scene keeps its sizes, and a run asks often.
 
     Arrays of it are read-only.
@@ -49,7 +49,7 @@ def _kept(measure: Callable[[ModelData], Size]) -> Callable[[ModelData], Size]:
     return kept
 
 
-@_kept
+@kept_of_scene
 def scene_length(model: ModelData) -> float:
     """Return a length of the scene in m: of its flexible bodies and the offsets in it.
 
@@ -109,7 +109,7 @@ def joint_scales(model: ModelData, length: float) -> np.ndarray:
     return scales
 
 
-@_kept
+@kept_of_scene
 def displacement_scales(model: ModelData) -> np.ndarray:
     """Return the size of a large displacement along every free speed, shape (free,): rad, m, or modal units."""
     length = scene_length(model)
@@ -124,7 +124,7 @@ def displacement_scales(model: ModelData) -> np.ndarray:
     return scales
 
 
-@_kept
+@kept_of_scene
 def coordinate_moves(model: ModelData) -> list[tuple[bool, int, int]]:
     """Return how coordinates move with the speeds: whether they turn, coordinate, and speed.
 
@@ -147,7 +147,7 @@ def coordinate_moves(model: ModelData) -> list[tuple[bool, int, int]]:
     return moves
 
 
-@_kept
+@kept_of_scene
 def tangents(model: ModelData) -> np.ndarray:
     """Return directions in which a state moves by itself: tangents, speeds, and internal states that move.
 
@@ -163,13 +163,13 @@ def tangents(model: ModelData) -> np.ndarray:
     return directions
 
 
-@_kept
+@kept_of_scene
 def turning(model: ModelData) -> list[tuple[int, int]]:
     """Return the first of the Euler parameters, and of the speeds, of each rotation."""
     return [(at, speed) for turns, at, speed in coordinate_moves(model) if turns]
 
 
-@_kept
+@kept_of_scene
 def modal_frequencies(model: ModelData) -> Vector:
     """Return the frequency in rad/s of the mode behind each free speed, alone; zero for what is no mode."""
     frequencies = np.zeros(model.free_count)
