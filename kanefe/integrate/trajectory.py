@@ -149,7 +149,7 @@ def wanted_times(
 
 
 def _evenly(start: float, stop: float, count: int) -> np.ndarray:
-    """Return start, stop and what divides the time between them in so many parts: numpy's linspace, in a third of it."""
+    """Return `count` + 1 evenly spaced times from start to stop: as linspace of numpy, which takes longer."""
     times = np.arange(count + 1) * ((stop - start) / count)
     times += start
     times[-1] = stop
