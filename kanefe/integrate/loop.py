@@ -19,7 +19,7 @@ from kanefe.integrate.events.load_events import EventOfLoad, torn_loose
 from kanefe.integrate.events.switching import check_switched
 from kanefe.integrate.pace import Limits, OutOfTime, Pace, Poles
 from kanefe.integrate.sampling import Sampler
-from kanefe.integrate.status import RunStatus
+from kanefe.integrate.status import RunStatus, raised_by_user
 from kanefe.integrate.stepper import StepFailure, Stepper, gives_accelerations, looks_out
 from kanefe.kane.bent import bent_too_far
 from kanefe.tree.model_data import QUADRATURES
@@ -154,7 +154,7 @@ class RunLoop:
         """Run to the end, and return how it ended.
 
         Whatever ends it, a checkpoint is written before: of the end, or where something went wrong or a terminal event
-        ended it, of a moment before. Errors of users' functions come through; Ctrl-C stops the run with what there is.
+        ended it, of a moment before. Ctrl-C, and what a function of the user raises, stop the run with what there is.
         """
         self._file = file
         if file is not None:
@@ -165,6 +165,12 @@ class RunLoop:
         except KeyboardInterrupt:  # a step may be half done: the checkpoint is of a moment before
             self._write()
             return self._interrupted()
+        except Exception as error:
+            told = None if int(self._stepper.statistics["steps"]) == 0 else raised_by_user(self._stepper.t, error)
+            if told is None:
+                self._write()
+                raise
+            status = self._ended(told)
         except BaseException:
             self._write()
             raise
@@ -223,7 +229,7 @@ class RunLoop:
                 self.stored += stepper.integrate_through(self._times[first:], self.states[first:], most)
             else:
                 self._integrate_sampled(self._sampler, most, begun)
-        except (KanefeError, np.linalg.LinAlgError, KeyboardInterrupt):
+        except (Exception, KeyboardInterrupt):
             # what was passed before the failure is stored all the same
             self.stored = max(first, int(np.searchsorted(self._times, stepper.t, side="right")))
             raise

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
@@ -69,6 +70,34 @@ class RunStatus:
         """Return the status of a run that an error ended, whose text may hold a remedy."""
         reason, _, remedy = str(error).partition(". Remedy: ")
         return cls("failed", time, reason, remedy or "check what the functions of the scene give there")
+
+
+def raised_by_user(time: float, error: Exception) -> RunStatus | None:
+    """Return the status of a run at whose time (s) a function of the user raised an error; None: it was not one of it.
+
+    It is one if the last call that this package made led to code that is of no other package either.
+    """
+    import sysconfig
+    import traceback
+
+    own, installed = str(Path(__file__).parents[1]), (sysconfig.get_paths()["stdlib"], "<frozen")
+    frames = traceback.extract_tb(error.__traceback__)
+    last = max((i for i, frame in enumerate(frames) if frame.filename.startswith(own)), default=len(frames))
+    theirs = [
+        frame
+        for frame in frames[last + 1 :]
+        if not frame.filename.startswith(installed) and "-packages" not in frame.filename
+    ]
+    if not theirs:
+        return None
+    notes = getattr(error, "__notes__", [])
+    what = notes[0] if notes else f"a function of the user at t = {time:.6g} s"
+    told = " ".join(str(error).split()) or "without a word"
+    place = f"{theirs[-1].name}, line {theirs[-1].lineno} of {Path(theirs[-1].filename).name}"
+    remedy = f"mend {theirs[-1].name}; what was found up to there is kept"
+    if isinstance(error, ValueError) and "read-only" in told:
+        remedy = "change a copy: functions look at the state of a run, and only what an action returns changes it"
+    return RunStatus("failed", time, f"{what} raised {type(error).__name__}: {told[:300]} ({place})", remedy)
 
 
 UNFIT = 10.0

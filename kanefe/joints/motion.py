@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.errors import ModelError
+from kanefe.errors import KanefeError, ModelError
 from kanefe.frames import Matrix, numbers, shaped_numbers
 
 LEAST_POINTS = 4
@@ -249,12 +249,19 @@ class Motion:
             If it is not finite or not defined there; the message names the body and the time.
         """
         self.check_known(t, f"the motion of body {body!r}")
-        value = float(getattr(self, name)(t))
-        if not math.isfinite(value):
+        try:
+            given = getattr(self, name)(t)
+        except KanefeError:
+            raise
+        except Exception as error:
+            error.add_note(f"the {name} of the motion of body {body!r} at t = {t:.6g} s")
+            raise
+        value = given if type(given) is float else numbers(given)
+        if np.shape(value) != () or not math.isfinite(value):
             raise ModelError(
-                f"the motion of body {body!r} must give finite numbers; its {name} at t = {t:.6g} s is {value}"
+                f"the motion of body {body!r} must give finite numbers; its {name} at t = {t:.6g} s is {given}"
             )
-        return value
+        return float(value)
 
     def check_known(self, t: float, what: str) -> None:
         """Raise a ModelError that names the motion as `what`, if it is not defined at time t (s)."""

@@ -42,14 +42,17 @@ class AlongLine(Load):
         Raises
         ------
         SimulationError
-            If two consecutive points coincide.
+            If two consecutive points coincide, or one is not finite.
         """
         count = len(ends)
         out: list[Any] = [0.0] * (WRENCHES + WRENCH * count)
         with np.errstate(all="ignore"):
             length, rate = put_gradient(count, numbers_of(ends), out)
         if not math.isfinite(rate):
-            i = next(i for i in range(count - 1) if not np.any(ends[i + 1].p - ends[i].p))
+            gaps = [ends[i + 1].p - ends[i].p for i in range(count - 1)]
+            i = next((i for i, gap in enumerate(gaps) if not np.any(gap)), None)
+            if i is None:
+                raise SimulationError(f"the points of {self.kind} {self.name!r} are nowhere at t = {t:.6g} s")
             raise SimulationError(
                 f"points {i} and {i + 1} of {self.kind} {self.name!r} coincide at t = {t:.6g} s, and it has "
                 "no direction there. Remedy: keep them apart, or leave one of several out"

@@ -11,7 +11,7 @@ import numpy as np
 
 from kanefe.bodies.marker import Marker
 from kanefe.errors import ModelError
-from kanefe.frames import Vector
+from kanefe.frames import Vector, numbers
 from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.force_elements.spring import SpringNumbers, spring, tensions
 from kanefe.loads.action import End, LoadKernel
@@ -59,7 +59,11 @@ class SpringDamper(AlongLine):
         """Return the tension by the user's function, N: (1,), or (0,) without one."""
         if self.function is None:
             return np.zeros(0)
-        value = np.asarray(self.function(length, rate), dtype=float)
+        try:
+            value = numbers(self.function(length, rate))
+        except Exception as error:
+            error.add_note(f"the force of spring {self.name!r} at t = {t:.6g} s")
+            raise
         if value.shape != () or not np.isfinite(value):
             raise ModelError(
                 f"the force of spring {self.name!r} must be one finite number; at t = {t:.6g} s, length "

@@ -68,6 +68,9 @@ class ValuedLoad:
             given = self.function(t, state) if self.takes_state else self.function(t)
         except CircularLoad as error:
             raise ModelError(f"{self.label} asks for {error}") from None
+        except Exception as error:
+            error.add_note(f"the function of {self.label} at t = {t:.6g} s")
+            raise
         SPENT.seconds += perf_counter() - began
         if type(given) is float and isfinite(given) and self.shape == ():  # the usual case, ten times faster
             return np.array(given)

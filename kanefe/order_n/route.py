@@ -139,7 +139,7 @@ class OrderN(LiteralRoute):
         layout = self.inputs
         if self._inputs_stay:
             return layout.constants
-        values = layout.begun(self.parts(y)[2])
+        values = layout.begun(self.parts(y)[2]).copy()
         for where, load in layout.of_time:
             values[where] = load.value(t, None)
         if layout.needs_state:

@@ -28,7 +28,7 @@ def largest_extent(body: FlexibleBody) -> float:
     return _extents[body]
 
 
-def _kept(measure: Callable[[ModelData], Size]) -> Callable[[ModelData], Size]:
+def kept_of_scene(measure: Callable[[ModelData], Size]) -> Callable[[ModelData], Size]:
     """Cache a measure for each frozen scene; arrays are read-only."""
     found: WeakKeyDictionary[ModelData, Size] = WeakKeyDictionary()
 
@@ -43,7 +43,7 @@ def _kept(measure: Callable[[ModelData], Size]) -> Callable[[ModelData], Size]:
     return kept
 
 
-@_kept
+@kept_of_scene
 def scene_length(model: ModelData) -> float:
     """Return a length of the scene in m: the largest of its flexible bodies and offsets.
 
@@ -102,7 +102,7 @@ def joint_scales(model: ModelData, length: float) -> np.ndarray:
     return scales
 
 
-@_kept
+@kept_of_scene
 def displacement_scales(model: ModelData) -> np.ndarray:
     """Return the size of a large displacement along every free speed, shape (free,): rad, m, or modal units."""
     length = scene_length(model)
@@ -117,7 +117,7 @@ def displacement_scales(model: ModelData) -> np.ndarray:
     return scales
 
 
-@_kept
+@kept_of_scene
 def coordinate_moves(model: ModelData) -> list[tuple[bool, int, int]]:
     """Return for each coordinate or rotation whether it is a rotation, and the indices of its coordinate and speed.
 
@@ -140,7 +140,7 @@ def coordinate_moves(model: ModelData) -> list[tuple[bool, int, int]]:
     return moves
 
 
-@_kept
+@kept_of_scene
 def tangents(model: ModelData) -> np.ndarray:
     """Return the independent directions of a state: tangents, speeds, and internal states with rates.
 
@@ -156,13 +156,13 @@ def tangents(model: ModelData) -> np.ndarray:
     return directions
 
 
-@_kept
+@kept_of_scene
 def turning(model: ModelData) -> list[tuple[int, int]]:
     """Return the indices of the first Euler parameter and of the first speed of each rotation."""
     return [(at, speed) for turns, at, speed in coordinate_moves(model) if turns]
 
 
-@_kept
+@kept_of_scene
 def modal_frequencies(model: ModelData) -> Vector:
     """Return the frequency in rad/s of the mode of each free speed, uncoupled; zero for joint speeds."""
     frequencies = np.zeros(model.free_count)

@@ -65,8 +65,9 @@ class SceneState:
         z: Vector | None = None,
         frames: Sequence[Placed] | None = None,
     ) -> None:
-        self.model, self.time, self.q, self.u = model, time, q, u
-        self.z: Vector = model.initial_states if z is None else z
+        self.model, self.time = model, time
+        # of the run: what a function wrote there would be taken for the motion
+        self.q, self.u, self.z = map(_read_only, (q, u, model.initial_states if z is None else z))
         self._given = frames
         self._forces: Forces | None = None
         self._asked: list[str] = []
@@ -324,3 +325,10 @@ class SceneState:
             return self.placed(number, None)
         frame = self.model.flexible_terms(name).body.interface(interface)
         return fixed_in(self.placed(number, frame), np.zeros(3), frame.axes)
+
+
+def _read_only(x: Vector) -> Vector:
+    """Return a view of an array that cannot be written to."""
+    view = x[:]
+    view.flags.writeable = False
+    return view

@@ -289,3 +289,26 @@ def test_what_a_compiled_function_raises_ends_the_run(
         result = scene.simulate((0.0, 1.0), method=method, step=step)
     assert result.times[-1] == pytest.approx(0.5, abs=0.03)
     assert "Exception ignored" not in capfd.readouterr().err
+
+
+def test_a_compiled_function_that_writes_to_the_state_is_refused() -> None:
+    """In compiled code it would write to the state of the run."""
+    numba = pytest.importorskip("numba")
+
+    def writes(t, y):
+        y[:] += 1.0
+        return 0.0
+
+    def works_on_a_copy(t, y):
+        own = y.copy()
+        own[:] += 1.0
+        return 0.0 * own[0]
+
+    def pushed(function: Any) -> kf.System:
+        scene = kf.System()
+        scene.add_motor(scene.add_rigid_body("rod", 1.0, 0.1, joint=kf.Revolute("z")), numba.njit(function))
+        return scene
+
+    assert pushed(works_on_a_copy).simulate((0.0, 0.1)).joint_coordinates("rod")[-1] == 0.0
+    with pytest.raises(ModelError, match=r"motor of 'rod' takes the state y only if .*Remedy: let it work on a copy"):
+        pushed(writes).simulate((0.0, 0.1))

@@ -12,7 +12,7 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
-from kanefe.frames import Vector
+from kanefe.frames import Vector, numbers
 from kanefe.integrate.status import RunStatus
 from kanefe.tree.scene_state import SceneState
 
@@ -114,7 +114,11 @@ class Event:
         """Return the value of the function; a ModelError names the event if it is not one finite number."""
         if self.function is None:
             raise TypeError("an event of a load has the function of the load")
-        value = self.function(t, state)
+        try:
+            value = self.function(t, state)
+        except Exception as error:
+            error.add_note(f"the function of event {self.name!r} at t = {t:.6g} s")
+            raise
         try:
             number = float(value)
         except (TypeError, ValueError):
@@ -129,15 +133,20 @@ class Event:
         """Return the state after the action, None if it leaves y (size,) as it is; a ModelError names what is wrong."""
         if self.action is None:
             return None
-        given = self.action(t, state)
+        try:
+            given = self.action(t, state)
+        except Exception as error:
+            error.add_note(f"the action of event {self.name!r} at t = {t:.6g} s")
+            raise
         if given is None:
             return None
-        after = np.asarray(given, dtype=float)
+        after = numbers(given)
         if after.shape != y.shape or not np.all(np.isfinite(after)):
+            what = f"shape {after.shape}" if np.shape(given) else repr(given)
             raise ModelError(
                 f"the action of event {self.name!r} must return {y.size} finite numbers, the coordinates, the free "
-                f"speeds and the states of loads, or None; at t = {t:.6g} s it gave shape {after.shape}. Remedy: a "
-                "changed copy of state.vector"
+                f"speeds and the states of loads, or None; at t = {t:.6g} s it gave {what}. Remedy: a changed copy of "
+                "state.vector"
             )
         return after
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
@@ -302,9 +303,13 @@ class KernelStepper:
         dynamics, is_done = self.dynamics, False
         is_compiled = dynamics.is_autonomous
         before, evaluations = int(integers[EVALUATIONS]), dynamics.evaluations
+        # of states too far ahead, which are not kept; compiled code says nothing
+        silent: AbstractContextManager[Any] = (
+            nullcontext() if is_compiled else np.errstate(over="ignore", invalid="ignore")
+        )
         while True:
             try:
-                with np.errstate(over="ignore", invalid="ignore"):  # of states too far ahead, which are not kept
+                with silent:
                     command, is_done = self._command(run, is_compiled, watched)
             except (FileError, MissingDependency):
                 raise  # there is no code to go on with: a smaller step is no remedy

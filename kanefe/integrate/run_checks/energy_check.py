@@ -15,7 +15,8 @@ from kanefe.errors import SimulationWarning, outside
 from kanefe.integrate.status import UNFIT
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.tree.bending import Bending, worst_bending
-from kanefe.tree.scales import scene_length
+from kanefe.tree.model_data import ModelData
+from kanefe.tree.scales import kept_of_scene, scene_length
 
 NOTED = 0.01
 """Smallest relative error of the energy for which a warning is issued."""
@@ -79,28 +80,31 @@ def _balance(model: Model, run: Trajectory) -> tuple[float, float] | None:
     rows = sorted({0, len(run.times) // 2, len(run.times) - 1})
     if len(rows) < 2:
         return None
-    states = np.hstack((run.coordinates, run.speeds, run.internal))[rows]
+    states = np.concatenate((run.coordinates[rows], run.speeds[rows], run.internal[rows]), axis=1)
     swept = model.route.sweeps(run.times[rows], states)
     if swept is not None:
-        energies = swept.balances[:, :3]
+        energies = swept.balances[:, :3].tolist()
     else:
-        energies = np.array([model.route.energy(float(run.times[i]), y) for i, y in zip(rows, states, strict=True)])
-    totals = energies.sum(axis=1)
-    exchanged = run.dissipated[rows] - run.work[rows]
-    balance = totals + exchanged - totals[0] - exchanged[0]
+        energies = [[*model.route.energy(float(run.times[i]), y)] for i, y in zip(rows, states, strict=True)]
+    # of three numbers, for which Python takes less time than numpy
+    totals = [kinetic + elastic + gravity for kinetic, elastic, gravity in energies]
+    exchanged = (run.dissipated[rows] - run.work[rows]).tolist()
+    missing = totals[-1] + exchanged[-1] - totals[0] - exchanged[0]
     scale = max(
-        *(energies[:, 0] + energies[:, 1]),
-        *np.abs(totals - totals[0]),
+        *(kinetic + elastic for kinetic, elastic, _ in energies),
+        *(abs(total - totals[0]) for total in totals),
         float(run.dissipated.max()),
-        float(np.abs(run.work).max()),
+        float(run.work.max()),
+        -float(run.work.min()),
     )
-    least = ROUND_OFF * max(float(np.abs(totals).max()), _weight(model) * scene_length(model))
-    if not (scale > least and math.isfinite(scale) and math.isfinite(balance[-1])):
+    least = ROUND_OFF * max(*map(abs, totals), _weight(model) * scene_length(model))
+    if not (scale > least and math.isfinite(scale) and math.isfinite(missing)):
         return None
-    return float(balance[-1]), float(abs(balance[-1]) / scale)
+    return missing, abs(missing) / scale
 
 
-def _weight(model: Model) -> float:
+@kept_of_scene
+def _weight(model: ModelData) -> float:
     """Return the weight of all bodies, N."""
     mass = sum(
         part.mass for body in model.bodies for part in (body.rigid, body.flexible and body.flexible.body) if part

@@ -53,8 +53,10 @@ def guarded(function: Function, label: str, count: int, size: int | None) -> Fun
     numba = numba_for(f"the function of {label}")
     from numba import types
 
-    made = _guarded(function, count, size)
+    if size is not None:
+        _check_reads(function, label)
     try:
+        made = _guarded(function, count, size)
         made.compile((types.float64,) if size is None else (types.float64, types.float64[::1]))  # type: ignore[attr-defined]
     except numba.core.errors.NumbaError as error:
         told = [line.strip() for line in str(error).splitlines() if line.strip()]
@@ -69,10 +71,41 @@ def guarded(function: Function, label: str, count: int, size: int | None) -> Fun
 
 
 @lru_cache(maxsize=64)
+def _reading(function: Function) -> Function:
+    """Return a checked function of time and state, compiled for a state that it cannot write to, and for nothing else.
+
+    In compiled code it is given the state of the run itself.
+    """
+    numba = numba_for("a compiled function")
+    from numba import types
+
+    state = types.Array(types.float64, 1, "C", readonly=True)
+    plain, options = function.py_func, checked(function).targetoptions  # type: ignore[attr-defined]
+    options = {name: value for name, value in options.items() if name != "nopython"}
+    return numba.njit([(types.float64, state)], **options)(plain)  # type: ignore[no-any-return]
+
+
+def _check_reads(function: Function, label: str) -> None:
+    """Raise a ModelError if a function of time and state can be compiled only if it may write to the state."""
+    numba = numba_for("a compiled function")
+    try:
+        _reading(function)
+    except Exception as error:
+        try:
+            checked(function).compile((numba.float64, numba.float64[::1]))  # type: ignore[attr-defined]
+        except numba.core.errors.NumbaError:
+            return  # there is more amiss with it
+        raise ModelError(
+            f"the compiled function of {label} takes the state y only if it may write to it, which is that of the run. "
+            "Remedy: let it work on a copy, y.copy()"
+        ) from error
+
+
+@lru_cache(maxsize=64)
 def _guarded(function: Function, count: int, size: int | None) -> Function:
     """Return the function with what it raises as NaN; the same one for each scene, which is compiled once."""
     numba = numba_for("a compiled function")
-    own = checked(function)
+    own = checked(function) if size is None else _reading(function)
     called = numba.njit((lambda t, y: own(t)) if size is None else (lambda t, y: own(t, y[:size])))
 
     def number(t: float, y: Any) -> Any:

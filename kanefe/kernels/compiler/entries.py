@@ -141,7 +141,7 @@ class Bound:
                 continue
             if isinstance(part, Group):
                 for inner, item, one in zip(part.parts, value, old, strict=True):
-                    if item is not one or not isinstance(item, np.ndarray):
+                    if item is not one or isinstance(item, (int, float)):  # which may have been written in place
                         _write(inner, item, places, numbers)
             else:
                 _write(part, value, places, numbers)

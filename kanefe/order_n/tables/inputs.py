@@ -63,7 +63,9 @@ class InputLayout:
         self.constants = np.array(values)
 
     def begun(self, z: Vector) -> np.ndarray:
-        """Return `inputs` with what does not change while controllers hold what is in z (states,)."""
+        """Return `inputs` while controllers hold what is in z (states,); it is not to be written to."""
+        if not self.held:
+            return self.constants
         values = self.constants.copy()
         for place, state, factor in self.held:
             values[place] = factor * z[state]
