@@ -9,7 +9,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.errors import ModelError, SimulationError, SimulationWarning
-from kanefe.integrate.methods.generalised_alpha import stiffest_rate
+from kanefe.integrate.auto.stiffest_rate import stiffest_rate
 from kanefe.integrate.methods.table import METHODS
 from kanefe.integrate.run import integrate
 from kanefe.kane.energy import kinetic_energy, momenta

@@ -7,7 +7,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.integrate.auto.choice import choose
-from kanefe.integrate.methods.generalised_alpha import stiffest_rate
+from kanefe.integrate.auto.stiffest_rate import stiffest_rate
 from kanefe.integrate.options import RunOptions
 
 

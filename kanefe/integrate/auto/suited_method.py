@@ -31,7 +31,7 @@ from kanefe.integrate.auto.vibrations import (
 )
 from kanefe.integrate.breakpoints import SAMPLES, changes_of
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.methods.generalised_alpha import stiffest_rate
+from kanefe.integrate.auto.stiffest_rate import stiffest_rate
 from kanefe.integrate.methods.table import own_methods, serving
 from kanefe.integrate.stepper import LEAST_STEPS
 from kanefe.loads.base import Load

@@ -301,7 +301,7 @@ class KernelStepper:
             if command == PROJECT:
                 self._project()
             elif command == JACOBIAN:
-                found = dynamics.tangent_derivatives(self.t, vectors[STATE])
+                found = dynamics.tangent_derivatives(float(reals[TIME_AT]), vectors[AT])
                 first = integers[JACOBIAN_ROW]
                 vectors[first : first + len(found), : found.shape[1]] = found
             elif command == FAILED:
