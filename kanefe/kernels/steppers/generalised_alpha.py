@@ -37,6 +37,7 @@ from kanefe.kernels.steppers.generalised_alpha_state import (
     FIRST_UNCONVERGED,
     FOLLOWED,
     FOUND,
+    HALVINGS,
     HAS_JACOBIAN,
     HAS_JERK,
     HAS_STIFFNESS,
@@ -55,6 +56,7 @@ from kanefe.kernels.steppers.generalised_alpha_state import (
     STEP_BEFORE,
     STEP_OF_A,
     TAKES_JACOBIAN,
+    TRIED,
     UNCONVERGED,
     know_step,
     push_by,
@@ -82,6 +84,7 @@ from kanefe.kernels.steppers.step_commands import (
     RATES,
     REASON,
     REJECTED,
+    RELATIVE,
     SHARE_STIFFNESS,
     SLOPE,
     SMALLEST,
@@ -112,7 +115,10 @@ NEAR = 1e4
 """The same up to which a fixed step is left as it is after the last iteration: a thousandth of the bodies' size."""
 
 SLOW = 0.25
-"""Convergence rate above which the next iteration has a new Jacobian."""
+"""Convergence rate above which an iteration has a new Jacobian."""
+
+MOST_HALVINGS = 4
+"""Number of times that a Newton step is halved."""
 
 # Where to go on
 BEGIN, FIRST, AHEAD, OF_JERK, ITERATED, DIFFERENTIATED, FILTERED, AFTER, PROJECTED = range(9)
@@ -130,7 +136,7 @@ def _begin_step(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, ta
     """Begin a step, or the same step again with another length; first see to the rate of change of a."""
     clip(integers, reals, reals[NEXT_STEP])
     know_step(integers, reals, vectors, table)
-    integers[ITERATION] = integers[IS_FRESH] = 0
+    integers[ITERATION] = integers[IS_FRESH] = integers[HALVINGS] = 0
     if not integers[HAS_JERK] and integers[SPEEDS] > 0:
         put_ahead(integers, reals, vectors)
         return ask(integers, RATES, AHEAD)
@@ -168,7 +174,7 @@ def _take_filtered(integers: np.ndarray, vectors: np.ndarray, row: int) -> None:
 
 @kernel
 def _size(integers: np.ndarray, vectors: np.ndarray, weight: float, change: np.ndarray) -> float:
-    """Write a change of the unknowns, of the accelerations so many times, in what is allowed; return the largest part."""
+    """Write a change of the unknowns, weighted if of accelerations, in what is allowed; return the largest part."""
     n, m, largest = integers[COORDINATES], integers[SPEEDS], 0.0
     for i in range(n, n + m + integers[FOLLOWED]):
         share = (weight if i < n + m else 1.0) * change[i] / vectors[ALLOWED, i]
@@ -190,7 +196,7 @@ def _shorten(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table
         if not integers[TAKES_JACOBIAN] or integers[IS_FRESH]:
             return ask(integers, FAILED, AFTER)
         know_step(integers, reals, vectors, table)  # the Jacobian of an earlier state may be what is wrong
-        integers[ITERATION] = 0
+        integers[ITERATION] = integers[HALVINGS] = 0
         return _ask_end(integers, reals, vectors, table)
     integers[REJECTED] += 1
     integers[REASON] = TOO_SMALL
@@ -242,29 +248,51 @@ def _iterate(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table
 
 
 @kernel
-def _correct(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
-    """Take a Newton step, after seeing to its matrix."""
-    n, m, change = integers[COORDINATES], integers[SPEEDS], vectors[CHANGE]
+def _correct(
+    integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, is_differentiated: bool
+) -> int:
+    """Take a Newton step, after seeing to its matrix, or go back half of the last one if that has led away.
+
+    Away is where the same matrix gives a larger correction (Deuflhard, Newton Methods for Nonlinear Problems, 2011,
+    3.1): friction that begins to hold, or a contact that closes, sends Newton's method to and fro.
+    """
+    n, m, change = integers[COORDINATES], integers[SPEEDS], vectors[TRIED]
+    end = n + m + integers[FOLLOWED]
     if integers[IS_WANTED] or not integers[HAS_JACOBIAN]:
-        integers[JACOBIANS] += 1
-        return ask(integers, JACOBIAN, DIFFERENTIATED)
+        return _ask_jacobian(integers)
     if not (are_factored(integers, reals) or factorise_newton(integers, reals, vectors)):
         return _shorten(integers, reals, vectors, table, 0.5 * reals[STEP])
     for i in range(n, n + m):
         change[i] = vectors[FOUND, i] - vectors[SLOPE, i]
-    for i in range(n + m, n + m + integers[FOLLOWED]):
+    for i in range(n + m, end):
         change[i] = vectors[FOUND, i] - vectors[KNOWN, i] - reals[SHARE_OF_RATES] * vectors[SLOPE, i]
     solve_newton(integers, vectors, change)
     size = _size(integers, vectors, reals[SHARE_STIFFNESS], change)
     if not size < np.inf:
         return _shorten(integers, reals, vectors, table, 0.25 * reals[STEP])
-    for i in range(n, n + m + integers[FOLLOWED]):
-        vectors[FOUND, i] -= change[i]
+    share = 1.0
+    if integers[ITERATION] > 0 and size > CONVERGED and not is_differentiated:
+        if integers[IS_FIXED] and size > reals[CORRECTION] and integers[HALVINGS] < MOST_HALVINGS:
+            integers[HALVINGS] += 1
+            share = -0.5
+        elif size > SLOW * reals[CORRECTION] and (integers[IS_FIXED] or not integers[IS_FRESH]):
+            return _ask_jacobian(integers)
+    if share > 0.0:
+        copy(change[n:end], vectors[CHANGE, n:end])
+        integers[HALVINGS] = 0
+    for i in range(n, end):
+        vectors[CHANGE, i] *= abs(share)
+        vectors[FOUND, i] -= vectors[CHANGE, i] if share > 0.0 else -vectors[CHANGE, i]
     if size <= CONVERGED:
         return _finish(integers, reals, vectors, table)
-    is_slow = integers[ITERATION] > 0 and size > SLOW * reals[CORRECTION]
-    integers[IS_WANTED] = is_slow and (integers[IS_FIXED] or not integers[IS_FRESH])
-    return _go_on_or_leave(integers, reals, vectors, table, size)
+    return _go_on_or_leave(integers, reals, vectors, table, size if share > 0.0 else reals[CORRECTION])
+
+
+@kernel
+def _ask_jacobian(integers: np.ndarray) -> int:
+    """Ask for the Jacobian of the state that was evaluated last."""
+    integers[JACOBIANS] += 1
+    return ask(integers, JACOBIAN, DIFFERENTIATED)
 
 
 @kernel
@@ -278,18 +306,23 @@ def _finish(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table:
     if integers[IS_FIXED]:
         return _accept(integers, reals, vectors)
     for i in range(n, n + integers[SPEEDS]):
-        vectors[RESIDUAL, i] = vectors[ENDS, i] - vectors[BEGUN, i]
-    asked = _filter(integers, reals, vectors, RESIDUAL, FILTERED)
+        vectors[TRIED, i] = vectors[ENDS, i] - vectors[BEGUN, i]
+    asked = _filter(integers, reals, vectors, TRIED, FILTERED)
     return asked if asked != 0 else _judge(integers, reals, vectors, table)
 
 
 @kernel
 def _judge(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
-    """Accept or reject a step by the third-order part of its move, and choose the next one."""
-    n, h = integers[COORDINATES], reals[STEP]
+    """Accept or reject a step by its error, and choose the next one.
+
+    The error is the third-order part of the move, and of internal states the difference to the trapezoidal rule, for
+    which the root of the tolerance will do: they enter the motion through forces that it filters.
+    """
+    n, h, p = integers[COORDINATES], reals[STEP], reals[SHARE_OF_RATES]
     for i in range(n + integers[SPEEDS], n + integers[SPEEDS] + integers[FOLLOWED]):
-        vectors[RESIDUAL, i] = 0.0
-    error = _size(integers, vectors, (table[0, BETA] - 1.0 / 6.0) * h * h, vectors[RESIDUAL])
+        rates = vectors[LEFT, i] + (vectors[FOUND, i] - vectors[KNOWN, i]) / p
+        vectors[TRIED, i] = np.sqrt(reals[RELATIVE]) * (vectors[FOUND, i] - vectors[AT_START, i] - 0.5 * h * rates)
+    error = _size(integers, vectors, (table[0, BETA] - 1.0 / 6.0) * h * h, vectors[TRIED])
     reals[ERROR] = error
     if not error <= 1.0:
         return _shorten(integers, reals, vectors, table, h * max(0.2, 0.9 * error ** (-1.0 / 3.0)))
@@ -307,10 +340,13 @@ def _accept(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int
         vectors[JERK, i] = (vectors[ENDS, i] - vectors[BEGUN, i]) / h
         vectors[LEFT, i] = vectors[ENDS, i]
     integers[HAS_JERK], reals[STEP_OF_A], reals[STEP_BEFORE] = 1, h, h
+    for i in range(n + m, n + m + integers[FOLLOWED]):
+        vectors[LEFT, i] = (vectors[FOUND, i] - vectors[KNOWN, i]) / reals[SHARE_OF_RATES]
     for i in range(n, n + m + integers[FOLLOWED]):
         vectors[BEFORE, i] = vectors[AT_START, i]
         vectors[AT_START, i] = vectors[FOUND, i]
     for i in range(vectors.shape[1] - 2, vectors.shape[1]):
+        vectors[BEFORE, i] = vectors[KNOWN, i]
         vectors[KNOWN, i] = vectors[FOUND, i]
     ask(integers, ACCEPTED, AFTER)
     return accept(integers, reals, vectors, vectors[NEW])
@@ -327,8 +363,8 @@ def advance_generalised_alpha(integers: np.ndarray, reals: np.ndarray, vectors: 
         reals[TIME_AT] = reals[TIME]
         return ask(integers, RATES, FIRST)
     if stage == FIRST:
-        for i in range(n, n + m):
-            vectors[AT_START, i] = vectors[LEFT, i] = vectors[SLOPE, i]
+        copy(vectors[SLOPE, n:], vectors[LEFT, n:])
+        copy(vectors[SLOPE, n : n + m], vectors[AT_START, n : n + m])
         copy(vectors[STATE, n + m :], vectors[AT_START, n + m :])
         copy(vectors[SLOPE, len(vectors[SLOPE]) - 2 :], vectors[KNOWN, len(vectors[SLOPE]) - 2 :])
         integers[HAS_JERK], reals[STEP_OF_A], reals[STEP_BEFORE] = 0, 0.0, 0.0
@@ -347,14 +383,14 @@ def advance_generalised_alpha(integers: np.ndarray, reals: np.ndarray, vectors: 
         return _begin_step(integers, reals, vectors, table)
     if stage == ITERATED:
         if integers[TAKES_JACOBIAN]:
-            return _correct(integers, reals, vectors, table)
+            return _correct(integers, reals, vectors, table, False)
         return _iterate(integers, reals, vectors, table)
     if stage == DIFFERENTIATED:
         integers[HAS_JACOBIAN], integers[IS_FRESH], integers[IS_WANTED] = 1, 1, 0
         reals[FACTORED] = 0.0
-        return _correct(integers, reals, vectors, table)
+        return _correct(integers, reals, vectors, table, True)
     if stage == FILTERED:
-        _take_filtered(integers, vectors, RESIDUAL)
+        _take_filtered(integers, vectors, TRIED)
         return _judge(integers, reals, vectors, table)
     if stage == AHEAD:
         for i in range(n, n + m):

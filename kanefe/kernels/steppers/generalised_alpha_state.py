@@ -48,8 +48,8 @@ ALPHA_M, ALPHA_F, GAMMA, BETA = range(4)
 
 # Integers of the method: how many internal states are followed; whether a sweep does not know all that is stiff, so
 # that the Newton matrix comes from the Jacobian; whether modes or joints are stiff at all; iterations of a step;
-# whether a Jacobian is there, was made in this step, and is wanted for the next iteration; whether the jerk is known; how many
-# steps were left before their iteration had converged
+# whether a Jacobian is there, was made in this step, and is wanted for the next iteration; whether the jerk is known;
+# how many steps were left before their iteration had converged; how often the last Newton step was halved
 (
     FOLLOWED,
     TAKES_JACOBIAN,
@@ -60,7 +60,8 @@ ALPHA_M, ALPHA_F, GAMMA, BETA = range(4)
     IS_WANTED,
     HAS_JERK,
     UNCONVERGED,
-) = range(OF_METHOD, OF_METHOD + 9)
+    HALVINGS,
+) = range(OF_METHOD, OF_METHOD + 10)
 
 # Reals of the method: step after which a was found, step before the last state (0: none), share of dz1/dt in z1, step
 # and share of the factors (0: none), size of the last correction, of what is allowed; times of the first and the last
@@ -79,10 +80,11 @@ ALPHA_M, ALPHA_F, GAMMA, BETA = range(4)
 REALS = REALS_OF_METHOD + 9
 
 # Rows of the method, most with what belongs to speeds and internal states in their places: what is allowed; the
-# unknowns, those at the start of the step and at the start of the one before; a at the start, as the last step left it
-# and as the step takes it, and at the end; its rate of change, s; the move of a step; the known part of z1 and the
-# powers at the start of the step; the correction of the unknowns, and the same of what is allowed; the state at the
-# end; memory of the mixing; the Jacobian
+# unknowns, those at the start of the step and at the start of the one before; a (and dz/dt) at the start, as the last
+# step left it, and a as the step takes it, and at the end; its rate of change; the move of a step; the known part of
+# z1; the last correction of the unknowns, and the next one or the error, the same of what is allowed; the state at the
+# end; memory of the mixing; the Jacobian. Powers are with the quadratures: at the start of the step in KNOWN, of the
+# one before in BEFORE
 (
     ALLOWED,
     FOUND,
@@ -95,10 +97,11 @@ REALS = REALS_OF_METHOD + 9
     MOVE,
     KNOWN,
     CHANGE,
+    TRIED,
     RESIDUAL,
     NEW,
     MEMORY,
-) = range(ROWS_OF_METHOD, ROWS_OF_METHOD + 14)
+) = range(ROWS_OF_METHOD, ROWS_OF_METHOD + 15)
 JACOBIAN_ROWS = MEMORY + ROWS_OF_MIXING
 
 
@@ -108,6 +111,7 @@ def rows_needed(takes_jacobian: bool) -> tuple[int, int, int]:
     With a Jacobian a row for each of its rows, and one for each row of the factors, which has two numbers less.
     """
     return (JACOBIAN_ROWS + 2, 2, 2) if takes_jacobian else (JACOBIAN_ROWS, 0, 0)
+
 
 AHEAD_SHARE = 1e-4
 """Time over which the rate of change of the accelerations is found, relative to the step."""
@@ -146,7 +150,7 @@ def know_step(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, tabl
 
 @kernel
 def reach(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, out: np.ndarray) -> None:
-    """Write the state at the end of the step that follows from the unknowns, but for the quadratures; a1 and the move."""
+    """Write a1, the move and the state that follow from the unknowns; the quadratures stay."""
     n, m, h = integers[COORDINATES], integers[SPEEDS], reals[STEP]
     alpha_m, alpha_f, gamma, beta = table[0, ALPHA_M], table[0, ALPHA_F], table[0, GAMMA], table[0, BETA]
     state, found = vectors[STATE], vectors[FOUND]
@@ -198,7 +202,7 @@ def put_ahead(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> N
 def interpolate_generalised_alpha(
     integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, t: float, out: np.ndarray
 ) -> None:
-    """Write the state at a time of the last step: of third order, on the rotation group."""
+    """Write the state at a time of the last step: of third order, on the rotation group; powers are straight lines."""
     copy(vectors[STATE], out)
     if t >= reals[TIME]:
         return
@@ -210,5 +214,8 @@ def interpolate_generalised_alpha(
         part[i] = x * (1.0 - x) ** 2 * start + x * x * (x - 1.0) * end + x * x * (3.0 - 2.0 * x) * s[i]
         out[i] = ((1.0 - x) * (1.0 - 3.0 * x) * start + x * (3.0 * x - 2.0) * end + 6.0 * x * (1.0 - x) * s[i]) / h
     move(integers, old, part, n, out)
-    for i in range(n + m, len(out)):
+    for i in range(n + m, len(out) - 2):
         out[i] = (1.0 - x) * old[i] + x * vectors[STATE, i]
+    for i in range(len(out) - 2, len(out)):
+        start, end = vectors[BEFORE, i], vectors[KNOWN, i]
+        out[i] = old[i] + h * x * (start + 0.5 * x * (end - start))
