@@ -70,6 +70,7 @@ class _OfMarkers:
 
     kind: ClassVar[int]
     is_ball: bool = False
+    presses: ClassVar[bool] = False
     a: Marker
     b: Marker
 
@@ -265,6 +266,7 @@ class CouplerRow:
     terms: tuple[tuple[int, int, float], ...]
     constant: float
     unit: str = RADIAN
+    presses: ClassVar[bool] = False
     markers: ClassVar[tuple[Marker, ...]] = ()
     holds_place: ClassVar[bool] = True
     kind: ClassVar[int] = COUPLER_ROW

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Self
 
@@ -17,7 +17,7 @@ from kanefe.contact.starts import warn_of_start
 from kanefe.frames import Vector, across, cross
 from kanefe.kernels.contact.laws.normal_law import normal_law
 from kanefe.loads.action import Action, End, LoadKernel, Tangent
-from kanefe.loads.base import LoadEvent
+from kanefe.loads.base import Load, LoadEvent
 from kanefe.loads.reach import LoadReach
 
 if TYPE_CHECKING:
@@ -178,3 +178,8 @@ class Contact(ContactData):
         """
         is_of_points = len(self.probes) > 1 and self.probes[0][1].ring >= 0.0
         return replace(self, reports_points=True) if is_of_points else None
+
+
+def compliant_contacts(loads: Sequence[Load]) -> Iterator[tuple[int, Contact]]:
+    """Yield the compliant contacts among loads, each with its number there."""
+    return ((i, load) for i, load in enumerate(loads) if isinstance(load, Contact))

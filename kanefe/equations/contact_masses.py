@@ -20,12 +20,16 @@ if TYPE_CHECKING:
 
 def with_contact_masses(model: ModelData, loads: Sequence[Load]) -> tuple[Load, ...]:
     """Return loads with what contacts hold, and with damping of their anchors where none is given."""
-    if not any(load.kind == "contact" for load in loads):
-        return tuple(loads)
-    from kanefe.contact.contact import Contact
+    if not loads:
+        return ()
+    from kanefe.contact.contact import compliant_contacts
 
-    trees, masses = _trees(model)
-    return tuple(_completed(load, trees, masses) if isinstance(load, Contact) else load for load in loads)
+    completed = list(loads)
+    if contacts := list(compliant_contacts(loads)):
+        trees, masses = _trees(model)
+        for i, contact in contacts:
+            completed[i] = _completed(contact, trees, masses)
+    return tuple(completed)
 
 
 def _completed(contact: Contact, trees: Sequence[int], masses: Vector) -> Contact:

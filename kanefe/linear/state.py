@@ -8,7 +8,6 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from kanefe.contact.rigid.rigid_contact import RigidContact
 from kanefe.equations.given_state import Start, given_state, knows_states, slack_time, time_of
 from kanefe.equations.model import Model
 from kanefe.equations.routes import functions_of_route
@@ -78,7 +77,7 @@ def _check_states(model: Model, what: str) -> None:
         names = [
             repr(load.name)
             for i, load in enumerate(model.loads)
-            if load.has_rates and not isinstance(load, RigidContact) and load.resting(scene.load_ends(i)) is None
+            if load.has_rates and i not in model.rigid_contacts and load.resting(scene.load_ends(i)) is None
         ]
         if names:
             raise ModelError(

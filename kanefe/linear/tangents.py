@@ -14,7 +14,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kanefe.contact.contact import Contact
+from kanefe.contact.contact import compliant_contacts
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector, skew
 from kanefe.kane.rigid_contacts.impulses import unit_responses
@@ -84,9 +84,8 @@ def difference(function: Callable[[float], Vector], h: float) -> Vector:
 def contact_depths(state: State) -> list[list[float]]:
     """Return the depths of the points of each compliant contact, m; negative: the distance."""
     return [
-        [float(touch.depth) for touch in load.touches(state.load_ends(i), state.load_states(i))]
-        for i, load in enumerate(state.model.loads)
-        if isinstance(load, Contact)
+        [float(touch.depth) for touch in contact.touches(state.load_ends(i), state.load_states(i))]
+        for i, contact in compliant_contacts(state.model.loads)
     ]
 
 

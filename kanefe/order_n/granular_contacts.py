@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.contact.rigid.granular_contacts import GranularContacts
 from kanefe.kernels.contact import granular_contacts as kernel
 from kanefe.kernels.contact.contact_shapes import PLANE
 from kanefe.tree.model_data import QUADRATURES, ModelData
@@ -25,8 +24,7 @@ FREE_SPEEDS = 6
 
 def lacking(model: ModelData) -> str:
     """Return the features of a scene that granular steps do not support, as the end of a sentence, or ""."""
-    granulars = [load for load in model.loads if isinstance(load, GranularContacts)]
-    if len(granulars) > 1 or len(model.loads) > 1:
+    if len(model.loads) > 1:
         return "other loads between frames"
     for what, is_there in (
         ("loops", bool(model.constraints)),
@@ -56,7 +54,9 @@ class GranularSteps:
     """
 
     def __init__(self, model: ModelData) -> None:
-        granular = next(load for load in model.loads if isinstance(load, GranularContacts))
+        granular = model.granular
+        if granular is None:
+            raise TypeError("steps are of a scene with granular contacts")
         count = len(model.bodies)
         self.bodies = np.zeros((count, kernel.BODY_SIZE))
         for row, body in zip(self.bodies, model.bodies, strict=True):

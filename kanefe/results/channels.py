@@ -349,15 +349,15 @@ class RunChannels:
         return self.views() if self.model.rigid_contacts else self.placed(range(len(self.times)))
 
     def _points(self, name: str, interface: str) -> dict[Key, np.ndarray]:
-        from kanefe.contact.contact import Contact
+        from kanefe.contact.contact import compliant_contacts
         from kanefe.contact.contact_point_outputs import contact_point_outputs
         from kanefe.kane.rigid_contacts.contact_forces import rigid_point_outputs
 
         number = next(i for i, load in enumerate(self.model.loads) if load.name == name)
-        load, found = self.model.loads[number], []
+        contact, found = dict(compliant_contacts(self.model.loads)).get(number), []
         for state in self._loaded_states():
-            if isinstance(load, Contact):
-                told = contact_point_outputs(load, state.load_ends(number), state.load_states(number))
+            if contact is not None:
+                told = contact_point_outputs(contact, state.load_ends(number), state.load_states(number))
             elif isinstance(state, State):
                 told = rigid_point_outputs(state, self.model.rigid_contacts.index(number))
             found.append(in_columns(told))

@@ -101,27 +101,24 @@ class ModelData(PickledByFields):
         """Numbers of the loads that are rigid contacts."""
         if not self.loads:
             return ()
-        from kanefe.contact.rigid.rigid_contact import RigidContact
+        from kanefe.contact.rigid.rigid_contact import rigid_contacts
 
-        return tuple(i for i, load in enumerate(self.loads) if isinstance(load, RigidContact))
+        return tuple(i for i, _ in rigid_contacts(self.loads))
 
     def rigid_contact(self, number: int) -> RigidContact:
         """Return a rigid contact by its number among them."""
-        from kanefe.contact.rigid.rigid_contact import RigidContact
+        from kanefe.contact.rigid.rigid_contact import rigid_contacts
 
-        contact = self.loads[self.rigid_contacts[number]]
-        if not isinstance(contact, RigidContact):
-            raise TypeError("rigid contacts are those loads that are")
-        return contact
+        return [contact for _, contact in rigid_contacts(self.loads)][number]
 
     @cached_property
     def granular(self) -> GranularContacts | None:
         """Rigid contacts of many bodies among each other, which runs step over."""
         if not self.loads:
             return None
-        from kanefe.contact.rigid.granular_contacts import GranularContacts
+        from kanefe.contact.rigid.granular_contacts import granular_contacts
 
-        return next((load for load in self.loads if isinstance(load, GranularContacts)), None)
+        return granular_contacts(self.loads)
 
     @property
     def is_constrained(self) -> bool:

@@ -139,3 +139,8 @@ def granular_contacts_of(
                 out.add(min(i, j) * width + max(i, j))
     mu = 0.0 if friction is None else max(friction.coefficients)
     return GranularContacts(name, ends, tuple(balls), tuple(walls), law, mu, np.array(sorted(out), dtype=np.int64))
+
+
+def granular_contacts(loads: Sequence[Load]) -> GranularContacts | None:
+    """Return the first granular contacts among loads; None: there are none."""
+    return next((load for load in loads if isinstance(load, GranularContacts)), None)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -308,6 +308,11 @@ class ContactRow:
     unit: ClassVar[str] = METRE
 
     @property
+    def presses(self) -> bool:
+        """Whether its force is normal to a surface."""
+        return self.direction == NORMAL
+
+    @property
     def markers(self) -> tuple[Marker, ...]:
         """The two ends."""
         return self.a, self.b
@@ -350,6 +355,11 @@ def wrenches_of(rows: Sequence[ContactRow], a: MarkerMotion, b: MarkerMotion, *,
     return _on_ends(along, np.array([row.found.point for row in rows]), a, b)
 
 
+def rigid_contacts(loads: Sequence[Load]) -> Iterator[tuple[int, RigidContact]]:
+    """Yield the rigid contacts among loads, each with its number there."""
+    return ((i, load) for i, load in enumerate(loads) if isinstance(load, RigidContact))
+
+
 def _length(x: Vector) -> float:
     return math.sqrt(float(x @ x))
 
@@ -363,4 +373,14 @@ def _on_ends(e: Vector, point: Vector, a: MarkerMotion, b: MarkerMotion) -> Wren
     return -e, cross(e, point - a.p), e, cross(point - b.p, e)
 
 
-__all__ = ["EACH", "OPEN", "REPORTED_CHANGES", "SLIPS", "STICKS", "ContactRow", "RigidContact", "wrenches_of"]
+__all__ = [
+    "EACH",
+    "OPEN",
+    "REPORTED_CHANGES",
+    "SLIPS",
+    "STICKS",
+    "ContactRow",
+    "RigidContact",
+    "rigid_contacts",
+    "wrenches_of",
+]

@@ -85,9 +85,9 @@ def explicit_serves_contacts(model: Model, abrupt: Sequence[Load], start: float,
 
     With what all of them are at most: pressed at all probes that may be at once, and stuck; anchors that slip give way.
     """
-    from kanefe.contact.contact import Contact
+    from kanefe.contact.contact import compliant_contacts
 
-    contacts = [load for load in abrupt if isinstance(load, Contact)]
+    contacts = [contact for _, contact in compliant_contacts(abrupt)]
     allowed = LITTLE_AT_CONTACTS * radau_work(model, LEAST_BESIDE_KINKS)
     if len(contacts) < len(abrupt) or model.has_stops or explicit_work(model, 0.0) >= allowed:
         return False

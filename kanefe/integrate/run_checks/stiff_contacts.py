@@ -44,15 +44,14 @@ class StiffContact(NamedTuple):
 
 def stiffest_contact(model: ModelData) -> StiffContact | None:
     """Return the contact with the shortest period; None without one whose law is a straight line."""
-    loads = [load for load in model.loads if load.kind == "contact"]
-    if not loads:
+    if not model.loads:
         return None
-    from kanefe.contact.contact import Contact
+    from kanefe.contact.contact import compliant_contacts
 
     found = [
-        StiffContact(load.name, load.straight, load.mass)
-        for load in loads
-        if isinstance(load, Contact) and load.straight is not None
+        StiffContact(contact.name, contact.straight, contact.mass)
+        for _, contact in compliant_contacts(model.loads)
+        if contact.straight is not None
     ]
     return min(found, key=lambda one: one.period, default=None)
 

@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kanefe.contact.rigid.rigid_contact import RigidContact
 from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
 from kanefe.frames import Vector
@@ -33,10 +32,10 @@ MOST_FAILURES = 3
 
 def is_put_down(model: Model) -> bool:
     """Return whether loads are as they were added, and not as a run left them; rigid contacts are not checked."""
-    states = zip(model.loads, model.load_states, strict=True)
+    states = enumerate(zip(model.loads, model.load_states, strict=True))
     return all(
-        isinstance(load, RigidContact) or np.array_equal(model.initial_states[where], load.initial_states)
-        for load, where in states
+        i in model.rigid_contacts or np.array_equal(model.initial_states[where], load.initial_states)
+        for i, (load, where) in states
     )
 
 

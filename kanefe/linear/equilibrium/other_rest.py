@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.contact.contact import Contact
+from kanefe.contact.contact import compliant_contacts
 from kanefe.contact.rigid.rigid_contact import OPEN
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
@@ -137,18 +137,17 @@ class _Met(NamedTuple):
 
 def _met(state: State) -> dict[Key, _Met]:
     found = {}
-    for number, load in enumerate(state.model.loads):
-        if isinstance(load, Contact):
-            ends = state.load_ends(number)
-            for i, touch in enumerate(load.touches(ends, state.load_states(number))):
-                bodies = load.ends[0].body, load.ends[touch.end].body
-                found[number, i] = _Met(-touch.depth, touch.point, ends[touch.end].A.T @ touch.normal, bodies)
+    for number, contact in compliant_contacts(state.model.loads):
+        ends = state.load_ends(number)
+        for i, touch in enumerate(contact.touches(ends, state.load_states(number))):
+            bodies = contact.ends[0].body, contact.ends[touch.end].body
+            found[number, i] = _Met(-touch.depth, touch.point, ends[touch.end].A.T @ touch.normal, bodies)
     for number, met in zip(state.model.rigid_contacts, meetings(state), strict=True):
-        contact = state.model.rigid_contact(state.model.rigid_contacts.index(number))
+        rigid = state.model.rigid_contact(state.model.rigid_contacts.index(number))
         for i, one in enumerate(met):
-            end = contact.ends[contact.probes[i][0]]
+            end = rigid.ends[rigid.probes[i][0]]
             normal = motion_in_N(state, end).A.T @ one.axes[0]
-            found[number, i] = _Met(one.gap, one.point, normal, (contact.ends[0].body, end.body))
+            found[number, i] = _Met(one.gap, one.point, normal, (rigid.ends[0].body, end.body))
     return found
 
 
@@ -172,9 +171,8 @@ def _forces(state: State) -> dict[Key, float]:
     model = state.model
     found = {
         (number, i): float(touch.normal_force)
-        for number, load in enumerate(model.loads)
-        if isinstance(load, Contact)
-        for i, touch in enumerate(load.touches(state.load_ends(number), state.load_states(number)))
+        for number, contact in compliant_contacts(model.loads)
+        for i, touch in enumerate(contact.touches(state.load_ends(number), state.load_states(number)))
     }
     found |= {(model.rigid_contacts[force.contact], force.probe): force.normal for force in probe_forces(state)}
     return {key: force for key, force in found.items() if force > 0.0}
@@ -184,14 +182,15 @@ def _without(model: Model, lifted: list[Key]) -> Model:
     """Return the model without the forces of some contact points."""
     loads, z = list(model.loads), model.initial_states.copy()
     for number, i in lifted:
-        load = loads[number]
-        if isinstance(load, Contact):
-            probes = list(load.probes)
+        contact = dict(compliant_contacts(loads)).get(number)
+        if contact is not None:
+            probes = list(contact.probes)
             probes[i] = (probes[i][0], probes[i][1]._replace(share=WEAKEST * probes[i][1].share))
-            loads[number] = replace(load, probes=tuple(probes))
+            loads[number] = replace(contact, probes=tuple(probes))
         else:
-            contact = model.rigid_contact(model.rigid_contacts.index(number))
-            contact.with_status(z[model.load_states[number]], i, OPEN, np.zeros(3))
+            model.rigid_contact(model.rigid_contacts.index(number)).with_status(
+                z[model.load_states[number]], i, OPEN, np.zeros(3)
+            )
     return replace(model, loads=tuple(loads), initial_states=z)
 
 

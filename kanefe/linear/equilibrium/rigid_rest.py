@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from kanefe.contact.contact import Contact
-from kanefe.contact.rigid.rigid_contact import NORMAL, OPEN, SLIPS, STICKS, RigidContact
+from kanefe.contact.rigid.rigid_contact import OPEN, SLIPS, STICKS, RigidContact, rigid_contacts
 from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
 from kanefe.frames import Vector
@@ -267,18 +267,15 @@ def yielding(model: Model, t: float, q: Vector, u: Vector, depth: float) -> Mode
     """Return a model with contacts in the place of rigid ones that yield by a depth (m) to the weight of the scene."""
     force = scene_weight(model) or float(force_sizes(State(model, t, q, u)).max(initial=0.0)) or 1.0
     k = force / depth
-    loads: list[Load] = []
-    for load in model.loads:
-        if isinstance(load, RigidContact):
-            friction = None if load.friction is None else Coulomb(load.static, stiffness=k, damping=1e-3 * k)
-            law = KelvinVoigt(k, damping=0.0)
-            loads.append(Contact(load.name, load.ends, load.shape, load.probes, law, friction, np.zeros(3)))
-        else:
-            loads.append(load)
+    loads: list[Load] = list(model.loads)
+    for i, rigid in rigid_contacts(model.loads):
+        friction = None if rigid.friction is None else Coulomb(rigid.static, stiffness=k, damping=1e-3 * k)
+        law = KelvinVoigt(k, damping=0.0)
+        loads[i] = Contact(rigid.name, rigid.ends, rigid.shape, rigid.probes, law, friction, np.zeros(3))
     soft = model.with_loads(loads)
     z = soft.initial_states.copy()
-    for new, old, load in zip(soft.load_states, model.load_states, model.loads, strict=True):
-        if not isinstance(load, RigidContact):
+    for i, (new, old) in enumerate(zip(soft.load_states, model.load_states, strict=True)):
+        if i not in model.rigid_contacts:
             z[new] = model.initial_states[old]
     switches = sum(len(load.initial_states) for load in model.loads)
     z[sum(len(load.initial_states) for load in loads) :] = model.initial_states[switches:]
@@ -295,6 +292,6 @@ def undetermined(state: State) -> tuple[str, ...]:
     spare = spare_forces(state)
     totals: dict[str, Vector] = {}
     for number, (owner, row) in enumerate(held_rows(state)):
-        if isinstance(owner, RigidContact) and getattr(row, "direction", None) == NORMAL:
+        if row.presses:
             totals[owner.name] = totals.get(owner.name, np.zeros(spare.shape[1])) + spare[number]
     return tuple(name for name, total in totals.items() if np.abs(total).max(initial=0.0) > DEPENDENT)
