@@ -21,7 +21,7 @@ from kanefe.integrate.events.switching import check_switched
 from kanefe.integrate.pace import Limits, OutOfTime, Pace, Poles
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.status import RunStatus
-from kanefe.integrate.stepper import GivesAccelerations, LooksOut, StepFailure, Stepper
+from kanefe.integrate.stepper import GivesAccelerations, KeepsTime, LooksOut, StepFailure, Stepper
 from kanefe.kane.bent import bent_too_far
 from kanefe.tree.model_data import QUADRATURES
 
@@ -125,6 +125,15 @@ class RunLoop:
         """What the method has counted, with what was counted before the run was resumed."""
         now = dict.fromkeys(COUNTED, 0) | self._stepper.statistics
         return {name: value + self._before.get(name, 0) for name, value in now.items()}
+
+    @property
+    def told_of_steps(self) -> dict[str, list[float]]:
+        """Of fixed steps "step_seconds", and "unconverged", where their iterations were left early."""
+        stepper = self._stepper
+        if not isinstance(stepper, KeepsTime):
+            return {}
+        found = {"step_seconds": stepper.step_seconds, "unconverged": [*(stepper.unconverged or ())]}
+        return {name: numbers for name, numbers in found.items() if numbers}
 
     def resume(self, progress: Progress) -> None:
         """Continue from a checkpoint."""

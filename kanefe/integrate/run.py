@@ -25,6 +25,7 @@ from kanefe.integrate.loop import RunLoop
 from kanefe.integrate.options import RunKeywords, RunOptions
 from kanefe.integrate.pace import Limits, Poles
 from kanefe.integrate.run_checks.bushing_turns import of_bushings
+from kanefe.integrate.run_checks.convergence_check import of_fixed_steps
 from kanefe.integrate.run_checks.joint_ranges import ends_of_ranges
 from kanefe.integrate.run_checks.stiff_contacts import warn_of_stiff_contacts
 from kanefe.integrate.sampling import Sampler
@@ -130,26 +131,31 @@ def _run(model: Model, options: RunOptions, poles: Poles | None) -> Trajectory:
         if rates is not None and loop.last_accelerations is not None:
             rates = np.vstack((rates, loop.last_accelerations))
     n, m = model.coordinate_count, model.free_count
+    statistics = {
+        "method": stepper.name,
+        "reason": choice.reason,
+        "route": model.route.name,
+        "route_reason": model.route.reason,
+        **choice.control,
+        **loop.statistics,
+        **loop.told_of_steps,
+        "seconds": sum(clock.seconds.values()),
+        "seconds_by_part": dict(clock.seconds),
+    }
+    events = {event.name: np.array(watch.times[event.name]) for event in told} if watch else {}
+    for text in of_fixed_steps(model, statistics, events):
+        warnings.warn(text, SimulationWarning, stacklevel=outside())
     return Trajectory(
         times=times,
         coordinates=states[:, :n],
         speeds=states[:, n : n + m],
         dissipated=states[:, -QUADRATURES],
         work=states[:, -1],
-        statistics={
-            "method": stepper.name,
-            "reason": choice.reason,
-            "route": model.route.name,
-            "route_reason": model.route.reason,
-            **choice.control,
-            **loop.statistics,
-            "seconds": sum(clock.seconds.values()),
-            "seconds_by_part": dict(clock.seconds),
-        },
+        statistics=statistics,
         accelerations=rates,
         status=status,
         internal=states[:, n + m : -QUADRATURES],
-        events={event.name: np.array(watch.times[event.name]) for event in told} if watch else {},
+        events=events,
         controllers=sampler.logs() if sampler else {},
         bent=stepper.bent,
     )
@@ -179,7 +185,7 @@ def check_motions(model: Model, start: float, stop: float, may_end: bool = False
 
 def reported_events(model: Model, choice: Choice, options: RunOptions) -> tuple[Event, ...]:
     """Return the events that a run reports: those of the user, of loads and of contacts."""
-    of_loads = (*events_of_loads(model), *reported_contact_events(model, choice.name))
+    of_loads = (*events_of_loads(model, choice.keeps_steps), *reported_contact_events(model, choice.name))
     own = [event for event in options.watched if event.function is not None]
     return checked_events(own, with_what_is_asked(of_loads, options.watched))
 

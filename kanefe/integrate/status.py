@@ -126,6 +126,17 @@ def summary(status: RunStatus, statistics: Mapping[str, Any], events: Mapping[st
         "  counts  " + ", ".join(counts),
         f"  time    {statistics['seconds']:.3g} s" + (f": {', '.join(parts)}" if parts else ""),
     ]
+    if "step_seconds" in statistics:
+        most, longest = statistics["step_seconds"]
+        lines.append(
+            f"  steps   99.9 % of them within {1e6 * most:.3g} us by the clock, the longest {1e6 * longest:.3g} us"
+        )
+    if "unconverged" in statistics:
+        count, first, last, largest = statistics["unconverged"]
+        lines.append(
+            f"  left    {count:.0f} steps before their iteration had converged, from t = {first:.6g} s to {last:.6g} s: to "
+            f"{largest:.1g} of the size of the bodies"
+        )
     if "penetration" in statistics:
         deepest, left = statistics["penetration"], statistics["contact_residual"]
         lines.append(f"  contact up to {deepest:.3g} m deep, impulses to {left:.2g} of the largest speed")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -48,6 +48,24 @@ def beyond(error: KanefeError) -> StepFailure:
         return error
     reason, _, remedy = str(error).partition(". Remedy: ")
     return StepFailure(f"the fixed step is too long: {reason}", f"a smaller step{', or ' + remedy if remedy else ''}")
+
+
+class Unconverged(NamedTuple):
+    """Fixed steps whose iteration was left before it had converged.
+
+    Attributes
+    ----------
+    steps : int
+    first, last : float
+        Ends of the first and the last of them, s.
+    largest : float
+        Largest displacement by which an iteration still changed, relative to the size of the bodies.
+    """
+
+    steps: int
+    first: float
+    last: float
+    largest: float
 
 
 class Stepper(Protocol):
@@ -181,6 +199,21 @@ class LooksOut(Protocol):
 
     def values_at(self, t: float) -> Vector:
         """Return event values at a time of the last step, if it provides them."""
+        ...
+
+
+@runtime_checkable
+class KeepsTime(Protocol):
+    """A stepper of fixed steps for what has to keep up with the wall clock."""
+
+    @property
+    def step_seconds(self) -> list[float]:
+        """Wall time that 99.9 % of fixed steps did not exceed, and the longest, s; empty where steps are free."""
+        ...
+
+    @property
+    def unconverged(self) -> Unconverged | None:
+        """Fixed steps whose iteration was left early."""
         ...
 
 

@@ -41,6 +41,8 @@ class Choice:
         The options that it follows, with their defaults.
     is_plugged : bool
         See `Method`.
+    keeps_steps : bool
+        Whether its steps are given, and events of loads that would only end one do not.
     """
 
     name: str
@@ -48,6 +50,7 @@ class Choice:
     make: Callable[[Dynamics], Stepper]
     control: dict[str, float]
     is_plugged: bool = False
+    keeps_steps: bool = False
 
 
 def choose(model: Model, options: RunOptions) -> Choice:
@@ -78,7 +81,8 @@ def choose(model: Model, options: RunOptions) -> Choice:
         make = partial(
             _handing_over, make, partial(_stepper, row_for(model, found.then), start, stop, control), found.least
         )
-    return Choice(name, reason, make, {"rtol": allowed} if step is None else {"step": step}, row.is_plugged)
+    followed = {"rtol": allowed} if step is None else {"step": step}
+    return Choice(name, reason, make, followed, row.is_plugged, step is not None and row.keeps_fixed_steps)
 
 
 def method_names(model: Model, options: RunOptions) -> tuple[str, ...]:

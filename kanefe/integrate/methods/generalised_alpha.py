@@ -12,6 +12,7 @@ import numpy as np
 from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha
 from kanefe.integrate.methods.method import Method, without_rigid_contacts
+from kanefe.integrate.stepper import Unconverged
 from kanefe.tree.route import Form
 
 if TYPE_CHECKING:
@@ -65,6 +66,7 @@ def _kernels(formula: GeneralisedAlpha, takes_jacobian: bool) -> Kernels:
         table=np.array([[formula.alpha_m, formula.alpha_f, formula.gamma, formula.beta]]),
         is_implicit=not takes_jacobian,
         prepare=_prepare,
+        unconverged=_unconverged,
         restart_share=1.0,
     )
 
@@ -86,11 +88,25 @@ def _prepare(memory: Memory) -> None:
     allowed[n : n + m] = rtol * displacement_scales(model)
 
 
+def _unconverged(memory: Memory) -> Unconverged | None:
+    """Return which steps were left before their iteration had converged."""
+    from kanefe.kernels.steppers import generalised_alpha_state as places
+
+    count = int(memory.integers[places.UNCONVERGED])
+    if count == 0:
+        return None
+    first, last, largest = (
+        float(memory.reals[place]) for place in (places.FIRST_UNCONVERGED, places.LAST_UNCONVERGED, places.LARGEST_LEFT)
+    )
+    return Unconverged(count, first, last, FIXED_RTOL * largest)
+
+
 METHOD = Method(
     name="generalised-alpha",
-    about="damps vibrations that steps do not resolve: for stiff scenes and real time",
+    about="damps vibrations that steps do not resolve: stiff scenes, real time",
     stepper=compiled_alpha(GeneralisedAlpha(SPECTRAL_RADIUS)),
     order=2,
     has_fixed_steps=True,
     serves=without_rigid_contacts,
+    keeps_fixed_steps=True,
 )

@@ -13,4 +13,5 @@ METHOD = Method(
     order=2,
     has_fixed_steps=True,
     serves=without_rigid_contacts,
+    keeps_fixed_steps=True,
 )

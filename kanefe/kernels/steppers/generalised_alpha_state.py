@@ -125,7 +125,11 @@ def ratio(table: np.ndarray) -> float:
 
 @inlined
 def delay(table: np.ndarray, h: float) -> float:
-    """Return by how much the time of a is after that of the state, s; below zero (Arnold, Bruels & Cardona 2015)."""
+    """Return by how much the time of a is after that of the state, s; below zero.
+
+    So chosen at the start and where the step changes, it leaves order 2 to speeds, accelerations and constraint forces
+    from the first step on (Arnold, Bruels & Cardona 2015).
+    """
     return (table[0, ALPHA_M] - table[0, ALPHA_F]) * h
 
 

@@ -17,6 +17,7 @@ from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
 from kanefe.kernels.compiler.arrays import Advance, Integers, Interpolate, RealRows, Reals
 from kanefe.kernels.compiler.entries import built_first, entry
 from kanefe.kernels.evaluation.bending import watch_bends
+from kanefe.kernels.steppers.step_times import CLOCK, LAST_LOOK, look_at_clock
 from kanefe.kernels.sweeps.advance import put_turned
 
 # Commands
@@ -121,6 +122,8 @@ class Run(NamedTuple):
     states : ndarray, shape (times, state)
     most_steps : int
         Count of accepted steps, from the start of the run, at which to return.
+    clock : ndarray of int
+        How long steps take: see `kanefe.kernels.steppers.step_times`; a zero alone measures nothing.
     """
 
     advance: Advance
@@ -131,6 +134,7 @@ class Run(NamedTuple):
     times: Reals
     states: RealRows
     most_steps: int
+    clock: Integers
 
 
 @inlined
@@ -200,11 +204,15 @@ def accept(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, new: np
 @kernel
 def go_on(run: Run, vectors: np.ndarray) -> int:
     """Return the next command of a method that is not an accepted step with more to come; write the outputs passed."""
-    integers, reals = run.integers, run.reals
+    integers, reals, clock = run.integers, run.reals, run.clock
+    if clock[CLOCK] != 0 and clock[LAST_LOOK] == 0:
+        look_at_clock(clock, False)
     while True:
         command = run.advance(integers, reals, vectors, run.table)
         if command != ACCEPTED:
             return command
+        if clock[CLOCK] != 0:
+            look_at_clock(clock, True)
         if integers[BENDS] > 0:  # where the step began: what it went past an event with has not been
             watch_bends(integers[integers[BENDS] :], reals, reals[TIME_OLD], vectors[STATE_OLD])
         stored = integers[STORED]
