@@ -128,14 +128,12 @@ def summary(status: RunStatus, statistics: Mapping[str, Any], events: Mapping[st
     ]
     if "step_seconds" in statistics:
         most, longest = statistics["step_seconds"]
-        lines.append(
-            f"  steps   99.9 % of them within {1e6 * most:.3g} us by the clock, the longest {1e6 * longest:.3g} us"
-        )
+        lines.append(f"  clock   99.9 % of the steps within {1e6 * most:.3g} us, the longest {1e6 * longest:.3g} us")
     if "unconverged" in statistics:
         count, first, last, largest = statistics["unconverged"]
+        where = f"{count:.0f} steps, from t = {first:.6g} s to {last:.6g} s"
         lines.append(
-            f"  left    {count:.0f} steps before their iteration had converged, from t = {first:.6g} s to {last:.6g} s: to "
-            f"{largest:.1g} of the size of the bodies"
+            f"  left    before the iteration had converged: {where}, by up to {largest:.1g} of the bodies' size"
         )
     if "penetration" in statistics:
         deepest, left = statistics["penetration"], statistics["contact_residual"]

@@ -211,8 +211,9 @@ class Simulation:
 
     @property
     def statistics(self) -> dict[str, Any]:
-        """Method and cost of the steps so far: the method and why, what it has counted, "bending" and "unconverged" as in
-        results, and "step_seconds": wall time that 99.9 % of the calls of `step` did not exceed, and the longest.
+        """Method and cost of the steps so far: the method and why, what it has counted, and more as in results.
+
+        "step_seconds" is here the wall time that 99.9 % of the calls of `step` did not exceed, and the longest, s.
         """
         q = self._vector()[: self.model.coordinate_count]
         bending = worst_bending(self.model, np.array([self.time]), q[None], self.stepper.bent)
