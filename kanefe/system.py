@@ -340,8 +340,9 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
 
         A thin skin over what `start` returns, with the same numbers: inputs are held over a communication step, states
         can be got, set and serialised. It brings the compiled kernels and needs no Python. With functions in Python,
-        events, contacts, dry friction, or forces as outputs it is a unit that needs kanefe where it runs, and keeps no
-        states: a warning and its description say so. A linear model for exchange is what `Linearisation.to_fmu` writes.
+        events of the user, rigid contacts, events that change the states of loads (friction that breaks away), or
+        forces as outputs it is a unit that needs kanefe where it runs, and keeps no states: a warning and its
+        description say so. A linear model for exchange is what `Linearisation.to_fmu` writes.
 
         Parameters
         ----------

@@ -70,9 +70,13 @@ class Image:
     def __init__(self, calls: list[Call]) -> None:
         self._arrays: list[np.ndarray] = [array for call in calls for array in _arrays_of_call(call)]
         self._blocks = _merged([_block(array) for array in self._arrays if array.size])
-        starts = np.cumsum([0, *((b - a + ALIGNMENT - 1) // ALIGNMENT * ALIGNMENT for a, b in self._blocks)])
-        self._starts, self.size = starts[:-1].tolist(), int(starts[-1])
         self._first = np.array([a for a, _ in self._blocks], dtype=np.int64)
+        self._starts, self.size = [-1] * len(self._blocks), 0
+        for array in self._arrays:  # in this order, and not in that of addresses, which differs from process to process
+            i = self._block_of(_block(array)[0]) if array.size else -1
+            if i >= 0 and self._starts[i] < 0:
+                a, b = self._blocks[i]
+                self._starts[i], self.size = self.size, self.size + (b - a + ALIGNMENT - 1) // ALIGNMENT * ALIGNMENT
         self._known = loaded_files()
         self.files: list[Path] = []
         self._numbers: dict[int, int] = {}
@@ -103,11 +107,15 @@ class Image:
         return bytes(made)
 
     def _place_of(self, address: int) -> int:
-        i = int(np.searchsorted(self._first, address, side="right")) - 1
+        i = self._block_of(address)
         a, b = self._blocks[i] if i >= 0 else (0, 0)
         if not a <= address < b:
             raise ValueError("an address is of no array of the calls")
-        return int(self._starts[i]) + address - a
+        return self._starts[i] + address - a
+
+    def _block_of(self, address: int) -> int:
+        """Return the number of the last block that does not begin after an address."""
+        return int(np.searchsorted(self._first, address, side="right")) - 1
 
     def _function(self, address: int) -> int:
         if address not in self._known:

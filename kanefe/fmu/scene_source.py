@@ -14,6 +14,7 @@ from kanefe.integrate.methods.kernel_stepper import SMALLEST_STEP, KernelStepper
 from kanefe.kernels.compiler._numba import IS_COMPILED
 from kanefe.kernels.evaluation.evaluation import AT_TIME
 from kanefe.kernels.steppers import step_commands as stepping
+from kanefe.kernels.steppers.steps_with_events import ACTS
 from kanefe.kernels.sweeps.drives import PIECE_NUMBERS, Drives
 from kanefe.kernels.sweeps.outward import motion_memory_size, motions_of_rows
 from kanefe.loads.controller import INPUTS
@@ -58,12 +59,6 @@ def obstacle(sim: Simulation) -> str:
         return "its kernels are run as Python. Remedy: without KANEFE_JIT=0"
     if sampled:
         return f"the controller {sampled[0]!r} is a Python function. Remedy: what it drives as inputs"
-    if sim.has_events:
-        named = ", ".join(map(repr, list(sim.events)[:MOST_NAMED])) or "the end of a joint's range"
-        return (
-            f"events, contacts and dry friction end steps, which is done in Python: {named}. Remedy: a spring with "
-            "play or a CoordinateForce with limits in the place of a contact, damping in the place of friction"
-        )
     if not isinstance(model.route, OrderN):
         return f"the scene is not in compiled code: {model.route.reason}"
     if not model.route.is_autonomous:
@@ -72,6 +67,23 @@ def obstacle(sim: Simulation) -> str:
         return f"the method {stepper.name!r} is in Python. Remedy: method='radau5', 'dop853' or 'extrapolation'"
     if stepper.name == "energy-momentum":
         return f"the method {stepper.name!r} asks for energies. Remedy: method='radau5'"
+    watch = sim.event_watch
+    if watch is None:
+        return ""
+    if watch.watched is None:
+        named = ", ".join(map(repr, list(sim.events)[:MOST_NAMED])) or "the end of a joint's range"
+        return f"these events are looked for in Python: {named}. Remedy: leave them out"
+    if stepper.events_need_python:
+        return (
+            f"closed loops, and the method {stepper.name!r} of extrapolation, begin anew in Python after events. "
+            "Remedy: method='radau5', and joints of the tree instead of loops"
+        )
+    acting = [event.name for event, kind in zip(watch.events, watch.watched.kinds, strict=True) if kind == ACTS]
+    if acting:
+        return (
+            f"these events change the state in Python: {', '.join(map(repr, acting[:MOST_NAMED]))}. Remedy: friction "
+            "that holds what it slips by, a contact without restitution, a rope that does not break"
+        )
     return ""
 
 
@@ -101,9 +113,10 @@ class _Tables:
         self.driven = len(model.drives)
         self.outputs = OutputTables(sim, Sweeps(route, np.zeros(1), model_state(sim)[None]))
         self.times, states = np.zeros(1), np.zeros((1, self.size))
-        run, kept, self.inputs = stepper.prepared(self.times, states)
-        self.calls = [run, *kept]
-        self.run = run
+        self.watched = None if sim.event_watch is None else sim.event_watch.watched
+        run, passing, kept, self.inputs = stepper.prepared(self.times, states, self.watched)
+        self.calls = [run, *kept] if passing is None else [run, passing, *kept]
+        self.run, self.passing = run, passing
         self.lines: list[str] = []
 
     def made(self) -> SceneSource:
@@ -112,7 +125,12 @@ class _Tables:
         for call in self.calls:
             _clear(call)
         scene = self.run.arguments[0]
-        scene.closed[:] = scene.asked[:] = 0.0
+        scene.closed[:] = scene.asked[:] = scene.derivatives.state[:] = 0.0
+        if self.passing is not None and self.watched is not None:
+            for part in (self.watched, *self.passing.arguments[1:4]):
+                for name in part._fields:
+                    if name in CLEARED_OF_EVENTS:
+                        getattr(part, name)[...] = 0.0
         image = Image(self.calls)
         self._tell(image)
         return SceneSource("\n".join(self.lines) + "\n", image.content(), image.files)
@@ -185,6 +203,11 @@ class _Tables:
         }
         places["AT_OUTPUT_DRIVES"] = scene.drives
         self._tell_call("INTEGRATE", image.call(self.run))
+        add(c.define("HAS_EVENTS", int(self.passing is not None)))
+        if self.passing is not None and self.watched is not None:
+            self._tell_call("PASS_STEPS", image.call(self.passing))
+            add(c.define("MOST_STEPS_OVER_EVENTS", self.passing.signature.place_of("run", "most_steps")))
+            places["AT_EVENT_COUNTS"] = self.watched.counts
         add(c.define("HAS_FRAMES", int(self.moved is not None)))
         add(c.define("HAS_ACCELERATIONS", int(self.evaluated is not None)))
         if self.moved is not None:
@@ -198,6 +221,8 @@ class _Tables:
                 places |= {"AT_EVALUATED_DRIVES": self.evaluated.drives, "AT_EVALUATED_INPUTS": self.evaluated.inputs}
         self.lines += [c.define(name, image.place(array)) for name, array in places.items()]
         kept = [stepper.integers, stepper.reals, stepper.vectors, *([scene.motions.pieces] if sim.courses else [])]
+        if self.watched is not None:
+            kept += [self.watched.values, self.watched.noise, self.watched.last]
         add(c.define("KEPT_COUNT", len(kept)))
         add(c.integers("KEPT", [(image.place(array), array.nbytes) for array in kept], 2))
         add(c.integers("POINTERS", image.pointers, 2))
@@ -231,6 +256,8 @@ def model_state(sim: Simulation) -> np.ndarray:
 
 
 CLEARED = ("drives", "memory", "given", "found")
+CLEARED_OF_EVENTS = ("records", "times", "samples", "brackets", "found", "drives", "inputs", "states")
+"""Arguments of calls, and arrays of the events, that kernels write before they read them."""
 
 
 def _clear(call: object) -> None:

@@ -122,10 +122,19 @@ class CompiledRun:
         command, is_done = self._passing[1]()
         return self._explained(int(command), run), bool(is_done)
 
-    def prepared(self, run: Run) -> tuple[Call, list[Call], np.ndarray]:
-        """Return the call of a run, the calls that it makes by their address, and the values of loads that it reads."""
+    def prepared(
+        self, run: Run, watched: WatchedRun | None, restart_share: float
+    ) -> tuple[Call, Call | None, list[Call], np.ndarray]:
+        """Return the call of a run, that of a run over events, where it has any, and what both need.
+
+        That is the calls that they make by their address, and the values of loads that they read.
+        """
         self._inputs[:] = self._route.inputs.begun(self._route.parts(self._vectors[STATE])[2])
-        return self._integrate.prepared(run), list(self._kept), self._inputs
+        call = self._integrate.prepared(run)
+        if watched is None:
+            return call, None, list(self._kept), self._inputs
+        passing = self._lookouts.passing(call, run, watched, restart_share)
+        return call, passing, [*self._kept, *self._lookouts.kept], self._inputs
 
     def values_at(self, run: Run, t: float) -> np.ndarray:
         """Return event values of loads at a time of the last step."""

@@ -36,11 +36,16 @@ class Lookouts:
         Of the run: values of loads, with those that controllers hold.
     vectors : ndarray
         Memory of the method.
+
+    Attributes
+    ----------
+    kept : list of Call
+        Of which kernels know the addresses.
     """
 
     def __init__(self, route: Evaluated, motions: Drives, inputs: np.ndarray, vectors: np.ndarray) -> None:
         self._route, self._motions, self._inputs, self._vectors = route, motions, inputs, vectors
-        self._kept: list[Call] = []  # of which kernels know the addresses
+        self.kept: list[Call] = []
         self._going: Call | None = None
         self._looking: Call | None = None
 
@@ -76,6 +81,6 @@ class Lookouts:
         times, drives = np.empty(count), np.empty((count, len(route.model.drives), 3))
         inputs, states = np.empty((count, len(self._inputs))), np.empty((count, size))
         looking, found = route.watching.prepared(times, drives, inputs, states)
-        self._kept.append(looking)
+        self.kept.append(looking)
         held = self._motions, route.fill, self._inputs
         return Lookout(looking.for_kernels(), shares, *held, times, drives, inputs, states, found)

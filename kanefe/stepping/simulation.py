@@ -39,6 +39,7 @@ from kanefe.tree.bending import worst_bending
 if TYPE_CHECKING:
     from kanefe.equations.given_state import Start
     from kanefe.equations.model import Model
+    from kanefe.integrate.events.event_search import EventWatch
     from kanefe.joints.held_motion import Course
     from kanefe.scene.held_inputs import HeldInput
 
@@ -353,9 +354,9 @@ class Simulation:
         return next(i for i, motion in enumerate(motions) if motion.pieces is course.piece)
 
     @property
-    def has_events(self) -> bool:
-        """Whether events or contacts are looked for."""
-        return self._watch is not None
+    def event_watch(self) -> EventWatch | None:
+        """What looks for events, also those of contacts; None: there are none."""
+        return self._watch
 
     def _tell_courses(self) -> None:
         """Write where driven coordinates go to the tables of compiled code."""

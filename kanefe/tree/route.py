@@ -98,8 +98,10 @@ class PreparedRun(Protocol):
         """Continue over events of loads; return what the method wants, and whether the last step needs no Python."""
         ...
 
-    def prepared(self, run: Run) -> tuple[Any, list[Any], Vector]:
-        """Return the call of a run, the calls that it makes by their address, and the values of loads that it reads."""
+    def prepared(
+        self, run: Run, watched: WatchedRun | None, restart_share: float
+    ) -> tuple[Any, Any | None, list[Any], Vector]:
+        """Return the call of a run, that of a run over events, where it has any, and what both need."""
         ...
 
     def values_at(self, run: Run, t: float) -> Vector:

@@ -250,6 +250,30 @@ static int failed(engine *e, const char *why, char *message)
     return 1;
 }
 
+/* Goes on to the next time of the step; events that end steps are passed in there. */
+static int go_on(engine *e, int *command)
+{
+#if HAS_EVENTS
+    const double *found = (const double *)at(e, PASS_STEPS[CALL_NUMBERS]) + PASS_STEPS[CALL_RESULT];
+    const double *times = at(e, AT_REALS);
+
+    do { /* until records of what happened, which nobody asks for, no longer fill their room */
+        *(int64_t *)at(e, AT_EVENT_COUNTS) = 0;
+        if (call(e, PASS_STEPS))
+            return 1;
+        *command = (int)found[0];
+    } while (*command == ACCEPTED && found[1] != 0.0 && times[TIME] < times[STOP]);
+    if (*command == ACCEPTED && found[1] == 0.0)
+        *command = FAILED;
+    return 0;
+#else
+    if (call(e, INTEGRATE))
+        return 1;
+    *command = (int)((double *)at(e, INTEGRATE[CALL_NUMBERS]))[INTEGRATE[CALL_RESULT]];
+    return 0;
+#endif
+}
+
 int engine_step(engine *e, double dt, char *message)
 {
     int64_t *integers = at(e, AT_INTEGERS);
@@ -262,15 +286,19 @@ int engine_step(engine *e, double dt, char *message)
     reals[STOP] = stop;
     reals[SMALLEST] = fmax(reals[SMALLEST], SMALLEST_STEP * fabs(stop));
     reals[NEXT_OUTPUT] = *(double *)at(e, AT_TIMES) = stop;
-    integers[STORED] = integers[IS_LEFT_OPEN] = integers[WANTS_DENSE] = 0;
+    integers[STORED] = integers[IS_LEFT_OPEN] = 0;
+    integers[WANTS_DENSE] = HAS_EVENTS;
+#if HAS_EVENTS
+    ((int64_t *)at(e, PASS_STEPS[CALL_PLACES]))[MOST_STEPS_OVER_EVENTS] = integers[STEPS] + most;
+#else
     ((int64_t *)at(e, INTEGRATE[CALL_PLACES]))[MOST_STEPS] = integers[STEPS] + most;
+#endif
     put_held(e, AT_INPUTS, vector(e, STATE));
     for (;;) {
         int command;
 
-        if (call(e, INTEGRATE))
+        if (go_on(e, &command))
             return failed(e, "a kernel divided by zero", message);
-        command = (int)((double *)at(e, INTEGRATE[CALL_NUMBERS]))[INTEGRATE[CALL_RESULT]];
         if (command == ACCEPTED || command == DONE)
             break;
         if (command == JACOBIAN) {

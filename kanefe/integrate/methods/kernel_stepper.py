@@ -260,10 +260,15 @@ class KernelStepper:
         """Continue until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""
         return self._integrate(times, states, most_steps, None)[0]
 
-    def prepared(self, times: np.ndarray, states: np.ndarray) -> Any:
+    def prepared(self, times: np.ndarray, states: np.ndarray, watched: WatchedRun | None = None) -> Any:
         """Return the run through some times as calls of kernels: see `CompiledRun.prepared`; of an autonomous scene."""
-        no_clock = np.zeros(1, dtype=np.int64)
-        return self._compiled_run.prepared(self._run._replace(times=times, states=states, clock=no_clock))
+        run = self._run._replace(times=times, states=states, clock=np.zeros(1, dtype=np.int64))
+        return self._compiled_run.prepared(run, watched, self._restart_share)
+
+    @property
+    def events_need_python(self) -> bool:
+        """Whether it begins anew in Python after an event of an autonomous scene."""
+        return self._restart_share < 0.0
 
     @property
     def can_look_out(self) -> bool:
