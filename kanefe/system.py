@@ -187,7 +187,8 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
             Absolute error of a step, default 0.1 rtol; down to a tenth of that where "auto" follows undamped
             vibrations that are small beside the scene; see below.
         step : float, optional
-            Fixed step in s, in place of the tolerances. The first step after an event that acts begins there.
+            Fixed step in s, in place of the tolerances. The first step after an event that acts begins there; with
+            generalised-alpha and HHT touches of contacts end no step. Their wall time is in ``result.statistics``.
         output_step : float, optional
             Time between stored states in s; default a 500th of the span, or with a fixed step the nearest number of
             whole steps.
