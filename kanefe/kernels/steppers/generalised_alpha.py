@@ -109,10 +109,10 @@ LARGEST_ITERATIONS, LARGEST_IF_FIXED = 8, 20
 """Largest number of iterations of a step, which is then shortened, and of a fixed step."""
 
 CONVERGED = 1e-3
-"""Correction, in the displacement that it causes, of what is allowed for the error of a step, that is the last one."""
+"""Largest correction that is the last one, in the displacement that it causes, relative to the error allowed."""
 
 NEAR = 1e4
-"""The same up to which a fixed step is left as it is after the last iteration: a thousandth of the bodies' size."""
+"""Largest correction, relative to the same, with which a fixed step is left: a thousandth of the bodies' size."""
 
 SLOW = 0.25
 """Convergence rate above which an iteration has a new Jacobian."""
