@@ -117,6 +117,9 @@ NEAR = 1e4
 SLOW = 0.25
 """Convergence rate above which an iteration has a new Jacobian."""
 
+KEPT = 1.2
+"""Growth of the step up to which the step and the factors are kept."""
+
 MOST_HALVINGS = 4
 """Number of times that a Newton step is halved."""
 
@@ -327,6 +330,8 @@ def _judge(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: 
     if not error <= 1.0:
         return _shorten(integers, reals, vectors, table, h * max(0.2, 0.9 * error ** (-1.0 / 3.0)))
     grown = h * min(2.0, 0.9 * max(error, 1e-6) ** (-1.0 / 3.0))
+    if integers[TAKES_JACOBIAN] and h <= grown <= KEPT * h:
+        grown = h
     # a step cut short says little about the next one
     reals[NEXT_STEP] = max(grown, reals[NEXT_STEP]) if h < reals[NEXT_STEP] else grown
     return _accept(integers, reals, vectors)
