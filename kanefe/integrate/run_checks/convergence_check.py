@@ -22,9 +22,13 @@ def of_fixed_steps(model: ModelData, statistics: Mapping[str, Any], events: Mapp
 
 
 def _of_touch(model: ModelData, step: float, events: Mapping[str, np.ndarray]) -> str:
-    """Return what is told of steps over a touch whose whole vibration is shorter; empty if there was none."""
+    """Return what is told of steps of which a bounce, half a vibration on a contact, has less than two; else empty."""
     contact = stiffest_contact(model)
-    if contact is None or step <= contact.period or not len(touches := events.get(f"{contact.name} touch", NEVER)):
+    if (
+        contact is None
+        or 4.0 * step <= contact.period
+        or not len(touches := events.get(f"{contact.name} touch", NEVER))
+    ):
         return ""
     return (
         f"steps of {step:.3g} s do not follow what touches at t = {touches[0]:.6g} s: on {contact}, "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import warnings
 from typing import Any
 
 import numpy as np
@@ -174,6 +175,19 @@ def test_a_step_too_long_for_a_contact_is_named_with_time_and_remedy() -> None:
     assert result.times[-1] == result.status.time  # what there is up to there is kept
     fine = scene.simulate((0.0, 1.0), method="generalised-alpha", step=period / 20.0)
     assert fine.status.is_finished
+
+
+@pytest.mark.parametrize(("share", "is_told"), [(0.3, True), (0.2, False)])
+def test_steps_of_which_a_bounce_has_less_than_two_are_told(share: float, is_told: bool) -> None:
+    scene = kf.System(gravity=(0, 0, -G))
+    floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
+    ball = scene.add_rigid_body("ball", 1.0, 0.01, joint=kf.Translation(position=(0, 0, 0.3)))
+    scene.add_contact("pad", [ball], floor, normal=kf.KelvinVoigt(1e4, damping=0.0))
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        scene.simulate((0.0, 0.5), method="generalised-alpha", step=share * 2.0 * np.pi * 1e-2)
+    texts = [str(one.message) for one in told]
+    assert any(re.search(r"touches at t = 0\.2\d+ s: on contact 'pad'.*Remedy", text) for text in texts) == is_told
 
 
 def test_fixed_steps_tell_their_wall_time() -> None:
