@@ -129,6 +129,35 @@ def test_a_wheel_on_a_journal_bearing_stops_when_the_textbook_says(name: str) ->
     assert result.energy.dissipated[-1] == pytest.approx(0.5 * 0.02 * 100.0, rel=1e-4)
 
 
+class Filter(kf.Load):
+    """A state that follows the speed of its end in the time TAU, s."""
+
+    def __init__(self, end: kf.Frame) -> None:
+        self.name, self.ends = "filter", (end,)
+
+    @property
+    def initial_states(self) -> np.ndarray:
+        return np.zeros(1)
+
+    def action(self, t: float, ends: Any, states: np.ndarray) -> kf.Action:
+        return kf.Action(np.zeros((1, 6)), rates=(ends[0].v[:1] - states) / TAU)
+
+
+TAU = 0.05
+
+
+@pytest.mark.parametrize("name", FORMULAS)
+def test_internal_states_are_of_order_two(name: str) -> None:
+    errors = []
+    for step in (0.01, 0.005):
+        scene = kf.System()
+        scene.add(Filter(scene.add_point("point", 1.0, joint=kf.Prismatic("x", speed=1.0))))
+        run = integrate(scene.freeze(), (0.0, 0.1), method=name, step=step, output_step=0.1)
+        errors.append(abs(run.internal[-1, 0] - (1.0 - np.exp(-0.1 / TAU))))
+    assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.3)  # 2 of Euler's method
+    assert errors[1] < 2e-3
+
+
 @pytest.mark.parametrize("count", [5, 80])
 def test_a_step_of_a_chain_costs_as_many_sweeps_whatever_its_length(count: int) -> None:
     scene, parent = kf.System(gravity=(0, 0, -G)), None
