@@ -188,7 +188,8 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
             Absolute error of a step, default 0.1 rtol; down to a tenth of that if "auto" finds undamped vibrations that
             are small relative to the scene; see below.
         step : float, optional
-            Fixed step in s, instead of the tolerances. After an event with an action, steps begin at the event.
+            Fixed step in s, instead of the tolerances. After an event with an action, steps begin at the event; with
+            generalised-alpha and HHT, touches of contacts end no step. Their wall time is in ``result.statistics``.
         output_step : float, optional
             Time between stored states in s; default a 500th of the span, or with a fixed step the nearest number of
             whole steps.

@@ -20,7 +20,7 @@ from kanefe.integrate.events.switching import check_switched
 from kanefe.integrate.pace import Limits, OutOfTime, Pace, Poles
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.status import RunStatus, raised_by_user
-from kanefe.integrate.stepper import StepFailure, Stepper, gives_accelerations, looks_out
+from kanefe.integrate.stepper import StepFailure, Stepper, gives_accelerations, keeps_time, looks_out
 from kanefe.kane.bent import bent_too_far
 from kanefe.tree.model_data import QUADRATURES
 
@@ -124,6 +124,15 @@ class RunLoop:
         """What the method has counted, with what was counted before the run was resumed."""
         now = dict.fromkeys(COUNTED, 0) | self._stepper.statistics
         return {name: value + self._before.get(name, 0) for name, value in now.items()}
+
+    @property
+    def told_of_steps(self) -> dict[str, list[float]]:
+        """Of fixed steps "step_seconds", and "unconverged", where their iterations were left early."""
+        stepper = self._stepper
+        if not keeps_time(stepper):
+            return {}
+        found = {"step_seconds": stepper.step_seconds, "unconverged": [*(stepper.unconverged or ())]}
+        return {name: numbers for name, numbers in found.items() if numbers}
 
     def resume(self, progress: Progress) -> None:
         """Continue from a checkpoint."""

@@ -19,6 +19,7 @@ from kanefe.integrate.loop import RunLoop
 from kanefe.integrate.options import RunKeywords, RunOptions
 from kanefe.integrate.pace import Limits, Poles
 from kanefe.integrate.run_checks.bushing_turns import of_bushings
+from kanefe.integrate.run_checks.convergence_check import of_fixed_steps
 from kanefe.integrate.run_checks.stiff_contacts import warn_of_stiff_contacts
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.set_up import give_back, set_up
@@ -122,26 +123,31 @@ def _run(model: Model, options: RunOptions, poles: Poles | None) -> Trajectory:
         if rates is not None and loop.last_accelerations is not None:
             rates = np.vstack((rates, loop.last_accelerations))
     n, m = model.coordinate_count, model.free_count
+    statistics = {
+        "method": stepper.name,
+        "reason": choice.reason,
+        "route": model.route.name,
+        "route_reason": model.route.reason,
+        **choice.control,
+        **loop.statistics,
+        **loop.told_of_steps,
+        "seconds": sum(clock.seconds.values()),
+        "seconds_by_part": dict(clock.seconds),
+    }
+    events = {event.name: np.array(watch.times[event.name]) for event in told} if watch else {}
+    for text in of_fixed_steps(model, statistics, events):
+        warnings.warn(text, SimulationWarning, stacklevel=outside())
     found = Trajectory(
         times=times,
         coordinates=states[:, :n],
         speeds=states[:, n : n + m],
         dissipated=states[:, -QUADRATURES],
         work=states[:, -1],
-        statistics={
-            "method": stepper.name,
-            "reason": choice.reason,
-            "route": model.route.name,
-            "route_reason": model.route.reason,
-            **choice.control,
-            **loop.statistics,
-            "seconds": sum(clock.seconds.values()),
-            "seconds_by_part": dict(clock.seconds),
-        },
+        statistics=statistics,
         accelerations=rates,
         status=status,
         internal=states[:, n + m : -QUADRATURES],
-        events={event.name: np.array(watch.times[event.name]) for event in told} if watch else {},
+        events=events,
         controllers=sampler.logs() if sampler else {},
         bent=stepper.bent,
     )

@@ -138,7 +138,7 @@ def check_motions(model: Model, start: float, stop: float, may_end: bool = False
 
 def reported_events(model: Model, choice: Choice, options: RunOptions) -> tuple[Event, ...]:
     """Return the events that a run reports: those of the user, of loads and of contacts."""
-    of_loads = (*events_of_loads(model), *reported_contact_events(model, choice.name))
+    of_loads = (*events_of_loads(model, choice.keeps_steps), *reported_contact_events(model, choice.name))
     own = [event for event in options.watched if event.function is not None]
     return checked_events(own, with_what_is_asked(of_loads, options.watched))
 

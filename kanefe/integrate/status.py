@@ -148,13 +148,23 @@ def summary(status: RunStatus, statistics: Mapping[str, Any], events: Mapping[st
         if seconds >= LEAST_SECONDS:
             share = f" ({seconds / statistics['seconds']:.0%})" if name in OF_USER else ""
             parts.append(f"{name} {seconds:.3g}{share}")
+    told = f"  time    {statistics['seconds']:.3g} s" + (f": {', '.join(parts)}" if parts else "")
+    if "step_seconds" in statistics:
+        most, longest = (f"{1e6 * seconds:.3g} us" for seconds in statistics["step_seconds"])
+        told += f"; 99.9 % of the steps within {most}, all within {longest}"
     lines = [
         str(status),
         "  method  " + ", ".join((f"{statistics['method']} ({statistics['reason']})", *control)),
         f"  route   {statistics['route']} ({statistics['route_reason']})",
         "  counts  " + ", ".join(counts),
-        f"  time    {statistics['seconds']:.3g} s" + (f": {', '.join(parts)}" if parts else ""),
+        told,
     ]
+    if "unconverged" in statistics:
+        count, first, last, largest = statistics["unconverged"]
+        where = f"{count:.0f} steps, from t = {first:.6g} s to {last:.6g} s"
+        lines.append(
+            f"  left    before the iteration had converged: {where}, by up to {largest:.1g} of the bodies' size"
+        )
     if "penetration" in statistics:
         deepest, left = statistics["penetration"], statistics["contact_residual"]
         lines.append(f"  contact up to {deepest:.3g} m deep, impulses to {left:.2g} of the largest speed")

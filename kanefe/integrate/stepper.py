@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol, TypeGuard
+from typing import TYPE_CHECKING, NamedTuple, Protocol, TypeGuard
 
 import numpy as np
 
@@ -48,6 +48,24 @@ def beyond(error: KanefeError) -> StepFailure:
         return error
     reason, _, remedy = str(error).partition(". Remedy: ")
     return StepFailure(f"the fixed step is too long: {reason}", f"a smaller step{', or ' + remedy if remedy else ''}")
+
+
+class Unconverged(NamedTuple):
+    """Fixed steps whose iteration was left before it had converged.
+
+    Attributes
+    ----------
+    steps : int
+    first, last : float
+        Ends of the first and the last of them, s.
+    largest : float
+        Largest displacement by which an iteration still changed, relative to the size of the bodies.
+    """
+
+    steps: int
+    first: float
+    last: float
+    largest: float
 
 
 class Stepper(Protocol):
@@ -186,6 +204,20 @@ class LooksOut(Protocol):
         ...
 
 
+class KeepsTime(Protocol):
+    """A stepper of fixed steps for what has to keep up with the wall clock."""
+
+    @property
+    def step_seconds(self) -> list[float]:
+        """Wall time that 99.9 % of fixed steps did not exceed, and the longest, s; empty where steps are free."""
+        ...
+
+    @property
+    def unconverged(self) -> Unconverged | None:
+        """Fixed steps whose iteration was left early."""
+        ...
+
+
 class ReportsWorst(Protocol):
     """A stepper that knows which component of the state held its last step down."""
 
@@ -203,6 +235,11 @@ def gives_accelerations(stepper: Stepper) -> TypeGuard[GivesAccelerations]:
 def looks_out(stepper: Stepper) -> TypeGuard[LooksOut]:
     """Return whether a stepper keeps that protocol."""
     return hasattr(type(stepper), "integrate_over_events")
+
+
+def keeps_time(stepper: Stepper) -> TypeGuard[KeepsTime]:
+    """Return whether a stepper keeps that protocol."""
+    return hasattr(type(stepper), "step_seconds")
 
 
 def reports_worst(stepper: Stepper) -> TypeGuard[ReportsWorst]:

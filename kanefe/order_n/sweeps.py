@@ -209,7 +209,7 @@ class Sweeps:
         integers, reals = np.zeros(MAP, dtype=np.int64), np.zeros(REALS_OF_METHOD)
         vectors = np.zeros((ROWS_OF_METHOD, size))
         vectors[STATE] = table[0, STATE_OF:]
-        none = np.zeros(0), np.zeros((0, size)), 0
+        none = np.zeros(0), np.zeros((0, size)), 0, np.zeros(1, dtype=np.int64)
         run = Run(revisit, between_states, integers, reals, table, *none)
         compiled = route.compiled_run(integers, reals, vectors, MethodNeeds())
         while compiled.go_on(run) != DONE:  # at a singular position

@@ -78,7 +78,7 @@ class Sticking:
         watching = model.route.watching
         columns = {} if watching is None else watching.columns
         self.events = []
-        for event in events_of_loads(model):
+        for event in events_of_loads(model, keeps_steps=False):
             if isinstance(event, EventOfLoad) and event.number in columns:
                 self.events.append(event)
             elif not isinstance(event, EventOfLoad) or event.number not in self.ropes:

@@ -156,7 +156,7 @@ class _Run:
 
     def done(self) -> ScreenedRun:
         model = self.sticking.model
-        self.happened = {event.name: [] for event in events_of_loads(model)}
+        self.happened = {event.name: [] for event in events_of_loads(model, keeps_steps=False)}
         self.bound = np.zeros(len(self.sticking.names))
         self.scales = self.sticking.watched(model, np.array([self.span[0]]), model.initial_state[None])[0]
         t, y = self.span[0], model.initial_state

@@ -6,6 +6,8 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from benchmarks import engine_scenes as ours
 from benchmarks.clocks import Race, check_agreement, fill, microseconds, repeated, seconds
 from benchmarks.goals import Figure, Goal
@@ -13,6 +15,7 @@ from benchmarks.peer_process import Peers
 from benchmarks.work_precision.peer_curves import save_matrices
 from benchmarks.work_precision.rigid_chain import GRAVITY, chain_links, chain_scene, chain_start
 from benchmarks.work_precision.steel_bar import FREE_MODES, bar_model, free_start
+from kanefe.checks.verification.scenes import frame_at
 
 # By the number of links. The peer needs some 0.1 s for each run of so many steps.
 CHAIN_STEPS = {1: 40000, 5: 10000, 20: 2000, 100: 50}
@@ -22,6 +25,10 @@ CHAIN_GOALS = {
 }
 CALL_GOALS = {count: Goal(f"S1 right-hand side, N={count}: time / Pinocchio's aba", 1.2) for count in (20, 100)}
 BODY_GOAL = Goal(f"S4 tumbling body, {FREE_MODES} modes: time of an RK4 step / Exudyn's", 0.3)
+MIXED_GOAL = Goal("100 rigid bodies and 10 flexible: time of a generalised-alpha step / Exudyn's", 0.1)
+MIXED_LINKS, MIXED_BARS, MIXED_STEPS = 100, 10, 50
+CLOSE = 1e-5
+"""Largest relative difference of positions: the peer closes joints to the tolerance of its iteration."""
 
 BAR_CELLS = (10, 2, 1)
 BAR_STEP = 5e-5
@@ -95,6 +102,35 @@ def tumbling_body(peers: Peers, rounds: int) -> list[Figure]:
     return [BODY_GOAL.figure(race.ratio, remark)]
 
 
+def implicit_steps(peers: Peers, rounds: int) -> list[Figure]:
+    """Compare steps of generalised-alpha of a long chain and flexible bodies; the peer has redundant coordinates."""
+    full = bar_model(BAR_CELLS)
+    model = ours.mixed(MIXED_LINKS, MIXED_BARS, full)
+    velocity, omega = free_start()
+    chain = {"links": chain_links(MIXED_LINKS), "gravity": list(GRAVITY), "q": chain_start(MIXED_LINKS)}
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "bar.npz"
+        save_matrices(full, file)
+        bars = {"file": str(file), "modes": FREE_MODES, "count": MIXED_BARS, "velocity": velocity, "omega": omega}
+        peers.ask("build_mixed", name="mixed", chain=chain, bars=bars)
+    request: dict[str, Any] = {"name": "mixed", "h": ours.STEP, "steps": MIXED_STEPS}
+
+    def steps() -> np.ndarray:
+        return ours.run(model, MIXED_STEPS, method="generalised-alpha")
+
+    q = steps()
+    end = MIXED_STEPS * ours.STEP
+    link = frame_at(model, f"link {MIXED_LINKS - 1}", (end, q, np.zeros(model.free_count)))
+    last = link.p_NoFo_N + link.A_NF @ np.array(chain["links"][-1]["com"])
+    free = next(body for body in model.bodies if body.name == f"bar {MIXED_BARS - 1}").free_coordinates()[0][:3]
+    check_agreement("mixed", [*last, *q[free]], peers.ask("solve", **request)["end"], CLOSE)
+    race = Race(
+        lambda: seconds(steps) / MIXED_STEPS, lambda: peers.ask("solve", **request)["seconds"] / MIXED_STEPS, rounds
+    )
+    remark = f"{microseconds(race.ours)} a step against {microseconds(race.theirs)}"
+    return [MIXED_GOAL.figure(race.ratio, remark)]
+
+
 def _build_chain(peers: Peers, name: str, count: int) -> None:
     peers.ask(
         "build_chain",
@@ -109,4 +145,5 @@ GROUPS = {
     rigid_chains: list(CHAIN_GOALS.values()),
     articulated_bodies: list(CALL_GOALS.values()),
     tumbling_body: [BODY_GOAL],
+    implicit_steps: [MIXED_GOAL],
 }

@@ -53,10 +53,20 @@ def free_bar(model: FiniteElementModel) -> Model:
     return steel_bar.free_bar(kf.flexible_body(model, {}, reduction=kf.CraigBampton(modes=FREE_MODES)))
 
 
-def run(model: Model, steps: int, h: float = STEP) -> np.ndarray:
-    """Take steps of the classical Runge-Kutta method from the start and return q at the end."""
+def mixed(links: int, bars: int, model: FiniteElementModel) -> Model:
+    """Return the chain with so many links, and beside it so many bars that tumble freely, with their free modes."""
+    scene, (velocity, omega) = chain_scene(links), steel_bar.free_start()
+    body = kf.flexible_body(model, {}, reduction=kf.CraigBampton(modes=FREE_MODES))
+    for i in range(bars):
+        free = kf.Free(velocity=velocity, angular_velocity=omega)
+        scene.add_flexible_body(f"bar {i}", body, joint=free, gravity=False)
+    return scene.freeze()
+
+
+def run(model: Model, steps: int, h: float = STEP, method: str = "rk4") -> np.ndarray:
+    """Take steps from the start, if not told otherwise of the classical Runge-Kutta method, and return q at the end."""
     end = steps * h
-    return integrate(model, (0.0, end), method="rk4", step=h, output_step=end, progress=False).coordinates[-1]
+    return integrate(model, (0.0, end), method=method, step=h, output_step=end, progress=False).coordinates[-1]
 
 
 def evaluation(model: Model) -> Callable[[], np.ndarray]:

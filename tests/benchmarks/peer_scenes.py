@@ -24,9 +24,12 @@ import exudyn.itemInterface as items  # noqa: E402
 import pinocchio  # noqa: E402
 import scipy.sparse as sp  # noqa: E402
 from exudyn.FEM import FEMinterface, ObjectFFRFreducedOrderInterface  # noqa: E402
+from exudyn.utilities import RigidBodyInertia, RotationMatrixY, RotationMatrixZ  # noqa: E402
 from peer_arm import solve_arm  # noqa: E402
 
 Answer = dict[str, Any]
+
+SPECTRAL_RADIUS = 0.8
 
 
 class Runs:
@@ -49,16 +52,15 @@ class Runs:
 
     def build_flexible(self, name: str, file: str, modes: int, velocity: list[float], omega: list[float]) -> Answer:
         """Build a free flexible body from its matrices: floating frame, free modes, rotation vector."""
-        fem = FEMinterface()
-        with np.load(file) as arrays:
-            fem.nodes = {"Position": arrays["nodes"]}
-            for what, field in (("mass", "massMatrix"), ("stiffness", "stiffnessMatrix")):
-                parts = (arrays[f"{what}_data"], arrays[f"{what}_indices"], arrays[f"{what}_indptr"])
-                setattr(fem, field, sp.csr_matrix(parts))
-        fem.ComputeEigenmodes(modes, excludeRigidBodyModes=6, useSparseSolver=True)
-        body = ObjectFFRFreducedOrderInterface(fem, rigidBodyNodeType="NodeType.RotationRotationVector")
+        fem, body = _free_body(file, modes)
         self.solves[name] = lambda steps, h: _solve_flexible(body, velocity, omega, steps, h)
         return {"hertz": (np.sqrt(np.abs(fem.eigenValues[6 : 6 + modes])) / (2 * np.pi)).tolist()}
+
+    def build_mixed(self, name: str, chain: Answer, bars: Answer) -> Answer:
+        """Build a chain of rigid bodies on joints, in redundant coordinates, and free flexible bodies beside it."""
+        _, body = _free_body(bars["file"], bars["modes"])
+        self.solves[name] = lambda steps, h: _solve_mixed(chain, body, bars, steps, h)
+        return {}
 
     def build_arm(self, name: str, arm: Answer) -> Answer:
         """Take what the arm with a sampled controller is made of; it is built for each run, as its end is its state."""
@@ -66,7 +68,7 @@ class Runs:
         return {}
 
     def solve(self, name: str, steps: int, h: float) -> Answer:
-        """Run a scene from its start: the arm implicitly, others with the classical Runge-Kutta method of order 4."""
+        """Run a scene from its start: arm and mixed scene implicitly, others with the Runge-Kutta method of order 4."""
         return self.solves[name](steps, h)
 
     def call(self, name: str, count: int) -> Answer:
@@ -74,16 +76,32 @@ class Runs:
         return self.calls[name](count)
 
 
-def _timed(mbs: Any, steps: int, h: float) -> float:
-    """Return the seconds of a run, without output."""
+def _free_body(file: str, modes: int) -> tuple[Any, Any]:
+    """Return the matrices of a file, and a body of them with free modes."""
+    fem = FEMinterface()
+    with np.load(file) as arrays:
+        fem.nodes = {"Position": arrays["nodes"]}
+        for what, field in (("mass", "massMatrix"), ("stiffness", "stiffnessMatrix")):
+            parts = (arrays[f"{what}_data"], arrays[f"{what}_indices"], arrays[f"{what}_indptr"])
+            setattr(fem, field, sp.csr_matrix(parts))
+    fem.ComputeEigenmodes(modes, excludeRigidBodyModes=6, useSparseSolver=True)
+    return fem, ObjectFFRFreducedOrderInterface(fem, rigidBodyNodeType="NodeType.RotationRotationVector")
+
+
+def _timed(mbs: Any, steps: int, h: float, is_implicit: bool = False) -> float:
+    """Return the seconds of a run, without output; generalised-alpha with what is fastest there: kept matrices."""
     settings = exudyn.SimulationSettings()
+    settings.timeIntegration.generalizedAlpha.spectralRadius = SPECTRAL_RADIUS
+    settings.timeIntegration.newton.useModifiedNewton = True
+    settings.linearSolver.solverType = exudyn.LinearSolverType.EigenSparse
     settings.timeIntegration.numberOfSteps = steps
     settings.timeIntegration.endTime = steps * h
     settings.timeIntegration.verboseMode = 0
     settings.solution.file.write = False
     settings.parallel.numberOfThreads = 1
     start = time.process_time()
-    mbs.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.RK44)
+    solver = exudyn.DynamicSolverType
+    mbs.SolveDynamic(settings, solverType=solver.GeneralizedAlpha if is_implicit else solver.RK44)
     return time.process_time() - start
 
 
@@ -136,6 +154,35 @@ def _solve_flexible(body: Any, velocity: list[float], omega: list[float], steps:
     seconds = _timed(mbs, steps, h)
     where = mbs.GetNodeOutput(made["nRigidBody"], exudyn.OutputVariableType.Position)
     return {"seconds": seconds, "end": np.asarray(where).tolist()}
+
+
+def _solve_mixed(chain: Answer, body: Any, bars: Answer, steps: int, h: float) -> Answer:
+    container = exudyn.SystemContainer()
+    mbs = container.AddSystem()
+    last, place, turned = mbs.CreateGround(), np.zeros(3), np.eye(3)
+    for link, angle in zip(chain["links"], chain["q"], strict=True):
+        place = place + turned @ link["at"]
+        is_y = link["axis"] == "y"
+        axis = turned @ ([0, 1, 0] if is_y else [0, 0, 1])
+        turned = turned @ (RotationMatrixY if is_y else RotationMatrixZ)(angle)
+        made = mbs.CreateRigidBody(
+            inertia=RigidBodyInertia(mass=link["mass"], inertiaTensor=np.diag(link["inertia"])),
+            referencePosition=place + turned @ link["com"],
+            referenceRotationMatrix=turned,
+            gravity=chain["gravity"],
+            nodeType=exudyn.NodeType.RotationRotationVector,
+        )
+        mbs.CreateRevoluteJoint(itemNumbers=[last, made], position=place, axis=axis, useGlobalFrame=True)
+        last = made
+    for _ in range(bars["count"]):
+        bar = body.AddObjectFFRFreducedOrder(
+            mbs, positionRef=[0, 0, 0], initialVelocity=bars["velocity"], initialAngularVelocity=bars["omega"]
+        )
+    mbs.Assemble()
+    seconds = _timed(mbs, steps, h, is_implicit=True)
+    position = exudyn.OutputVariableType.Position
+    where = mbs.GetObjectOutputBody(last, position), mbs.GetNodeOutput(bar["nRigidBody"], position)
+    return {"seconds": seconds, "end": np.concatenate(where).tolist()}
 
 
 def _pinocchio_chain(links: list[Answer], gravity: list[float]) -> tuple[Any, Any]:

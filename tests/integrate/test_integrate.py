@@ -9,7 +9,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.errors import ModelError, SimulationError, SimulationWarning
-from kanefe.integrate.methods.generalised_alpha import stiffest_rate
+from kanefe.integrate.auto.stiffest_rate import stiffest_rate
 from kanefe.integrate.methods.table import METHODS
 from kanefe.integrate.run import integrate
 from kanefe.kane.energy import kinetic_energy, momenta
@@ -166,7 +166,7 @@ def test_statistics_say_what_was_done() -> None:
     assert run.statistics["method"] == "generalised-alpha"
     assert run.statistics["reason"] == "asked for"
     assert run.statistics["rtol"] == 1e-5
-    assert run.statistics["steps"] >= 500  # it lands on every output
+    assert run.statistics["steps"] >= 50
     assert run.statistics["evaluations"] >= run.statistics["steps"]
     assert run.statistics["rejected"] >= 0
     assert run.statistics["seconds"] > 0

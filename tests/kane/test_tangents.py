@@ -9,7 +9,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.equations.model import Model
-from kanefe.integrate.methods.generalised_alpha import stiffest_rate
+from kanefe.integrate.auto.stiffest_rate import stiffest_rate
 from kanefe.kane.assemble import assemble
 from kanefe.kane.state import State
 from kanefe.kane.tangents import constant_tangents, current_tangents

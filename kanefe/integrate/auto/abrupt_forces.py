@@ -10,8 +10,8 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.auto.cost import LEAST_BESIDE_KINKS, explicit_work, radau_work
+from kanefe.integrate.auto.stiffest_rate import highest_rate
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.methods.generalised_alpha import highest_rate
 from kanefe.kane.state import State
 from kanefe.kane.tangents import constant_tangents
 from kanefe.loads.base import Load

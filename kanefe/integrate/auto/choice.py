@@ -44,6 +44,8 @@ class Choice:
         See `Method`.
     is_compiled : bool
         Whether its steps are kernels.
+    keeps_steps : bool
+        Whether its steps are given, and events of loads that would only end one do not.
     """
 
     name: str
@@ -52,6 +54,7 @@ class Choice:
     control: dict[str, float]
     is_plugged: bool = False
     is_compiled: bool = False
+    keeps_steps: bool = False
 
 
 def choose(model: Model, options: RunOptions) -> Choice:
@@ -83,7 +86,8 @@ def choose(model: Model, options: RunOptions) -> Choice:
             _handing_over, make, partial(_stepper, row_for(model, found.then), start, stop, control), found.least
         )
     follows, is_compiled = {"rtol": allowed} if step is None else {"step": step}, isinstance(row.stepper, Compiled)
-    return Choice(name, reason, make, follows, row.is_plugged, is_compiled)
+    keeps_steps = step is not None and row.keeps_fixed_steps
+    return Choice(name, reason, make, follows, row.is_plugged, is_compiled, keeps_steps)
 
 
 def method_names(model: Model, options: RunOptions) -> tuple[str, ...]:

@@ -22,7 +22,7 @@ def functions_of_run(model: Model, options: RunOptions) -> list[CompiledFunction
     has_jacobian = False
     for row in ROWS:
         if row.name in names and isinstance(row.stepper, Compiled):
-            kernels = row.stepper.load()
+            kernels = row.stepper.kernels_for(model)
             found += [kernels.advance.unit, kernels.interpolate.unit]
             has_jacobian |= JACOBIAN_ROW in kernels.integers
     return found + functions_of_route(model, has_jacobian)

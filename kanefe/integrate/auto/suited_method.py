@@ -18,6 +18,7 @@ from kanefe.integrate.auto.abrupt_forces import (
 )
 from kanefe.integrate.auto.cost import LEAST_OF_RADAU, explicit_work, radau_work, sampled_work, steps_of_radau
 from kanefe.integrate.auto.explicit_rates import look_at_state, rate_of_functions
+from kanefe.integrate.auto.stiffest_rate import stiffest_rate
 from kanefe.integrate.auto.vibrations import (
     CALM,
     LEAST_DAMPING,
@@ -31,7 +32,6 @@ from kanefe.integrate.auto.vibrations import (
 )
 from kanefe.integrate.breakpoints import SAMPLES, changes_of
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.methods.generalised_alpha import stiffest_rate
 from kanefe.integrate.methods.table import own_methods, serving
 from kanefe.integrate.stepper import LEAST_STEPS
 from kanefe.loads.base import Load

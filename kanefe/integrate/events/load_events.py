@@ -74,13 +74,17 @@ class EventOfLoad(Event):
         return after
 
 
-def events_of_loads(model: ModelData) -> tuple[Event, ...]:
-    """Return the events of all loads between frames, called by the load and by what happens."""
+def events_of_loads(model: ModelData, keeps_steps: bool) -> tuple[Event, ...]:
+    """Return the events of all loads between frames, called by the load and by what happens.
+
+    Where steps are kept, those that would only end one are told and no more.
+    """
     first = model.coordinate_count + model.free_count
     found: list[Event] = []
     for number, (load, states) in enumerate(zip(model.loads, model.load_states, strict=True)):
         where = slice(first + states.start, first + states.stop)
-        for index, event in enumerate(load.events):
+        for index, given in enumerate(load.events):
+            event = given._replace(ends_step=given.ends_step and not keeps_steps)
             name, function = f"{load.subject} {event.name}", _Function(number, event)
             place = EventOfLoad(name, function, event.direction, number=number, of=event, where=where, index=index)
             found.append(place)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from kanefe.equations.model import Model
     from kanefe.integrate.dynamics import Dynamics
     from kanefe.integrate.methods.kernel_set import Kernels
     from kanefe.integrate.methods.kernel_stepper import KernelStepper
@@ -25,10 +26,15 @@ class Compiled:
 
     load: Callable[[], Kernels]
 
+    def kernels_for(self, model: Model) -> Kernels:
+        """Return the kernels that run a scene."""
+        return self.load()
+
     def __call__(
         self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, name: str
     ) -> KernelStepper:
         """Return a stepper at the start; times in s."""
         from kanefe.integrate.methods.kernel_stepper import KernelStepper
 
-        return KernelStepper(dynamics, start, stop, control, name=name, kernels=self.load())
+        kernels = self.kernels_for(dynamics.model)
+        return KernelStepper(dynamics, start, stop, control, name=name, kernels=kernels)

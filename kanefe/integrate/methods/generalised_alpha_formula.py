@@ -80,14 +80,6 @@ class GeneralisedAlpha:
         """Derivative of a1 by du1."""
         return (1 - self.alpha_f) / (1 - self.alpha_m)
 
-    def algorithmic(self, du0: Vector, a0: Vector, du1: Vector) -> Vector:
-        """Return a1."""
-        return self.ratio * du1 + (self.alpha_f * du0 - self.alpha_m * a0) / (1 - self.alpha_m)
-
-    def speeds(self, h: float, u0: Vector, a0: Vector, a1: Vector) -> Vector:
-        """Return u1."""
-        return u0 + h * ((1 - self.gamma) * a0 + self.gamma * a1)
-
     def move(self, h: float, u0: Vector, a0: Vector, a1: Vector) -> Vector:
         """Return the move of the coordinates in the directions of the speeds."""
         return h * u0 + h * h * ((0.5 - self.beta) * a0 + self.beta * a1)
@@ -103,14 +95,6 @@ class GeneralisedAlpha:
             h * h * self.beta,
             h * u0 + h * h * (0.5 - self.beta) * a0,
         )
-
-    def delay(self, h: float) -> float:
-        """Return by how much the time of the algorithmic acceleration is after that of the state, s; below zero.
-
-        So chosen at the start and where the step changes, it leaves order 2 to speeds, accelerations and constraint
-        forces from the first step on (Arnold, Bruels & Cardona 2015).
-        """
-        return (self.alpha_m - self.alpha_f) * h
 
     def damping_share(self, h: float) -> float:
         """Return the factor of C in the iteration matrix of du1, s."""

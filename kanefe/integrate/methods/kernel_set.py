@@ -13,6 +13,7 @@ from kanefe.kernels.compiler.entries import Pointer
 
 if TYPE_CHECKING:
     from kanefe.integrate.dynamics import Dynamics
+    from kanefe.integrate.stepper import Unconverged
 
 
 class Memory(Protocol):
@@ -59,6 +60,8 @@ class Kernels:
         Writes what it has to know of the scene to the memory of a new stepper.
     restart_share : float
         Of the step before, with which the method goes on after an event; with 0 it finds a first step itself.
+    unconverged : function (memory) -> Unconverged or None, optional
+        Of a method that may leave the iteration of a fixed step early: which it has left.
     first_step : function (memory) -> float, optional
         The longest first step in s, at the start and after an event; else the method itself finds one.
     """
@@ -76,4 +79,5 @@ class Kernels:
     of_tolerance: Callable[[float], float] = float
     prepare: Callable[[Memory], None] | None = None
     restart_share: float = 0.1
+    unconverged: Callable[[Memory], Unconverged | None] | None = None
     first_step: Callable[[Memory], float] | None = None

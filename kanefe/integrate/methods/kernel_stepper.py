@@ -16,8 +16,10 @@ from kanefe.integrate.breakpoints import breakpoints_of, changes_of
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.kernel_set import Kernels
 from kanefe.integrate.methods.method import LEAST_RTOL
+from kanefe.integrate.methods.step_failures import step_failure
 from kanefe.integrate.run_checks.bending_check import bends_in_kernels, bends_of_kernels, watched_bodies
-from kanefe.integrate.stepper import BESIDE, LEAST_STEPS, StepFailure, beyond
+from kanefe.integrate.step_times import StepTimes
+from kanefe.integrate.stepper import BESIDE, LEAST_STEPS, Unconverged, beyond
 from kanefe.kernels.steppers.step_commands import (
     AT,
     BALANCE,
@@ -29,7 +31,6 @@ from kanefe.kernels.steppers.step_commands import (
     FACTORISATIONS,
     FAILED,
     HAS_LOOPS,
-    HELD,
     IMPLICIT,
     IS_FIXED,
     IS_LEFT_OPEN,
@@ -42,11 +43,8 @@ from kanefe.kernels.steppers.step_commands import (
     MAP_SIZE,
     NEXT_OUTPUT,
     NEXT_STEP,
-    NO_CONVERGENCE,
-    NO_NUMBERS,
     PROJECT,
     RATES,
-    REASON,
     REJECTED,
     RELATIVE,
     SCALE,
@@ -59,7 +57,6 @@ from kanefe.kernels.steppers.step_commands import (
     START,
     STATE,
     STATE_OLD,
-    STEP,
     STEPS,
     STIFFNESS_DIRECTION,
     STOP,
@@ -155,6 +152,7 @@ class KernelStepper:
             integers[IS_FIXED], reals[NEXT_STEP] = 1, control.step
             rtol, atol = ITERATED
         self._no_answer: tuple[float, KanefeError] | None = None
+        self._step_times = StepTimes()
         self.vectors[STATE] = dynamics.initial_state(start)
         reals[RELATIVE], self.vectors[SCALE] = rtol, atol * dynamics.scales(start, self.vectors[STATE])
         if kernels.prepare is not None:
@@ -190,6 +188,16 @@ class KernelStepper:
         if self._has_jacobian:
             counts |= {"factorisations": FACTORISATIONS, "jacobians": JACOBIANS}
         return {name: int(self.integers[place]) for name, place in counts.items()}
+
+    @property
+    def step_seconds(self) -> list[float]:
+        """Wall time that 99.9 % of fixed steps did not exceed, and the longest, s; empty where steps are free."""
+        return self._step_times.told
+
+    @property
+    def unconverged(self) -> Unconverged | None:
+        """Fixed steps whose iteration was left early."""
+        return None if self._kernels.unconverged is None else self._kernels.unconverged(self)
 
     @property
     def _has_jacobian(self) -> bool:
@@ -257,7 +265,7 @@ class KernelStepper:
 
     def prepared(self, times: np.ndarray, states: np.ndarray, watched: WatchedRun | None = None) -> Any:
         """Return the run through some times as calls of kernels: see `CompiledRun.prepared`; of an autonomous scene."""
-        run = self._run._replace(times=times, states=states)
+        run = self._run._replace(times=times, states=states, clock=np.zeros(1, dtype=np.int64))
         return self._compiled_run.prepared(run, watched, self._restart_share)
 
     @property
@@ -307,6 +315,8 @@ class KernelStepper:
         silent: AbstractContextManager[Any] = (
             nullcontext() if is_compiled else np.errstate(over="ignore", invalid="ignore")
         )
+        if integers[IS_FIXED]:
+            self._step_times.start_clock()
         while True:
             try:
                 with silent:
@@ -319,7 +329,7 @@ class KernelStepper:
             if command == PROJECT:
                 self._project()
             elif command == JACOBIAN:
-                found = dynamics.tangent_derivatives(self.t, vectors[STATE])
+                found = dynamics.tangent_derivatives(float(reals[TIME_AT]), vectors[AT])
                 first = integers[JACOBIAN_ROW]
                 vectors[first : first + len(found), : found.shape[1]] = found
             elif command == FAILED:
@@ -372,7 +382,7 @@ class KernelStepper:
     def _run(self) -> Run:
         kernels, none = self._kernels, np.zeros((0, self.vectors.shape[1]))
         memory = self.integers, self.reals, kernels.table
-        return Run(kernels.advance, kernels.interpolate, *memory, np.zeros(0), none, 0)
+        return Run(kernels.advance, kernels.interpolate, *memory, np.zeros(0), none, 0, self._step_times.places)
 
     @cached_property
     def _compiled_run(self) -> PreparedRun:
@@ -401,19 +411,4 @@ class KernelStepper:
             self.dynamics.name_what_is_not_finite(self.t, self.vectors[STATE])
         if self._no_answer is not None and self.t - self._no_answer[0] < BESIDE * self._span:
             return self._no_answer[1]
-        worst = self.worst
-        if self.integers[REASON] == HELD:
-            return StepFailure(
-                "the mechanism is at a singular position and does not pass it",
-                "check that driven joints stay within its reach",
-            )
-        if self.integers[REASON] == NO_NUMBERS:
-            return StepFailure("the motion has grown without bound", "check the loads, or take smaller steps", worst)
-        if self.integers[REASON] == NO_CONVERGENCE:
-            reason = f"the Newton iteration of {self.name} does not converge with steps of {self.reals[STEP]:.3g} s"
-            return StepFailure(reason, "a smaller step, or rtol instead", worst)
-        return StepFailure(
-            f"{self.name} found no step of {self.reals[SMALLEST]:.1g} s or more that keeps the error in tolerance",
-            "check loads for jumps or growth without bound there, or loosen rtol",
-            worst,
-        )
+        return step_failure(self.dynamics.model, self.name, self.integers, self.reals)

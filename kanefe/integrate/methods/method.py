@@ -50,11 +50,6 @@ def no_reactions(model: Model) -> str:
     return f"does not know the load of the joint that the {names} follows. Remedy: 'radau5', 'dop853' or 'auto'"
 
 
-def no_reactions_or_rigid_contacts(model: Model) -> str:
-    """Return why a method that does neither follow rigid contacts nor loads of joints cannot run a model."""
-    return without_rigid_contacts(model) or no_reactions(model)
-
-
 class MakesSteppers(Protocol):
     """The class of a method's steppers, or a function in its place."""
 
@@ -80,6 +75,8 @@ class Method:
         Whether its steps follow every mode, however stiff.
     has_error_control, has_fixed_steps : bool
         Whether it can choose its steps, and whether it can take given ones.
+    keeps_fixed_steps : bool
+        Whether given steps go on over events of loads that would only end them, so that a step costs what it costs.
     refuses_step : str
         What is said where a given step is refused, after "step has no meaning for"; empty: the usual.
     takes_atol : bool
@@ -104,6 +101,7 @@ class Method:
     is_explicit: bool = False
     has_error_control: bool = True
     has_fixed_steps: bool = False
+    keeps_fixed_steps: bool = False
     refuses_step: str = ""
     takes_atol: bool = False
     least_rtol: float = LEAST_RTOL

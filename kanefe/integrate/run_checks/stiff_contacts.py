@@ -19,6 +19,9 @@ SOFT_ENOUGH = 1e6
 """Smallest deflection of a contact under its weight, in multiples of the round-off of positions, for a force of six
 digits."""
 
+STEPS_OF_PERIOD = 10.0
+"""Steps in a period of a contact's vibration that resolve it."""
+
 
 class StiffContact(NamedTuple):
     """A contact whose law is a straight line.
@@ -55,6 +58,17 @@ def stiffest_contact(model: ModelData) -> StiffContact | None:
         if contact.straight is not None
     ]
     return min(found, key=lambda one: one.period, default=None)
+
+
+def with_contact(model: ModelData, step: float, reason: str, remedy: str) -> tuple[str, str]:
+    """Return a reason and a remedy that name the contact for which a step (s) is too long, if there is one."""
+    contact = stiffest_contact(model)
+    if contact is None or step * STEPS_OF_PERIOD <= contact.period:
+        return reason, remedy
+    reason += (
+        f", too long for {contact}, on which {contact.mass:.3g} kg vibrates with a period of {contact.period:.2g} s"
+    )
+    return reason, f"{remedy} ({contact.period / STEPS_OF_PERIOD:.1g} s would resolve it)"
 
 
 def warn_of_stiff_contacts(model: ModelData) -> None:

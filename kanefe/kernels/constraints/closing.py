@@ -30,7 +30,6 @@ from kanefe.kernels.constraints.loop_tables import (
 from kanefe.kernels.constraints.multipliers import respond_to_rows, write_row
 from kanefe.kernels.constraints.openings import openings, rate_of_row
 from kanefe.kernels.constraints.tolerances import LARGEST_ITERATIONS, LARGEST_OPENING, MOST_HALVINGS, TOLERANCE
-from kanefe.kernels.contact.rigid_points import MET
 from kanefe.kernels.layout import (
     BORDER_SIZE,
     COORDINATES,

@@ -104,9 +104,7 @@ def watch_states(
         if has_frames:
             sweep_outward(tables, flexible, drives[0], y[:n], y[n:m], work, modal)
         gather_points(between, flexible, between.loads[of, TEAM], of, of + 1, work, modal, acting)
-        evaluate_load(
-            between, of, of, flexible, times[0], inputs[0], y[m:k], drives[0], y[:n], y[n:m], work, acting
-        )
+        evaluate_load(between, of, of, flexible, times[0], inputs[0], y[m:k], drives[0], y[:n], y[n:m], work, acting)
         out, z = acting[span_of_load(between, of)], y[first : first + count]
         out[0], wanted[0] = 0.0, float(changing[1])
         for i in range(count):

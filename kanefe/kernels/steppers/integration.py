@@ -191,7 +191,7 @@ def _put_jacobian(scene: Scene, run: Run, vectors: RealRows) -> bool:
 
     Of the rates of speeds, internal states and quadratures, a row each, along the tangents.
     """
-    given, y, t, first = scene.derivatives, vectors[STATE], run.reals[TIME], run.integers[JACOBIAN_ROW]
+    given, y, t, first = scene.derivatives, vectors[AT], run.reals[TIME_AT], run.integers[JACOBIAN_ROW]
     for i in range(len(given.turning)):
         at, row = given.turning[i, 0], given.turning[i, 1]
         e0, e1, e2, e3 = 0.5 * y[at], 0.5 * y[at + 1], 0.5 * y[at + 2], 0.5 * y[at + 3]

@@ -139,6 +139,8 @@ def _begin_step(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, ta
     while True:
         if integers[IS_WANTED] or (reals[STEP] > OUTGROWN * reals[DIFFERENTIATED_STEP] and not integers[IS_FRESH]):
             integers[JACOBIANS] += 1
+            copy(vectors[STATE], vectors[AT])
+            reals[TIME_AT] = reals[TIME]
             return ask(integers, JACOBIAN, DIFFERENTIATED)
         if reals[FACTORED] == reals[STEP] or factorise_systems(integers, reals, vectors, table):
             break

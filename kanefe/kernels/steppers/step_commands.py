@@ -17,6 +17,7 @@ from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
 from kanefe.kernels.compiler.arrays import Advance, Integers, Interpolate, RealRows, Reals
 from kanefe.kernels.compiler.entries import built_first, entry
 from kanefe.kernels.evaluation.bending import watch_bends
+from kanefe.kernels.steppers.step_times import CLOCK, LAST_LOOK, look_at_clock
 from kanefe.kernels.sweeps.advance import put_turned
 
 # Commands
@@ -25,7 +26,7 @@ RATES = 1  # write dy/dt of the state AT at the time TIME_AT to SLOPE
 IMPLICIT = 2  # the same with (M + s C + r K) in place of M, see `Reals`, and forces C, K times the pushes
 ACCEPTED = 3  # a step has been taken: TIME and STATE are further
 PROJECT = 4  # put STATE onto the loops, to the nearest place in the metric M + r K
-JACOBIAN = 5  # write derivatives of the rates of STATE at TIME to the rows from JACOBIAN_ROW on: see `derivatives`
+JACOBIAN = 5  # write derivatives of the rates of AT at TIME_AT to the rows from JACOBIAN_ROW on: see `derivatives`
 FAILED = 6  # no step is small enough, or a solution could not be found
 DONE = 7  # TIME is STOP
 BALANCE = 8  # write energy and, where kept, momenta and rigid motions of the state AT at the time TIME_AT
@@ -122,6 +123,8 @@ class Run(NamedTuple):
     states : ndarray, shape (times, state)
     most_steps : int
         Count of accepted steps, from the start of the run, at which to return.
+    clock : ndarray of int
+        How long steps take: see `kanefe.kernels.steppers.step_times`; a zero alone measures nothing.
     """
 
     advance: Advance
@@ -132,6 +135,7 @@ class Run(NamedTuple):
     times: Reals
     states: RealRows
     most_steps: int
+    clock: Integers
 
 
 @inlined
@@ -201,11 +205,15 @@ def accept(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, new: np
 @kernel
 def go_on(run: Run, vectors: np.ndarray) -> int:
     """Return the next command of a method that is not an accepted step with more to come; write the outputs passed."""
-    integers, reals = run.integers, run.reals
+    integers, reals, clock = run.integers, run.reals, run.clock
+    if clock[CLOCK] != 0 and clock[LAST_LOOK] == 0:
+        look_at_clock(clock, False)
     while True:
         command = run.advance(integers, reals, vectors, run.table)
         if command != ACCEPTED:
             return command
+        if clock[CLOCK] != 0:
+            look_at_clock(clock, True)
         if integers[BENDS] > 0:  # where the step began: what it went past an event with has not been
             watch_bends(integers[integers[BENDS] :], reals, reals[TIME_OLD], vectors[STATE_OLD])
         stored = integers[STORED]

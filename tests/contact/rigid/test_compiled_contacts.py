@@ -137,9 +137,9 @@ def test_a_stack_at_rest_asks_python_at_its_start_alone(monkeypatch):
 def test_a_table_that_leans_on_three_legs_has_forces_that_can_be(friction):
     """Least norm would let one leg pull: forces are a plane over the legs, and the load lies beyond its middle."""
     scene = kf.System(gravity=(0, 0, -9.81))
-    floor = scene.add_surface("floor", scene.ground, shapes.Plane("z"))
+    floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
     table = scene.add_rigid_body("table", 1.0, 0.1, com=(0.28, 0.28, 0), joint=kf.Free(position=(0, 0, 0.7)))
-    feet = scene.add_surface("feet", table, shapes.Points([(x, y, -0.7) for x in (-0.4, 0.4) for y in (-0.4, 0.4)]))
+    feet = scene.add_surface("feet", table, kf.shapes.Points([(x, y, -0.7) for x in (-0.4, 0.4) for y in (-0.4, 0.4)]))
     scene.add_contact("c", feet, floor, normal=kf.Rigid(), friction=friction)
     model = scene.freeze()
     y = model.route.start(0.0)
@@ -159,7 +159,7 @@ def test_a_table_that_leans_on_three_legs_has_forces_that_can_be(friction):
 
 def test_painleves_paradox_is_named_in_an_evaluation():
     scene = kf.System(gravity=(0, 0, -9.81))
-    floor = scene.add_surface("floor", scene.ground, shapes.Plane("z"))
+    floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
     angle = np.radians(60.0)
     start = kf.Free(position=(0.5 * np.cos(angle), 0, 0.5 * np.sin(angle)), orientation=kf.rotation_about("y", -angle))
     rod = scene.add_rigid_body("rod", 1.0, (1e-3, 1.0 / 12.0, 1.0 / 12.0), joint=start)

@@ -184,7 +184,9 @@ def test_the_balance_is_that_of_the_literal_route(make: Callable[[], Model]) -> 
     memory = run.snapshot()
     integers, reals, vectors = memory["integers"], memory["reals"], memory["vectors"]
     vectors[AT, : n + m] = np.concatenate((q, u))
-    given = stepping.Run(None, None, integers, reals, np.zeros((1, 1)), np.zeros(0), np.zeros((0, 0)), 0)
+    given = stepping.Run(
+        None, None, integers, reals, np.zeros((1, 1)), np.zeros(0), np.zeros((0, 0)), 0, np.zeros(1, int)
+    )
     order_n(model).balance(given, vectors)
     energy = model.energy(0.0, np.concatenate((q, u)))
     assert reals[stepping.ENERGY] == pytest.approx(energy.total, rel=1e-12)

@@ -33,6 +33,17 @@ def test_a_sliding_block_stops_and_stays(method):
     assert np.abs(result.energy.balance_error).max() < 1e-3 * 0.5
 
 
+def test_friction_that_begins_to_hold_in_a_long_step_is_found():
+    """A step of a half of the contact's period: Newton's iteration goes to and fro there unless steps are halved."""
+    step = 0.01
+    result = sliding().simulate((0.0, 0.8), method="generalised-alpha", step=step)
+    assert result.status.is_finished
+    assert "unconverged" not in result.statistics
+    assert result.statistics["steps"] == 80
+    assert result.events["feet stick"] == pytest.approx([STOP], abs=step)
+    assert result.position("block")[-1, 0] == pytest.approx(REST, abs=0.5 * 0.3 * 9.81 * step**2)  # of half a step
+
+
 def test_an_unreduced_body_on_a_joint_with_friction_is_run_by_auto(monkeypatch):
     monkeypatch.setattr(build, "LARGEST_DENSE", 0)  # small bodies are unreduced ones too
     tube = straight_beam(1.0, Tube(0.04, 0.002), Material(E=70e9, nu=0.33, rho=2700.0), elements=3)

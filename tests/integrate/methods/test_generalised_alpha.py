@@ -10,22 +10,24 @@ import pytest
 import kanefe as kf
 from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.methods.generalised_alpha import SPECTRAL_RADIUS, GeneralisedAlphaStepper
+from kanefe.integrate.methods.generalised_alpha import SPECTRAL_RADIUS
+from kanefe.integrate.methods.kernel_stepper import KernelStepper
 from kanefe.integrate.methods.table import METHODS
 from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepControl
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.state import State
+from kanefe.kernels.steppers.generalised_alpha_state import AT_START
 from loop_scenes import four_bar
 from run_scenes import check_snapshot, thrown_pendulum
 
 NAMES = ["generalised-alpha", "hht"]
 
 
-def stepper(model: Model, name: str, span: float, step: float | None) -> GeneralisedAlphaStepper:
+def stepper(model: Model, name: str, span: float, step: float | None) -> KernelStepper:
     made = METHODS[name].make(Dynamics(model), 0.0, span, StepControl(1e-6, 1e-9, step))
-    assert isinstance(made, GeneralisedAlphaStepper)
+    assert isinstance(made, KernelStepper)
     return made
 
 
@@ -39,7 +41,7 @@ def errors(model: Model, name: str, span: float, step: float) -> np.ndarray:
         q, u = exact.coordinates[i], exact.speeds[i]
         du = accelerations(State(model, run.t, q, u))
         y = run.state()
-        parts = y[: len(q)] - q, y[len(q) : len(q) + len(u)] - u, run.snapshot()["du"] - du
+        parts = y[: len(q)] - q, y[len(q) : len(q) + len(u)] - u, run.vectors[AT_START, len(q) : len(q) + len(u)] - du
         found = np.maximum(found, [abs(part).max() for part in parts])
     return found
 

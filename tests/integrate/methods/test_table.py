@@ -8,8 +8,8 @@ import kanefe as kf
 from kanefe.bodies.unreduced import UnreducedBody
 from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.methods.generalised_alpha import GeneralisedAlphaStepper
 from kanefe.integrate.methods.generalised_alpha_unreduced import UnreducedStepper
+from kanefe.integrate.methods.kernel_stepper import KernelStepper
 from kanefe.integrate.methods.table import METHODS, ROWS, own_methods, row_for
 from kanefe.integrate.stepper import StepControl
 from kanefe.reduction.build import flexible_body
@@ -48,7 +48,7 @@ def test_one_name_stands_for_the_row_that_serves_the_scene(unreduced: kf.System)
     assert small is METHODS["generalised-alpha"] is not large
     assert large in ROWS
     control = StepControl(1e-6, 1e-7, None)
-    for row, model, kind in ((small, rigid, GeneralisedAlphaStepper), (large, whole, UnreducedStepper)):
+    for row, model, kind in ((small, rigid, KernelStepper), (large, whole, UnreducedStepper)):
         stepper = row.make(Dynamics(model), 0.0, 1.0, control)
         assert type(stepper) is kind
         assert stepper.name == "generalised-alpha"
