@@ -1,7 +1,7 @@
-"""Public names of a package, said once: in the imports that its `__init__` shows to type checkers.
+"""Public names of a package, read from the imports that its `__init__` shows to type checkers.
 
-And what serves methods from above. Users look for ``body.report()`` on the body, but reports stand above bodies. Such a
-method asks for its function by name; `kanefe/__init__.py` says in which room it is.
+A method such as ``body.report()`` belongs to an object of a lower layer, its function to a higher one. The method gets
+its function by name from `served`; `kanefe/__init__.py` names the module that has it.
 """
 
 from __future__ import annotations
@@ -12,18 +12,18 @@ from pathlib import Path
 from typing import Any
 
 SERVED: dict[str, str] = {}
-"""Functions of upper rooms that methods of lower ones call, and the modules that have them."""
+"""Modules of the functions of upper rooms that methods of lower ones call."""
 
 
 def served(name: str) -> Callable[..., Any]:
-    """Return a function of a room above, whose module is imported now."""
+    """Return a function of an upper room; its module is imported now."""
     return getattr(import_module(SERVED[name]), name)
 
 
 def homes(path: str, name: str = "") -> dict[str, str]:
-    """Return the module of each name that lines ``from x import name as name`` of a file import, one name a line.
+    """Return the module of each name that a file imports by lines ``from x import name as name``.
 
-    A star takes the names of that package, so that what is added to a room such as `kanefe.joints` is public at once.
+    A star stands for all such names of that package, so that additions to `kanefe.joints` and the like are public.
 
     Parameters
     ----------

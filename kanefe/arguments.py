@@ -1,8 +1,8 @@
-"""What users give to public functions, held to the type hints of their signatures.
+"""Checks of the arguments of public functions against the type hints of their signatures.
 
-`checked` holds the arguments of a function, or of the constructor of a class, to the hints of its signature: what is
-behind the door meets finite numbers, texts and objects of the kinds that it was written for. Signs, shapes and meanings
-are left to the function. It is for doors only: what runs in every step is not checked.
+`checked` guards a function, or the constructor of a class: its body only sees finite numbers, texts and objects of the
+types in its signature. Signs, shapes and meanings are checked by the function itself. Only public entries are guarded,
+nothing that runs in every step.
 """
 
 from __future__ import annotations
@@ -29,23 +29,23 @@ from kanefe.frames import numbers
 F = TypeVar("F", bound=Callable[..., Any])
 
 MOST_LETTERS = 120
-"""Largest number of letters of a value in a message."""
+"""Largest number of characters of a value in a message."""
 
 NONE = ("",)
-"""Names of arguments that no function has."""
+"""A name that no argument has: nothing is checked but the keywords of a group."""
 
 LARGEST = sys.float_info.max
 """Largest finite number."""
 
 
 def told(value: object) -> str:
-    """Return a value for a message, cut where it is long."""
+    """Return a value for a message, shortened if it is long."""
     text = repr(value)
     return text if len(text) <= MOST_LETTERS else f"{text[: MOST_LETTERS - 3]}..."
 
 
 def positive(value: object, what: str) -> float:
-    """Return a finite number above zero; a ModelError names what it is."""
+    """Return a finite number above zero; a ModelError names `what` it is otherwise."""
     number = numbers(value)
     if number.shape != () or not np.isfinite(number) or number <= 0.0:
         raise ModelError(f"{what} must be one number, finite and > 0, not {value!r}")
@@ -61,23 +61,23 @@ def checked(*held: str) -> Callable[[F], F]: ...
 
 
 def checked(*held: Any) -> Any:
-    """Hold the arguments of a public function, or of the constructor of a class, to the hints of its signature.
+    """Check the arguments of a public function, or of the constructor of a class, against its type hints.
 
-    A number must be finite, unless the default of the argument is not; a sequence has a length, so that it is no
-    generator; a text is no sequence of texts, and True is no number. Keywords that are written as one group,
-    ``**options: Unpack[RunKeywords]``, are held to the hints of the group, and others are refused.
+    A number must be finite, unless the default of the argument is infinite; a sequence must have a length, which a
+    generator has not; a text does not count as a sequence of texts, nor True as a number. Keywords that are declared as
+    a group, ``**options: Unpack[RunKeywords]``, are checked against the hints of the group, and others are refused.
 
     Parameters
     ----------
     *held : str
-        The arguments to hold; all of them, where it stands without brackets; none in empty ones, where only what its
-        group has not is refused. The function has words of its own for the others.
+        Names of the arguments to check; the function checks the others itself. The plain decorator ``@checked`` checks
+        all of them, ``@checked()`` only that keywords are known to the group.
 
     Raises
     ------
     ModelError
-        When the function is called: names argument and function, what is wanted and what was given; or the keyword
-        that no group has.
+        When the function is called: the message names argument and function, what is required and what was given, or
+        the unknown keyword.
 
     Examples
     --------
@@ -120,13 +120,14 @@ def _guarded(function: Callable[..., Any], title: str, held: tuple[str, ...]) ->
 
 
 class Kind(NamedTuple):
-    """What a hint asks for.
+    """The values that a type hint permits.
 
     Attributes
     ----------
     words : str
-        For messages.
+        Description for messages.
     holds : function of a value -> bool
+        Whether a value is permitted.
     """
 
     words: str
@@ -134,7 +135,7 @@ class Kind(NamedTuple):
 
 
 class _NamesOfHints(dict[str, Any]):
-    """The names that hints of a file may use, those too that it imports for type checkers only."""
+    """The names that type hints of a module may use, also those that it imports for type checkers only."""
 
     def __init__(self, module: types.ModuleType, more: Mapping[str, Any]) -> None:
         super().__init__({**vars(module), **more})
@@ -154,10 +155,10 @@ class _NamesOfHints(dict[str, Any]):
 
 
 def _kinds(function: Callable[..., Any], held: tuple[str, ...]) -> tuple[tuple[str, ...], dict[str, Kind | None], bool]:
-    """Return what a function may be given by place, the kinds of all (None: not held), and whether it has a group."""
+    """Return the positional arguments, the kinds of all arguments (None: not checked), and whether there is a group."""
     places: list[str] = []
     found: dict[str, Kind | None] = {}
-    # the constructor that dataclasses write has globals of its own
+    # the constructor that dataclasses generate has globals of its own
     names = _NamesOfHints(sys.modules[function.__module__], function.__globals__)
     for one in inspect.signature(function).parameters.values():
         if one.kind is one.VAR_KEYWORD and "Unpack[" in str(one.annotation):
@@ -176,7 +177,7 @@ def _kinds(function: Callable[..., Any], held: tuple[str, ...]) -> tuple[tuple[s
 
 
 def _kinds_of_group(group: Any, held: tuple[str, ...]) -> dict[str, Kind | None]:
-    """Return the kinds of the keywords of a group; each hint is read in the module that wrote it."""
+    """Return the kinds of the keywords of a group; each hint is evaluated in the module that defines it."""
     found: dict[str, Kind | None] = {}
     for name, hint in group.__annotations__.items():
         names = _NamesOfHints(sys.modules[hint.__forward_module__], {})
@@ -186,7 +187,7 @@ def _kinds_of_group(group: Any, held: tuple[str, ...]) -> dict[str, Kind | None]
 
 
 def kind_of(hint: Any, may_be_infinite: bool = False) -> Kind:
-    """Return what a type hint asks for. Of numbers, infinite ones are refused unless they may be."""
+    """Return the kind that a type hint requires; infinite numbers are refused unless `may_be_infinite`."""
 
     def are_fine(value: object, ndim: int | None = None) -> bool:
         given = numbers(value)
@@ -236,7 +237,7 @@ def kind_of(hint: Any, may_be_infinite: bool = False) -> Kind:
 
 
 def _is_same(value: object, one: object) -> bool:
-    """Return whether a value is one of a list: a text of any class of texts, a whole number of any kind."""
+    """Return whether a value equals an item of a Literal; subclasses of str and numpy's integers count."""
     if isinstance(one, str):
         return isinstance(value, str) and value == one
     if isinstance(one, int) and not isinstance(one, bool):
@@ -255,7 +256,7 @@ def _is_flags(value: object) -> bool:
 
 
 def _container(origin: type, kinds: list[Kind], inner: Sequence[Any], are_fine: Callable[..., bool]) -> Kind:
-    """Return the kind of a sequence, set or mapping of what is of some kinds."""
+    """Return the kind of a sequence, set or mapping with items of given kinds."""
     if issubclass(origin, Mapping):
         key, of = kinds
         return Kind(
@@ -281,7 +282,7 @@ def _container(origin: type, kinds: list[Kind], inner: Sequence[Any], are_fine: 
         return Kind(words, lambda value: _is_listed(value) and are_fine(value, 2 if rows and len(value) else 1))
 
     def are_all(value: Any) -> bool:
-        if isinstance(value, np.ndarray) and value.dtype.kind in "iufUb":  # all of one kind: one stands for them
+        if isinstance(value, np.ndarray) and value.dtype.kind in "iufUb":  # all items have one type
             return inner[0] is not str and value.ndim > 0 and all(map(kinds[0].holds, value[:1]))
         return _is_listed(value, origin) and all(map(kinds[0].holds, value))
 

@@ -18,9 +18,9 @@ FIRST = ("demo",)
 """Plugin commands that are listed first, because newcomers run them before all others."""
 
 VARIABLES = (
-    "Environment: KANEFE_CACHE_DIR is the folder of the cache, of compiled kernels too; KANEFE_CACHE_GB how much its "
-    "files may take (default 10), those unused for longest are removed first; KANEFE_CACHE=0 keeps no bodies and "
-    "models."
+    "Environment: KANEFE_CACHE_DIR is the folder of the cache, also for compiled kernels; KANEFE_CACHE_GB the size "
+    "above which its files are removed, least recently used first (default 10); with KANEFE_CACHE=0 bodies and models "
+    "are not cached."
 )
 
 
@@ -31,7 +31,7 @@ def verify(
     ] = None,
     tol: Annotated[
         float,
-        typer.Option(help="Factor on the relative tolerance of every run that a case makes; the checks stay."),
+        typer.Option(help="Factor on the relative tolerance of every run; the tolerances of the checks stay."),
     ] = 1.0,
 ) -> None:
     """Run the verification cases that ship with the package; exit 1 if one misses its tolerance."""
@@ -58,16 +58,16 @@ def doctor(
         str | None, typer.Option(help="Also write what was found to this file as JSON; '-' for standard output.")
     ] = None,
 ) -> None:
-    """Show what is installed and works, where caches are, and a solve on each route; exit code 1 if one is broken."""
+    """Show the installed packages, the caches, and a solve on each route; exit code 1 if something is broken."""
     from kanefe.doctor.examination import doctor as run
 
     raise typer.Exit(run(json))
 
 
 def new(
-    name: Annotated[str, typer.Argument(help="The folder to make; its last part is the name of the project.")],
+    name: Annotated[str, typer.Argument(help="The folder to create; its last part is the name of the project.")],
 ) -> None:
-    """Make a folder with a mesh source, a script that runs, and a page that says what is next."""
+    """Create a folder with a mesh source, a script that runs, and a page with the next steps."""
     from kanefe.new_project.project import new_project
 
     written = new_project(name)
@@ -82,7 +82,7 @@ def version() -> None:
 
 
 def prepare() -> None:
-    """Build the solver for this machine now, rather than in the first runs; a wheel has brought it already."""
+    """Build the solver for this machine now, not in the first runs; a wheel already contains it."""
     from kanefe.kernels.compiler.build import build
     from kanefe.kernels.compiler.compiled_functions import own_folder
     from kanefe.kernels.compiler.side_by_side import processors_here
@@ -92,10 +92,10 @@ def prepare() -> None:
 
 
 def view(
-    run: Annotated[str, typer.Argument(help="A result that result.save wrote, such as out/run.h5.")],
-    to: Annotated[str | None, typer.Option(help="Write the page to this .html file, and open no browser.")] = None,
+    run: Annotated[str, typer.Argument(help="A file written by result.save, such as out/run.h5.")],
+    to: Annotated[str | None, typer.Option(help="Write the page to this .html file; open no browser.")] = None,
 ) -> None:
-    """Show a saved run in the browser: its bodies move, and can be turned with the mouse."""
+    """Show a saved run in the browser as an animation that can be turned with the mouse."""
     from kanefe.result import load_result
 
     result = load_result(run)
@@ -139,18 +139,18 @@ def list_cache() -> None:
 def clear_cache(
     kernels: Annotated[bool, typer.Option("--kernels", help="Remove the compiled kernels as well.")] = False,
 ) -> None:
-    """Throw away all bodies and models in the cache."""
+    """Remove all bodies and models from the cache."""
     from kanefe.bodies import cache
 
     count, freed = cache.clear()
     typer.echo(f"{count} files, {1e-6 * freed:.1f} MB removed")
     if kernels:
         freed = cache.clear_kernels()
-        typer.echo(f"the compiled kernels, {1e-6 * freed:.1f} MB, thrown away")
+        typer.echo(f"the compiled kernels, {1e-6 * freed:.1f} MB, removed")
 
 
 def main() -> None:
-    """Run the command line; what the user can mend is one sentence on standard error and exit code 2."""
+    """Run the command line; an error of kanefe is printed as one sentence on standard error, with exit code 2."""
     app = typer.Typer(
         name="kanefe",
         epilog=VARIABLES,

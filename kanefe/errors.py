@@ -1,4 +1,4 @@
-"""The errors kanefe raises: each message names the thing at fault and the remedy."""
+"""The errors that kanefe raises: each message names the cause and the remedy."""
 
 from __future__ import annotations
 
@@ -7,18 +7,17 @@ import sys
 from types import FrameType
 
 INSIDE = {"kanefe", "kanefe_fem", "functools", "scipy"}
-"""Packages to whose lines no warning points: our own, and those that call our functions."""
-
+"""Packages whose lines no warning points to: our own, and those that call our functions."""
 
 MOST_LETTERS = 2000
-"""Largest number of letters of a message that is shown: arguments may be texts or lists without end."""
+"""Largest number of characters of a message that is shown: arguments may be very long texts or lists."""
 
 
 class KanefeError(Exception):
     """Base of every error that kanefe raises on purpose."""
 
     def __str__(self) -> str:
-        """Return the message; where it is longer than a page, without the middle of its longest words and of itself."""
+        """Return the message; of a very long one, the middle and the middles of its longest words are left out."""
         text, half = super().__str__(), MOST_LETTERS // 2 - 10
         if len(text) > MOST_LETTERS:
             text = re.sub(r"(\S{60})\S{60,}(\S{20})", r"\1[...]\2", text)
@@ -26,7 +25,7 @@ class KanefeError(Exception):
 
 
 class ModelError(KanefeError, ValueError):
-    """A scene, body, joint, load or matrix that cannot be what the user means."""
+    """A scene, body, joint, load or matrix that is not valid."""
 
 
 class SingularStiffness(ModelError):
@@ -34,7 +33,7 @@ class SingularStiffness(ModelError):
 
 
 class MeshError(KanefeError, ValueError):
-    """A mesh that cannot be turned into matrices."""
+    """A mesh of which no matrices can be assembled."""
 
 
 class FileError(KanefeError, ValueError):
@@ -46,15 +45,15 @@ class SimulationError(KanefeError, RuntimeError):
 
 
 class SimulationWarning(UserWarning):
-    """A run that failed on its way: its result is there up to the time that the message says."""
+    """A run that failed before its end: its result ends at the time in the message."""
 
 
 class AccuracyWarning(UserWarning):
-    """A result that has an error given in the message, or that covers less than was requested."""
+    """A result with the error that the message gives, or that covers less than was requested."""
 
 
 class UnitWarning(UserWarning):
-    """A size, mass, material or frequency so odd that the units are probably not SI."""
+    """A size, mass, material or frequency so unusual that the units are probably not SI."""
 
 
 class MissingDependency(KanefeError, ImportError):
@@ -63,9 +62,9 @@ class MissingDependency(KanefeError, ImportError):
     Parameters
     ----------
     package : str
-        What could not be imported.
+        The package that could not be imported.
     needed_by : str
-        The function the user called.
+        The function that the user called.
     remedy : str
         The command that installs it.
     """
@@ -78,7 +77,7 @@ class MissingDependency(KanefeError, ImportError):
 
 
 def outside() -> int:
-    """Return the `stacklevel` by which a warning points to the line of the user, however many calls lie between."""
+    """Return the `stacklevel` at which a warning points to the line of the user."""
     frame: FrameType | None = sys._getframe(1)
     level = 1
     while frame is not None and str(frame.f_globals.get("__name__")).partition(".")[0] in INSIDE:

@@ -24,11 +24,7 @@ import numpy as np
 from kanefe.errors import ModelError
 
 Vector = np.ndarray
-
-
 Matrix = np.ndarray
-
-
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -67,9 +63,9 @@ def euler_parameters(axis: Vector | Sequence[float], angle: float) -> Vector:
 
 
 def numbers(value: object) -> np.ndarray:
-    """Return a new array of floats; NaN, of shape (), where `value` is none, so that the caller's check names it.
+    """Return a new array of floats; NaN of shape () if `value` is none, so that the check of the caller reports it.
 
-    Texts, truth values, complex numbers and whole numbers beyond the range of floats are none.
+    Texts, booleans, complex numbers and whole numbers beyond the range of floats are not converted.
     """
     try:
         given = np.array(value)
@@ -99,7 +95,7 @@ def unit_vector(v: Vector | Sequence[float], what: str) -> Vector:
 
 
 def direction(value: object, what: str) -> Vector:
-    """Return a unit vector from "x", "-z" or three numbers; a ModelError names what it is."""
+    """Return a unit vector from "x", "-z" or three numbers; a ModelError names `what` if it is none of these."""
     if isinstance(value, str) and value.removeprefix("-") in AXES:
         return np.array(AXES[value.removeprefix("-")]) * (-1.0 if value.startswith("-") else 1.0)
     given = numbers(value) if not isinstance(value, str) else np.zeros(0)
@@ -133,7 +129,7 @@ def rotation_matrix(e: Vector) -> Matrix:
     """Return A_ab of the frame b whose orientation seen from a is e (Eq. 6), shape (3, 3).
 
     The paper's matrix is printed for unit parameters under the name ``T_(b<-a)``; it maps components in b to
-    components in a. Here e is normalised first, so that drift of an integrator does not scale lengths.
+    components in a. Here e is normalised first, so that the drift of an integrator does not scale lengths.
     """
     e0, e1, e2, e3 = e / math.sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + e[3] * e[3])
     return 2.0 * np.array(
@@ -167,9 +163,9 @@ def euler_parameters_from_matrix(A: Matrix) -> Vector:
 
 
 def multiply(e_ab: Vector, e_bc: Vector) -> Vector:
-    """Return the Euler parameters e_ac of two successive rotations (the parameters' form of Eq. 7), shape (4,).
+    """Return the Euler parameters e_ac of two successive rotations (Eq. 7 for parameters), shape (4,).
 
-    Or of rows of them, (n, 4); one row may stand for all.
+    Also row by row, (n, 4); a single row is combined with all.
     """
     a0, a1, a2, a3 = e_ab.T
     b0, b1, b2, b3 = e_bc.T
@@ -184,7 +180,7 @@ def multiply(e_ab: Vector, e_bc: Vector) -> Vector:
 
 
 def euler_parameters_from_matrices(A: Matrix) -> Matrix:
-    """Return the Euler parameters of each of some rotation matrices (T, 3, 3), see above, (T, 4)."""
+    """Return the Euler parameters (T, 4) of rotation matrices (T, 3, 3): see `euler_parameters_from_matrix`."""
     return np.array([euler_parameters_from_matrix(matrix) for matrix in A]).reshape(-1, 4)
 
 
@@ -238,8 +234,6 @@ def turn_to(direction: Vector) -> Matrix:
 NOT_A_ROTATION = 1e-8
 """Largest deviation of given axes from a rotation: numbers typed with nine digits pass."""
 
-LETTERS = "xyz"
-
 
 @runtime_checkable
 class Rotation(Protocol):
@@ -255,13 +249,13 @@ Orientation = Sequence[float] | Sequence[Sequence[float]] | np.ndarray | Rotatio
 
 
 def orientation_parameters(given: object, what: str) -> Vector:
-    """Return unit Euler parameters of an orientation; a ModelError names what it is.
+    """Return unit Euler parameters of an orientation; a ModelError names `what` if it is none.
 
     Parameters
     ----------
     given : array_like, shape (4,) or (3, 3), or Rotation
     what : str
-        For the message.
+        Name of the orientation in the message.
     """
     value = numbers(given.as_matrix() if isinstance(given, Rotation) else given)
     if value.shape == (4,) and np.all(np.isfinite(value)) and np.linalg.norm(value) > 1e-12:
@@ -302,9 +296,8 @@ def rotation_about(axis: str | Sequence[float] | Vector, angle: float) -> Vector
     turn = numbers(angle)
     if turn.shape != () or not np.isfinite(turn):
         raise ModelError(f"the angle of a rotation must be a finite number in rad, not {angle!r}")
-    named = isinstance(axis, str) and axis in LETTERS and len(axis) == 1
-    direction: Any = np.eye(3)[LETTERS.index(str(axis))] if named else axis
-    return euler_parameters(direction, float(turn))
+    given: Any = AXES.get(axis, axis) if isinstance(axis, str) else axis
+    return euler_parameters(given, float(turn))
 
 
 def euler_angles(order: str, angles: float | Sequence[float] | Vector) -> Vector:
@@ -313,15 +306,15 @@ def euler_angles(order: str, angles: float | Sequence[float] | Vector) -> Vector
     Parameters
     ----------
     order : str
-        One to three axes. Capitals: each about the axis as the rotations before have turned it ("ZXZ", "XYZ"); small
-        letters: each about the axis that stays. As scipy says it.
+        One to three axes, as in scipy. Capitals: intrinsic rotations, each about an axis that the previous rotations
+        have turned ("ZXZ", "XYZ"); small letters: extrinsic rotations, each about a fixed axis.
     angles : float or array_like, shape (len(order),)
         rad.
 
     Raises
     ------
     ModelError
-        If the order has other letters or both kinds, or the angles are not as many finite numbers.
+        If the order has other letters or both kinds, or the angles are not one finite number for each axis.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Result: the outputs of a run, with pictures and files; the facade of results."""
+"""Result: the outputs of a run, with plots and files."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ if TYPE_CHECKING:
     from kanefe.views.plots import Figure
 
 LOOKED_AT = 9
-"""Number of output times at which ``print(result)`` evaluates what the modes of flexible bodies represent."""
+"""Number of output times at which ``print(result)`` evaluates what the modes of flexible bodies miss."""
 
 
 class Result(Reader):
     """Outputs of a run, by body and interface name. They are computed on request.
 
-    Arrays have the output times first, T of them, and are read-only. A body's frame is R of a rigid body (at its
+    The first axis of arrays is the T output times; they are read-only. The frame of a body is R of a rigid body (at its
     joint) and the mesh frame G of a flexible one; with ``interface=`` it is the moving frame n of that interface.
 
     Parameters
@@ -58,7 +58,7 @@ class Result(Reader):
 
     @classmethod
     def from_channels(cls, channels: Channels) -> Result:
-        """Return a result that reads from other channels, such as those of a file."""
+        """Return a result with other channels, such as those of a file."""
         result = cls.__new__(cls)
         Reader.__init__(result, channels)
         return result
@@ -68,14 +68,14 @@ class Result(Reader):
         return "\n".join([*lines, *(f"  modes   {missed}" for missed in self._missed)])
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows of the run."""
+        """Return the card of the run that notebooks show."""
         from kanefe.views.cards.run_card import run_card
 
         return run_card(self)
 
     @cached_property
     def _missed(self) -> list[Missed]:
-        """What the modes of flexible bodies miss, at some of the output times."""
+        """The deformation that the modes of flexible bodies miss, at some of the output times."""
         run = self.run
         if run is None or not is_known(run.model):
             return []
@@ -83,7 +83,7 @@ class Result(Reader):
         return missed_statics([Instant(run.model, self.times[row], run.states[row]) for row in rows])
 
     def raise_for_status(self) -> None:
-        """Raise a SimulationError that says what happened if the run failed on its way.
+        """Raise a SimulationError with the cause if the run failed.
 
         Raises
         ------
@@ -97,12 +97,12 @@ class Result(Reader):
 
     @checked
     def at(self, t: float) -> Instant:
-        """Return the scene at an output time: to view it, or to start a run from it.
+        """Return the scene at an output time, to view it or to start a run from it.
 
         Parameters
         ----------
         t : float
-            s, one of `times`: between them nothing is stored.
+            One of `times`, s; between them nothing is stored.
 
         Raises
         ------
@@ -132,22 +132,22 @@ class Result(Reader):
 
     @checked
     def plot(self, what: str = "overview", *names: str, path: str | Path | None = None) -> Figure:
-        """Draw a picture and return matplotlib's figure, also written to `path` (.png, .pdf, .svg) if given.
+        """Draw a plot and return matplotlib's figure, also written to `path` (.png, .pdf, .svg) if given.
 
         Parameters
         ----------
         what : str
             "overview", "energy", "momentum", "contacts", or a quantity such as "position" or "coupling_force".
         *names : str
-            Body and, where it applies, interface. A quantity of bodies without a name is drawn for all of them. Of
-            contacts: which.
+            Body and, if the quantity has one, interface; or contacts. Without names, all bodies or contacts are
+            drawn.
         path : path, optional
-            File to write; its folder is made.
+            File to write; its folder is created.
 
         Raises
         ------
         ModelError, FileError, MissingDependency
-            If there is no such picture, the file cannot be written, or matplotlib is not installed.
+            If there is no such plot, the file cannot be written, or matplotlib is not installed.
 
         Examples
         --------
@@ -169,11 +169,11 @@ class Result(Reader):
         Parameters
         ----------
         path : path
-            Of the .pvd file; its folder is made.
+            Of the .pvd file; its folder is created.
         fps : float, optional
-            Frames for a second of the run's time (the nearest output times).
+            Frames per second of the run's time (the nearest output times).
         every : int, optional
-            Every how many output times a frame. Without `fps` and `every`, at most 200 frames.
+            Number of output times per frame. Without `fps` and `every`, at most 200 frames.
         scale : float
             Factor on the elastic displacements.
 
@@ -185,7 +185,7 @@ class Result(Reader):
         Raises
         ------
         ModelError, FileError, MissingDependency
-            If an option makes no sense, the files cannot be written, or pyevtk is not installed.
+            If an option is not valid, the files cannot be written, or pyevtk is not installed.
         """
         from kanefe.views.vtk import write_series
 
@@ -204,29 +204,29 @@ class Result(Reader):
         scale: float = 1.0,
         title: str | None = None,
     ) -> Path:
-        """Write the moving scene as one HTML file, which any browser opens, also without a network.
+        """Write an animation of the scene as one HTML file, which any browser opens, also without a network.
 
         Flexible bodies move by their modal coordinates, all bodies by their frames, interpolated between output times.
-        Rigid bodies are boxes of their mass and inertia, unless surfaces stand for them; massless ones are axes.
+        Rigid bodies are drawn by their surfaces, else as boxes of their mass and inertia; massless ones as axes.
 
         Parameters
         ----------
         path : path
-            Ends in .html; its folder is made.
+            Ends in .html; its folder is created.
         colour : str, optional
-            With which colours of flexible bodies it begins: "displacement", "stress" (von Mises; of beams the normal
-            stress of stretch and bending) or "none". Default: stress where it is given.
+            Initial colours of flexible bodies: "displacement", "stress" (von Mises; for beams the axial and bending
+            stress) or "none". Default: stress if it is given.
         stress : StressField or sequence of them
-            What ``kanefe_fem.recover(result, name)`` returns, of bodies whose stress is shown.
+            Returned by ``kanefe_fem.recover(result, name)``, for the bodies whose stress is shown.
         forces : bool
-            Show reactions of joints too, as arrows. They are computed at each output time: seconds, where there are
-            contacts. Forces of contacts are always shown.
+            Show reactions of joints too, as arrows. They are computed at each output time: with contacts this takes
+            seconds. Contact forces are always shown.
         fps : float, optional
-            Instants for a second of the run's time (the nearest output times).
+            Instants per second of the run's time (the nearest output times).
         every : int, optional
-            Every how many output times an instant. Without `fps` and `every`, at most 1000.
+            Number of output times per instant. Without `fps` and `every`, at most 1000.
         scale : float
-            Factor on the elastic displacements that it begins with.
+            Initial factor on the elastic displacements.
         title : str, optional
 
         Returns
@@ -236,7 +236,7 @@ class Result(Reader):
         Raises
         ------
         ModelError, FileError
-            If an option makes no sense, a body's place is not a finite number, or the file cannot be written.
+            If an option is not valid, a body's position is not finite, or the file cannot be written.
 
         Examples
         --------
@@ -260,7 +260,7 @@ class Result(Reader):
         scale: float = 1.0,
         title: str | None = None,
     ) -> Page:
-        """Show the moving scene: in the notebook, else in the browser, from a temporary file whose path is printed.
+        """Show an animation of the scene: in the notebook, else in the browser, from a temporary file (path printed).
 
         Parameters and errors: `to_html`.
 
@@ -275,14 +275,14 @@ class Result(Reader):
 
     @checked
     def save(self, path: str | Path, *, forces: bool = True) -> None:
-        """Write everything to one HDF5 file; an old file survives a failure. `kanefe.load_result` reads it.
+        """Write the result to one HDF5 file; if that fails an old file is kept. `kanefe.load_result` reads it.
 
         Parameters
         ----------
         path : path
-            Its folder is made.
+            Its folder is created.
         forces : bool
-            Save accelerations, joint reactions, driving and coupling forces too; they take most of the time.
+            Save accelerations, joint reactions, driving and coupling forces too, which take most of the time.
 
         Raises
         ------
@@ -296,12 +296,12 @@ class Result(Reader):
 
 @checked
 def load_result(path: str | Path) -> Result:
-    """Read a result that `Result.save` wrote.
+    """Read a result that was written by `Result.save`.
 
     Raises
     ------
     FileError
-        If the file is not there, truncated, or of another format or version.
+        If the file does not exist, is truncated, or of another format or version.
     MissingDependency
         If h5py is not installed.
     """

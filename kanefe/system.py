@@ -1,4 +1,4 @@
-"""System: what the user builds. `freeze` turns it into the immutable model that the equations read."""
+"""System: the scene that the user builds. `freeze` converts it to the immutable model for the equations."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
     gravity : array_like, shape (3,)
         In the inertial frame N, m/s2.
     slopes : "rotation-vector" or "tait-bryan"
-        How the slopes of interfaces that carry bodies are read as rotations (Eq. 23).
+        Parametrisation of rotations by the slopes of interfaces that carry bodies (Eq. 23).
 
     Raises
     ------
     ModelError
-        If an argument makes no sense.
+        If an argument is not valid.
 
     Examples
     --------
@@ -72,14 +72,14 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         return tree_text(self._entries, self._constraints, self._loads, self._controllers, self.gravity.tolist())
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows of the scene."""
+        """Return the representation in notebooks."""
         from kanefe.views.cards.scene_card import scene_card
 
         title = str(self).splitlines()[0]
         return scene_card(title, body_rows(self._entries), self._acting())
 
     def _acting(self) -> list[tuple[str, str]]:
-        """Return kind and description of what acts between and on the bodies."""
+        """Return kind and description of loads, constraints and controllers."""
         of_bodies = [
             ("load", load.label)
             for entry in self._entries
@@ -101,12 +101,12 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
 
     @property
     def slopes(self) -> SlopeMeasure:
-        """How the slopes of interfaces that carry bodies are read as rotations."""
+        """Parametrisation of rotations by the slopes of interfaces that carry bodies."""
         return self._slopes
 
     @checked("t")
     def freeze(self, t: float = 0.0, start: Start = None) -> Model:
-        """Return the immutable model of the scene. Nothing can be added to the scene afterwards, but to a `copy` of it.
+        """Return the immutable model of the scene. Afterwards additions are possible only to a `copy` of it.
 
         Its start is made consistent with loop joints and couplers: see `kanefe.equations.start.model_at_start`. Springs
         without a rest length are slack there.
@@ -114,20 +114,21 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         Parameters
         ----------
         t : float
-            Time of the start, s: where driven joints are then.
+            Time of the start, s, for motions of driven joints.
         start : state, optional
-            Where the model starts: see `simulate`. Default: as the scene was given.
+            State at the start: see `simulate`. Default: the start given in the scene.
 
         Raises
         ------
         ModelError
-            If the scene is empty, a loop cannot be closed (the message names it and by how much it stays open), the
-            state is none of this scene, or a body with inertia about one axis can turn about others.
+            If the scene is empty, a loop cannot be closed (the message names it and its remaining opening), the state
+            is not one of this scene, or a body with inertia about one axis can rotate about others.
 
         Warns
         -----
         StiffeningWarning
-            If a body with stiffening="inertial" carries bodies, loads or loops, which should stiffen it too.
+            If a body with stiffening="inertial" carries bodies, loads or loops, whose effect on its stiffness is
+            neglected.
         """
         if start is None and self._kept is not None and self._kept[0] == t and not self._kept[1].has_functions:
             warn_of_loads_that_do_not_stiffen(self._kept[1])
@@ -145,7 +146,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         warn_of_loads_that_do_not_stiffen(model)
         self.is_frozen = True
         if start is None:
-            self._kept = t, model  # a frozen scene does not change, but functions of the user may
+            self._kept = t, model  # not reused with functions of the user, which may change
         return model
 
     @checked("method", "output_times", "checkpoint", "resume", "most_steps", "progress")
@@ -158,56 +159,56 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
     ) -> Result:
         """Run the scene.
 
-        A run that cannot be finished returns what it has, with a `RunStatus` that says what failed, when, in which body
-        or mode, and what to try, and warns with a `SimulationWarning`; ``result.raise_for_status()`` makes an error of
-        it. Ctrl-C stops a run in the same way.
+        A run that fails returns its results so far, with a `RunStatus` that names the failure, its time, the body or
+        mode, and a remedy, and issues a `SimulationWarning`; ``result.raise_for_status()`` raises it as an error.
+        Ctrl-C stops a run in the same way.
 
         Parameters
         ----------
         t_span : (float, float)
             Start and end in s.
         start : state, optional
-            Where the run starts, with its speeds: what ``result.at(t)`` gives, an `Equilibrium`, the `SceneState` that
-            functions of the user see, or a vector named by `Model.state_names`. Of another scene it is taken body by
-            body, by name: driven joints may be let go and free ones driven, and bodies that the state does not know
-            start as they were added. Its time does not count: loads and drives are those of `t_span`. Default: the
-            start that the scene was given.
+            Coordinates and speeds at the start: ``result.at(t)``, an `Equilibrium`, the `SceneState` passed to
+            functions of the user, or a vector named by `Model.state_names`. A state of another scene is used body by
+            body, by name: driven joints may become free and free ones driven, and bodies that are not in the state
+            start as they were added. Its time is not used: loads and drives are those of `t_span`. Default: the start
+            given in the scene.
         **options
             The other parameters below.
 
         Other Parameters
         ----------------
         method : str
-            "auto", the default, chooses from the scene, and ``result.statistics`` say what and why; or a name, of which
-            ``print(kf.methods())`` lists all with what each takes and is for. Solvers of other packages are among
-            them; "sundials-cvode" needs ``pip install 'kanefe[sundials]'``.
+            "auto", the default, chooses from the scene, and ``result.statistics`` has its choice and reason; or a name.
+            ``print(kf.methods())`` lists all methods with their options and purposes. Solvers of other packages are
+            among them; "sundials-cvode" needs ``pip install 'kanefe[sundials]'``.
         rtol : float, optional
             Relative error of a step, default 1e-6; see below.
         atol : float, optional
-            Absolute error of a step, default 0.1 rtol; down to a tenth of that where "auto" follows undamped
-            vibrations that are small beside the scene; see below.
+            Absolute error of a step, default 0.1 rtol; down to a tenth of that if "auto" finds undamped vibrations that
+            are small relative to the scene; see below.
         step : float, optional
-            Fixed step in s, in place of the tolerances. The first step after an event that acts begins there.
+            Fixed step in s, instead of the tolerances. After an event with an action, steps begin at the event.
         output_step : float, optional
             Time between stored states in s; default a 500th of the span, or with a fixed step the nearest number of
             whole steps.
         output_times : array_like, optional
-            The times of the stored states themselves, ascending, s.
+            Times of the stored states, ascending, s.
         events : sequence of Event or str
-            Moments to be found: see `Event`. A text is the name of an event of a load or contact that is looked for on
+            Events to be located: see `Event`. A text is the name of an event of a load or contact that is located on
             request: ``"hoist slack"``, ``"feet lift of point 2"``, ``"feet * of point *"``.
         checkpoint : path, optional
-            File from which the run can go on. It is written at the start, every so many seconds, and at the end,
-            whatever ends it, and is whole at any moment, also if the process is killed.
+            File from which the run can be resumed. It is written at the start, periodically, and at the end, also after
+            a failure, and is complete at any time, also if the process is killed.
         checkpoint_seconds : float
-            Of the wall clock, between writings, default 30. They take a twentieth of the time at most.
+            Time between checkpoints by the wall clock, default 30. They take a twentieth of the run time at most.
         resume : path, optional
-            Checkpoint of the same scene and options to go on from; the result is that of one run. It may be the same
+            Checkpoint of the same scene and options to resume from; the result is that of one run. It may be the same
             file as `checkpoint`. Flexible bodies must be the same to the bit, as from a file or the cache.
         most_steps : int, optional
-            Accepted steps of this call after which the run stops.
+            Number of accepted steps of this call after which the run stops.
         most_seconds : float, optional
-            Of the wall clock, without compiling, after which it stops.
+            Time by the wall clock, without compilation, after which it stops.
         progress : bool, optional
             Show a progress bar with the time left; default: only on a terminal.
 
@@ -218,22 +219,22 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         Raises
         ------
         ModelError
-            If the scene, its start or an option makes no sense.
+            If the scene, its start or an option is not valid.
         SimulationError
             If the run cannot begin.
         FileError
-            If the checkpoint cannot be written at the start, or the one to go on from cannot be read or is of another
+            If the checkpoint cannot be written at the start, or the one to resume from cannot be read or is of another
             run.
 
         Notes
         -----
-        A step may have an error of ``atol * scale + rtol * |y|`` in a component y of the state. So that one number fits
-        all units, the scale is what is large in the scene, per second of speeds: a radian of an angle; of a distance
-        the size of the scene (its flexible bodies and the offsets of its bodies; else radii of gyration; else how far
-        points are from their origin); of a modal coordinate the amplitude that moves the body by its own size; of
-        energies the kinetic one of all that. A modal speed counts in the amplitude that it causes, speed / frequency.
-        The same scene in millimetres or kilometres takes the same steps. Generalised-alpha has no atol: a step may have
-        an error of ``rtol * scale``.
+        A step may have an error of ``atol * scale + rtol * |y|`` in a component y of the state. The scale is a large
+        value of the component, so that one number is suitable for all units: a radian for an angle; for a distance the
+        size of the scene (its flexible bodies and the offsets of its bodies; else radii of gyration; else distances of
+        points from their origin); for a modal coordinate the amplitude that moves the body by its own size; for speeds
+        the same per second; for energies the kinetic energy of such speeds. A modal speed is measured by its amplitude,
+        speed / frequency. The same scene in millimetres or kilometres takes the same steps. Generalised-alpha has no
+        atol: a step may have an error of ``rtol * scale``.
 
         Examples
         --------
@@ -254,7 +255,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
 
         asked = RunOptions(t_span=t_span, **options)
         model = self.freeze(asked.span[0], start)
-        return Result(model, accounted(model, run(model, asked, _told_poles)))
+        return Result(model, accounted(model, run(model, asked, _poles_in_words)))
 
     @checked("method")
     def start(
@@ -271,40 +272,40 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
     ) -> Simulation:
         """Return a simulation of the scene that is stepped: ``sim.step(0.01, {"motor hub": 3.0})``.
 
-        For controllers and optimisers that call the scene, and for co-simulation. The scene itself stays open. Steps
-        are those of `simulate` with inputs that are constant from step to step; where inputs change a method begins
-        anew there, with the step that it had found.
+        For controllers and optimisers that call the scene, and for co-simulation. The scene itself is not frozen. Steps
+        are those of `simulate` with inputs that are constant from step to step; when inputs change, a method restarts
+        with its last step size.
 
         Parameters
         ----------
         t : float
-            Where the simulation begins, s.
+            Start of the simulation, s.
         start : state, optional
-            As for `simulate`: ``sim.state`` of another simulation too.
+            As for `simulate`, also ``sim.state`` of another simulation.
         inputs : str, sequence or mapping of str
-            What each step may give: ``"motor hub"`` (N m along an angle, N along a distance), ``"force tip x"``,
-            ``"torque arm/tip z'"``, which add to the loads that there are and begin with zero; ``"load NAME"``, the
-            value of a load of the scene by the name that `linearise` gives it; ``"drive hub"``, the acceleration of a
-            joint that a `Motion` drives, whose place goes on from there. A mapping gives names of one's own.
+            Possible inputs of each step: ``"motor hub"`` (N m along an angle, N along a distance), ``"force tip x"``,
+            ``"torque arm/tip z'"``, which act in addition to other loads and are zero at first; ``"load NAME"``, the
+            value of a load of the scene by its name in `linearise`; ``"drive hub"``, the acceleration of a joint that a
+            `Motion` drives, which continues from its position and speed. A mapping gives other names.
         outputs : str, sequence or mapping of str
-            As what controllers read (see `add_controller`), and ``"coupling_force arm/root force_x"``,
+            As the readings of controllers (see `add_controller`), and ``"coupling_force arm/root force_x"``,
             ``"joint_reaction tip"``, ``"driving_force hub"``, ``"loop_force pin"``, ``"load rope tension"``. Default:
-            free coordinates and speeds of joints, and place and rotation of what floats.
+            free coordinates and speeds of joints, and position and rotation of bodies on free joints.
         every : float
-            About how long a step is, s: what method="auto" goes by.
+            Approximate length of a step, s, used by method="auto".
         duration : float, optional
-            About how long the simulation is, s: the same, and to what part of it events are located. Default a hundred
-            steps, but at least 1 s. It may be longer.
+            Approximate duration of the simulation, s, used by method="auto" and for the accuracy of event times.
+            Default a hundred steps, but at least 1 s. The simulation may be longer.
         events
             As for `simulate`.
         **steps
-            method, rtol, atol and step, as for `simulate`. Solvers of other packages, which remember earlier steps, are
-            refused.
+            method, rtol, atol and step, as for `simulate`. Solvers of other packages, which depend on earlier steps,
+            are refused.
 
         Raises
         ------
         ModelError
-            If the scene, its start or an option makes no sense, or there is no such input or output.
+            If the scene, its start or an option is not valid, or there is no such input or output.
 
         Examples
         --------
@@ -338,36 +339,36 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
     ) -> Path:
         """Write the scene as a functional mock-up unit for co-simulation; return its path.
 
-        A thin skin over what `start` returns, with the same numbers: inputs are held over a communication step, states
-        can be got, set and serialised. It brings the compiled kernels and needs no Python. With functions in Python,
+        It has the results of the simulation that `start` returns: inputs are held over a communication step, states can
+        be read, set and serialised. It contains the compiled kernels and needs no Python. With functions in Python,
         events of the user, rigid contacts, events that change the states of loads (friction that breaks away), or
-        forces as outputs it is a unit that needs kanefe where it runs, and keeps no states: a warning and its
-        description say so. A linear model for exchange is what `Linearisation.to_fmu` writes.
+        forces as outputs, the unit needs kanefe where it runs, and cannot save states: a warning and its description
+        say so. For a linear model for exchange see `Linearisation.to_fmu`.
 
         Parameters
         ----------
         path : path
-            Of the .fmu file; its stem is the name of the model.
+            Path of the .fmu file; its stem is the name of the model.
         fmi : "2.0" or "3.0"
             Version of the standard.
         every : float
-            How far a communication step usually goes, s.
+            Usual length of a communication step, s.
         t, start, inputs, outputs, duration
             As for `start`.
         **steps
-            As for `start`. Where "auto" would hand over from one method to another, the other is taken at once.
+            As for `start`. If "auto" would switch from one method to another, the second is used from the start.
 
         Raises
         ------
         ModelError
-            If an argument makes no sense, there is no C compiler, or functions cannot be sent to another process.
+            If an argument is not valid, there is no C compiler, or functions cannot be sent to another process.
         FileError
             If the file cannot be written.
 
         Warns
         -----
         SimulationWarning
-            If the unit needs kanefe, and why.
+            If the unit needs kanefe; the message has the reason.
 
         Examples
         --------
@@ -384,8 +385,8 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         return write_scene(sim, path, fmi, every)
 
 
-def _told_poles(model: Model, t: float, y: np.ndarray) -> str | None:
-    """Return what `kanefe.linear.sampled.sampled_loop.poles_in_words` does, which runs of sound loops do without."""
+def _poles_in_words(model: Model, t: float, y: np.ndarray) -> str | None:
+    """Return `kanefe.linear.sampled.sampled_loop.poles_in_words`, imported only for runs that fail."""
     from kanefe.linear.sampled.sampled_loop import poles_in_words
 
     return poles_in_words(model, t, y)

@@ -13,8 +13,8 @@ LENGTH = 1.0  # m, along x
 ROOT_WIDTH, TIP_WIDTH = 0.08, 0.05  # m, along y
 THICKNESS = 0.04  # m, along z
 HOLES = ((0.2, 0.022), (0.4, 0.020), (0.6, 0.018), (0.8, 0.016))  # (x, radius) in m, through the thickness
-SIZE = 0.03  # m, greatest side of a cell
-ORDER = 2  # curved cells: the holes are round
+SIZE = 0.03  # m, largest side of a cell
+ORDER = 2  # curved cells, for round holes
 
 VOLUME = (LENGTH * (ROOT_WIDTH + TIP_WIDTH) / 2.0 - sum(math.pi * r**2 for _, r in HOLES)) * THICKNESS  # m3
 

@@ -1,4 +1,4 @@
-"""gmsh source of a skid landing gear: two bent cross tubes and two skid tubes, as lines of beams. Units: m.
+"""gmsh source of a skid landing gear: two bent cross tubes and two skid tubes, as lines for beam elements. Units: m.
 
 Axes of the aircraft: x forward, y to port, z up, origin at the airframe's centre of mass. Read by
 `kanefe_fem.read_mesh("meshes/skid_gear.py")`; run as a script it writes `skid_gear.msh` next to itself.
@@ -15,7 +15,7 @@ PROFILE = ((-1.10, -1.40), (-0.45, -0.80), (0.45, -0.80), (1.10, -1.40))  # y, z
 SKIDS = {"starboard": -1.10, "port": 1.10}  # y, m
 SKID_ENDS = (-1.4, 1.4)  # x, m
 TOUCHING = (-1.2, -0.4, 0.4, 1.2)  # x of the shoes of a skid, m
-SIZE = 0.1  # of a beam element, m
+SIZE = 0.1  # length of a beam element, m
 
 
 def build(gmsh: Any) -> None:

@@ -1,9 +1,9 @@
 """gmsh source of a skid landing gear of tubes with walls: arched cross tubes, skid tubes, eight shoes. Units: m.
 
-Axes of the aircraft: x forward, y to port, z up, origin at the airframe's centre of mass. The axes of the tubes are
-those of `skid_gear.py`, so much higher that the shoes end where its skids do, with an arch where a cross tube leaves
-its saddles. Read by `kanefe_fem.solid_body("meshes/skid_gear_solid.py", ...)`; run as a script it writes a mesh to the
-working directory. It says nothing of where it lies, so that bodies made from it are found in the cache without meshing.
+Axes of the aircraft: x forward, y to port, z up, origin at the airframe's centre of mass. The tubes are those of
+`skid_gear.py`, moved up so that the shoes end at the height of its skids, and with a bend where a cross tube leaves its
+saddles. Read by `kanefe_fem.solid_body("meshes/skid_gear_solid.py", ...)`; run as a script it writes a mesh to the
+working directory. It does not use `__file__`, so that bodies made from it are found in the cache without meshing.
 """
 
 from __future__ import annotations
@@ -15,24 +15,24 @@ import numpy as np
 
 CROSS_TUBES = {"aft": -0.9, "forward": 0.9}  # x, m
 SIDES = {"starboard": -1.0, "port": 1.0}
-RADIUS, WALL = 0.0381, 0.00635  # of all tubes, outside, m
-SLEEVE, THICK = 0.12, 0.004  # length and wall of the sleeves of the skids in which the cross tubes end, m
-SHOE, FLAT, DEEP = 0.20, 0.030, 0.004  # length and breadth of a shoe, and how far below its tube it ends, m
+RADIUS, WALL = 0.0381, 0.00635  # outer radius and wall thickness of all tubes, m
+SLEEVE, THICK = 0.12, 0.004  # length and wall of the sleeves on the skids in which the cross tubes end, m
+SHOE, FLAT, DEEP = 0.20, 0.030, 0.004  # length and breadth of a shoe, and its depth below its tube, m
 BOTTOM = -1.40  # z of the shoes' faces, m
-SADDLE, SKID = (0.45, 0.60), (1.10, 0.0)  # |y|, and z over the axes of the skids, m
+SADDLE, SKID = (0.45, 0.60), (1.10, 0.0)  # |y|, and z above the axes of the skids, m
 SEAT = 0.06  # breadth of a saddle along its tube, m
 ARCH = 0.30  # radius of the bends, m
 SKID_ENDS = (-1.4, 1.4)  # x, m
 TOUCHING = (-1.2, -0.4, 0.4, 1.2)  # x of the shoes of a skid, m
-SIZE, FINE = 0.028, 0.016  # of a cell, and where tubes meet, m
-ABOUT_SKID = math.hypot(RADIUS + DEEP, FLAT / 2) + 1e-6  # from the axis, what belongs to a skid, m
+SIZE, FINE = 0.028, 0.016  # size of a cell, and where tubes meet, m
+ABOUT_SKID = math.hypot(RADIUS + DEEP, FLAT / 2) + 1e-6  # largest distance of a point of a skid from its axis, m
 AXIS = BOTTOM + DEEP + RADIUS  # z of the axes of the skids, m
 
 Solids = list[tuple[int, int]]
 
 
 def arch() -> tuple[float, float]:
-    """Return |y| where a bend begins, and the angle (rad) by which it turns its tube down, to hit the skid tube."""
+    """Return |y| where a bend begins, and the angle (rad) of the bend at which the tube meets the skid tube."""
     begin = SADDLE[0] + SEAT / 2
     across, down = SKID[0] - begin, SADDLE[1] - ARCH  # from the centre of the bend, which is below its begin
     # the leg is tangent to the bend: its distance from the centre is the radius
@@ -42,7 +42,7 @@ def arch() -> tuple[float, float]:
 def build(gmsh: Any) -> None:
     """Make the geometry, the physical groups and the mesh in the current gmsh model."""
     occ = gmsh.model.occ
-    # the seats keep faces of their own
+    # keep separate faces for the seats
     gmsh.option.setNumber("Geometry.OCCUnionUnify", 0)
     solid = joined(occ, skids(occ, RADIUS) + crosses(occ, RADIUS) + sleeves(occ) + shoes(occ))
     bores, _ = occ.cut(joined(occ, crosses(occ, RADIUS - WALL)), sleeves(occ))
@@ -61,7 +61,7 @@ def build(gmsh: Any) -> None:
 
 
 def joined(occ: Any, solids: Solids) -> Solids:
-    """Return solids as one."""
+    """Return the union of solids."""
     whole, _ = occ.fuse(solids[:1], solids[1:])
     return list(whole)
 
@@ -73,7 +73,7 @@ def skids(occ: Any, radius: float) -> Solids:
 
 
 def sleeves(occ: Any) -> Solids:
-    """Return full cylinders about the skid tubes: tubes of equal radius would touch along no clear line."""
+    """Return full cylinders around the skid tubes, because the intersection of tubes of equal radius is ill-defined."""
     return [
         (3, occ.addCylinder(x - SLEEVE / 2, side * SKID[0], AXIS, SLEEVE, 0, 0, RADIUS + THICK))
         for side in SIDES.values()
@@ -82,7 +82,7 @@ def sleeves(occ: Any) -> Solids:
 
 
 def crosses(occ: Any, radius: float) -> Solids:
-    """Return full cylinders and bends along the axes of the cross tubes, which end on those of the skids."""
+    """Return full cylinders and bends along the axes of the cross tubes, which end on the axes of the skids."""
     made = []
     begin, angle = arch()
     inboard, top = SADDLE[0] - SEAT / 2, AXIS + SADDLE[1]
@@ -123,7 +123,7 @@ def places() -> dict[str, tuple[float, ...]]:
 
 
 def box(x: float, y: float, z: float, *sides: float) -> tuple[float, ...]:
-    """Return the corners of a box about a place, a little larger."""
+    """Return the corners of a box around a point, with a margin."""
     slack = 1e-4
     half = [side / 2 + slack for side in sides]
     return (x - half[0], y - half[1], z - half[2], x + half[0], y + half[1], z + half[2])
@@ -140,7 +140,7 @@ def faces_in(gmsh: Any, *corners: float) -> list[int]:
 
 
 def sizes(field: Any) -> int:
-    """Return the field of the sizes of cells, finer where cross tubes end on sleeves."""
+    """Return the field of cell sizes, which are smaller where cross tubes end on sleeves."""
     balls = []
     for x in CROSS_TUBES.values():
         for side in SIDES.values():
@@ -155,9 +155,9 @@ def sizes(field: Any) -> int:
 
 
 def follow_the_walls(gmsh: Any) -> None:
-    """Move the middles of sides within walls, which gmsh leaves straight: beside curved ones their cells would fold.
+    """Curve the sides within walls, which gmsh leaves straight, so that cells next to curved sides do not fold.
 
-    The middle of such a side is where it is in coordinates along, around and across its tube.
+    The middle node of such a side is moved to the middle in coordinates along, around and across its tube.
     """
     tags, places, _ = gmsh.model.mesh.getNodes()
     rows = np.zeros(int(max(tags)) + 1, dtype=int)
@@ -167,7 +167,7 @@ def follow_the_walls(gmsh: Any) -> None:
     inside = {int(tag) for entity in [(3, -1), *across] for tag in gmsh.model.mesh.getNodes(*entity)[0]}
     _, cells = gmsh.model.mesh.getElementsByType(11)  # tetrahedra of order 2
     cells = np.reshape(cells, (-1, 10)).astype(int)
-    sides = ((0, 1), (1, 2), (0, 2), (0, 3), (2, 3), (1, 3))  # of which nodes 4 to 9 are the middles
+    sides = ((0, 1), (1, 2), (0, 2), (0, 3), (2, 3), (1, 3))  # with the middle nodes 4 to 9
     middles = {int(m): (int(a), int(b)) for k, (i, j) in enumerate(sides) for a, b, m in cells[:, (i, j, 4 + k)]}
     for middle, ends in middles.items():
         if middle in inside:
@@ -175,16 +175,16 @@ def follow_the_walls(gmsh: Any) -> None:
             gmsh.model.mesh.setNode(middle, halfway(a, b).tolist(), [])
     places = np.vstack((np.zeros(3), np.eye(3), [(i, j, k) for i in (0, 0.5) for j in (0, 0.5) for k in (0, 0.5)]))
     _, stretches, _ = gmsh.model.mesh.getJacobians(11, places.ravel().tolist())
-    if min(stretches) <= 0.0:  # of some version of gmsh
+    if min(stretches) <= 0.0:  # with some versions of gmsh
         gmsh.model.mesh.optimize("HighOrder")
 
 
 def halfway(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Return the middle between two points of one tube in its coordinates, of others on the line between them."""
+    """Return the middle of two points of one tube in its coordinates, of other points on the line between them."""
     side = math.copysign(1.0, a[1])
     skid = np.array((side * SKID[0], AXIS))
     off = [math.dist(p[1:], skid) for p in (a, b)]
-    if max(abs(r - RADIUS) for r in off) < 1e-6:  # a chord of the outside, which has cells between
+    if max(abs(r - RADIUS) for r in off) < 1e-6:  # a chord of the outer surface
         return (a + b) / 2
     if max(off) < (RADIUS + THICK + 1e-6 if max(a[2], b[2]) > AXIS else ABOUT_SKID):
         y, z = skid + middle_about(a[1:] - skid, b[1:] - skid)
@@ -199,7 +199,7 @@ def halfway(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def is_across(gmsh: Any, tag: int) -> bool:
-    """Tell whether a face is plane and across a skid: the end of it, of a sleeve or of a shoe."""
+    """Return whether a face is plane and across a skid: its end, or the end of a sleeve or shoe."""
     low, *_, high, _, _ = gmsh.model.getBoundingBox(2, tag)
     return high - low < 1e-5
 
@@ -211,7 +211,7 @@ def middle_about(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def along_cross(point: tuple[float, float]) -> tuple[float, float]:
-    """Return how far along the axis of a cross tube, from its middle, a point (y, z) is, and how far off it, upward."""
+    """Return the position of a point (y, z) along the axis of a cross tube, from its middle, and the distance above."""
     begin, angle = arch()
     y, z = point[0] - begin, point[1] - (AXIS + SADDLE[1] - ARCH)  # from the centre of the bend
     turned = math.atan2(y, z)
@@ -224,7 +224,7 @@ def along_cross(point: tuple[float, float]) -> tuple[float, float]:
 
 
 def off_cross(s: float, n: float) -> tuple[float, float]:
-    """Return the point (y, z) that is s along the axis of a cross tube and n off it."""
+    """Return the point (y, z) at the position s along the axis of a cross tube and at the distance n above it."""
     begin, angle = arch()
     turned = min(max((s - begin) / ARCH, 0.0), angle)
     c, sine = math.cos(turned), math.sin(turned)

@@ -1,7 +1,7 @@
 """kanefe_fem: flexible bodies for kanefe from meshes (gmsh, dolfinx, PETSc) and from beam elements (numpy, scipy).
 
-Importing the package loads nothing heavy: each public name is imported when it is first used, and dolfinx, PETSc and
-gmsh only when a function needs them.
+Importing the package is fast: each public name is imported when it is first used, and dolfinx, PETSc and gmsh only when
+a function needs them.
 """
 
 from typing import TYPE_CHECKING

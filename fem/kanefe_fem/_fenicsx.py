@@ -1,8 +1,8 @@
-"""Door to FEniCSx: meshes, spaces and sparse matrices. The only file that imports dolfinx, ufl, basix or mpi4py.
+"""Interface to FEniCSx: meshes, spaces and sparse matrices. The only file that imports dolfinx, ufl, basix or mpi4py.
 
-And the only one that knows their versions: 0.5 (Debian 12), 0.9 (Debian 13), 0.10 and 0.11 (the wheel). `load` hands
-out a namespace `fx` from which the forms are made (`kanefe_fem.solids.forms`); they are used within `quiet` and
-`compiling`.
+All differences between their versions are handled here: 0.5 (Debian 12), 0.9 (Debian 13), 0.10 and 0.11 (the wheel).
+`load` returns a namespace `fx` from which the forms are made (`kanefe_fem.solids.forms`); they are used within `quiet`
+and `compiling`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from kanefe_fem._petsc import start_mpi
 from kanefe_fem.machine.compiled_forms import SECONDS, being_compiled, check_forms, forms_folder, refuse_options
 
 OLDEST, NEWEST = (0, 5), (0, 11)
-"""Oldest and newest version of dolfinx with which this door was tested."""
+"""Oldest and newest version of dolfinx with which this file was tested."""
 
 REMEDY = (
     "on Debian or Ubuntu: sudo apt-get install python3-dolfinx, then use /usr/bin/python3 or an environment made by "
@@ -39,7 +39,7 @@ SHAPES = ("triangle", "quad", "tetra", "hexahedron", "triangle6", "quad9", "tetr
 
 
 def load() -> Any:
-    """Import FEniCSx, once MPI is made safe, and return what the forms need of it."""
+    """Import FEniCSx after `start_mpi`, and return a namespace of its modules."""
     start_mpi()
     refuse_options()
     try:
@@ -75,7 +75,7 @@ def load() -> Any:
 
 
 def load_ufl() -> tuple[Any, type[Exception]]:
-    """Return UFL alone, for expressions without a mesh, and the error that it raises (ValueError since 2024)."""
+    """Return only UFL, for expressions without a mesh, and the class of its errors (ValueError since 2024)."""
     try:
         import ufl
     except ImportError as problem:
@@ -84,7 +84,7 @@ def load_ufl() -> tuple[Any, type[Exception]]:
 
 
 def _own_cache(jit: Any) -> Path:
-    """Have dolfinx keep compiled forms in our folder, or where options of the user say, and return it, checked."""
+    """Let dolfinx store compiled forms in our folder, unless the user has set another; return the checked folder."""
     defaults = getattr(jit, "DOLFINX_DEFAULT_JIT_OPTIONS", None) or jit.DOLFINX_DEFAULT_JIT_PARAMETERS
     defaults["cache_dir"] = (forms_folder(), defaults["cache_dir"][1])
     defaults["timeout"] = (SECONDS, defaults["timeout"][1])
@@ -103,7 +103,7 @@ def _reference_points(fx: Any, element: Shape) -> np.ndarray:
 
 
 def create_mesh(fx: Any, nodes: np.ndarray, connectivity: np.ndarray, geometry: Shape) -> Any:
-    """Return dolfinx's mesh; `nodes` and `connectivity` may carry more nodes a cell than the geometry has."""
+    """Return dolfinx's mesh; `nodes` and `connectivity` may have more nodes per cell than the geometry."""
     cells = connectivity[:, : len(geometry.nodes)]
     used = np.zeros(len(nodes), dtype=bool)
     used[cells] = True
@@ -153,7 +153,7 @@ def _dofmap(space: Any, cells: int) -> np.ndarray:
 
 
 def node_of_dof(fx: Any, space: Any, connectivity: np.ndarray, element: Shape) -> np.ndarray:
-    """Return the node of each (blocked) degree of freedom; cells and their nodes say it, not coordinates."""
+    """Return the node of each (blocked) degree of freedom, from the nodes of the cells, without coordinates."""
     dofs = _dofmap(space, len(connectivity))
     numbering = np.full(dofs.max() + 1, -1)
     numbering[dofs] = connectivity[:, element.match(_reference_points(fx, element))]
@@ -161,7 +161,7 @@ def node_of_dof(fx: Any, space: Any, connectivity: np.ndarray, element: Shape) -
 
 
 def check_numbering(space: Any, nodes: np.ndarray, numbering: np.ndarray) -> None:
-    """Compare the points of the degrees of freedom with our nodes: a new version could order them otherwise."""
+    """Compare the points of the degrees of freedom with our nodes, since a new version could change their order."""
     points = np.asarray(space.tabulate_dof_coordinates())[: len(numbering)]
     d = space.mesh.geometry.dim
     error = np.abs(points[:, :d] - nodes[numbering][:, :d]).max()
@@ -195,20 +195,20 @@ def assemble_matrix(fx: Any, form: Any) -> sp.csr_matrix:
 
 @contextlib.contextmanager
 def compiling(fx: Any) -> Iterator[None]:
-    """Turn the failures of the form compiler into errors with a remedy; keep digests of what it has made."""
+    """Turn failures of the form compiler into errors with a remedy; store digests of the compiled forms."""
     try:
         with being_compiled(fx.cache):
             yield
     except TimeoutError as problem:
         raise FileError(
-            f"another process compiles the same form in {fx.cache}, and is not done after {SECONDS} s. Remedy: run "
-            "this again when it is; or remove that folder"
+            f"another process compiles the same form in {fx.cache}, and has not finished after {SECONDS} s. Remedy: "
+            "run this again when it has, or remove that folder"
         ) from problem
     except PermissionError as problem:
         raise FileError(
             f"the compiled forms cannot be written: {problem}. Remedy: set XDG_CACHE_HOME to a folder of yours"
         ) from problem
-    except Exception as problem:  # distutils, setuptools and subprocess each have an error of their own
+    except Exception as problem:  # distutils, setuptools and subprocess have different errors
         if "compile" in type(problem).__name__.lower() or "gcc" in str(problem):
             raise MissingDependency(
                 "a C compiler", "dolfinx", f"sudo apt-get install gcc libc6-dev ({problem})"
@@ -216,13 +216,13 @@ def compiling(fx: Any) -> Iterator[None]:
         raise
 
 
-# A filter acts on records of its own logger only, so that of setuptools' compiler has to be named too.
+# a filter acts on the records of its own logger only, so the logger of setuptools' compiler is needed too
 _NOISY = (None, "UFL", "ffcx", "FFCX", "FFCx", "basix", "dolfinx", "compilers.C.base", "distutils", "setuptools")
 
 
 @contextlib.contextmanager
 def quiet() -> Iterator[None]:
-    """Keep the compiler's chatter (below WARNING, from this thread) off the user's loggers."""
+    """Suppress messages of the compiler below WARNING from this thread."""
     me = threading.get_ident()
 
     def important(record: logging.LogRecord) -> bool:

@@ -1,4 +1,4 @@
-"""Door to gmsh: .msh files and .geo / .py sources become a `Mesh`. The only file that imports gmsh."""
+"""Interface to gmsh: a `Mesh` from .msh files and .geo / .py sources. The only file that imports gmsh."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ import numpy as np
 
 from kanefe.errors import FileError, MeshError, MissingDependency, outside
 from kanefe.fe_model.model import Cells
-from kanefe.fe_model.shapes import is_supported, row_numbers, shape
+from kanefe.fe_model.shapes import row_numbers, shape
 from kanefe_fem.mesh.checks import MeshWarning, refuse_shape
 from kanefe_fem.mesh.geo_commands import harmless_script, refuse_options
 from kanefe_fem.mesh.mesh import WHOLE_BODY, Mesh
@@ -62,9 +62,10 @@ def read(path: Path, order: int | None, trusted: bool = False) -> Mesh:
     Raises
     ------
     FileError
-        The file is truncated, not a mesh, or the source has an error, or opens files or runs programs untrusted.
+        If the file is truncated or not a mesh, or if the source has an error, or opens files or runs programs without
+        being trusted.
     MeshError
-        There is no usable physical group.
+        If there is no usable physical group.
     """
     suffix = path.suffix.lower()
     if suffix == ".msh":
@@ -80,7 +81,7 @@ def read(path: Path, order: int | None, trusted: bool = False) -> Mesh:
                 _generate(gmsh, order)
             messages = [m for m in gmsh.logger.get() if m.startswith("Error")]
         except Exception as problem:  # gmsh raises bare Exception
-            if type(problem) is not Exception:  # a fault of the Python source, not of gmsh
+            if type(problem) is not Exception:  # an error of the Python source, not of gmsh
                 raise
             messages = [m for m in gmsh.logger.get() if m.startswith("Error")] or [str(problem)]
         if messages:
@@ -98,7 +99,7 @@ def read(path: Path, order: int | None, trusted: bool = False) -> Mesh:
 
 @contextlib.contextmanager
 def _to_merge(path: Path, trusted: bool) -> Iterator[Path]:
-    """Yield the file that gmsh is given: of a script that is not trusted, a copy of what has been checked."""
+    """Yield the file for gmsh: a checked copy if the file is a script that is not trusted."""
     if trusted or path.suffix.lower() == ".py":
         yield path
     elif path.suffix.lower() == ".msh":
@@ -114,14 +115,14 @@ def _to_merge(path: Path, trusted: bool) -> Iterator[Path]:
 
 @contextlib.contextmanager
 def _session() -> Iterator[Any]:
-    """Yield gmsh with an empty model of our own, quiet; leave a session of the user as it was."""
+    """Yield gmsh with a new empty model and without terminal output; restore a session of the user afterwards."""
     gmsh = _import_gmsh()
     mine = not _is_initialised(gmsh)
     if mine:
         try:
             # interruptible=True installs a signal handler, which only the main thread may do
             gmsh.initialize(["kanefe"], readConfigFiles=False, interruptible=False)
-        except TypeError:  # gmsh before 4.11 has no such argument, and installs none
+        except TypeError:  # gmsh before 4.11 has no such argument, and installs no handler
             gmsh.initialize(["kanefe"], readConfigFiles=False)
     previous = gmsh.model.getCurrent()
     terminal = gmsh.option.getNumber("General.Terminal")
@@ -145,14 +146,14 @@ def _session() -> Iterator[Any]:
 
 
 def _import_gmsh() -> ModuleType:
-    """Import gmsh without letting it take the interrupt signal (Ctrl-C), as versions before 4.9 do on import."""
+    """Import gmsh, and keep the handler of the interrupt signal (Ctrl-C), which versions before 4.9 replace."""
     loaded = sys.modules.get("gmsh")
     if loaded is not None:
         return loaded
     handler, install = signal.getsignal(signal.SIGINT), signal.signal
     in_main_thread = threading.current_thread() is threading.main_thread()
     if not in_main_thread:
-        # only the main thread may set a handler: the import would fail
+        # only the main thread may set a handler; otherwise the import would fail
         signal.signal = lambda number, handler: None  # type: ignore[assignment]
     try:
         import gmsh
@@ -168,7 +169,7 @@ def _import_gmsh() -> ModuleType:
         if in_main_thread and handler is not None:
             signal.signal(signal.SIGINT, handler)
     if hasattr(gmsh, "oldsig"):
-        gmsh.oldsig = None  # there is nothing to restore
+        gmsh.oldsig = None  # nothing to restore
     return gmsh
 
 
@@ -189,7 +190,7 @@ def _is_initialised(gmsh: Any) -> bool:
     """Return whether gmsh is initialised."""
     if hasattr(gmsh, "isInitialized"):
         return bool(gmsh.isInitialized())
-    # gmsh before 4.9 can only be tried: without a session it has no models, and complains on the standard error
+    # gmsh before 4.9: without a session it has no models, and writes an error to the standard error
     saved, null = os.dup(2), os.open(os.devnull, os.O_WRONLY)
     try:
         os.dup2(null, 2)
@@ -219,7 +220,7 @@ def _build_function(path: Path) -> Any:
 
 
 def _generate(gmsh: Any, order: int | None) -> None:
-    """Mesh the current model in its highest dimension, unless the source did; set the order."""
+    """Mesh the current model in its highest dimension, unless it is meshed already; set the order."""
     gmsh.model.occ.synchronize()
     dimension = 3 if gmsh.model.getEntities(3) else 2 if gmsh.model.getEntities(2) else 1
     if not len(gmsh.model.mesh.getElements(dimension)[0]):
@@ -231,21 +232,21 @@ def _generate(gmsh: Any, order: int | None) -> None:
 
 
 def _unfold(gmsh: Any) -> None:
-    """Have gmsh move the nodes of cells of higher order; what it does not unfold is made straight: see `unfolded`.
+    """Let gmsh move the nodes of folded cells of higher order; cells that remain folded are straightened by `unfolded`.
 
-    Where it does not get as far as it wants, it reports an error from a thread, which raised there would end Python.
+    If gmsh does not reach its target, it reports an error from another thread, where an exception would end Python.
     """
     before = gmsh.option.getNumber("General.AbortOnError")
     gmsh.option.setNumber("General.AbortOnError", 0)
     with contextlib.suppress(Exception):  # gmsh raises bare Exception
         gmsh.model.mesh.optimize("HighOrder")
     gmsh.option.setNumber("General.AbortOnError", before)
-    gmsh.logger.stop()  # forgets what was an error of that alone
+    gmsh.logger.stop()  # discards the error of the optimisation
     gmsh.logger.start()
 
 
 def _is_folded(gmsh: Any, dimension: int) -> bool:
-    """Return whether a cell of higher order folds over itself, as those do that are coarse beside what they follow."""
+    """Return whether a cell of higher order folds over itself, as coarse cells on curved geometry do."""
     for kind in gmsh.model.mesh.getElementTypes(dimension):
         _, _, order, count, places, _ = gmsh.model.mesh.getElementProperties(kind)
         if order > 1:
@@ -299,14 +300,14 @@ def _extract(gmsh: Any, path: Path) -> Mesh:
 
 
 class _Source(NamedTuple):
-    """The file that is read."""
+    """Name of the file that is read, and whether it has the mesh format 2."""
 
     name: str
     is_version_2: bool
 
 
 class _Renumbering:
-    """Node tags, which may be any numbers, to row numbers of the node array."""
+    """Function from node tags, which may be any numbers, to row numbers of the node array."""
 
     def __init__(self, tags: np.ndarray, source: str) -> None:
         self._order = np.argsort(tags, kind="stable")
@@ -325,7 +326,7 @@ class _Renumbering:
 
 
 def _physical_groups(gmsh: Any, dimension: int, body: bool, source: _Source) -> dict[str, list[Block]]:
-    """Return, by group name, the elements of the group's entities; groups of one name are one."""
+    """Return the elements of the entities of each group by its name; groups of the same name are merged."""
     owners: dict[int, list[str]] = {}
     for _, tag in gmsh.model.getPhysicalGroups(dimension):
         name = gmsh.model.getPhysicalName(dimension, tag) or str(tag)
@@ -355,7 +356,7 @@ def _physical_groups(gmsh: Any, dimension: int, body: bool, source: _Source) -> 
 
 
 def _elements(gmsh: Any, dimension: int, entity: int = -1) -> list[Block]:
-    """Return the elements of an entity (-1: of all)."""
+    """Return the elements of an entity, of all entities if it is -1."""
     kinds, _, node_tags = gmsh.model.mesh.getElements(dimension, entity)
     blocks = []
     for kind, ids in zip(kinds, node_tags, strict=True):
@@ -365,10 +366,10 @@ def _elements(gmsh: Any, dimension: int, entity: int = -1) -> list[Block]:
 
 
 def _without_copies(ids: np.ndarray, names: list[str], source: _Source) -> np.ndarray:
-    """Return facets or lines once each: the format 2.2 repeats an element for each of its groups."""
+    """Return facets or lines without duplicates: the format 2.2 repeats an element for each of its groups."""
     _, first, counts = np.unique(row_numbers(np.sort(ids, axis=1)), return_index=True, return_counts=True)
     if source.is_version_2 and len(names) > 1 and (counts != len(names)).any():
-        # gmsh knows the groups of an entity only, and this file gives its elements different ones
+        # gmsh has groups of entities only, but this file has different groups for elements of one entity
         raise MeshError(
             f"{source.name}: elements of one elementary entity are in different groups "
             f"({', '.join(map(repr, names))}), which gmsh cannot keep apart. Remedy: number the elementary entities "
@@ -387,8 +388,7 @@ def _cells(gmsh: Any, kind: int, nodes: np.ndarray, label: str) -> Cells:
     """Return a block with its nodes in VTK's order."""
     gmsh_name, dimension, _, count, reference = gmsh.model.mesh.getElementProperties(kind)[:5]
     name = _KINDS.get(kind, gmsh_name)
-    if not is_supported(name):
-        refuse_shape(name, label)
+    refuse_shape(name, label)
     element = shape(name)
     own = np.asarray(reference, dtype=float).reshape(count, -1)[:, :dimension]
     if element.corner_kind == "wedge":
@@ -401,7 +401,7 @@ def _cells(gmsh: Any, kind: int, nodes: np.ndarray, label: str) -> Cells:
 
 
 def _warn_left_out(gmsh: Any, dimension: int, groups: dict[str, list[Block]], source: str) -> None:
-    """Warn of cells of the body that belong to no physical group: as in gmsh, they are left out."""
+    """Warn of cells of the body that belong to no physical group and are left out, as in gmsh."""
     total = sum(len(tags) for tags in gmsh.model.mesh.getElements(dimension)[1])
     kept = sum(len(ids) for pieces in groups.values() for _, ids in pieces)
     if kept < total:

@@ -1,4 +1,4 @@
-"""Door to meshio: every mesh format but gmsh's. The only file that imports meshio."""
+"""Interface to meshio, for all mesh formats except gmsh's. The only file that imports meshio."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ GROUP_DATA = (
     "CellEntityIds",
     "Label",
 )
-"""Names of integer cell data that number the groups, in order of precedence."""
+"""Names of integer cell data with the numbers of groups, in order of precedence."""
 
 READS_AT_END = 1000
-"""Number of reads at the end of a file after which its reader is taken to loop for ever."""
+"""Number of reads at the end of a file above which its reader is in an endless loop."""
 
 _DIMENSIONS = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2, "tetra": 3, "hexahedron": 3, "wedge": 3, "pyramid": 3}
 
@@ -42,17 +42,17 @@ _DIMENSIONS = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2, "tetra": 3, "he
 def read(path: Path, names: Mapping[int, str], trusted: bool = False) -> Mesh:
     """Return the mesh of a file that meshio can read.
 
-    Groups come from meshio's cell sets; else from the families of a MED file; else from the first cell data among
-    `GROUP_DATA`, named by the file's field data, by `names`, or by the number itself (a Nastran property). Point sets
-    (and families of points) are groups of points. Of an Abaqus input, the element sets that solid sections name, and
-    its surfaces. Where there is no group of cells, all of them are the group `WHOLE_BODY`.
+    Groups come from meshio's cell sets; otherwise from the families of a MED file; otherwise from the first cell data
+    among `GROUP_DATA`, named by the file's field data, by `names`, or by the number itself (a Nastran property). Point
+    sets (and families of points) are groups of points. The groups of an Abaqus input are the element sets of solid
+    sections, and its surfaces. If there is no group of cells, all cells are the group `WHOLE_BODY`.
 
     Raises
     ------
     FileError
-        meshio does not know the format, or the file is damaged.
+        If meshio does not know the format, or the file is damaged.
     """
-    if path.suffix.lower() == ".wkt":  # its reader tries all ways to part its digits, which may take for ever
+    if path.suffix.lower() == ".wkt":  # the regular expression of its reader may take exponential time
         raise FileError(f"{path.name}: surfaces of .wkt are not read. Remedy: write it as .stl, .ply or .vtu")
     check_named_files(path, trusted)
     check_counts(path)
@@ -61,7 +61,7 @@ def read(path: Path, names: Mapping[int, str], trusted: bool = False) -> Mesh:
         return _mesh_of(raw, path, names)
     except KanefeError:
         raise
-    except (ValueError, IndexError, KeyError, TypeError) as problem:  # what meshio gives of a damaged file
+    except (ValueError, IndexError, KeyError, TypeError) as problem:  # from what meshio returns for a damaged file
         raise FileError(
             f"{path.name} is not a complete mesh: {type(problem).__name__}: {problem}. Remedy: check that the file is "
             "complete and its suffix right"
@@ -69,7 +69,7 @@ def read(path: Path, names: Mapping[int, str], trusted: bool = False) -> Mesh:
 
 
 def _mesh_of(raw: Any, path: Path, names: Mapping[int, str]) -> Mesh:
-    """Return meshio's mesh as ours."""
+    """Return meshio's mesh as a `Mesh`."""
     blocks = [(block.type, np.asarray(block.data, dtype=np.int64)) for block in raw.cells]
     if not blocks:
         raise MeshError(f"{path.name} has no cells. Remedy: mesh the geometry before saving it")
@@ -81,7 +81,7 @@ def _mesh_of(raw: Any, path: Path, names: Mapping[int, str]) -> Mesh:
             if rows is not None and len(rows):
                 by_dimension[_dimension(kind)].setdefault(name, []).append(Cells(kind, nodes[rows]))
     if path.suffix.lower() == ".inp":
-        _as_sections_say(by_dimension, path, raw, blocks)
+        _apply_abaqus_sets(by_dimension, path, raw, blocks)
     if dimension > 1 and not by_dimension[dimension]:
         by_dimension[dimension][WHOLE_BODY] = [Cells(k, nodes) for k, nodes in blocks if _dimension(k) == dimension]
     points = {name: np.asarray(ids, dtype=np.int64) for name, ids in raw.point_sets.items()}
@@ -103,10 +103,10 @@ def _mesh_of(raw: Any, path: Path, names: Mapping[int, str]) -> Mesh:
     )
 
 
-def _as_sections_say(
+def _apply_abaqus_sets(
     by_dimension: dict[int, dict[str, list[Cells]]], path: Path, raw: Any, blocks: list[tuple[str, np.ndarray]]
 ) -> None:
-    """Keep the sets of solid elements that sections of an Abaqus input name, and make its surfaces groups of facets."""
+    """Keep only the sets of solid elements of sections of an Abaqus input, and add its surfaces as groups of facets."""
     sets = {name.upper(): rows for name, rows in raw.cell_sets.items()}
     keyword_blocks = keywords(read_text(path, "element sets"))
     named = {name.upper() for name in section_sets(keyword_blocks)}
@@ -126,13 +126,13 @@ def _as_sections_say(
 
 
 def _read(path: Path) -> Any:
-    """Return meshio's mesh; meshio ends the process on some errors and prints, both of which are kept in."""
+    """Return meshio's mesh; catch the exit of the process and the output by which meshio reports some errors."""
     meshio = _import_meshio()
     printed = io.StringIO()
     try:
         with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
             return meshio.read(path)
-    except (Exception, SystemExit) as problem:  # whatever a damaged file makes meshio's many readers raise
+    except (Exception, SystemExit) as problem:  # meshio's readers raise any exception for damaged files
         reason = str(problem) if str(problem) not in ("", "1") else " ".join(printed.getvalue().split())
         raise FileError(
             f"meshio cannot read {path.name}: {reason or type(problem).__name__}. Remedy: check that the file is "
@@ -145,13 +145,13 @@ def _import_meshio() -> Any:
         import meshio
     except ImportError as problem:
         raise MissingDependency("meshio", "read_mesh of other formats than gmsh's", "pip install meshio") from problem
-    for module in (meshio._files, meshio.tetgen._tetgen):  # where it opens files
+    for module in (meshio._files, meshio.tetgen._tetgen):  # the modules that open files
         module.open = _open_that_ends
     return meshio
 
 
 class _Ends(io.IOBase):
-    """A file that ends readers which look for a line until it comes, as those of .ply, .bdf, .off and .tec do."""
+    """A file that stops readers which search for a line without end, as those of .ply, .bdf, .off and .tec do."""
 
     _reads_at_end = 0
 
@@ -184,7 +184,7 @@ def _dimension(kind: str) -> int:
     for stem, dimension in _DIMENSIONS.items():
         if bare.startswith(stem):
             return dimension
-    return 3  # polyhedra and the like: refused by name later
+    return 3  # polyhedra and others, which are refused by name later
 
 
 def _groups_from_sets(raw: Any) -> list[tuple[str, list[np.ndarray | None]]]:
@@ -193,7 +193,7 @@ def _groups_from_sets(raw: Any) -> list[tuple[str, list[np.ndarray | None]]]:
 
 
 def _groups_from_families(raw: Any) -> list[tuple[str, list[np.ndarray | None]]]:
-    """Return (name, rows of each block) of a MED file: a family is the cells that are in the same groups."""
+    """Return (name, rows of each block) of a MED file, whose families are sets of cells in the same groups."""
     families = getattr(raw, "cell_tags", None)
     if not families or "cell_tags" not in raw.cell_data:
         return []
@@ -231,7 +231,7 @@ def _groups_from_data(raw: Any, names: Mapping[int, str]) -> list[tuple[str, lis
     groups = []
     for number in np.unique(np.concatenate(data)):
         if key == "gmsh:physical" and number == 0:
-            continue  # gmsh's mark for "in no group"
+            continue  # no group in gmsh
         for dimension in sorted({_dimension(block.type) for block in raw.cells}):
             name = known.get((int(number), dimension)) or names.get(int(number)) or str(number)
             rows = [
@@ -243,5 +243,5 @@ def _groups_from_data(raw: Any, names: Mapping[int, str]) -> list[tuple[str, lis
 
 
 def _field_data(raw: Any) -> list[tuple[str, tuple[int, int]]]:
-    """Return gmsh's physical names, (name, (tag, dimension)), if the file keeps them."""
+    """Return gmsh's physical names, (name, (tag, dimension)), if the file has them."""
     return [(name, tuple(value)) for name, value in raw.field_data.items() if len(np.atleast_1d(value)) == 2]

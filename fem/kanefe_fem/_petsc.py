@@ -1,4 +1,4 @@
-"""Door to PETSc: starting MPI alone, and a sparse factorisation by MUMPS. The only file that imports petsc4py."""
+"""Interface to PETSc: start of MPI without mpirun, sparse factorisation by MUMPS. The only file that uses petsc4py."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ SMALL = 10_000
 """Number of unknowns up to which SuperLU is as fast as MUMPS, including the import of petsc4py."""
 
 ROUGHLY = 0.5
-"""Fraction of the free memory that the rough size of a factor may have before MUMPS is asked for the exact size."""
+"""Fraction of the free memory above which the size of a factor is not only estimated but computed by MUMPS."""
 
 CONDITION = 1e15
-"""Scaled condition number, estimated by one solve, from which a matrix counts as singular."""
+"""Scaled condition number, estimated by one solve, above which a matrix is regarded as singular."""
 
 PIVOTING_ROOM = 50
 """Memory for the pivots of an indefinite matrix that MUMPS may take beyond its estimate, in per cent."""
 
 
 class Factor(Protocol):
-    """What `factorise` returns."""
+    """A factorised matrix."""
 
     def solve(self, rhs: np.ndarray) -> np.ndarray:
         """Return A^-1 rhs for rhs of shape (n,) or (n, m)."""
 
 
 def start_mpi() -> None:
-    """Make the first import of MPI safe in a process without mpirun.
+    """Prepare the first import of MPI in a process without mpirun.
 
-    OpenMPI else looks for a helper program on the PATH and aborts the interpreter when it is not there; and the wheel
-    of dolfinx finds its MPI library only after its own package was imported. That wheel's PETSc shows its HDF5 to all
-    libraries loaded later, with which h5py of another version does not start: h5py goes first.
+    Without this, OpenMPI searches for a helper program on the PATH and aborts the interpreter if there is none. The
+    wheel of dolfinx finds its MPI library only after its own package was imported. Its PETSc exposes its HDF5 to all
+    libraries that are loaded later, with which an h5py of another version fails; so h5py is imported first.
     """
     os.environ.setdefault("OMPI_MCA_ess_singleton_isolated", "1")
     if importlib.util.find_spec("dolfinx_solver") is not None:
@@ -59,14 +59,15 @@ def factorise(matrix: sp.spmatrix, /, *, definite: bool = True) -> Factor:
     Returns
     -------
     Factor
-        SuperLU up to `SMALL` unknowns or when petsc4py is not installed, else MUMPS through PETSc.
+        SuperLU up to `SMALL` unknowns or if petsc4py is not installed, otherwise MUMPS through PETSc.
 
     Raises
     ------
     ModelError
-        A matrix that has to be positive definite is not: the structure is not held enough. Or memory ran out.
+        If a matrix that has to be positive definite is not, because the structure is insufficiently supported, or if
+        there is not enough memory.
     RuntimeError
-        An indefinite matrix is singular.
+        If an indefinite matrix is singular.
 
     Examples
     --------
@@ -85,9 +86,9 @@ def factorise(matrix: sp.spmatrix, /, *, definite: bool = True) -> Factor:
 class MumpsFactor:
     """Factor ``A = L D L^T`` of a symmetric matrix by MUMPS through PETSc.
 
-    Only the upper half of the matrix is stored. Told that the matrix is positive definite, MUMPS does not look for
-    pivots, which is a fifth faster; it goes on behind a negative one, but counts them. Else D has blocks of two rows
-    where one is no good pivot.
+    Only the upper half of the matrix is stored. For a positive definite matrix MUMPS does not search for pivots, which
+    is a fifth faster; it continues after a negative pivot, but counts them. For an indefinite matrix D also has blocks
+    of two rows.
 
     Parameters
     ----------
@@ -99,14 +100,14 @@ class MumpsFactor:
     Raises
     ------
     ModelError
-        If a matrix that has to be positive definite is singular or is not so.
+        If a matrix that has to be positive definite is not.
     RuntimeError
-        If another one is singular to the last digit; whoever solves with it has to check what comes out.
+        If an indefinite matrix is exactly singular. An almost singular one gives no error: check the solution.
 
     Warns
     -----
     MemoryWarning
-        If the factorisation needs more memory than is free; it is tried nevertheless.
+        If the factorisation needs more memory than is free; it is attempted nevertheless.
     """
 
     def __init__(self, matrix: sp.spmatrix, definite: bool = True) -> None:
@@ -146,7 +147,7 @@ class MumpsFactor:
         return matrix
 
     def _set_up(self, megabytes: int = 0) -> tuple[Any, Any]:
-        """Factorise; with one megabyte to work in, MUMPS stops after its analysis, which gives the memory it needs."""
+        """Factorise; with one megabyte of memory, MUMPS stops after its analysis, which gives the memory it needs."""
         petsc = self._petsc
         pc = petsc.PC().create(comm=petsc.COMM_SELF)
         pc.setOperators(self._matrix)
@@ -154,7 +155,7 @@ class MumpsFactor:
         pc.setFactorSolverType("mumps")
         pc.setFactorSetUpSolverType()
         factor = pc.getFactorMatrix()
-        factor.setMumpsIcntl(13, 1)  # no parallel root: else negative pivots are not counted
+        factor.setMumpsIcntl(13, 1)  # no parallel root, for which negative pivots are not counted
         if not self.definite:
             factor.setMumpsIcntl(14, PIVOTING_ROOM)
         factor.setMumpsIcntl(23, megabytes)
@@ -162,7 +163,7 @@ class MumpsFactor:
         return pc, factor
 
     def _refuse_failure(self) -> None:
-        """Raise if MUMPS stopped: for want of memory, or at a pivot that is zero or must not be negative."""
+        """Raise an error if MUMPS lacked memory, or found a pivot that is zero or negative where it must not be."""
         failure, detail = self._factor.getMumpsInfog(1), self._factor.getMumpsInfog(2)
         if failure in (-9, -13, -19):
             raise ModelError(
@@ -212,7 +213,7 @@ class MumpsFactor:
         return result
 
     def _refuse_singular(self, csr: sp.csr_matrix) -> None:
-        """Estimate the condition of the scaled matrix by one solve: a lower bound, huge if a motion is free."""
+        """Raise an error if the condition number, estimated from below by one solve, is that of a free motion."""
         scale = np.sqrt(csr.diagonal())
         b = np.random.default_rng(0).standard_normal(self.size)
         growth = np.linalg.norm(scale * self.solve(scale * b)) / np.linalg.norm(b)

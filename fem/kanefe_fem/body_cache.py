@@ -1,7 +1,7 @@
-"""Bodies and models made from a mesh, through the cache: their identity, without reading the mesh.
+"""The cache of bodies and models made from a mesh.
 
 The key is a digest of the bytes of the mesh file, of all options, of kanefe's own code, and of the versions of the
-packages that the numbers hang on. Neither gmsh nor dolfinx is imported for it.
+packages on which the results depend. It needs neither gmsh nor dolfinx.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ PACKAGES = ("fenics-dolfinx", "dolfinx-solver-real", "petsc4py", "numpy", "scipy
 """Distributions whose versions are part of the key."""
 
 WHOLE = (".msh", ".vtu", ".vtk", ".med", ".mesh", ".meshb", ".inp", ".bdf", ".nas", ".cdb", ".geo", ".py")
-"""Formats with the whole mesh in the file itself, unless the file includes others. All other formats are read first."""
+"""Formats with the whole mesh in one file, unless it includes others. Files of all other formats are read first."""
 
 WARNINGS = {
     "accuracy": "kanefe_fem.materials.isotropic:AccuracyWarning",
@@ -56,16 +56,17 @@ def cached_body(
 ) -> FlexibleBody:
     """Return the body that ``make(mesh)`` makes, from the cache if it was made before.
 
-    Its ``provenance["cache"]`` says which: ``{"key", "found"}``, or ``{"skipped": reason}`` where the content of an
-    option cannot be told. Of a body that was made, "model" there says the same of the model it was made from. Warnings
-    that came with making it come again.
+    Its ``provenance["cache"]`` is ``{"key", "found"}``, or ``{"skipped": reason}`` if the content of an option cannot
+    be digested. For a new body, its entry "model" is the same for the model from which it was made. The warnings that
+    were given when a body was made are repeated.
 
     Parameters
     ----------
     mesh : Mesh, str or Path
     options : dict
-        All else that the body is made from.
+        Everything else from which the body is made.
     make : callable
+        Function of the mesh that makes the body.
     """
     if not cache.is_on():
         return make(mesh)
@@ -81,7 +82,7 @@ def cached_body(
     with _own_warnings() as heard:
         body = make(mesh)
     if type(body) is not FlexibleBody:
-        # its matrices are those of its model, which is kept
+        # its matrices are those of its model, which is in the cache
         return _noted(body, {"skipped": "the body is not reduced"})
     body = _noted(replace(body, provenance={**body.provenance, "warnings": heard}), {"key": key, "found": False})
     cache.keep(key, body)
@@ -91,7 +92,7 @@ def cached_body(
 def cached_model(
     mesh: Mesh | str | Path, options: Mapping[str, Any], make: Callable[[], FiniteElementModel]
 ) -> FiniteElementModel:
-    """Return the full-order model that ``make()`` makes, from the cache if it was made before; as `cached_body`.
+    """Return the full-order model that ``make()`` makes, from the cache if it was made before; see `cached_body`.
 
     A model from the cache has no function of the geometric stiffness.
 
@@ -99,8 +100,9 @@ def cached_model(
     ----------
     mesh : Mesh, str or Path
     options : dict
-        All else that the model is made from.
+        Everything else from which the model is made.
     make : callable
+        Function without arguments that makes the model.
     """
     if not cache.is_on():
         return make()
@@ -115,14 +117,14 @@ def cached_model(
         return replace(found, provenance={**found.provenance, "cache": {"key": key, "found": True}})
     with _own_warnings() as heard:
         model = make()
-    about = {**model.provenance, "warnings": heard, "cache": {"key": key, "found": False}}
-    model = replace(model, provenance=about)
+    note = {"warnings": heard, "cache": {"key": key, "found": False}}
+    model = replace(model, provenance={**model.provenance, **note})
     cache.keep_model(key, model)
     return model
 
 
 def is_whole(path: Path) -> bool:
-    """Return whether a mesh is made from the bytes of its file alone: it neither includes files nor runs other code."""
+    """Return whether a mesh depends only on the bytes of its file, which neither includes files nor runs other code."""
     suffix = path.suffix.lower()
     if suffix not in WHOLE:
         return False
@@ -132,7 +134,7 @@ def is_whole(path: Path) -> bool:
 
 
 def _is_pure(path: Path) -> bool:
-    """Return whether a Python source imports and calls only what depends on nothing else."""
+    """Return whether the result of a Python source depends only on its text and a few known modules."""
     try:
         tree = ast.parse(path.read_bytes())
     except (SyntaxError, ValueError):
@@ -144,15 +146,13 @@ def _is_pure(path: Path) -> bool:
         elif isinstance(node, ast.ImportFrom):
             modules = ["." * node.level + (node.module or "")]
         used = node.id if isinstance(node, ast.Name) else node.attr if isinstance(node, ast.Attribute) else ""
-        if used in _WAYS_OUT:
-            return False
-        if any(module.partition(".")[0] not in _PURE_MODULES for module in modules):
+        if used in _WAYS_OUT or any(module.partition(".")[0] not in _PURE_MODULES for module in modules):
             return False
     return True
 
 
 def _read_where_needed(mesh: Mesh | str | Path, order: int, cells: str | Sequence[str] | None) -> Mesh | str | Path:
-    """Return a mesh that has been read where its file alone does not say what it is."""
+    """Return the mesh, read from its file if its content does not depend on the bytes of this file alone."""
     if isinstance(mesh, Mesh) or not os.path.isfile(mesh) or is_whole(Path(mesh)):
         return mesh
     from kanefe_fem.mesh_files import read_to_assemble
@@ -161,12 +161,12 @@ def _read_where_needed(mesh: Mesh | str | Path, order: int, cells: str | Sequenc
 
 
 def _key(mesh: Mesh | str | Path, options: Mapping[str, Any]) -> str:
-    """Return the digest of a mesh, of options, and of what else the numbers hang on."""
+    """Return the digest of a mesh, of options, and of the versions on which the results depend."""
     return digest(mesh=_content(mesh), options=options, kanefe=_versions(mesh))
 
 
 def _noted(body: FlexibleBody, note: dict[str, Any]) -> FlexibleBody:
-    """Return a body that was made with a note on the cache, which takes in that of its model."""
+    """Return a new body with a note on the cache, to which the note of its model is added."""
     of_model = body.provenance.get("cache")
     return replace(
         body, provenance={**body.provenance, "cache": note if of_model is None else {**note, "model": of_model}}
@@ -174,31 +174,30 @@ def _noted(body: FlexibleBody, note: dict[str, Any]) -> FlexibleBody:
 
 
 def _warn_again(provenance: Mapping[str, Any]) -> None:
-    """Give the warnings that came with the making."""
+    """Repeat the warnings that were given when the body or model was made."""
     for category, text in provenance.get("warnings", ()):
         warnings.warn(text, _category(category), stacklevel=outside())
 
 
 def _content(mesh: Mesh | str | Path) -> Any:
-    """Return what the digest of a mesh is made from."""
+    """Return the content of a mesh for the digest."""
     if isinstance(mesh, Mesh):
         return {f.name: getattr(mesh, f.name) for f in fields(mesh)}
     path = Path(mesh)
     if not os.path.isfile(path):
-        raise Unhashable(f"there is no file {path.name}")  # making the body says it better
+        raise Unhashable(f"there is no file {path.name}")  # making the body gives a better message
     return {"name": path.name, "content": path}
 
 
 def _versions(mesh: Mesh | str | Path) -> dict[str, Any]:
-    """Return what else the numbers hang on: our own code, packages, and gmsh where it makes the mesh."""
-    folders = (Path(kanefe.__file__).parent, Path(__file__).parent)
+    """Return the versions of our own code, of packages, and of gmsh if it makes the mesh."""
     found: dict[str, Any] = {
         "format": file_kind().version,
-        "code": code_stamp(*folders),
+        "code": code_stamp(Path(kanefe.__file__).parent, Path(__file__).parent),
         **installed_versions(*PACKAGES),
     }
     if not isinstance(mesh, Mesh) and Path(mesh).suffix.lower() in (".geo", ".py"):
-        # Debian's gmsh is no distribution of Python's, but its module names its version
+        # Debian's gmsh is not a Python distribution, but its module contains its version
         spec = importlib.util.find_spec("gmsh")
         found["gmsh"] = Path(spec.origin) if spec and spec.origin else None
     return found
@@ -206,7 +205,7 @@ def _versions(mesh: Mesh | str | Path) -> dict[str, Any]:
 
 @contextmanager
 def _own_warnings() -> Iterator[list[list[str]]]:
-    """Note the warnings that kanefe gives, as [word of the category, text], while they go their usual way."""
+    """Record the warnings of kanefe, as [word of the category, text], and show them as usual."""
     heard: list[list[str]] = []
     words = {place: word for word, place in WARNINGS.items()}
     with warnings.catch_warnings():

@@ -1,4 +1,4 @@
-"""The demonstration: a rigid hub with a motor, a flexible arm from a mesh, a tip mass. ``kanefe demo``."""
+"""The demonstration ``kanefe demo``: a rigid hub with a motor, a flexible arm from a mesh, a tip mass."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from kanefe_fem.solids.body import solid_body
 
 ALUMINIUM = Material(E=70e9, nu=0.33, rho=2700.0, name="aluminium")
 END = 2.0  # s
-TORQUE, PULSE = 40.0, 0.6  # N m, s: one period of a sine, so that the arm swings and stops
+TORQUE, PULSE = 40.0, 0.6  # N m, s; one period of a sine, so that the arm swings and stops
 REDUCTION = kf.CraigBampton(modes=12)
 DAMPING = kf.ModalDamping(0.01)
 INTERFACES = {"root": "clamped", "tip": "rigid"}
@@ -65,7 +65,7 @@ GEOMETRY = ArmGeometry()
 
 
 class ArmKind(StrEnum):
-    """What the arm is made of."""
+    """Kind of elements of the arm."""
 
     solid = "solid"
     beam = "beam"
@@ -129,10 +129,9 @@ def solid_arm(mesh: str | Path) -> kf.FlexibleBody:
 
 
 def beam_arm(elements: int = 20) -> kf.FlexibleBody:
-    """Return the arm as beam elements, each with the width at its middle; the holes thin it evenly out."""
+    """Return the arm as beam elements with the width at their middles, reduced by the share of the holes."""
     x = np.linspace(0.0, GEOMETRY.length, elements + 1)
-    full = ArmGeometry(holes=()).mass_properties(1.0)[0]
-    share = GEOMETRY.mass_properties(1.0)[0] / full
+    share = GEOMETRY.mass_properties(1.0)[0] / ArmGeometry(holes=()).mass_properties(1.0)[0]
     sections = [Rectangle(share * GEOMETRY.width(0.5 * (a + b)), GEOMETRY.thickness) for a, b in pairwise(x)]
     nodes = np.column_stack((x, np.zeros((elements + 1, 2))))
     lines = np.column_stack((np.arange(elements), np.arange(1, elements + 1)))
@@ -146,7 +145,7 @@ def motor_torque(t: float) -> float:
 
 
 def swing_scene(body: kf.FlexibleBody) -> kf.System:
-    """Return the scene: hub on a hinge about z, arm clamped to it, tip mass on the arm's tip."""
+    """Return the scene: a hub on a hinge about z, the arm clamped to it, and a mass on the arm's tip."""
     scene = kf.System(gravity=(0.0, 0.0, -9.81))
     hub = scene.add_rigid_body("hub", mass=4.0, inertia=(0.02, 0.02, 0.03), joint=kf.Revolute("z"))
     arm = scene.add_flexible_body("arm", body, parent=hub, at=(0.1, 0.0, 0.0))

@@ -1,1 +1,1 @@
-"""What the equations need of a body: masses, modes, interfaces, markers, and the cache that keeps them."""
+"""The data of bodies for the equations: masses, modes, interfaces, markers, and their cache."""

@@ -1,16 +1,16 @@
-"""The cache of flexible bodies and of their full-order models: what is made from the same is made once.
+"""The cache of flexible bodies and of their full-order models: the same input is computed once.
 
-Each is kept in a file of its own, named by a digest of all it is made from. Files are put in place as a whole, so
-that any number of processes can write and read at once, and one that is killed leaves at most a file of no name, which
-is thrown away later. Opening a body costs little more than comparing its checksums: see `kanefe.storage.array_file`.
+Each is stored in its own file, named by a digest of all its input. Files are written atomically, so that any number of
+processes can write and read at once; a killed process leaves at most a temporary file, which is deleted later. Opening
+a body costs little more than comparing its checksums: see `kanefe.storage.array_file`.
 
-A model serves the bodies that differ from the one it was assembled for in what is done with its matrices only: their
-interfaces, reduction, and damping. It takes about a kilobyte for each degree of freedom.
+Bodies that differ only in interfaces, reduction and damping share a model. It takes about a kilobyte for each degree of
+freedom.
 
 =======================  =============================================================================================
-``KANEFE_CACHE=0``       nothing is kept and nothing is looked for
+``KANEFE_CACHE=0``       the cache is off
 ``KANEFE_CACHE_DIR``     the folder (of the compiled kernels too); default: that of the user's system
-``KANEFE_CACHE_GB``      how much all files may take, default 10; those not used for longest go first
+``KANEFE_CACHE_GB``      largest size of all files, default 10; those not used for longest are deleted first
 =======================  =============================================================================================
 """
 
@@ -38,16 +38,16 @@ Kind = Literal["body", "model"]
 Kept = TypeVar("Kept")
 
 DEFAULT_GB = 10.0
+
 LEFT_OVER = 24 * 3600.0
 """Age of an unfinished file from which it counts as left by a killed process, s."""
 
 FRESH = 60.0
-"""Age of the last recorded use from which the next use is recorded, s: until then the file need not be touched again.
-"""
+"""Age of the last recorded use from which the next use is recorded, s."""
 
 
 class CacheWarning(UserWarning):
-    """Something is wrong with the cache; bodies are made as if there were none."""
+    """A problem with the cache; bodies are made without it."""
 
 
 @dataclass(frozen=True)
@@ -57,14 +57,14 @@ class Entry:
     Attributes
     ----------
     key : str
-        Digest of what it is made from.
+        Digest of its input.
     kind : "body", "model" or None
         None if the file cannot be read.
     path : Path
     size : int
         Bytes.
     used : float
-        When it was used last, s since 1970.
+        Time of its last use, s since 1970.
     about : dict
         Its provenance; empty if the file cannot be read.
     """
@@ -78,14 +78,13 @@ class Entry:
 
     @property
     def summary(self) -> str:
-        """What it is made from, in a line."""
+        """Its input, in one line."""
         if self.kind is None:
             return "cannot be read; it is made again when it is needed"
-        told = [self.about.get("source"), self.about.get("element")]
-        told += [f"{self.about['dofs']} dofs" if "dofs" in self.about else None]
+        dofs = f"{self.about['dofs']} dofs" if "dofs" in self.about else None
         reduction = self.about.get("reduction")
-        told += [reduction.get("method") if isinstance(reduction, dict) else reduction]
-        return ", ".join(str(part) for part in told if part)
+        method = reduction.get("method") if isinstance(reduction, dict) else reduction
+        return ", ".join(str(x) for x in (self.about.get("source"), self.about.get("element"), dofs, method) if x)
 
 
 def is_on() -> bool:
@@ -101,7 +100,7 @@ def bodies_folder() -> Path:
 def find(key: str) -> FlexibleBody | None:
     """Return the body of a key, or None.
 
-    A file that cannot be read is thrown away with a `CacheWarning`.
+    A file that cannot be read is deleted with a `CacheWarning`.
     """
     from kanefe.bodies.flexible import FlexibleBody
 
@@ -109,31 +108,31 @@ def find(key: str) -> FlexibleBody | None:
 
 
 def find_model(key: str) -> FiniteElementModel | None:
-    """Return the full-order model of a key, or None; as `find`."""
+    """Return the full-order model of a key, or None; a file that cannot be read is deleted with a `CacheWarning`."""
     from kanefe.fe_model.file import load_model
 
     return _found(key, "model", load_model)
 
 
 def keep(key: str, body: FlexibleBody) -> None:
-    """Put a body into the cache; where it cannot be written, a `CacheWarning` says so and nothing else happens."""
+    """Store a body in the cache; if this fails, only a `CacheWarning` is issued."""
     from kanefe.bodies.flexible import FlexibleBody
 
     _keep(key, "body", body, FlexibleBody.save)
 
 
 def keep_model(key: str, model: FiniteElementModel) -> None:
-    """Put a full-order model into the cache, without its function of the geometric stiffness; as `keep`."""
+    """Store a full-order model in the cache as `keep`, without its function of the geometric stiffness."""
     from kanefe.fe_model.file import save_model
 
     _keep(key, "model", model, save_model)
 
 
 def entries() -> list[Entry]:
-    """Return what is in the cache, last used first."""
+    """Return the files in the cache, last used first."""
     found = []
     for path in bodies_folder().glob("*.npz"):
-        with contextlib.suppress(FileNotFoundError):  # another process clears it
+        with contextlib.suppress(FileNotFoundError):  # another process may have deleted it
             status = path.stat()
             kind, about = _about(path)
             found.append(Entry(path.stem, kind, path, status.st_size, status.st_mtime, about))
@@ -141,7 +140,7 @@ def entries() -> list[Entry]:
 
 
 def clear() -> tuple[int, int]:
-    """Throw away all bodies and models and what killed processes left; return how many files and how many bytes."""
+    """Delete all bodies, models and files of killed processes; return the number of files and of bytes."""
     count = freed = 0
     for path in [*bodies_folder().glob("*.npz"), *bodies_folder().glob(".*.npz.*")]:
         with contextlib.suppress(FileNotFoundError):
@@ -152,7 +151,7 @@ def clear() -> tuple[int, int]:
 
 
 def clear_kernels() -> int:
-    """Throw away the compiled kernels, which are compiled again when they are needed; return how many bytes."""
+    """Delete the compiled kernels, which are compiled again when they are needed; return the number of bytes."""
     folder = cache_folder() / "kernels"
     freed = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
     shutil.rmtree(folder, ignore_errors=True)
@@ -160,12 +159,12 @@ def clear_kernels() -> int:
 
 
 def limit() -> float:
-    """Return how many bytes all files may take.
+    """Return the largest size of all files in bytes.
 
     Raises
     ------
     ModelError
-        If ``KANEFE_CACHE_GB`` is no number.
+        If ``KANEFE_CACHE_GB`` is not a number.
     """
     text = os.environ.get("KANEFE_CACHE_GB", "")
     try:
@@ -191,7 +190,7 @@ def _found(key: str, kind: Kind, load: Callable[[Path], Kept]) -> Kept | None:
         with contextlib.suppress(OSError):
             path.unlink()
         return None
-    with contextlib.suppress(OSError):  # a cache that can be read only
+    with contextlib.suppress(OSError):  # the cache may be read-only
         if time.time() - path.stat().st_mtime > FRESH:
             os.utime(path)
     return found
@@ -211,7 +210,7 @@ def _keep(key: str, kind: Kind, value: Kept, save: Callable[[Kept, Path], None])
 
 
 def _about(path: Path) -> tuple[Kind | None, dict[str, Any]]:
-    """Return what a file holds, and its provenance."""
+    """Return the kind of a file's content, and its provenance."""
     from kanefe.storage.array_file import read_header
     from kanefe.storage.object_file import DAMAGE
     from kanefe.storage.serialise import decoded
@@ -226,7 +225,7 @@ def _about(path: Path) -> tuple[Kind | None, dict[str, Any]]:
 
 
 def _make_room(newest: Path) -> None:
-    """Throw away what was not used for longest until the rest fits, and what killed processes left."""
+    """Delete the files not used for longest until the rest fits, and those of killed processes."""
     files = []
     for path in bodies_folder().glob("*.npz"):
         with contextlib.suppress(FileNotFoundError):

@@ -2,7 +2,7 @@
 
 A body is a set of frozen arrays in its mesh frame G: a basis Psi of K coordinates, its stiffness, damping and mass
 moments, and the motion of its interfaces. The first k coordinates are free; the last ones are the interface
-components that are fixed in G. Their rows of the equations are deleted, and give the coupling forces when asked for.
+components that are fixed in G. Their rows of the equations are deleted, and give the coupling forces on request.
 """
 
 from __future__ import annotations
@@ -45,14 +45,14 @@ class InterfaceFrame:
     motion : ndarray, shape (6, K)
         Translation (m) and slopes (rad) of the frame from all coordinates, in components of G.
     fixed_components : tuple of int
-        Which of the six components, along the axes of the interface, are fixed in G (0..5).
+        Components, along the axes of the interface, that are fixed in G (0..5).
     fixed_columns : tuple of int
-        The coordinates they are, among the last ones of the body.
+        Their coordinates, among the last ones of the body.
     quadratic : ndarray, shape (6, K, K), or None
-        Second-order part of the motion, ``1/2 eta^T quadratic eta`` in m and rad (rotation vector): the foreshortening
-        and what goes with it. None: without stiffening by loads on the interface.
+        Second-order part of the motion, ``1/2 eta^T quadratic eta`` in m and rad (rotation vector): foreshortening and
+        the like. None: without stiffening by loads on the interface.
     axes : ndarray, shape (3, 3)
-        From the axes of the interface, when undeformed, to those of G.
+        Rotation matrix from the axes of the undeformed interface to those of G.
     """
 
     name: str
@@ -82,7 +82,7 @@ class InterfaceFrame:
         return motion @ eta + 0.5 * (bent @ eta), motion + bent
 
     def loose_rotations(self, components: tuple[str, ...]) -> tuple[str, ...]:
-        """Return the rotations about the axes of the interface that its nodes, of given components, cannot follow."""
+        """Return the rotations about the axes of the interface that its nodes, with these components, cannot follow."""
         turns = abs(self.axes.T @ self.motion[3:]).max(axis=1, initial=0.0)
         possible = ROTATIONS if "z" in components else ("rz",)
         return tuple(c for c in possible if turns[ROTATIONS.index(c)] <= 1e-12 * turns.max())
@@ -97,7 +97,7 @@ class InterfaceFrame:
         return np.asarray(moved + 0.5 * np.einsum("tci,ti->tc", bent, eta))
 
     def remainder(self, deta: np.ndarray) -> np.ndarray:
-        """Return the accelerations of translation and slopes that go with rates, ``deta^T quadratic deta``, (6,)."""
+        """Return the remainder accelerations of translation and slopes, ``deta^T quadratic deta``, (6,)."""
         if self.quadratic is None:
             return np.zeros(6)
         count = len(deta)
@@ -106,7 +106,7 @@ class InterfaceFrame:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class FlexibleBody(PickledByFields):
-    """A flexible body ready for the Kane assembler.
+    """The data of a flexible body for Kane's equations.
 
     Attributes
     ----------
@@ -139,7 +139,7 @@ class FlexibleBody(PickledByFields):
         Named parts of the mesh, for contacts.
     units : str
     provenance : dict
-        Where the body comes from (json-able).
+        Origin of the body (json-able).
     """
 
     nodes: np.ndarray
@@ -161,8 +161,7 @@ class FlexibleBody(PickledByFields):
     provenance: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
-        frozen = [self.nodes, self.basis, self.stiffness, self.damping, self.inertia_points, self.inertia_basis]
-        frozen += [*self.moments.arrays().values(), self.inertia_mass.data]
+        frozen = [*self._matrices(), self.nodes, *self.moments.arrays().values()]
         for frame in self.interfaces:
             frozen += [frame.position, frame.motion, frame.axes]
             frozen += [] if frame.quadratic is None else [frame.quadratic]
@@ -172,6 +171,12 @@ class FlexibleBody(PickledByFields):
         for array in frozen:
             array.flags.writeable = False
 
+    def _matrices(self) -> list[np.ndarray]:
+        return [
+            *(self.basis, self.stiffness, self.damping),
+            *(self.inertia_points, self.inertia_basis, self.inertia_mass.data),
+        ]
+
     def __repr__(self) -> str:
         interfaces = ", ".join(f"{f.name}{' (fixed)' if f.fixed_components else ''}" for f in self.interfaces)
         return (
@@ -180,7 +185,7 @@ class FlexibleBody(PickledByFields):
         )
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows of the body."""
+        """Return the representation in notebooks."""
         return served("body_card")(self)
 
     @property
@@ -200,7 +205,7 @@ class FlexibleBody(PickledByFields):
 
     @property
     def is_floating(self) -> bool:
-        """Whether no interface is fixed in G: G follows the body's mean motion, and only a free joint can hold it."""
+        """Whether no interface is fixed in G: G follows the body's mean motion, and the joint must be a free one."""
         return self.fixed_count == 0
 
     @property
@@ -258,7 +263,8 @@ class FlexibleBody(PickledByFields):
             raise ModelError(f"node {node} is not one of the {len(self.nodes)} nodes of this body")
         motion = np.zeros((6, self.count))
         width = len(self.components)
-        motion[[COMPONENTS.index(c) for c in self.components]] = self.basis[node * width : (node + 1) * width]
+        rows: Any = self.basis[node * width : (node + 1) * width]
+        motion[[COMPONENTS.index(c) for c in self.components]] = rows.toarray() if sp.issparse(rows) else rows
         return InterfaceFrame(f"node {node}", self.nodes[node].copy(), motion)
 
     @checked
@@ -273,7 +279,7 @@ class FlexibleBody(PickledByFields):
         return displacement
 
     def report(self) -> Report:
-        """Return what the body is: mesh quality, mass, modes, effective masses, interfaces, reduction, provenance.
+        """Return a report: mesh quality, mass, modes, effective masses, interfaces, reduction, provenance.
 
         Returns
         -------
@@ -302,7 +308,7 @@ class FlexibleBody(PickledByFields):
         Raises
         ------
         FileError
-            If the file is not there, truncated, or of another format or version.
+            If the file is missing, truncated, or of another format or version.
         """
         from kanefe.storage.object_file import read_object
 
@@ -311,9 +317,9 @@ class FlexibleBody(PickledByFields):
 
 
 def file_kind() -> FileKind:
-    """Return what files of flexible bodies say of themselves.
+    """Return the kind of files of flexible bodies.
 
-    Versions 1 and 2 were compressed, and so had to be read as a whole; 3 named classes by the files of the code.
+    Versions 1 and 2 were compressed, and had to be read as a whole; version 3 named classes by their modules.
     """
     from kanefe.storage.object_file import FileKind
 

@@ -1,10 +1,8 @@
 """Inertia of an unreduced body from the accelerations of its mass points (Eq. 24-26, 38), without moments of any basis.
 
 Where the displacement is linear in the coordinates, ``r = X + N eta``, velocity and acceleration of every mass point
-are known exactly, and the inertia forces are those of a sparse mass matrix times them (Zwoelfer & Gerstmayr 2020): one
-product with three columns, whatever the motion. The nodal form takes M of the nodes instead, with their rotations.
-
-Products with a sparse matrix that is a selection almost everywhere: most rows are a row of the identity.
+are known exactly, and the inertia forces are a sparse mass matrix times accelerations (Zwoelfer & Gerstmayr 2020): one
+product with three columns, whatever the motion. The nodal form uses M of the nodes instead, with their rotations.
 """
 
 from __future__ import annotations
@@ -58,10 +56,6 @@ class InertiaField(PickledByFields):
         """Place among the components, and axis, of each rotation."""
         return tuple((at, COMPONENTS.index(c) - 3) for at, c in enumerate(self.components) if c not in TRANSLATIONS)
 
-    @cached_property
-    def _is_plain(self) -> bool:
-        return self.components == TRANSLATIONS
-
     @property
     def elastic_mass(self) -> sp.csr_matrix:
         """Constant elastic block of the mass matrix ``N^T M N``, shape (K, K)."""
@@ -110,9 +104,7 @@ class InertiaField(PickledByFields):
         rates = self._of_points(deta)
         r = self.points + self._translations(self._of_points(eta))
         field = r @ skew(w).T + self._translations(rates) + v
-        turns = None
-        if self._turns:
-            turns = np.column_stack([w[c] + rates[:, at] for at, c in self._turns])
+        turns = np.column_stack([w[c] + rates[:, at] for at, c in self._turns]) if self._turns else None
         return self._weighted(field, r, turns)
 
     def rigid_inertia(self, eta: Vector) -> tuple[Matrix, Matrix]:
@@ -139,11 +131,11 @@ class InertiaField(PickledByFields):
         return np.asarray((self.mass @ columns.reshape(len(self.points), -1)).reshape(columns.shape))
 
     def _of_points(self, x: Vector) -> np.ndarray:
-        """Return the motion of the points that coordinates or their rates make, shape (P, c)."""
+        """Return the motion of the points from coordinates or their rates, shape (P, c)."""
         return self._motion.times(x).reshape(len(self.points), len(self.components))
 
     def _translations(self, motion: np.ndarray) -> np.ndarray:
-        if self._is_plain:
+        if self.components == TRANSLATIONS:
             return motion
         full = np.zeros((len(motion), 3))
         for at, c in self._moves:
@@ -186,10 +178,10 @@ NOTHING = np.zeros(1)
 
 
 class Selection:
-    """A sparse matrix A, as a gather where its rows pick one entry, and as a sparse matrix elsewhere.
+    """A sparse matrix A for products: a gather for rows of the identity, a sparse matrix for the other rows.
 
-    Of a mesh of Lagrange elements the points are the nodes, and only those of interfaces follow anything but
-    coordinates of their own: a gather is several times faster than a sparse product.
+    For Lagrange elements the points are the nodes, and only those of interfaces depend on more than their own
+    coordinates. A gather is several times faster than a sparse product.
 
     Parameters
     ----------
@@ -208,10 +200,9 @@ class Selection:
         rows, columns = matrix.shape
         entries = np.diff(matrix.indptr)
         single = np.flatnonzero(entries == 1)
-        picks = matrix.data[matrix.indptr[single]] == 1.0
-        single = single[picks]
-        places = matrix.indices[matrix.indptr[single]]
-        places, first = np.unique(places, return_index=True)  # a column that several rows pick is a product
+        single = single[matrix.data[matrix.indptr[single]] == 1.0]
+        # of several rows with the same column only the first: the transposed product is a sum
+        places, first = np.unique(matrix.indices[matrix.indptr[single]], return_index=True)
         single = single[first]
         self._from = np.full(rows, columns)
         self._from[single] = places

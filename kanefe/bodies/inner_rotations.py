@@ -1,7 +1,7 @@
-"""How far the inside of a flexible body turns against its mesh frame G, and where: what linear elasticity is judged by.
+"""Rotations within a flexible body relative to its mesh frame G: the measure of the validity of linear elasticity.
 
-Rotations are those of interfaces, of nodes that have them, and of cells elsewhere: of the rigid motion that fits the
-displacements of their nodes best. A body of which only nodes are known tells displacements as shares of its length.
+Rotations are those of interfaces, of nodes that have them, and elsewhere of cells, by the rigid motion that fits the
+displacements of their nodes best. For a body with known nodes only, displacements relative to its length are used.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from kanefe.frames import Matrix, Vector
 from kanefe.storage.scipy_later import sp
 
 MOST = 1000
-"""Number of nodes or cells that are evaluated, picked evenly: more hardly change the largest value."""
+"""Largest number of nodes or cells that are evaluated, picked evenly: more hardly change the largest value."""
 
 AT_ONCE = 4096
 """Number of states evaluated at once."""
@@ -35,11 +35,11 @@ class InnerRotations:
     ----------
     places : tuple of str
     motion : ndarray or csr_matrix, shape (3 places, k)
-        Rotation in rad of each, in components of G; sparse of unreduced bodies.
+        Rotation in rad of each, in components of G; sparse for unreduced bodies.
     chosen : ndarray of int
-        Interfaces, and the places that some coordinate turns the most.
+        Interfaces, and the place with the largest rotation for each coordinate.
     of_displacements : bool
-        Whether they are displacements over the length of the body in their place.
+        Whether these are displacements over the length of the body instead of rotations.
     """
 
     places: tuple[str, ...]
@@ -54,35 +54,36 @@ class InnerRotations:
 
     @cached_property
     def watched(self) -> tuple[Vector, Vector, Vector]:
-        """What kernels need to watch them, see `kanefe.kernels.evaluation.bending`.
+        """Arrays for the check in compiled code, see `kanefe.kernels.evaluation.bending`.
 
-        Room for coordinates with the bounds of the largest by each, room for components, and these by coordinate.
+        Workspace for coordinates with a bound of the rotations by each, workspace for components, and the motion by
+        coordinate.
         """
         turns = self.of_chosen
         bounds = np.sqrt(np.square(turns).reshape(-1, 3, turns.shape[1]).sum(axis=1).max(axis=0))
         return np.append(np.zeros(len(bounds)), bounds), np.zeros(len(turns)), turns.T.ravel()
 
     def size(self, eta: Vector) -> float:
-        """Return the largest rotation of a chosen place in a state, rad; zero of what is not finite."""
+        """Return the largest rotation of a chosen place in a state, rad; zero if it is not finite."""
         size = float(np.square((self.of_chosen @ eta).reshape(-1, 3)).sum(axis=1).max(initial=0.0))
         return size**0.5 if np.isfinite(size) else 0.0
 
     def worst_row(self, etas: Matrix) -> int:
-        """Return which of many states (T, k) turns the chosen places the most."""
-        parts = np.split(etas.T, range(AT_ONCE, len(etas), AT_ONCE), axis=1)  # so that it takes little room
+        """Return the number of the state, among many (T, k), with the largest rotation of the chosen places."""
+        parts = np.split(etas.T, range(AT_ONCE, len(etas), AT_ONCE), axis=1)  # limits the memory
         squares = (np.square(self.of_chosen @ part).reshape(-1, 3, part.shape[1]) for part in parts)
         largest = np.concatenate([part.sum(axis=1).max(axis=0, initial=0.0) for part in squares])
         return int(np.where(np.isfinite(largest), largest, 0.0).argmax())
 
     def largest(self, eta: Vector) -> tuple[str, Vector]:
-        """Return the place that is turned most in a state, and its rotation vector in rad."""
+        """Return the place with the largest rotation in a state, and its rotation vector in rad."""
         turned = (self.motion @ eta).reshape(-1, 3)
         worst = int(np.square(turned).sum(axis=1).argmax())
         return self.places[worst], turned[worst]
 
 
 def inner_rotations(body: FlexibleBody) -> InnerRotations | None:
-    """Return the rotations inside a body, made once of each; None: nothing of it can move."""
+    """Return the rotations within a body, computed once for each; None if it cannot deform."""
     if not body.free_count or not len(body.nodes):
         return None
     if body not in _kept:

@@ -1,4 +1,4 @@
-"""Markers: frames fixed in a body, in an interface or in N, and joint coordinates, to which things attach."""
+"""Markers: frames fixed in a body, in an interface or in N, and joint coordinates, for loads and constraints."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ class Marker:
     body : int
         Number of the body in the model; -1: the inertial frame N.
     interface : InterfaceFrame or None
-        Of a flexible body; None: the frame of the body itself.
+        Interface of a flexible body; None: the frame of the body itself.
     point : ndarray, shape (3,)
         Origin, from that frame's origin in its components, m.
     axes : ndarray, shape (3, 3)
-        From the marker's axes to those of that frame.
+        Rotation matrix from the marker's axes to those of that frame.
     label : str
-        For messages, such as ``'rod' at (0.3, 0, 0)``.
+        Name in messages, such as ``'rod' at (0.3, 0, 0)``.
     """
 
     body: int
@@ -38,15 +38,15 @@ class Marker:
 
 @dataclass(frozen=True, eq=False)
 class CoordinateMarker(Marker):
-    """A coordinate of a body's joint as an end of a load: what the load gives there is a force along the coordinate.
+    """A coordinate of a body's joint as an end of a load, which acts there with a force along the coordinate.
 
-    Its motion is that of a point on the x axis: the coordinate is x of the position, its rate x of the velocity; and of
-    the wrench there the first number counts, N or N m.
+    Its motion is that of a point on the x axis: the coordinate is x of the position, its rate x of the velocity, and
+    only the first component of the wrench there is used, N or N m.
 
     Attributes
     ----------
     coordinate : int
-        Among those of the joint.
+        Number of the coordinate in the joint.
     """
 
     coordinate: int

@@ -1,8 +1,8 @@
-"""Inertia of a flexible body from constants: what a step needs of the mesh, computed once.
+"""Inertia of a flexible body from constants of its mesh, computed once.
 
 With the position ``r = X + Psi eta`` of every mass point linear in the coordinates eta, all inertia terms of a body in
 its floating frame G are polynomials in eta, deta and the angular velocity. Their coefficients are the mass moments
-below, so that a step costs O(k^2) whatever the mesh. Exact wherever the displacement field is (Zwoelfer & Gerstmayr
+below, so that a step costs O(k^2) whatever the mesh. They are exact if the displacement field is (Zwoelfer & Gerstmayr
 2020, "A concise nodal-based derivation of the floating frame of reference formulation").
 """
 
@@ -166,7 +166,7 @@ class MassMoments:
         a: np.ndarray,
         alpha: np.ndarray,
     ) -> np.ndarray:
-        """Return the force and the moment about the origin of G that the motion takes at many states, (T, 6).
+        """Return the force and the moment about the origin of G that the motion needs at many states, (T, 6).
 
         ``int rho (1, r x) (a + alpha x r + w x (w x r) + 2 w x r' + r'')``, the first six rows of `terms`.
 
@@ -210,8 +210,7 @@ def leading_quadratic(
     """Return the second-order moments of the first `count` coordinates alone."""
     if first is None or second is None:
         return None, None
-    leading = slice(count)
-    return np.ascontiguousarray(first[:, leading, leading]), np.ascontiguousarray(second[:, :, leading, leading])
+    return np.ascontiguousarray(first[:, :count, :count]), np.ascontiguousarray(second[:, :, :count, :count])
 
 
 def add_quadratic_terms(
@@ -225,10 +224,10 @@ def add_quadratic_terms(
 ) -> None:
     """Add the inertia of the second-order displacement: motion-induced stiffening, to the order of K eta.
 
-    The points of a bent beam come closer to its root. This displacement, ``u_a = 1/2 eta^T H_a eta``, is small, but
-    its *work* is not: under an acceleration or in a spin it gives forces linear in eta, as K does. First and second
-    moments of mass, their rates and their derivatives by eta get all of its terms of second order in (eta, deta), so
-    that the equations stay those of a Lagrangian, and energy and momenta are kept exactly.
+    The points of a bent beam approach its root. This displacement, ``u_a = 1/2 eta^T H_a eta``, is small, but its
+    *work* is not: under an acceleration or in a spin it gives forces linear in eta, as K does. All its terms of second
+    order in (eta, deta) are added to the first and second moments of mass, their rates and their derivatives with
+    respect to eta, so that the equations remain those of a Lagrangian, and energy and momenta are conserved exactly.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
-"""Inertia of a body of which only M at the nodes is known: the paper's nodal form, an approximation where nodes rotate.
+"""Inertia of a body with only M at the nodes: the paper's nodal form, an approximation where nodes rotate.
 
 The nodal velocities and accelerations of Eq. 24-26 are built from the rigid motion of G and the slopes; the inertia
 forces are ``M`` times the nodal accelerations (Eq. 38). For nodes that only translate this is exact for every M. For
-nodes that rotate, the angular acceleration of a node is not the second derivative of its slope in space: a beam
-element of length l spun about two axes shows 0.35 m l^2 w_x w_y where m l^2/3 w_x w_y is right. The error falls with
+nodes that rotate, the angular acceleration of a node is not the second derivative of its slope in space: for a beam
+element of length l spun about two axes it gives 0.35 m l^2 w_x w_y instead of m l^2/3 w_x w_y. The error decreases with
 the size of the elements. Beams of `kanefe_fem` do not use this form.
 """
 
@@ -21,7 +21,7 @@ from kanefe.storage.scipy_later import sp
 
 @dataclass(frozen=True, eq=False)
 class NodalMoments:
-    """Gram matrix of the motions that a nodal acceleration is made of.
+    """Gram matrix of the motions that compose nodal accelerations.
 
     The motions of all nodes are the columns of F: 3 unit translations e_a; 9 fields e_a X_b; 3 unit rotations e_a of
     every node; 9 K fields e_a psi_b,i (translations of coordinate i) and 9 K fields e_a theta_b,i (its rotations).
@@ -32,7 +32,7 @@ class NodalMoments:
     gram : ndarray, shape (15 + 18 K, 15 + 18 K)
         ``F^T M F``.
     quadratic_first, quadratic_second : ndarray or None
-        Of the second-order displacement, as in `MassMoments`.
+        Moments of the second-order displacement, as in `MassMoments`.
     """
 
     gram: np.ndarray
@@ -45,8 +45,9 @@ class NodalMoments:
     ) -> NodalMoments:
         """Return the moments from nodes (n, 3), their components, M (N, N) and the basis (N, K)."""
         n, count = len(nodes), basis.shape[1]
+        kept = [COMPONENTS.index(c) for c in components]
         motion = np.zeros((n, 6, count))
-        motion[:, [COMPONENTS.index(c) for c in components]] = basis.reshape(n, len(components), count)
+        motion[:, kept] = basis.reshape(n, len(components), count)
         fields = np.zeros((n, 6, 15 + 18 * count))
         for a in range(3):
             fields[:, a, a] = 1.0
@@ -57,7 +58,6 @@ class NodalMoments:
                 fields[:, a, start : start + count] = motion[:, b]
                 start += 9 * count
                 fields[:, 3 + a, start : start + count] = motion[:, 3 + b]
-        kept = [COMPONENTS.index(c) for c in components]
         flat = fields[:, kept].reshape(n * len(components), -1)
         return cls(gram=flat.T @ (mass @ flat))
 
@@ -99,8 +99,7 @@ class NodalMoments:
         rate = self._field(2.0 * W, deta)
         rate[3:12] = 0.0  # the reference position has no rate
         Z += rate
-        start = 15 + 9 * K
-        Z[start:] = np.einsum("ab,i->abi", W, deta).ravel()  # Y_n = w x dtheta
+        Z[15 + 9 * K :] = np.einsum("ab,i->abi", W, deta).ravel()  # Y_n = w x dtheta
         weighted = V.T @ self.gram
         mass, bias = weighted @ V, weighted @ Z
         if self.quadratic_first is not None and self.quadratic_second is not None:

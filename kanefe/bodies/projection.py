@@ -1,8 +1,8 @@
-"""Fields of displacement or velocity over a flexible body as modal coordinates: the nearest there are, by mass.
+"""Projection of displacement or velocity fields over a flexible body on its modes, weighted by mass.
 
     eta = (Psi^T M Psi)^-1 Psi^T M f,     error^2 = (f - Psi eta)^T M (f - Psi eta) / f^T M f
 
-so that of a velocity field the modes take the kinetic energy that they can.
+For a velocity field the error is the fraction of the kinetic energy that the modes cannot represent.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ REPORTED = 1e-2
 def projected(body: FlexibleBody, field: Field, label: str) -> Vector:
     """Return the modal coordinates of a field, (k,), and warn of the fraction of it that the modes cannot represent.
 
-    A function is asked at the places of the mass: the nodes of solids, points within the elements of beams. A table of
-    nodes of a body of beams is fitted at the nodes, where all count alike.
+    A function is evaluated at the mass points: the nodes of solids, points within the elements of beams. A table for
+    the nodes of a body of beams is fitted at the nodes with equal weights.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def projected(body: FlexibleBody, field: Field, label: str) -> Vector:
 
 
 def _mass(body: FlexibleBody, is_by_mass: bool) -> tuple[sp.csr_matrix, Any]:
-    """Return the weights (3 P, 3 P) and the motion (3 P, k) of the places: of its mass, or alike of its nodes."""
+    """Return weights (3 P, 3 P) and motion (3 P, k) of the points: of the mass, or of the nodes with equal weights."""
     k, components = body.free_count, body.components
     if is_by_mass and body.is_exact:
         return sp.kron(body.inertia_mass, sp.identity(3), format="csr"), body.inertia_basis[:, :k]

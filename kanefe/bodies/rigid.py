@@ -1,4 +1,4 @@
-"""Rigid bodies: mass, centre of mass, inertia, and the checks that they can exist."""
+"""Rigid bodies: mass, centre of mass, inertia, and checks that they are physically possible."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class RigidMass:
     inertia : ndarray, shape (3, 3)
         About the centre of mass, kg m2.
     rotor : ndarray, shape (3,)
-        Angular momentum of rotors from their spin seen from the body, in its components, kg m2/s.
+        Angular momentum of rotors by their spin relative to the body, in its components, kg m2/s.
     is_as_given : bool
-        Whether the inertia is taken as a file has it, also where no body has such a one.
+        Whether the inertia is taken from a file unchecked, even if it is not physically possible.
     """
 
     mass: float
@@ -57,12 +57,12 @@ def rigid_mass(name: str, mass: float, inertia: object, com: Sequence[float]) ->
     Parameters
     ----------
     name : str
-        The body, for messages.
+        Name of the body, for messages.
     mass : float
         kg, zero or more.
     inertia : float, (3,) or (3, 3)
-        About the centre of mass, kg m2: one number for all axes, the diagonal, or the matrix. ``(0, 0, I)`` serves
-        bodies that turn about z alone.
+        About the centre of mass, kg m2: one number for all axes, the diagonal, or the matrix. ``(0, 0, I)`` is enough
+        for bodies that rotate about z only.
     com : array_like, shape (3,)
         m.
 
@@ -90,8 +90,8 @@ def rigid_mass(name: str, mass: float, inertia: object, com: Sequence[float]) ->
             f"inertia of body {name!r} has a negative principal moment ({moments[0]:.6g} kg m2). "
             "Remedy: moments about the centre of mass"
         )
-    # round-off of a CAD program's export must pass, a wrong column must not
-    is_planar = moments[1] <= NO_MOMENT * moments[2]  # (0, 0, I): whether it stays in its plane is seen at freeze
+    # the tolerance accepts round-off in exports of CAD programs, but not a wrong column
+    is_planar = moments[1] <= NO_MOMENT * moments[2]  # (0, 0, I): freezing checks that it stays in its plane
     if not is_planar and moments[2] > (moments[0] + moments[1]) * (1 + 1e-6) + 1e-12 * largest:
         raise ModelError(
             f"inertia of body {name!r} breaks the triangle inequality: principal moments {moments[0]:.6g}, "

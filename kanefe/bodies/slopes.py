@@ -1,4 +1,4 @@
-"""Measures of the slopes of a node: how three small numbers theta become the rotation A_Gn of its frame.
+"""Measures of the slopes of a node: the rotation A_Gn of its frame from three parameters theta.
 
 The default is the rotation vector, which is regular up to a full turn. Extrinsic x-y-z Tait-Bryan angles, the paper's
 choice (Eq. 23), are the option ``slopes="tait-bryan"``; they are singular at theta_y = 90 degrees.
@@ -29,7 +29,7 @@ from kanefe.frames import (
 
 @dataclass(frozen=True)
 class SlopeMeasure:
-    """One way of reading slopes as a rotation.
+    """One parametrisation of a rotation by slopes.
 
     Attributes
     ----------
@@ -59,14 +59,13 @@ def _series(first: int, factor: Callable[[int], float] = lambda k: 1.0) -> tuple
 _SERIES = (_series(2), _series(3), _series(4, lambda k: -2.0 * (k + 1)), _series(5, lambda k: -2.0 * (k + 1)))
 
 
-def _exponential_coefficients(angle: float) -> tuple[float, ...]:
-    """Return a, b, a'/x and b'/x; by series below 1 rad, where the closed forms cancel."""
-    x = angle
+def _exponential_coefficients(x: float) -> tuple[float, ...]:
+    """Return a, b, a'/x and b'/x of an angle; by series below 1 rad, where the closed forms cancel."""
     if x < 1.0:
         return tuple(_horner(coefficients, x * x) for coefficients in _SERIES)
-    if not math.isfinite(x):  # as an integrator may try: it takes a smaller step then
+    if not math.isfinite(x):  # a trial step of an integrator, which it then repeats with a smaller one
         return (math.nan,) * 4
-    s, c, square = math.sin(x), math.cos(x), x * x  # a power would be an OverflowError
+    s, c, square = math.sin(x), math.cos(x), x * x  # x**2 would raise OverflowError
     return (
         (1 - c) / square,
         (x - s) / (x * square),
@@ -119,8 +118,8 @@ def tait_bryan_angles(e: Vector) -> Vector:
     of the other two is defined; there theta_z is set to zero and the rotation is reproduced.
     """
     e0, e1, e2, e3 = e / np.linalg.norm(e)
-    # arcsin loses half of its digits near 90 degrees; the two half-angles below keep them all:
-    # |e0 + e2| and |e1 - e3| make cos and sin of the sum, |e0 - e2| and |e1 + e3| those of the difference.
+    # arcsin loses half of its digits near 90 degrees; the half-angles below do not: e0 + e2 and e1 - e3 are
+    # proportional to cos and sin of the difference of theta_x and theta_z, e0 - e2 and e1 + e3 to those of their sum
     plus = math.hypot(e0 + e2, e1 - e3)
     minus = math.hypot(e0 - e2, e1 + e3)
     pitch = 2.0 * math.atan2(plus, minus) - math.pi / 2

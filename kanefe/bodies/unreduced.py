@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
-from kanefe.errors import FileError, ModelError
+from kanefe.bodies.flexible import FlexibleBody
+from kanefe.errors import FileError
 from kanefe.fe_model.factorise import Factorisation, Factorise, splu_factorise
-from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS
+from kanefe.fe_model.model import TRANSLATIONS
 from kanefe.storage.scipy_later import sp, spla
 from kanefe.storage.serialise import NOT_SAVED
 
@@ -36,11 +36,11 @@ class UnreducedBody(FlexibleBody):
     damping : csr_matrix, shape (k, k)
     moments : InertiaField
     damping_factors : (float, float)
-        Factors of M (1/s) and K (s) in C; `damping` is what a given matrix adds to them.
+        Factors of M (1/s) and K (s) in C; a given `damping` matrix is added.
     rigid_motions : ndarray, shape (k, rigid)
-        M-orthonormal rigid motions of a floating body; none of one that is held.
+        M-orthonormal rigid motions of a floating body; no columns if the body is held.
     factorise : callable
-        Factors a symmetric positive definite sparse matrix. A file leaves it out.
+        Factors a symmetric positive definite sparse matrix. It is not written to files.
     """
 
     basis: sp.csr_matrix
@@ -54,14 +54,10 @@ class UnreducedBody(FlexibleBody):
     def __post_init__(self) -> None:
         if not self.rigid_motions.shape[1]:
             object.__setattr__(self, "rigid_motions", np.zeros((self.free_count, 0)))
-        frozen = [self.nodes, self.basis.data, self.stiffness.data, self.damping.data, self.rigid_motions]
-        frozen += [*self.moments.arrays().values()]
-        frozen += [a for frame in self.interfaces for a in (frame.position, frame.motion)]
-        frozen += [block.nodes for block in self.cells]
-        frozen += [a for pattern in self.load_patterns for a in pattern.arrays().values()]
-        frozen += [a for group in self.groups for a in (group.nodes, group.shares)]
-        for array in frozen:
-            array.flags.writeable = False
+        super().__post_init__()
+
+    def _matrices(self) -> list[np.ndarray]:
+        return [self.basis.data, self.stiffness.data, self.damping.data, self.rigid_motions]
 
     @property
     def is_exact(self) -> bool:
@@ -91,7 +87,7 @@ class UnreducedBody(FlexibleBody):
 
     @cached_property
     def held_factors(self) -> Factorisation:
-        """Factors of K of the free coordinates; only a body that is held has them."""
+        """Factors of K of the free coordinates, for a body that is held."""
         return self.factorise(self.free_stiffness.tocsc())
 
     def coordinate_scales(self, length: float) -> np.ndarray:
@@ -116,14 +112,14 @@ class UnreducedBody(FlexibleBody):
         return np.asarray(force)
 
     def centred(self, motion: np.ndarray) -> np.ndarray:
-        """Return coordinates or rates (k,) without the mean motion that G has."""
+        """Return coordinates or rates (k,) without their mean motion, which G has."""
         if not self.rigid_motions.shape[1]:
             return motion
         return np.asarray(motion - self.rigid_motions @ (self.mean_motions @ motion))
 
     @cached_property
     def mean_motions(self) -> np.ndarray:
-        """Rigid motions of a floating body times M, shape (rigid, k): rows that are zero on its coordinates."""
+        """Rigid motions of a floating body times M, shape (rigid, k): ``mean_motions @ eta = 0``."""
         return np.ascontiguousarray((self.free_mass @ self.rigid_motions).T)
 
     @property
@@ -156,18 +152,8 @@ class UnreducedBody(FlexibleBody):
         """Undeformed inertia about the origin of G, in components of G, shape (3, 3), kg m2."""
         return self._total[2]
 
-    def node_frame(self, node: int) -> InterfaceFrame:
-        """Return a frame that moves with one node of the mesh (slopes are zero where the node has none)."""
-        if not 0 <= node < len(self.nodes):
-            raise ModelError(f"node {node} is not one of the {len(self.nodes)} nodes of this body")
-        motion = np.zeros((6, self.count))
-        width = len(self.components)
-        rows = self.basis[node * width : (node + 1) * width].toarray()
-        motion[[COMPONENTS.index(c) for c in self.components]] = rows
-        return InterfaceFrame(f"node {node}", self.nodes[node].copy(), motion)
-
     def save(self, path: str | Path) -> None:
-        """Refuse: an unreduced body is its model.
+        """Refuse: an unreduced body is as large as its model.
 
         Raises
         ------

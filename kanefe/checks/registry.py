@@ -1,4 +1,4 @@
-"""Cases by their names."""
+"""Selection of cases by name."""
 
 from __future__ import annotations
 
@@ -13,27 +13,26 @@ SomeCase = TypeVar("SomeCase")
 def select(
     kind: str, cases: Sequence[SomeCase], names: Sequence[str], name_of: Callable[[SomeCase], str]
 ) -> list[SomeCase]:
-    """Return the cases with these names, in their own order, or all if there are none given.
+    """Return the cases with the given names, in the order of `cases`; all of them if no name is given.
 
     Parameters
     ----------
     kind : str
-        Of the cases, in messages.
+        Kind of case, for messages.
     cases : sequence
     names : sequence of str
-        Upper and lower case are the same.
+        Not case-sensitive.
     name_of : callable
-        Case -> the name by which it is asked for; parts of a case share it.
+        Case -> its name, which the parts of a case share.
 
     Raises
     ------
     ModelError
-        If a name is unknown; the message lists those there are.
+        If a name is unknown; the message lists the known ones.
     """
     known = {name_of(case).casefold(): name_of(case) for case in cases}
-    unknown = [name for name in names if name.casefold() not in known]
+    unknown = ", ".join(repr(name) for name in names if name.casefold() not in known)
     if unknown:
-        there = ", ".join(known.values())
-        raise ModelError(f"there is no {kind} case {', '.join(map(repr, unknown))}. Remedy: one or more of {there}")
+        raise ModelError(f"there is no {kind} case {unknown}. Remedy: one or more of {', '.join(known.values())}")
     wanted = {name.casefold() for name in names or known}
     return [case for case in cases if name_of(case).casefold() in wanted]

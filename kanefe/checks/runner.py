@@ -1,4 +1,4 @@
-"""One case run: what it finds, with the time each took, and what ends it."""
+"""Run of one case: its findings with their times, and errors that end it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SomeRow = TypeVar("SomeRow")
 
 @dataclass(frozen=True)
 class NotRun:
-    """A case, or the rest of one, that lacks a package."""
+    """A case, or the rest of one, that needs a package which is not installed."""
 
     case: str
     package: str
@@ -30,10 +30,10 @@ def outcomes(
     ended: Callable[[str], SomeFinding],
     row: Callable[[SomeFinding, float], SomeRow],
 ) -> Iterator[SomeRow | NotRun]:
-    """Run a case and yield its rows as they come; an error that ends it is a row that did not pass.
+    """Run a case and yield its rows as they are known; an error that ends it is a row that did not pass.
 
-    ``ended(text)`` makes the finding that stands for an error; ``row(finding, seconds)`` the row of a finding and of
-    the time since the one before was known.
+    ``ended(text)`` returns the finding that represents an error, ``row(finding, seconds)`` the row of a finding, with
+    the time since the previous one.
     """
     findings = _started(run)
     while True:
@@ -52,4 +52,4 @@ def outcomes(
 
 
 def _started(run: Callable[[], Iterable[SomeFinding]]) -> Iterator[SomeFinding]:
-    yield from run()  # a plain function starts at the first `next` too, where its errors are caught
+    yield from run()  # so that a plain function also starts at the first `next`, where errors are caught

@@ -1,4 +1,4 @@
-"""How findings are shown: a table that grows as they come, and a JSON file."""
+"""Output of findings: a table that grows as they are known, and a JSON file."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from kanefe.storage.files import write_whole
 
 
 class _Row(Protocol):
-    """One line of a table: its cells, what stands behind them, and whether its figure is within the limit."""
+    """One line of a table: its cells, the text after them, and whether its value is within the limit."""
 
     @property
     def texts(self) -> Sequence[str]: ...
@@ -31,7 +31,7 @@ SomeRow = TypeVar("SomeRow", bound=_Row)
 
 
 class GrowingTable(Generic[SomeRow]):
-    """A table that is printed row by row, and remembers them.
+    """A table that is printed row by row and keeps its rows.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class GrowingTable(Generic[SomeRow]):
     header: tuple[str, ...]
     formats: tuple[str, ...]
     gap = " "
-    """Names and formats of the columns, of which the first is the name of the case, and what is between them."""
+    """Names and formats of the columns, the first of which is the name of the case, and the text between them."""
 
     def __init__(self, stream: TextIO) -> None:
         self.stream = stream
@@ -52,7 +52,7 @@ class GrowingTable(Generic[SomeRow]):
         self._print(self.header, "")
 
     def add(self, outcome: SomeRow | NotRun) -> None:
-        """Print what came of a part of a case."""
+        """Print the outcome of a part of a case."""
         if isinstance(outcome, NotRun):
             self.not_run.append(outcome)
             self.note(outcome.case, f"not run: needs {outcome.package}")
@@ -61,7 +61,7 @@ class GrowingTable(Generic[SomeRow]):
             self._print(outcome.texts, outcome.mark)
 
     def note(self, case: str, text: str) -> None:
-        """Print a line about a case that has no figure."""
+        """Print a line about a case without a value."""
         print(f"{case:{self.formats[0]}} {text}", file=self.stream, flush=True)
 
     def exit_code(self, was_asked: bool) -> int:
@@ -77,11 +77,10 @@ def check_target(path: str | None) -> None:
     """Raise a FileError if a file could not be written at `path` ("-" is the standard output, None is no file)."""
     if path is None or path == "-":
         return
-    target = Path(path)
-    folder = target.parent
+    folder = Path(path).parent
     if not folder.is_dir():
         raise FileError(f"cannot write {path}: there is no folder {folder}. Remedy: make it, or choose another")
-    if target.is_dir():
+    if Path(path).is_dir():
         raise FileError(f"cannot write {path}: it is a folder. Remedy: give the name of a file")
     if not os.access(folder, os.W_OK):
         raise FileError(f"cannot write {path}: no permission to write in {folder}. Remedy: choose another folder")
@@ -90,12 +89,12 @@ def check_target(path: str | None) -> None:
 def write_json(rows: Sequence[Any], path: str) -> None:
     """Write rows, which are dataclasses, as a JSON list to a file, or to the standard output if `path` is "-".
 
-    Numbers that are not finite become null, which JSON knows.
+    Numbers that are not finite become null.
 
     Raises
     ------
     FileError
-        If the file cannot be written; an old one stays as it was.
+        If the file cannot be written; an existing one is not changed.
     """
     objects = [
         {key: None if isinstance(x, float) and not math.isfinite(x) else x for key, x in asdict(row).items()}
@@ -105,12 +104,12 @@ def write_json(rows: Sequence[Any], path: str) -> None:
 
 
 def write_as_json(value: object, path: str) -> None:
-    """Write what JSON knows to a file, or to the standard output if `path` is "-".
+    """Write a value as JSON to a file, or to the standard output if `path` is "-".
 
     Raises
     ------
     FileError
-        If the file cannot be written; an old one stays as it was.
+        If the file cannot be written; an existing one is not changed.
     """
     text = json.dumps(value, indent=1, allow_nan=False) + "\n"
     if path == "-":

@@ -1,4 +1,4 @@
-"""Which rows close a loop: from what a joint holds to equations between two markers."""
+"""The rows of a loop joint: from the constraints of a joint to equations between two markers."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ AXES = np.eye(3)
 
 
 def held_by(joint: Joint) -> Held:
-    """Return what a joint holds when it closes a loop.
+    """Return the constraints of a joint that closes a loop.
 
     Raises
     ------
     ModelError
-        If the kind of joint takes no motion away.
+        If the kind of joint cannot close a loop.
     """
     held = joint.held()
     if held is None:
@@ -29,14 +29,14 @@ def held_by(joint: Joint) -> Held:
 
 
 def loop_joint_rows(joint: Joint, a: Marker, b: Marker) -> tuple[Row, ...]:
-    """Return the rows that hold marker b on marker a as the joint does: one for each motion that it takes.
+    """Return the rows that hold marker b on marker a like the joint: one for each motion that it prevents.
 
     The axes of the joint have the same components in a's and in b's axes.
 
     Raises
     ------
     ModelError
-        If the kind of joint takes no motion away.
+        If the kind of joint cannot close a loop.
     """
     held = held_by(joint)
     rows: list[Row] = [PointRow(f"position along {_named(e)}", a, b, e) for e in held.along]

@@ -2,13 +2,13 @@
 
 A row between markers a and b gives three things from the motion of the two, all in components of N:
 
-    residual   g(q), zero while the constraint holds; of rows that hold places, and not speeds alone
-    wrenches   force and moment on a and on b of a unit multiplier. They are its Jacobian too:
+    residual   g(q), zero while the constraint holds; only for holonomic rows
+    wrenches   force and moment on a and on b of a unit multiplier, which are also its Jacobian:
                dg/dt = force_a . v_a + moment_a . w_a + force_b . v_b + moment_b . w_b
-    remainder  what is left of d2g/dt2 without du:  d2g/dt2 = J du + remainder
+    remainder  the part of d2g/dt2 without du:  d2g/dt2 = J du + remainder
 
-The forces act at the origins of the markers' frames. Because a row's wrenches are those of a constraint, what the pair
-exerts on one body is the reverse of what it exerts on the other, taken about one point.
+The forces act at the origins of the markers' frames. Referred to the same point, the wrenches on the two bodies are
+opposite.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class MarkerMotion(NamedTuple):
     p : ndarray, shape (3,)
         Origin, m.
     A : ndarray, shape (3, 3)
-        From the marker's axes to those of N.
+        Rotation matrix from the marker's axes to those of N.
     v, w : ndarray, shape (3,)
         Velocity of the origin (m/s) and angular velocity (rad/s).
     Z, Y : ndarray, shape (3,)
@@ -66,7 +66,7 @@ Wrenches = tuple[Vector, Vector, Vector, Vector]
 
 
 class _OfMarkers:
-    """Common part of the rows between two markers: what `kanefe.kernels.constraints.constraint_rows` makes of them."""
+    """Common part of the rows between two markers, by the functions of `kanefe.kernels.constraints.constraint_rows`."""
 
     kind: ClassVar[int]
     is_ball: bool = False
@@ -81,16 +81,16 @@ class _OfMarkers:
 
     @property
     def holds_place(self) -> bool:
-        """Whether it holds coordinates, and not speeds alone."""
+        """Whether it is holonomic: it constrains coordinates, and not only speeds."""
         return True
 
     @cached_property
     def numbers(self) -> Vector:
-        """What it has of `RowNumbers`, one after the other."""
+        """Its `RowNumbers` as an array."""
         return flat(RowNumbers(**{name: getattr(self, name) for name in RowNumbers._fields if hasattr(self, name)}))
 
     def residual(self, a: MarkerMotion, b: MarkerMotion) -> float:
-        """Return g in the unit of the row; of rows that hold places."""
+        """Return g in the unit of the row, if it is holonomic."""
         places: Any = ((tuple(end.p.tolist()), tuple(end.A.ravel().tolist())) for end in (a, b))
         return float(row_residual(self.kind, self.numbers[None], 0, self.is_ball, *places))
 
@@ -117,7 +117,7 @@ class PointRow(_OfMarkers):
     Attributes
     ----------
     label : str
-        For reports.
+        Name in reports.
     a, b : Marker
     e : ndarray, shape (3,)
         Normal of the plane in a's axes.
@@ -133,7 +133,7 @@ class PointRow(_OfMarkers):
 
 @dataclass(frozen=True, eq=False)
 class DirectionRow(_OfMarkers):
-    """``g = e . f - cosine``: a direction of a and one of b keep their angle.
+    """``g = e . f - cosine``: the angle between a direction of a and one of b is constant.
 
     Attributes
     ----------
@@ -142,7 +142,7 @@ class DirectionRow(_OfMarkers):
     e, f : ndarray, shape (3,)
         Unit vectors in a's and in b's axes.
     cosine : float
-        Of the angle between them.
+        Cosine of the angle between them.
     """
 
     kind: ClassVar[int] = DIRECTION_ROW
@@ -177,10 +177,10 @@ class DistanceRow(_OfMarkers):
 
 @dataclass(frozen=True, eq=False)
 class ScrewRow(_OfMarkers):
-    """``g = e . (p_b - p_a) - lead / (2 pi) angle``: b advances on a's axis as it turns about it.
+    """``g = e . (p_b - p_a) - lead / (2 pi) angle``: b advances along a's axis as it rotates about it.
 
-    Further rows keep the two axes on one line. The angle has no memory of full turns: the one nearest to what the
-    advance asks for is taken, so that a screw can turn on for ever.
+    Further rows keep the two axes on one line. The number of full turns is not stored: the angle is the one nearest to
+    that of the advance, so that a screw can turn without limit.
 
     Attributes
     ----------
@@ -191,7 +191,7 @@ class ScrewRow(_OfMarkers):
     side : ndarray, shape (3,)
         A unit vector across the axis, from which the angle is measured.
     lead : float
-        m a turn, not zero.
+        Advance in a full turn, m, not zero.
     """
 
     kind: ClassVar[int] = SCREW_ROW
@@ -211,7 +211,7 @@ DIRECTIONS = {NORMAL: 2, FIRST: 0, SECOND: 1}
 
 @dataclass(frozen=True, eq=False)
 class RollingRow(_OfMarkers):
-    """Contact of a wheel or ball with a plane: the material point of b at the contact has no speed against a.
+    """Rolling of a wheel or ball on a plane: the material point of b at the contact has no velocity relative to a.
 
     The plane is z = 0 of marker a, the body above it. Its ``normal`` row is holonomic: ``g`` is the height of the
     lowest point. The ``first`` and ``second`` rows, along x and y of a, are not: they have no g.
@@ -220,12 +220,12 @@ class RollingRow(_OfMarkers):
     ----------
     label : str
     a, b : Marker
-        Of the plane, and of the hub; a wheel spins about b's z axis.
+        Markers of the plane and of the hub; a wheel spins about b's z axis.
     radius : float
         m.
     direction : "normal", "first" or "second"
     is_ball : bool
-        A ball touches below its centre; a thin wheel at the lowest point of its rim.
+        Whether it is a ball, in contact below its centre; else a thin wheel, in contact at the lowest point of its rim.
     """
 
     kind: ClassVar[int] = ROLLING_ROW
@@ -244,7 +244,7 @@ class RollingRow(_OfMarkers):
 
     @property
     def holds_place(self) -> bool:
-        """Only along the normal."""
+        """Whether it is the row along the normal."""
         return self.direction == NORMAL
 
 
@@ -259,7 +259,7 @@ class CouplerRow:
         Number of a body, number of the coordinate of its joint, and the coefficient c.
     constant : float
     unit : str
-        Of g.
+        Unit of g.
     """
 
     label: str
@@ -273,7 +273,7 @@ class CouplerRow:
 
     @property
     def numbers(self) -> Vector:
-        """What it has of `RowNumbers`, one after the other."""
+        """Its `RowNumbers` as an array."""
         return flat(RowNumbers(constant=self.constant))
 
 
@@ -293,13 +293,13 @@ class Constraint:
         Such as "revolute loop joint" or "gear".
     rows : tuple of Row
     a, b : Marker or None
-        The two ends; none of a coupler of joint coordinates.
+        The two ends; None for a coupler of joint coordinates.
     facing : tuple of ndarray, each (3,)
-        Directions that must be the same in a and b. The rows alone would take the opposite ones too.
+        Directions that must be the same in a and b. The rows alone would allow the opposite ones too.
     starts_on : bool or None
-        Of a constraint that is switched in a run: whether it holds at the start. None: it always holds.
+        Whether a constraint that can be switched in a run holds at the start. None: it always holds.
     switch : int
-        Where its switch is among the internal states: 1 where it holds, 0 where it does not; -1: it always does.
+        Index of its switch among the internal states, 1 if it holds and 0 if not; -1: it always holds.
     """
 
     name: str
@@ -313,7 +313,7 @@ class Constraint:
 
     @property
     def ends(self) -> tuple[Marker, ...]:
-        """Its two ends; none of a coupler."""
+        """Its two ends; a coupler has none."""
         return () if self.a is None or self.b is None else (self.a, self.b)
 
     @property

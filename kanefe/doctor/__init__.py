@@ -1,1 +1,1 @@
-"""``kanefe doctor``: what is installed and works, where kernels and caches are, and a solve on each route."""
+"""``kanefe doctor``: the installed packages, kernels and caches, and a trial solve on each route."""

@@ -1,4 +1,4 @@
-"""Examination by ``kanefe doctor``, as a page for people and as JSON for machines."""
+"""Examination by ``kanefe doctor``, as text and as JSON."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ WITH_NUMBA = "Remedy: pip install 'kanefe[compile]'"
 
 @dataclass(frozen=True)
 class Examination:
-    """What was found.
+    """Findings of an examination.
 
     Attributes
     ----------
@@ -48,13 +48,13 @@ class Examination:
 
     @property
     def cannot_build(self) -> bool:
-        """Whether kernels are missing and nothing is there to build them."""
+        """Whether kernels are missing and cannot be built."""
         works = any(found.part.module == "numba" and found.state == "works" for found in self.parts)
         return self.kernels.is_on and not self.kernels.are_ready and not works
 
     @property
     def faults(self) -> list[str]:
-        """What is there and does not work, each in a sentence."""
+        """A sentence for each installed part that does not work."""
         found = [
             f"{_name(part)} is {part.state}: {part.trouble or part.part.command}"
             for part in self.parts
@@ -63,7 +63,8 @@ class Examination:
         if self.cannot_build:
             found.append(f"the kernels are not built, and numba, which builds them, does not work. {WITH_NUMBA}")
         found += [f"{store.folder} cannot be written" for store in self.stores if not store.can_be_written]
-        return found + [f"the route {_of(solve)} {_fault(solve)}" for solve in self.solves if solve.is_fault]
+        of_solves = [solve for solve in self.solves if solve.is_fault]
+        return found + [f"the route {solve.route!r} of {solve.scene!r} {_fault(solve)}" for solve in of_solves]
 
 
 def doctor(json_path: str | None = None) -> int:
@@ -72,17 +73,17 @@ def doctor(json_path: str | None = None) -> int:
     Parameters
     ----------
     json_path : str, optional
-        Also write it as JSON; "-" writes that to the standard output, and the page to the standard error.
+        File for the findings as JSON; "-": JSON goes to the standard output and the text to the standard error.
 
     Returns
     -------
     int
-        Exit code: 0, or 1 if something that is there does not work. What is merely missing is no fault.
+        Exit code: 1 if an installed part does not work, else 0. A missing optional package is no fault.
 
     Raises
     ------
     FileError
-        If the JSON file cannot be written; looked at before anything else.
+        If the JSON file cannot be written; checked first.
     """
     check_target(json_path)
     stream = sys.stderr if json_path == "-" else sys.stdout
@@ -97,7 +98,7 @@ def doctor(json_path: str | None = None) -> int:
     _print_solves(examination, stream)
     _print_verdict(examination, stream)
     if json_path is not None:
-        write_as_json(_for_machines(examination), json_path)
+        write_as_json(_record(examination), json_path)
     return int(bool(examination.faults))
 
 
@@ -114,9 +115,9 @@ def _print_machine(stream: TextIO) -> None:
 def _print_parts(parts: Sequence[Found], stream: TextIO) -> None:
     print("\npackages", file=stream)
     for found in sorted(parts, key=lambda found: ("broken", "works", "missing").index(found.state)):
-        told = found.trouble or f"{found.part.brings}{'' if found.state == 'works' else ': ' + found.part.command}"
+        note = found.trouble or f"{found.part.brings}{'' if found.state == 'works' else ': ' + found.part.command}"
         version = found.version[:12] if found.part.module != "cc" else ""
-        print(f"  {found.state:8} {found.part.module:14} {version:12} {told}", file=stream)
+        print(f"  {found.state:8} {found.part.module:14} {version:12} {note}", file=stream)
 
 
 def _print_stores(examination: Examination, stream: TextIO) -> None:
@@ -145,9 +146,9 @@ def _print_solves(examination: Examination, stream: TextIO) -> None:
         which = "not all: kernels of the others" if examination.solves else "none: the kernels"
         print(f"  {which} are not built. {remedy}", file=stream)
     for solve in examination.solves:
-        told = f"as {solve.against} to {solve.difference:.0e}" if solve.against else ""
+        agreement = f"as {solve.against} to {solve.difference:.0e}" if solve.against else ""
         note = f"   {_fault(solve)}" if solve.is_fault else ""
-        print(f"  {solve.route:27} {solve.scene:27} {solve.seconds:6.2f} s  {told}{note}".rstrip(), file=stream)
+        print(f"  {solve.route:27} {solve.scene:27} {solve.seconds:6.2f} s  {agreement}{note}".rstrip(), file=stream)
 
 
 def _print_verdict(examination: Examination, stream: TextIO) -> None:
@@ -163,18 +164,14 @@ def _name(found: Found) -> str:
     return f"{found.part.module} {found.version}".strip()
 
 
-def _of(solve: Solve) -> str:
-    return f"{solve.route!r} of {solve.scene!r}"
-
-
 def _fault(solve: Solve) -> str:
     if solve.trouble:
         return f"failed: {solve.trouble}"
     return f"differs from {solve.against} by {solve.difference:.1e}, at most {solve.limit:.0e} was expected"
 
 
-def _for_machines(examination: Examination) -> dict[str, Any]:
-    """Return it in numbers and texts."""
+def _record(examination: Examination) -> dict[str, Any]:
+    """Return the findings in types of JSON."""
     return {
         "kanefe": __version__,
         "python": platform.python_version(),

@@ -1,4 +1,4 @@
-"""The packages that kanefe can use: which are there, which cannot be imported, and what the others would bring."""
+"""The packages that kanefe can use: which are installed, which cannot be imported, and what each is for."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ for name in sys.argv[1:]:
     what, found = "", ""
     try:
         if name == "dolfinx":
-            try:  # the newest one brings its own MPI, which goes first
+            try:  # the newest dolfinx brings its own MPI, which must be loaded first
                 importlib.import_module("dolfinx_solver")
             except ModuleNotFoundError:
                 pass
@@ -32,8 +32,8 @@ for name in sys.argv[1:]:
     print("\\n" + json.dumps([name, what, found]), flush=True)
 os._exit(0)
 """
-"""Program of the process that imports packages: a crash ends only this process. It skips garbage collection and the
-teardown of modules at the end, which would take a third of its time."""
+"""Program of the process that imports packages, so that a crash ends only that process. It skips garbage collection and
+the teardown of modules, which would take a third of its time."""
 
 LONGEST = 120.0
 """Time after which an import counts as hanging, s."""
@@ -46,15 +46,15 @@ class Dependency:
     Attributes
     ----------
     module : str
-        What is imported.
+        Name for import.
     distribution : str
-        What pip calls it.
+        Name for pip.
     brings : str
-        What kanefe can do with it.
+        What kanefe uses it for.
     command : str
-        What installs it.
+        Command that installs it.
     is_needed : bool
-        Whether kanefe cannot be without it.
+        Whether kanefe requires it.
     """
 
     module: str
@@ -114,16 +114,16 @@ COMPILER = Dependency(
 
 @dataclass(frozen=True)
 class Found:
-    """What was found of a part.
+    """State of a part.
 
     Attributes
     ----------
     part : Dependency
     state : "works", "missing" or "broken"
     version : str
-        Empty if it is missing or does not say.
+        Empty if it is missing or unknown.
     trouble : str
-        Why it is broken.
+        The error, if it is broken.
     """
 
     part: Dependency
@@ -133,12 +133,12 @@ class Found:
 
     @property
     def is_fault(self) -> bool:
-        """Whether something is wrong, rather than left out."""
+        """Whether it is broken, or missing although required."""
         return self.state == "broken" or (self.state == "missing" and self.part.is_needed)
 
 
 class Search:
-    """Imports of all parts, in processes of their own, while something else is done.
+    """Imports of all parts, in separate processes that run beside other work.
 
     Parameters
     ----------
@@ -148,16 +148,15 @@ class Search:
     def __init__(self, parts: Sequence[Dependency] = PARTS) -> None:
         self._parts = parts
         names = [part.module for part in parts]
-        self._groups = [[n for n in names if n in APART], [n for n in names if n not in APART]]
-        self._running = [_start(group) for group in self._groups if group]
-        self._groups = [group for group in self._groups if group]
+        groups = [n for n in names if n in APART], [n for n in names if n not in APART]
+        self._running = [(group, _start(group)) for group in groups if group]
 
     def results(self) -> list[Found]:
-        """Wait for what was found, in the order of the parts, and the compiler last."""
-        told: dict[str, tuple[str, str]] = {}
-        for group, process in zip(self._groups, self._running, strict=True):
-            told |= _collected(group, process)
-        return [_found(part, *told[part.module]) for part in self._parts] + [_compiler()]
+        """Wait for the processes and return the state of each part in order, the compiler last."""
+        found: dict[str, tuple[str, str]] = {}
+        for group, process in self._running:
+            found |= _collected(group, process)
+        return [_found(part, *found[part.module]) for part in self._parts] + [_compiler()]
 
 
 def _start(names: Iterable[str]) -> subprocess.Popen[str]:
@@ -174,13 +173,13 @@ def _start(names: Iterable[str]) -> subprocess.Popen[str]:
 
 def _collected(names: list[str], process: subprocess.Popen[str]) -> dict[str, tuple[str, str]]:
     """Return trouble and version of each package; packages that end the process are reported, the rest tried again."""
-    told: dict[str, tuple[str, str]] = {}
-    left = list(names)
+    reports: dict[str, tuple[str, str]] = {}
+    left = names
     while left:
         try:
             out, errors = process.communicate(timeout=LONGEST)
-            said = errors.strip().splitlines()[-1:] or "without a message"
-            end = f"ended its process with {process.returncode}: {said}"
+            message = errors.strip().splitlines()[-1:] or "without a message"
+            end = f"ended its process with {process.returncode}: {message}"
         except subprocess.TimeoutExpired:
             process.kill()
             out, errors = process.communicate()
@@ -188,19 +187,18 @@ def _collected(names: list[str], process: subprocess.Popen[str]) -> dict[str, tu
         for line in out.splitlines():
             if line.startswith('["'):
                 name, what, found = json.loads(line)
-                told[name] = what, found
-        left = [name for name in left if name not in told]
+                reports[name] = what, found
+        left = [name for name in left if name not in reports]
         if left:
-            told[left.pop(0)] = end, ""
+            reports[left.pop(0)] = end, ""
             process = _start(left)
     process.communicate()
-    return told
+    return reports
 
 
-def _found(part: Dependency, trouble: str, said: str) -> Found:
+def _found(part: Dependency, trouble: str, number: str) -> Found:
     if trouble == "missing":
         return Found(part, "missing")
-    number = said
     for name in (part.distribution, part.module):
         try:
             number = number or version(name)

@@ -1,4 +1,4 @@
-"""A solve on each route: how long it takes, and whether it agrees with another one."""
+"""A solve on each route: its duration, and whether it agrees with another one."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ per step."""
 
 @dataclass(frozen=True)
 class Solve:
-    """What came of a route.
+    """Outcome of a solve on a route.
 
     Attributes
     ----------
     route : str
     scene : str
     seconds : float
-        With the making of the model.
+        Including the time to freeze the model.
     difference, limit : float
-        To the solve that it is compared with, relative; NaN of the first.
+        From the solve that it is compared with, relative; NaN for the first.
     against : str
     trouble : str
-        Why there is no result.
+        The error, if there is no result.
     """
 
     route: str
@@ -57,12 +57,12 @@ class Solve:
 
     @property
     def is_fault(self) -> bool:
-        """Whether it failed, or does not agree."""
+        """Whether it failed, or disagrees."""
         return bool(self.trouble) or bool(self.against and not self.difference <= self.limit)
 
 
 def solves(missing: Collection[str] = ()) -> Iterator[Solve]:
-    """Yield a solve on each route as it is done, those left out that need kernels of these names."""
+    """Yield a solve on each route as it is done, except those that need a kernel named in `missing`."""
     for name, scene, route, needed in (
         ("double pendulum", double_pendulum, "compiled, in the plane", PLANAR),
         ("arm, hub and tip in space", lambda: arm(is_reduced=True), "compiled, order n", SPATIAL),
@@ -89,7 +89,7 @@ def _tried(
     began = time.perf_counter()
     try:
         found = solve()
-    except Exception as error:  # noqa: BLE001  (whatever it is, it is told)
+    except Exception as error:  # noqa: BLE001  (any error is reported)
         yield Solve(route, scene, time.perf_counter() - began, trouble=f"{type(error).__name__}: {error}")
         return None
     seconds = time.perf_counter() - began
@@ -105,7 +105,7 @@ def _by_literal_steps(model: Model) -> Vector:
     y, h = model.initial_state.copy(), STEP
 
     def rates(t: float, y: Vector) -> Vector:
-        return model.literal.evaluate(t, y).rates[: len(y)]  # without the books of energies
+        return model.literal.evaluate(t, y).rates[: len(y)]  # without the energy quadratures
 
     for number in range(STEPS):
         t = number * h
@@ -125,7 +125,7 @@ def _by_compiled_steps(scene: System) -> Vector:
 
 
 def _tip_of(scene: System) -> Vector:
-    """Return how far the tip has gone after 50 ms, by the method that is chosen for the scene."""
+    """Return the displacement of the tip after 50 ms, by the method that is chosen for the scene."""
     result = scene.simulate((0.0, STEPS * STEP), rtol=RTOL, progress=False)
     result.raise_for_status()
     places = result.position("tip")

@@ -1,4 +1,4 @@
-"""Where kernels and cached bodies are, how many there are, and whether more can be kept."""
+"""The folders of kernels and cached bodies, how many there are, and whether more can be stored."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class BuiltKernels:
     Attributes
     ----------
     count, built : int
-        How many there are, and of how many there is a file that this processor can run.
+        Number of kernels, and of those with a file that this processor can run.
     from_wheel : int
-        Of how many it came with the package.
+        Number of files that came with the package.
     is_on : bool
         Whether kernels are compiled at all: unless ``KANEFE_JIT=0``.
     missing : tuple of str
@@ -37,7 +37,7 @@ class BuiltKernels:
 
     @property
     def are_ready(self) -> bool:
-        """Whether a run needs to build nothing."""
+        """Whether all kernels are built."""
         return self.is_on and self.built == self.count
 
 
@@ -63,7 +63,7 @@ class CacheStore:
 
 
 def kernels() -> BuiltKernels:
-    """Return how many kernels are built; nothing is built here."""
+    """Return how many kernels are built; this builds none."""
     paths = {unit.name: path_of(unit) for unit in all_compiled_functions()}
     built = [path for path in paths.values() if path is not None]
     from_wheel = sum(path.is_relative_to(BUILT) for path in built)

@@ -15,11 +15,11 @@ LENGTH, WIDTH = 0.6, 0.1  # m
 RATE = 2e4  # N/m, of each spring
 MASS = 1.2  # kg
 INNER = 3 * 3 * (CELLS - 1)
-"""Number of degrees of freedom between the two ends: with as many modes nothing is left out."""
+"""Number of degrees of freedom between the two ends: with as many modes the reduction is exact."""
 
 
 def double_pendulum() -> System:
-    """Return two rods on hinges in the x-y plane, which starts level."""
+    """Return two rods on hinges in the x-y plane, released from the horizontal."""
     scene = System(gravity=(0.0, -9.81, 0.0))
     upper = scene.add_rigid_body("upper", 1.0, 1 / 12, com=(0.5, 0, 0), joint=Revolute("z"))
     lower = {"com": (0.25, 0, 0), "parent": upper, "at": (1, 0, 0)}
@@ -28,7 +28,7 @@ def double_pendulum() -> System:
 
 
 def arm(is_reduced: bool) -> System:
-    """Return a hub on a hinge with a flexible arm and a tip mass, falling; by all its modes, or unreduced."""
+    """Return a hub on a hinge with a flexible arm and a tip mass, falling; the arm with all its modes, or unreduced."""
     ends = {"root": "clamped", "tip": "rigid"}
     # a rigid end of three nodes leaves its six motions to the tip
     body = flexible_body(_truss(), ends, reduction=CraigBampton(modes=INNER) if is_reduced else None)
@@ -40,7 +40,7 @@ def arm(is_reduced: bool) -> System:
 
 
 def _truss() -> FiniteElementModel:
-    """Return points in triangles along x, each held to those of its own and the next triangle by springs."""
+    """Return points in triangles along x, each connected by springs to those of its own and the next triangle."""
     corners = WIDTH * np.array([(0.0, 0.6, 0.0), (0.0, -0.3, 0.52), (0.0, -0.3, -0.52)])
     nodes = np.vstack([np.add(corners, (x, 0.0, 0.0)) for x in np.linspace(0.0, LENGTH, CELLS + 1)])
     stiffness = np.zeros((nodes.size, nodes.size))

@@ -1,4 +1,4 @@
-"""What documents are made of: headings, paragraphs, tables, listings, histograms, pictures."""
+"""Blocks of documents: headings, paragraphs, tables, listings, histograms, pictures."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Heading:
 
 @dataclass(frozen=True)
 class Paragraph:
-    """Text that is wrapped; `warning` marks what the reader should not miss."""
+    """Text that is wrapped; `warning` highlights it."""
 
     text: str
     warning: bool = False
@@ -23,7 +23,7 @@ class Paragraph:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of ready strings under a header; the first column is left-aligned, the others right-aligned."""
+    """Rows of formatted strings under a header; the first column is left-aligned, the others right-aligned."""
 
     header: Sequence[str]
     rows: Sequence[Sequence[str]]
@@ -32,14 +32,14 @@ class Table:
 
 @dataclass(frozen=True)
 class Listing:
-    """Lines of code, as they are."""
+    """Lines of code, unchanged."""
 
     text: str
 
 
 @dataclass(frozen=True)
 class Histogram:
-    """Counts of cells by a number between given edges."""
+    """Number of cells between consecutive edges of a quantity."""
 
     title: str
     edges: Sequence[float]

@@ -1,4 +1,4 @@
-"""A report as a list of blocks, and how it reads as text and Markdown. HTML: `kanefe.documents.html`."""
+"""A report as a list of blocks, written as text and Markdown. HTML: `kanefe.documents.html`."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ from kanefe.documents.blocks import Block, Heading, Histogram, Listing, Paragrap
 from kanefe.storage.files import ready_path, write_whole
 
 WIDTH = 100
-
+"""Width of a line of text, characters."""
 
 BAR = 40
+"""Length of the longest bar of a histogram, characters."""
 
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """What a flexible body is, in blocks; ``print(report)`` shows it as text.
+    """A report in blocks, such as that of a flexible body; ``print(report)`` shows it as text.
 
     Attributes
     ----------
@@ -26,7 +27,7 @@ class Report:
     blocks : tuple of Block
         Without pictures.
     draw : callable
-        Returns the pictures of a heading, by its text; raises `MissingDependency` without pyvista.
+        Returns the pictures by the text of the heading that they follow; raises `MissingDependency` without pyvista.
 
     Examples
     --------
@@ -46,7 +47,7 @@ class Report:
         return "\n".join(lines).rstrip() + "\n"
 
     def to_text(self, path: str | Path) -> Path:
-        """Write the report as text; its folder is made.
+        """Write the report as text; its folder is created.
 
         Raises
         ------
@@ -61,9 +62,10 @@ class Report:
         Parameters
         ----------
         path : path
-            Its folder is made.
+            Its folder is created.
         pictures : bool, optional
-            Thumbnails of the mode shapes, which need pyvista. Default: if it is installed; the report says so if not.
+            Thumbnails of the mode shapes, which need pyvista. Default: if it is installed; else a note in the
+            report says that they are missing.
 
         Raises
         ------
@@ -80,15 +82,14 @@ class Report:
             if isinstance(block, Picture):
                 number += 1
                 name = f"picture_{number:02d}.png"
-                data = block.png
-                write_whole(folder / name, lambda file, data=data: file.write(data))  # type: ignore[misc]
+                write_whole(folder / name, lambda file, data=block.png: file.write(data))  # type: ignore[misc]
                 lines += [f"![{block.caption}]({folder.name}/{name})", f"*{block.caption}*", ""]
             else:
                 lines += _markdown(block)
         return _write(target, "\n".join(lines).rstrip() + "\n")
 
     def to_html(self, path: str | Path, *, pictures: bool | None = None) -> Path:
-        """Write the report as one HTML file that holds its pictures. Arguments and errors: `to_markdown`."""
+        """Write the report as one HTML file with its pictures embedded. Arguments and errors: `to_markdown`."""
         from kanefe.documents.html import page
 
         return _write(path, page(self.title, self.with_pictures(pictures)))

@@ -1,4 +1,4 @@
-"""A report as one HTML page: no scripts, nothing loaded from elsewhere."""
+"""A report as one HTML page: without scripts or external files."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from itertools import groupby
 from kanefe.documents.blocks import Block, Heading, Histogram, Listing, Paragraph, Picture, Table
 
 STYLE = """
-:root { color-scheme: light dark; --ink: #222; --paper: #fff; --line: #d5d9de; --band: #f5f6f8; --told: #fdf3ec; }
+:root { color-scheme: light dark; --ink: #222; --paper: #fff; --line: #d5d9de; --band: #f5f6f8; --warning: #fdf3ec; }
 @media (prefers-color-scheme: dark) {
-  :root { --ink: #e3e6ea; --paper: #17191d; --line: #3a4048; --band: #20242a; --told: #38261b; }
+  :root { --ink: #e3e6ea; --paper: #17191d; --line: #3a4048; --band: #20242a; --warning: #38261b; }
 }
-@media print { :root { --ink: #000; --paper: #fff; --line: #bbb; --band: #f5f6f8; --told: #fdf3ec; } }
+@media print { :root { --ink: #000; --paper: #fff; --line: #bbb; --band: #f5f6f8; --warning: #fdf3ec; } }
 body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper); margin: 2rem auto;
        max-width: 66rem; padding: 0 1.2rem; }
 h1 { font-size: 1.6rem; } h2 { font-size: 1.15rem; margin: 2rem 0 .6rem; border-bottom: 1px solid var(--line); }
@@ -24,7 +24,7 @@ th { border-bottom: 1px solid #888; font-weight: 600; vertical-align: bottom; wh
 tr:nth-child(even) td { background: var(--band); }
 td:first-child, th:first-child, .left td, .left th { text-align: left; }
 .left td { white-space: normal; overflow-wrap: anywhere; } .left td:first-child { white-space: nowrap; }
-p.warning { border-left: 4px solid #d55e00; background: var(--told); padding: .3rem .8rem; }
+p.warning { border-left: 4px solid #d55e00; background: var(--warning); padding: .3rem .8rem; }
 .pictures { display: grid; grid-template-columns: repeat(auto-fill, minmax(min(14rem, 100%), 1fr)); gap: .8rem; }
 figure { margin: 0; border: 1px solid var(--line); border-radius: 4px; padding: .3rem; background: #fff; color: #222; }
 figure:only-child { grid-column: 1 / -1; max-width: 38rem; }

@@ -1,4 +1,4 @@
-"""Json-able records, such as provenance, as tables."""
+"""Tables of records that JSON can hold, such as provenance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What surrounds a scene: seas, and the ships that move in them."""
+"""The environment of a scene: seas, and ships that move in them."""
 
 from kanefe.environment.rao.rao import MotionRao as MotionRao
 from kanefe.environment.rao.rao_convention import RaoConvention as RaoConvention

@@ -16,7 +16,7 @@ READERS = {".nc": "read_netcdf", ".spc": "read_swan", ".spec": "read_swan", ".sw
 
 
 def frequencies_densities_directions(spectrum: Any) -> tuple[Vector, Matrix, Vector]:
-    """Return rad/s, m2 s/(rad degree) and compass directions of a data set of wavespectra, or of a file it reads."""
+    """Return frequencies (rad/s), densities (m2 s/(rad degree)) and compass directions of a data set or file."""
     if isinstance(spectrum, (str, Path)):
         spectrum = _read(Path(spectrum))
     table = getattr(spectrum, "efth", spectrum)
@@ -24,7 +24,7 @@ def frequencies_densities_directions(spectrum: Any) -> tuple[Vector, Matrix, Vec
     more = {d: table.sizes[d] for d in dims if d not in ("freq", "dir") and table.sizes[d] > 1}
     if not {"freq", "dir"} <= set(dims) or more:
         raise ModelError(
-            f"a spectrum of wavespectra has efth over freq and dir, of one place and time; this one has {dims}. "
+            f"a spectrum of wavespectra has efth over freq and dir, for one place and time; this one has {dims}. "
             f"Remedy: choose {', '.join(more) or 'another'}, such as spectrum.isel(time=0)"
         )
     table = table.squeeze().transpose("freq", "dir")

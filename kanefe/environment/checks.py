@@ -1,4 +1,4 @@
-"""Numbers as users give them, checked where they come in."""
+"""Checks of numbers from the user."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def checked_number(value: object, what: str, *, above: float | None = None, leas
     Raises
     ------
     ModelError
-        If it is none, or not above or at least as large as it must be; the message names `what`.
+        If it is not finite or below its limit; the message names `what`.
     """
     given = numbers(value)
     number = float(given) if given.shape == () else math.nan

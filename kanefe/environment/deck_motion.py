@@ -1,4 +1,4 @@
-"""The motion of a deck: a point of a ship in a sea, as what drives a free joint."""
+"""The motion of a deck: a point of a ship in a sea, which drives a free joint."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ LEFT_OUT = 1e-13
 
 @dataclass(frozen=True, eq=False)
 class DeckMotion(GivenPose):
-    """The pose of axes that are fixed to a ship, with exact velocities and accelerations: it drives a free joint.
+    """The pose of axes that are fixed to a ship, with exact velocities and accelerations, to drive a free joint.
 
-    Made by `kanefe.Ship.at`. Axes are x forward, y to port, z up; the fixed frame is that of the ship at rest, its
-    origin the mean place of the RAO's reference point, and moves on with the ship's mean speed. Rotations are
-    ``R = Rz(yaw) Ry(pitch) Rx(roll)`` of the sums, so that the deck is a rigid body to the last digit however large
-    they are, with angular velocities and accelerations to match. Compiled code takes polynomials of degree 11 in pieces
-    of a second at most, made when a scene is frozen; `at` sums cosines.
+    Returned by `kanefe.Ship.at`. Axes are x forward, y to port, z up; the reference frame is that of the ship at rest,
+    with its origin at the mean position of the RAO's reference point, and moves with the ship's mean speed. Rotations
+    are ``R = Rz(yaw) Ry(pitch) Rx(roll)`` of the sums, so that the deck is exactly a rigid body for large angles too,
+    with consistent angular velocities and accelerations. Compiled code uses polynomials of degree 11 over pieces of a
+    second at most, which are computed when a scene is frozen; `at` sums cosines.
 
     Attributes
     ----------
@@ -41,10 +41,10 @@ class DeckMotion(GivenPose):
         From the reference point, m.
     ramp : Ramp
     span : (float, float)
-        First and last time that it is known for, s: beyond, it is an error.
+        First and last time for which it is defined, s.
     is_small : bool
-        Whether the point moves by linear theory, ``s + theta x point``, as its RAO says; the axes turn exactly all the
-        same.
+        Whether the point moves by linear theory, ``s + theta x point``, as in its RAO; the rotation of the axes is
+        exact in either case.
     """
 
     harmonics: Harmonics
@@ -63,7 +63,7 @@ class DeckMotion(GivenPose):
         return clock(np.append(self.edges[self.edges < last], last))
 
     def check(self, where: str) -> None:
-        """Do nothing: the rates are those of the sums."""
+        """Do nothing: the rates are exact."""
 
     def at(self, t: float) -> PoseRates:
         """Return pose, velocities and accelerations at time t (s), by the sums of all harmonics.
@@ -71,12 +71,12 @@ class DeckMotion(GivenPose):
         Raises
         ------
         ModelError
-            If it is not known there: see `span`.
+            If the time is outside of `span`.
         """
         return PoseRates(*(found[0] for found in self.over(np.array([t]))))
 
     def over(self, times: Vector) -> PoseRates:
-        """Return the same at many times at once."""
+        """Return the same at several times."""
         known = self.clock
         for t in (times.min(), times.max()) if len(times) else ():
             known.check_known(float(t), "the motion of a deck")
@@ -95,7 +95,7 @@ class DeckMotion(GivenPose):
 
     @cached_property
     def edges(self) -> Vector:
-        """Where the pieces of compiled code begin, and the last one ends, s."""
+        """Starts of the pieces of compiled code, and the end of the last one, s."""
         first, last = self.span
         w = self.harmonics.frequencies
         size = np.sum(abs(self.harmonics.amplitudes), axis=1)
@@ -106,7 +106,7 @@ class DeckMotion(GivenPose):
 
     @cached_property
     def pieces(self) -> np.ndarray:
-        """Return the powers 0 to 11 of motions, rates and accelerations of the reference point, (pieces, 18, 12).
+        """Polynomials of degree 11 of motions, rates and accelerations of the reference point, (pieces, 18, 12).
 
         The variable runs from -1 to 1 in a piece. A harmonic is ``exp(i z x) = J0(z) + 2 sum i^k Jk(z) Tk(x)`` there
         (Jacobi & Anger), z half a piece times its frequency.
@@ -164,11 +164,11 @@ def turned(angles: Matrix, rates: Matrix, accelerations: Matrix) -> tuple[np.nda
 
 
 def _left_out(frequencies: Vector, sizes: Vector, half: float) -> float:
-    """Return the largest share of the accelerations that polynomials over a piece leave out."""
+    """Return an upper bound of the relative error of the accelerations of polynomials over a piece."""
     from scipy.special import jv
 
     z = abs(frequencies) * half
-    # 2 |J12| and what follows, which is less than half of it while z < 6
+    # 2 |J12| and the remaining terms, which are less than half of it for z < 6
     bound = np.where(z < 6.0, 3.0 * abs(jv(POWERS, np.minimum(z, 6.0))), 2.0)
     weights = sizes * np.maximum(frequencies**2, 1e-300)
     return float(np.sum(bound * weights) / max(np.sum(weights), 1e-300))

@@ -1,4 +1,4 @@
-"""Spectra over frequency and direction: what each frequency's waves come from."""
+"""Spectra over frequency and direction."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ UNEVEN = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class DirectionalTable:
-    """Distributions of directions, one for each frequency of a table, straight between.
+    """Distributions of directions, one for each frequency of a table, interpolated linearly.
 
     Parameters
     ----------
@@ -26,9 +26,9 @@ class DirectionalTable:
     edges_deg : ndarray, shape (m + 1,)
         Angles from the main direction between the bins of directions, degrees, increasing.
     below : ndarray, shape (n, m + 1)
-        Share of the energy of a frequency below each edge.
+        Share of the energy of each frequency below each edge.
     main_deg : float
-        The main direction by the compass, degrees, where waves come from.
+        Main compass direction from which waves come, degrees.
     """
 
     frequencies: Vector
@@ -40,11 +40,11 @@ class DirectionalTable:
 
     @property
     def title(self) -> str:
-        """What it is."""
+        """Description for messages."""
         return f"{len(self.edges_deg) - 1} directions about {self.main_deg:.4g} degrees"
 
     def quantile_at(self, omega: Vector, share: Vector) -> Vector:
-        """Return angles to the main direction (degrees) below which shares of the energy come from, (n,)."""
+        """Return the angles to the main direction (degrees) below which given shares of the energy are, (n,)."""
         omega, share = np.broadcast_arrays(omega, share)
         place = np.clip(np.interp(omega, self.frequencies, np.arange(len(self.frequencies))), 0, len(self.below) - 1)
         low = np.minimum(place.astype(int), len(self.below) - 2)
@@ -59,7 +59,7 @@ def of_compass(frequencies: Any, densities: Any, directions_deg: Any) -> tuple[T
     Raises
     ------
     ModelError
-        If shapes differ, directions are not even over the circle, or a density is negative or no number.
+        If shapes differ, directions are not evenly spaced over the circle, or a density is negative or not finite.
     """
     w, table, directions = numbers(frequencies), numbers(densities), numbers(directions_deg)
     if w.ndim != 1 or directions.ndim != 1 or table.shape != (len(w), len(directions)) or len(directions) < 3:
@@ -68,12 +68,12 @@ def of_compass(frequencies: Any, densities: Any, directions_deg: Any) -> tuple[T
             f"least; shapes {w.shape}, {directions.shape} and {table.shape} were given"
         )
     if not np.all(np.isfinite(table)) or not np.all(np.isfinite(directions)):
-        raise ModelError("a spectrum over directions holds something that is not a finite number")
+        raise ModelError("a spectrum over directions contains something that is not a finite number")
     if np.any(table < 0.0):
         i, j = np.unravel_index(int(np.argmin(table)), table.shape)
         raise ModelError(
             f"a wave spectrum cannot be negative, but it is {table[i, j]:.6g} m2 s/(rad degree) at {w[i]:.6g} rad/s "
-            f"and {directions[j]:.6g} degrees. Remedy: check what was read; where a smoothing made it, set it to zero"
+            f"and {directions[j]:.6g} degrees. Remedy: check the data; where it is due to smoothing, set it to zero"
         )
     order = np.argsort(directions % 360.0)
     directions, table = directions[order] % 360.0, table[:, order]
@@ -87,14 +87,14 @@ def of_compass(frequencies: Any, densities: Any, directions_deg: Any) -> tuple[T
     widths = np.gradient(w)
     mean = np.sum(widths[:, None] * table * np.exp(1j * np.radians(directions)))
     if abs(mean) < 1e-6 * np.sum(widths * over_frequency) / step:
-        raise ModelError("the waves of a spectrum come from all sides alike: there is no main direction to head to")
+        raise ModelError("the waves of a spectrum come equally from all sides: there is no main direction")
     main = float(np.degrees(np.angle(mean)) % 360.0)
-    # against the clock and from the main direction; the bin opposite of it is the first and, in part, the last
+    # counter-clockwise from the main direction; the bin opposite of it is the first and, in part, the last
     angles = (main - directions + 180.0) % 360.0 - 180.0
     order = np.argsort(angles)
     edges = np.append(angles[order] - 0.5 * step, angles[order][-1] + 0.5 * step)
     below = np.cumsum(np.column_stack((np.zeros(len(w)), table[:, order])), axis=1)
-    # where a frequency has no waves, any distribution serves
+    # frequencies without waves may have any distribution
     below[below[:, -1] == 0.0] = np.linspace(0.0, 1.0, below.shape[1])
     return (
         Tabulated(w, over_frequency, "measured"),

@@ -1,4 +1,4 @@
-"""Lengths of waves by their frequency, and the frequency at which a ship meets them."""
+"""Dispersion relation of waves, and the frequency of encounter of a ship."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def wave_number(omega: Vector, depth: float = math.inf, gravity: float = GRAVITY
     omega : ndarray
         Wave frequencies, rad/s.
     depth : float
-        Of the water, m.
+        Depth of the water, m.
     gravity : float
         m/s2.
 
@@ -50,8 +50,8 @@ def wave_number(omega: Vector, depth: float = math.inf, gravity: float = GRAVITY
 def encounter_frequency(omega: Vector, number: Vector, heading_deg: Vector | float, speed: float) -> Vector:
     """Return the frequency at which a ship meets waves, ``omega + k U cos(heading)``, rad/s, with its sign.
 
-    Below zero in following seas, where the ship overtakes the waves: three waves then share one frequency of the other
-    sign or none, so that sums are kept in wave frequency.
+    Negative in following seas if the ship overtakes the waves; up to three waves can then have the same frequency of
+    encounter, so that sums are over wave frequency.
 
     Parameters
     ----------
@@ -60,6 +60,6 @@ def encounter_frequency(omega: Vector, number: Vector, heading_deg: Vector | flo
     heading_deg : ndarray, shape (n,), or float
         0: head seas; 180: following.
     speed : float
-        Of the ship, m/s.
+        Speed of the ship, m/s.
     """
     return np.asarray(omega + number * speed * np.cos(np.radians(heading_deg)))

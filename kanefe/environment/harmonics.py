@@ -1,4 +1,4 @@
-"""Sums of harmonics of the six motions of a ship, with their exact rates, and the ramp that begins them."""
+"""Sums of harmonics of the six motions of a ship, with their exact rates, and the ramp at their start."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Harmonics:
     Attributes
     ----------
     frequencies : ndarray, shape (n,)
-        Of encounter, rad/s, with their sign.
+        Frequencies of encounter, rad/s, with sign.
     amplitudes : ndarray, shape (n, 6)
         Complex, m and rad.
     """
@@ -52,12 +52,12 @@ class Harmonics:
 
 @dataclass(frozen=True)
 class Ramp:
-    """The factor ``10 x^3 - 15 x^4 + 6 x^5`` that leads from rest into a motion, with continuous accelerations.
+    """The factor ``10 x^3 - 15 x^4 + 6 x^5`` from rest to a motion, with continuous accelerations.
 
     Attributes
     ----------
     start, duration : float
-        s; zero: the motion is there from the start on.
+        s; with zero duration the motion is complete from the start on.
     """
 
     start: float
@@ -77,7 +77,7 @@ class Ramp:
         )
 
     def of(self, sums: np.ndarray, times: Vector) -> np.ndarray:
-        """Return motions, rates and accelerations (T, 3, 6) behind the ramp, of those before it."""
+        """Return motions, rates and accelerations (T, 3, 6) multiplied by the ramp."""
         r, dr, ddr = (factor[:, None] for factor in self.at(times))
         x, v, a = sums.swapaxes(0, 1)
         return np.array((r * x, r * v + dr * x, r * a + 2.0 * dr * v + ddr * x)).swapaxes(0, 1)

@@ -1,4 +1,4 @@
-"""A sea: a spectrum of waves with directions, and the waves of one of its realisations."""
+"""A sea: a directional wave spectrum, and one realisation of it."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 
 MOST_ORDER = 3
-"""Highest order of moments of spectra, which decrease with the fifth power of the frequency."""
+"""Highest order of finite moments of spectra, which decrease with the fifth power of the frequency."""
 
 STATES = {3: (0.88, 7.5), 4: (1.88, 8.8), 5: (3.25, 9.7), 6: (5.0, 12.4), 7: (7.5, 15.0)}
 """Significant height (m) and peak period (s) of sea states of the open North Atlantic, after Bales, Lee & Voelker
 (1981)."""
 
 STRATA = 16
-"""Number of successive waves in frequency among which the directions are spread evenly."""
+"""Number of successive waves in frequency over which the directions are stratified."""
 
 RANDOM_COUNT = 200
 """Default number of waves with random frequencies."""
@@ -47,10 +47,10 @@ class Waves(NamedTuple):
     frequency, number : ndarray, shape (n,)
         rad/s and rad/m.
     amplitude, phase : ndarray, shape (n,)
-        m and rad: ``a cos(omega t - k s + phase)``, s the way along the wave's direction.
+        m and rad: ``a cos(omega t - k s + phase)``, s the coordinate along the wave's direction.
     direction_deg : ndarray, shape (n,)
-        From the main direction to that of the wave, against the clock as seen from above: what the heading of a ship to
-        it is larger by.
+        Angle from the main direction to that of the wave, counter-clockwise as seen from above; it is added to the
+        heading of a ship.
     """
 
     frequency: Vector
@@ -64,44 +64,44 @@ class Waves(NamedTuple):
 class Sea:
     """A stationary sea of linear waves, and one realisation of it.
 
-    Made by `bretschneider`, `jonswap`, `pierson_moskowitz`, `state` or `measured`. The surface is a sum of cosines with
-    random phases, each wave with a frequency and a direction of its own (no two waves of one frequency stand still
-    against each other; Jefferys 1987). The random numbers are those of numpy's ``SeedSequence((study, sea_state,
-    seed))``: the same on every machine, and of the sea alone, so that ships of all headings and speeds meet the same.
+    Constructed by `bretschneider`, `jonswap`, `pierson_moskowitz`, `state` or `measured`. The surface is a sum of
+    cosines with random phases, each wave with a different frequency and one direction (waves with equal frequencies
+    would be phase-locked; Jefferys 1987). The random numbers are those of numpy's ``SeedSequence((study, sea_state,
+    seed))``: they are the same on every machine and for ships of all headings and speeds.
 
     Parameters
     ----------
     spectrum : Spectrum
     spreading : Spreading or DirectionalTable
     seed, sea_state, study : int
-        Which realisation; zero or above. Runs of a study differ in `seed`, its sea states in `sea_state`.
+        Identify the realisation; zero or above. Runs of a study differ in `seed`, its sea states in `sea_state`.
     duration : float
-        Without repetition, s: equal steps of frequency are ``2 pi / duration`` at most.
+        Duration without repetition, s: equal steps of frequency are at most ``2 pi / duration``.
     frequency_range : (float, float), optional
-        Lowest and highest wave frequency, rad/s. None: 0.3 to 3.1 times that of the peak; of a table, all of it.
+        Lowest and highest wave frequency, rad/s. None: 0.3 to 3.1 times that of the peak; for a table, its full range.
     frequencies : "equal" or "random"
-        In equal steps, or each anywhere in its step, which never repeats and does with fewer waves.
+        At the centres of equal steps, or random within each step, which never repeats and needs fewer waves.
     count : int, optional
-        Of waves. None: as many as the duration needs; 200 of random frequencies.
+        Number of waves. None: as many as the duration needs; 200 with random frequencies.
     amplitudes : "spectral" or "rayleigh"
-        ``sqrt(2 S dw)``, or random ones of that mean square: the variance of a record then varies as that of a
-        piece of an endless sea does.
+        ``sqrt(2 S dw)``, or random ones with that mean square, for which the variance of a record varies as that of a
+        finite record of a real sea.
     depth : float
-        Of the water, m.
+        Depth of the water, m.
     gravity : float
         m/s2.
 
     Raises
     ------
     ModelError
-        If a number makes no sense, the sea is steeper than waves can be before they break, or waves in equal steps
-        would repeat within the duration.
+        If a number is not valid, the waves are steeper than breaking waves, or waves in equal steps would repeat
+        within the duration.
 
     Examples
     --------
     >>> import kanefe as kf
     >>> sea = kf.Sea.bretschneider(Hs=3.25, Tp=9.7, spreading=2, seed=7)
-    >>> [round(100 * sea.kept(order), 1) for order in (0, 2)]  # per cent of the heights' variance, of the velocities'
+    >>> [round(100 * sea.kept(order), 1) for order in (0, 2)]  # % of the variance of elevation and of velocity
     [98.7, 86.9]
     """
 
@@ -155,7 +155,7 @@ class Sea:
         if self.spectrum.significant_height > steepest:
             at = "" if math.isinf(self.depth) else f" in water of {self.depth:g} m"
             raise ModelError(
-                f"{self.spectrum.title}{at} is steeper than waves can be before they break: waves of its mean period, "
+                f"{self.spectrum.title}{at} is steeper than the limit of breaking: waves of its mean period, "
                 f"{self.spectrum.zero_crossing_period:.4g} s, are {2.0 * math.pi / number:.4g} m long and break above "
                 f"{steepest:.4g} m. Remedy: check height and period, in m and s, and the depth"
             )
@@ -186,16 +186,16 @@ class Sea:
     def bretschneider(
         cls, Hs: float, Tp: float, *, spreading: float | None = None, spreading_deg: float | None = None, **options: Any
     ) -> Sea:
-        """Return a sea of Bretschneider's spectrum (ITTC, ISSC).
+        """Return a sea with Bretschneider's spectrum (ITTC, ISSC).
 
         Parameters
         ----------
         Hs, Tp : float
             Significant height (m) and period of the peak (s).
         spreading : float, optional
-            Power of the cosine over which the waves spread within 90 degrees; None: all come from one direction.
+            Power of the cosine of the spreading within 90 degrees; None: all waves come from one direction.
         spreading_deg : float, optional
-            Instead, standard deviation of a normal distribution, degrees.
+            Alternatively, standard deviation of normally distributed directions, degrees.
         **options
             See the class.
         """
@@ -212,14 +212,14 @@ class Sea:
         spreading_deg: float | None = None,
         **options: Any,
     ) -> Sea:
-        """Return a sea of a JONSWAP spectrum, its variance exactly ``Hs^2 / 16``; see `bretschneider`."""
+        """Return a sea with a JONSWAP spectrum of variance exactly ``Hs^2 / 16``; see `bretschneider`."""
         return cls._of(Jonswap(Hs, Tp, gamma), Spreading(spreading, spreading_deg), options)
 
     @classmethod
     def pierson_moskowitz(
         cls, wind: float, *, spreading: float | None = None, spreading_deg: float | None = None, **options: Any
     ) -> Sea:
-        """Return the sea that a wind (m/s, 19.5 m above it) raises in the end; see `bretschneider`."""
+        """Return the fully developed sea of a wind (m/s, at 19.5 m); see `bretschneider`."""
         spectrum = Bretschneider.of_wind(wind, options.get("gravity", GRAVITY))
         return cls._of(spectrum, Spreading(spreading, spreading_deg), options)
 
@@ -244,37 +244,37 @@ class Sea:
         directions_deg: Sequence[float] | Vector | None = None,
         **options: Any,
     ) -> Sea:
-        """Return a sea of a measured or computed spectrum, straight between its points.
+        """Return a sea with a measured or computed spectrum, linear between its points.
 
         Parameters
         ----------
         frequencies : array_like, shape (n,)
             Increasing, rad/s; in Hz they and the densities differ by ``2 pi``.
         densities : array_like, shape (n,) or (n, m)
-            m2 s/rad; over directions too, m2 s/(rad degree).
+            m2 s/rad; with directions m2 s/(rad degree).
         directions_deg : array_like, shape (m,), optional
-            Compass directions from which the waves come, degrees, evenly over the whole circle. The main direction is
-            their mean, and `Ship`'s heading the ship's course less it.
+            Compass directions from which the waves come, degrees, evenly spaced over the full circle. The main
+            direction is their mean, and the heading of a `Ship` is its course minus the main direction.
         **options
-            See the class; `spreading` and `spreading_deg` where there are no directions.
+            See the class; `spreading` and `spreading_deg` without directions.
         """
         power, deviation = options.pop("spreading", None), options.pop("spreading_deg", None)
         if directions_deg is None:
             return cls._of(Tabulated(frequencies, densities), Spreading(power, deviation), options)
         if power is not None or deviation is not None:
-            raise ModelError("a spectrum over directions has its spreading. Remedy: leave out spreading")
+            raise ModelError("a spectrum over directions contains its spreading. Remedy: leave out spreading")
         spectrum, table = of_compass(frequencies, densities, directions_deg)
         return cls._of(spectrum, table, options)
 
     @classmethod
     def from_wavespectra(cls, spectrum: Any, **options: Any) -> Sea:
-        """Return a sea of a spectrum over directions as wavespectra reads it from files of SWAN, WW3, NDBC, ERA5.
+        """Return a sea with a directional spectrum of wavespectra, which reads files of SWAN, WW3, NDBC, ERA5.
 
         Parameters
         ----------
         spectrum : xarray.Dataset, xarray.DataArray, str or Path
-            With coordinates ``freq`` (Hz) and ``dir`` (degrees, where waves come from), and ``efth`` in m2/(Hz degree),
-            of one place and time; or a file in wavespectra's own netCDF or one that `wavespectra` knows by its suffix.
+            With coordinates ``freq`` (Hz) and ``dir`` (degrees from which waves come), and ``efth`` in m2/(Hz degree),
+            for one place and time; or a file in wavespectra's netCDF or another one that it knows by its suffix.
         **options
             See the class.
         """
@@ -290,9 +290,9 @@ class Sea:
 
     @checked
     def kept(self, order: int = 0) -> float:
-        """Return the share of a moment of the spectrum that the range of frequencies keeps: 0 heights, 2 velocities."""
+        """Return the share of a moment of the spectrum within the range of frequencies: 0 elevation, 2 velocity."""
         if not 0 <= order <= MOST_ORDER:
-            raise ModelError(f"order of a moment must be 0 to {MOST_ORDER}, of which there is one, not {order!r}")
+            raise ModelError(f"order of a moment must be 0 to {MOST_ORDER}, not {order!r}")
         return self.spectrum.moment(order, *self.range) / self.spectrum.moment(order)
 
     def __str__(self) -> str:
@@ -311,7 +311,7 @@ class Sea:
             needed = math.ceil((high - low) * self.duration / (2.0 * math.pi))
             count = needed if self.frequencies == "equal" else RANDOM_COUNT
         step = (high - low) / count
-        # a stream each, so that an option changes only what it is about; `random` alone is the same in all numpy
+        # separate streams, so that an option changes nothing else; only `random` is the same in all versions of numpy
         seeds = np.random.SeedSequence((self.study, self.sea_state, self.seed)).spawn(5)
         phases, orders, shares, sizes, places = (np.random.Generator(np.random.PCG64(s)).random(count) for s in seeds)
         omega = low + step * (np.arange(count) + (places if self.frequencies == "random" else 0.5))
@@ -329,7 +329,7 @@ class Sea:
 
     @checked("x", "y")
     def elevation(self, times: Sequence[float] | Vector, x: float = 0.0, y: float = 0.0) -> Vector:
-        """Return the height of the surface at a place, m; x points where the main waves go, y to the left of it, m."""
+        """Return the surface elevation (m) at x, y (m); x is the main direction of propagation, y to its left."""
         w, t = self.waves, numbers(times)
         if not np.all(np.isfinite(t)):
             raise ModelError(f"the times of an elevation must be finite numbers, s, not {times!r}")

@@ -31,7 +31,7 @@ from kanefe.frames import Vector, numbers, shaped_numbers
 
 SLOWEST_HZ = 0.03
 """Encounter frequency below which surge, sway and yaw are left out, Hz: strip theory has no restoring force in them, so
-that they grow without bound there; in reality autopilots and helmsmen control them."""
+that they are unbounded there; in reality they are controlled by helmsmen or autopilots."""
 
 HORIZONTAL = np.array((0, 1, 5))
 """Indices of surge, sway and yaw."""
@@ -43,7 +43,7 @@ DIRECTIONS = 90
 """Number of parts of equal energy into which spreading waves are divided."""
 
 COURSES = 32
-"""Number of courses for which the neglected parts are cached: the seeds and sea states of a map have the same courses.
+"""Number of courses for which the neglected parts are cached: the seeds and sea states of a map share courses.
 """
 
 STEPS = 12
@@ -53,41 +53,43 @@ Gauss quadrature."""
 
 @dataclass(frozen=True, eq=False)
 class Ship:
-    """A ship on a steady course in a sea, moving as its response amplitude operators say.
+    """A ship on a steady course in a sea, with motions by its response amplitude operators.
 
-    Ship axes: x forward, y to port, z up. What moves is seen from axes that go on with the ship's mean speed. Points
-    are told from the RAO's reference point, which most programs put at the centre of gravity (``print(ship)`` says what
-    is known of it).
+    Ship axes: x forward, y to port, z up. Motions are relative to axes that move with the ship's mean speed. Points are
+    given from the RAO's reference point, which is the centre of gravity in most programs (``print(ship)`` shows it).
 
     Parameters
     ----------
     rao : MotionRao
     sea : Sea
     speed : float
-        m/s; between those of the RAO, motions are interpolated.
+        m/s; motions are interpolated between the speeds of the RAO.
     heading_deg : float
-        0: head seas, 90: from port, 180: following; -360 to 360. Beyond 180, a symmetric ship's are mirrored.
+        0: head seas, 90: from port, 180: following; -360 to 360. Beyond 180, motions of a symmetric ship are mirrored.
     slowest_hz : float
-        Encounter frequency (Hz) below which surge, sway and yaw are left out; zero: nothing is. Where more than a
-        hundredth of their variance is, an `AccuracyWarning` says how much.
-
-    Where the sea is of another depth than the RAO, another one says so.
+        Encounter frequency (Hz) below which surge, sway and yaw are left out; zero: nothing is left out.
 
     Raises
     ------
     ModelError
-        If speed, heading or the waves of the sea lie outside of what the RAO knows.
+        If speed, heading or the waves of the sea are outside of the range of the RAO.
+
+    Warns
+    -----
+    AccuracyWarning
+        If more than a hundredth of the variance of surge, sway or yaw is left out, or the depth of the water differs
+        between sea and RAO.
 
     Examples
     --------
-    Of a file: ``Ship.from_rao("s175.re1", speed=5.1444, heading_deg=60, sea=sea)``. Here a ship that comes along:
+    From a file: ``Ship.from_rao("s175.re1", speed=5.1444, heading_deg=60, sea=sea)``. With the example RAO:
 
     >>> import kanefe as kf
     >>> ship = kf.Ship(kf.example_rao(), kf.Sea.state(5, spreading=2, seed=7), heading_deg=60)
     >>> scene = kf.System(gravity=(0, 0, -9.81))
     >>> deck = scene.add_frame("deck", joint=kf.Free(motion=ship.at((-45, 0, 6))))
 
-    Where a deck's motions were recorded, such as at 20 Hz, a `PoseTable` takes their place:
+    Recorded motions of a deck, such as at 20 Hz, are given as a `PoseTable`:
 
     >>> times = np.arange(0.0, 10.0, 0.05)
     >>> record = ship.motions(times)[:, 0]  # surge, sway, heave, roll, pitch, yaw
@@ -113,17 +115,17 @@ class Ship:
         self._refuse_waves_outside()
         if self.rao.depth != self.sea.depth:
             warnings.warn(
-                f"{self.rao.name} is of water {self.rao.depth:g} m deep, the sea is {self.sea.depth:g} m deep. Remedy: "
-                "an RAO of that depth; for waves shorter than twice both depths it is the same",
+                f"{self.rao.name} is for water of {self.rao.depth:g} m depth, the sea is {self.sea.depth:g} m deep. "
+                "Remedy: an RAO for that depth; for waves shorter than twice both depths there is no difference",
                 AccuracyWarning,
                 stacklevel=outside(),
             )
         left = self.left_out
         if max(left.values(), default=0.0) > REPORTED:
-            said = ", ".join(f"{name} {100 * share:.2g} %" for name, share in left.items() if share > REPORTED)
+            shares = ", ".join(f"{name} {100 * share:.2g} %" for name, share in left.items() if share > REPORTED)
             warnings.warn(
-                f"motions in the plane slower than {self.slowest_hz:g} Hz are left out; of the variance it is {said}. "
-                "Remedy: slowest_hz=0 to keep them",
+                f"horizontal motions slower than {self.slowest_hz:g} Hz are left out, with this share of the variance: "
+                f"{shares}. Remedy: slowest_hz=0 to keep them",
                 AccuracyWarning,
                 stacklevel=outside(),
             )
@@ -140,7 +142,7 @@ class Ship:
         slowest_hz: float = SLOWEST_HZ,
         **reading: Any,
     ) -> Ship:
-        """Return a ship by the file of its motions in waves.
+        """Return a ship from the file of its motions in waves.
 
         Parameters
         ----------
@@ -149,21 +151,19 @@ class Ship:
         sea, speed, heading_deg, slowest_hz
             See the class.
         roll_damping : float or RollDamping, optional
-            Ratio of all damping of roll to the critical one, in place of that of the RAO: most are of potential flow,
-            and roll too much.
+            Ratio of the total to the critical roll damping, in place of that of the RAO, which is too small in
+            potential flow.
         **reading
             See `kanefe.read_rao`.
 
         Raises
         ------
         FileError, ModelError
-            If the file cannot be read, contradicts its convention, or does not reach as far as the sea.
+            If the file cannot be read, contradicts its convention, or does not cover the sea.
         """
         rao = path if isinstance(path, MotionRao) else read_rao(path, **reading)
         if isinstance(path, MotionRao) and reading:
-            raise ModelError(
-                f"{', '.join(reading)} are for a file; an RAO that is read has them. Remedy: leave them out"
-            )
+            raise ModelError(f"{', '.join(reading)} are options for a file, not for an RAO. Remedy: leave them out")
         if roll_damping is not None:
             damping = roll_damping if isinstance(roll_damping, RollDamping) else RollDamping(roll_damping)
             rao = damped(rao, damping, sea.gravity)
@@ -179,26 +179,26 @@ class Ship:
         ramp: float = 30.0,
         rotations: str = "exact",
     ) -> DeckMotion:
-        """Return the motion of axes fixed to the ship at a point: what `Free(motion=...)` takes.
+        """Return the motion of axes fixed to the ship at a point, for `Free(motion=...)`.
 
         Parameters
         ----------
         point : array_like, shape (3,)
             From the reference point of the RAO, ship axes, m.
         duration : float, optional
-            Last time that it is known for, s; asking beyond is an error. None: that of the sea's waves, behind the
-            ramp.
+            Last time for which it is defined, s; later times are an error. None: ramp plus duration of the sea.
         start : float
-            When the ramp begins, s; before, the ship rests. Zero is the first time known, or this if it is below.
+            Start of the ramp, s; before it the ship is at rest. The motion is defined from zero on, or from `start` if
+            that is negative.
         ramp : float
-            How long it takes to grow, s; zero: it is moving from the start on. Statistics are taken behind it.
+            Duration of the ramp, s; zero: none. Statistics are taken after it.
         rotations : "exact" or "small"
-            With "small" the point moves by linear theory, ``s + theta x point``; the axes turn the same.
+            With "small" the point moves by linear theory, ``s + theta x point``; the rotation is the same.
 
         Raises
         ------
         ModelError
-            If a number makes no sense.
+            If a number is not valid.
         """
         place = shaped_numbers(point, (3,), "a point of a ship")
         checked_number(start, "the start of a ship's motion")
@@ -217,7 +217,7 @@ class Ship:
 
     @cached_property
     def harmonics(self) -> Harmonics:
-        """The motions of the reference point, and of the ship about it, in the sea's waves."""
+        """The six motions of the ship at the reference point in the waves of the sea."""
         waves = self.sea.waves
         headings = self.heading_deg + waves.direction_deg
         met = encounter_frequency(waves.frequency, waves.number, headings, self.speed)
@@ -226,24 +226,24 @@ class Ship:
 
     @checked
     def motions(self, times: Sequence[float] | Vector) -> np.ndarray:
-        """Return surge to yaw, with rates and accelerations, at times in s, without ramp, (times, 3, 6), m and rad."""
+        """Return surge to yaw, with rates and accelerations, at times (s), without ramp, (times, 3, 6), m and rad."""
         return self.harmonics.at(np.atleast_1d(np.asarray(times, dtype=float)))
 
     @checked
     def response_spectra(self, omega: Sequence[float] | Vector) -> np.ndarray:
         """Return the spectra of surge to yaw over *wave* frequency (rad/s), shape (n, 6), m2 s/rad and rad2 s/rad.
 
-        In following seas several waves share one frequency of encounter, so that spectra over it would have poles.
+        In following seas several waves have the same frequency of encounter, so that spectra over it would have poles.
         """
-        asked = np.atleast_1d(numbers(omega))
-        if asked.ndim != 1:
-            raise ModelError(f"omega must be frequencies in rad/s, shape (n,), not of shape {asked.shape}")
-        return np.asarray(self._mean_square(asked) * self.sea.spectrum.density(asked)[:, None])
+        at = np.atleast_1d(numbers(omega))
+        if at.ndim != 1:
+            raise ModelError(f"omega must be frequencies in rad/s, shape (n,), not of shape {at.shape}")
+        return np.asarray(self._mean_square(at) * self.sea.spectrum.density(at)[:, None])
 
     def motions_std(self, point: Sequence[float] | Vector = (0.0, 0.0, 0.0)) -> dict[str, float]:
-        """Return the standard deviations of the motions of a point by name, m and rad, over all that the RAO knows.
+        """Return the standard deviations of the motions of a point by name, m and rad, over the range of the RAO.
 
-        Rotations are those of the ship. Of the integral, not of one realisation.
+        Rotations are those of the ship. From the spectral integral, not from one realisation.
 
         Examples
         --------
@@ -256,7 +256,7 @@ class Ship:
 
     @cached_property
     def left_out(self) -> dict[str, float]:
-        """Share of the variance of surge, sway and yaw that is slower than `slowest_hz`, by name; 0 to 1."""
+        """Share of the variance of surge, sway and yaw below `slowest_hz`, by name; 0 to 1."""
         omega, weights = _over(self.rao.frequencies)
         weights = weights * self.sea.spectrum.density(omega)
         slow, whole = (weights @ part for part in _horizontal(self._course, self.slowest_hz))
@@ -265,14 +265,14 @@ class Ship:
 
     @checked
     def plot_rao(self, path: str | Path | None = None) -> Any:
-        """Return the picture of the RAO at the ship's speed: amplitude and phase of each motion over wave frequency.
+        """Return a plot of the RAO at the ship's speed: amplitude and phase of each motion over wave frequency.
 
-        A wrong phase shows at the left end, where waves are long: dots mark the motions of the surface.
+        Wrong phases show at the left end, where waves are long: circles mark the motions of the surface.
 
         Parameters
         ----------
         path : str or Path, optional
-            Also write it there; the suffix says how.
+            File to write, in the format of its suffix.
 
         Returns
         -------
@@ -299,7 +299,7 @@ class Ship:
         return _Course(self.rao, sea.spreading, sea.depth, sea.gravity, self.heading_deg, self.speed)
 
     def _mean_square(self, omega: Vector, point: Vector | None = None) -> np.ndarray:
-        """Return the mean square of the responses of a point over the directions, (n, 6)."""
+        """Return the mean square of the responses of a point, over all directions, (n, 6)."""
         found = np.zeros((len(omega), 6))
         for share, met, response in self._course.responses(omega):
             kept = self._filtered(response, met)
@@ -321,7 +321,7 @@ class Ship:
         peak = (
             ""
             if known[0] < spectrum.peak < known[-1]
-            else (f"; even its peak, Tp = {2.0 * math.pi / spectrum.peak:.4g} s, lies outside")
+            else (f"; even its peak, Tp = {2.0 * math.pi / spectrum.peak:.4g} s, is outside")
         )
         raise ModelError(
             f"the waves of the sea go from {low:.4g} to {high:.4g} rad/s, but {self.rao.name} is known from "
@@ -345,7 +345,7 @@ def damped(rao: MotionRao, damping: RollDamping, gravity: float) -> MotionRao:
 
 @dataclass(frozen=True)
 class _Course:
-    """A ship on its way through waves of any height: the same for all seeds, and seas of one spreading."""
+    """The course of a ship through waves of any height, which all seeds and seas with one spreading share."""
 
     rao: MotionRao
     spreading: Spreading | DirectionalTable
@@ -355,7 +355,7 @@ class _Course:
     speed: float
 
     def responses(self, omega: Vector) -> Iterator[tuple[float, Vector, np.ndarray]]:
-        """Yield of each direction its share of the energy, frequencies of encounter (n,) and responses (n, 6)."""
+        """Yield for each direction the share of the energy, frequencies of encounter (n,) and responses (n, 6)."""
         number = wave_number(omega, self.depth, self.gravity)
         count = 1 if self.spreading.is_long_crested else DIRECTIONS
         for share in (np.arange(count) + 0.5) / count:
@@ -366,7 +366,7 @@ class _Course:
 
 @lru_cache(maxsize=COURSES)
 def _horizontal(course: _Course, slowest_hz: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return mean squares of surge, sway and yaw (n, 3) at the points of `_over`: the slow part, and the whole."""
+    """Return mean squares of surge, sway and yaw (n, 3) at the points of `_over`: the slow part, and the total."""
     omega, _ = _over(course.rao.frequencies)
     slow, whole = np.zeros((len(omega), len(HORIZONTAL))), np.zeros((len(omega), len(HORIZONTAL)))
     for share, met, response in course.responses(omega):
@@ -377,6 +377,6 @@ def _horizontal(course: _Course, slowest_hz: float) -> tuple[np.ndarray, np.ndar
 
 
 def _over(frequencies: Vector) -> tuple[Vector, Vector]:
-    """Return points and weights of an integral over the pieces of an RAO."""
+    """Return points and weights of quadrature over the intervals of an RAO."""
     ends = np.interp(np.arange(STEPS * (len(frequencies) - 1) + 1) / STEPS, np.arange(len(frequencies)), frequencies)
     return gauss(ends, 4)

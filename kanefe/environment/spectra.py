@@ -1,4 +1,4 @@
-"""Spectra of the height of waves at a point, over wave frequency, with exact moments."""
+"""Spectra of the wave elevation at a point, over wave frequency, with exact moments."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ STEEPNESS, DECAY = 8.10e-3, 0.74
 
 
 class Spectrum(ABC):
-    """Common part of the spectra: density S(omega) of one sign of frequency, m2 s/rad, and what follows from it."""
+    """Base of the spectra: one-sided density S(omega), m2 s/rad, and derived quantities."""
 
     @abstractmethod
     def density(self, omega: Vector) -> Vector:
@@ -45,11 +45,11 @@ class Spectrum(ABC):
     @property
     @abstractmethod
     def title(self) -> str:
-        """What it is, with its parameters."""
+        """Name with parameters, for messages."""
 
     @property
     def usual_range(self) -> tuple[float, float]:
-        """Wave frequencies that a sum of waves takes where none are said, rad/s."""
+        """Default range of wave frequencies of a sum of waves, rad/s."""
         return 0.3 * self.peak, 3.1 * self.peak
 
     def moment(self, order: float, low: float = 0.0, high: float = math.inf) -> float:
@@ -58,7 +58,7 @@ class Spectrum(ABC):
         Raises
         ------
         ModelError
-            If it is infinite: spectra of wind seas fall as the fifth power of frequency.
+            If it is infinite: spectra of wind seas decrease with the fifth power of the frequency.
         """
         if order >= 4.0 and math.isinf(high):
             raise ModelError(
@@ -89,7 +89,7 @@ class Spectrum(ABC):
 
 @dataclass(frozen=True)
 class Bretschneider(Spectrum):
-    """The spectrum ``5/16 Hs^2 wp^4 w^-5 exp(-5/4 (wp/w)^4)`` of two parameters, also named after the ITTC or ISSC.
+    """The spectrum ``5/16 Hs^2 wp^4 w^-5 exp(-5/4 (wp/w)^4)`` with two parameters, also called ITTC or ISSC spectrum.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ class Bretschneider(Spectrum):
         if order >= 4.0:
             return super().moment(order, low, high)
 
-        def above(omega: float) -> float:  # share of what lies below a frequency
+        def above(omega: float) -> float:  # share below a frequency
             return 0.0 if omega <= 0.0 else float(gammaincc(1.0 - order / 4.0, 1.25 * (self.peak / omega) ** 4))
 
         whole = self.Hs**2 / 16.0 * 1.25 ** (order / 4.0) * float(gamma(1.0 - order / 4.0)) * self.peak**order
@@ -145,14 +145,14 @@ class Bretschneider(Spectrum):
 
 @dataclass(frozen=True)
 class Jonswap(Spectrum):
-    """Bretschneider's spectrum with a higher peak, scaled to the significant height by its integral, not by a formula.
+    """Bretschneider's spectrum with a higher peak, scaled to the significant height by its exact integral.
 
     Parameters
     ----------
     Hs, Tp : float
         Significant height (m) and period of the peak (s).
     gamma : float
-        How much higher the peak is: 1 is Bretschneider's, 3.3 the mean of the North Sea (Hasselmann et al. 1973).
+        Peak enhancement factor: 1 is Bretschneider's spectrum, 3.3 the mean of the North Sea (Hasselmann et al. 1973).
     """
 
     Hs: float
@@ -176,7 +176,7 @@ class Jonswap(Spectrum):
 
     @cached_property
     def factor(self) -> float:
-        """What Bretschneider's spectrum is multiplied by beside the peak, so that Hs stays."""
+        """Factor on the spectrum that keeps Hs."""
         return self.Hs**2 / 16.0 / integral(self._raised, 0, self.peak)
 
     def density(self, omega: Vector) -> Vector:
@@ -191,7 +191,7 @@ class Jonswap(Spectrum):
 
 @dataclass(frozen=True, eq=False)
 class Tabulated(Spectrum):
-    """A measured or computed spectrum through points, straight between them and nothing outside.
+    """A measured or computed spectrum through points, linear between them and zero outside.
 
     Parameters
     ----------
@@ -219,7 +219,7 @@ class Tabulated(Spectrum):
             at = int(np.argmin(s))
             raise ModelError(
                 f"a wave spectrum cannot be negative, but it is {s[at]:.6g} m2 s/rad at {w[at]:.6g} rad/s. Remedy: "
-                "check what was read; where a smoothing made it, set it to zero"
+                "check the data; where it is due to smoothing, set it to zero"
             )
         if not np.any(s > 0.0):
             raise ModelError("a wave spectrum is zero everywhere: there are no waves")
@@ -244,7 +244,7 @@ class Tabulated(Spectrum):
         return np.asarray(np.interp(omega, w, s, left=0.0, right=0.0))
 
     def moment(self, order: float, low: float = 0.0, high: float = math.inf) -> float:
-        """Return the integral, by Gauss in each piece; see `Spectrum.moment`."""
+        """Return the integral by Gauss quadrature in each interval; see `Spectrum.moment`."""
         w, _ = self._table
         ends = np.unique(np.clip(w, max(low, w[0]), min(high, w[-1])))
         points, weights = gauss(ends, 8)
@@ -261,7 +261,7 @@ def _check_sizes(spectrum: Spectrum) -> None:
 def integral(
     density: Callable[[Vector], Vector], order: float, peak: float, low: float = 0.0, high: float = math.inf
 ) -> float:
-    """Return the integral of ``omega^order S`` by quadrature, to 1e-12; S is smooth but at its peak."""
+    """Return the integral of ``omega^order S`` by quadrature, to 1e-12; S is smooth except at its peak."""
     from scipy.integrate import quad
 
     ends = [low, *(at for at in (peak, 4.0 * peak) if low < at < high), high]
@@ -273,7 +273,7 @@ def integral(
 
 
 def wind_sea(height: float, peak: float, omega: Vector) -> Vector:
-    """Return Bretschneider's density, m2 s/rad, of a significant height (m) and a peak (rad/s); zero below zero."""
+    """Return Bretschneider's density, m2 s/rad, of a significant height (m) and a peak (rad/s); zero for omega <= 0."""
     omega = np.asarray(omega, dtype=float)
     x = np.where(omega > 0.0, peak / np.where(omega > 0.0, omega, 1.0), 0.0)
     with np.errstate(under="ignore"):
@@ -281,7 +281,7 @@ def wind_sea(height: float, peak: float, omega: Vector) -> Vector:
 
 
 def gauss(ends: Sequence[float] | Vector, order: int) -> tuple[Vector, Vector]:
-    """Return points and weights of Gauss and Legendre in each interval between some ends, one after another."""
+    """Return points and weights of Gauss-Legendre quadrature in each interval between successive ends."""
     x, weight = np.polynomial.legendre.leggauss(order)
     ends = np.asarray(ends, dtype=float)
     half, middle = 0.5 * np.diff(ends)[:, None], 0.5 * (ends[1:] + ends[:-1])[:, None]

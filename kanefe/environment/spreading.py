@@ -1,4 +1,4 @@
-"""How the energy of waves spreads over directions about the main one, within 90 degrees to either side."""
+"""Directional spreading of waves about the main direction, within 90 degrees on either side."""
 
 from __future__ import annotations
 
@@ -14,9 +14,8 @@ from kanefe.frames import Vector
 POINTS = 3601
 """Number of points in the table of the distribution: a spacing of a twentieth of a degree."""
 
-
 WIDEST = 90.0
-"""Standard deviation above which hardly more than the truncation of a normal distribution is left, degrees."""
+"""Largest standard deviation, degrees: the truncation at 90 degrees dominates larger ones."""
 
 
 @dataclass(frozen=True)
@@ -28,8 +27,8 @@ class Spreading:
     power : float, optional
         2 is usual for wind seas.
     deviation_deg : float, optional
-        Standard deviation of the normal distribution, degrees; what lies beyond 90 degrees is left out.
-        Neither: all waves come from one direction.
+        Standard deviation of the normal distribution, degrees, truncated at 90 degrees. Without both arguments all
+        waves come from one direction.
 
     Raises
     ------
@@ -43,7 +42,7 @@ class Spreading:
     def __post_init__(self) -> None:
         if self.power is not None and self.deviation_deg is not None:
             raise ModelError(
-                "waves spread by a power of the cosine or by a normal distribution, not by both. "
+                "waves spread by a power of the cosine or by a normal distribution, not both. "
                 "Remedy: spreading= or spreading_deg="
             )
         for value in (self.power, self.deviation_deg):
@@ -51,7 +50,7 @@ class Spreading:
                 checked_number(value, "the spreading of waves", above=0.0)
         if self.deviation_deg is not None and self.deviation_deg > WIDEST:
             raise ModelError(
-                f"waves do not spread by {self.deviation_deg:g} degrees: what lies beyond 90 is left out. Remedy: a "
+                f"waves do not spread by {self.deviation_deg:g} degrees: it is truncated at 90. Remedy: a "
                 f"standard deviation of {WIDEST:g} degrees or less, or a power"
             )
 
@@ -62,7 +61,7 @@ class Spreading:
 
     @property
     def title(self) -> str:
-        """What it is."""
+        """Description for messages."""
         if self.power is not None:
             return f"spread by cos^{self.power:g}"
         return "long-crested" if self.deviation_deg is None else f"spread by {self.deviation_deg:g} degrees"
@@ -80,9 +79,9 @@ class Spreading:
         return angles, share / share[-1]
 
     def quantile_at(self, omega: Vector, share: Vector) -> Vector:
-        """Return angles to the main direction (degrees) below which shares of the energy come from, (n,).
+        """Return the angles to the main direction (degrees) below which given shares of the energy are, (n,).
 
-        Those of all frequencies are the same here.
+        They are the same for all frequencies.
         """
         if self.is_long_crested:
             return np.zeros_like(share)

@@ -1,1 +1,1 @@
-"""The equations of motion of a frozen scene, by the route that was chosen for it, and its consistent start."""
+"""The equations of motion of a frozen scene, by the route chosen for it, and its consistent start."""

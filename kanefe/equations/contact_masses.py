@@ -1,4 +1,4 @@
-"""What contacts hold: the masses that move on both sides, by which the anchors of their friction are damped."""
+"""The masses on both sides of contacts, for the damping of the anchors of their friction."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def with_contact_masses(model: ModelData, loads: Sequence[Load]) -> tuple[Load, ...]:
-    """Return loads with what contacts hold, and with damping of their anchors where none is given."""
+    """Return loads with the masses at contacts, and with damping of their anchors if none is given."""
     if not loads:
         return ()
     from kanefe.contact.contact import compliant_contacts
@@ -44,9 +44,9 @@ def _completed(contact: Contact, trees: Sequence[int], masses: Vector) -> Contac
 
 
 def _trees(model: ModelData) -> tuple[list[int], Vector]:
-    """Return of each body the number of the tree that moves with it, and the masses of these, kg.
+    """Return for each body the number of the tree that moves with it, and the masses of these trees, kg.
 
-    The last is of what moves as it is given, or not at all: its mass is without end.
+    The last tree, of driven bodies and the ground, has an infinite mass.
     """
     trees: list[int] = []
     masses: list[float] = []

@@ -1,4 +1,4 @@
-"""Forces that hold a scene at a state: what its accelerations take, for functions of the user that ask for them."""
+"""Reactions, driving forces and loop forces at a state, for functions of the user."""
 
 from __future__ import annotations
 
@@ -52,33 +52,33 @@ class ForcesAt:
         return loop_forces(self._acting[0])
 
     def joint_reaction(self, name: str) -> Vector:
-        """Return what the joint of a body exerts on it, (6,)."""
+        """Return force and moment of a body's joint on it, (6,)."""
         return self._reactions[self._model.index(name)].copy()
 
     def driving_force(self, name: str) -> Vector:
-        """Return what the driven coordinates of a body's joint need, (driven,)."""
+        """Return the forces on the driven coordinates of a body's joint, (driven,)."""
         body = self._model.bodies[self._model.index(name)]
         if not body.is_driven:
             raise ModelError(f"nothing drives the joint of {name!r}: it has no driving force")
         return self._driving[body.speeds[list(body.driven)] - self._model.free_count]
 
     def loop_force(self, name: str) -> Vector:
-        """Return what a loop joint exerts on its end b, (6,)."""
+        """Return force and moment of a loop joint on its end b, (6,)."""
         if name not in self._loops:
             raise ModelError(f"the scene has no loop joint {name!r}. It has: {', '.join(self._loops) or 'none'}")
         return self._loops[name].copy()
 
     def rigid_contact(self, number: int) -> Vector:
-        """Return the outputs of a rigid contact, by its number among them."""
+        """Return the outputs of a rigid contact, by its number among the rigid contacts."""
         from kanefe.kane.rigid_contacts.contact_forces import told
 
         return told(self._model.route.view(self._t, self._y), number)
 
 
 def seen(model: Model, t: float, y: Vector) -> SceneState:
-    """Return what functions of the user see of a state (q, u, z, ...), forces included: events, which act on nothing.
+    """Return the state (q, u, z, ...) passed to functions of events, with access to forces.
 
-    Loads are given a state without: the forces depend on what they give.
+    Loads get a state without them, since the forces depend on the loads.
     """
     size = model.coordinate_count + model.free_count + model.state_count
     return model.route.state(t, y).with_forces(ForcesAt(model, t, y[:size]))

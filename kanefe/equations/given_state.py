@@ -1,4 +1,4 @@
-"""A state that somebody gives: a vector, or what a scene was like at one time; checked, and found again by name."""
+"""A state given by the user: a vector, or the state of a scene at one time; checked, and transferred by name."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from kanefe.tree.model_data import ModelData
 
 @runtime_checkable
 class AtOneTime(Protocol):
-    """What a scene is like at one time: a `SceneState`, an `Equilibrium`, or what ``result.at(t)`` gives."""
+    """The state of a scene at one time: a `SceneState`, an `Equilibrium`, or ``result.at(t)``."""
 
     model: ModelData
     time: float
@@ -30,12 +30,12 @@ Start = object
 
 
 def time_of(start: object, default: float = 0.0) -> float:
-    """Return the time of a state, s; that of a vector is the default."""
+    """Return the time of a state, s; for a vector the default."""
     return float(start.time) if isinstance(start, AtOneTime) else default
 
 
 def slack_time(start: object, t: float) -> float:
-    """Return the time at whose start springs without a rest length are slack: of the scene that a state comes from."""
+    """Return the time at whose start springs without a rest length are slack: that of the scene of a given state."""
     return start.model.slack_time if isinstance(start, AtOneTime) else t
 
 
@@ -47,10 +47,10 @@ def knows_states(model: Model, start: object) -> bool:
 
 
 def given_state(model: Model, t: object, start: object, what: str) -> tuple[float, Vector]:
-    """Return time (s) and state y = (q, u, z) of a model from what somebody gives; None: its own start.
+    """Return time (s) and state y = (q, u, z) of a model from a given state; None: its own start.
 
-    A state of another scene is taken body by body, by name: joints with the same coordinates, also where one of them
-    was driven, and the same modes. Bodies that it does not know start as the model does.
+    A state of another scene is used body by body, by name, for joints with the same coordinates, driven or not, and the
+    same modes. Bodies that are not in it have the start of the model.
 
     Raises
     ------
@@ -126,7 +126,7 @@ def _by_name(model: Model, start: AtOneTime, what: str) -> Vector:
 
 
 def _check_alike(body: BodyTerms, before: BodyTerms, what: str) -> None:
-    """Raise a ModelError that names a body whose state cannot be that of the body of its name in another scene."""
+    """Raise a ModelError if a body has other coordinates than the body of the same name in another scene."""
     if body.joint.coordinate_names != before.joint.coordinate_names:
         raise ModelError(
             f"start of {what}: {body.name!r} is on a {body.joint.kind} joint, on a {before.joint.kind} joint in the "
@@ -149,7 +149,7 @@ def _same_modes(ours: Any, theirs: Any) -> bool:
 
 
 def _check_closed(model: Model, t: float, q: Vector, u: Vector, z: Vector, what: str) -> None:
-    if not model.constraints or model.has_unreduced:  # of unreduced bodies the run closes them, or says what is open
+    if not model.constraints or model.has_unreduced:  # with unreduced bodies the run closes loops, or names open ones
         return
     from kanefe.kane.constraints import constraint_rates, constraint_residuals, held_rows
     from kanefe.kane.state import State

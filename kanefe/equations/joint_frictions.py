@@ -1,4 +1,4 @@
-"""Dry friction in joints, as loads of a frozen scene: under given caps, or as large as the joints are loaded."""
+"""Dry friction in joints, as loads of a frozen scene: with given limits, or proportional to the loads of the joints."""
 
 from __future__ import annotations
 
@@ -36,14 +36,13 @@ critical where friction alone would move the scene by its length in a fifth of a
 def with_joint_frictions(model: Model, t: float) -> Model:
     """Return the scene with a load for each friction in a joint, called "friction of <body>".
 
-    Where a joint has several coordinates with friction of their own, the coordinate's name follows. Damping that is not
-    given is critical for the inertia along the coordinate at the start of the scene, at time t (s);
-    loads of joints are those of that start.
+    If a joint has several coordinates, the name of the coordinate follows. Default damping is critical for the inertia
+    along the coordinate at the start of the scene, at time t (s); loads of joints are those at that start.
 
     Raises
     ------
     ModelError
-        If another load has the name, or the stiffness of an anchor cannot be told from the start.
+        If another load has the name, or the stiffness of an anchor cannot be derived from the start.
     """
     found = (*_given_frictions(model, t), *_loaded_frictions(model, t))
     if not found:
@@ -114,11 +113,12 @@ def _given_friction(
 
 def _loaded_frictions(model: ModelData, t: float) -> Sequence[CoordinateFriction]:
     rubbing = [
-        (number, body.joint.friction, bearing)
+        (number, friction, bearing)
         for number, body in enumerate(model.bodies)
-        if body.joint.friction is not None and (bearing := body.joint.bearing()) is not None
+        if (friction := body.joint.friction) is not None
+        and (friction.static or friction.mu) > 0.0
+        and (bearing := body.joint.bearing()) is not None
     ]
-    rubbing = [entry for entry in rubbing if (entry[1].static or entry[1].mu) > 0.0]
     if not rubbing:
         return ()
     if model.has_unreduced:
@@ -151,7 +151,7 @@ def _loaded_friction(
     load: float,
     length: float,
 ) -> CoordinateFriction:
-    """Return the friction in a body's joint; `load` (N) is a large one of it."""
+    """Return the friction in a body's joint; `load` (N) is a large load of it."""
     from kanefe.loads.coordinate_friction import CoordinateFriction
 
     large = load + friction.preload
@@ -198,7 +198,7 @@ def _marker(body: BodyTerms, number: int, i: int) -> CoordinateMarker:
 
 
 def _carried_masses(model: ModelData) -> Vector:
-    """Return the mass of each body with all that it carries, kg."""
+    """Return the mass of each body with all its descendants, kg."""
     masses = np.zeros(len(model.bodies))
     for number, body in reversed(list(enumerate(model.bodies))):
         masses[number] += body.rigid.mass if body.rigid is not None else 0.0

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def joint_stops(model: ModelData) -> tuple[CoordinateStop, ...]:
     """Return a load for each joint coordinate whose limits have a restitution, called "stop of <body>".
 
-    Of a joint with several coordinates the name of the coordinate follows that of the body.
+    If the joint has several coordinates, the name of the coordinate follows that of the body.
 
     Raises
     ------
@@ -29,7 +29,7 @@ def joint_stops(model: ModelData) -> tuple[CoordinateStop, ...]:
         for i, law in enumerate(body.joint.coordinate_forces):
             if law is None or law.limit_restitution is None:
                 continue
-            # most scenes have none
+            # imported here because most scenes have none
             from kanefe.kernels.contact.laws.power_laws import LEAST_SPEED, impact_number
             from kanefe.loads.coordinate_stop import CoordinateStop
 

@@ -1,7 +1,7 @@
-"""What a frozen scene offers to those who bring their own integrator or controller.
+"""The model of a frozen scene, also for integrators and controllers of the user.
 
 States are ``y = (q, u, z)``: coordinates, free speeds, internal states of loads if any, named by `Model.state_names`.
-No method changes anything, so that several threads may call them.
+No method changes the model, so that several threads may call them.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 
 
 class Model(ModelData):
-    """A frozen scene that can be evaluated; made by `kanefe.System.freeze`. Its data: see `ModelData`.
+    """A frozen scene that can be evaluated, made by `kanefe.System.freeze`. For its data see `ModelData`.
 
     Examples
     --------
-    Driven by scipy's integrators:
+    Integration by scipy:
 
     >>> import kanefe as kf
     >>> from scipy.integrate import solve_ivp
@@ -48,7 +48,7 @@ class Model(ModelData):
 
     @cached_property
     def route(self) -> Route:
-        """The way the equations are evaluated, chosen for what the scene has: its `name` and `reason` say which."""
+        """The way to evaluate the equations, chosen for the scene; see its `name` and `reason`."""
         from kanefe.equations.routes import route_of
 
         return route_of(self)
@@ -61,7 +61,7 @@ class Model(ModelData):
 
     @cached_property
     def literal(self) -> LiteralRoute:
-        """The literal route of the same scene: the oracle."""
+        """The literal route of the same scene, for comparison."""
         from kanefe.kane.route import LiteralRoute
 
         return LiteralRoute(self)
@@ -73,7 +73,7 @@ class Model(ModelData):
 
     @property
     def initial_state(self) -> Vector:
-        """State at the start, as the scene was given."""
+        """State at the start."""
         return np.concatenate((self.initial_coordinates, self.initial_speeds, self.initial_states))
 
     def rhs(self, t: float, y: Vector) -> Vector:
@@ -91,7 +91,7 @@ class Model(ModelData):
         ModelError
             If y has another shape.
         SimulationError
-            If a joint has no inertia along it.
+            If a speed has no inertia.
         """
         self._check(y)
         return self.route.evaluate(t, y).rates[: len(y)]
@@ -99,12 +99,12 @@ class Model(ModelData):
     def jacobian(self, t: float, y: Vector) -> Matrix:
         """Return d(dy/dt)/dy by complex steps, exact to round-off, shape (state, state).
 
-        Functions of the user that look at the state count as constant: their derivatives are not known.
+        Functions of the user that depend on the state are held constant, since their derivatives are not known.
 
         Raises
         ------
         ModelError
-            If the scene needs the literal route (such as for matrices with rotations), which is not complex.
+            If the scene needs the literal route (such as for matrices with rotations), which has no complex evaluation.
         """
         self._check(y)
         self.route.check_dense("the Jacobian")
@@ -139,7 +139,7 @@ class Model(ModelData):
         return self.route.energy(t, y)
 
     def constraint_report(self) -> ConstraintReport:
-        """Return which rows of loop joints and couplers are redundant, and whether the start is singular.
+        """Return a report on redundant rows of loop joints and couplers, and on a singular start.
 
         Examples
         --------
@@ -150,10 +150,10 @@ class Model(ModelData):
         return constraint_report(self)
 
     def joint_reactions(self, t: float, y: Vector) -> dict[str, Vector]:
-        """Return what each joint exerts on its body, by name: force and moment (6,), N and N m.
+        """Return force and moment of each joint on its body, by name, (6,), N and N m.
 
-        About the origin of the body's frame, in its axes; the part of motors and drives included. For a controller or
-        a sensor: nothing of this is computed in a run that does not ask.
+        About the origin of the body's frame, in its axes; motors and drives are included. They are computed only on
+        request, for a controller or a sensor.
         """
         from kanefe.kane.reactions import joint_reactions
 
@@ -161,19 +161,19 @@ class Model(ModelData):
         return {body.name: wrench for body, wrench in zip(self.bodies, wrenches, strict=True)}
 
     def driving_forces(self, t: float, y: Vector) -> dict[str, Vector]:
-        """Return the forces (N) and torques (N m) that driven coordinates need, by body, each (driven,)."""
+        """Return the forces (N) and torques (N m) on driven coordinates, by body, each (driven,)."""
         from kanefe.kane.coupling import recovered_forces
 
         forces, _ = recovered_forces(*self._acting(t, y))
         return {b.name: forces[b.speeds[list(b.driven)] - self.free_count] for b in self.bodies if b.is_driven}
 
     def kinematics(self, body: str, t: float, y: Vector, interface: str = "") -> FrameKinematics:
-        """Return where the frame of a body, or of one of its interfaces, is and how it moves.
+        """Return position and motion of the frame of a body or of one of its interfaces.
 
         Raises
         ------
         ModelError
-            If there is no such body or interface; the message lists those there are.
+            If there is no such body or interface; the message lists possible ones.
         """
         self._check(y)
         state = self.route.view(t, y)
@@ -186,7 +186,7 @@ class Model(ModelData):
         return FrameKinematics(frame.p_NoFo_N, frame.A_NF, frame.v, frame.w, V, W)
 
     def _acting(self, t: float, y: Vector) -> tuple[State, Vector]:
-        """Return the state, and its accelerations; of a scene that moves and is loaded in the same way."""
+        """Return a literal state with the same motion and loads, and its accelerations."""
         return self.route.acting(t, y, self.parts(self.rhs(t, y))[1])
 
     def _dense_state(self, t: float, y: Vector, what: str) -> State:

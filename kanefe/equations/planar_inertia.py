@@ -1,4 +1,4 @@
-"""Bodies with inertia about one axis alone, as they are given in a plane: refused where they can turn otherwise."""
+"""Check of bodies with inertia about only one axis, as for planar scenes: they must not rotate about others."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ TURNS = 1e-9
 
 
 def check_planar_inertias(model: Model, t: float) -> None:
-    """Raise a ModelError that names a body with inertia about one axis which can turn about others, at time t (s)."""
+    """Raise a ModelError if a body with inertia about only one axis can rotate about others, at time t (s)."""
     planar = []
     for number, body in enumerate(model.bodies):
         if body.rigid is not None and not body.rigid.is_as_given:

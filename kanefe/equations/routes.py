@@ -9,11 +9,9 @@ from kanefe.tree.route import Route
 
 
 def route_of(model: ModelData) -> Route:
-    """Return the route by which a scene is evaluated: the fastest that has all that the scene needs."""
+    """Return the route by which a scene is evaluated: the fastest that supports the whole scene."""
     if model.has_unreduced:
-        from kanefe.unreduced.route import UnreducedRoute
-
-        return UnreducedRoute(model)
+        return starting_route(model)
     from kanefe.order_n.planar_route import PlanarRoute
     from kanefe.order_n.route import OrderN, obstacles_of
     from kanefe.order_n.tables.planar_tables import planar_tables
@@ -27,7 +25,7 @@ def route_of(model: ModelData) -> Route:
 
 
 def functions_of_route(model: ModelData, has_jacobian: bool) -> list[CompiledFunction]:
-    """Return what is built for the route of a scene and the reading of results; `has_jacobian`: with derivatives."""
+    """Return the compiled functions for the route of a scene and for its results; `has_jacobian`: with derivatives."""
     from kanefe.order_n.needed import functions_of_scene
     from kanefe.order_n.route import obstacles_of
 
@@ -35,7 +33,7 @@ def functions_of_route(model: ModelData, has_jacobian: bool) -> list[CompiledFun
 
 
 def starting_route(model: ModelData) -> Route:
-    """Return a route for questions about the start alone: without tables of kernels."""
+    """Return a route for the start only, without tables of kernels."""
     if model.has_unreduced:
         from kanefe.unreduced.route import UnreducedRoute
 

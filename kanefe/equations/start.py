@@ -1,4 +1,4 @@
-"""The start of a frozen scene: loops closed, and loads between frames as they are then; or a state that is given."""
+"""The start of a frozen scene: loops closed, and loads between frames in their initial state; or a given state."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ from kanefe.tree.model_data import ModelData
 def model_at_start(data: ModelData, loads: Sequence[Load], t: float, start: Start = None) -> Model:
     """Return the model of a frozen scene with a consistent start at time t (s), and its loads between frames.
 
-    Joints whose start is not given (all zeros) move first, then all joints, then elastic coordinates too, each only if
-    the loops do not close without. Speeds are treated alike: those given are kept if the others can follow. Loads see
-    that start: springs without a rest length are slack there, also if the model then starts from another state. Dry
-    friction in joints is a load of its own, and so are stops with a restitution: see
+    To close loops, joints whose start is not given (all zeros) move first, then all joints, then also elastic
+    coordinates, each only if the loops do not close otherwise. Likewise given speeds are kept if the others can be
+    adjusted. Springs without a rest length are slack at that start, also if the model then starts from another state.
+    Dry friction in joints is a separate load, and so are stops with a restitution: see
     `kanefe.equations.joint_frictions` and `joint_stops`.
 
     Raises
     ------
     ModelError
-        If a loop cannot be closed, and the message names it and by how much it stays open; a load cannot start; or the
-        state given makes no sense.
+        If a loop cannot be closed (the message names it and its remaining opening), a load has no valid initial state,
+        or the given state is not valid.
     """
     slack = slack_time(start, t)
     model = replace(Model.of(data.with_loads(())), slack_time=slack)
@@ -55,7 +55,7 @@ def model_at_start(data: ModelData, loads: Sequence[Load], t: float, start: Star
 
 
 def _anchored(model: Model, t: float, q: Vector, u: Vector, z: Vector) -> Vector:
-    """Return internal states with which friction holds what can rest, or slips: see `kanefe.kane.anchored_start`."""
+    """Return internal states in which friction holds bodies at rest, or slips: see `kanefe.kane.anchored_start`."""
     if model.has_unreduced or not any(load.kind in {"friction", "contact"} for load in model.loads):
         return z
     from kanefe.kane.anchored_start import with_balanced_anchors

@@ -1,1 +1,1 @@
-"""A finite-element model in arrays: M, C and K, groups, ties of interfaces, statics. It knows no body."""
+"""Finite-element models in arrays: M, C and K, groups, ties of interfaces, statics. Independent of bodies."""

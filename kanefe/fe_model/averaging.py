@@ -1,4 +1,4 @@
-"""Averages over a patch: the weighted mean motion of its nodes, and sparse coordinates of what deviates from it.
+"""Averages over a patch: the weighted mean motion of its nodes, and sparse coordinates of the deviation from it.
 
 The mean motion q of a patch with displacements u and weights W is the rigid motion R q closest to u,
 
@@ -6,9 +6,9 @@ The mean motion q of a patch with displacements u and weights W is the rigid mot
 
 (RBE3; least squares). The coordinates y of the deviation must not be a choice of six dependent degrees of freedom,
 which would couple every node of the patch to every other. Here Z is orthonormal and built on a tree that halves the
-patch again and again: in each half all motions without a moment R^T W of their own are coordinates already, and at most
-six moments are passed on (the construction of Alpert's wavelets with vanishing moments: Alpert 1993, SIAM J. Math.
-Anal. 24, 246). A patch of m nodes then takes O(m log m) numbers, and K of the interior stays sparse.
+patch recursively: in each half, all motions whose moment R^T W vanishes become coordinates, and at most six moments are
+passed on (the construction of Alpert's wavelets with vanishing moments: Alpert 1993, SIAM J. Math. Anal. 24, 246). A
+patch of m nodes then takes O(m log m) numbers, and K of the interior stays sparse.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def moment_free_columns(moments: np.ndarray, places: np.ndarray) -> sp.csr_matri
     moments : ndarray, shape (r, n)
         P = R^T W, of full rank: ``P Z = 0``.
     places : ndarray, shape (n, 3)
-        Where each degree of freedom is, m: those close together share columns.
+        Position of each degree of freedom, m: those close together share columns.
     """
     count = moments.shape[1]
     rows: list[np.ndarray] = []

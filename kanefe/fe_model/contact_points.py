@@ -1,4 +1,4 @@
-"""Points of a body's outside that stand for a part of it in contacts, each with its share of the area."""
+"""Points on the surface of a body that represent a part of it in contacts, each with its share of the area."""
 
 from __future__ import annotations
 
@@ -16,28 +16,29 @@ from kanefe.fe_model.skin import group_at
 def contact_points(
     nodes: np.ndarray, cells: Sequence[Cells], groups: Sequence[NodeShares], place: str | PlaceLike, most: int, of: str
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return nodes of a group, or of a place on the outside of a body, and their shares of its area, together 1.
+    """Return nodes of a group, or of a place on the surface of a body, and their shares of its area, of sum 1.
 
-    Of more nodes than `most` those are taken that lie furthest from each other, and each has the shares of all that it
-    is nearest to.
+    If there are more nodes than `most`, those furthest from each other are taken, and each gets the shares of all nodes
+    that it is nearest to.
 
     Parameters
     ----------
     nodes : ndarray, shape (n, 3)
-        Of the mesh, m.
+        Positions of the nodes of the mesh, m.
     cells : sequence of Cells
     groups : sequence of NodeShares
-        That the mesh has.
+        Groups of the mesh.
     place : str or Place
         Name of a group, or a place.
     most : int
+        Largest number of points.
     of : str
-        What has the points, for messages.
+        Name of the owner of the points, for messages.
 
     Raises
     ------
     ModelError
-        If there is no such group, no node in the place, or `most` is no number of points.
+        If there is no such group, no node in the place, or `most` is not a whole number above zero.
     """
     if isinstance(most, bool) or not isinstance(most, int) or most < 1:
         raise ModelError(f"most of a patch of {of} must be a whole number of points, 1 or more, not {most!r}")

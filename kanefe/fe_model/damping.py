@@ -1,9 +1,7 @@
 """Damping of the deformation of a flexible body.
 
-C acts on the rate of deformation seen from G, so that rigid motion is never braked (the paper's Eq. 27 lets it act on
-the absolute nodal velocity, which brakes rigid motion whenever C has a part proportional to M).
-
-Damping of the free coordinates of a reduced body.
+C acts on the rate of deformation in G, so that it never damps rigid motion (in the paper's Eq. 27 it acts on the
+absolute nodal velocity, which damps rigid motion whenever C has a part proportional to M).
 """
 
 from __future__ import annotations
@@ -100,15 +98,15 @@ class ModalDamping:
     Parameters
     ----------
     ratio : float or sequence of float
-        One ratio for all modes, or the ratios of the first modes; the last one goes for all that follow. 0.05 is 5 %
-        of critical damping.
+        One ratio for all modes, or the ratios of the first modes; the last one applies to all further modes. 0.05 is
+        5 % of critical damping.
     overdamped : bool
-        Whether ratios above 1 are meant: such modes creep back and do not vibrate.
+        Whether ratios above 1 are intended: such modes return to rest without vibration.
 
     Raises
     ------
     ModelError
-        If a ratio is negative or no finite number, or above 1 and not meant to be.
+        If a ratio is negative or not finite, or above 1 without `overdamped`.
     """
 
     ratio: float | Sequence[float]
@@ -141,7 +139,7 @@ class ModalDamping:
 
 
 def _check_vibrates(ratios: np.ndarray, what: str, meant: str) -> None:
-    """Raise a ModelError if a damping ratio is above that of critical damping: it is likely one in percent."""
+    """Raise a ModelError if a damping ratio is above critical damping: it was probably given in percent."""
     largest = float(ratios.max())
     if largest > 1.0:
         raise ModelError(
@@ -178,7 +176,7 @@ def damping_matrix(
 
 
 def real_matrix(given: object) -> sp.csr_matrix:
-    """Return a matrix, dense or sparse, as sparse floats; one entry of NaN, where it is none."""
+    """Return a matrix, dense or sparse, as a sparse one of floats; if it is not a matrix, a single NaN."""
     if sp.issparse(given):
         return sp.csr_matrix(given, dtype=float)
     array = numbers(given)
@@ -186,7 +184,7 @@ def real_matrix(given: object) -> sp.csr_matrix:
 
 
 def checked_damping(damping: object, model: FiniteElementModel) -> sp.csr_matrix:
-    """Return a given C of all degrees of freedom, (N, N), sparse; a ModelError says what is wrong with it."""
+    """Return a given C of all degrees of freedom as a sparse matrix (N, N); raise a ModelError if it is not valid."""
     if isinstance(damping, (int, float, str)):
         raise ModelError(f"damping={damping!r} is not a damping. Remedy: ModalDamping({damping!r}) or RayleighDamping")
     C = real_matrix(damping)
@@ -201,5 +199,5 @@ def checked_damping(damping: object, model: FiniteElementModel) -> sp.csr_matrix
 
 
 def damping_name(damping: Damping) -> str:
-    """Return how a report names the damping."""
+    """Return the name of the damping in reports."""
     return "given matrix" if sp.issparse(damping) or isinstance(damping, np.ndarray) else repr(damping)

@@ -1,4 +1,4 @@
-"""Factoring symmetric sparse matrices, definite or not: the protocol, and the solver that scipy brings."""
+"""Factorisation of symmetric sparse matrices, definite or not: the protocol, and the solver of scipy."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Factorisation(Protocol):
 
 
 class Factorise(Protocol):
-    """What factors matrices for a body."""
+    """A function that factors the matrices of a body."""
 
     def __call__(self, matrix: sp.csc_matrix, /, *, definite: bool = True) -> Factorisation:
         """Return the factors of a symmetric matrix.
@@ -28,8 +28,8 @@ class Factorise(Protocol):
         ----------
         matrix : csc_matrix, shape (n, n)
         definite : bool
-            Whether it is positive definite, such as K that is held. If not, such as ``K - w^2 M``, pivots are looked
-            for, and what is solved needs a correction or two.
+            Whether it is positive definite, such as K of a body that is held. If not, such as ``K - w^2 M``, rows are
+            pivoted, and a solution needs one or two steps of iterative refinement.
 
         Raises
         ------
@@ -56,20 +56,20 @@ class _SuperLU:
 
 
 class NothingInside:
-    """Factors of a body whose nodes all belong to interfaces: what moves these is all its deformation."""
+    """Factors of a body without interior: all its nodes belong to interfaces."""
 
     def solve(self, b: np.ndarray) -> np.ndarray:
-        """Return what no degree of freedom does."""
+        """Return the empty solution."""
         return b
 
 
 def splu_factorise(matrix: sp.csc_matrix, /, *, definite: bool = True) -> Factorisation:
-    """Factor a symmetric matrix, positive definite or not, by SuperLU, best below some 10,000 rows."""
+    """Factor a symmetric matrix, positive definite or not, by SuperLU; efficient up to about 10,000 rows."""
     return _SuperLU(sp.csc_matrix(matrix), definite)
 
 
 def factor_interior(matrix: sp.csc_matrix, factorise: Factorise) -> Factorisation:
-    """Factor K of the interior of a body and check it on one solve: a mechanism or loose part shows here.
+    """Factor K of the interior of a body and check it by one solve, which reveals a mechanism or loose part.
 
     Raises
     ------
@@ -88,9 +88,8 @@ def factor_interior(matrix: sp.csc_matrix, factorise: Factorise) -> Factorisatio
         factors = factorise(matrix)
     except RuntimeError as error:
         raise SingularStiffness(f"the stiffness matrix of the interior is singular ({error}). {remedy}") from error
-    probe = np.cos(np.arange(matrix.shape[0]))  # a fixed vector with a part along every mode
-    force = matrix @ probe
-    error_size = np.linalg.norm(factors.solve(force) - probe) / np.linalg.norm(probe)
+    u = np.cos(np.arange(matrix.shape[0]))  # a fixed vector with a component along every mode
+    error_size = np.linalg.norm(factors.solve(matrix @ u) - u) / np.linalg.norm(u)
     if not error_size < 1e-3:
         raise SingularStiffness(
             "the stiffness matrix of the interior is singular or nearly so (a solve is wrong by "

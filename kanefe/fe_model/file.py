@@ -1,4 +1,4 @@
-"""One file for one full-order model: its arrays, mapped like those of a body; functions are left out."""
+"""Files of full-order models: arrays, mapped like those of a body; functions are left out."""
 
 from __future__ import annotations
 
@@ -14,29 +14,27 @@ from kanefe.storage.object_file import FileKind, read_object, write_object
 
 @dataclass(frozen=True, eq=False)
 class ModelRecord:
-    """What a file holds of a model.
+    """The content of the file of a model.
 
     Attributes
     ----------
     model : FiniteElementModel
-        Without its function of the geometric stiffness. If `copies` is not zero, its mass is the scalar one, which is
-        in the file already, as that of the mass field.
+        Without its function of the geometric stiffness. If `copies` is not zero, its mass is the scalar mass, which
+        the file already has as that of the mass field.
     copies : int
-        How many components of a node have the scalar mass, each for itself: ``M = Ms (x) I``. Zero: M is kept.
+        Number of components of a node that have the scalar mass: ``M = Ms (x) I``. Zero: M itself is kept.
     """
 
     model: FiniteElementModel
     copies: int
 
 
-# version 1 named classes by the files of the code they were in
+# version 1 named classes by their modules
 KIND = FileKind("kanefe finite-element model", 2, ModelRecord, "model", "model", "the cache")
 
 
 def save_model(model: FiniteElementModel, path: str | Path) -> None:
-    """Write a model to `path`, which then holds either the whole new model or what it held before.
-
-    Its `stress_stiffness` is a function and is left out.
+    """Write a model to `path` atomically; its `stress_stiffness`, a function, is left out.
 
     Raises
     ------
@@ -53,7 +51,7 @@ def load_model(path: str | Path) -> FiniteElementModel:
     Raises
     ------
     FileError
-        If the file is not there, truncated, or of another format or version.
+        If the file is missing, truncated, or of another format or version.
     """
     record: ModelRecord = read_object(path, KIND)
     model = record.model
@@ -66,9 +64,8 @@ def _scalar_mass(model: FiniteElementModel) -> tuple[sp.csr_matrix, int]:
     if model.mass_field is None or copies * model.mass_field.mass.shape[0] != model.size:
         return model.mass, 0
     scalar = model.mass_field.mass
-    parts = ("indptr", "indices", "data")
     whole = _block_mass(scalar, copies)
-    same = all(np.array_equal(getattr(whole, part), getattr(model.mass, part)) for part in parts)
+    same = all(np.array_equal(getattr(whole, p), getattr(model.mass, p)) for p in ("indptr", "indices", "data"))
     return (scalar, copies) if same else (model.mass, 0)
 
 

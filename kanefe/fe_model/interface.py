@@ -1,4 +1,4 @@
-"""Interface: how a patch of nodes is tied to a six-component frame, as the user says it."""
+"""Interface: the user's specification of how a patch of nodes is tied to a frame with six components of motion."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from kanefe.frames import Orientation, numbers, orientation_parameters, rotation
 RULES = ("rigid", "average", "node")
 WEIGHTS = ("area", "mass", "uniform")
 WORDS = {"all": COMPONENTS, "position": TRANSLATIONS}
-"""Components that are fixed, as far as the nodes can follow, by word."""
+"""Named sets of fixed components; those that the nodes cannot follow are left out."""
 
 
 @checked("fixed", "kind", "released")
@@ -35,33 +35,32 @@ class Interface:
         (RBE3): the frame moves with the weighted mean of the nodes, fitted by least squares, and the patch deforms
         freely; no stiffness is added. "node": the frame is one node.
     weights : {"area", "mass", "uniform"} or sequence of float, optional
-        Of the nodes in an average: by the area (length, of lines) of the patch's facets, by the mass matrix, each node
-        alike, or one number for each node in the order of their numbers. Default: by area where the patch has facets
-        or lines, else each node alike.
+        Weights of the nodes in an average: the area (length, for lines) of the patch's facets, the mass matrix, equal
+        weights, or one number for each node in the order of their numbers. Default: by area where the patch has facets
+        or lines, else equal weights.
     position : array_like, shape (3,), optional
-        Undeformed place of the frame in G, m; it may be off the mesh. Default: the area-weighted centroid of the
-        facets, or the mean of the nodes. Of kind "node": where to find the node, if no group names it.
+        Undeformed position of the frame in G, m; it may be off the mesh. Default: the area-weighted centroid of the
+        facets, or the mean of the nodes. For kind "node" without a group: the position of the node.
     axes : array_like, shape (3, 3) or (4,), or Rotation of scipy, optional
         Axes of the frame in G when undeformed: a rotation matrix with the axes as columns, or Euler parameters
-        (`rotation_about`, `euler_angles`).
-        Default: those of G.
+        (`rotation_about`, `euler_angles`). Default: those of G.
     released : sequence of str
         Components of the *nodes'* motion, along the axes of the interface, that do not follow the frame. With
         ``released=("x", "y")`` the nodes slide freely in the plane across z.
     groups : str or sequence of str, optional
-        The groups of nodes that make the patch. Default: the group with the name of the interface.
+        The groups of nodes that form the patch. Default: the group with the name of the interface.
     at : Near, OnPlane, InBox, InCylinder or function, optional
-        The place where the patch is, instead of groups: the facets of the body's skin, else its nodes, that lie in it.
-        A function takes points, shape (n, 3), in m and returns which of them are meant.
+        Place of the patch, instead of groups: the facets of the body's skin that lie in it, or else its nodes. A
+        function takes points, shape (n, 3), in m and returns which of them belong to the patch.
 
     Raises
     ------
     ModelError
-        If an argument makes no sense; the message names it.
+        If an argument is not valid; the message names it.
 
     Notes
     -----
-    A rigid tie makes the patch too stiff, an average one too soft: the truth lies between. An average over nodes
+    A rigid tie makes the patch too stiff, an average one too soft: the true value lies between. An average over nodes
     without rotations follows the mean translation and the mean rotation ``(int r r^T)^-1 int r x u`` about the
     weighted centre, which are also the only motions on which a force or moment on the frame does work.
 
@@ -101,7 +100,8 @@ class Interface:
         if self.position is not None:
             keep(self, "position", _place(self.position))
         if self.axes is not None:
-            keep(self, "axes", tuple(map(tuple, _axes(self.axes).tolist())))
+            axes = rotation_matrix(orientation_parameters(self.axes, "axes of an interface"))
+            keep(self, "axes", tuple(map(tuple, axes.tolist())))
         if self.groups is not None:
             given = (self.groups,) if isinstance(self.groups, str) else self.groups
             given = tuple(given) if isinstance(given, Sequence) else ()
@@ -125,7 +125,7 @@ class Interface:
 
     @checked
     def group_names(self, name: str) -> tuple[str, ...]:
-        """Return the groups that the interface `name` takes its nodes from; none if it is found by its position."""
+        """Return the groups with the nodes of the interface `name`; none if its nodes are found by position."""
         if self.groups is not None:
             return tuple(self.groups)
         if self.at is not None:
@@ -139,8 +139,7 @@ class Interface:
 
 
 def _components(given: str | Sequence[str], does: str) -> tuple[str, ...]:
-    unknown = isinstance(given, str) or not all(c in COMPONENTS for c in given)
-    if unknown:
+    if isinstance(given, str) or not all(c in COMPONENTS for c in given):
         raise ModelError(
             f"an interface {does} components among {', '.join(COMPONENTS)}, not {given!r}. Remedy: ('x', 'y')"
         )
@@ -152,10 +151,6 @@ def _place(given: object) -> tuple[float, ...]:
     if place.shape != (3,) or not np.isfinite(place).all():
         raise ModelError(f"the position of an interface must be three finite numbers in m, not {given!r}")
     return tuple(place.tolist())
-
-
-def _axes(given: object) -> np.ndarray:
-    return rotation_matrix(orientation_parameters(given, "axes of an interface"))
 
 
 def _weights(given: str | Sequence[float]) -> str | tuple[float, ...]:
@@ -176,11 +171,11 @@ KINDS: dict[str, Interface] = {
     "average": Interface(kind="average"),
     "node": Interface(kind="node"),
 }
-"""Interfaces by name."""
+"""Predefined interfaces by name."""
 
 
 def as_interface(name: str, spec: str | Interface) -> Interface:
-    """Return the interface that a user's entry means; a ModelError names the interface."""
+    """Return an interface, given as such or by the name of a predefined one; a ModelError names it."""
     if isinstance(spec, Interface):
         return spec
     if not isinstance(spec, str) or spec not in KINDS:

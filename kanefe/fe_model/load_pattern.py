@@ -1,14 +1,14 @@
-"""Load patterns: what a load spread over a surface or a line does to a body, from integrals made once.
+"""Load patterns: the effect on a body of a load spread over a surface or a line, from integrals computed once.
 
 The displacement of the points of a surface is linear in the coordinates, ``r = X + Psi eta``, and the load is given per
 undeformed area. So a uniform traction t (components in G) on the surface does the work of
 
     force  A t,    moment about G's origin  (X_1 + S eta) x t,    elastic forces  S^T t
 
-with ``A = int dA``, ``X_1 = int X dA`` and ``S = int Psi dA``: three constants, whatever the mesh. Of a pressure p the
-constants are those of the undeformed surface, ``-int n dA``, ``-int X x n dA`` and ``-int Psi^T n dA``: its change by
-the deformation (the turning of the normals and the moving of the place, which belong together: a closed surface keeps
-its zero resultant only with both or neither) is of first order in eta and is left out.
+with ``A = int dA``, ``X_1 = int X dA`` and ``S = int Psi dA``: three constants, whatever the mesh. The constants of a
+pressure p are those of the undeformed surface, ``-int n dA``, ``-int X x n dA`` and ``-int Psi^T n dA``. Their change
+with the deformation is of first order in eta and is left out: the rotation of the normals and the displacement of the
+points together, since the resultant on a closed surface stays zero only with both or neither.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ class NodalPattern:
     traction : ndarray, shape (N, 3)
         Forces on the degrees of freedom of unit tractions along x, y and z of G, in N per Pa (N per N/m of a line).
     pressure : ndarray, shape (N,), or None
-        Forces of a unit pressure on the outside, N/Pa. None for a line, which has no side.
+        Forces of a unit pressure on the outer side, N/Pa. None for a line, which has no side.
     pressure_force, pressure_moment : ndarray, shape (3,)
-        Its resultant, moment about G's origin: N/Pa and N m/Pa. Zero for a line.
+        Resultant of a unit pressure, and its moment about G's origin: N/Pa and N m/Pa. Zero for a line.
     """
 
     kind: PatternKind
@@ -60,7 +60,7 @@ class NodalPattern:
         pressure: np.ndarray | None = None,
         kind: PatternKind = "surface",
     ) -> NodalPattern:
-        """Return the pattern of Lagrange elements, whose rotations (if any) take no part in the displacement field.
+        """Return the pattern of Lagrange elements; nodal rotations (if any) do not affect their displacement field.
 
         Parameters
         ----------
@@ -125,7 +125,7 @@ class LoadPattern:
     name : str
     kind : "surface" or "line"
     has_pressure : bool
-        Whether it has a side for a pressure: a line has none, and its pressure arrays are zero.
+        Whether a pressure can act on it: not on a line, whose pressure arrays are zero.
     measure : float
         A: area in m2, or length in m.
     first : ndarray, shape (3,)
@@ -180,6 +180,9 @@ class LoadPattern:
         return self.measure * traction, np.cross(place, traction), S.T @ traction
 
     def of_pressure(self, pressure: float, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the same of a uniform pressure in Pa on the outside, for the first `count` coordinates."""
-        elastic = self.pressure_elastic[:count]
-        return pressure * self.pressure_force, pressure * self.pressure_moment, pressure * elastic
+        """Return the forces of a uniform pressure in Pa, as `of_traction`, for the first `count` coordinates."""
+        return (
+            pressure * self.pressure_force,
+            pressure * self.pressure_moment,
+            pressure * self.pressure_elastic[:count],
+        )

@@ -1,11 +1,7 @@
 """The full-order finite-element model: the arrays that cross the border from `kanefe_fem` to `kanefe`.
 
 A model is nodes, the degrees of freedom they carry, sparse M and K, and the *mass field* from which the inertia of a
-moving body is exact. It knows nothing of the mesh generator or the finite-element library that made it.
-
-Stiffness of the material or section in every cell of a body: what stresses and section forces come from.
-
-VTK's number of each shape of cell.
+moving body is exact. It does not depend on the mesh generator or the finite-element library that made it.
 """
 
 from __future__ import annotations
@@ -48,7 +44,7 @@ class NodeGroup:
     position : ndarray, shape (3,)
         Reference point in m: area-weighted centroid of the facets, or the node itself.
     measure : csr_matrix, shape (m, m), or None
-        int N_i N_j over the facets (m2) or lines (m) of the group, for averages. None: the group is nodes only.
+        int N_i N_j over the facets (m2) or lines (m) of the group, for averages. None: the group has nodes only.
     """
 
     nodes: np.ndarray
@@ -89,10 +85,10 @@ class MassField:
     interpolation : csr_matrix, shape (3 P, N)
         N: displacement of the points, point-major, from the degrees of freedom of the model.
     turns : csr_matrix, shape (3 P, N), or None
-        Rotation (rad) of the rigid part that each point belongs to, such as a section of a beam. It takes no part in
-        the inertia, only in that of the second-order displacement (`kanefe.reduction.stiffening`).
+        Rotation (rad) of the rigid part that each point belongs to, such as a section of a beam. It affects only the
+        inertia of the second-order displacement (`kanefe.reduction.stiffening`).
     arms : ndarray, shape (P, 3), or None
-        Place of each point in its rigid part, from the point of it that only translates, m.
+        Position of each point in its rigid part relative to the point of the part that only translates, m.
     """
 
     points: np.ndarray
@@ -118,8 +114,8 @@ class StressStiffness(Protocol):
         displacement : ndarray, shape (N,)
             Static displacement in m and rad.
         load : ndarray, shape (3 P,), optional
-            Forces on the points of the mass field, as far as these carry the load, N: inside an element they change
-            the section forces of a beam.
+            Forces on the points of the mass field, if the load acts there, N: between nodes they change the section
+            forces of a beam.
         """
         ...
 
@@ -140,7 +136,7 @@ class FiniteElementModel:
     mass : csr_matrix, shape (N, N)
         M, in kg and kg m2.
     mass_field : MassField or None
-        Exact inertia. None: the nodal form of Eq. 38 is used, an approximation where nodes rotate.
+        For exact inertia. None: the nodal form of Eq. 38 is used, an approximation where nodes rotate.
     damping : csr_matrix or None
         C, in N s/m.
     cells : tuple of Cells
@@ -152,15 +148,16 @@ class FiniteElementModel:
     elasticity : Elasticity or None
         Moduli of the cells, for stresses.
     stress_stiffness : StressStiffness or None
-        Geometric stiffness of the stress of a static state. None: motion-induced stiffening cannot be had of it.
+        Geometric stiffness of the stress of a static state. None: motion-induced stiffening is not available, except
+        by `geometric_stiffness`.
     geometric_stiffness : dict of str to csr_matrix, shape (N, N), or None
-        The same already made, of the unit inertia loads alone, by their names in
+        Geometric stiffness of the unit inertia loads alone, by their names in
         `kanefe.reduction.stiffening.INERTIAL_LOADS`.
     provenance : dict
-        Where the arrays come from (json-able).
+        Origin of the arrays (json-able).
     generalised : int
-        Coordinates of a superelement that move none of its nodes, such as modes with the boundary held: the last
-        degrees of freedom, after those of the nodes.
+        Number of coordinates of a superelement that move none of its nodes, such as modes with the boundary held: the
+        last degrees of freedom, after those of the nodes.
     """
 
     nodes: np.ndarray
@@ -199,7 +196,7 @@ class FiniteElementModel:
         return motion if not self.generalised else np.vstack((motion, np.zeros((self.generalised, 6))))
 
     def unit_rigid_modes(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the rigid motions that move the nodes, about their mean, as unit columns, and which of the six."""
+        """Return the rigid motions about the mean of the nodes that move them, as unit columns, and their numbers."""
         R = self.rigid_modes(about=self.nodes.mean(axis=0))
         norms = np.linalg.norm(R, axis=0)
         kept = norms > 1e-12 * norms.max()
@@ -256,17 +253,17 @@ class Elasticity:
     Attributes
     ----------
     table : ndarray, shape (m, 6, 6)
-        Different stiffness matrices, Pa. Of a plane body the moduli of plane stress or strain are in the places of
+        Different stiffness matrices, Pa. For a plane body the moduli of plane stress or strain are in the places of
         xx, yy and xy.
     of_cell : ndarray of int, shape (cells,)
-        Which of them each cell has, in the order of the body's blocks of cells.
+        Number of the matrix of each cell, in the order of the body's blocks of cells.
     axes : ndarray, shape (cells, 3, 3), or None
         A_GL of beams, axes of each element as columns: x along it, y and z across. The table then holds the stiffness
         of sections to stretch, shear along y and z, twist, and bending about y and z: N for the first three, N m2 for
         the others; infinite where a theory has no shear strain. None: a solid or plane body.
     fibres : ndarray, shape (m, p, 3), or None
-        Of the sections of beams in the table: fibres around the outline by their y and z (m) and Young's modulus (Pa);
-        zeros where the shape of a section is not known.
+        Fibres around the outline of each beam section in the table: y and z (m) and Young's modulus (Pa); zeros where
+        the shape of a section is not known.
     """
 
     table: np.ndarray
@@ -295,3 +292,4 @@ CELL_TYPES = {
     "hexahedron27": 29,
     "wedge18": 32,
 }
+"""VTK's number of each shape of cell."""

@@ -1,4 +1,4 @@
-"""The nodes of a named part of a mesh, each with its share of the area."""
+"""The nodes of a named part of a mesh and their shares of its area."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class NodeShares:
-    """A named part of a mesh: its nodes, and of each the share of the area (or length), together 1.
+    """A named part of a mesh: its nodes, and the share of each in the area (or length), of sum 1.
 
-    Shares are as the diagonal of ``int N_i N_j``, which is above zero for elements of all orders.
+    Shares are proportional to the diagonal of ``int N_i N_j``, which is above zero for elements of all orders.
     """
 
     name: str
@@ -24,7 +24,7 @@ class NodeShares:
 
     @classmethod
     def of(cls, name: str, group: NodeGroup) -> NodeShares:
-        """Return the nodes of a group; those of one without facets share alike."""
+        """Return the nodes of a group; without facets their shares are equal."""
         nodes = np.asarray(group.nodes)
         shares = np.ones(len(nodes)) if group.measure is None else group.measure.diagonal()
         return cls(name, nodes, shares / shares.sum())

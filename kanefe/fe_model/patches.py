@@ -1,7 +1,4 @@
-"""Patches: which nodes an interface takes, where its frame is, and which components of it the nodes can follow.
-
-Weighted moments of a patch: what an average over its nodes keeps equal to the frame's motion.
-"""
+"""Patches: the nodes of an interface, its frame, the components that the nodes can follow, and moments for averages."""
 
 from __future__ import annotations
 
@@ -22,7 +19,7 @@ _SMALL = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """The nodes of an interface, its frame, and how they go together.
+    """The nodes of an interface, its frame, and their kinematic relation.
 
     Attributes
     ----------
@@ -33,17 +30,17 @@ class Patch:
     measure : csr_matrix, shape (m, m), or None
         int N_i N_j over the facets or lines of the patch.
     position : ndarray, shape (3,)
-        Of the frame in G, m.
+        Position of the frame in G, m.
     axes : ndarray, shape (3, 3)
-        From those of the frame to those of G.
+        Rotation matrix from the axes of the frame to those of G.
     turn : ndarray, shape (components of a node, components of a node)
-        Motion of a node in components of G from that along the axes.
+        From the motion of a node in components along the axes to components in G.
     follows : ndarray of bool, shape (components of a node,)
         Which components of a node's motion along the axes follow the frame.
     components : tuple of int
-        Components of the frame that move what follows (0..5).
+        Components of the frame that move the nodes (0..5).
     fixed : tuple of int
-        Which of them, as positions in `components`, are fixed in G.
+        Components fixed in G, as positions in `components`.
     motion : ndarray, shape (m * components of a node, components)
         R: motion of the nodes along the axes of the interface with each component of the frame.
     """
@@ -67,7 +64,7 @@ def patch_of(model: FiniteElementModel, name: str, spec: Interface) -> Patch:
     Raises
     ------
     ModelError
-        If it has no nodes, they cannot follow the frame or a component that is to be fixed, or the axes do not fit.
+        If it has no nodes, its nodes cannot follow the frame or a fixed component, or the axes do not fit.
     """
     group = _nodes(model, name, spec)
     position = group.position if spec.position is None or spec.kind == "node" else np.array(spec.position)
@@ -119,7 +116,7 @@ def _nodes(model: FiniteElementModel, name: str, spec: Interface) -> NodeGroup:
 
 
 def _node_at(model: FiniteElementModel, name: str, spec: Interface) -> NodeGroup:
-    """Return the node of the mesh where the interface is said to be."""
+    """Return the node of the mesh at the position of the interface."""
     distances = np.linalg.norm(model.nodes - np.array(spec.position), axis=1)
     nearest = int(distances.argmin())
     if distances[nearest] > 1e-6 * np.ptp(model.nodes, axis=0).max(initial=0.0):
@@ -175,7 +172,7 @@ def _fixed(spec: Interface) -> Sequence[str]:
 
 
 def _refuse_loose_turn(name: str, spec: Interface, points: np.ndarray, position: np.ndarray) -> None:
-    """Raise the error of a frame that could turn without moving the nodes; say how to turn its axes, if that helps."""
+    """Raise the error of a frame that could turn without moving the nodes, with the axes that would help, if any."""
     offsets = points - points.mean(axis=0)
     extent = np.linalg.norm(offsets, axis=1).max()
     if len(points) == 1 or extent == 0.0:
@@ -186,7 +183,7 @@ def _refuse_loose_turn(name: str, spec: Interface, points: np.ndarray, position:
     line = np.linalg.svd(offsets)[2][0]
     if np.linalg.norm(offsets - np.outer(offsets @ line, line), axis=1).max() > 1e-6 * extent:
         raise ModelError(
-            f"the nodes of interface {name!r} cannot tell all components of its frame apart. Remedy: release less "
+            f"the nodes of interface {name!r} do not determine all components of its frame. Remedy: release less "
             f"than {', '.join(spec.released) or 'it does'}, or give it more nodes"
         )
     off = position - points.mean(axis=0)
@@ -205,7 +202,7 @@ def _refuse_loose_turn(name: str, spec: Interface, points: np.ndarray, position:
 
 
 def patch_moments(model: FiniteElementModel, patch: Patch) -> np.ndarray:
-    """Return P = R^T W of what follows the frame, along the axes of the interface, shape (components, following).
+    """Return P = R^T W of the components that follow the frame, along its axes, shape (components, following).
 
     W is the L2 product over the facets (``weights="area"``), the rows and columns of the mass matrix, or one number for
     each node. Rotations of the nodes count only by mass, or where the translations leave the frame undetermined.
@@ -259,7 +256,7 @@ def _weights(model: FiniteElementModel, patch: Patch) -> sp.csr_matrix:
     weights = sp.kron(scalar, np.diag(moved.astype(float)), format="csr")
     if moved.all() or _determines(patch.motion.T @ (weights @ patch.motion), patch.motion):
         return weights
-    # squares of slopes need a length to stand beside squares of displacements
+    # a length makes squares of rotations comparable with squares of displacements
     points = model.nodes[patch.nodes]
     length = np.linalg.norm(points - points.mean(axis=0), axis=1).max() or 1.0
     return weights + sp.kron(scalar, np.diag(length**2 * ~moved), format="csr")

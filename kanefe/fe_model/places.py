@@ -1,8 +1,8 @@
 """Places: sets of nodes of a body given by position instead of a group of the mesh.
 
-A place means what lies on the outside of the body (`kanefe.fe_model.skin`): the facets of its skin whose corners are
-all in it, or else the single nodes of the skin in it. A body without cells (matrices of another program) has nodes
-only, and so has a frame of beams.
+A place selects parts of the surface of a body (`kanefe.fe_model.skin`): the facets of its skin whose corners are all in
+the place, or else the single nodes of the skin in it. For a body without cells (matrices of another program) or made of
+beams it selects nodes.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from kanefe.errors import ModelError
 from kanefe.frames import numbers, unit_vector
 
 SLACK = 1e-6
-"""Largest distance of a node from its plane, or outside of its place, relative to the size of the body."""
+"""Largest distance of a node from its plane, or from its place, relative to the size of the body."""
 
 
 class Place(ABC):
-    """Part of space, in the axes of the mesh."""
+    """A region of space, in the axes of the mesh."""
 
     @abstractmethod
     def contains(self, points: np.ndarray, slack: float) -> np.ndarray:
@@ -31,7 +31,7 @@ class Place(ABC):
 
 @dataclass(frozen=True)
 class Near(Place):
-    """What is within a distance of a point.
+    """The region within a distance of a point.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class Near(Place):
     Raises
     ------
     ModelError
-        If a number makes no sense.
+        If a number is not valid.
 
     Examples
     --------
@@ -65,19 +65,19 @@ class Near(Place):
 
 @dataclass(frozen=True)
 class OnPlane(Place):
-    """What lies on a plane.
+    """The points on a plane.
 
     Parameters
     ----------
     point, normal : array_like, shape (3,)
         A point of the plane in m, and its normal, of any length.
     distance : float
-        How far off it counts, m. Default: round-off.
+        Largest distance from the plane, m. Default: round-off.
 
     Raises
     ------
     ModelError
-        If a number makes no sense.
+        If a number is not valid.
 
     Examples
     --------
@@ -102,7 +102,7 @@ class OnPlane(Place):
 
 @dataclass(frozen=True)
 class InBox(Place):
-    """What is in a box along the axes of the mesh, its sides included.
+    """A box along the axes of the mesh, its sides included.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ class InBox(Place):
     Raises
     ------
     ModelError
-        If a number makes no sense.
+        If a number is not valid.
 
     Examples
     --------
@@ -137,21 +137,21 @@ class InBox(Place):
 
 @dataclass(frozen=True)
 class InCylinder(Place):
-    """What is in a cylinder, or between two of one axis: the wall of a bore lies just inside its radius.
+    """A cylinder, or the region between two coaxial cylinders.
 
     Parameters
     ----------
     start, end : array_like, shape (3,)
         Ends of its axis in m.
     radius : float
-        m.
+        Outer radius in m; the wall of a bore of this radius is included.
     inner_radius : float
-        What is nearer to the axis is left out, m.
+        Radius in m within which points are left out.
 
     Raises
     ------
     ModelError
-        If a number makes no sense.
+        If a number is not valid.
 
     Examples
     --------
@@ -195,13 +195,13 @@ def contained(nodes: np.ndarray, place: PlaceLike, label: str) -> np.ndarray:
             f"{label}: {place!r} is not a place. Remedy: Near, OnPlane, InBox, InCylinder, or a function of points (n, "
             "3)"
         )
-    answer = np.asarray(place(np.array(nodes)))
-    if answer.shape != (len(nodes),) or answer.dtype != bool:
+    inside = np.asarray(place(np.array(nodes)))
+    if inside.shape != (len(nodes),) or inside.dtype != bool:
         raise ModelError(
-            f"{label}: the function of points returned {answer.dtype} of shape {answer.shape} for {len(nodes)} points. "
+            f"{label}: the function of points returned {inside.dtype} of shape {inside.shape} for {len(nodes)} points. "
             "Remedy: one bool for each, such as points[:, 0] < 0.1"
         )
-    return answer.copy()
+    return inside.copy()
 
 
 def _three(what: str, name: str, given: object, finite: bool = True) -> tuple[float, ...]:

@@ -1,6 +1,7 @@
-"""The stages of a long computation: a bar while they run, and how long each took.
+"""The stages of a long computation: a progress bar while they run, and the time of each.
 
-Whoever computes names its stages; whoever was asked for the whole shows them. In between nothing is passed on.
+The outermost function opens `stages`; functions at any depth below name their part by `stage`, without an argument that
+is passed down.
 """
 
 from __future__ import annotations
@@ -23,9 +24,9 @@ class Stages:
     Parameters
     ----------
     total : int
-        How many there will be.
+        Expected number.
     wanted : bool or None
-        Whether to show them; None: on a terminal, once `is_large` is told.
+        Whether to show them; None: on a terminal, if `set_size` reports a large body.
 
     Attributes
     ----------
@@ -39,8 +40,8 @@ class Stages:
         self._wanted = wanted
         self._bar: Any = None
 
-    def is_large(self, size: int) -> None:
-        """Take in the number of degrees of freedom, which decides where nothing else was said."""
+    def set_size(self, size: int) -> None:
+        """Set the number of degrees of freedom, which decides whether stages are shown if the caller did not."""
         if self._wanted is None:
             self._wanted = size > LARGE and is_watched()
 
@@ -62,7 +63,7 @@ class Stages:
             self._bar.update(min(1, self._total - self._bar.n))
 
     def close(self) -> None:
-        """Take the bar away."""
+        """Remove the bar."""
         if self._bar is not None:
             self._bar.close()
 
@@ -72,14 +73,14 @@ _shown: ContextVar[Stages | None] = ContextVar("stages", default=None)
 
 @contextmanager
 def stages(total: int, wanted: bool | None = None) -> Iterator[Stages]:
-    """Show the stages that are named inside, and note their times.
+    """Show the stages of the block, and record their times.
 
     Parameters
     ----------
     total : int
-        How many there will be.
+        Expected number.
     wanted : bool, optional
-        Default: when the standard error is a terminal and `size_in_words` told of a large body.
+        Whether to show them. Default: if the standard error is a terminal and `report_size` reports a large body.
 
     Examples
     --------
@@ -102,7 +103,7 @@ def stages(total: int, wanted: bool | None = None) -> Iterator[Stages]:
 
 @contextmanager
 def stage(name: str) -> Iterator[None]:
-    """Name what is computed inside; costs nothing where nobody shows it."""
+    """Name the computation of the block as a stage; without effect outside of `stages`."""
     shown = _shown.get()
     if shown is None:
         yield
@@ -113,8 +114,8 @@ def stage(name: str) -> Iterator[None]:
     shown.end(name, time.perf_counter() - start)
 
 
-def size_in_words(size: int) -> None:
-    """Return the number of degrees of freedom in words as soon as it is known."""
+def report_size(size: int) -> None:
+    """Report the number of degrees of freedom to the enclosing `stages`."""
     shown = _shown.get()
     if shown is not None:
-        shown.is_large(size)
+        shown.set_size(size)

@@ -1,10 +1,10 @@
-"""How much too stiff a small rigid patch makes a body: the local compliance that the tie takes away.
+"""The error in compliance by a small rigid patch: the local compliance that the rigid tie suppresses.
 
-The tie is released in a piece of the mesh around the patch, held where the rest of the body begins: there the
-compliance of the frame tied rigidly and on average bracket the truth, and their difference is local, since what
-differs between the two has neither force nor moment (Saint-Venant). A single node or a line of a solid has no
-compliance of its own: under a force on it the displacement grows without end as the mesh is refined. Nor can the mesh
-resolve what happens around a single facet. There all compliance of the next two rows of elements is counted as error.
+The tie is released in a part of the mesh around the patch, held where the rest of the body begins. There the
+compliances of the frame with a rigid and an average tie bracket the true one, and their difference is local, since the
+two load distributions differ by one without resultant force or moment (Saint-Venant). A single node or a line of a
+solid has no compliance of its own: the displacement under a force diverges as the mesh is refined. Nor can the mesh
+resolve the field around a single facet. There all compliance of the next two rows of elements is counted as error.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ LARGEST_PATCH = 200
 """Number of nodes of a patch above which it is no longer small and is not checked."""
 
 _AROUND = (300, 8, 1200)
-"""Number of nodes in the piece of the mesh: at least, per node of the patch, and at most."""
+"""Number of nodes in the part of the mesh: at least, per node of the patch, and at most."""
 
 _SHARE = 0.6
-"""Largest fraction of the body in the piece: the rest is held."""
+"""Largest fraction of the body's nodes in this part: the rest is held."""
 
 _ROWS = 2
 """Number of rows of elements around a single node, line or facet."""
@@ -44,7 +44,7 @@ class TieWarning(UserWarning):
 
 
 def tie_errors(problem: StaticProblem, interfaces: Mapping[str, str | Interface]) -> dict[str, float]:
-    """Return, and warn of, the relative error in the body's compliance by each small rigid patch of a solid.
+    """Return the relative error in the body's compliance by each small rigid patch of a solid, and warn of large ones.
 
     The error is the largest over the unit loads on all free interface components (gravity in three directions if there
     are none): the strain energy that an average tie would add locally, against that of the whole body.
@@ -53,13 +53,12 @@ def tie_errors(problem: StaticProblem, interfaces: Mapping[str, str | Interface]
     ----------
     problem : StaticProblem
     interfaces : dict of str to str or Interface
-        From which the ties of the problem were made.
+        Those from which the ties of the problem were made.
 
     Returns
     -------
     dict of str to float
-        By the name of the interface. Large patches are left out, and whole ends of bars: a larger patch could not take
-        their place.
+        By the name of the interface. Large patches and whole ends of bars, which cannot be made larger, are left out.
 
     Warns
     -----
@@ -88,7 +87,7 @@ def tie_errors(problem: StaticProblem, interfaces: Mapping[str, str | Interface]
 
 
 def _cases(problem: StaticProblem) -> tuple[np.ndarray, np.ndarray, list[str]]:
-    """Return of some load cases twice the energy (c,), the forces on all frame components (boundary, c), and names."""
+    """Return twice the energies (c,), the forces on all frame components (boundary, c) and the names of load cases."""
     start, boundary, released = problem.ties.interior_count, problem.boundary, problem.released
     names = [f"{name} of {tie.name!r}" for tie in problem.ties.ties for name in tie.names]
     if len(released) and not problem.rigid_count:
@@ -112,7 +111,7 @@ def _cases(problem: StaticProblem) -> tuple[np.ndarray, np.ndarray, list[str]]:
 
 
 def _lost_compliance(model: FiniteElementModel, tie: Tie, spec: Interface) -> np.ndarray:
-    """Return the compliance that a rigid tie takes from its frame, shape (components, components), m/N, rad/(N m)."""
+    """Return the compliance that a rigid tie suppresses at its frame, (components, components), m/N, rad/(N m)."""
     width, is_sharp = len(model.components), _is_sharp(model, tie)
     piece = _rows_around(model, tie.nodes) if is_sharp else _nearest(model, tie.nodes)
     dofs = (piece[:, None] * width + np.arange(width)).ravel()
@@ -136,7 +135,7 @@ def _nearest(model: FiniteElementModel, patch: np.ndarray) -> np.ndarray:
     """Return the nodes nearest to a patch, in ascending order."""
     least, each, most = _AROUND
     count = max(min(max(least, each * len(patch)), most, int(_SHARE * len(model.nodes))), len(patch))
-    from scipy.spatial import cKDTree  # which few bodies need, and takes long to import
+    from scipy.spatial import cKDTree  # slow to import, and needed by few bodies
 
     distance = cKDTree(model.nodes[patch]).query(model.nodes)[0]
     distance[patch] = -1.0
@@ -165,7 +164,7 @@ def _is_sharp(model: FiniteElementModel, tie: Tie) -> bool:
 
 
 def _is_whole_end(model: FiniteElementModel, tie: Tie) -> bool:
-    """Return whether the body around a patch is no wider than the patch: the whole end of a bar is not too small."""
+    """Return whether the body around a patch is no wider than the patch, as at the end of a bar."""
     points = model.nodes[tie.nodes]
     dimensions = 2 if "z" in model.components else 1
     along = np.linalg.svd(points - points.mean(axis=0))[2][:dimensions]

@@ -82,7 +82,7 @@ _QUADRATIC = {
 _LINEAR = {quadratic: linear for linear, quadratic in _QUADRATIC.items()}
 _LINEAR |= {"quad8": "quad", "hexahedron20": "hexahedron", "wedge18": "wedge"}
 SERENDIPITY = {"quad9": "quad8", "hexahedron27": "hexahedron20"}
-"""Shapes without nodes inside faces and cells, by the shape with them: these fit the other shapes in a mixed mesh."""
+"""Shape without nodes inside faces and cells for each shape with them: these fit the other shapes in a mixed mesh."""
 _SIMPLICES = ("line", "triangle", "tetra")
 
 
@@ -151,7 +151,7 @@ class Shape:
         Parameters
         ----------
         reference : ndarray, shape (nodes per cell, dimension)
-            Another program's reference coordinates, in its own node order, on the same unit element.
+            Reference coordinates of another program in its own node order, on the same unit element.
         """
         distance = np.abs(np.asarray(reference, dtype=float)[:, None, :] - self.nodes[None, :, :]).max(axis=2)
         nearest = distance.argmin(axis=1)
@@ -215,7 +215,7 @@ def corner_kind(kind: str) -> str:
 
 
 def is_supported(kind: str) -> bool:
-    """Return whether `kind` is one of the shapes of this table."""
+    """Return whether `kind` is one of the shapes in `MIDS`."""
     return kind in MIDS
 
 
@@ -232,16 +232,13 @@ def quadrature(kind: str, degree: int) -> tuple[np.ndarray, np.ndarray]:
         pairs = list(product(range(len(flat)), range(len(along))))
         points = np.array([(*flat[i], along[j, 0]) for i, j in pairs])
         return points, np.array([areas[i] * lengths[j] for i, j in pairs])
-    dimension = element.dimension
-    count = degree // 2 + 1 + (dimension > 1 and element.is_simplex)
-    x, w = np.polynomial.legendre.leggauss(count)
-    x, w = (x + 1.0) / 2.0, w / 2.0
+    dimension, is_pyramid = element.dimension, element.corner_kind == "pyramid"
+    x, w = np.polynomial.legendre.leggauss(degree // 2 + 1 + (is_pyramid or (dimension > 1 and element.is_simplex)))
+    if not is_pyramid:
+        x, w = (x + 1.0) / 2.0, w / 2.0
     points = np.array(list(product(x, repeat=dimension)))
     weights = np.prod(np.array(list(product(w, repeat=dimension))), axis=1)
-    if element.corner_kind == "pyramid":
-        x, w = np.polynomial.legendre.leggauss(degree // 2 + 2)
-        points = np.array(list(product(x, repeat=3)))
-        weights = np.prod(np.array(list(product(w, repeat=3))), axis=1)
+    if is_pyramid:
         height = (1.0 + points[:, 2]) / 2.0
         return np.column_stack((points[:, :2] * (1.0 - height)[:, None], height)), weights * (1.0 - height) ** 2 / 2.0
     if element.is_simplex and dimension == 2:
@@ -264,7 +261,7 @@ def measures(kind: str, coordinates: np.ndarray, degree: int = 4) -> tuple[np.nd
     coordinates : ndarray, shape (m, nodes per cell, 3)
         Their nodes in m.
     degree : int
-        Degree of the quadrature; curved facets have no polynomial area, so their measure is as good as this.
+        Degree of the quadrature, which limits the accuracy for curved facets: their area is not a polynomial.
     """
     size = np.zeros(len(coordinates))
     moment = np.zeros((len(coordinates), 3))
@@ -276,9 +273,9 @@ def measures(kind: str, coordinates: np.ndarray, degree: int = 4) -> tuple[np.nd
 
 
 def stretches(kind: str, coordinates: np.ndarray, degree: int) -> Iterator[tuple[float, np.ndarray, np.ndarray]]:
-    """Yield at each point of a quadrature its weight, the shape functions, and how much larger each cell is there.
+    """Yield at each point of a quadrature its weight, the shape functions, and the stretch of each cell, shape (m,).
 
-    Arguments as of `measures`; the stretch is the size of a cell by that of the reference shape, (m,).
+    Arguments as of `measures`; the stretch is the local size of a cell relative to that of the reference shape.
     """
     element = shape(kind)
     points, weights = quadrature(kind, degree)

@@ -1,4 +1,4 @@
-"""The skin of a body, and the parts of it that are meant by places."""
+"""The skin of a body, and the parts of it that places select."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def with_places(
     Raises
     ------
     ModelError
-        If nothing of the body is in a place.
+        If no part of the body is in a place.
     """
     if not isinstance(interfaces, Mapping):
         raise ModelError(
@@ -51,7 +51,7 @@ def group_at(nodes: np.ndarray, cells: Sequence[Cells], place: PlaceLike, label:
     Raises
     ------
     ModelError
-        If there are none; `label` says for what they are.
+        If there are none; `label` names their purpose.
     """
     facets = facets_at(nodes, cells, place, label)
     if facets:
@@ -85,7 +85,7 @@ def facets_at(nodes: np.ndarray, cells: Sequence[Cells], place: PlaceLike, label
 
 
 def skin(cells: Sequence[Cells]) -> tuple[Cells, ...]:
-    """Return the facets that bound one cell only, turning about the outward normal; none of lines."""
+    """Return the facets that bound one cell only, oriented by the outward normal; lines have none."""
     found: dict[str, list[np.ndarray]] = {}
     corners: dict[int, list[np.ndarray]] = {}
     for block in cells:

@@ -3,8 +3,7 @@
 Tied coordinates are the interior degrees of freedom followed by the components of the interface frames. K of the
 interior, with all interfaces held, is factored once; interfaces that are free are solved for by the Schur complement.
 A body without a fixed interface floats: its loads are balanced by the inertia of its rigid motion (inertia relief).
-
-What moves in a body whose stiffness is singular: the nodes of a mechanism or of a loose part, for a message.
+Where the stiffness is singular, the message names the nodes of the mechanism or loose part.
 """
 
 from __future__ import annotations
@@ -23,16 +22,16 @@ from kanefe.fe_model.ties import InterfaceTies
 
 
 class StaticProblem:
-    """K and M of a body in tied coordinates, and what is solved with them.
+    """K and M of a body in tied coordinates, and static solutions.
 
     Parameters
     ----------
     model : FiniteElementModel
     ties : InterfaceTies
     rigid_count : int
-        How many rigid motions the fixed interfaces leave: all (6, 3 in a plane) of a floating body, else none.
+        Number of rigid motions that the fixed interfaces leave: all (6, or 3 in a plane) of a floating body, else none.
     factorise : Factorise
-        Kept as an attribute, for the other matrices of a reduction.
+        Also used for the other matrices of a reduction.
 
     Attributes
     ----------
@@ -59,7 +58,7 @@ class StaticProblem:
 
     @property
     def interior_stiffness(self) -> sp.csc_matrix:
-        """K of the interior; not kept, since its factors are what is needed of it."""
+        """K of the interior; not stored, since only its factors are needed."""
         return self.stiffness[: self.ties.interior_count, : self.ties.interior_count].T  # symmetric: nothing is moved
 
     @cached_property
@@ -69,10 +68,10 @@ class StaticProblem:
 
     @cached_property
     def held_interior(self) -> np.ndarray:
-        """Interior coordinates that move while K is factored: all, if there is an interface to hold.
+        """Interior coordinates that are not held for the factorisation of K: all, if there is an interface.
 
-        Without any, as many are held as the body has rigid motions, so that just these are stopped: a load in balance
-        needs no force there.
+        Without one, as many are held as the body has rigid motions, so that just these are prevented: a load in
+        balance has no reaction there.
         """
         if len(self.boundary):
             return self.interior
@@ -116,7 +115,7 @@ class StaticProblem:
         gram = motions.T @ (self.mass @ motions)
         scale = 1.0 / np.sqrt(np.diag(gram))
         squares, vectors = scipy.linalg.eigh(gram * np.outer(scale, scale))
-        kept = squares > 1e-10  # nodes on a line leave the turn about it out
+        kept = squares > 1e-10  # nodes on a line do not define the rotation about it
         return np.asarray(motions @ (scale[:, None] * vectors[:, kept] / np.sqrt(squares[kept])))
 
     def relieved(self, f: np.ndarray) -> np.ndarray:
@@ -135,7 +134,7 @@ class StaticProblem:
         Returns
         -------
         ndarray, shape (tied, m)
-            With the fixed components held and the released ones free. Of a floating body: under the loads balanced by
+            With the fixed components held and the released ones free. For a floating body: under the loads balanced by
             inertia, and M-orthogonal to its rigid motions.
         """
         if not self.rigid_count:
@@ -147,8 +146,7 @@ class StaticProblem:
     @cached_property
     def _schur_inverse(self) -> np.ndarray:
         """(Pseudo-)inverse of the stiffness of the released components, shape (released, released)."""
-        columns = self.released - self.ties.interior_count
-        modes = self.constraint_modes[:, columns]
+        modes = self.constraint_modes[:, self.released - self.ties.interior_count]
         S = modes.T @ (self.stiffness @ modes)
         if not len(S):
             return S
@@ -169,7 +167,7 @@ class StaticProblem:
         return np.asarray(u + modes @ (self._schur_inverse @ (modes.T @ f)))
 
     def _solve_free(self, f: np.ndarray) -> np.ndarray:
-        """Solve for loads in balance without any interface."""
+        """Solve for loads in balance on a body without interfaces."""
         u = np.zeros(f.shape)
         u[self.held_interior] = self.factors.solve(f[self.held_interior])
         return u
@@ -178,17 +176,15 @@ class StaticProblem:
 SHIFT = 1e-9
 """Fraction of its diagonal that is added to a singular K so that it can be factored."""
 
-
 SOFT = 1e-7
 """Stiffness along a motion, relative to the diagonal of K, below which it counts as zero."""
-
 
 NAMED = 4
 """Largest number of nodes listed in a message."""
 
 
 def moving_nodes(model: FiniteElementModel, motion: sp.csr_matrix, K: sp.csc_matrix, factorise: Factorise) -> str:
-    """Return a sentence on the nodes that move without force, or nothing if none is found.
+    """Return a sentence on the nodes that move without force, or an empty string if none is found.
 
     Parameters
     ----------
@@ -206,7 +202,7 @@ def moving_nodes(model: FiniteElementModel, motion: sp.csr_matrix, K: sp.csc_mat
     except (ModelError, RuntimeError):
         return ""
     x = np.random.default_rng(0).standard_normal(K.shape[0])
-    for _ in range(5):  # of inverse iteration: what resists grows by 1/SHIFT less in each
+    for _ in range(5):  # inverse iteration, in which stiff motions grow less by the factor SHIFT each time
         x = factors.solve(weights * x)
         x /= np.sqrt(x @ (weights * x))
     if not x @ (K @ x) < SOFT:

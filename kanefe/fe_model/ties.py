@@ -2,7 +2,7 @@
 
 A solid has no nodal rotations, so an interface is a patch of nodes whose motion, rigidly (RBE2) or on average (RBE3),
 is that of a frame. A single node with rotations is its own frame. Each component of a frame is fixed in G or free.
-Tied coordinates are degrees of freedom that no interface touches, then what is left free in the patches, then the
+Tied coordinates are the degrees of freedom outside of all interfaces, then those left free in the patches, then the
 components of the frames along their axes.
 """
 
@@ -33,15 +33,15 @@ class Tie:
     position : ndarray, shape (3,)
         Undeformed position of the frame in G, m.
     axes : ndarray, shape (3, 3)
-        From the axes of the frame, when undeformed, to those of G.
+        Rotation matrix from the axes of the undeformed frame to those of G.
     components : tuple of int
         Components of the frame, along its axes, that the patch can follow (0..5).
     fixed : tuple of int
-        Which of them, as positions in `components`, are fixed in G.
+        Components fixed in G, as positions in `components`.
     rows : ndarray of int
-        Their numbers in the tied coordinates.
+        Numbers of the components in the tied coordinates.
     is_rigid : bool
-        Whether the nodes move as a rigid body with the frame; else it follows their mean motion.
+        Whether the nodes move as a rigid body with the frame; else the frame follows their mean motion.
     """
 
     name: str
@@ -66,16 +66,16 @@ class Tie:
 
 @dataclass(frozen=True, eq=False)
 class InterfaceTies:
-    """The change from all degrees of freedom to interior ones followed by interface components.
+    """The transformation between all degrees of freedom and tied coordinates.
 
     Attributes
     ----------
     transformation : csr_matrix, shape (N, tied)
         T: motion of the nodes from the tied coordinates. The columns of the interior are orthonormal.
     frame_reading : csr_matrix, shape (frame components, N)
-        Components of the frames that go with a motion of the nodes: its mean, which is all of it where it is rigid.
+        Motion of the frames from the motion of the nodes: its mean, or the rigid motion itself.
     interior_count : int
-        Number of interior coordinates, the first ones: see `tie_interfaces`.
+        Number of interior coordinates, which come first: see `tie_interfaces`.
     ties : tuple of Tie
     """
 
@@ -93,7 +93,7 @@ class InterfaceTies:
         """Return ``T^T matrix T``."""
         if not self.ties:
             return sp.csr_matrix(matrix)
-        across = self.transformation.T.tocsr()  # small; else the large products would change their format
+        across = self.transformation.T.tocsr()  # converting the small matrix avoids conversions of the large products
         return across @ sp.csr_matrix(matrix) @ self.transformation
 
     def coordinates(self, motion: np.ndarray) -> np.ndarray:
@@ -105,7 +105,7 @@ class InterfaceTies:
 
 @dataclass(frozen=True, eq=False)
 class _Block:
-    """What one patch contributes over its degrees of freedom: loose and frame columns of T, reading of the frame."""
+    """Contribution of one patch, over its degrees of freedom: loose and frame columns of T, and motion of the frame."""
 
     dofs: np.ndarray
     loose: sp.csr_matrix
@@ -116,15 +116,15 @@ class _Block:
 def tie_interfaces(model: FiniteElementModel, interfaces: Mapping[str, str | Interface]) -> InterfaceTies:
     """Tie patches of nodes to frames.
 
-    The interior coordinates are the degrees of freedom of the nodes outside of all patches, in their order; then, patch
-    after patch, released components of its nodes along the axes of the interface, and the deviations of an average
+    The interior coordinates are the degrees of freedom of the nodes outside of all patches, in their order; then, for
+    each patch, the released components of its nodes along the axes of the interface, and the deviations from an average
     (`kanefe.fe_model.averaging`).
 
     Raises
     ------
     ModelError
         If a group or kind is unknown, a group has no nodes, two interfaces share nodes, a patch cannot follow a
-        frame (collinear nodes without rotations) or a component that is to be fixed, or weights do not fit.
+        frame (collinear nodes without rotations) or a fixed component, or weights do not fit.
     """
     patches = separate_patches(model, {name: as_interface(name, given) for name, given in interfaces.items()})
     blocks = [_block(model, patch) for patch in patches]
@@ -149,7 +149,7 @@ def separate_patches(model: FiniteElementModel, interfaces: Mapping[str, Interfa
     Raises
     ------
     ModelError
-        If two share a node, or as `kanefe.fe_model.patches.patch_of`.
+        If two share a node, or for the reasons of `kanefe.fe_model.patches.patch_of`.
     """
     owner = np.full(len(model.nodes), -1)
     patches: list[Patch] = []
@@ -171,9 +171,12 @@ def _ties(patches: list[Patch], start: int) -> tuple[Tie, ...]:
     for patch in patches:
         rows = start + np.arange(len(patch.components))
         start += len(rows)
-        rigid = patch.spec.kind != "average"
         ties.append(
-            Tie(patch.name, patch.nodes, patch.position, patch.axes, patch.components, patch.fixed, rows, rigid)
+            Tie(
+                *(patch.name, patch.nodes, patch.position, patch.axes, patch.components, patch.fixed),
+                rows=rows,
+                is_rigid=patch.spec.kind != "average",
+            )
         )
     return tuple(ties)
 

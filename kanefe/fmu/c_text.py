@@ -10,7 +10,7 @@ ESCAPES = {'"': '\\"', "\\": "\\\\", "\n": "\\n"}
 
 
 def define(name: str, value: object) -> str:
-    """Return the line of a constant; whole numbers and texts."""
+    """Return the line that defines a constant, a whole number or a text."""
     return f"#define {name} {text(value) if isinstance(value, str) else value}"
 
 
@@ -20,7 +20,7 @@ def text(value: str) -> str:
 
 
 def integers(name: str, values: Sequence[int] | Sequence[Sequence[int]], width: int = 0) -> str:
-    """Return a table of whole numbers; `width` of rows, which may be none. Tables of nothing have one zero."""
+    """Return a table of whole numbers, with rows of `width` numbers if given. An empty table gets one zero."""
     array = np.array(values, dtype=np.int64).reshape(-1, width) if width else np.array(values, dtype=np.int64)
     if not array.size:
         array = np.zeros((1, width) if width else 1, dtype=np.int64)
@@ -36,5 +36,5 @@ def numbers(name: str, values: Sequence[float] | np.ndarray) -> str:
 
 
 def number(value: float) -> str:
-    """Return a finite number."""
+    """Return a number exactly; zero for one that is not finite."""
     return value.hex() if value == value and abs(value) != float("inf") else "0.0"

@@ -1,4 +1,4 @@
-"""modelDescription.xml: variables, units and abilities of a model, as FMI 2.0 and 3.0 want it."""
+"""modelDescription.xml: variables, units and capabilities of a model, for FMI 2.0 and 3.0."""
 
 from __future__ import annotations
 
@@ -23,6 +23,10 @@ BASE = {
     "J": {"kg": 1, "m": 2, "s": -2},
     "W": {"kg": 1, "m": 2, "s": -3},
 }
+"""Powers of the base units of each unit."""
+
+INITIAL = {"output": "calculated", "derivative": "calculated", "state": "exact"}
+"""Attribute "initial" of variables, by role."""
 
 
 class Variable(NamedTuple):
@@ -32,7 +36,7 @@ class Variable(NamedTuple):
     ----------
     name, unit : str
     start : float
-        Of an input, or a state.
+        Initial value of an input or a state.
     """
 
     name: str
@@ -41,20 +45,20 @@ class Variable(NamedTuple):
 
 
 class UnitDescription(NamedTuple):
-    """What a model is, for the programs that run it.
+    """Description of a model for the programs that run it.
 
     Attributes
     ----------
     name, identifier, text, token : str
-        The identifier is that of its files; the token is told by who makes an instance.
+        The identifier names its files; the importing program passes the token to each instance.
     inputs, outputs, states : tuple of Variable
-        States are those of a model for exchange, which is what it is if there are any.
+        Only a model for exchange has states.
     is_linear : bool
         Whether it is a model for exchange, else for co-simulation.
     start, every : float
-        Where it begins, and how far a step usually goes, s.
+        Start time and usual communication step, s.
     keeps_states : bool
-        Whether its states can be got, set and serialised.
+        Whether its states can be read, set and serialised.
     """
 
     name: str
@@ -70,11 +74,11 @@ class UnitDescription(NamedTuple):
     keeps_states: bool = True
 
     def checked(self) -> UnitDescription:
-        """Return itself; a ModelError says which name no variable of a unit can have."""
+        """Return the description; raise a ModelError if a name is not valid for a variable."""
         names = [variable.name for variable, _, _ in self.variables()]
         for name in names:
             if not name.strip() or not name.isprintable():
-                raise ModelError(f"a variable of a unit cannot be called {name!r}. Remedy: a name that can be read")
+                raise ModelError(f"a variable of a unit cannot be called {name!r}. Remedy: a printable name")
             if names.count(name) > 1:
                 also = ", as the time is" if name == TIME else ""
                 raise ModelError(f"two variables of a unit cannot be called {name!r}{also}. Remedy: another name")
@@ -87,7 +91,7 @@ class UnitDescription(NamedTuple):
         return b'<?xml version="1.0" encoding="UTF-8"?>\n' + Tree.tostring(root, encoding="utf-8") + b"\n"
 
     def variables(self) -> Iterator[tuple[Variable, str, int]]:
-        """Yield all variables with what they are, and of a derivative the number of its state; -1: of none."""
+        """Yield all variables with their role and, for a derivative, the number of its state, else -1."""
         yield from ((variable, "input", -1) for variable in self.inputs)
         yield from ((variable, "output", -1) for variable in self.outputs)
         yield Variable(TIME, "s"), "independent", -1
@@ -103,20 +107,25 @@ def _rate(unit: str) -> str:
     return f"{unit}/s" if unit else ""
 
 
-def _root(of: UnitDescription, version: str, token: str, **more: str) -> Tree.Element:
-    told = {"fmiVersion": version, "modelName": of.name, token: of.token, "description": of.text}
-    told |= {"generationTool": f"kanefe {__version__}", "variableNamingConvention": "flat"}
-    return Tree.Element("fmiModelDescription", told | more)
-
-
-def _units(of: UnitDescription, root: Tree.Element) -> None:
-    units = sorted({variable.unit for variable, _, _ in of.variables() if variable.unit})
+def _root(of: UnitDescription, version: str, token: str, *of_states: str, **more: str) -> Tree.Element:
+    """Return the document up to its variables; `token` and `of_states` are the names of these attributes."""
+    attributes = {"fmiVersion": version, "modelName": of.name, token: of.token, "description": of.text}
+    attributes |= {"generationTool": f"kanefe {__version__}", "variableNamingConvention": "flat"}
+    root = Tree.Element("fmiModelDescription", attributes | more)
+    able = {"modelIdentifier": of.identifier, **(dict.fromkeys(of_states, "true") if of.keeps_states else {})}
+    if of.is_linear:
+        Tree.SubElement(root, "ModelExchange", able)
+    else:
+        Tree.SubElement(root, "CoSimulation", able | {"canHandleVariableCommunicationStepSize": "true"})
     listed = Tree.SubElement(root, "UnitDefinitions")
-    for unit in units:
+    for unit in sorted({variable.unit for variable, _, _ in of.variables() if variable.unit}):
         element = Tree.SubElement(listed, "Unit", name=unit)
         powers = base_powers(unit)
         if powers is not None:
             Tree.SubElement(element, "BaseUnit", {name: str(power) for name, power in powers.items() if power})
+    times = {"startTime": repr(of.start)} | ({} if of.is_linear else {"stepSize": repr(of.every)})
+    Tree.SubElement(root, "DefaultExperiment", times)
+    return root
 
 
 def base_powers(unit: str) -> dict[str, int] | None:
@@ -134,84 +143,58 @@ def base_powers(unit: str) -> dict[str, int] | None:
     return powers
 
 
-def _experiment(of: UnitDescription, root: Tree.Element) -> None:
-    told = {"startTime": repr(of.start)}
-    Tree.SubElement(root, "DefaultExperiment", told if of.is_linear else told | {"stepSize": repr(of.every)})
+def _attributes(variable: Variable, what: str, reference: int) -> dict[str, str]:
+    """Return the attributes of a variable that both versions have."""
+    return {
+        "name": variable.name,
+        "valueReference": str(reference),
+        "causality": "local" if what in ("state", "derivative") else what,
+        "variability": "continuous",
+        **({"initial": INITIAL[what]} if what in INITIAL else {}),
+    }
 
 
-def _abilities(of: UnitDescription, *of_states: str) -> dict[str, str]:
-    return {"modelIdentifier": of.identifier, **(dict.fromkeys(of_states, "true") if of.keeps_states else {})}
+def _value(variable: Variable, what: str, derived: int) -> dict[str, str]:
+    """Return unit and initial value of a variable, and for a derivative the number of its state."""
+    return {
+        **({"unit": variable.unit} if variable.unit else {}),
+        **({"start": repr(variable.start)} if what in ("input", "state") else {}),
+        **({"derivative": str(derived)} if derived >= 0 else {}),
+    }
 
 
 def _of_two(of: UnitDescription) -> Tree.Element:
-    root = _root(of, "2.0", "guid", numberOfEventIndicators="0")
-    able = _abilities(of, "canGetAndSetFMUstate", "canSerializeFMUstate")
-    if of.is_linear:
-        Tree.SubElement(root, "ModelExchange", able)
-    else:
-        Tree.SubElement(root, "CoSimulation", able | {"canHandleVariableCommunicationStepSize": "true"})
-    _units(of, root)
-    _experiment(of, root)
+    root = _root(of, "2.0", "guid", "canGetAndSetFMUstate", "canSerializeFMUstate", numberOfEventIndicators="0")
     listed = Tree.SubElement(root, "ModelVariables")
-    numbers: dict[str, list[int]] = {"output": [], "state": [], "derivative": []}
     for reference, (variable, what, derived) in enumerate(of.variables()):
-        told = {"name": variable.name, "valueReference": str(reference)}
-        told |= {"causality": "local" if what in ("state", "derivative") else what, "variability": "continuous"}
-        value = {"unit": variable.unit} if variable.unit else {}
-        if what in ("output", "derivative"):
-            told["initial"] = "calculated"
-        elif what == "state":
-            told["initial"] = "exact"
-        if what in ("input", "state"):
-            value["start"] = repr(variable.start)
-        if derived >= 0:
-            value["derivative"] = str(derived + 1)
-        Tree.SubElement(Tree.SubElement(listed, "ScalarVariable", told), "Real", value)
-        numbers.setdefault(what, []).append(reference + 1)
+        scalar = Tree.SubElement(listed, "ScalarVariable", _attributes(variable, what, reference))
+        Tree.SubElement(scalar, "Real", _value(variable, what, derived + 1 if derived >= 0 else -1))
     structure = Tree.SubElement(root, "ModelStructure")
-    for name, wanted in (
-        ("Outputs", numbers["output"]),
-        ("Derivatives", numbers["derivative"]),
-        ("InitialUnknowns", sorted((*numbers["output"], *numbers["derivative"]))),
-    ):
-        if wanted:
+    for name, references in zip(("Outputs", "Derivatives", "InitialUnknowns"), _unknowns(of), strict=True):
+        if references:
             element = Tree.SubElement(structure, name)
-            for number in wanted:
-                Tree.SubElement(element, "Unknown", index=str(number))
+            for reference in references:
+                Tree.SubElement(element, "Unknown", index=str(reference + 1))
     return root
 
 
 def _of_three(of: UnitDescription) -> Tree.Element:
-    root = _root(of, "3.0", "instantiationToken")
-    able = _abilities(of, "canGetAndSetFMUState", "canSerializeFMUState")
-    if of.is_linear:
-        Tree.SubElement(root, "ModelExchange", able)
-    else:
-        Tree.SubElement(root, "CoSimulation", able | {"canHandleVariableCommunicationStepSize": "true"})
-    _units(of, root)
-    _experiment(of, root)
+    root = _root(of, "3.0", "instantiationToken", "canGetAndSetFMUState", "canSerializeFMUState")
     listed = Tree.SubElement(root, "ModelVariables")
-    unknown: list[tuple[str, int]] = []
     for reference, (variable, what, derived) in enumerate(of.variables()):
-        told = {"name": variable.name, "valueReference": str(reference)}
-        told |= {"causality": "local" if what in ("state", "derivative") else what, "variability": "continuous"}
-        if variable.unit:
-            told["unit"] = variable.unit
-        if what in ("output", "derivative"):
-            told["initial"] = "calculated"
-            unknown.append((what, reference))
-        elif what == "state":
-            told["initial"] = "exact"
-        if what in ("input", "state"):
-            told["start"] = repr(variable.start)
-        if derived >= 0:
-            told["derivative"] = str(derived)
-        Tree.SubElement(listed, "Float64", told)
+        Tree.SubElement(listed, "Float64", _attributes(variable, what, reference) | _value(variable, what, derived))
     structure = Tree.SubElement(root, "ModelStructure")
-    for name, wanted in (("Output", "output"), ("ContinuousStateDerivative", "derivative")):
-        for what, reference in unknown:
-            if what == wanted:
-                Tree.SubElement(structure, name, valueReference=str(reference))
-    for _, reference in unknown:
-        Tree.SubElement(structure, "InitialUnknown", valueReference=str(reference))
+    names = "Output", "ContinuousStateDerivative", "InitialUnknown"
+    for name, references in zip(names, _unknowns(of), strict=True):
+        for reference in references:
+            Tree.SubElement(structure, name, valueReference=str(reference))
     return root
+
+
+def _unknowns(of: UnitDescription) -> tuple[list[int], list[int], list[int]]:
+    """Return the references of outputs, of derivatives, and of both, which are also the unknowns at the start."""
+    outputs, derivatives = (
+        [reference for reference, (_, what, _) in enumerate(of.variables()) if what == wanted]
+        for wanted in ("output", "derivative")
+    )
+    return outputs, derivatives, outputs + derivatives

@@ -40,13 +40,13 @@ FOLDERS = {
 
 FLAGS = ("-std=gnu11", "-O2", "-fPIC", "-shared", "-fvisibility=hidden", "-ffp-contract=off", "-Wl,-s")
 EPOCH = (1980, 1, 1, 0, 0, 0)
-"""Date of all files in an archive, so that it does not depend on when it is made."""
+"""Date of all files in an archive, which makes the archive reproducible."""
 
 
 def write_scene(sim: Simulation, path: str | Path, version: str, every: float) -> Path:
     """Write a simulation at its start as a unit for co-simulation; return its path.
 
-    Where the scene needs Python the unit does, and kanefe with it: that is warned of.
+    A unit of a scene with Python functions needs Python and kanefe where it runs; a warning says so.
 
     Raises
     ------
@@ -69,8 +69,8 @@ def write_scene(sim: Simulation, path: str | Path, version: str, every: float) -
         return found
     token = _token(source.header.encode(), source.image, *(content_of(file) for file in source.files))
     text = (
-        "A multibody scene with the compiled kernels of kanefe; it needs no Python. For processors that have what the "
-        f"one has that it was exported on ({platform.machine()})."
+        "A multibody scene with the compiled kernels of kanefe; it needs no Python. For processors with the "
+        f"instructions of the one that it was exported on ({platform.machine()})."
     )
     description = _description(sim, path, every, text, token)
     made = _compiled(version, "scene.c", _header(description) + source.header, source.image)
@@ -81,7 +81,7 @@ def write_scene(sim: Simulation, path: str | Path, version: str, every: float) -
 
 
 def _served(sim: Simulation, path: str | Path, version: str, every: float, reason: str) -> Path:
-    """Write a unit that has a process of Python step the scene."""
+    """Write a unit whose scene is stepped by a Python process."""
     scene = packed(sim.scene, sim.asked)
     text = f"A multibody scene of kanefe {__version__}, which this unit needs, in Python: {reason}"
     description = _description(sim, path, every, text, _token(scene), keeps_states=False)
@@ -122,21 +122,19 @@ def write_linear(small: Linearisation, path: str | Path, version: str) -> Path:
     name = Path(path).stem
     matrices = [np.asarray(matrix, dtype=float) for matrix in (small.A, small.B, small.C, small.D)]
     lines = [c.numbers(f"MATRIX_{letter}", matrix) for letter, matrix in zip("ABCD", matrices, strict=True)]
-    lines.append(c.numbers("OFFSETS", small.output_values))
-    body = "\n".join(lines) + "\n"
-    named = [tuple(map(_variable, names)) for names in (small.input_names, small.output_names, small.state_names)]
-    inputs, outputs, states = named
+    body = "\n".join((*lines, c.numbers("OFFSETS", small.output_values))) + "\n"
+    named = (small.input_names, small.output_names, small.state_names)
+    inputs, outputs, states = (tuple(map(_variable, names)) for names in named)
     description = UnitDescription(
         name,
         _identifier(name),
         "; ".join(
             (
-                "A scene of kanefe, linearised: inputs and states are differences from the state that it was "
-                "linearised about",
+                "A scene of kanefe, linearised: inputs and states are deviations from the state of linearisation",
                 *(line.strip() for line in imbalance_in_words(small.imbalance)),
             )
         ),
-        _token(body.encode(), repr(named).encode()),
+        _token(body.encode(), repr([inputs, outputs, states]).encode()),
         inputs,
         outputs,
         states,
@@ -150,7 +148,7 @@ def write_linear(small: Linearisation, path: str | Path, version: str) -> Path:
 
 
 def _checked(version: str) -> str:
-    """Return the folder of binaries; a ModelError says what there is not."""
+    """Return the folder of binaries; raise a ModelError for an unknown version or platform."""
     if version not in VERSIONS:
         raise ModelError(f"fmi must be '2.0' or '3.0', not {version!r}")
     if sys.platform != "linux" or platform.machine() not in FOLDERS:
@@ -159,9 +157,7 @@ def _checked(version: str) -> str:
 
 
 def _token(*parts: bytes) -> str:
-    digest = hashlib.sha256()
-    for part in parts:
-        digest.update(hashlib.sha256(part).digest())
+    digest = hashlib.sha256(b"".join(hashlib.sha256(part).digest() for part in parts))
     return f"{{{uuid.UUID(digest.hexdigest()[:32])}}}"
 
 
@@ -189,7 +185,7 @@ def _header(of: UnitDescription) -> str:
 
 
 def _compiled(version: str, engine: str, header: str, image: bytes) -> bytes:
-    """Return the library of a unit."""
+    """Return the shared library of a unit."""
     sources: Sequence[Path] = (SOURCES / f"fmi{version[0]}.c", SOURCES / engine)
     with tempfile.TemporaryDirectory(prefix="kanefe-") as name:
         folder = Path(name)

@@ -1,8 +1,8 @@
-"""An image of the memory that calls of kernels work on, which another process can take up.
+"""An image of the memory that calls of kernels work on, which another process can load.
 
-A prepared call is two arrays, of places and of numbers (see `kanefe.kernels.compiler.signatures`); places have the
-addresses of further arrays, and tables those of functions. The image has all arrays one after the other, and tells
-which of its numbers are addresses, and of what.
+A prepared call consists of two arrays, of places and of numbers (see `kanefe.kernels.compiler.signatures`); places hold
+the addresses of further arrays, and tables those of functions. The image contains all arrays one after the other, and
+lists which of its numbers are addresses, and of what.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ Block = tuple[int, int]
 
 
 class CallPlaces(NamedTuple):
-    """Where a call is: its function, and in the image its places, its numbers, its first result and its error."""
+    """Places of a call in the image: its function, places, numbers, first result and error."""
 
     function: int
     places: int
@@ -50,21 +50,21 @@ class Image:
     Parameters
     ----------
     calls : sequence of Call
-        Those that others name by their address, too.
+        Also those that other calls refer to by address.
 
     Attributes
     ----------
     files : list of Path
         Machine code of the functions, in the order of their numbers.
     pointers : list of (int, int)
-        Where in the image an address within it stands, and of what place.
+        Place in the image of each address within it, and the place that it refers to.
     called : list of (int, int)
-        Where the address of a function stands, and of which.
+        Place in the image of each address of a function, and the number of the function.
 
     Raises
     ------
     NeedsPython
-        If there is a function that is in no file of kernels: one of the user.
+        If a function is in no file of kernels, such as one of the user.
     """
 
     def __init__(self, calls: list[Call]) -> None:
@@ -88,17 +88,17 @@ class Image:
         self._note_functions()
 
     def place(self, array: np.ndarray) -> int:
-        """Return where an array begins, zero if it is empty."""
+        """Return the place of an array in the image, zero if it is empty."""
         return self._place_of(_block(array)[0]) if array.size else 0
 
     def call(self, call: Call) -> CallPlaces:
-        """Return where a call is."""
+        """Return the places of a call."""
         signature, (places, numbers) = call.signature, _own_arrays(call)
         function = self._function(call.address)
         return CallPlaces(function, self.place(places), self.place(numbers), signature.number_count, signature.error_at)
 
     def content(self) -> bytes:
-        """Return the bytes of the image, addresses left at zero."""
+        """Return the bytes of the image, with zeros for addresses."""
         made = bytearray(self.size)
         for start, (a, b) in zip(self._starts, self._blocks, strict=True):
             made[start : start + b - a] = ctypes.string_at(a, b - a)
@@ -110,11 +110,11 @@ class Image:
         i = self._block_of(address)
         a, b = self._blocks[i] if i >= 0 else (0, 0)
         if not a <= address < b:
-            raise ValueError("an address is of no array of the calls")
+            raise ValueError("an address is in no array of the calls")
         return self._starts[i] + address - a
 
     def _block_of(self, address: int) -> int:
-        """Return the number of the last block that does not begin after an address."""
+        """Return the number of the last block that does not begin after an address, -1 if there is none."""
         return int(np.searchsorted(self._first, address, side="right")) - 1
 
     def _function(self, address: int) -> int:
@@ -129,14 +129,14 @@ class Image:
         return self._numbers[address]
 
     def _note_pointers(self, call: Call) -> None:
-        places, _ = _own_arrays(call)
+        places = _own_arrays(call)[0]
         first = self.place(places)
         for at in _array_places(call.signature.parts):
             if places[at]:
                 self.pointers.append((first + 8 * at, self._place_of(int(places[at]))))
 
     def _note_functions(self) -> None:
-        """Note every whole number that is the address of a function; nothing else is as large."""
+        """Record all whole numbers that are addresses of functions: no other number is as large."""
         done = {at for at, _ in self.pointers}
         for array in {id(a): a for a in self._arrays if a.dtype == np.int64 and a.size}.values():
             first, flat = self.place(array), array.reshape(-1)
@@ -178,7 +178,7 @@ def _block(array: np.ndarray) -> Block:
 
 
 def _merged(blocks: list[Block]) -> list[Block]:
-    """Return blocks of which none lies within another: arrays may be parts of others."""
+    """Return disjoint blocks: arrays may be parts of others."""
     found: list[Block] = []
     for a, b in sorted(set(blocks)):
         if found and a < found[-1][1]:

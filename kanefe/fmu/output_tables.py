@@ -1,4 +1,4 @@
-"""Outputs of a simulation as tables of C: where in the state each is, or what of the motion of which frame."""
+"""Outputs of a simulation as tables in C: the place of each in the state, or a component of the motion of a frame."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ class OutputTables:
     ----------
     sim : Simulation
     sweeps : Sweeps
-        Of its route.
+        Of the route of the simulation.
 
     Attributes
     ----------
     frames : list of FrameOffset
-        Whose motion is looked at.
+        Frames whose motion is needed.
     has_accelerations : bool
 
     Raises
     ------
     NeedsPython
-        If an output takes Python.
+        If an output needs Python.
     """
 
     def __init__(self, sim: Simulation, sweeps: Sweeps) -> None:
@@ -50,7 +50,7 @@ class OutputTables:
         self._rows = [self._row(output.name, output.reading) for output in sim.output_list]
 
     def lines(self) -> list[str]:
-        """Return the tables."""
+        """Return the lines of the tables."""
         found = ["enum { " + ", ".join(KINDS) + " };", TYPES.strip(), c.define("OUTPUT_COUNT", len(self._rows))]
         frames = [_frame(frame_offset) for frame_offset in self.frames]
         if frames:
@@ -62,8 +62,8 @@ class OutputTables:
     def _row(self, name: str, reading: Reading | None) -> tuple[int, int, int, int, int, float]:
         if reading is None:
             raise NeedsPython(
-                f"the output {name!r} is a force, which is computed in "
-                "Python. Remedy: motions, joint or modal coordinates as outputs"
+                f"the output {name!r} is a force, which is computed in Python. "
+                "Remedy: motions, joint or modal coordinates as outputs"
             )
         model, i = self._model, reading.component
         number = model.index(reading.body)

@@ -14,13 +14,13 @@ WEAK = 2
 def without_python(library: bytes, name: str) -> bytes:
     """Return a library (ELF, 64 bit) that can be loaded without Python's functions.
 
-    Kernels name some where an error that numba knows none of would be told; they are made weak references, which may be
-    missing. What kernels find wrong they tell by their own numbers.
+    Kernels refer to functions of Python only for the report of unexpected errors; these references are made weak, so
+    that the functions may be missing. Errors of kernels themselves are returned as numbers.
 
     Raises
     ------
     ModelError
-        If the file is none of these.
+        If the file is not such a library.
     """
     made = bytearray(library)
     try:

@@ -1,4 +1,4 @@
-"""A simulation as C source: the image of its memory, and tables of its addresses."""
+"""A simulation as C source, with the image of its memory and tables of its addresses."""
 
 from __future__ import annotations
 
@@ -31,15 +31,15 @@ PLACES = "TIME TIME_OLD STOP SMALLEST NEXT_OUTPUT TIME_EXCESS COMMAND STAGE STEP
 
 
 class SceneSource(NamedTuple):
-    """What the model of a scene is compiled from.
+    """The parts from which the model of a scene is compiled.
 
     Attributes
     ----------
     header : str
-        Of C.
+        C header.
     image : bytes
     files : list of Path
-        Machine code that it calls.
+        Machine code of the functions that it calls.
     """
 
     header: str
@@ -52,11 +52,11 @@ MOST_NAMED = 4
 
 
 def obstacle(sim: Simulation) -> str:
-    """Return what keeps a simulation from going on without Python, with a remedy; empty if nothing does."""
+    """Return the reason why a simulation cannot run without Python, with a remedy; empty if it can."""
     model, stepper = sim.model, sim.stepper
     sampled = [controller.name for controller in model.controllers if controller.is_sampled]
     if not IS_COMPILED:
-        return "its kernels are run as Python. Remedy: without KANEFE_JIT=0"
+        return "its kernels are run as Python. Remedy: unset KANEFE_JIT"
     if sampled:
         return f"the controller {sampled[0]!r} is a Python function. Remedy: what it drives as inputs"
     if not isinstance(model.route, OrderN):
@@ -95,7 +95,7 @@ def scene_source(sim: Simulation) -> SceneSource:
     Raises
     ------
     NeedsPython
-        If it needs Python; the message says for what.
+        If it needs Python; the message gives the reason.
     """
     if found := obstacle(sim):
         raise NeedsPython(found)
@@ -103,12 +103,12 @@ def scene_source(sim: Simulation) -> SceneSource:
 
 
 class _Tables:
-    """A simulation on its way to source."""
+    """Builder of the source of a simulation."""
 
     def __init__(self, sim: Simulation) -> None:
         model, stepper, route = sim.model, sim.stepper, sim.model.route
         if not (isinstance(route, OrderN) and isinstance(stepper, KernelStepper)):
-            raise TypeError("obstacles were looked for")
+            raise TypeError("the scene needs Python")
         self.sim, self.model, self.stepper, self.route = sim, model, stepper, route
         self.size = stepper.vectors.shape[1]
         self.motions: Drives = route.motion_tables  # type: ignore[assignment]  # of an autonomous scene
@@ -134,16 +134,16 @@ class _Tables:
                     if name in CLEARED_OF_EVENTS:
                         getattr(part, name)[...] = 0.0
         image = Image(self.calls)
-        self._tell(image)
+        self._add_scene(image)
         return SceneSource("\n".join(self.lines) + "\n", image.content(), image.files)
 
     def _check_jacobian(self) -> None:
-        """Refuse a scene whose method asks for derivatives of the rates that are not exact."""
+        """Refuse a scene whose method needs derivatives of the rates that would not be exact."""
         stepper, route = self.stepper, self.route
         if "jacobians" in stepper.statistics and (route.inputs.needs_state or not route.is_complex):
             raise NeedsPython(
-                "a load or joint has no function of complex numbers, by "
-                f"which {stepper.name!r} differentiates. Remedy: method='dop853'"
+                "a load or joint has no function of complex numbers, with which "
+                f"{stepper.name!r} differentiates. Remedy: method='dop853'"
             )
 
     def _add_motions(self) -> None:
@@ -163,10 +163,10 @@ class _Tables:
         if len(rates):
             self.evaluated = self.route.rates_call()
             self.evaluated.vectors[:] = 0.0
-            self.evaluated(0.0, False, (0.0, 0.0))  # not implicit, as it may have been asked before
+            self.evaluated(0.0, False, (0.0, 0.0))  # not implicit, as the previous call may have been
             self.calls.append(self.evaluated.call)
 
-    def _tell(self, image: Image) -> None:
+    def _add_scene(self, image: Image) -> None:
         model, sim, stepper, add = self.model, self.sim, self.stepper, self.lines.append
         held, first = model.held.get(INPUTS, slice(0, 0)), model.coordinate_count + model.free_count
         counts = {
@@ -204,21 +204,21 @@ class _Tables:
             "AT_SPANS": scene.motions.spans,
         }
         places["AT_OUTPUT_DRIVES"] = scene.drives
-        self._tell_call("INTEGRATE", image.call(self.run))
+        self._add_call("INTEGRATE", image.call(self.run))
         add(c.define("HAS_EVENTS", int(self.passing is not None)))
         if self.passing is not None and self.watched is not None:
-            self._tell_call("PASS_STEPS", image.call(self.passing))
+            self._add_call("PASS_STEPS", image.call(self.passing))
             add(c.define("MOST_STEPS_OVER_EVENTS", self.passing.signature.place_of("run", "most_steps")))
             places["AT_EVENT_COUNTS"] = self.watched.counts
         add(c.define("HAS_FRAMES", int(self.moved is not None)))
         add(c.define("HAS_ACCELERATIONS", int(self.evaluated is not None)))
         if self.moved is not None:
             move, drives, state, rates, found = self.moved
-            self._tell_call("MOVE", image.call(move))
+            self._add_call("MOVE", image.call(move))
             add(c.define("ROW_NUMBERS", found.shape[2]))
             places |= {"AT_MOTION_DRIVES": drives, "AT_MOTION_STATE": state, "AT_MOTION_FOUND": found}
             if self.evaluated is not None:
-                self._tell_call("EVALUATE", image.call(self.evaluated.call))
+                self._add_call("EVALUATE", image.call(self.evaluated.call))
                 places |= {"AT_MOTION_RATES": rates, "AT_EVALUATED": self.evaluated.vectors}
                 places |= {"AT_EVALUATED_DRIVES": self.evaluated.drives, "AT_EVALUATED_INPUTS": self.evaluated.inputs}
         self.lines += [c.define(name, image.place(array)) for name, array in places.items()]
@@ -231,13 +231,13 @@ class _Tables:
         add(c.integers("CALLED", image.called, 2))
         names = ", ".join(c.text(path.name) for path in image.files)
         add(f"static const char *const FUNCTION_FILES[] = {{{names}}};")
-        self._tell_inputs()
+        self._add_inputs()
         self.lines += self.outputs.lines()
 
-    def _tell_call(self, name: str, call: CallPlaces) -> None:
+    def _add_call(self, name: str, call: CallPlaces) -> None:
         self.lines.append(c.integers(name, list(call)))
 
-    def _tell_inputs(self) -> None:
+    def _add_inputs(self) -> None:
         sim, model = self.sim, self.model
         first = model.coordinate_count + model.free_count
         held = self.route.inputs.held
@@ -253,7 +253,7 @@ class _Tables:
 
 
 def model_state(sim: Simulation) -> np.ndarray:
-    """Return the state of a simulation with internal states of loads."""
+    """Return the state of a simulation, including internal states of loads."""
     return np.asarray(sim.state.state)
 
 
@@ -263,7 +263,7 @@ CLEARED_OF_EVENTS = ("records", "times", "samples", "brackets", "found", "drives
 
 
 def _clear(call: object) -> None:
-    """Set what a kernel writes before it reads it to zero: the image is the same whenever it is made."""
+    """Set to zero what a kernel writes before it reads it, so that the image is reproducible."""
     for name, value in zip(call.signature.names, call.arguments, strict=True):  # type: ignore[attr-defined]
         if name in CLEARED and isinstance(value, np.ndarray):
             value[...] = 0.0

@@ -1,7 +1,7 @@
 """The process that steps a scene with Python functions for a functional mock-up unit: see `source/served.c`.
 
-Requests are two whole numbers, what and how many, and so many numbers; answers are zero, how many, and the numbers, or
-one, the length of a message, and the message.
+A request is two whole numbers, its kind and a count, and as many floats. A reply is zero, a count and the floats; or
+one, the length of a message and the message.
 """
 
 from __future__ import annotations
@@ -36,13 +36,12 @@ def packed(scene: Steppable, asked: Asked) -> bytes:
     """
     dumps = dumps_by_value() or pickle.dumps
     try:
-        made = dumps((__version__, scene, asked))
-    except Exception as error:  # whatever the objects of users raise
+        return dumps((__version__, scene, asked))
+    except Exception as error:  # objects of users may raise anything
         raise ModelError(
             f"the scene cannot be sent to the process that steps it: {error}. Remedy: functions of a module in place "
             "of local ones, or pip install cloudpickle"
         ) from error
-    return made
 
 
 class Server:
@@ -51,20 +50,20 @@ class Server:
     Parameters
     ----------
     path : path
-        What `packed` has made.
+        File with the bytes that `packed` returned.
     """
 
     def __init__(self, path: Path) -> None:
         version, self._scene, self._asked = pickle.loads(path.read_bytes())
         if version != __version__:
             raise FileError(
-                f"the unit was made by kanefe {version}, and this Python has {__version__}. Remedy: that one"
+                f"the unit was made by kanefe {version}, and this Python has {__version__}. Remedy: install the former"
             )
         self._sim: Simulation = started(self._scene, self._asked)
         self._start = self._sim.save()
 
     def answer(self, what: int, numbers: np.ndarray) -> list[float]:
-        """Return the numbers of a reply."""
+        """Carry out a request; return the numbers of the reply."""
         sim = self._sim
         if what == RESET:
             sim.restore(self._start)
@@ -85,7 +84,7 @@ class Server:
 
 
 def serve(line: socket.socket, path: Path) -> None:
-    """Reply until the other side ends."""
+    """Reply until the other side closes the connection."""
     server: Server | None = None
     while head := _taken(line, HEAD.size):
         what, count = HEAD.unpack(head)
@@ -94,7 +93,7 @@ def serve(line: socket.socket, path: Path) -> None:
             server = server or Server(path)
             found = np.array(server.answer(what, numbers))
             line.sendall(HEAD.pack(0, len(found)) + found.tobytes())
-        except Exception as error:  # noqa: BLE001 - it is told, and the scene is as it was
+        except Exception as error:  # noqa: BLE001 - it is reported, and the scene is unchanged
             message = f"{type(error).__name__}: {error}".encode()
             line.sendall(HEAD.pack(1, len(message)) + message)
 
@@ -107,7 +106,7 @@ def _taken(line: socket.socket, size: int) -> bytes:
 
 
 def main(number: str, path: str) -> None:
-    """Serve on a socket that is open already; what functions print goes where errors go."""
+    """Serve on an inherited socket; the output of functions goes to the standard error."""
     os.dup2(2, 1)
     with socket.socket(fileno=int(number)) as line:
         serve(line, Path(path))

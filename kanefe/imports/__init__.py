@@ -1,6 +1,6 @@
 """Bodies from other programs: matrices of Abaqus, Nastran, Ansys and of plain files, and Standard Input Data (SID).
 
-Every reader ends in `kanefe.model_from_matrices`, whose self-check refuses what is no free body.
+Every reader calls `kanefe.model_from_matrices`, whose self-check refuses matrices that are not those of a free body.
 """
 
 from kanefe.imports.abaqus import read_abaqus as read_abaqus

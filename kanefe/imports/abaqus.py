@@ -1,13 +1,13 @@
 """Matrices of Abaqus: ``*MATRIX OUTPUT`` (job_STIF1.mtx, job_MASS1.mtx) and ``*SUBSTRUCTURE MATRIX OUTPUT``.
 
-An export that this reads is made by a step of its own, without boundary conditions::
+These files are written by a separate step without boundary conditions::
 
     *STEP
     *MATRIX GENERATE, STIFFNESS, MASS
     *MATRIX OUTPUT, STIFFNESS, MASS, FORMAT=MATRIX INPUT
     *END STEP
 
-or, of a body condensed to retained nodes (without eigenmodes), ``*SUBSTRUCTURE MATRIX OUTPUT, STIFFNESS=YES, MASS=YES,
+or, for a body condensed to retained nodes (without eigenmodes), ``*SUBSTRUCTURE MATRIX OUTPUT, STIFFNESS=YES, MASS=YES,
 OUTPUT FILE=USER DEFINED, FILE NAME=...``. The nodes come from the input file (.inp) of the job.
 """
 
@@ -46,7 +46,7 @@ def read_abaqus(
     trusted: bool = False,
     **expected: Unpack[Expected],
 ) -> FiniteElementModel:
-    """Return the model of matrices that Abaqus wrote.
+    """Return the model of matrices from Abaqus.
 
     Parameters
     ----------
@@ -57,9 +57,9 @@ def read_abaqus(
     substructure : path, instead of them
         File of ``*SUBSTRUCTURE MATRIX OUTPUT``.
     groups : dict of str to node labels, optional
-        Candidates for interfaces beside the sets of the input file.
-    units : str or (metres a length, kilograms a mass)
-        Of the job: "m, kg, s", "mm, t, s", "in, lbf, s", ...
+        Candidates for interfaces in addition to the sets of the input file.
+    units : str or (metres per unit of length, kilograms per unit of mass)
+        Units of the job: "m, kg, s", "mm, t, s", "in, lbf, s", ...
     trusted : bool
         Whether the input file may include files outside its folder.
     **expected
@@ -68,9 +68,9 @@ def read_abaqus(
     Other Parameters
     ----------------
     expected_mass, expected_center, expected_inertia : optional
-        What M must have, in kg, m and kg m2 (inertia about the centre of mass).
+        Required mass properties of M, in kg, m and kg m2 (inertia about the centre of mass).
     factorise : callable, optional
-        Factors large matrices for the count of zero modes.
+        Factorises large matrices for the count of zero modes.
 
     Returns
     -------
@@ -80,9 +80,9 @@ def read_abaqus(
     Raises
     ------
     FileError
-        If a file is not there, truncated, in another format, or included from elsewhere without being trusted.
+        If a file does not exist, is truncated, in another format, or included from elsewhere without being trusted.
     ModelError
-        If the matrices do not belong to these nodes, are supported, have degrees of freedom that are no motion, or
+        If the matrices do not belong to these nodes, are supported, have degrees of freedom that are not motions, or
         fail the self-check of `kanefe.model_from_matrices`.
 
     Examples
@@ -132,8 +132,8 @@ def _coordinates(rows: np.ndarray, path: str | Path, what: str, table: NodeTable
     width, rest = divmod(size, len(table.labels))
     if rest or width not in (2, 3, 6) or rows[:, :2].min() < 1:
         raise ModelError(
-            f"the {what} matrix in {path} has {size} rows for {len(table.labels)} nodes, and no labels that would say "
-            "which is which. Remedy: export it with FORMAT=MATRIX INPUT"
+            f"the {what} matrix in {path} has {size} rows for {len(table.labels)} nodes, and no labels that would "
+            "identify them. Remedy: export it with FORMAT=MATRIX INPUT"
         )
     freedoms = np.array([(label, number) for label in table.labels for number in range(1, width + 1)])
     entries = (rows[:, :2] - 1).astype(np.int64)
@@ -175,7 +175,7 @@ def _substructure(path: str | Path) -> dict[str, LabelledMatrix]:
 
 
 def _freedoms(element: Keyword, path: str | Path) -> np.ndarray:
-    """Return (label, number) of the rows: nodes in comments, numbers in lines "from which node on, numbers"."""
+    """Return (label, number) of the rows: nodes in comments, numbers in lines "first node, numbers"."""
     listed = " ".join(c for c in element.comments if "NODE" not in c.upper() and c.replace(",", " ").split())
     labels = numbers(listed, path).astype(np.int64)
     count = int(element.options.get("NODES", len(labels)))

@@ -1,4 +1,4 @@
-"""Keywords, nodes and node sets of an Abaqus input file: all that matrices need of it."""
+"""Keywords, nodes and node sets of an Abaqus input file, which the matrices refer to."""
 
 from __future__ import annotations
 
@@ -48,33 +48,33 @@ class Keyword:
 def keywords(text: str) -> list[Keyword]:
     """Return the keywords of an input file in their order."""
     blocks: list[Keyword] = []
-    goes_on = False
+    is_continued = False
     for line in text.splitlines():
         if line.startswith("**"):
             if blocks:
                 blocks[-1].comments.append(line.lstrip("*").strip())
-        elif line.startswith("*") or goes_on:
+        elif line.startswith("*") or is_continued:
             fields = [part.strip() for part in line.lstrip("*").split(",")]
-            if not goes_on:
+            if not is_continued:
                 blocks.append(Keyword(fields.pop(0).upper(), {}))
             for part in filter(None, fields):
                 name, _, value = part.partition("=")
                 blocks[-1].options[name.strip().upper()] = value.strip()
-            goes_on = line.rstrip().endswith(",")
+            is_continued = line.rstrip().endswith(",")
         elif line.strip() and blocks:
             blocks[-1].lines.append(line)
     return blocks
 
 
 def node_table(path: str | Path, trusted: bool = False) -> NodeTable:
-    """Return the nodes and node sets of an input file in the labels of its matrices; trusted: it includes any file.
+    """Return the nodes and node sets of an input file; if `trusted`, it may include any file.
 
     Raises
     ------
     FileError
-        If the file is not there or has no nodes, or names a file outside its folder and is not trusted.
+        If the file does not exist or has no nodes, or includes a file outside its folder and is not trusted.
     ModelError
-        If it holds several instances, or moves nodes or turns their degrees of freedom: these are not followed.
+        If it has several instances, or moves nodes or rotates their degrees of freedom, which is not supported.
     """
     blocks = _with_includes(Path(path), Path(path), trusted)
     instances = [block for block in blocks if block.name == "INSTANCE"]
@@ -87,7 +87,7 @@ def node_table(path: str | Path, trusted: bool = False) -> NodeTable:
     for block in blocks:
         if block.name in REFUSED and not (block.name == "SYSTEM" and not block.lines):
             raise ModelError(
-                f"{path} has *{block.name}: {REFUSED[block.name]}, which are not followed. Remedy: export the model "
+                f"{path} has *{block.name}: {REFUSED[block.name]}, which are not supported. Remedy: export the model "
                 "in global coordinates, or give the nodes as a dict of labels to coordinates"
             )
     rows: list[np.ndarray] = []

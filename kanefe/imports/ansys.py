@@ -1,6 +1,6 @@
 """Matrices of Ansys Mechanical APDL, exported as Harwell-Boeing or Matrix Market text with a mapping file.
 
-After a modal solution without supports (which leaves a .full file) they are written by ::
+After a modal solution without supports (which writes a .full file) they are written by ::
 
     /AUX2
     FILE,job,full
@@ -15,8 +15,8 @@ nodes by ``CDWRITE,DB,job,cdb`` (or ``NWRITE``: rows of label, x, y, z), with no
 may have decimal commas.
 
 A superelement (.sub) of component mode synthesis is exported by ``*DMAT,K,D,IMPORT,SUB,job.sub,STIFF`` and
-``*EXPORT,K,MMF,job_K.mtx``, the same for MASS; what its rows are stands in the listing ``SELIST,job,3`` and is given as
-rows (node, number), with 0 for a generalised coordinate.
+``*EXPORT,K,MMF,job_K.mtx``, the same for MASS; its rows are listed by ``SELIST,job,3`` and are given as rows
+(node, number), with 0 for a generalised coordinate.
 """
 
 from __future__ import annotations
@@ -58,24 +58,24 @@ def read_ansys(
     units: Units = "m, kg, s",
     **expected: Unpack[Expected],
 ) -> FiniteElementModel:
-    """Return the model of matrices that Ansys wrote.
+    """Return the model of matrices from Ansys.
 
     Parameters
     ----------
     nodes : path, dict of labels to coordinates, or ndarray (n, 4) of label, x, y, z
-        Archive (.cdb) of CDWRITE, whose node components become groups and whose nodal axes are followed; a text file
+        Archive (.cdb) of CDWRITE, whose node components become groups and whose nodal axes are used; a text file
         with rows of label, x, y, z; or the nodes themselves.
     stiffness, mass, damping : path
         Matrix Market files (.mtx, .mmf) of ``*EXPORT``; any other suffix is read as Harwell-Boeing text of ``HBMAT``.
     mapping : path, dict of str to path, or rows of (node, number)
         The mapping file of ``HBMAT``: equation, node and name (UX ... ROTZ) of every row. Or the mappings of APDL Math
         in Matrix Market files, of nodes that all have the same degrees of freedom: "back" (labels of the nodes in the
-        internal order) or "forward" (place in the internal order by label), and "solver" (NOD2BCS or NOD2SOLV, the
-        rows of the matrices in the internal order; without it they are in the internal order). A path alone to such a
+        internal order) or "forward" (position in the internal order by label), and "solver" (NOD2BCS or NOD2SOLV, the
+        rows of the matrices in the internal order; without it they are in the internal order). A single path to such a
         file is the "back" one. Or the rows themselves: node and number of its degree of freedom (1 to 6 for UX to
         ROTZ), 0 for a generalised coordinate of a superelement, under a label of its own.
     generalised : sequence of int, optional
-        Nodes of the mapping that are no points of the body but carry generalised coordinates of a superelement.
+        Nodes of the mapping that are not points of the body but carry generalised coordinates of a superelement.
     groups, units : optional
         See `read_abaqus`.
     **expected
@@ -89,7 +89,7 @@ def read_ansys(
     Raises
     ------
     FileError
-        If a file is not there, truncated, or in another format.
+        If a file does not exist, is truncated, or in another format.
     ModelError
         If mapping, matrices and nodes do not belong together, or the self-check fails.
     MissingDependency
@@ -147,7 +147,7 @@ def _matrix(path: str | Path, what: str) -> sp.csr_matrix:
 def _freedoms(
     given: str | Path | Mapping[str, str | Path] | np.ndarray | Sequence[tuple[int, int]], rows: int
 ) -> np.ndarray:
-    """Return (label, number) of every row from a mapping file, from mappings of APDL Math, or as they are given."""
+    """Return (label, number) of every row from a mapping file, from mappings of APDL Math, or as given."""
     if not isinstance(given, (str, Path, Mapping)):
         return given_freedoms(given, "mapping", "node")
     if not isinstance(given, Mapping):

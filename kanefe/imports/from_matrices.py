@@ -1,4 +1,4 @@
-"""Full-order models from matrices that another program made, checked before anything is built on them."""
+"""Full-order models from matrices of other programs, checked before use."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ Order: TypeAlias = Literal["nodes", "components"]
 
 
 class BesideMatrices(Expected, total=False):
-    """What a model may have beside its matrices, and what is expected of it: keywords of `model_from_matrices`."""
+    """Optional data of a model besides its matrices, and expected properties: keywords of `model_from_matrices`."""
 
     cells: Sequence[Cells]
     load_patterns: Mapping[str, NodalPattern] | None
@@ -47,7 +47,7 @@ class BesideMatrices(Expected, total=False):
 
 
 class NodalFormWarning(UserWarning):
-    """The inertia of a deformed body is only approximate: nodes rotate, or stand for more, without shape functions."""
+    """The inertia of a deformed body is approximate: its nodes rotate, or it is a superelement."""
 
 
 @checked(
@@ -83,7 +83,7 @@ def model_from_matrices(
     nodes : ndarray, shape (n, 3)
         Reference coordinates in m, in the order of the degrees of freedom.
     components : sequence of str
-        Degrees of freedom of every node, in their order: among "x", "y", "z", "rx", "ry", "rz".
+        Degrees of freedom of every node, in order: among "x", "y", "z", "rx", "ry", "rz".
     damping : as mass, optional
         C in N s/m.
     groups : dict of str to node numbers, optional
@@ -91,10 +91,10 @@ def model_from_matrices(
     order : "nodes" or "components"
         Rows of the matrices: all components of the first node, then of the second, ...; or x of all nodes, then y, ...
     generalised : int
-        Coordinates of a superelement beside those of its nodes, such as modes with the boundary held
-        (Craig-Bampton): the last rows of the matrices. Rigid motions of the nodes must leave them at zero.
+        Number of coordinates of a superelement in addition to those of its nodes, such as fixed-boundary modes
+        (Craig-Bampton): the last rows of the matrices. They must be zero in rigid motions.
     source : str
-        Kept in the provenance.
+        Recorded in the provenance.
     **more
         The other parameters below.
 
@@ -106,36 +106,36 @@ def model_from_matrices(
         Surfaces and lines that can carry distributed loads: for Lagrange elements from `NodalPattern.of_nodes`.
     geometric_stiffness : dict of str to matrices as mass, optional
         For ``stiffening="inertial"``: stress stiffness matrix (tension positive) of the static stress of each unit
-        load "x", "y", "z" (rho e_b) and "xx", "xy", ... (rho X_a e_b), with the interfaces held as the body will
-        have them; of a floating body under the load less the inertia of its rigid motion.
+        load "x", "y", "z" (rho e_b) and "xx", "xy", ... (rho X_a e_b), with the interfaces fixed as in the body; for
+        a floating body, under the load minus the inertia of its rigid motion.
     stress_stiffness : callable, optional
         For any stiffening: see `FiniteElementModel`. In the order "nodes".
     expected_mass : float, optional
-        Mass in kg that the matrix must have.
+        Required mass, kg.
     expected_center : array_like, shape (3,), optional
-        Centre of mass in G in m that it must have.
+        Required centre of mass in G, m.
     expected_inertia : array_like, shape (3, 3), optional
-        Inertia about the centre of mass in kg m2 that it must have.
+        Required inertia about the centre of mass, kg m2.
     factorise : callable, optional
-        Factors large matrices for the count of the zero modes: see `kanefe.imports.self_check.self_check`.
+        Factorises large matrices for the count of the zero modes: see `kanefe.imports.self_check.self_check`.
 
     Returns
     -------
     FiniteElementModel
-        With exact inertia if M is the same scalar matrix for every translation (Lagrange elements); else the nodal form
-        of Eq. 38 is used, which a `NodalFormWarning` says where nodes rotate. Of a superelement with generalised
-        coordinates what M holds is exact, and what deformation changes in the inertia is estimated
-        (`kanefe.imports.mass_completion`), which the same warning says.
+        With exact inertia if M is the same scalar matrix for every translation (Lagrange elements); else with the nodal
+        form of Eq. 38, with a `NodalFormWarning` if nodes rotate. For a superelement with generalised coordinates, M is
+        exact and the change of the inertia with deformation is estimated (`kanefe.imports.mass_completion`), with the
+        same warning.
 
     Raises
     ------
     ModelError
         If shapes disagree, a matrix is not finite or not symmetric, K does not leave exactly the rigid motions of these
         nodes free (wrong order of nodes, a support, a mechanism), mass and inertia cannot be those of a body or are
-        not the expected ones, or the forces of a load pattern have another resultant than its area and first moment
-        say.
+        not the expected ones, or the resultant of the forces of a load pattern differs from that of its area and
+        first moment.
     FileError
-        If a file is not there or cannot be read.
+        If a file does not exist or cannot be read.
 
     Examples
     --------
@@ -197,16 +197,15 @@ def model_from_matrices(
         model = replace(model, mass_field=completed_mass_field(model))
         warnings.warn(
             f"{source} is a superelement with {generalised} generalised coordinates: its mass, frequencies and momenta "
-            "are exact, what its deformation changes in them while it turns is estimated from M, well where it turns "
-            "slowly against its lowest frequency. Remedy for fast spins: export the full matrices",
+            "are exact, their change with deformation in a rotation is estimated from M, which is accurate if the "
+            "rotation is slow compared with its lowest frequency. Remedy for fast rotation: export the full matrices",
             NodalFormWarning,
             stacklevel=outside(),
         )
     if model.mass_field is None and any(c.startswith("r") for c in names):
         warnings.warn(
-            "nodes rotate and no shape functions are known: the inertia of the moving body is the nodal "
-            "form of Eq. 38, "
-            "whose gyroscopic terms are wrong by some percent for one element and better with every finer mesh",
+            "nodes rotate and no shape functions are known: the inertia of the moving body is the nodal form of "
+            "Eq. 38, whose gyroscopic terms are wrong by some percent for one element and converge with finer meshes",
             NodalFormWarning,
             stacklevel=outside(),
         )
@@ -225,7 +224,7 @@ def _generalised(count: int, names: tuple[str, ...]) -> int:
 
 
 def _matrix(given: Matrix, what: str, size: int) -> sp.csr_matrix:
-    """Return a checked CSR matrix; its symmetric part, once it is symmetric to round-off."""
+    """Return the symmetric part of a matrix in CSR form, after checks."""
     matrix = real_matrix(_read(given, what) if isinstance(given, (str, Path)) else given)
     if matrix.shape != (size, size):
         raise ModelError(
@@ -294,7 +293,7 @@ def _check_pattern(model: FiniteElementModel, name: str, pattern: NodalPattern) 
     if not pattern.measure > 0 or not np.all(np.isfinite(np.column_stack((pattern.traction, pressure)))):
         raise ModelError(f"load pattern {name!r} must have finite forces and an area or length above zero")
     present = [TRANSLATIONS.index(c) for c in model.components if c in TRANSLATIONS]
-    seen = present + [3 + a for a in range(3) if {0, 1, 2} - {a} <= set(present)]  # rotations the translations show
+    seen = present + [3 + a for a in range(3) if {0, 1, 2} - {a} <= set(present)]  # rotations that move these
     given = np.vstack((pattern.measure * np.eye(3), skew(pattern.first)))[:, present]
     given = np.column_stack((given, np.concatenate((pattern.pressure_force, pattern.pressure_moment))))[seen]
     forces = np.column_stack((np.asarray(pattern.traction)[:, present], pressure))

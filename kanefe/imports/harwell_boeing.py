@@ -1,4 +1,4 @@
-"""Matrices in Harwell-Boeing files, real and assembled, symmetric ones too (which scipy's reader refuses).
+"""Real, assembled matrices in Harwell-Boeing files, also symmetric ones, which scipy's reader refuses.
 
 A file is five header lines and then column pointers, row numbers and values in Fortran formats of fixed width, so that
 numbers may touch (Duff, Grimes & Lewis 1992, "Users' guide for the Harwell-Boeing sparse matrix collection").
@@ -21,12 +21,12 @@ _FORMAT = re.compile(r"(?:\d+P,?)?(\d*)[IEDFG](\d+)", re.IGNORECASE)
 
 
 def read_harwell_boeing(path: str | Path, what: str) -> sp.csr_matrix:
-    """Return the whole matrix of a file, both triangles.
+    """Return the full matrix of a file.
 
     Raises
     ------
     FileError
-        If the file is not there, truncated, complex, unassembled or not of this format.
+        If the file does not exist, is truncated, complex, unassembled or not of this format.
     """
     lines = read_text(path, what).splitlines()
     try:

@@ -1,19 +1,17 @@
-"""Models from matrices whose rows are named by node label and number of the degree of freedom (1 to 6).
+"""Models from matrices whose rows are identified by node label and number of the degree of freedom (1 to 6).
 
-All exporting programs speak of degrees of freedom in this way. They leave out rows that hold nothing, write one
-triangle, skip labels, and count the motion of a node in axes of its own; here that becomes the regular
-nodes x components of a `FiniteElementModel` in the axes of G and in m, kg, s.
+Exporting programs identify degrees of freedom in this way. They may leave out empty rows, write one triangle, skip
+labels, and use local axes at nodes; here this is converted to the regular nodes x components of a `FiniteElementModel`
+in the axes of G and in m, kg, s.
 
-Rotations that nothing holds: those of solid nodes in a model which has rotations elsewhere.
-
-A model of solids and beams or shells carries six degrees of freedom at some nodes and three at others. The missing
-rotations are defined as what they are in a continuum, the mean rotation of the neighbourhood,
+A model of solids and beams or shells has six degrees of freedom at some nodes and three at others. The missing
+rotations are defined as in a continuum, by the mean rotation of the neighbourhood,
 
     theta_n = J^-1 sum_j r_j x (u_j - u_n),    r_j = x_j - x_n,    J = sum_j (r_j.r_j I - r_j r_j^T),
 
-over the nodes j that K couples to n, and held to it by a spring, ``k/2 |theta_n - A_n u|^2``. No other force acts on
-theta_n, so in every equilibrium and every motion the spring is relaxed, and nothing else feels it: K gains rows for
-the rotations, the displacements of the model stay what they are, and rigid motions stay free.
+over the nodes j that K couples to n, and are coupled to it by a spring, ``k/2 |theta_n - A_n u|^2``. No other force
+acts on theta_n, so that the spring is relaxed in every equilibrium and every motion: K gains rows for the rotations,
+the displacements of the model do not change, and rigid motions stay free.
 """
 
 from __future__ import annotations
@@ -41,9 +39,8 @@ GENERALISED_BY_NODE = 20
 OTHER_FREEDOMS = {7: "warping", 8: "pressure", 9: "potential", 11: "temperature"}
 """Meaning of the degree of freedom numbers that are not motions of a node."""
 
-
 SUPPORT = 1e20
-"""Diagonal entry, relative to the median, from which it indicates a support in an exported matrix."""
+"""Diagonal entry, relative to the median, above which it indicates a support in an exported matrix."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +50,8 @@ class LabelledMatrix:
     Attributes
     ----------
     freedoms : ndarray of int, shape (N, 2)
-        Node label and number (1..6: x, y, z, rx, ry, rz; 0 or above 20: a generalised coordinate) of every row; each
-        pair once.
+        Node label and number (1..6: x, y, z, rx, ry, rz; 0 or at least 20: a generalised coordinate) of every row;
+        each pair once.
     matrix : csr_matrix, shape (N, N)
     """
 
@@ -63,7 +60,7 @@ class LabelledMatrix:
 
     @classmethod
     def of_entries(cls, rows: np.ndarray, columns: np.ndarray, values: np.ndarray) -> LabelledMatrix:
-        """Return the matrix of entries between (label, number) pairs, shape (e, 2) each, of one triangle or of both."""
+        """Return the matrix of entries between (label, number) pairs, shape (e, 2) each, of one or both triangles."""
         codes, places = np.unique(_codes(np.concatenate((rows, columns)).astype(np.int64)), return_inverse=True)
         freedoms = np.column_stack(np.divmod(codes, 64))
         i, j = places[: len(rows)], places[len(rows) :]
@@ -72,9 +69,9 @@ class LabelledMatrix:
 
 
 def mirrored(matrix: sp.spmatrix) -> sp.csr_matrix:
-    """Return the whole symmetric matrix: an entry whose mirror was not written gives it.
+    """Return the full symmetric matrix: entries without a mirror image are mirrored.
 
-    Files hold one triangle in the order of their program, which need not be one in ours, or both.
+    Files contain both triangles, or one in the order of their program, which need not be a triangle here.
     """
     given = sp.csr_matrix(matrix, dtype=float)
     pattern = sp.csr_matrix((np.ones(given.nnz), given.indices, given.indptr), given.shape)
@@ -98,21 +95,21 @@ def model_of_labelled(
     matrices : dict of LabelledMatrix
         "mass", "stiffness" and perhaps "damping".
     nodes : NodeTable
-        At least the nodes of the matrices.
+        It must contain the nodes of the matrices.
     groups : dict of str to labels, optional
-        Beside the sets of the table.
+        In addition to the sets of the table.
     units : str or (float, float)
-        Of the matrices and nodes.
+        Units of the matrices and nodes.
     expected : Expected
-        In SI.
+        In SI units.
     source : str
         For provenance and messages.
 
     Raises
     ------
     ModelError
-        If a degree of freedom is no motion of a node, a node has no place or no translations, a support is in the
-        matrices, or the self-check fails.
+        If a degree of freedom is not a motion of a node, a node has no position or no translations, the matrices
+        include a support, or the self-check fails.
     """
     lacking = {"mass", "stiffness"} - set(matrices)
     if lacking:
@@ -173,17 +170,17 @@ def model_of_labelled(
 
 
 def is_generalised(numbers: np.ndarray) -> np.ndarray:
-    """Return which numbers of degrees of freedom are those of generalised coordinates."""
+    """Return a mask of the degree of freedom numbers of generalised coordinates."""
     return np.asarray((numbers == GENERALISED) | (numbers >= GENERALISED_BY_NODE))
 
 
 def given_freedoms(rows: np.ndarray | Sequence[tuple[int, int]], name: str, point: str) -> np.ndarray:
-    """Return checked rows of label and number that a user gave, shape (N, 2).
+    """Return rows of label and number from the user, checked, shape (N, 2).
 
     Raises
     ------
     ModelError
-        If they are no whole numbers, or one stands twice; `name` is the argument, `point` what a label names.
+        If they are not whole numbers, or a row is given twice; `name` is the argument, `point` the meaning of labels.
     """
     found = numbers(rows)
     if found.ndim == 2 and np.array_equal(found, np.round(found)):
@@ -196,7 +193,7 @@ def given_freedoms(rows: np.ndarray | Sequence[tuple[int, int]], name: str, poin
 
 
 def with_generalised(labelled: LabelledMatrix, labels: Sequence[int]) -> LabelledMatrix:
-    """Return the matrix with the degrees of freedom of some labels, which are no nodes, as generalised coordinates.
+    """Return the matrix with the degrees of freedom of labels that are not nodes as generalised coordinates.
 
     Raises
     ------
@@ -220,7 +217,7 @@ def with_generalised(labelled: LabelledMatrix, labels: Sequence[int]) -> Labelle
 
 
 def _codes(freedoms: np.ndarray) -> np.ndarray:
-    """Return one number for each pair of label and number, ascending with them."""
+    """Return one number for each pair of label and number, in the same order."""
     return np.asarray(freedoms[:, 0] * 64 + freedoms[:, 1])
 
 
@@ -246,7 +243,7 @@ def _check_freedoms(what: str, labelled: LabelledMatrix) -> None:
     if np.any(held):
         label, number = labelled.freedoms[held][0]
         raise ModelError(
-            f"{what} holds {np.count_nonzero(held)} degree(s) of freedom fast with huge entries, first {number} of "
+            f"{what} holds {np.count_nonzero(held)} degree(s) of freedom by huge entries, first {number} of "
             f"node {label}. Remedy: export without boundary conditions: interfaces are fixed in kanefe"
         )
 
@@ -273,7 +270,7 @@ def _turned(axes: np.ndarray, numbers: np.ndarray, generalised: int) -> sp.csr_m
 def _without_empty_rotations(
     placed: dict[str, sp.csr_matrix], numbers: np.ndarray, generalised: int
 ) -> tuple[dict[str, sp.csr_matrix], np.ndarray]:
-    """Return the matrices without components that no node stiffens nor gives mass to."""
+    """Return the matrices without rotations that have neither stiffness nor mass at any node."""
     width, size = len(numbers), placed["mass"].shape[0]
     nodal = size - generalised
     kept = [
@@ -292,7 +289,7 @@ def _without_empty_rotations(
 def following_rotations(
     points: np.ndarray, components: tuple[str, ...], stiffness: sp.csr_matrix, labels: np.ndarray
 ) -> tuple[sp.csr_matrix, int]:
-    """Return K in which every empty rotation follows the neighbours of its node, and how many do.
+    """Return K with every empty rotation coupled to the neighbours of its node, and the number of these rotations.
 
     Parameters
     ----------
@@ -300,14 +297,14 @@ def following_rotations(
         m.
     components : tuple of str
     stiffness : csr_matrix, shape (N, N)
-        All components of the nodes, then perhaps generalised coordinates.
+        All components of the nodes, followed by generalised coordinates if any.
     labels : ndarray of int, shape (n,)
         Names of the nodes for messages.
 
     Raises
     ------
     ModelError
-        If a translation is empty, or an empty rotation cannot be told from the neighbours (all on one line).
+        If a translation is empty, or the neighbours of an empty rotation are on one line.
     """
     width = len(components)
     nodal = stiffness[: len(points) * width, : len(points) * width]
@@ -316,7 +313,7 @@ def following_rotations(
     if not np.any(empty & turning):
         return stiffness, 0
     if not set(TRANSLATIONS) <= set(components):
-        raise ModelError("nodes without rotations can stand beside nodes with them in space only, not in plane models")
+        raise ModelError("nodes with and without rotations can be combined in space only, not in plane models")
     translations = [components.index(c) for c in TRANSLATIONS]
     typical = float(np.median(nodal.diagonal().reshape(-1, width)[:, translations]))
     rows: list[int] = []
@@ -331,7 +328,7 @@ def following_rotations(
         if not len(near) or np.linalg.cond(J) > 1e8:
             raise ModelError(
                 f"node {labels[node]} has no stiffness against rotation, and its neighbours lie on one line, so that "
-                "they show none. Remedy: export without this node, or give its element rotational stiffness"
+                "they define none. Remedy: export without this node, or give its element rotational stiffness"
             )
         inverse = np.linalg.inv(J)
         of_neighbours = np.array([inverse @ skew(x) for x in r])

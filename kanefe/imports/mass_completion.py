@@ -1,20 +1,20 @@
-"""The mass field of a superelement: what M says of it exactly, and the rest by least assumption.
+"""The mass field of a superelement: exact as far as M determines it, the rest estimated.
 
-A superelement has M and K of the motions Psi_i of a body that is not there any more: of nodes of its boundary, and of
-generalised coordinates (modes with the boundary held). With the rigid motions R of the nodes, M gives ``int rho Psi_i``
-and ``int rho X x Psi_i``, mass, centre and inertia, and ``int rho Psi_i . Psi_j``: all of the equations at rest. What
-the equations of a turning, deformed body need beyond (``int rho X_a Psi_b,i`` and ``int rho Psi_a,i Psi_b,j``, one by
-one) was lost in the reduction. It is taken from the split
+A superelement has M and K for motions Psi_i of nodes of its boundary and of generalised coordinates (fixed-boundary
+modes), but no longer the body itself. With the rigid motions R of the nodes, M gives ``int rho Psi_i``,
+``int rho X x Psi_i``, mass, centre of mass and inertia, and ``int rho Psi_i . Psi_j``: all terms of the equations at
+rest. The further terms for a rotating, deformed body (the single components of ``int rho X_a Psi_b,i`` and
+``int rho Psi_a,i Psi_b,j``) were lost in the reduction. They are estimated by the decomposition
 
     Psi_i = R r_i + Psi'_i,    r_i = (R^T M R)^-1 R^T M Psi_i,
 
-of each motion into the rigid one that carries its momenta, whose products are known exactly, and a rest without
-momenta. The rest has the part of ``X_a Psi'_b`` that is symmetric in a and b as the static shape sees it that gives the
-nodes a uniform strain, and shares its products ``M' = M - r^T R^T M R r`` evenly among the three directions.
+of each motion into the rigid one with its momenta, whose products are known exactly, and a rest without momenta. For
+the rest, the part of ``X_a Psi'_b`` that is symmetric in a and b is that of the static shape with a uniform strain of
+the nodes, and the products ``M' = M - r^T R^T M R r`` are distributed equally over the three directions.
 
-The matrices of the body at rest, its momenta and energy are kept exactly. Of the terms of the order of the
-deformation times the square of the angular velocity, those of the rest are estimates: of a slender body's lowest modes
-the rest is some percent.
+The matrices of the body at rest, its momenta and energy are exact. Of the terms of the order of the deformation times
+the square of the angular velocity, those of the rest are estimates: for the lowest modes of a slender body the rest is
+some percent.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ from kanefe.fe_model.model import TRANSLATIONS, FiniteElementModel, MassField
 from kanefe.frames import axial, skew
 
 SAME = 1e-10
-"""Eigenvalue of the scaled R^T M R, relative to the largest, below which it counts as zero: masses on a line do not
-rotate about it."""
+"""Eigenvalue of the scaled R^T M R, relative to the largest, below which it counts as zero: masses on a line have
+no inertia about it."""
 
 
 def completed_mass_field(model: FiniteElementModel) -> MassField:
-    """Return the mass field of a superelement with three translations a node, in all of its degrees of freedom."""
+    """Return the mass field of a superelement with three translations per node, in all of its degrees of freedom."""
     return abstract_field(completed_moments(model))
 
 
 def completed_moments(model: FiniteElementModel) -> MassMoments:
-    """Return the mass moments of all N degrees of freedom of a superelement, as the head of this file says."""
+    """Return the mass moments of all N degrees of freedom of a superelement: see the description of this module."""
     M, R = model.mass.toarray(), model.rigid_modes()
     momenta = R.T @ M  # (6, N)
     rigid = momenta @ R
@@ -73,7 +73,7 @@ def _solve(rigid: np.ndarray, momenta: np.ndarray) -> np.ndarray:
 
 
 def _strained(model: FiniteElementModel) -> np.ndarray:
-    """Return the static motions in which the nodes are displaced by a unit strain, all else free, (3, 3, N)."""
+    """Return the static motions with nodes displaced by a unit strain, other coordinates free, (3, 3, N)."""
     width, count = len(model.components), len(model.nodes)
     places = [model.components.index(c) for c in TRANSLATIONS]
     held = (width * np.arange(count)[:, None] + places).ravel()
@@ -94,11 +94,11 @@ def _strained(model: FiniteElementModel) -> np.ndarray:
 
 
 def abstract_field(moments: MassMoments) -> MassField:
-    """Return a mass field that has these moments.
+    """Return a mass field with given moments.
 
     The constant, the coordinates X_a and the shapes Phi_a,i are functions on the body, and the moments are their
     inner products. In the basis (1 - sum of all others, X_a, Phi_a,i) the constant has the coefficients 1, X_a and
-    Phi_a,i unit vectors, and the Gram matrix is the mass matrix: four plus 3 k abstract points stand for the mesh.
+    Phi_a,i unit vectors, and the Gram matrix is the mass matrix: 4 + 3 k abstract points replace the mesh.
     """
     count = moments.shape_first.shape[1]
     size = 4 + 3 * count

@@ -1,4 +1,4 @@
-"""Matrices in Matrix Market files, which name no nodes: the order of the rows is the user's to say."""
+"""Matrices in Matrix Market files, which have no labels: the user gives the order of the rows."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ def read_matrix_market(
         Coordinates in the order of the rows; a path names a text file of rows label, x, y, z, taken in ascending
         labels.
     stiffness, mass, damping : path
-        Files of shape (N, N), of one triangle or of both.
+        Files of shape (N, N), with one or both triangles.
     components : sequence of str
-        Degrees of freedom of every node, in their order.
+        Degrees of freedom of every node, in order.
     order : "nodes" or "components"
         All components of the first node first, or the first component of all nodes.
     groups : dict of str to node numbers, optional
-        Places in `nodes`, or labels if a file gives them.
+        Row numbers in `nodes`, or labels if nodes are from a file.
     units : optional
         See `read_abaqus`.
     **expected
@@ -56,9 +56,9 @@ def read_matrix_market(
     Raises
     ------
     FileError
-        If a file is not there, truncated, or in another format.
+        If a file does not exist, is truncated, or in another format.
     ModelError
-        If the matrices are in another order than the nodes, or fail the self-check in another way.
+        If the order of the matrices differs from that of the nodes, or the self-check fails otherwise.
 
     Examples
     --------

@@ -1,13 +1,12 @@
-"""Matrices of Nastran: op2 and op4 files, and DMIG cards as a punch file has them.
+"""Matrices of Nastran: op2 and op4 files, and DMIG cards of punch files.
 
-The best export carries its labels: ``EXTSEOUT(STIFFNESS,MASS,DMIGPCH)`` punches the matrices KAAX and MAAX as DMIG
-cards of grid and component (of a body condensed to its a-set), ``PARAM,EXTDROUT,DMIGPCH`` in older versions. An op4
-file of KGG and MGG (by DMAP or ``PARAM,OGEOM`` and OUTPUT4) has all six components of every grid point in ascending
-labels.
+The best export has labels: ``EXTSEOUT(STIFFNESS,MASS,DMIGPCH)`` punches the matrices KAAX and MAAX as DMIG cards with
+grid and component (for a body condensed to its a-set), ``PARAM,EXTDROUT,DMIGPCH`` in older versions. An op4 file with
+KGG and MGG (by DMAP or ``PARAM,OGEOM`` and OUTPUT4) has all six components of every grid point in ascending labels.
 
 A Craig-Bampton superelement (boundary grid points in ASET or BSET, modes in QSET and SPOINT) is read from ``EXTSEOUT``
-with DMIGPCH, or with DMIGOP2 and MATOP4: the op4 file with KXX and MXX, beside the punch file with the cards GRID,
-SPOINT and EXTRN, which name the rows.
+with DMIGPCH, or with DMIGOP2 and MATOP4: the op4 file with KXX and MXX, and the punch file with the cards GRID,
+SPOINT and EXTRN, which identify the rows.
 """
 
 from __future__ import annotations
@@ -48,25 +47,25 @@ def read_nastran(
     units: Units = "m, kg, s",
     **expected: Unpack[Expected],
 ) -> FiniteElementModel:
-    """Return the model of matrices that Nastran wrote.
+    """Return the model of matrices from Nastran.
 
     Parameters
     ----------
     bulk : path
-        Bulk data file with the GRID and CORD2R/C/S cards; the displacements of a grid point may count in a system of
-        its own.
+        Bulk data file with the GRID and CORD2R/C/S cards; grid points may have local displacement coordinate
+        systems.
     matrices : path or several
         .op4 or .op2 files; any other suffix (.pch, .bdf, .dat) is read for DMIG cards.
     names : dict, optional
-        Names of the matrices of "stiffness", "mass" and "damping" in the files, such as {"stiffness": "KGG1"}. Without
-        it the usual ones are looked for.
+        Names of the matrices for "stiffness", "mass" and "damping" in the files, such as {"stiffness": "KGG1"}.
+        Default: the usual ones.
     freedoms : rows of (grid, component), optional
-        Degrees of freedom of the rows in an op4 or op2 file, component 0 for a scalar point. Without it they are those
+        Degrees of freedom of the rows in an op4 or op2 file, component 0 for a scalar point. Default: those
         of an EXTRN card in the bulk data, or all six components of all grid points, and the scalar points, in
         ascending labels.
     generalised : sequence of int, optional
-        Grid points that are no points of the body but carry generalised coordinates, where a QSET names grid points.
-        Scalar points (SPOINT) always do.
+        Grid points that are not points of the body but carry generalised coordinates, if a QSET names grid points.
+        Scalar points (SPOINT) always carry them.
     groups, units : optional
         See `read_abaqus`.
     **expected
@@ -80,7 +79,7 @@ def read_nastran(
     Raises
     ------
     FileError
-        If a file is not there, truncated, or in another format.
+        If a file does not exist, is truncated, or in another format.
     ModelError
         If matrices are missing, do not belong to these grid points, or fail the self-check.
     MissingDependency
@@ -90,7 +89,7 @@ def read_nastran(
     --------
     >>> arm = kf.read_nastran("arm.bdf", "arm.pch", groups={"tip": 1001})  # doctest: +SKIP
 
-    A superelement, of which the cards are in the punch file and the matrices in an op4 file:
+    A superelement with its cards in the punch file and its matrices in an op4 file:
 
     >>> arm = kf.read_nastran("arm.pch", "arm.op4", groups={"root": 3, "tip": 27})  # doctest: +SKIP
     >>> body = kf.flexible_body(arm, {"root": "clamped", "tip": "node"})  # doctest: +SKIP
@@ -124,7 +123,7 @@ def _wanted(names: Mapping[str, str] | None) -> set[str]:
 
 
 def _chosen(found: Mapping[str, LabelledMatrix], names: Mapping[str, str], source: str) -> dict[str, LabelledMatrix]:
-    """Return the matrices by what they are."""
+    """Return the stiffness, mass and damping matrices by these names."""
     unknown = set(names) - set(NAMES)
     if unknown:
         raise ModelError(f"names are given for {', '.join(NAMES)}, not for {', '.join(sorted(unknown))}")
@@ -164,8 +163,8 @@ def _placed(matrix: sp.csr_matrix, name: str, path: Path, rows: np.ndarray) -> L
         raise ModelError(
             f"matrix {name} in {path} has shape {matrix.shape}, its points make {len(rows)} degrees of freedom. "
             "Remedy: export the g-set, or DMIG cards, which carry their labels; of a superelement give the file with "
-            "its EXTRN card as bulk; or say freedoms=[(grid, component), ...], with (scalar point, 0)"
+            "its EXTRN card as bulk; or give freedoms=[(grid, component), ...], with (scalar point, 0)"
         )
     used = np.asarray(abs(matrix).sum(axis=1)).ravel() + np.asarray(abs(matrix).sum(axis=0)).ravel() > 0
-    # rows without entries are grid points that carry nothing, and components that elements do not know
+    # empty rows are unused grid points, and components without stiffness or mass
     return LabelledMatrix(rows[used], mirrored(matrix[used][:, used]))

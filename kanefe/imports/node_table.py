@@ -1,4 +1,4 @@
-"""Nodes of an exporting program: labels, places, named sets, and the axes in which their motion is counted."""
+"""Nodes of an exporting program: labels, positions, named sets, and the axes of their degrees of freedom."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class NodeTable:
     sets : dict of str to ndarray of int
         Labels of named nodes.
     axes : ndarray, shape (n, 3, 3), or None
-        A_Gd of every node: columns are the axes along which its degrees of freedom count, in G. None: those of G.
+        A_Gd of every node: columns are the axes of its degrees of freedom in G. None: those of G.
     """
 
     labels: np.ndarray
@@ -44,14 +44,14 @@ class NodeTable:
         Raises
         ------
         ModelError
-            If labels are no whole numbers or stand twice at different places, or coordinates are not finite.
+            If labels are not whole numbers, a label has two positions, or coordinates are not finite.
         """
         table = checked_numbers(rows)
         if table.ndim != 2 or table.shape[1] != 4 or not len(table) or not np.all(np.isfinite(table)):
             raise ModelError(f"the nodes of {source} must be rows of label, x, y, z, not of shape {table.shape}")
         if np.any(table[:, 0] != np.round(table[:, 0])):
             raise ModelError(f"the nodes of {source} must begin with whole labels. Remedy: rows of label, x, y, z")
-        table = np.unique(table, axis=0)  # sorted by label; a node written twice at one place is one node
+        table = np.unique(table, axis=0)  # sorted by label, without repetitions
         labels = table[:, 0].astype(np.int64)
         twice = labels[1:][labels[1:] == labels[:-1]]
         if len(twice):

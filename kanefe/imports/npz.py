@@ -1,6 +1,6 @@
-"""Matrices, nodes and groups in one .npz file: the plain way from any program that has Python.
+"""Matrices, nodes and groups in one .npz file, for any program with Python.
 
-Layout, version 1, all in m, kg, s (numpy.savez of these arrays is all it takes):
+Layout, version 1, in m, kg, s (written by numpy.savez of these arrays):
 
     format                        "kanefe matrices 1"
     nodes (n, 3), components      coordinates; names among "x", "y", "z", "rx", "ry", "rz"
@@ -66,7 +66,7 @@ def read_matrices(
     path: str | Path,
     **expected: Unpack[Expected],
 ) -> FiniteElementModel:
-    """Return the model of a file that `write_matrices` wrote, or numpy in its layout.
+    """Return the model of a file from `write_matrices`, or from numpy in the same layout.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def read_matrices(
     Raises
     ------
     FileError
-        If the file is not there, truncated, of another format or version.
+        If the file does not exist, is truncated, or of another format or version.
     ModelError
         If the self-check of `kanefe.model_from_matrices` fails.
 
@@ -130,7 +130,7 @@ def read_matrices(
 
 
 def _matrix(arrays: dict[str, np.ndarray], what: str) -> sp.csr_matrix | None:
-    """Return a matrix of the file, None where it has none."""
+    """Return a matrix of the file, or None."""
     if what in arrays:
         return sp.csr_matrix(arrays[what])
     if f"{what}_data" not in arrays:

@@ -1,8 +1,8 @@
-"""The self-check of matrices that came from outside: what must hold of every free body, found before it is used.
+"""The self-check of imported matrices: conditions that hold for every free body.
 
-``K R = 0`` for the six rigid motions R of the nodes and for nothing else; ``R^T M R`` holds the mass, centre of mass
-and inertia of a body, the same mass along every axis, and those that the user or the exporting program states. Nodes
-in another order than the matrices, wrong units, supports, mechanisms and loose parts all break one of these.
+``K R = 0`` for the six rigid motions R of the nodes and for no others; ``R^T M R`` contains mass, centre of mass and
+inertia of a body, with the same mass along every axis, equal to those that the user gives. Wrong order of the nodes,
+wrong units, supports, mechanisms and loose parts all violate one of these conditions.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ ROUND_OFF = 1e-6
 """Relative error below which a property of exported matrices counts as round-off: files often have 7 digits."""
 
 STATED = 1e-3
-"""Relative error that is permitted between mass properties of M and given ones: listings have four digits."""
+"""Permitted relative difference between mass properties of M and given ones: listings have four digits."""
 
 COUNTED_SIZE = 20_000
 """Number of degrees of freedom up to which the zero modes of K are counted with scipy's own factorisation."""
@@ -34,14 +34,14 @@ WAVE_SPEEDS = (1.0, 1e5)
 """Range of wave speeds, m/s, outside which units look wrong: soft rubber has about 30, diamond 18,000."""
 
 DENSEST = 5e4
-"""Mass in the bounding box of a body from which units look wrong, kg/m3: osmium has 22,600, and the box is never full.
-"""
+"""Mass per volume of the bounding box above which units look wrong, kg/m3: osmium has 22,600, and no body fills its
+box."""
 
 MOTIONS = ("translation x", "translation y", "translation z", "rotation x", "rotation y", "rotation z")
 
 
 class Expected(TypedDict, total=False):
-    """What the user of a reader says of the body: the keywords of `self_check`, passed on as one."""
+    """Expected properties of the body: the keywords of `self_check`, which readers pass on."""
 
     expected_mass: float | None
     expected_center: Sequence[float] | None
@@ -51,16 +51,16 @@ class Expected(TypedDict, total=False):
 
 @dataclass(frozen=True)
 class SelfCheck:
-    """What the self-check found.
+    """Findings of the self-check.
 
     Attributes
     ----------
     rigid_motions : int
         Number of rigid motions the nodes can make (six in space).
     rigid_residual : float
-        Largest force of K on a unit rigid motion, as a part of its largest row sum.
+        Largest force of K for a unit rigid motion, relative to its largest row sum.
     zero_modes : int or None
-        Motions that K leaves free. None: not counted, the model is large and no `factorise` was given.
+        Number of motions that K leaves free. None: not counted, because the model is large and `factorise` not given.
     mass : float
         kg, from M and the rigid translations.
     center_of_mass : tuple of float
@@ -68,7 +68,7 @@ class SelfCheck:
     inertia : tuple of tuple of float
         About the origin of G, kg m2, from M and the rigid rotations.
     wave_speed : float or None
-        Speed in m/s at which the elements pass on a disturbance, by order of magnitude.
+        Order of magnitude of the speed of waves through the elements, m/s.
     """
 
     rigid_motions: int
@@ -92,7 +92,7 @@ def self_check(
     expected_inertia: np.ndarray | Sequence[Sequence[float]] | None = None,
     factorise: Factorise | None = None,
 ) -> SelfCheck:
-    """Check a full-order model of a free body and return what was found.
+    """Check a full-order model of a free body and return the findings.
 
     Parameters
     ----------
@@ -104,14 +104,14 @@ def self_check(
     expected_inertia : array_like, shape (3, 3), optional
         About the centre of mass, in components of G, kg m2.
     factorise : callable, optional
-        Factors a symmetric positive definite sparse matrix. Up to 20,000 degrees of freedom scipy's is used; above it
-        the zero modes are counted only with this one.
+        Factorises a symmetric positive definite sparse matrix. Default: that of scipy up to 20,000 degrees of freedom;
+        larger models are checked for zero modes only if it is given.
 
     Raises
     ------
     ModelError
-        If K resists a rigid motion or leaves another one free, if the body falls into parts, if M is that of no body,
-        or if mass, centre or inertia differ from the stated ones by more than 1e-3.
+        If K resists a rigid motion or leaves another one free, if the body has loose parts, if M is not that of a
+        body, or if mass, centre or inertia differ from the expected ones by more than 1e-3.
 
     Warns
     -----
@@ -156,7 +156,7 @@ def self_check(
 def mass_properties(model: FiniteElementModel) -> tuple[float, np.ndarray, np.ndarray]:
     """Return mass (kg), centre of mass (3,) and inertia (3, 3) about G's origin, from M and the rigid motions.
 
-    For a planar model only the entries its components see are meaningful (Eq. 45-48 in general form).
+    For a planar model only the entries of its components are meaningful (Eq. 45-48 in general form).
     """
     R = model.rigid_modes()
     generalised = R.T @ (model.mass @ R)
@@ -170,7 +170,7 @@ def mass_properties(model: FiniteElementModel) -> tuple[float, np.ndarray, np.nd
 def wave_speed(model: FiniteElementModel) -> float | None:
     """Return the median over the nodes of ``h sqrt(K_cc / M_cc)`` with the distance h to the nearest neighbour, m/s.
 
-    It is of the order of the speed of sound in a solid, and of any length and mass it tells the unit of length.
+    It is of the order of the speed of sound in a solid, and thus shows wrong units of length.
     """
     width = len(model.components)
     rows, columns = _node_pairs(model)
@@ -188,7 +188,7 @@ def wave_speed(model: FiniteElementModel) -> float | None:
 
 
 def _node_pairs(model: FiniteElementModel) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pairs of different nodes that K couples, each several times."""
+    """Return the pairs of different nodes that K couples, with repetitions."""
     width, size = len(model.components), model.nodal_size
     entries = model.stiffness[:size, :size].tocoo()
     rows, columns = entries.row // width, entries.col // width
@@ -197,7 +197,7 @@ def _node_pairs(model: FiniteElementModel) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _warn_of_density(model: FiniteElementModel, mass: float) -> None:
-    """Warn of more mass in the box around the nodes than matter has; a body of one line or plane has no box."""
+    """Warn of an impossible density in the box around the nodes; a body on a line or plane has no box."""
     size = np.ptp(model.nodes, axis=0)
     if size.min() > 1e-3 * size.max() and mass > DENSEST * size.prod():
         warnings.warn(
@@ -242,7 +242,7 @@ def _check_stated(
     expected_center: Sequence[float] | None,
     expected_inertia: np.ndarray | Sequence[Sequence[float]] | None,
 ) -> None:
-    """Compare the mass properties by M and the rigid motions with those that the user or the file states."""
+    """Compare the mass properties from M and the rigid motions with the expected ones."""
     mass, center, about_origin = mass_properties(model)
     if expected_mass is not None and abs(mass - expected_mass) > STATED * abs(expected_mass):
         raise ModelError(
@@ -273,7 +273,7 @@ def _check_stated(
 
 
 def _check_rigid_motions(model: FiniteElementModel) -> tuple[float, int]:
-    """Check that K leaves the rigid motions of the nodes free; return the residual and how many there are."""
+    """Check that K leaves the rigid motions of the nodes free; return the residual and their number."""
     R, kept = model.unit_rigid_modes()
     forces = np.linalg.norm(model.stiffness @ R, axis=0)
     scale = spla.norm(model.stiffness, np.inf)
@@ -292,7 +292,7 @@ def _check_rigid_motions(model: FiniteElementModel) -> tuple[float, int]:
 
 
 def _order_hint(model: FiniteElementModel) -> str:
-    """Return what to say if the rows are ordered component by component: all x, then all y, ..."""
+    """Return a hint if the rows seem to be ordered component by component: all x, then all y, ..."""
     if model.generalised:
         return ""
     width, count = len(model.components), len(model.nodes)
@@ -321,7 +321,7 @@ def _check_one_piece(model: FiniteElementModel) -> None:
 
 
 def _check_zero_modes(model: FiniteElementModel, expected: int, factorise: Factorise | None) -> int | None:
-    """Check that K leaves no more than the rigid motions free; return how many, None if it was not counted."""
+    """Check that K leaves only the rigid motions free; return their number, None if they were not counted."""
     if model.size > COUNTED_SIZE and factorise is None:
         return None
     squares = _lowest_squares(model, min(expected + 1, model.size), factorise or splu_factorise)
@@ -336,12 +336,12 @@ def _check_zero_modes(model: FiniteElementModel, expected: int, factorise: Facto
 
 
 def _lowest_squares(model: FiniteElementModel, count: int, factorise: Factorise) -> np.ndarray:
-    """Return the lowest eigenvalues of K against a diagonal that is that of M, as only the number of zeros counts."""
+    """Return the lowest eigenvalues of K with the diagonal of M, which suffices for the number of zeros."""
     K, masses = model.stiffness, model.mass.diagonal()
     stiff = K.diagonal()
     massive = masses > 1e-12 * masses.max()
     typical = float(np.median(stiff[massive] / masses[massive]))
-    # what has no mass, rotations of lumped matrices, is scaled by its own stiffness
+    # coordinates without mass, rotations of lumped matrices, are scaled by their own stiffness
     own = stiff / typical if typical > 0 else np.zeros_like(stiff)
     scale = 1.0 / np.sqrt(np.where(massive, masses, np.where(own > 0, own, masses.max())))
     scaled = sp.diags(scale) @ K @ sp.diags(scale)

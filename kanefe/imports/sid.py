@@ -1,10 +1,10 @@
 """Flexible bodies as Standard Input Data (SID), the exchange format of multibody programs.
 
-A SID holds what a `FlexibleBody` with exact inertia is made of: constants of order 0 and 1 in the modal coordinates.
-Nothing of the mesh but its node frames. Not held: terms of second order in the coordinates beyond those that the ones
-of first order imply (the quadratic part of J is implied by Gr of order 1; the change of mdCM, J and Gr by the
-second-order displacement of a stiffened body is implied by Ct, Cr and Oe of order 1), load patterns, cells, and the
-coordinates that are fixed in G: forces there are recovered only at one frame that holds the body alone.
+A SID contains the data of a `FlexibleBody` with exact inertia: constants of order 0 and 1 in the modal coordinates. Of
+the mesh it has only node frames. It does not contain terms of second order in the coordinates, except those that the
+first-order terms imply (the quadratic part of J is implied by Gr of order 1; the change of mdCM, J and Gr by the
+second-order displacement of a stiffened body by Ct, Cr and Oe of order 1), load patterns, cells, and the coordinates
+that are fixed in G: forces there are recovered only if a single frame holds the body.
 """
 
 from __future__ import annotations
@@ -35,15 +35,15 @@ def write_sid(body: FlexibleBody, path: str | Path, *, nodes: Sequence[int] = ()
     Parameters
     ----------
     body : FlexibleBody
-        With exact inertia (of solids and of beams, not of the nodal form).
+        With exact inertia (from solids or beams, not the nodal form).
     path : path
     nodes : sequence of int, optional
-        Nodes of the mesh that become frames beside the interfaces.
+        Nodes of the mesh that become frames in addition to the interfaces.
 
     Returns
     -------
     dict of str to str
-        Identifier of the node frame of each interface, and of each node as "node 7": the format knows numbers only.
+        Identifier of the node frame of each interface, and of each node as "node 7": the format has numbers only.
 
     Raises
     ------
@@ -108,11 +108,11 @@ def read_sid(
     path : path
         In m, kg, s.
     names : dict of str to str, optional
-        Interface names and the identifiers of their node frames, as `write_sid` returned them. Frames that are not
-        named are called by their identifier.
+        Names of interfaces and the identifiers of their node frames, as returned by `write_sid`. Other frames have
+        their identifiers as names.
     fixed : str or False, optional
         Frame that is fixed in G and carries the body: its coupling forces can be recovered. None: the first frame that
-        no mode moves; if all modes are free of rigid motion (mean axes) the body floats; else a frame "reference" at
+        no mode moves; if no mode has rigid momenta (mean axes) the body floats; else a frame "reference" at
         the origin of G. False: the body floats in any case.
     expected_mass : float, optional
         kg.
@@ -125,14 +125,14 @@ def read_sid(
     Raises
     ------
     FileError
-        If the file is not there, truncated, or damaged.
+        If the file does not exist, is truncated, or damaged.
     ModelError
-        If terms contradict each other, stiffness or mass are those of no body, or a name is not known.
+        If terms contradict each other, stiffness or mass are not those of a body, or a name is unknown.
 
     Warns
     -----
     SidWarning
-        If something of the inertia had to be assumed.
+        If a part of the inertia had to be assumed.
 
     Examples
     --------
@@ -265,7 +265,7 @@ def _root(
 
 
 def _along(axes: np.ndarray) -> np.ndarray:
-    """Return the change (6, 6) from motions along axes to motions along those of G."""
+    """Return the matrix (6, 6) from motions along axes to motions along those of G."""
     return np.kron(np.eye(2), axes)
 
 

@@ -28,7 +28,7 @@ _VALUE = re.compile(r"^(\w+)\s*(?:\(\s*(\d+)\s*\))?\s*=\s*(.*)$")
 
 
 class SidWarning(UserWarning):
-    """A file whose terms leave something to be assumed."""
+    """A file whose terms do not determine all of the inertia."""
 
 
 @dataclass(eq=False)
@@ -51,7 +51,7 @@ class Taylor:
 
 @dataclass(eq=False)
 class SidFile:
-    """What a SID file holds.
+    """Content of a SID file.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class SidFile:
     nodes : dict of str to (dict of str to Taylor)
         Expansions of each node frame by its identifier.
     terms : dict of str to Taylor
-        Those of the body.
+        Expansions of the body.
     """
 
     mass: float = float("nan")
@@ -71,7 +71,7 @@ class SidFile:
 
 
 def sid_text(data: SidFile) -> str:
-    """Return the text of a SID file; entries that are zero are left out."""
+    """Return the text of a SID file, without zero entries."""
     lines = ["part", " new modal", "  refmod", f"   mass = {data.mass:.17e}", f"   nelastq = {len(data.modes)}"]
     lines += [f"   ielastq({i}) = {name}" for i, name in enumerate(data.modes, 1)]
     lines += ["  end refmod", "  frame"]
@@ -110,12 +110,12 @@ def _written(matrix: np.ndarray, structure: int) -> Iterator[tuple[int, int]]:
 
 
 def parse_sid(path: str | Path) -> SidFile:
-    """Return what a SID file holds.
+    """Return the content of a SID file.
 
     Raises
     ------
     FileError
-        If the file is not there, truncated, or holds a line or index that its header does not allow.
+        If the file does not exist, is truncated, or has a line or index that its header does not allow.
     """
     data = SidFile()
     lines = [(number, line.partition("!")[0].strip()) for number, line in _numbered(read_text(path, "SID"))]
@@ -160,7 +160,7 @@ def parse_sid(path: str | Path) -> SidFile:
 
 
 def _count_of_terms(data: SidFile, count: int, path: str | Path) -> None:
-    """Keep the coordinates that the terms have: some writers let refmod list all modes of the finite element model."""
+    """Keep the coordinates of the terms: some writers list all modes of the finite-element model in refmod."""
     listed = len(data.modes)
     if not 0 < count <= listed:
         raise FileError(
@@ -168,8 +168,8 @@ def _count_of_terms(data: SidFile, count: int, path: str | Path) -> None:
         )
     if count < listed:
         warnings.warn(
-            f"refmod of {path} lists nelastq = {listed} coordinates, the terms have {count}: these are taken, and "
-            "named as the first ones listed",
+            f"refmod of {path} lists nelastq = {listed} coordinates, the terms have {count}: these are used, with the "
+            "names of the first ones listed",
             SidWarning,
             stacklevel=outside(),
         )
@@ -222,14 +222,14 @@ def _parsed(lines: list[tuple[int, str]], path: str | Path) -> _Parsed:
 
 @dataclass(frozen=True, eq=False)
 class _Raw:
-    """Entries of one expansion, waiting for the order of their indices."""
+    """Entries of one expansion, before the order of their indices is known."""
 
     taylor: Taylor
     name: str
     parsed: _Parsed
 
     def column_first(self) -> bool:
-        """Return whether a column vector shows that the mode is the last index."""
+        """Return whether the indices of a column vector show that the mode is the last index."""
         vector = self.parsed.header.get("ncol") == 1
         return vector and any(kind == "m1" and len(at) == 3 and at[2] > 0 for _, kind, at, _ in self.parsed.entries)
 
@@ -246,7 +246,7 @@ class _Raw:
             m0 += np.eye(rows, columns)
         for number, kind, at, value in self.parsed.entries:
             if kind == "mn":
-                continue  # terms of higher order are optional in the standard, and no equation here has them
+                continue  # terms of higher order are optional in the standard, and not used here
             try:
                 if kind == "m0" and len(at) == 2 and min(at) >= 0:
                     m0[at] = value
@@ -265,7 +265,7 @@ class _Raw:
 
 
 def _filled(matrix: np.ndarray) -> np.ndarray:
-    """Return a symmetric matrix of which one triangle, or both, were given."""
+    """Return a symmetric matrix from one or both triangles."""
     lower, upper = np.tril(matrix, -1), np.triu(matrix, 1)
     if np.any(lower) and np.any(upper):
         return matrix

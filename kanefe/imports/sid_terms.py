@@ -1,4 +1,4 @@
-"""The inertia terms of Standard Input Data from mass moments, and mass moments from them.
+"""Conversion of mass moments to the inertia terms of Standard Input Data, and back.
 
 With ``r = X + Phi q`` the standard's expansions are (Wallrapp 1994; Schwertassek & Wallrapp 1999, table 6.9)
 
@@ -24,11 +24,11 @@ PAIRS = ((0, 1), (1, 2), (0, 2))
 """Products in the last three columns of Oe: xy, yz, xz."""
 
 AGREEMENT = 1e-4
-"""Relative difference up to which two equivalent terms of a file agree: files have six digits."""
+"""Relative difference below which two equivalent terms of a file agree: files have six digits."""
 
 
 def terms_of_moments(moments: MassMoments) -> dict[str, Taylor]:
-    """Return mdCM, J, Ct, Cr, Me, Gr, Ge and Oe; the parts of order 1 hold the stiffening, if there is any."""
+    """Return mdCM, J, Ct, Cr, Me, Gr, Ge and Oe; the parts of order 1 include stiffening."""
     S, D, M = moments.shape_first, moments.shape_second, moments.shape_product
     count = S.shape[1]
     Me = moments.elastic_mass
@@ -63,7 +63,7 @@ def moments_of_terms(terms: dict[str, Taylor], mass: float) -> MassMoments:
     Warns
     -----
     SidWarning
-        If Oe is stiffened and no Gr of order 1 says what of it is inertia.
+        If Oe includes stiffening and there is no Gr of order 1 to separate it from inertia.
     """
     count = terms["Me"].m0.shape[0]
     shapes = {
@@ -198,7 +198,7 @@ def _shape_product(terms: dict[str, Taylor], pairs: list[int]) -> tuple[np.ndarr
         unstiffened = abs(np.einsum("aaij->ij", M) - Me).max(initial=0.0) <= noise
     if centrifugal is None or not unstiffened:
         warnings.warn(
-            "the SID does not say how the modal mass spreads over the directions ("
+            "the SID does not give the distribution of the modal mass over the directions ("
             + ("Oe has no order 1" if centrifugal is None else "Oe is stiffened")
             + ", and Gr has no order 1): terms of second order in J and Gr are approximate, those of first order exact",
             SidWarning,

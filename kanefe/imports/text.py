@@ -1,7 +1,4 @@
-"""Numbers in the text files of Fortran programs.
-
-One sparse matrix in one Matrix Market file.
-"""
+"""Numbers in text files of Fortran programs, and matrices in Matrix Market files."""
 
 from __future__ import annotations
 
@@ -27,7 +24,7 @@ def read_text(path: str | Path, what: str) -> str:
     Raises
     ------
     FileError
-        If it is not there, empty, or no text.
+        If it does not exist, is empty, or is not text.
     """
     path = regular_file(path, f"for the {what}")
     try:
@@ -42,10 +39,9 @@ def read_text(path: str | Path, what: str) -> str:
 
 
 def with_points(text: str) -> str:
-    """Return a text of numbers between blanks with points for decimal commas, as some locales write them.
+    """Return a text of blank-separated numbers with decimal points instead of the decimal commas of some locales.
 
-    Commas that separate numbers, and so have a blank or a line's end beside them, or are as many as the numbers need,
-    are left alone.
+    Texts in which commas separate numbers are returned unchanged.
     """
     rows = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith(("%", "!", "#"))]
     with_commas = [line for line in rows if "," in line]
@@ -66,10 +62,10 @@ def numbers(text: str, source: str | Path) -> np.ndarray:
     Raises
     ------
     FileError
-        If something is no number, as in a file that was cut in the middle.
+        If something is not a number, as in a truncated file.
     """
     with warnings.catch_warnings():
-        warnings.simplefilter("error", DeprecationWarning)  # how numpy says that a text goes on after the numbers
+        warnings.simplefilter("error", DeprecationWarning)  # numpy's warning of text after the numbers
         try:
             return np.fromstring(text.translate(_EXPONENTS), dtype=float, sep=" ")
         except (DeprecationWarning, ValueError) as error:
@@ -78,7 +74,7 @@ def numbers(text: str, source: str | Path) -> np.ndarray:
             ) from error
 
 
-# newer ones return sparse arrays unless they are told not to
+# newer versions of scipy return sparse arrays by default
 _OPTIONS = {"spmatrix": True} if "spmatrix" in inspect.signature(scipy.io.mmread).parameters else {}
 
 
@@ -88,7 +84,7 @@ def read_market(path: str | Path, what: str) -> sp.csr_matrix:
     Raises
     ------
     FileError
-        If the file is not there, truncated, complex or no Matrix Market file.
+        If the file does not exist, is truncated, complex, or not a Matrix Market file.
     """
     path = regular_file(path, f"for the {what}")
     try:
@@ -104,7 +100,7 @@ def read_market(path: str | Path, what: str) -> sp.csr_matrix:
 
 
 def _market_source(path: Path) -> str | io.BytesIO:
-    """Return what scipy reads: the file, or its text with points for decimal commas."""
+    """Return the source for scipy: the file, or its text with decimal points instead of decimal commas."""
     with path.open("rb") as stream:
         if b"," not in stream.read(100_000):
             return str(path)

@@ -1,9 +1,9 @@
-"""Units of an exporting program, and what they make of matrices in m, kg, s.
+"""Units of exporting programs, and the conversion of matrices to m, kg, s.
 
 With lengths of l metres and masses of m kilograms (time in seconds, angles in radians) translations u scale by l and
 rotations not at all, so every quadratic form ``u^T A u`` (K, C, M) scales by ``m l^2`` as a whole: with
-D = diag(1 for translations, l for rotations) the matrix in SI is ``m D A D``. A generalised coordinate, whose size is
-anyone's choice, counts as a translation.
+D = diag(1 for translations, l for rotations) the matrix in SI is ``m D A D``. A generalised coordinate, whose scale is
+arbitrary, counts as a translation.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ SYSTEMS: dict[str, tuple[float, float]] = {
 
 
 def scales(units: Units) -> tuple[float, float]:
-    """Return metres a unit of length and kilograms a unit of mass.
+    """Return metres per unit of length and kilograms per unit of mass.
 
     Raises
     ------
     ModelError
-        If the name is not known or a scale is not above zero.
+        If the name is unknown or a scale is not above zero.
     """
     if isinstance(units, str):
         if units not in SYSTEMS:
@@ -63,7 +63,7 @@ def in_si(matrix: sp.spmatrix, components: tuple[str, ...], units: Units, genera
     components : tuple of str
     units : str or (float, float)
     generalised : int
-        How many of them there are.
+        Number of generalised coordinates.
     """
     length, mass = scales(units)
     of_node = [1.0 if c in TRANSLATIONS else length for c in components]

@@ -1,4 +1,4 @@
-"""Instant: a scene at one time, with all outputs that a run has for its times."""
+"""Instant: a scene at one time, with all outputs of a run."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from kanefe.scene.scene import three
 class Instant(Reader):
     """A state of a scene at one time: all outputs of a `Result`, without the axis of times.
 
-    From ``result.at(t)``, and what `kanefe.equilibrium` finds. A run can start from it: ``scene.simulate((0, 1),
+    Returned by ``result.at(t)`` and `kanefe.equilibrium`. A run can start from it: ``scene.simulate((0, 1),
     start=instant)``.
 
     Parameters
@@ -58,7 +58,7 @@ class Instant(Reader):
 
     @cached_property
     def history(self) -> Reader:
-        """Return the outputs as of a run of one time: arrays have a first axis of one, as views and recovery need."""
+        """Outputs as those of a run with one time: arrays have a first axis of one, as views and recovery need."""
         return Reader(self._channels)
 
     @property
@@ -79,21 +79,21 @@ class Instant(Reader):
 
     @checked
     def load_lines(self, frames: Frames | None = None) -> tuple[LoadLine, ...]:
-        """Return the lines of springs, ropes and their like, ``points`` (ends, 3), m; `frames` is of runs."""
+        """Return the lines of springs, ropes and similar loads, ``points`` (ends, 3), m; leave `frames` out."""
         return tuple(line.at(0) for line in self.history.load_lines(_only(frames)))
 
     @checked
     def nodal_displacements(
         self, name: str, frames: Frames | None = None, nodes: Sequence[int] | np.ndarray | None = None
     ) -> np.ndarray:
-        """Return the displacements of the mesh's nodes in G, shape (n, 3), m; `frames` is of runs."""
+        """Return the displacements of the mesh's nodes in G, shape (n, 3), m; leave `frames` out."""
         return self.history.nodal_displacements(name, _only(frames), nodes)
 
     @checked
     def nodal_positions(
         self, name: str, frames: Frames | None = None, nodes: Sequence[int] | np.ndarray | None = None
     ) -> np.ndarray:
-        """Return the positions of the mesh's nodes in N, shape (n, 3), m; `frames` is of runs."""
+        """Return the positions of the mesh's nodes in N, shape (n, 3), m; leave `frames` out."""
         return self.history.nodal_positions(name, _only(frames), nodes)
 
     @checked
@@ -103,14 +103,14 @@ class Instant(Reader):
         Parameters
         ----------
         path : path
-            Of the .pvd file; its folder is made.
+            Of the .pvd file; its folder is created.
         scale : float
             Factor on the elastic displacements.
 
         Raises
         ------
         ModelError, FileError, MissingDependency
-            If the scale makes no sense, the files cannot be written, or pyevtk is not installed.
+            If the scale is not valid, the files cannot be written, or pyevtk is not installed.
         """
         from kanefe.views.vtk import write_series
 
@@ -126,28 +126,28 @@ class Instant(Reader):
         point: Sequence[float] = (0.0, 0.0, 0.0),
         moment: Sequence[float] = (0.0, 0.0, 0.0),
     ) -> Instant:
-        """Return the instant right after an impulse: all is where it was, and the speeds have jumped; loops hold.
+        """Return the instant just after an impulse: positions are unchanged, speeds have jumped, loops stay closed.
 
         Parameters
         ----------
         body : str
         impulse : array_like, shape (3,)
-            The force times how long it acts, in components of N, N s.
+            Time integral of the force, in components of N, N s.
         interface : str
-            Of a flexible body, which must be struck at one; "": the frame of a rigid body.
+            Of a flexible body, for which it is required; "": the frame of a rigid body.
         point : array_like, shape (3,)
-            Where, from the origin of that frame in its axes, m.
+            Where the impulse acts, from the origin of that frame in its axes, m.
         moment : array_like, shape (3,)
-            In components of N, N m s.
+            Impulse of a moment, in components of N, N m s.
 
         Raises
         ------
         ModelError
-            If there is no such body or interface, a number makes no sense, or bodies are unreduced.
+            If there is no such body or interface, a number is not finite, or bodies are unreduced.
 
         Examples
         --------
-        A ball of 2 kg that is hit:
+        A ball of 2 kg is hit:
 
         >>> import kanefe as kf
         >>> scene = kf.System()

@@ -1,8 +1,9 @@
-"""What the modes of flexible bodies miss of what they carry: the deformation of the loads that their bases leave out.
+"""The part of the static deformation of flexible bodies that their modes cannot represent.
 
-A body in a scene carries inertia, gravity and tractions. Of the static response to them the basis leaves out what
-`kanefe.reduction.left_out` has written down; beside what the modes do take, this says whether they are enough. Forces
-at interfaces are not looked at, which constraint modes (Craig and Bampton's) hold exactly, nor loads at other nodes.
+A body in a scene carries inertia, gravity and tractions. `kanefe.reduction.left_out` has recorded which part of the
+static response to them the basis leaves out; its ratio to what the modes do represent shows whether they are enough.
+Forces at interfaces, which constraint modes (Craig and Bampton's) represent exactly, and loads at other nodes are not
+considered.
 """
 
 from __future__ import annotations
@@ -27,23 +28,22 @@ if TYPE_CHECKING:
     from kanefe.fe_model.load_pattern import LoadPattern
 
 REPORTED = 0.05
-"""Fraction of the deformation, as the root of its energy, from which a warning is issued."""
+"""Fraction of the deformation, as the root of its strain energy, above which a warning is issued."""
 
 FELT = 1e-6
-"""Displacement relative to the size of the body below which no warning is issued: the stretch of a hanging steel bar.
-"""
+"""Displacement relative to the size of the body below which no warning is issued: that of a hanging steel bar."""
 
 
 class Missed(NamedTuple):
-    """What the modes of a body miss.
+    """The deformation that the modes of a body miss.
 
     Attributes
     ----------
     body : str
     share : float
-        Of its deformation, by the root of the energy.
+        Relative to its deformation, by the root of the strain energy.
     load : str
-        What deforms it so most: the name that ``loads=`` of a reduction takes.
+        The load that contributes most, by the name that ``loads=`` of a reduction takes.
     """
 
     body: str
@@ -59,7 +59,7 @@ class Missed(NamedTuple):
 
 
 def is_known(model: ModelData) -> bool:
-    """Return whether anything is known of what bases leave out: else `missed_statics` has nothing to say."""
+    """Return whether a basis has a record of what it leaves out, without which `missed_statics` finds nothing."""
     return any(_record(body) is not None for body in model.bodies)
 
 
@@ -88,13 +88,13 @@ def missed_statics(instants: Sequence[Instant]) -> list[Missed]:
 
 
 def warn_of_missed(instant: Instant, what: str) -> None:
-    """Warn of bodies whose modes miss much of what deforms them at an instant; `what` names the analysis."""
+    """Warn of bodies whose modes miss much of their deformation at an instant; `what` names the analysis."""
     for missed in missed_statics([instant]):
         warnings.warn(f"{what}: {missed}", AccuracyWarning, stacklevel=outside())
 
 
 def _record(body: BodyTerms) -> dict[str, Any] | None:
-    """Return what the basis of a body leaves out; None: nothing, or it is not known."""
+    """Return the record of what the basis of a body leaves out; None if it is empty or missing."""
     if body.flexible is None or not isinstance(body.flexible.body, FlexibleBody):
         return None
     reduction = body.flexible.body.provenance.get("reduction")
@@ -103,7 +103,7 @@ def _record(body: BodyTerms) -> dict[str, Any] | None:
 
 
 def _carried(instant: Instant, number: int, loads: Sequence[tuple[str, int]]) -> Vector:
-    """Return the loads on a body at an instant, in components of G and in the units of the names."""
+    """Return the loads on a body at an instant, in components of G, in the order of `loads`."""
     model = instant.model
     body = model.bodies[number]
     A_NG = rotation_matrix(instant.rotation(body.name))
@@ -126,10 +126,9 @@ def _carried(instant: Instant, number: int, loads: Sequence[tuple[str, int]]) ->
 
 
 def _largest(loads: Sequence[tuple[str, int]], carried: Vector, energy: np.ndarray) -> str:
-    """Return the load that by itself is missed most, by the name that reductions know it by."""
+    """Return the load whose own response is missed most, by its name in reductions."""
     parts: dict[str, float] = {}
     for name in dict(loads):
         own = np.where([other == name for other, _ in loads], carried, 0.0)
         parts[name] = float(own @ energy @ own)
-    worst = max(parts, key=lambda name: parts[name])
-    return worst.removesuffix(" traction").removesuffix(" pressure")
+    return max(parts, key=lambda name: parts[name]).removesuffix(" traction").removesuffix(" pressure")

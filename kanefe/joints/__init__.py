@@ -1,4 +1,4 @@
-"""Joints, one kinematic pair a file."""
+"""Joints, one kinematic pair per file."""
 
 from typing import TYPE_CHECKING
 

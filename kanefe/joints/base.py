@@ -1,4 +1,4 @@
-"""What a joint is: coordinates, speeds, and the motion of its moving frame M seen from its fixed frame F."""
+"""Base classes of joints: coordinates, speeds, and the motion of the moving frame M seen from the fixed frame F."""
 
 from __future__ import annotations
 
@@ -24,25 +24,24 @@ AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 class Joint(ABC):
     """Motion of a body seen from its parent: ``v = V u``, ``w = W u`` and remainder accelerations, in components of F.
 
-    A subclass is one kinematic pair and says all that it is; none of its functions knows the tree. It names its
-    coordinates and speeds and gives the start, the pose and the partial velocities, and the remainders where V or W
-    change with the coordinates. Driven coordinates (`motions`) keep their columns; the equations treat their speeds as
-    known. The literal route asks these functions; the compiled one knows chains of links (`links`), among them those
-    of one coordinate that move as a function of C says (`Link.given`). A joint of a user is looked at when a scene
-    takes it: what contradicts something else in it is named then.
+    A subclass is one kinematic pair, independent of the tree. It names its coordinates and speeds and defines the
+    start, the pose and the partial velocities, and the remainders if V or W change with the coordinates. Driven
+    coordinates (`motions`) keep their columns; the equations treat their speeds as known. The literal route calls these
+    functions; the compiled one uses chains of links (`links`), among them links of one coordinate whose motion is a C
+    function (`Link.given`). The joint of a user is checked for contradictions when it is added to a scene.
 
     Attributes
     ----------
     coordinate_names, speed_names : tuple of str
-        With units in brackets: m or rad, m/s or rad/s. The rate of a coordinate is the speed of the same place, but
-        for the four Euler parameters of a rotation, which go with three speeds: the angular velocity in M.
+        With units in brackets: m or rad, m/s or rad/s. The rate of a coordinate is the speed of the same number, except
+        for the four Euler parameters of a rotation, which have three speeds: the angular velocity in M.
     rotation_at : int or None
-        First of the four Euler parameters among the coordinates, and of the three speeds among the speeds; None: the
-        joint has no such rotation.
+        Number of the first of the four Euler parameters in the coordinates, and of their three speeds in the speeds;
+        None: the joint has no such rotation.
     holds_floating : bool
         Whether it can hold a flexible body without an interface fixed in its frame.
     friction : JointFriction or None
-        As large as the joint is loaded, in which case it has a `bearing`.
+        Friction proportional to the load of the joint, which then has a `bearing`.
 
     Examples
     --------
@@ -78,7 +77,7 @@ class Joint(ABC):
     friction: JointFriction | None = None
 
     def __new__(cls, *given: Any, **named: Any) -> Self:
-        """Refuse friction by name where the kind of joint has none."""
+        """Refuse the keyword `friction` if the kind of joint has none."""
         if "friction" in named and "friction" not in (known := signature(cls.__init__).parameters):
             raise ModelError(_no_friction(cls, "forces" in known and cls.rotation_at is None))
         return super().__new__(cls)
@@ -90,7 +89,7 @@ class Joint(ABC):
 
     @property
     def motions(self) -> tuple[Motion | None, ...]:
-        """What drives each coordinate; None: it is free."""
+        """Motion that drives each coordinate; None: it is free."""
         return (None,) * len(self.speed_names)
 
     @property
@@ -100,9 +99,9 @@ class Joint(ABC):
 
     @property
     def ranges(self) -> tuple[tuple[float, float] | None, ...]:
-        """Least and largest value of each coordinate, at which a run fails and says so; None: it may have any.
+        """Smallest and largest value of each coordinate, at which a run fails with a message; None: no limit.
 
-        Steps are tried a little beyond: what the joint says there must be finite.
+        Trial steps go a little beyond: the functions of the joint must be finite there.
         """
         return (None,) * len(self.speed_names)
 
@@ -123,7 +122,7 @@ class Joint(ABC):
         """Return V and W (3, speeds) of M seen from F, in components of F (Eq. 13, 14)."""
 
     def remainders(self, q: Vector, u: Vector) -> tuple[Vector, Vector]:
-        """Return Z and Y (3,): acceleration of M seen from F that needs no du, in components of F (Eq. 15, 16)."""
+        """Return Z and Y (3,): the acceleration of M seen from F without du, in components of F (Eq. 15, 16)."""
         return np.zeros(3), np.zeros(3)
 
     def coordinate_rates(self, q: Vector, u: Vector) -> Vector:
@@ -131,18 +130,18 @@ class Joint(ABC):
         return u
 
     def advance(self, q: Vector, step: Vector) -> Vector:
-        """Return q moved by u times a time, on the rotation group where q is on it."""
+        """Return q moved by u times a time; Euler parameters stay on the rotation group."""
         return q + step
 
     def links(self) -> tuple[Link, ...] | None:
-        """Return the chain of links that the joint is made of, parent side first.
+        """Return the joint as a chain of links, parent side first.
 
-        None: it is made of nothing that the order-n route knows, and its scenes take the literal one.
+        None: the order-n route does not support it, and its scenes use the literal route.
         """
         return None
 
     def held(self) -> Held | None:
-        """Return what the joint holds between two frames when it closes a loop; None: it cannot close one."""
+        """Return the constraints of the joint between two frames when it closes a loop; None: it cannot close one."""
         return None
 
     def bearing(self) -> RubbingSurfaces | None:
@@ -151,7 +150,7 @@ class Joint(ABC):
 
     @property
     def is_fixed(self) -> bool:
-        """Whether nothing moves in it: M is F."""
+        """Whether it allows no motion: M is F."""
         return not self.speed_names
 
     @property
@@ -166,7 +165,7 @@ class Joint(ABC):
         return tuple("rad" if "rad" in name else "m" for name in self.speed_names)
 
     def home(self) -> Vector:
-        """Return the coordinates of a joint that has not moved: zeros, and the Euler parameters of no rotation."""
+        """Return the coordinates without displacement: zeros, and Euler parameters without rotation."""
         q = np.zeros(len(self.coordinate_names))
         if self.rotation_at is not None:
             q[self.rotation_at] = 1.0
@@ -174,7 +173,7 @@ class Joint(ABC):
 
 
 def _no_friction(kind: type[Joint], has_forces: bool) -> str:
-    """Return why a kind of joint takes no friction, and the remedy."""
+    """Return why a kind of joint has no friction, and the remedy."""
     if not kind.speed_names:
         remedy = "leave it out: nothing moves in it"
     elif has_forces:
@@ -196,7 +195,7 @@ def axis_direction(axis: str | Sequence[float], kind: str) -> Vector:
 
 
 def start_values(value: object, count: int, what: str) -> Vector:
-    """Return `count` finite numbers of a joint's start; a ModelError names what they are."""
+    """Return `count` finite numbers of a joint's start; a ModelError names them as `what`."""
     array = numbers(value)
     if array.shape != (count,) or not np.all(np.isfinite(array)):
         raise ModelError(f"{what} must be {count} finite numbers, not {value!r}")
@@ -204,12 +203,12 @@ def start_values(value: object, count: int, what: str) -> Vector:
 
 
 class ScalarJoint(Joint):
-    """Common part of the joints whose coordinates are distances and angles, each with its own rate for a speed."""
+    """Common part of the joints whose coordinates are distances and angles, with their rates as speeds."""
 
     _rubs: ClassVar[Wanted] = Wanted()
 
     def _check_coordinates(self) -> None:
-        """Raise a ModelError if a motion or force is none, or if the start contradicts a motion."""
+        """Raise a ModelError if a motion or force has the wrong type, or if the start contradicts a motion."""
         motions, forces = self.motions, self.coordinate_forces
         count = len(self.coordinate_names)
         for what, given, kind, made in (
@@ -249,8 +248,12 @@ class SeveralCoordinatesJoint(ScalarJoint):
         Spring, damper, friction and limits of each coordinate.
     """
 
+    position: Sequence[float]
     motion: Sequence[Motion | None]
     forces: Sequence[CoordinateForce | None]
+
+    def initial_coordinates(self) -> Vector:
+        return np.array(self.position, dtype=float)
 
     @property
     def motions(self) -> tuple[Motion | None, ...]:

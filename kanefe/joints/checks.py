@@ -1,4 +1,4 @@
-"""What a joint from outside the house must have, and that what it says of its motion is of one motion."""
+"""Checks of joints of users: their parts, and the consistency of pose, velocities, remainders and links."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from kanefe.kernels.links.places import DV, DW, MOTION_NUMBERS, SIGNATURE, A, P,
 Motions = tuple[Vector, Matrix, Vector, Vector]
 """Position, rotation, velocity and angular velocity of M seen from F, in components of F."""
 
-HOUSE = f"{__package__}."
+OWN = f"{__package__}."
 
 AWAY = 0.1
-"""Distance from the start at which a joint is checked again, m or rad: an error may be zero at the start."""
+"""Distance from the start at which a joint is checked again, m or rad, since an error may vanish at the start."""
 
 STEP = 1e-6
 """Step of central differences, m or rad."""
@@ -38,13 +38,13 @@ by this."""
 
 
 def check_joint(joint: object, label: str) -> Joint:
-    """Return the joint, or raise a ModelError that says what it lacks or where it contradicts itself.
+    """Return the joint, or raise a ModelError that names a missing part or a contradiction.
 
-    Joints of the house are not asked: their tests do that.
+    Joints of this package are not checked here, but by their tests.
     """
     if not isinstance(joint, Joint):
         raise ModelError(f"{label} must be a Joint, such as Revolute('z'), not {joint!r}{_lacks(joint)}")
-    if type(joint).__module__.startswith(HOUSE):
+    if type(joint).__module__.startswith(OWN):
         return joint
     label = f"{label} ({type(joint).__name__})"
     _check_names(joint, label)
@@ -64,7 +64,7 @@ def check_joint(joint: object, label: str) -> Joint:
     low, high = _checked_ranges(joint, label, q0)
     links = _checked_links(joint, label)
     for q in (q0, joint.advance(q0, AWAY * u)):
-        q = np.clip(q, low, high)  # differences at an end would look beyond it
+        q = np.clip(q, low, high)  # keeps differences within the range
         motion = _check_motion(joint, label, q, u)
         if links is not None:
             _check_links(links, f"{label} at q = {q.tolist()}", q, u, motion)
@@ -72,7 +72,7 @@ def check_joint(joint: object, label: str) -> Joint:
 
 
 def _lacks(joint: object) -> str:
-    """Return what a class that was given in place of its object lacks."""
+    """Return the remedy, as the rest of a message, if a class was given instead of an object of it."""
     if not isinstance(joint, type) or not issubclass(joint, Joint):
         return ""
     missing = ", ".join(sorted(joint.__abstractmethods__))
@@ -99,7 +99,7 @@ def _check_names(joint: Joint, label: str) -> None:
 
 
 def _check_motion(joint: Joint, label: str, q: Vector, u: Vector) -> Motions:
-    """Return the motion at q with speeds u, or raise a ModelError if it is not one motion."""
+    """Return the motion at q with speeds u, or raise a ModelError if the functions of the joint are not consistent."""
     count, where = len(u), f"{label} at q = {q.tolist()}"
     p, axes = _pose(joint, q, where)
     V_, W_ = (
@@ -184,7 +184,7 @@ def _checked_links(joint: Joint, label: str) -> tuple[Link, ...] | None:
 
 
 def _check_links(links: tuple[Link, ...], where: str, q: Vector, u: Vector, motion: Motions) -> None:
-    """Raise a ModelError if the chain of links moves in another way than the joint."""
+    """Raise a ModelError if the motion of the chain of links is not that of the joint."""
     p, axes, v, w = np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3)
     for link in links:
         own_q, q = np.split(q, (link.coordinate_count,))
@@ -202,7 +202,7 @@ def _check_links(links: tuple[Link, ...], where: str, q: Vector, u: Vector, moti
 
 
 def _motion_of(link: Link, q: Vector, u: Vector, where: str) -> Motions:
-    """Return the motion of a link's frame seen from the one before."""
+    """Return the motion of a link's frame seen from the frame before it."""
     p, axes, v, w = np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3)
     if link.is_given:
         out, back, ahead = (_outputs(link, q[0] + step, where) for step in (0.0, -STEP, STEP))
@@ -223,7 +223,7 @@ def _motion_of(link: Link, q: Vector, u: Vector, where: str) -> Motions:
 
 
 def _outputs(link: Link, q: float, where: str) -> Vector:
-    """Return what the function of a given link writes."""
+    """Return the output of the function of a given link."""
     kernel = cast(LinkKernel, link.kernel)
     out = np.zeros(MOTION_NUMBERS)
     real, _ = addresses(kernel.real, None, SIGNATURE)

@@ -19,15 +19,15 @@ from kanefe.kernels.loads.coordinate_law import CoordinateLaw, coordinate_force,
 class CoordinateForce:
     """Force along a joint coordinate q, on the child and reversed on the parent.
 
-    ``-k (q - rest) - c dq``, and beyond a limit by d the one-sided stop ``-(k_limit d + c_limit dd)``, which pushes
-    back and never pulls. For an angle N m, rad and rad/s take the place of N, m and m/s below.
+    ``-k (q - rest) - c dq``, and beyond a limit by d the one-sided stop ``-(k_limit d + c_limit dd)``, which never
+    pulls. For an angle N m, rad and rad/s take the place of N, m and m/s below.
 
-    Dry friction hangs on a spring and damper from an anchor, which moves only when it slips: what acts against the
-    motion is ``p = k_f w + c_f dq`` as far as that is not above `friction`, with w the stretch of the spring and
-    ``dw/dt = (force - k_f w) / c_f``. So it holds for ever what it holds, without creep. In a scene it is a load of its
-    own, "friction of <body>": ``result.load`` tells force, stretch, whether it sticks and how fast it slips, and
-    ``result.events["<body> slip"]`` and ``["<body> stick"]`` when that changed. Of a joint with several coordinates the
-    name of the coordinate follows that of the body.
+    Dry friction is that of a spring and damper to an anchor, which moves only when it slips: the force against the
+    motion is ``p = k_f w + c_f dq``, limited to `friction`, with w the stretch of the spring and ``dw/dt = (force -
+    k_f w) / c_f``. So it sticks without creep. In a scene it is a separate load, "friction of <body>": ``result.load``
+    has force, stretch, whether it sticks and the slip speed, and ``result.events["<body> slip"]`` and ``["<body>
+    stick"]`` have the times of changes. If the joint has several coordinates, the name of the coordinate follows that
+    of the body.
 
     Parameters
     ----------
@@ -36,30 +36,30 @@ class CoordinateForce:
     rest : float
         Coordinate at which the spring is slack, m.
     friction : float
-        Dry friction while it slips, N: the same at any load of the joint.
+        Dry friction while it slips, N, independent of the load of the joint.
     static_friction : float, optional
-        Force at which it begins to slip, N; default: the same.
+        Force at which it begins to slip, N; default: `friction`.
     friction_stiffness : float, optional
         k_f, N/m; default: the static friction over 1e-7 of the scene's length (or 1e-7 rad), a tenth of what a run at
         the default tolerance resolves.
     friction_damping : float, optional
-        c_f, N s/m; default: what is critical for the inertia along the coordinate at the start; 0.1 ms times k_f in a
-        scene with bodies that keep all degrees of freedom.
+        c_f, N s/m; default: critical damping for the inertia along the coordinate at the start, or 0.1 ms times k_f in
+        a scene with unreduced bodies.
     limits : (float or None, float or None)
         Lower and upper limit of the coordinate, m; None: no limit.
     limit_stiffness, limit_damping : float
-        Of the stops at the limits, N/m and N s/m.
+        Stiffness and damping of the stops at the limits, N/m and N s/m.
     limit_restitution : float, optional
-        In place of the damping: the share of its speed, above 0, at most 1, with which it leaves a stop. The stop then
-        pushes back by ``k_limit d max(0, 1 + lambda dd)`` (Hunt & Crossley), with lambda set at each touch by the speed
-        of that impact; of impacts below 1 mm/s (1 mrad/s) as of that speed. It is a load of its own, "stop of <body>":
-        ``result.events["<body> touch"]`` and ``["<body> lift"]`` tell when.
+        Instead of the damping: coefficient of restitution of the stops, above 0, at most 1. The force of a stop is then
+        ``k_limit d max(0, 1 + lambda dd)`` (Hunt & Crossley), with lambda from the speed of each impact, 1 mm/s (1
+        mrad/s) at least. It is a separate load, "stop of <body>", with ``result.events["<body> touch"]`` and
+        ``["<body> lift"]``.
 
     Raises
     ------
     ModelError
         If a number is negative or not finite, the limits are reversed, a stop has no stiffness, or both damping and
-        restitution; or the static friction is below that which slips.
+        restitution; or the static friction is below `friction`.
 
     Examples
     --------
@@ -101,7 +101,7 @@ class CoordinateForce:
             raise ModelError("limit_stiffness or limit_damping without limits does nothing. Remedy: give limits")
         if self.limit_restitution is not None:
             self._check_restitution(is_limited)
-            lower, upper = -math.inf, math.inf  # the stops are a load of their own
+            lower, upper = -math.inf, math.inf  # the stops are a separate load
         object.__setattr__(self, "lower", lower)
         object.__setattr__(self, "upper", upper)
 
@@ -116,22 +116,23 @@ class CoordinateForce:
         rest: float = 0.0,
         friction: float = 0.0,
     ) -> CoordinateForce:
-        """Return a spring with play: no force acts within ``rest +- play/2``, beyond it that of teeth or a key.
+        """Return a spring with play: no force acts within ``rest +- play/2``, and one-sided stops beyond.
 
-        They push and never pull: ``-(k d + c dd)`` beyond by d, or with a `restitution` in place of the damping.
+        Their force, as of teeth or a key, is ``-(k d + c dd)`` at a distance d beyond, or has a `restitution` instead
+        of the damping.
 
         Parameters
         ----------
         play : float
-            The whole way that is free, m or rad.
+            Whole free travel, m or rad.
         stiffness, damping : float
-            k and c beyond it, N/m and N s/m.
+            k and c of the stops, N/m and N s/m.
         restitution : float, optional
             See `limit_restitution`.
         rest : float
-            The middle of the play, m.
+            Middle of the play, m.
         friction : float
-            Dry friction all along, N.
+            Dry friction at any coordinate, N.
 
         Examples
         --------
@@ -183,12 +184,12 @@ class CoordinateForce:
 
     @property
     def is_dissipative(self) -> bool:
-        """Whether it takes energy from the scene, but for friction."""
+        """Whether it dissipates energy other than by friction."""
         return bool(self.damping or self.limit_damping)
 
     @property
     def acts(self) -> bool:
-        """Whether there is anything but what is a load of its own, friction and stops with a restitution."""
+        """Whether it has forces other than friction and stops with a restitution, which are separate loads."""
         return bool(self.stiffness or self.damping or self.is_varying)
 
     @property
@@ -198,12 +199,12 @@ class CoordinateForce:
 
     @cached_property
     def law(self) -> Vector:
-        """Its numbers but for friction, those of `kanefe.kernels.loads.coordinate_law`."""
+        """Its numbers without friction, as in `kanefe.kernels.loads.coordinate_law`."""
         spring = self.stiffness, self.damping, self.rest
         return flat(CoordinateLaw(*spring, self.lower, self.upper, self.limit_stiffness, self.limit_damping))
 
     def force(self, q: float, rate: float) -> float:
-        """Return the generalised force at coordinate q (m) and its rate (m/s) but for friction, N."""
+        """Return the generalised force without friction at coordinate q (m) and its rate (m/s), N."""
         return float(sum(coordinate_force(self.law, q, rate)))
 
     def potential(self, q: float) -> float:
@@ -211,7 +212,7 @@ class CoordinateForce:
         return float(coordinate_potential(self.law, q))
 
     def dissipation(self, q: float, rate: float) -> float:
-        """Return the power that damping and stops take, W: what the force does beyond the potential."""
+        """Return the power dissipated by damping and stops, W."""
         return float(-coordinate_force(self.law, q, rate)[1] * rate)
 
     def slopes(self, q: float, rate: float) -> tuple[float, float]:
@@ -221,7 +222,7 @@ class CoordinateForce:
 
 
 def limits_of(law: CoordinateForce) -> tuple[float, float]:
-    """Return lower and upper limit, infinite where there is none, also of stops that are a load of their own."""
+    """Return lower and upper limit, infinite where there is none, also of stops that are a separate load."""
     return _bounds(law.limits)
 
 

@@ -19,7 +19,7 @@ from kanefe.joints.motion import Motion
 
 @dataclass(frozen=True)
 class Cylindrical(SeveralCoordinatesJoint):
-    """Slide along and turn about an axis fixed in parent and child: 2 speeds.
+    """Translation along and rotation about an axis fixed in parent and child: 2 speeds.
 
     Parameters
     ----------
@@ -63,9 +63,6 @@ class Cylindrical(SeveralCoordinatesJoint):
         start_values(self.position, 2, f"position of a {self.kind} joint")
         start_values(self.speed, 2, f"speed of a {self.kind} joint")
         self._check_coordinates()
-
-    def initial_coordinates(self) -> Vector:
-        return np.array(self.position, dtype=float)
 
     def initial_speeds(self) -> Vector:
         return np.array(self.speed, dtype=float)

@@ -1,4 +1,4 @@
-"""The fixed joint: a body that stays where it is on its parent."""
+"""The fixed joint: a body fixed on its parent."""
 
 from __future__ import annotations
 

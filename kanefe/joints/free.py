@@ -41,20 +41,20 @@ class Free(Joint):
     angular_velocity : array_like, shape (3,)
         At the start, in rad/s, components of the moving frame.
     motion : PoseMotion or PoseTable, optional
-        Drives the joint as a whole; the start is then that of the motion, and the joint has no coordinates of the
-        state. What drives is in `Result.joint_reaction`, its power in `Result.driving_force`, in W.
+        Drives the joint as a whole; the start is then that of the motion, and the joint has no coordinates in the
+        state. The driving force is in `Result.joint_reaction`, its power in `Result.driving_force`, in W.
     forces : None
-        The coordinates of this joint cannot carry forces: an error names the remedy.
+        Not possible along the coordinates of this joint: an error names the remedy.
 
     Raises
     ------
     ModelError
-        If a shape is wrong, a number is not finite or the orientation is no rotation, or if a start is given beside the
-        motion.
+        If a shape is wrong, a number is not finite or the orientation is not a rotation, or if a start is given beside
+        the motion.
 
     Examples
     --------
-    A base that moves as it was measured, with all that stands on it:
+    A base that follows a measured motion:
 
     >>> times = np.linspace(0.0, 2.0, 21)
     >>> heave = np.column_stack((0.0 * times, 0.0 * times, 0.1 * np.sin(times)))

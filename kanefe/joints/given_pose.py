@@ -16,7 +16,7 @@ from kanefe.joints.motion import Motion
 
 
 class PoseRates(NamedTuple):
-    """Where a frame M is seen from F at a time, and how it moves.
+    """Pose of a frame M seen from F at a time, and its velocities and accelerations.
 
     Attributes
     ----------
@@ -37,48 +37,48 @@ class PoseRates(NamedTuple):
 
 
 class GivenPose(ABC):
-    """Common part of what drives a free or spherical joint: a `PoseMotion` or a `PoseTable`."""
+    """A given motion of a free or spherical joint: the base of `PoseMotion` and `PoseTable`."""
 
     @property
     @abstractmethod
     def moves(self) -> bool:
-        """Whether it gives positions; without, it only turns."""
+        """Whether it has positions; otherwise only rotations."""
 
     @property
     @abstractmethod
     def clock(self) -> Motion:
-        """Time as a motion, known where the pose is."""
+        """Time as a motion, defined where the pose is."""
 
     @abstractmethod
     def at(self, t: float) -> PoseRates:
         """Return pose, velocities and accelerations at time t (s)."""
 
     def over(self, times: Vector) -> PoseRates:
-        """Return the same at many times at once (T,): all arrays have T rows."""
+        """Return pose, velocities and accelerations at many times (T,): all arrays have T rows."""
         found = [self.at(t) for t in times.tolist()]
         return PoseRates(*(np.array(column) for column in zip(*found, strict=True)))
 
     def kernel(self) -> LinkKernel | None:
-        """Return what compiled code finds the pose by; None: it is known in Python alone."""
+        """Return the compiled function of the pose; None: it can be computed only in Python."""
         return None
 
     @abstractmethod
     def check(self, where: str) -> None:
-        """Raise a ModelError if what functions of the user give contradicts itself."""
+        """Raise a ModelError if functions of the user contradict each other."""
 
 
 @dataclass(frozen=True, eq=False)
 class PoseDriven(Joint):
-    """The joint of a frame that follows a given pose: its one coordinate is the time.
+    """The joint of a frame that follows a given pose: its only coordinate is the time.
 
-    The partial velocities are then the velocities, the remainders the accelerations (Eq. 13-16), and the driving force,
-    that of a coordinate in s, is the power of the drive in W.
+    The partial velocities are then the velocities, the remainders are the accelerations (Eq. 13-16), and the driving
+    force of the coordinate, in s, is the power of the drive in W.
 
     Parameters
     ----------
     given : GivenPose
     of_kind : str
-        Kind of the joint that is driven.
+        Kind of the driven joint.
     """
 
     given: GivenPose
@@ -124,7 +124,7 @@ class PoseDriven(Joint):
 
 
 def driven(joint: Joint) -> Joint:
-    """Return the joint that a scene takes: what follows the pose that drives the joint as a whole, or the joint."""
+    """Return the joint for the scene: a `PoseDriven` if a pose drives the joint as a whole, otherwise the joint."""
     motion = getattr(joint, "motion", None)
     if joint.rotation_at is None or not isinstance(motion, GivenPose):
         return joint
@@ -132,17 +132,17 @@ def driven(joint: Joint) -> Joint:
 
 
 def check_drive(joint: Joint, motion: object, starts: tuple[str, ...], *, moves: bool) -> None:
-    """Raise a ModelError if a joint with Euler parameters cannot follow what it is given; None drives nothing.
+    """Raise a ModelError if a joint with Euler parameters cannot follow the given motion.
 
     Parameters
     ----------
     joint : Joint
-        With its start in attributes.
     motion : object
+        None: the joint is not driven.
     starts : tuple of str
-        Names of the attributes, which must stay as they are by themselves.
+        Names of the attributes of its start, which must have their default values.
     moves : bool
-        Whether the joint can move along.
+        Whether the joint allows translations.
     """
     if motion is None:
         return
@@ -165,7 +165,7 @@ def check_drive(joint: Joint, motion: object, starts: tuple[str, ...], *, moves:
 
 
 def refuse_forces(forces: object, kind: str) -> None:
-    """Raise a ModelError if a joint with Euler parameters is given forces along its coordinates."""
+    """Raise a ModelError if forces are given along the coordinates of a joint with Euler parameters."""
     if forces is not None:
         raise ModelError(
             f"the coordinates of a {kind} joint cannot carry forces of their own. Remedy: a bushing, or revolute and "

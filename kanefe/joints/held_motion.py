@@ -1,4 +1,4 @@
-"""Motions whose acceleration is given step by step, like inputs of a simulation."""
+"""Motions whose acceleration is set step by step, such as inputs of a simulation."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ SINCE, POSITION, SPEED, HALF_ACCELERATION = range(4)
 
 
 class Course:
-    """Where a coordinate is going: from a time on with a constant acceleration.
+    """The motion of a coordinate with a constant acceleration from a time on.
 
     Attributes
     ----------
     piece : ndarray, shape (1, 5)
-        A piece of a `Motion`: when it starts (s), and the coefficients of the powers 0 to 3 of the time since.
+        A piece of a `Motion`: its start (s), and the coefficients of the powers 0 to 3 of the time since.
     """
 
     def __init__(self, piece: np.ndarray) -> None:
@@ -55,6 +55,6 @@ def held_motion(motion: Motion, t: float) -> tuple[Motion, Course]:
 
 
 def driven_by(joint: Any, motions: Sequence[Motion | None]) -> Joint:
-    """Return a joint with other motions: one by itself where it has one coordinate."""
+    """Return a joint with other motions of its coordinates."""
     changed: Joint = replace(joint, motion=motions[0] if len(motions) == 1 else tuple(motions))
     return changed

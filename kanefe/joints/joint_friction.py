@@ -1,4 +1,4 @@
-"""Dry friction in a joint from the joint's own load: its parameters, and the part of a reaction that loads it."""
+"""Dry friction in a joint that is proportional to its load: parameters, and the load from the joint's reaction."""
 
 from __future__ import annotations
 
@@ -15,64 +15,65 @@ from kanefe.kernels.force_elements.coordinate_friction import PADS, THREAD, load
 
 @dataclass(frozen=True)
 class JointFriction:
-    """Coulomb's friction in a joint, as large as the joint is loaded: ``mu n``, with n from the joint's reaction.
+    """Coulomb friction in a joint, proportional to its load: ``mu n``, with n from the joint's reaction.
 
-    With F and M the force and moment of the reaction about the origin of the body's frame, a the joint's axis, and
-    what is across it marked _|_, the load n and the friction are
+    With F and M the force and moment of the reaction about the origin of the body's frame, a the joint's axis, and _|_
+    for components perpendicular to it, the load n and the friction are
 
     - revolute: two bearings at ``+-length/2`` along the axis, ``n = |F_|_/2 + M x a/length| + |F_|_/2 - M x a/length|``
-      (without `length` ``n = |F_|_|``), and ``collar/radius |F . a|`` more where a collar takes thrust; a torque
+      (without `length` ``n = |F_|_|``), plus ``collar/radius |F . a|`` if a collar takes thrust; a torque
       ``mu radius n``.
-    - prismatic: two pads at ``+-length/2``, the same n, and ``|M . a|/radius`` more where a `radius` is given, half the
-      width of the rail; a force ``mu n``.
+    - prismatic: two pads at ``+-length/2``, the same n, plus ``|M . a|/radius`` with a `radius`, half the width of the
+      rail; a force ``mu n``.
     - cylindrical: the same two bearings; a force ``mu n`` against the sliding of the surface, whose velocity is v along
-      the axis and ``radius w`` round it.
-    - screw: the normal force of a thread of that radius under the thrust ``F . a``; it holds a load by itself where mu
-      is above the tangent of its lead angle, ``lead / (2 pi radius)``. Side loads are taken to be borne elsewhere.
+      the axis and ``radius w`` around it.
+    - screw: the normal force of a thread of that radius under the thrust ``F . a``; it is self-locking if mu is above
+      the tangent of its lead angle, ``lead / (2 pi radius)``. Side loads are assumed to act elsewhere.
     - spherical: ``n = |F|``; a torque ``mu radius n`` against the angular velocity.
 
-    It sticks as `CoordinateForce` and `Coulomb` do: the surface hangs on the spring and damper of an anchor, which
-    moves only when it slips, and nothing creeps. ``result.load("friction of <body>")`` tells force, stretch, whether it
-    sticks, how fast it slips and n; ``result.events["<body> slip"]`` and ``["<body> stick"]`` when that changed.
+    It sticks like `CoordinateForce` and `Coulomb`: a spring and damper connect the surface to an anchor, which moves
+    only when it slips, without creep. ``result.load("friction of <body>")`` has force, stretch, whether it sticks, the
+    slip speed and n; ``result.events["<body> slip"]`` and ``["<body> stick"]`` have the times of changes.
 
-    The reaction depends on the accelerations, these on friction, and friction on the reaction. The load that friction
-    feels therefore follows n through a filter of second order with the time T of `load_time`: it differs by
-    ``-T^2 d^2n/dt^2``, nothing where a load is steady or changes at a steady rate, and it starts as that of the start.
+    The reaction depends on the accelerations, these on friction, and friction on the reaction. Friction therefore uses
+    n through a filter of second order with the time T of `load_time`: the error is ``-T^2 d^2n/dt^2``, zero for a load
+    that is constant or changes at a constant rate. It starts at the load of the start.
 
     Parameters
     ----------
     mu : float
-        Coefficient while it slips.
+        Coefficient of kinetic friction.
     radius : float, optional
-        Of the surface that rubs, m; a prismatic joint does without.
+        Radius of the sliding surface, m; optional for a prismatic joint.
     static : float, optional
-        Coefficient at which it begins to slip; default: the same.
+        Coefficient of static friction; default: `mu`.
     stribeck_speed : float, optional
-        Speed of the surface in which friction falls from static to mu, m/s: ``mu + (static - mu) exp(-(s/speed)^2)``
-        at a slip speed s; default: at once. Not of a screw, whose load follows from its friction.
+        Speed over which friction falls from static to mu, m/s: ``mu + (static - mu) exp(-(s/speed)^2)`` at a slip speed
+        s; default: at once. Not for a screw, whose load depends on its friction.
     length : float, optional
-        Between two bearings or pads, m; default: moments across the axis load nothing.
+        Distance of two bearings or pads, m; default: moments across the axis are neglected.
     collar : float, optional
-        Mean radius of the collar of a revolute joint that takes thrust, m; default: thrust loads nothing.
+        Mean radius of the collar of a revolute joint that takes thrust, m; default: thrust is neglected.
     preload : float
-        Load that is there always, N: of a press fit, a seal, a tightened nut.
+        Constant load, N: of a press fit, a seal, a tightened nut.
     stiffness : float, optional
-        Of the anchor's spring at the surface, N/m; default: the static friction under the load of the start, or under
-        the weight that the joint carries where that is more, over 1e-7 of the scene's length (over a turn of 1e-7 rad
-        where that is less): a tenth of what a run at the default tolerance resolves.
+        Stiffness of the anchor's spring at the surface, N/m; default: the static friction under the load at the start,
+        or under the weight that the joint carries if that is more, over 1e-7 of the scene's length (or a rotation by
+        1e-7 rad if that is less): a tenth of what a run at the default tolerance resolves.
     damping : float, optional
-        N s/m; default: what is critical for the inertia that the surface moves at the start.
+        N s/m; default: critical damping for the inertia that the surface moves at the start.
     load_time : float, optional
-        T, s; default: ``sqrt(m/k)`` of that inertia and stiffness, in which the anchor itself gives way.
+        T, s; default: ``sqrt(m/k)`` of that inertia and stiffness, the time constant of the anchor itself.
 
     Raises
     ------
     ModelError
-        If a number is negative or not finite, `static` is below `mu`, or there is none that it could fall from.
+        If a number is negative or not finite, `static` is below `mu`, or `stribeck_speed` is given without `static`
+        above `mu`.
 
     Examples
     --------
-    A wheel of 2 kg that coasts on a journal bearing of 1 cm:
+    A wheel of 2 kg that coasts on a journal bearing with a radius of 1 cm:
 
     >>> import kanefe as kf
     >>> scene = kf.System(gravity=(0, 0, -9.81))
@@ -112,20 +113,20 @@ class JointFriction:
 
 @dataclass(frozen=True, eq=False)
 class RubbingSurfaces:
-    """How friction in a joint takes its load from the reaction, and where it acts.
+    """The relation of friction in a joint to its reaction, and the surface on which it acts.
 
     Attributes
     ----------
     arms : tuple of float
-        Slip of the surface over each speed of the joint: 1, or m/rad.
+        Slip speed of the surface per speed of the joint: 1, or m/rad.
     kind : float
         PADS, BALL or THREAD.
     axis : ndarray, shape (3,)
         In the axes of the body's frame.
     per_length : float
-        Of two pads, 1/m; 0: moments do not count.
+        One over the distance of two pads, 1/m; 0: moments are neglected.
     thrust, twist : float
-        Load over the force along the axis and over the moment about it (1/m); of a thread over the drag.
+        Load per force along the axis and per moment about it (1/m); for a thread per friction force.
     """
 
     arms: tuple[float, ...]
@@ -137,25 +138,25 @@ class RubbingSurfaces:
 
     @property
     def has_moment(self) -> bool:
-        """Whether moments of the reaction count."""
+        """Whether the load depends on moments of the reaction."""
         return self.kind == PADS and (self.per_length > 0.0 or self.twist > 0.0)
 
     def load(self, wrench: Vector, drag: float) -> float:
-        """Return n (N) of a reaction (6,), in axes of the body's frame about its origin, and the drag of a thread."""
+        """Return n (N) from a reaction (6,), in axes of the body's frame about its origin, and the drag of a thread."""
         law = self.kind, self.per_length, self.thrust, self.twist
         axis, force, moment = (tuple(part) for part in (self.axis, wrench[:3], wrench[3:]))
         return float(load_of(law, axis, force, moment, drag))
 
 
 class Wanted(NamedTuple):
-    """Which lengths of a `JointFriction` a kind of joint needs, and which it has no use for."""
+    """Names of the numbers of a `JointFriction` that a kind of joint needs, and of those that it does not use."""
 
     needs: tuple[str, ...] = ()
     lacks: tuple[str, ...] = ()
 
 
 def check_friction(friction: object, kind: str, wanted: Wanted) -> None:
-    """Raise a ModelError if what a joint of some kind is given is no friction that it can have."""
+    """Raise a ModelError if a kind of joint cannot have this friction."""
     if friction is None:
         return
     if not isinstance(friction, JointFriction):
@@ -180,8 +181,8 @@ def pads(
 def thread(radius: float, lead: float, axis: Vector) -> RubbingSurfaces:
     """Return a thread, of its radius and lead a turn, m.
 
-    Its flank is inclined by ``tan b = lead / (2 pi radius)``: the surface slips by ``radius / cos b`` a radian, and the
-    normal force is ``|F . a / cos b + D tan b|``: what rises against a drag D is pressed down by it.
+    Its flank is inclined by ``tan b = lead / (2 pi radius)``: the surface slips by ``radius / cos b`` per radian, and
+    the normal force is ``|F . a / cos b + D tan b|`` with the friction force D.
     """
     rise = lead / (2.0 * math.pi)
     slip = math.hypot(radius, rise)

@@ -1,4 +1,4 @@
-"""Links: the parts of joints that the rows of the order-n route know."""
+"""Links: the parts of joints in the tables of the order-n route."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from kanefe.kernels.links.places import MOTION_NUMBERS
 
 Z = (0.0, 0.0, 1.0)
 SPEEDS = {FIXED: 0, SPHERICAL: 3, FREE: 6}
-"""Number of speeds of links that have other than one."""
+"""Number of speeds of links that do not have one."""
 
 
 class LinkKernel(NamedTuple):
-    """What compiled code finds the motion of a link of one coordinate by: a function of one C signature, its numbers.
+    """The compiled function of the motion of a link of one coordinate, and its numbers.
 
     The function is ``void f(const double *numbers, const double *q, double *out)``. It writes 24 numbers, all of the
     link's frame M seen from its frame F and in components of F, with q in m or rad: position p (3), axes A (9, row by
     row), partial velocities V (3) and W (3) as in `Joint.partial_velocities`, and dV/dq (3) and dW/dq (3), which are
-    the remainders (Eq. 15, 16) of a unit speed. `out` comes as zeros.
+    the remainders (Eq. 15, 16) of a unit speed. `out` is filled with zeros before the call.
 
     Attributes
     ----------
     real : function or int
         A kernel of `kanefe.kernels`, or the address of such a function from ``numba.cfunc`` or any compiler.
     numbers : ndarray
-        Constants that the function is given.
+        Constants passed to the function.
     complex_ : function, int or None
-        The same for a complex coordinate (q and `out` are pairs of real and imaginary part; `numbers` stay real), from
-        which exact derivatives come; None: derivatives of the scene are by differences.
+        The function for a complex coordinate (q and `out` are pairs of real and imaginary part; `numbers` stay real),
+        for exact derivatives; None: derivatives of the scene are differences.
     """
 
     real: Callable[..., None] | int
@@ -61,7 +61,7 @@ class LinkMotion(NamedTuple):
 
 
 def motion_by(function: Callable[..., None], constants: Vector, q: float) -> LinkMotion:
-    """Return what a kernel of the package writes for a coordinate; it is a plain function until it is compiled."""
+    """Return the motion by a kernel of the package, called as a plain Python function."""
     out = np.zeros(MOTION_NUMBERS)
     function(constants, (q,), out)
     p, A, V, W, dV, dW = np.split(out, (3, 12, 15, 18, 21))
@@ -70,25 +70,25 @@ def motion_by(function: Callable[..., None], constants: Vector, q: float) -> Lin
 
 @dataclass(frozen=True, eq=False)
 class Link:
-    """A part of a joint that moves in one way; a joint is a chain of them, each on the one before.
+    """An elementary part of a joint; a joint is a chain of links, each relative to the one before.
 
-    Made by the functions below. Axes are given at zero coordinates, in components of the joint's fixed frame F; behind
-    a given link, of its frame M.
+    Links are made by the functions below. Axes are given at zero coordinates, in components of the joint's fixed frame
+    F, or, after a given link, of its frame M.
 
     Attributes
     ----------
     kind : int
-        Of the rows of `kanefe.kernels.layout`.
+        Kind of link in `kanefe.kernels.layout`.
     axis : ndarray, shape (3,)
         Unit vector.
     along, about : float
-        Travel (m) along the axis and turn (rad) about it of a unit of the coordinate.
+        Translation (m) along the axis and rotation (rad) about it per unit of the coordinate.
     kernel : LinkKernel or None
-        Of a given link.
+        Function of a given link.
 
     Examples
     --------
-    A sleeve that slides on a bar and turns about it:
+    A sleeve that slides on a bar and rotates about it:
 
     >>> bar = np.array((1.0, 0.0, 0.0))
     >>> links = Link.sliding(bar), Link.turning(bar)
@@ -107,7 +107,7 @@ class Link:
 
     @classmethod
     def turning(cls, axis: Vector) -> Link:
-        """Return a link that turns about an axis: an angle in rad, and its rate."""
+        """Return a link that rotates about an axis: an angle in rad, and its rate."""
         return cls(REVOLUTE, axis, 0.0, 1.0)
 
     @classmethod
@@ -117,17 +117,17 @@ class Link:
 
     @classmethod
     def winding(cls, axis: Vector, advance: float) -> Link:
-        """Return a link that turns about an axis and advances on it, in m/rad: an angle in rad, and its rate."""
+        """Return a link that rotates about an axis and advances along it, in m/rad: an angle in rad, and its rate."""
         return cls(AXIS, axis, advance, 1.0)
 
     @classmethod
     def given(cls, kernel: LinkKernel) -> Link:
-        """Return a link of one coordinate, m or rad, and its rate, that moves as a function of C says."""
+        """Return a link whose motion is a C function of one coordinate, m or rad; the speed is its rate."""
         return cls(GIVEN, kernel=kernel)
 
     @classmethod
     def spherical(cls) -> Link:
-        """Return a link that turns about a point: four Euler parameters, and the angular velocity in what turns."""
+        """Return a link that rotates about a point: four Euler parameters, and the angular velocity in its frame."""
         return cls(SPHERICAL)
 
     @classmethod
@@ -137,17 +137,17 @@ class Link:
 
     @property
     def turn(self) -> Matrix:
-        """A rotation that brings z to the axis, (3, 3)."""
+        """A rotation matrix that maps z to the axis, (3, 3)."""
         return turn_to(self.axis)
 
     @property
     def speed_count(self) -> int:
-        """How many speeds of the joint are those of the link."""
+        """Number of speeds of the link."""
         return SPEEDS.get(self.kind, 1)
 
     @property
     def coordinate_count(self) -> int:
-        """How many coordinates of the joint are those of the link: a rotation has four."""
+        """Number of coordinates of the link: a rotation has four."""
         return self.speed_count + (self.kind in (SPHERICAL, FREE))
 
     @property
@@ -157,17 +157,17 @@ class Link:
 
     @property
     def is_turn(self) -> bool:
-        """Whether it turns about its axis and does nothing else."""
+        """Whether it only rotates about its axis."""
         return self.kind == REVOLUTE
 
     @property
     def is_slide(self) -> bool:
-        """Whether it slides along its axis and does nothing else."""
+        """Whether it only translates along its axis."""
         return self.kind == AXIS and (self.along, self.about) == (1.0, 0.0)
 
     @property
     def is_given(self) -> bool:
-        """Whether a function of C says how it moves."""
+        """Whether its motion is a C function."""
         return self.kind == GIVEN
 
     @property

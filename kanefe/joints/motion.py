@@ -23,7 +23,7 @@ spaced points it is a tenth."""
 
 
 @dataclass(frozen=True)
-class _Line:
+class LinearFunction:
     """``start + rate t``, as an object that can be pickled."""
 
     start: float
@@ -47,8 +47,7 @@ def check_increasing(times: np.ndarray, what: str) -> None:
 def check_between(spline: Any, points: np.ndarray, what: str) -> None:
     """Check that a cubic spline (n - 1 pieces) stays near its points (n,) or (n, k), of a table described by `what`.
 
-    Points that step within a time far shorter than that to the next ones make it swing out there, the farther the
-    steeper the step is.
+    A step between points much closer than their neighbours causes overshoot, the more the steeper the step is.
     """
     t, h = spline.x, np.diff(spline.x)[:, None]
     size = np.abs(points).max() or 1.0
@@ -78,19 +77,21 @@ def check_between(spline: Any, points: np.ndarray, what: str) -> None:
 
 
 def check_span(span: object, what: str) -> None:
-    """Check the first and last time of a motion, s, which may be infinite; a ModelError names what it is of."""
+    """Check the first and last time of a motion, s, which may be infinite; a ModelError names it as `what`."""
     ends = numbers(span)
     if ends.shape != (2,) or not ends[0] < ends[1]:
         raise ModelError(f"span of {what} must be its first and last time, s, not {span!r}")
 
 
 def clock(times: np.ndarray) -> Motion:
-    """Return the motion that is the time itself, defined where a table with these times is, and sampled like it."""
-    line = _Line(0.0, 1.0)
-    motion = Motion(line, _Line(1.0, 0.0), _Line(0.0, 0.0), (float(times[0]), float(times[-1])))
-    starts = times[:-1]
-    none = np.zeros(len(starts))
+    """Return the time as a motion, in the span of a table with these times and with their pieces."""
+    motion = Motion(*TIME, span=(float(times[0]), float(times[-1])))
+    starts, none = times[:-1], np.zeros(len(times) - 1)
     return motion._of_pieces(np.column_stack((starts, starts, none + 1.0, none, none)))
+
+
+TIME = LinearFunction(0.0, 1.0), LinearFunction(1.0, 0.0), LinearFunction(0.0, 0.0)
+"""The time and its two derivatives, as functions of the time."""
 
 
 @dataclass(frozen=True)
@@ -102,21 +103,21 @@ class Motion:
     position, velocity, acceleration : callable
         t in s -> coordinate in rad or m, and its two time derivatives.
     span : (float, float)
-        First and last time at which the motion is known, s.
+        First and last time at which the motion is defined, s.
 
-    Runs stay in compiled code where a motion is `steady` or from a `table`, or its three functions are compiled by
-    numba: see `compiled`.
+    Runs stay in compiled code if a motion is `steady` or from a `table`, or its three functions are compiled by numba:
+    see `compiled`.
 
     Attributes
     ----------
     pieces : ndarray or None, shape (n, 5)
-        Of a steady motion and of a table: when each piece starts (s), and the coefficients of the powers 0 to 3 of the
+        For a steady motion and a table: the start of each piece (s), and the coefficients of the powers 0 to 3 of the
         time since.
 
     Raises
     ------
     ModelError
-        If a function is missing: the forces that drive a joint need the acceleration.
+        If a function is missing: driving forces need the acceleration.
 
     Examples
     --------
@@ -148,15 +149,15 @@ class Motion:
             float(shaped_numbers(value, (), f"{name} of a steady Motion"))
             for name, value in (("rate", rate), ("start", start))
         )
-        motion = cls(_Line(start, rate), _Line(rate, 0.0), _Line(0.0, 0.0))
+        motion = cls(LinearFunction(start, rate), LinearFunction(rate, 0.0), LinearFunction(0.0, 0.0))
         return motion._of_pieces(np.array([[0.0, start, rate, 0.0, 0.0]]))
 
     @classmethod
     def table(cls, times: Sequence[float], positions: Sequence[float]) -> Motion:
         """Return the motion through points of a table: a cubic spline, whose acceleration is continuous.
 
-        The spline has no knot at the second and last but one point, so that it takes its rates at the ends from the
-        points there. Outside the table the motion is not known, and asking for it is an error.
+        The spline has no knot at the second and last but one point (not-a-knot), so that its rates at the ends follow
+        from the points there. Outside the table the motion is not defined, and evaluating it is an error.
 
         Parameters
         ----------
@@ -168,7 +169,7 @@ class Motion:
         Raises
         ------
         ModelError
-            If the times do not increase, the lengths differ, a number is not finite, or the spline swings out between
+            If the times do not increase, the lengths differ, a number is not finite, or the spline overshoots between
             the points, as it does beside a jump.
 
         Examples
@@ -198,8 +199,8 @@ class Motion:
     def compiled(self) -> Motion:
         """Return the motion with its functions compiled by numba, so that runs need not leave compiled code for them.
 
-        The functions may use numbers, `math` and numpy, as numba knows them. They take the variables around them as
-        they are now: later changes do not reach them.
+        The functions may use numbers, `math` and numpy as far as numba supports them. They use the present values of
+        variables outside of them: later changes have no effect.
 
         Raises
         ------
@@ -234,7 +235,7 @@ class Motion:
 
     @property
     def known(self) -> tuple[float, float]:
-        """First and last time of the motion, s: the end of a step may miss that of a table."""
+        """First and last time of the motion, s, with a margin for round-off at the end of a step."""
         first, last = self.span
         round_off = 1e-9 * (last - first) if math.isfinite(last - first) else 0.0
         return first - round_off, last + round_off
@@ -245,7 +246,7 @@ class Motion:
         Raises
         ------
         ModelError
-            If it is not finite or not known there; the message names the body and the time.
+            If it is not finite or not defined there; the message names the body and the time.
         """
         self.check_known(t, f"the motion of body {body!r}")
         value = float(getattr(self, name)(t))
@@ -256,7 +257,7 @@ class Motion:
         return value
 
     def check_known(self, t: float, what: str) -> None:
-        """Raise a ModelError that says what it is the motion of, if it is not known at time t (s)."""
+        """Raise a ModelError that names the motion as `what`, if it is not defined at time t (s)."""
         earliest, latest = self.known
         if not earliest <= t <= latest:
             first, last = self.span
@@ -268,7 +269,7 @@ class Motion:
     def over(self, times: np.ndarray, body: str) -> np.ndarray:
         """Return position, velocity and acceleration at many times, (T, 3): see `at`."""
         functions = {name: getattr(self, name) for name in ("position", "velocity", "acceleration")}
-        if self.pieces is None:  # functions of the user take one time
+        if self.pieces is None:  # functions of the user take a single time
             return np.array([[self.at(name, t, body) for name in functions] for t in times.tolist()]).reshape(-1, 3)
         for t in (times.min(initial=self.start), times.max(initial=self.start)):
             self.at("position", float(t), body)
@@ -276,14 +277,14 @@ class Motion:
 
     @property
     def start(self) -> float:
-        """Time zero, or the time nearest to it at which the motion is known, s."""
+        """Time zero, or the nearest time at which the motion is defined, s."""
         return min(max(0.0, self.span[0]), self.span[1])
 
     def check_over(self, times: np.ndarray, what: str, accelerations: Matrix | None = None) -> None:
-        """Raise a ModelError that names what it is the motion of, if its rates do not fit it all through a run.
+        """Raise a ModelError that names the motion as `what`, if its rates contradict it anywhere in a run.
 
-        `accelerations` are those at the times of the run (T, 1), s, where they are known already. A position that jumps
-        has no speed, and a speed that jumps takes an impulse: both are refused.
+        `accelerations` (T, 1) are those at the times of the run, if they are known. Positions and speeds that jump are
+        refused too: they would need an infinite speed or an impulse.
         """
         if self.pieces is None and self.velocity is not None and self.acceleration is not None:
             from kanefe.joints.rates_over_time import contradiction, refuse
@@ -292,7 +293,7 @@ class Motion:
             refuse(contradiction(functions, times, accelerations), ("position", "velocity", "acceleration"), what)
 
     def check(self, where: str) -> None:
-        """Raise a ModelError if one of the functions gives no finite number, or rates that contradict the position."""
+        """Raise a ModelError if a function does not return a finite number, or rates contradict the position."""
         start = self.start
         later = start + 1e-3 if start + 2e-3 < self.span[1] else 0.5 * (self.span[0] + self.span[1])
         for name in ("position", "velocity", "acceleration"):
@@ -305,7 +306,7 @@ class Motion:
             t, h = later, 1e-6
             function, given = getattr(self, of), float(getattr(self, rate)(t))
             found = (float(function(t + h)) - float(function(t - h))) / (2 * h)
-            # 1 %: enough for the slopes of any motion below some kHz, and far below a factor 2 pi or a wrong sign
+            # 1 % accepts differences of any motion below some kHz, but neither a factor 2 pi nor a wrong sign
             if abs(found - given) > 0.01 * max(abs(found), abs(given)) + 1e-6 * (1 + abs(float(function(t)))):
                 raise ModelError(
                     f"{where}: at t = {t} s the {rate} of a Motion is {given:.6g}, but its {of} changes at "

@@ -53,8 +53,8 @@ class Planar(SeveralCoordinatesJoint):
     speed_names: ClassVar[tuple[str, ...]] = ("vx [m/s]", "vy [m/s]", "rate [rad/s]")
 
     def __post_init__(self) -> None:
-        for name, count in (("position", 2), ("velocity", 2)):
-            start_values(getattr(self, name), count, f"{name} of a planar joint")
+        for name in ("position", "velocity"):
+            start_values(getattr(self, name), 2, f"{name} of a planar joint")
         for name in ("angle", "rate"):
             shaped_numbers(getattr(self, name), (), f"{name} of a planar joint")
         self._check_coordinates()

@@ -20,8 +20,8 @@ from kanefe.joints.quintic import quintic_pieces
 from kanefe.kernels.links.curve import curve
 
 ORDER = 12
-"""Order of the Gauss quadrature on each piece of the spline: exact to round-off if the pieces are accurate to
-ARC_LENGTH."""
+"""Order of the Gauss quadrature on each piece of the spline: exact to round-off if pieces are accurate to ARC_LENGTH.
+"""
 
 ARC_LENGTH = 1e-12
 """Largest deviation of the length of the tangent from 1, dimensionless."""
@@ -47,25 +47,25 @@ LEAST_ACROSS = 1e-2
 class PointOnCurve(OneCoordinateJoint):
     """A point that slides on a curve through given points, fixed in the parent.
 
-    The curve is the spline of order 5 through the points by the lengths of their chords, in its arc length: quintic, so
-    that the change of its curvature is continuous too, which the accelerations of a frame along it have; through less
-    than six points of an open curve, a single polynomial. The coordinate is the arc length s from the first point in m,
-    the speed its rate in m/s. On a closed curve s goes on growing from lap to lap; on an open one a run that comes to
-    an end of it fails there and says so.
+    The curve is the spline of order 5 through the points over their chord lengths, as a function of its arc length:
+    quintic, so that the derivative of its curvature, which appears in the accelerations of a frame along it, is
+    continuous; an open curve through less than six points is a single polynomial. The coordinate is the arc length s
+    from the first point in m, the speed its rate in m/s. On a closed curve s increases from lap to lap; on an open one
+    a run that reaches an end fails there with a message.
 
     Parameters
     ----------
     points : array_like, shape (n, 3)
-        In the joint's fixed frame F, m: two or more, of a closed curve three or more, the first not given again.
+        In the joint's fixed frame F, m: at least two, or three of a closed curve, whose first is not repeated.
     closed : bool
         Whether the last point is followed by the first.
     turns : bool
-        Whether the body turns with the curve, x of its frame M along the tangent. If not it stays parallel to F.
+        Whether the body rotates with the curve, x of its frame M along the tangent; else it stays parallel to F.
     up : "x", "y", "z" or three numbers, optional
-        Of a body that turns: direction in F that z of M stays as near as x lets it, as of a rail vehicle. None: M does
-        not spin about the tangent (rotation-minimising), and at the first point z is as near as it can be to z of F,
-        or to y where the curve starts along z. On a closed curve the angle by which M would then come back turned is
-        spread evenly over the lap, so that it closes.
+        With `turns`: direction in F to which z of M is as near as possible, as for a rail vehicle. None: M does not
+        spin about the tangent (rotation-minimising), and at the first point z is as near as possible to z of F, or to y
+        if the curve starts along z. On a closed curve the rotation about the tangent that would remain after a lap is
+        distributed over the lap.
     position, speed : float
         Arc length (m) and its rate (m/s) at the start.
     motion : Motion, optional
@@ -76,16 +76,16 @@ class PointOnCurve(OneCoordinateJoint):
     Attributes
     ----------
     length : float
-        Of the whole curve, m.
+        Length of the whole curve, m.
 
     Raises
     ------
     ModelError
-        Naming what is wrong with the points, the frame or the start.
+        If the points, the frame or the start are not valid; the message names which.
 
     Examples
     --------
-    A bead in a round groove, 60 points of which are known:
+    A bead in a round groove, given by 60 points:
 
     >>> angles = np.linspace(0.0, 2 * np.pi, 60, endpoint=False)
     >>> groove = np.column_stack((np.cos(angles), np.zeros(60), np.sin(angles)))
@@ -190,7 +190,7 @@ def _by_arc_length(points: Matrix, closed: bool, kind: str) -> tuple[Vector, Mat
 
     ring = np.vstack((points, points[:1])) if closed else points
     chords = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(ring, axis=0), axis=1)))
-    centre = points.mean(axis=0)  # far from F's origin round-off is that of the distance
+    centre = points.mean(axis=0)  # reduces round-off far from F's origin
     spline = _spline(chords, ring - centre, closed)
     edges = spline.x
     places, weights = np.polynomial.legendre.leggauss(ORDER)
@@ -231,7 +231,7 @@ def _spline(x: Vector, y: Matrix, closed: bool) -> Any:
 
 
 def _as_given(starts: Vector, t: Matrix, up: Vector, kind: str) -> Matrix:
-    """Return the powers of a direction that does not change, (6, n, 3); refuse one that the curve runs along."""
+    """Return the powers of a constant direction, (6, n, 3); refuse one that is along the curve somewhere."""
     sines = np.linalg.norm(np.cross(t, up), axis=1)
     if sines.min() < LEAST_ACROSS:
         raise ModelError(
@@ -246,9 +246,9 @@ def _as_given(starts: Vector, t: Matrix, up: Vector, kind: str) -> Matrix:
 def _rotation_minimising(starts: Vector, nodes: Matrix, t: Matrix, closed: bool) -> Matrix:
     """Return the powers of a direction across the curve that does not spin about it, (6, n, 3).
 
-    Two reflections from node to node (Wang, Juettler, Zheng & Liu, ACM Trans. Graph. 27, 2008), whose error is of the
-    fourth power of the pieces' length, and a spline between them. What is left is a slow spin, which V, W and their
-    derivatives know of.
+    Two reflections from node to node (Wang, Juettler, Zheng & Liu, ACM Trans. Graph. 27, 2008), with an error of the
+    fourth power of the pieces' length, and a spline between them. The remaining slow spin is included in W and its
+    derivative.
     """
     up = np.eye(3)[2 if abs(t[0, 2]) < ALONG_Z else 1]
     normals = [up - (up @ t[0]) * t[0]]

@@ -13,7 +13,7 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, axial, orientation_parameters, rotation_matrix, shaped_numbers, skew
 from kanefe.joints.given_pose import GivenPose, PoseRates
-from kanefe.joints.motion import Motion, check_span
+from kanefe.joints.motion import TIME, Motion, check_span
 from kanefe.joints.pose_table import PoseTable
 
 LINEAR = ("position", "velocity", "acceleration")
@@ -25,46 +25,33 @@ STEP = 1e-6
 Function = Callable[[float], Any]
 
 FINE = 4
-"""Number of samples of the run between those at which a pose is compared with its rates, because every call is in
-Python."""
-
-
-def _time(t: float) -> float:
-    return t
-
-
-def _one(t: float) -> float:
-    return 1.0
-
-
-def _zero(t: float) -> float:
-    return 0.0
+"""Number of samples of the run per sample at which a pose is compared with its rates, because every call is in Python.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class PoseMotion(GivenPose):
-    """The pose of a frame as functions of time, with exact velocities and accelerations: it drives a joint.
+    """The pose of a frame as functions of time, with exact velocities and accelerations, to drive a joint.
 
-    The functions are called in Python, and a scene with one takes the literal route; `table` makes of it what stays in
-    compiled code.
+    The functions are called in Python, and a scene with one uses the literal route; its `table` stays in compiled code.
 
     Parameters
     ----------
     position, velocity, acceleration : callable, optional
-        t in s -> (3,), components of the joint's fixed frame F, m, m/s, m/s2. All three, or none: it stays.
+        t in s -> (3,), components of the joint's fixed frame F, m, m/s, m/s2. All three, or none: no translation.
     orientation : callable, optional
         t -> Euler parameters (4,), scalar first, of any length, a matrix A_FM (3, 3), or a Rotation of scipy.
     angular_velocity, angular_acceleration : callable, optional
-        t -> (3,), components of the moving frame M, rad/s, rad/s2. All three of the rotation, or none: it does not
-        turn. The rates of the components in M are those of the vector, seen from F, in M.
+        t -> (3,), components of the moving frame M, rad/s, rad/s2. All three of the rotation, or none: no rotation.
+        The angular acceleration is the rate of the components of the angular velocity in M.
     span : (float, float)
-        First and last time at which the pose is known, s.
+        First and last time at which the pose is defined, s.
 
     Raises
     ------
     ModelError
-        If a function is missing; when a joint takes it, if what one gives is of another shape, not finite, no
-        rotation, or not the rate of another.
+        If a function is missing. In a joint also if a value has another shape, is not finite, not a rotation, or not
+        the rate of another.
 
     Examples
     --------
@@ -111,7 +98,7 @@ class PoseMotion(GivenPose):
 
     @property
     def clock(self) -> Motion:
-        return _Clock(_time, _one, _zero, self.span, self)
+        return _Clock(*TIME, span=self.span, pose=self)
 
     def at(self, t: float) -> PoseRates:
         p, v, a = (self._vector(name, t) for name in LINEAR)
@@ -119,10 +106,10 @@ class PoseMotion(GivenPose):
         return PoseRates(p, v, a, rotation_matrix(self._parameters(t)), w, dw)
 
     def table(self, times: Sequence[float] | Vector) -> PoseTable:
-        """Return the table of the pose and of its rates at some times, which runs take in compiled code.
+        """Return the table of the pose and of its rates at some times, for compiled code.
 
-        Pose, velocities and accelerations are those of the functions at the times; between them the pose errs by the
-        sixth power of the distance of the times, accelerations by the fourth.
+        Pose, velocities and accelerations are those of the functions at the times; between them the error of the pose
+        is of the sixth power of the distance of the times, that of accelerations of the fourth.
 
         Parameters
         ----------
@@ -160,7 +147,7 @@ class PoseMotion(GivenPose):
         }
         for name, (change, given, of) in found.items():
             rate = change / (2.0 * STEP)
-            # as for a Motion: enough for the slopes of what goes at some kHz, far below a wrong sign or frame
+            # as for a Motion: accepts differences of motions of some kHz, but no wrong sign or frame
             allowed = 0.01 * max(np.linalg.norm(rate), np.linalg.norm(given)) + 1e-6 * (1.0 + np.linalg.norm(of))
             if np.linalg.norm(rate - given) > allowed:
                 raise ModelError(
@@ -170,7 +157,7 @@ class PoseMotion(GivenPose):
                 )
 
     def check_over(self, times: Vector, what: str) -> None:
-        """Raise a ModelError that names what it is the motion of, if rates do not fit the pose in a run, times (T,)."""
+        """Raise a ModelError that names the motion as `what`, if rates contradict the pose in a run, times (T,)."""
         from kanefe.joints.rates_over_time import contradiction, refuse
 
         position, velocity, acceleration = self.position, self.velocity, self.acceleration
@@ -213,7 +200,7 @@ class PoseMotion(GivenPose):
 
 @dataclass(frozen=True)
 class _Clock(Motion):
-    """The time as a motion, of a pose whose functions are compared with their rates before a run."""
+    """The time as the motion of a pose whose functions are compared with their rates before a run."""
 
     pose: PoseMotion | None = None
 

@@ -18,7 +18,7 @@ from kanefe.joints.quintic import quintic_pieces
 from kanefe.kernels.links.pose_table import pose_table
 
 LEAST_COSINE = 0.7
-"""Smallest cosine of half the angle between two points of a table: Euler parameters between them keep a length, and the
+"""Smallest cosine of half the angle between two points of a table: Euler parameters between them do not vanish, and the
 direction of rotation is unambiguous."""
 
 CONTRADICTION = 0.5
@@ -30,37 +30,37 @@ degrees, in another frame or with another sign exceed it."""
 class PoseTable(GivenPose):
     """The pose of a frame through the points of a table, also of measured records with their own rates.
 
-    Positions and Euler parameters are piecewise polynomials whose second derivatives are continuous, and the rotation
-    is that of the parameters brought to unit length; velocities and accelerations are its exact derivatives. Of poses
-    alone the polynomials are cubic splines, without a knot at the second and last but one point; poses then err by the
-    fourth power of the distance of the points, accelerations by the second. With velocities, what is given is met at
-    every point by polynomials of the fifth degree, and accelerations there are those of the spline through the
-    velocities (third power) or what is given (fourth). Runs stay in compiled code. Outside the table the pose is not
-    known, and asking for it is an error.
+    Positions and Euler parameters are piecewise polynomials with continuous second derivatives, and the rotation is
+    that of the normalised parameters; velocities and accelerations are its exact derivatives. Without velocities the
+    polynomials are cubic splines (not-a-knot); the error of poses is then of the fourth power of the distance of the
+    points, that of accelerations of the second. With velocities, polynomials of the fifth degree have the given values
+    and rates at every point, and accelerations there are those of the spline through the velocities (third power) or
+    the given ones (fourth). Runs stay in compiled code. Outside the table the pose is not defined, and evaluating it is
+    an error.
 
     Parameters
     ----------
     times : array_like, shape (n,)
-        Increasing, at least four, s; two where accelerations are given.
+        Increasing, at least four, s; two with accelerations.
     positions : array_like, shape (n, 3), optional
-        Components of the joint's fixed frame F, m. None: it stays.
+        Components of the joint's fixed frame F, m. None: no translation.
     orientations : array_like, shape (n, 4) or (n, 3, 3), or Rotation of scipy, optional
-        Euler parameters, scalar first, of any length and sign, or matrices A_FM. None: it does not turn.
+        Euler parameters, scalar first, of any length and sign, or matrices A_FM. None: no rotation.
     velocities, accelerations : array_like, shape (n, 3), optional
         Rates of the positions, m/s, m/s2; accelerations only with velocities.
     angular_velocities, angular_accelerations : array_like, shape (n, 3), optional
-        In components of the moving frame M, as gyroscopes tell them, rad/s, rad/s2.
+        In components of the moving frame M, as measured by gyroscopes, rad/s, rad/s2.
 
     Attributes
     ----------
     pieces : ndarray, shape (n - 1, 7, 6)
-        Of each piece, the powers 0 to 5 of the time since its start, of position and Euler parameters.
+        Coefficients of each piece in the powers 0 to 5 of the time since its start, of position and Euler parameters.
 
     Raises
     ------
     ModelError
-        If the times do not increase or are too few, a shape differs, a number is not finite, Euler parameters have no
-        length, the frame turns by more than a right angle between two points, or rates contradict what they are of.
+        If the times do not increase or are too few, a shape differs, a number is not finite, Euler parameters are zero,
+        the frame rotates by more than a right angle between two points, or rates contradict their values.
 
     Examples
     --------
@@ -146,7 +146,7 @@ class PoseTable(GivenPose):
         return rows
 
     def _parameters(self, t: Vector) -> Matrix | None:
-        """Return Euler parameters of unit length, (n, 4), of signs that change as little as they can."""
+        """Return Euler parameters of unit length, (n, 4), with signs for the shortest rotation between points."""
         if self.orientations is None:
             return None
         given = self.orientations.as_matrix() if hasattr(self.orientations, "as_matrix") else self.orientations
@@ -181,7 +181,7 @@ def _pure(w: Matrix) -> Matrix:
 
 
 def _pieces(t: Vector, y: Matrix, dy: Matrix | None, ddy: Matrix | None, rates: str) -> np.ndarray:
-    """Return the powers 5 to 0 of the pieces through values and the derivatives that are given, (6, n - 1, columns)."""
+    """Return the powers 5 to 0 of the pieces through values and given derivatives, (6, n - 1, columns)."""
     from scipy.interpolate import CubicSpline
 
     if ddy is None and len(t) < LEAST_POINTS:

@@ -1,4 +1,4 @@
-"""Piecewise polynomials of the fifth degree with given values and first two derivatives at their ends."""
+"""Piecewise polynomials of the fifth degree with given values and two derivatives at their ends."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ def quintic_pieces(h: Vector, y: Matrix, moved: Matrix, dy: Matrix, ddy: Matrix)
     y, dy, ddy : ndarray, shape (n + 1, columns)
         Values and derivatives at their ends.
     moved : ndarray, shape (n, columns)
-        By how much y changes over each piece.
+        Change of y over each piece.
     """
-    # what is left of value and derivatives at the end after those at the start
+    # value and derivatives at the end without the contribution of those at the start
     value = (moved - h * dy[:-1] - 0.5 * h**2 * ddy[:-1]) / h**3
     slope, bend = (dy[1:] - dy[:-1] - h * ddy[:-1]) / h**2, (ddy[1:] - ddy[:-1]) / h
     return np.array(

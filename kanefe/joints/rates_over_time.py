@@ -1,4 +1,4 @@
-"""Functions of the time held against those that are given as their rates, all through a run."""
+"""Comparison of functions of time with their given rates, throughout a run."""
 
 from __future__ import annotations
 
@@ -57,20 +57,20 @@ Function = Callable[[float], Any]
 
 
 class Contradiction(NamedTuple):
-    """Where a function does not change as its rate says.
+    """A contradiction between a function and its rate.
 
     Attributes
     ----------
     of_rate : bool
-        Whether it is the rate that contradicts the second rate, and not the value the rate.
+        Whether the rate contradicts the second rate; else the value contradicts the rate.
     time : float
         s.
     change : ndarray, shape (k,)
-        Of the function, within a moment.
+        Change of the function in a short interval.
     found, given : ndarray, shape (k,)
-        That change in a second, and the rate there.
+        This change per second, and the given rate.
     is_jump : bool
-        Whether the change is as large within the moment as it is from one sample to the next.
+        Whether the change is as large in the short interval as it is from one sample to the next.
     """
 
     of_rate: bool
@@ -88,21 +88,21 @@ def refuse(found: Contradiction | None, names: tuple[str, str, str], what: str) 
     ----------
     found : Contradiction or None
     names : (str, str, str)
-        Of the value, its rate and the rate of that.
+        Names of the value, its rate and its second rate.
     what : str
-        Begins the message.
+        Beginning of the message.
     """
     if found is None:
         return
     name, rate = (text.replace("_", " ") for text in names[found.of_rate : found.of_rate + 2])
-    given = f"where its {rate} is {_told(found.given)}"
+    given = f"where its {rate} is {_text(found.given)}"
     if found.is_jump:
         why = "a speed takes time to change" if found.of_rate else "no speed makes that"
-        said = f"its {name} jumps by {_told(found.change)}, {given}: {why}"
+        fault = f"its {name} jumps by {_text(found.change)}, {given}: {why}"
     else:
-        said = f"its {name} changes by {_told(found.found)} a second, {given}"
+        fault = f"its {name} changes by {_text(found.found)} a second, {given}"
     raise ModelError(
-        f"{what}: at t = {found.time:.6g} s {said}. Remedy: no jumps of the {name} and its time derivative as {rate}, "
+        f"{what}: at t = {found.time:.6g} s {fault}. Remedy: no jumps of the {name} and its time derivative as {rate}, "
         "or a table of points: Motion.table, PoseTable"
     )
 
@@ -110,12 +110,12 @@ def refuse(found: Contradiction | None, names: tuple[str, str, str], what: str) 
 def contradiction(
     functions: tuple[Function, Function, Function], times: Vector, seconds: Matrix | None = None
 ) -> Contradiction | None:
-    """Return where functions of the time do not change as their rates say, the worst place of the first; None: nowhere.
+    """Return the worst contradiction between functions of time and their rates; None: there is none.
 
     The second rate is sampled at all times, value and rate at each `STRIDE`-th. Between these the changes are integrals
-    of the second rate by the trapezoidal rule and its correction, whose error the fourth differences bound, also where
-    the second rate jumps. What is left over is followed by `_followed`. Values that fit by far at a few samples,
-    as those of most motions do, are looked at no more closely: see `_fits`.
+    of the second rate by the corrected trapezoidal rule, whose error the fourth differences bound, also where the
+    second rate jumps. `_followed` examines intervals with a larger deviation. If a few samples agree clearly, as for
+    most motions, no closer examination is needed: see `_fits`.
     """
     value, rate, second = functions
     if _fits(functions, times, seconds):
@@ -151,7 +151,7 @@ def contradiction(
         places = ((np.arange(PLACES) * 0.618034 + 0.3) % 1.0 * (count - 1)).astype(int)
         looked_at += [(coarse[i] + 0.37 * h, coarse[i] + (0.37 + LOCAL * STRIDE) * h, size[i]) for i in places]
         for first, last, near in looked_at:
-            with suppress(ArithmeticError, LookupError, TypeError, ValueError):  # the run tells of it if it comes there
+            with suppress(ArithmeticError, LookupError, TypeError, ValueError):  # reported by the run if it gets there
                 found = _followed(*pair, float(first), float(last), float(near), noise)
                 if found is not None:
                     return Contradiction(of_rate, *found)
@@ -159,10 +159,10 @@ def contradiction(
 
 
 def _fits(functions: tuple[Function, Function, Function], times: Vector, seconds: Matrix | None) -> bool:
-    """Return whether values fit their rates by far at all of a few samples, and in a place between them.
+    """Return whether values agree with their rates at all of a few samples, and at a place between them.
 
-    By the trapezoidal rule and its correction; what is allowed is no more than where it is looked more closely.
-    Functions that are wrong for a fortieth of the run and right before and after may be missed.
+    The corrected trapezoidal rule is used, with tolerances not above those of the closer examination. Functions that
+    are wrong only during a fortieth of the run may be missed.
     """
     stride, value, rate = (len(times) - 1) // FEW, functions[0], functions[1]
     coarse = times[::stride] if stride else times
@@ -186,7 +186,7 @@ def _fits(functions: tuple[Function, Function, Function], times: Vector, seconds
         noise = NOISE * (float(np.abs(y).max()) + latest * float(sizes.max()))
         if not (_norm(y[1:] - y[:-1] - change) <= SHARE * length * near + noise).all():
             return False
-        # vibrations of which the samples see one phase
+        # finds vibrations that all samples meet at the same phase
         at = len(near) // 3
         start, share = float(coarse[at]) + 0.0231 * length, LOCAL * length
         try:
@@ -203,10 +203,11 @@ def _fits(functions: tuple[Function, Function, Function], times: Vector, seconds
 def _followed(
     value: Function, rate: Function, a: float, b: float, size: float, noise: float
 ) -> tuple[float, Vector, Vector, Vector, bool] | None:
-    """Return what is left of a contradiction between two times, where the largest part of it is; None: nothing.
+    """Return the time, change, rates and jump flag of a contradiction between two times; None: there is none.
 
-    The interval is split again and again, towards what the integral of the rate does not explain. That vanishes where
-    the two agree and vibrate faster than the samples. It is told where it stays out of the range of the rates about it.
+    The interval is divided repeatedly, towards the larger part of the change that the integral of the rate does not
+    explain. This vanishes if the two agree and vibrate faster than the samples. It is a contradiction if it remains
+    outside the range of the rates around it.
     """
     least = max(CLOSEST * (b - a), 1e-11 * max(abs(a), abs(b)))
     start, stop, first = a, b, 0.0
@@ -238,7 +239,7 @@ def _followed(
 def values_at(function: Function, times: Vector) -> list[Any]:
     """Return the values of a function at times, up to the first where it fails."""
     values: list[Any] = []
-    with suppress(Exception):  # of the user: the run tells of it, if it comes there
+    with suppress(Exception):  # of the user's function, reported by the run if it gets there
         values.extend(map(function, times.tolist()))
     return values
 
@@ -247,7 +248,7 @@ def finite_rows(values: Sequence[Any] | Matrix) -> Matrix:
     """Return values as rows, up to the first that is not finite, (T, k)."""
     try:
         rows = np.array(values, dtype=float).reshape(len(values), -1)
-    except (TypeError, ValueError):  # texts, or numbers of several shapes: the run tells of them
+    except (TypeError, ValueError):  # strings or different shapes, reported by the run
         return np.zeros((0, 1))
     finite = np.isfinite(rows).all(axis=1)
     return rows if finite.all() else rows[: int(np.argmin(finite))]
@@ -274,5 +275,5 @@ def _nearby(sizes: Vector, block: int) -> Vector:
     return np.repeat(np.maximum(np.maximum(padded[:-2], blocks), padded[2:]), block)[: len(sizes)]
 
 
-def _told(value: Vector) -> str:
+def _text(value: Vector) -> str:
     return f"{value[0]:.6g}" if len(value) == 1 else str([float(f"{number:.6g}") for number in value])

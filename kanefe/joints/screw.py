@@ -1,4 +1,4 @@
-"""The screw joint: rotation about one axis that carries the body along it."""
+"""The screw joint: rotation about one axis with a proportional translation along it."""
 
 from __future__ import annotations
 

@@ -39,17 +39,18 @@ class Spherical(Joint):
         At the start, in rad/s, components of the moving frame: these are the speeds.
     motion : PoseMotion or PoseTable, optional
         Drives the joint as a whole, without positions; the start is then that of the motion, and the joint has no
-        coordinates of the state. What drives is in `Result.joint_reaction`, its power in `Result.driving_force`, in W.
+        coordinates in the state. The driving moment is in `Result.joint_reaction`, its power in `Result.driving_force`,
+        in W.
     forces : None
-        The coordinates of this joint cannot carry forces: an error names the remedy.
+        Not possible along the coordinates of this joint: an error names the remedy.
     friction : JointFriction, optional
         Friction from the load of the joint.
 
     Raises
     ------
     ModelError
-        If a shape is wrong, a number is not finite or the orientation is no rotation, or if a start is given beside the
-        motion.
+        If a shape is wrong, a number is not finite or the orientation is not a rotation, or if a start is given beside
+        the motion.
     """
 
     orientation: Orientation = (1.0, 0.0, 0.0, 0.0)

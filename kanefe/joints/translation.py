@@ -1,4 +1,4 @@
-"""The translation joint: a body that moves along its parent without turning."""
+"""The translation joint: a body that moves relative to its parent without rotation."""
 
 from __future__ import annotations
 
@@ -53,9 +53,6 @@ class Translation(SeveralCoordinatesJoint):
         start_values(self.position, 3, f"position of a {self.kind} joint")
         start_values(self.velocity, 3, f"velocity of a {self.kind} joint")
         self._check_coordinates()
-
-    def initial_coordinates(self) -> Vector:
-        return np.array(self.position, dtype=float)
 
     def initial_speeds(self) -> Vector:
         return np.array(self.velocity, dtype=float)

@@ -62,9 +62,6 @@ class Universal(SeveralCoordinatesJoint):
         start_values(self.speed, 2, f"speed of a {self.kind} joint")
         self._check_coordinates()
 
-    def initial_coordinates(self) -> Vector:
-        return np.array(self.position, dtype=float)
-
     def initial_speeds(self) -> Vector:
         return np.array(self.speed, dtype=float)
 

@@ -19,7 +19,7 @@ Names = tuple[str, ...]
 
 
 def sampled_space(change: Matrix, measured: Matrix, period: float, states: Names, outputs: Names) -> Any:
-    """Return a `control.StateSpace` in steps of a period (s), without inputs: change of its states, and its outputs."""
+    """Return a discrete `control.StateSpace` with a period (s), without inputs, from its state and output matrices."""
     return control.ss(
         change,
         np.zeros((len(change), 1)),
@@ -34,20 +34,19 @@ def sampled_space(change: Matrix, measured: Matrix, period: float, states: Names
 
 
 def _plain(names: Names) -> list[str]:
-    """Return names without '.', which python-control keeps for its own use."""
+    """Return names without '.', which python-control reserves."""
     return [name.replace(".", "_") for name in names]
 
 
 def state_space(linearisation: StateSpace) -> Any:
     """Return a `control.StateSpace` with names."""
-    lin = linearisation
     return control.ss(
-        lin.A,
-        lin.B,
-        lin.C,
-        lin.D,
-        states=_plain(lin.state_names),
-        inputs=_plain(lin.input_names),
-        outputs=_plain(lin.output_names),
+        linearisation.A,
+        linearisation.B,
+        linearisation.C,
+        linearisation.D,
+        states=_plain(linearisation.state_names),
+        inputs=_plain(linearisation.input_names),
+        outputs=_plain(linearisation.output_names),
         remove_useless_states=False,
     )

@@ -1,4 +1,4 @@
-"""Whether a scene stays what it is as it moves on: how much its small motions change with the azimuth."""
+"""How much the small motions of a scene change as it moves, that is, with the azimuth of a rotor."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from kanefe.linear.modes.eigenpairs import rate_weights
 from kanefe.linear.small_motions import SmallMotions
 
 SAMPLES = (0.37, 1.1, 2.6, 5.3)
-"""Distances over which a motion is followed to see whether it stays the same: rad or m of its fastest speed, or s."""
+"""Distances at which small motions are compared: rad or m of the fastest speed, or s."""
 
 CONSTANT = 1e-7
 """Change of A relative to its rates that counts as zero: differences and projected loops leave about 1e-9."""
 
 
 def times_ahead(model: Model, t: float, u: Vector) -> list[float]:
-    """Return how far (s) to follow a motion to see what changes: by its fastest joint, in seconds where time counts."""
+    """Return the later times (s) at which small motions are compared, from the fastest speed and the explicit time."""
     driven = model.driven_speeds(t)[0] if model.driven_count else np.zeros(0)
     fastest = float(max(np.abs(u).max(initial=0.0), np.abs(driven).max(initial=0.0)))
     times = [tau / fastest for tau in SAMPLES] if fastest > 0.0 else []
@@ -29,7 +29,7 @@ def times_ahead(model: Model, t: float, u: Vector) -> list[float]:
 
 
 def moved_on(model: Model, t: float, q: Vector, u: Vector, tau: float) -> tuple[Vector, Vector]:
-    """Return the state after a time (s) in which speeds stay and loops are closed."""
+    """Return the state after a time (s) with constant speeds, and with closed loops."""
     q_later = model.advance(q, tau * u)
     if not model.is_constrained:
         return q_later, u
@@ -40,8 +40,8 @@ def moved_on(model: Model, t: float, q: Vector, u: Vector, tau: float) -> tuple[
 def change_ahead(small: SmallMotions) -> float:
     """Return the change of A as the scene moves, relative to its largest rates, along one direction.
 
-    A direction in which everything moves a little, in coordinates in which rates and places are alike: what changes
-    anywhere changes its rates.
+    All states take part in this random direction, with weights that make rates and positions comparable, so that any
+    change of A changes the rates.
     """
     model, t = small.model, small.t
     weights = rate_weights(small.state_matrix(), len(small.positions.leading))
@@ -56,7 +56,7 @@ def change_ahead(small: SmallMotions) -> float:
     for tau in times_ahead(model, t, still):
         try:
             q, u = moved_on(model, t, small.q, still, tau)
-        except SimulationError:  # a mechanism that cannot go on so far is none that stays what it is
+        except SimulationError:  # a mechanism that cannot move so far does change
             return 1.0
         later = SmallMotions(model, t + tau, q, np.where(still != 0.0, u, small.u), small.drives)
         if not np.array_equal(later.positions.leading, small.positions.leading):

@@ -1,4 +1,4 @@
-"""A model whose driven coordinates are displaced from their motions: what a linear analysis varies."""
+"""A model whose driven coordinates are displaced from their motions, for derivatives in linear analyses."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Drive(NamedTuple):
 
 
 class Shift(NamedTuple):
-    """How far a driven coordinate is from its motion at a time: rad or m, and its two rates."""
+    """Deviation of a driven coordinate from its motion at a time, rad or m, and its first two rates."""
 
     position: float
     speed: float
@@ -26,7 +26,7 @@ class Shift(NamedTuple):
 
 
 def shifted(model: Model, t: float, shifts: dict[Drive, Shift]) -> Model:
-    """Return the model with drives displaced at time t (s); the model itself if nothing is."""
+    """Return the model with drives displaced at time t (s); the model itself without displacements."""
     moved = {drive: shift for drive, shift in shifts.items() if any(shift)}
     if not moved:
         return model
@@ -36,7 +36,7 @@ def shifted(model: Model, t: float, shifts: dict[Drive, Shift]) -> Model:
         motions = list(body.joint.motions)
         motion = motions[drive.coordinate]
         if motion is None:
-            raise TypeError("a drive is of a driven coordinate")
+            raise TypeError("the coordinate is not driven")
         motions[drive.coordinate] = _displaced(motion, shift, t)
         bodies[drive.body] = replace(body, joint=driven_by(body.joint, motions))
     return replace(model, bodies=tuple(bodies))
@@ -46,7 +46,7 @@ def _displaced(motion: Motion, shift: Shift, t0: float) -> Motion:
     x, v, a = shift
     velocity, acceleration = motion.velocity, motion.acceleration
     if velocity is None or acceleration is None:
-        raise TypeError("a motion has its rates")  # Motion guarantees it
+        raise TypeError("the motion has no rates")  # Motion guarantees it
     return Motion(
         lambda t: float(motion.position(t)) + x + v * (t - t0) + 0.5 * a * (t - t0) ** 2,
         lambda t: float(velocity(t)) + v + a * (t - t0),

@@ -1,4 +1,4 @@
-"""Frequency response of a linearised scene: what its outputs do when an input oscillates."""
+"""Frequency response of a linearised scene."""
 
 from __future__ import annotations
 
@@ -48,17 +48,17 @@ class FrequencyResponse:
 
     @checked
     def receptance(self, output: str, input: str) -> np.ndarray:
-        """Return the response of one output to one input, complex, shape (F,): of a position, per unit of force.
+        """Return the response of one output to one input, complex, shape (F,), such as of a position per unit of force.
 
         Parameters
         ----------
         output, input : str
-            Of `output_names` and `input_names`, with or without the unit.
+            One of `output_names` and of `input_names`, with or without the unit.
 
         Raises
         ------
         ModelError
-            If there is no such name, or several begin so; lists what there is.
+            If there is no such name, or more than one; the message lists the names.
         """
         return self._column(output, input, "output")
 
@@ -69,14 +69,14 @@ class FrequencyResponse:
         Parameters
         ----------
         output, over : str
-            Of `output_names`, with or without the unit.
+            Two of `output_names`, with or without the unit.
         input : str, optional
-            Of `input_names`; may be left out where there is one.
+            One of `input_names`; not needed if there is only one.
 
         Raises
         ------
         ModelError
-            If there is no such name; lists what there is. Also if there are several inputs and none is named.
+            If there is no such name (the message lists them), or there are several inputs and none is named.
         """
         if input is None and len(self.input_names) > 1:
             raise ModelError(
@@ -110,7 +110,7 @@ def checked_frequencies(linearisation: StateSpace, frequencies: Sequence[float] 
     Raises
     ------
     ModelError
-        If they make no sense, or there are no inputs or outputs.
+        If they are not valid, or there are no inputs or outputs.
     """
     at = np.atleast_1d(numbers(frequencies))
     if at.ndim != 1 or not len(at) or not np.all(np.isfinite(at)) or np.any(at < 0.0):

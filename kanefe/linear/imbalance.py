@@ -1,4 +1,4 @@
-"""What is out of balance in a state, and against what it is small."""
+"""The imbalance of a state, relative to the forces that act."""
 
 from __future__ import annotations
 
@@ -31,16 +31,16 @@ ROUNDED = float(np.finfo(float).eps)
 
 @dataclass(frozen=True)
 class Imbalance:
-    """The force that is left over in the motion that balances worst.
+    """The remaining force in the motion with the worst balance.
 
     Attributes
     ----------
     name : str
-        Of the coordinate, with its unit.
+        Name of the coordinate, with its unit.
     force : float
-        N of a displacement, N m of an angle.
+        N for a displacement, N m for an angle.
     ratio : float
-        Of the forces that balance there.
+        Relative to the forces that act in this motion.
     """
 
     name: str
@@ -53,7 +53,7 @@ class Imbalance:
 
 
 def worst_imbalance(state: State, du: Vector, N: Matrix, leading: Vector) -> Imbalance:
-    """Return the worst of the generalised forces ``N^T M du`` that are left over.
+    """Return the largest of the remaining generalised forces ``N^T M du``, relative to those that act.
 
     Parameters
     ----------
@@ -79,29 +79,29 @@ def slipping_friction(model: Model, t: float, q: Vector, u: Vector, left: Imbala
     Parameters
     ----------
     left : Imbalance
-        What is left over at the state.
+        The imbalance of the state.
     """
     state = State(model, t, q, u)
     for i, load in enumerate(model.loads):
         found = load.slipping(state.load_ends(i), state.load_states(i))
         if found is not None and left.name.startswith(f"{model.bodies[load.ends[0].body].name}: "):
             held, unit = found
-            asked = held + abs(left.force)
-            return f"{load.kind} of {load.subject} needs {asked:.4g} {unit} and holds {held:.4g} {unit}"
+            needed = held + abs(left.force)
+            return f"{load.kind} of {load.subject} needs {needed:.4g} {unit} and holds {held:.4g} {unit}"
     return ""
 
 
 @once
 def force_sizes(state: State) -> Vector:
-    """Return the sum of the sizes of all generalised forces along each speed, free and driven, N and N m.
+    """Return the sum of the magnitudes of all generalised forces along each speed, free and driven, N and N m.
 
-    Inertia and gravity of each body, stiffness, damping, loads, springs: each by itself, so that they do not cancel,
-    and with full levers: a measure of round-off, not a force.
+    Inertia and gravity of each body, stiffness, damping, loads and springs are added separately, so that they do not
+    cancel, and with full lever arms: a measure of round-off, not a force.
     """
     model, t, full, driven_rates = state.model, state.t, state.full, state.driven_rates
     sizes = np.zeros(state.columns)
     for body, frame in zip(model.bodies, state.motions, strict=True):
-        # what accelerates the origin, and how it is felt at the end of a lever: directions must not hide it
+        # magnitudes of the acceleration of the origin and of that per lever arm, whatever their directions
         pull = float(np.linalg.norm(frame.Z - frame.A_NF.T @ model.gravity * body.has_gravity))
         pull += float(np.linalg.norm(frame.V[:, model.free_count :] @ driven_rates))
         spin = float(frame.w @ frame.w + np.linalg.norm(frame.Y + frame.W[:, model.free_count :] @ driven_rates))
@@ -121,10 +121,10 @@ def force_sizes(state: State) -> Vector:
             k = terms.body.free_count
             own = np.abs(F[terms.speeds]) + np.abs(elastic_forces(terms, eta, deta))
             sizes[terms.speeds] += own + np.abs(terms.body.stiffness[:k, :k]) @ np.abs(eta)
-            # what the field of a mode may feel of it (Cauchy and Schwarz), also one that by symmetry feels nothing
+            # upper bound of the modal force (Cauchy-Schwarz), also for modes on which it vanishes by symmetry
             moved = np.sqrt(np.diag(M)[terms.speeds] / mass)
             sizes[terms.speeds] += mass * moved * (pull + spin * lever)
-            # elastic forces of a shape that differs by round-off from what it was made of: these are none
+            # elastic forces of round-off displacements count as zero
             rounded = np.divide(ROUNDED * lever, moved, out=np.zeros(k), where=moved > 0.0)
             sizes[terms.speeds] += terms.body.stiffness.diagonal()[:k] * rounded / BALANCED
         force = mass * (pull + spin * lever)

@@ -26,7 +26,7 @@ KINDS = {"force": "N", "torque": "N m", "motor": "", "drive": "", "gravity": "m/
 
 @dataclass(frozen=True, eq=False)
 class Input:
-    """One input: a generalised force (free,) per unit, or a drive whose acceleration it is.
+    """One input: a generalised force (free,) per unit, or the acceleration of a drive.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ def inputs_of(model: Model, t: float, q: Vector, u: Vector, named: Named | None)
     Raises
     ------
     ModelError
-        Naming what there is not, and listing what there is.
+        If there is no such input; the message lists what there is.
     """
     state = State(model, t, q, u)
 
@@ -111,7 +111,7 @@ def inputs_of(model: Model, t: float, q: Vector, u: Vector, named: Named | None)
 
 
 def _gravity(model: Model, t: float, q: Vector, u: Vector, name: str, axis: str) -> list[Input]:
-    """Return uniform gravity along axes of N, equivalent to the opposite acceleration of the ground."""
+    """Return uniform gravity along axes of N, which is equivalent to the opposite acceleration of the ground."""
     if axis not in ("", *AXES):
         raise ModelError(f"input {name!r}: {axis!r} is not an axis. Remedy: gravity x, gravity y or gravity z")
     n = model.free_count

@@ -13,7 +13,7 @@ from kanefe._public import served
 from kanefe.arguments import checked
 from kanefe.equations.model import Model
 from kanefe.errors import AccuracyWarning, ModelError, outside
-from kanefe.frames import Matrix, Vector, numbers
+from kanefe.frames import Matrix, Vector, shaped_numbers
 from kanefe.instants.instant import Instant
 from kanefe.instants.missed_statics import is_known, warn_of_missed
 from kanefe.kane.assemble import mass_matrix
@@ -42,30 +42,30 @@ class Linearisation(StateSpace):
     """Small motions x of a scene about a state, ``dx/dt = A x + B w``, ``y = C x + D w``; made by `linearise`.
 
     x are independent tangent coordinates p (displacements, angles, modal coordinates, rotation vectors in the moving
-    frame) and then independent speeds r. Without rolling the same is said by
+    frame), followed by independent speeds r. Without rolling this is equivalent to
 
         M d2p/dt2 + (damping + gyroscopic) dp/dt + stiffness p = B_2 w
 
-    About a state that moves both are frozen: exact for its rate of change, and constant where the motion is steady in
-    these coordinates. A wheel that rolls, or a rotor in a frame that does not spin, is steady where a revolute joint
-    carries the spin; in the tangents of a free joint, which spin with it, gravity would turn.
+    About a moving state both are frozen at that state: they give its rates exactly, and are constant if the motion is
+    steady in these coordinates. A rolling wheel, or a rotor in a frame that does not spin, is steady if its spin is in
+    a revolute joint; in the tangents of a free joint, which spin with the body, gravity would rotate.
 
     Attributes: see `StateSpace`.
     """
 
     @cached_property
     def change(self) -> float:
-        """By how much A changes as the scene moves on, of its largest rates: zero of a motion that is steady in x.
+        """Change of A as the scene moves, relative to its largest rates: zero if the motion is steady in x.
 
-        Measured at some azimuths, or times, with all joints at their speeds of now.
+        Measured at some azimuths or times, with all joints at their present speeds.
         """
         return change_ahead(self.small)
 
     def modes(self) -> Modes:
         """Return eigenvalues, frequencies, damping ratios and mode shapes of the whole scene.
 
-        An `AccuracyWarning` tells if the scene is another one as it moves on (see `change`), such as a bladed rotor
-        on a tower: modes of one azimuth are none of the scene then, and `kanefe.floquet` finds those it has.
+        If A changes as the scene moves (see `change`), as for a bladed rotor on a tower, an `AccuracyWarning` is
+        issued: the modes at one azimuth are not those of the scene, which `kanefe.floquet` finds.
 
         Examples
         --------
@@ -79,9 +79,9 @@ class Linearisation(StateSpace):
     def _warn_of_change(self, what: str) -> None:
         if self.change > CONSTANT:
             warnings.warn(
-                f"{what} of a state that moves are those of the scene frozen at t = {self.time:.6g} s; as it moves on, "
-                f"its small motions change (by {self.change:.2g} of their largest rates). Remedy: kanefe.floquet, "
-                "where the motion repeats",
+                f"{what} of a moving state are those of the scene frozen at t = {self.time:.6g} s; as it moves, its "
+                f"small motions change (by {self.change:.2g} of their largest rates). Remedy: kanefe.floquet, "
+                "if the motion is periodic",
                 AccuracyWarning,
                 stacklevel=outside(),
             )
@@ -98,7 +98,7 @@ class Linearisation(StateSpace):
         Raises
         ------
         ModelError
-            If there are no inputs or outputs, or a frequency makes no sense.
+            If there are no inputs or outputs, or a frequency is not valid.
         """
         from kanefe.linear.frequency_response import frequency_response
 
@@ -121,7 +121,7 @@ class Linearisation(StateSpace):
     def to_fmu(self, path: str | Path, *, fmi: str = "2.0") -> Path:
         """Write the linear system as a functional mock-up unit for model exchange; return its path.
 
-        Inputs and states are differences from the state of the analysis, outputs are in full.
+        Inputs and states are deviations from the state of the analysis, outputs are absolute.
 
         Parameters
         ----------
@@ -146,8 +146,8 @@ class Linearisation(StateSpace):
 
     @checked
     def moved(self, x: Sequence[float] | np.ndarray) -> Vector:
-        """Return the state y = (q, u) of the model beside the one of the analysis, to first order in x (states,)."""
-        small = _values(x, len(self.A), "x")
+        """Return the state y = (q, u, z) displaced from that of the analysis by x (states,), to first order."""
+        small = shaped_numbers(x, (len(self.A),), "x")
         n, N = self.model.free_count, self.position_count
         z = self.small.along_positions.z @ small[:N]
         du = self.small.along_positions.du @ small[:N] + self.small.along_speeds.du @ small[N:]
@@ -167,9 +167,9 @@ def linearise(
 ) -> Linearisation:
     """Linearise a scene about a state.
 
-    Derivatives are exact to round-off (complex steps through the order-n equations), also of springs, stiffening,
-    loops and gyroscopic terms. Functions of the user that look at the state, such as controllers, are differentiated by
-    central differences of these functions alone.
+    Derivatives are exact to round-off (complex steps through the order-n equations), including springs, stiffening,
+    loops and gyroscopic terms. Functions of the user that depend on the state, such as controllers, are differentiated
+    by central differences.
 
     Parameters
     ----------
@@ -178,12 +178,13 @@ def linearise(
         s; default: the time of the state, or zero.
     start : state, optional
         The state to linearise about, as `kanefe.System.simulate` takes it; default: the start of the scene, with bodies
-        that stiffen as deformed as their motion there asks. For small motions about rest:
+        that stiffen deformed in balance with their motion. For small motions about rest:
         ``kf.equilibrium(scene).linearise()``.
     inputs : str, sequence or mapping of str, optional
         ``"force body x"``, ``"torque body/interface z'"``, ``"motor body"``, ``"gravity z"``, ``"load <label>"``, or
         ``"drive body"``, the acceleration of a driven coordinate, whose position and rate are then states too. ``x`` is
-        along N, ``x'`` along the frame's own axes in this state; without an axis all three. A mapping gives names.
+        along N, ``x'`` along the frame's own axes in this state; without an axis all three. The keys of a mapping are
+        names.
         Default: all loads of the scene.
     outputs : str, sequence or mapping of str, optional
         ``"position body/interface x"``, also rotation (a vector), velocity, angular_velocity, acceleration,
@@ -199,15 +200,15 @@ def linearise(
     Warns
     -----
     AccuracyWarning
-        If the modes of a body miss much of how gravity, spin or tractions deform it there.
+        If the modes of a body miss much of its deformation by gravity, spin or tractions.
     UnsettledWarning
-        If the state is not in balance, such as a start from which the scene falls or sags: it tells by what force, and
-        of how much. Steady motion, and what moves freely, is in balance.
+        If the state is not in balance, such as a start from which the scene falls or sags; the message has the
+        remaining force. Steady and free motions are in balance.
 
     Notes
     -----
-    Rigid contacts that touch are constraints: what carries stays closed, and what sticks does not slide. The small
-    motions are those within which they go on to do so.
+    Closed rigid contacts are constraints: loaded ones stay closed, and sticking ones do not slide. The small motions
+    are those within which this holds.
 
     Examples
     --------
@@ -235,9 +236,9 @@ def linearised(
     outputs: Named | None,
     known: SmallMotions | None = None,
 ) -> Linearisation:
-    """Return the result of `linearise` without warnings about modes, for callers that issued them or linearise often.
+    """Return the result of `linearise` without warnings, for callers that issue their own or linearise often.
 
-    `known` may be small motions about that state: they are not computed again.
+    `known` may be small motions about that state, which are then reused.
     """
     model, time, q, u = model_in_state(scene, t, start, "linearise")
     if start is None:
@@ -258,7 +259,7 @@ def linearised(
 
 
 def _rested(small: SmallMotions) -> Vector:
-    """Return the state (q, u, z) with elastic coordinates where the loads of its motion hold them, to first order."""
+    """Return the state (q, u, z) with elastic coordinates in balance with its motion, to first order."""
     model, q = small.model, small.q.copy()
     state = State(model, small.t, small.q, small.u, model.initial_states)
     bodies = [body.flexible for body in model.bodies if body.flexible is not None]
@@ -273,7 +274,7 @@ def _rested(small: SmallMotions) -> Vector:
 
 
 def linearisation_of(small: SmallMotions, inputs: Sequence[Input], outputs: Sequence[Output]) -> Linearisation:
-    """Return small motions in matrices, with inputs and outputs."""
+    """Return the matrices of small motions, with inputs and outputs."""
     model = small.model
     P, R = small.along_positions, small.along_speeds
     lead_p, lead_r = small.positions.leading, small.speeds.leading
@@ -303,7 +304,7 @@ def linearisation_of(small: SmallMotions, inputs: Sequence[Input], outputs: Sequ
 
 
 def input_directions(small: SmallMotions, inputs: Sequence[Input]) -> Directions:
-    """Return the accelerations that unit inputs bring, drives included."""
+    """Return the accelerations due to unit inputs, including drives."""
     n, count = small.model.free_count, len(inputs)
     none = np.zeros((small.size, count))
     wanted = np.zeros((small.size, count))
@@ -319,7 +320,7 @@ def input_directions(small: SmallMotions, inputs: Sequence[Input]) -> Directions
 
 
 def _without_noise(rows: Matrix) -> Matrix:
-    """Return rows of differences with entries of round-off as zeros: at rest most of them are."""
+    """Return rows of differences with round-off set to zero, as most entries are at rest."""
     size = np.abs(rows).max(axis=1, keepdims=True, initial=0.0)
     return np.where(np.abs(rows) < 1e-11 * size, 0.0, rows)
 
@@ -328,10 +329,3 @@ def _drive_name(model: Model, drive: Any, rate: int) -> str:
     body = model.bodies[drive.body]
     name = (body.joint.speed_names if rate else body.joint.coordinate_names)[drive.coordinate]
     return f"{body.name}: driven {name}"
-
-
-def _values(x: object, count: int, what: str) -> Vector:
-    array = numbers(x)
-    if array.shape != (count,) or not np.all(np.isfinite(array)):
-        raise ModelError(f"{what} must be {count} finite numbers, shape {array.shape} was given")
-    return array.astype(float)

@@ -35,7 +35,7 @@ Measure = Callable[["Sweep"], float]
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
-    """A state beside the one of the analysis, and the rates of its free and driven speeds."""
+    """A state near the one of the analysis, and the rates of its free and driven speeds."""
 
     state: State
     rates: Vector
@@ -46,14 +46,14 @@ class Sweep:
 
 
 def swept(moved: Moved, t: float) -> Sweep:
-    """Return a state with its motions."""
+    """Return a state with the rates of its speeds."""
     state = State(moved.model, t, moved.q, moved.u)
     return Sweep(state, np.concatenate((moved.du, state.driven_rates)))
 
 
 @dataclass(frozen=True, eq=False)
 class Output:
-    """One output: its name, unit, and what measures it."""
+    """One output: its name, its unit, and the function that evaluates it."""
 
     name: str
     unit: str
@@ -71,7 +71,7 @@ def outputs_of(small: SmallMotions, named: Named | None) -> list[Output]:
     Raises
     ------
     ModelError
-        Naming what there is not, and listing what there is.
+        If there is no such output; the message lists what there is.
     """
     model = small.model
     found: list[Output] = []
@@ -111,7 +111,7 @@ def _outputs(model: Model, here: Sweep, target: Target) -> list[Output]:
 
 
 def _measure_of(target: Target, direction: Vector, A_0: Matrix) -> Measure:
-    """Return what measures a motion of a frame along a direction of N."""
+    """Return the function for a component of the motion of a frame along a direction in N."""
 
     def turn(sweep: Sweep) -> Vector:
         R = sweep.frame(target).A_NF @ A_0.T
@@ -190,7 +190,7 @@ def _deflections(model: Model, target: Target) -> list[Output]:
 
 
 def output_rows(small: SmallMotions, outputs: Sequence[Output], along: Directions) -> Matrix:
-    """Return how the outputs change along directions, shape (outputs, directions)."""
+    """Return the derivatives of the outputs along directions, shape (outputs, directions)."""
     rows = np.zeros((len(outputs), along.z.shape[1]))
     if not outputs:
         return rows

@@ -1,4 +1,4 @@
-"""Elastic coordinates where they balance the motion of the start: stretched by the spin, and not about to stretch."""
+"""Elastic coordinates in balance with the motion of the start, such as the stretch of a spinning blade."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from kanefe.frames import Vector
 from kanefe.tree.body_terms import is_unreduced
 
 ITERATIONS = 12
+"""Largest number of Newton iterations."""
 
 SETTLED = 1e-9
 """Step of the elastic coordinates, relative to them, below which they are at rest; Newton's steps end some digits
@@ -16,12 +17,12 @@ below."""
 
 
 def settled(model: Model, t: float, q: Vector, u: Vector) -> Vector:
-    """Return q with bodies that stiffen deformed as they are in balance with the motion of the scene, if it is found.
+    """Return q with the elastic coordinates of bodies that stiffen in balance with the motion of the scene.
 
-    What stiffens a body is the load that it carries. A blade that is let go without its stretch carries none: its
-    points fly apart for now, and it bends as if it did not spin.
+    A body is stiffened by its internal loads. A spinning blade that starts without its stretch has none yet, and its
+    bending frequency would be that at rest.
 
-    As it was, if they cannot be brought there: Newton's method does not end, or the scene has loops.
+    q is returned unchanged if Newton's method does not converge or the scene has loops.
     """
     bodies = [body.flexible for body in model.bodies if body.flexible is not None]
     bodies = [

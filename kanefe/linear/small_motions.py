@@ -1,19 +1,17 @@
-"""Small motions of a scene about a state: the directions in which it can move, and how it accelerates along them.
+"""Small motions of a scene about a state: the independent directions, and the accelerations along them.
 
 With loops the tangents z and speeds du of the tree are functions of independent ones, p and r:
 
     z = N_h p,    du = N r + B p
 
-N_h spans what holonomic rows allow and N what all rows allow; rows that keep closed while the mechanism moves ask for
-B: their rates ``J du + D z = 0`` change with the position. For holonomic rows ``2 D = J G - J f_u``, which follows from
-the second derivative of the residual being symmetric. (Schiehlen & Eberhard, "Applied Dynamics", for the tree;
-Peterson, Gede & Hubbard, "Symbolic linearization of equations of motion of constrained multibody systems", Multibody
-Syst. Dyn. 33 (2015) 143-161, for rows that are not holonomic.)
+The columns of N_h satisfy the holonomic rows and those of N all rows. B keeps the rates of the rows closed while the
+mechanism moves, ``J du + D z = 0``, because J changes with the position. For holonomic rows ``2 D = J G - J f_u``,
+which follows from the second derivative of the residual being symmetric. (Schiehlen & Eberhard, "Applied Dynamics", for
+the tree; Peterson, Gede & Hubbard, "Symbolic linearization of equations of motion of constrained multibody systems",
+Multibody Syst. Dyn. 33 (2015) 143-161, for rows that are not holonomic.)
 
-Independent small motions of a scene with loops: which coordinates lead, and how the others follow.
-
-Rows ``J z = 0`` split z into leading entries p and following ones: ``z = N p`` where N holds ones for p. Coordinates of
-joints follow rather than elastic ones, so that what leads has a name an engineer knows.
+Rows ``J z = 0`` divide z into leading (independent) entries p and following ones, ``z = N p``, with ones in N for p.
+Joint coordinates are preferred as following ones to elastic coordinates.
 """
 
 from __future__ import annotations
@@ -37,7 +35,7 @@ from kanefe.linear.tangents import Derivatives, difference, tangent_steps, turni
 
 
 class Moved(NamedTuple):
-    """A state a little away from the one of the analysis: model (with its drives), q, u and du."""
+    """A state near the one of the analysis: model (with its drives), q, u and du."""
 
     model: Model
     q: Vector
@@ -47,7 +45,7 @@ class Moved(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Directions:
-    """Directions of small motions, one a column: of tangents, speeds and accelerations, free ones and then drives."""
+    """Directions of small motions, one per column: tangents, speeds and accelerations, free ones and then drives."""
 
     z: Matrix
     du: Matrix
@@ -65,14 +63,14 @@ class SmallMotions:
     q, u : ndarray
         Coordinates and free speeds, consistent with the loops.
     drives : sequence of Drive
-        Driven coordinates that vary too, after the free ones.
+        Driven coordinates that are varied as well, after the free ones.
 
     Attributes
     ----------
     positions, speeds : Independent
-        Of z and of du; without rolling they lead alike.
+        Of z and of du; without rolling both have the same leading entries.
     G : ndarray, shape (n, n)
-        n: free speeds and drives.
+        Of ``dz/dt = G z + du``; n: free speeds and drives.
     columns : ndarray of int, shape (n,)
         Their numbers among all speeds.
     """
@@ -90,7 +88,7 @@ class SmallMotions:
         ).astype(int)
         rates, of_places = self._rows(q, u)
         self.is_holonomic = len(of_places) == len(rates.J)
-        masses = np.diag(self.mass) if len(rates.J) else np.ones(self.size)  # to compare what rows hold
+        masses = np.diag(self.mass) if len(rates.J) else np.ones(self.size)  # to make columns of rows comparable
         joints = np.zeros(self.size, dtype=bool)
         for body in model.bodies:
             joints[body.speeds[body.speeds < n]] = True
@@ -118,7 +116,7 @@ class SmallMotions:
         return mass_matrix(self.here)[np.ix_(self.columns, self.columns)]
 
     def moved(self, along: Directions, column: int, h: float) -> Moved:
-        """Return the state at h along a direction."""
+        """Return the state displaced by h along a direction."""
         n = self.model.free_count
         z, du, ddu = along.z[:, column], along.du[:, column], along.ddu[:, column]
         shifts = {drive: Shift(h * z[n + i], h * du[n + i], h * ddu[n + i]) for i, drive in enumerate(self.drives)}
@@ -126,7 +124,7 @@ class SmallMotions:
         return Moved(model, self.model.advance(self.q, h * z[:n]), self.u + h * du[:n], self.du + h * ddu[:n])
 
     def steps(self, along: Directions) -> Vector:
-        """Return how far differences may go along each direction."""
+        """Return the steps of differences along each direction."""
         n = self.model.free_count
         sizes = np.minimum(tangent_steps(self.model, along.z[:n]), tangent_steps(self.model, along.du[:n]))
         return np.where(np.abs(along.z[n:]).max(axis=0, initial=0.0) > 0.0, np.minimum(sizes, 1e-3), sizes)
@@ -138,13 +136,13 @@ class SmallMotions:
         return constraint_rates(state).over(self.columns), place_rows(state)
 
     def _open_rates(self, state: Moved) -> Vector:
-        """Return J u of all speeds, those of all drives included, as it is at a state beside."""
+        """Return J u of all speeds, including those of all drives, at a displaced state."""
         beside = State(state.model, self.t, state.q, self.u)
         rates = constraint_rates(beside)
         return np.asarray(rates.J @ beside.full[: rates.J.shape[1]])
 
     def accelerations(self, z: Matrix, du: Matrix, ddu: Matrix) -> Matrix:
-        """Return the accelerations along directions: exact for free speeds, by differences where drives move."""
+        """Return the accelerations along directions: exact for free speeds, by differences if drives move."""
         n, count = self.model.free_count, z.shape[1]
         found = np.zeros((self.size, count))
         found[n:] = ddu[n:]
@@ -171,7 +169,7 @@ class SmallMotions:
         return np.block([[(self.G @ P.z + P.du)[lead_p], R.du[lead_p]], [P.ddu[lead_r], R.ddu[lead_r]]])
 
     def rates_along(self, x: Vector) -> Vector:
-        """Return A x for one direction; where there are no loops, without A."""
+        """Return A x for one direction; without loops A is not computed."""
         n = len(self.positions.leading)
         if self.model.is_constrained or self.drives:
             return np.asarray(self.state_matrix() @ x)
@@ -180,14 +178,14 @@ class SmallMotions:
 
     @cached_property
     def along_speeds(self) -> Directions:
-        """Unit motions of r, with the accelerations that go with them."""
+        """Unit motions of r, with their accelerations."""
         N = self.speeds.N
         none = np.zeros_like(N)
         return Directions(none, N, self.accelerations(none, N, none))
 
     @cached_property
     def along_positions(self) -> Directions:
-        """Unit motions of p, with the speeds B that keep the loops closed and the accelerations that go with them."""
+        """Unit motions of p, with the speeds B that keep the loops closed, and their accelerations."""
         N_h = self.positions.N
         B = np.zeros_like(N_h)
         if self.model.is_constrained and self.is_moving:
@@ -209,7 +207,7 @@ class SmallMotions:
         return np.column_stack([np.zeros((len(self._J), 0)), *columns])
 
     def _check_singular(self) -> None:
-        """Raise a ModelError where the loops constrain less than nearby: the motion is not unique."""
+        """Raise a ModelError at a singular position of the loops, where the motion is not unique."""
         from kanefe.kane.constraint_report import constraint_report
 
         if not self.model.constraints:
@@ -218,15 +216,14 @@ class SmallMotions:
         report = constraint_report(here, self.t)
         if report.is_singular:
             raise ModelError(
-                f"the loops are singular at t = {self.t:.6g} s ({', '.join(report.singular[:3])} hold nothing there): "
+                f"the loops are singular at t = {self.t:.6g} s ({', '.join(report.singular[:3])} are dependent there): "
                 "the mechanism can continue in more than one way, and small motions are not linear. Remedy: a state "
                 "beside this one"
             )
 
 
 WELL_CONDITIONED = 1e-2
-"""Pivot relative to the largest down to which only joint coordinates are taken as dependent."""
-
+"""Pivot relative to the largest above which only joint coordinates are taken as following."""
 
 RANK = 1e-6
 """Pivot of scaled rows, relative to the largest, below which a row depends on others: round-off is about 1e-12."""
@@ -240,7 +237,7 @@ class Independent:
     ----------
     leading, following : ndarray of int
     N : ndarray, shape (n, leading)
-        All entries from the leading ones.
+        Maps the leading entries to all entries.
     inverse : ndarray, shape (following, rows)
         Pseudo-inverse of J over the following entries.
     """
@@ -251,7 +248,7 @@ class Independent:
     inverse: Matrix
 
     def followed(self, remainder: Matrix) -> Matrix:
-        """Return the motions (n, k) with leading entries of zero and ``J x + remainder = 0``; remainder (rows, k)."""
+        """Return the motions (n, k) with zero leading entries and ``J x + remainder = 0``, with remainder (rows, k)."""
         x = np.zeros((len(self.N), remainder.shape[1]))
         x[self.following] = -self.inverse @ remainder
         return x
@@ -265,9 +262,9 @@ def independent(
     Parameters
     ----------
     rates : Rates
-        J (rows, n) and its reach.
+        J (rows, n) and the sizes of its entries.
     masses : ndarray, shape (n,)
-        Diagonal of the mass matrix: makes columns of different units comparable.
+        Diagonal of the mass matrix, which makes columns with different units comparable.
     joints, given : ndarray of bool, shape (n,)
         Entries of joints, and entries that always lead: drives.
     before : ndarray of int, optional

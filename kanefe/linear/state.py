@@ -1,4 +1,4 @@
-"""What a linear analysis is of: a model and a state of it, checked at the door."""
+"""The model and state of a linear analysis, checked."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ MOST_WEIGHTS = 10.0
 weight of the scene."""
 
 HALVINGS = 30
-"""Number of halvings of the distance over which it acts."""
+"""Largest number of halvings of the distance over which it acts."""
 
 
 @runtime_checkable
 class Freezable(Protocol):
-    """What can be frozen to a model: a `kanefe.System`."""
+    """An object that can be frozen to a model: a `kanefe.System`."""
 
     def freeze(self, t: float = 0.0, start: Start = None) -> Model:
-        """Return the model at a time of the start, s."""
+        """Return the model with its start at a time, s."""
         ...
 
 
 def model_of(scene: object, what: str, t: float = 0.0) -> Model:
-    """Return the model of a scene, or a model itself; a ModelError names the analysis that it is for.
+    """Return the model of a scene, or a model itself; errors name the analysis.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def model_of(scene: object, what: str, t: float = 0.0) -> Model:
     if not isinstance(model, Model):
         raise ModelError(f"{what} needs a System or a Model, not {scene!r}. Remedy: the scene, or scene.freeze()")
     if IS_COMPILED and "route" not in vars(model):
-        expect(functions_of_route(model, has_jacobian=True))  # in one go, not each when it is first called
+        expect(functions_of_route(model, has_jacobian=True))  # together, not each at its first call
     model.route.check_dense(what)
     _check_states(model, what)
     if model.free_count == 0:
@@ -66,11 +66,11 @@ def model_of(scene: object, what: str, t: float = 0.0) -> Model:
 
 
 def _check_states(model: Model, what: str) -> None:
-    """Raise a ModelError that names loads whose internal states move, or change in steps, without a form at rest."""
+    """Raise a ModelError for loads whose internal states move, or change step by step, without a form at rest."""
     if model.granular is not None:
         raise ModelError(
-            f"{what} is not supported with many rigid contacts among each other, here {model.granular.name!r}, which "
-            "runs step over. Remedy: add_contact for those that carry, or a damped run"
+            f"{what} is not supported for granular contacts, here {model.granular.name!r}. Remedy: add_contact for the "
+            "loaded ones, or a damped run"
         )
     if model.states_move:
         scene = model.route.state(model.slack_time, model.initial_state)
@@ -81,28 +81,28 @@ def _check_states(model: Model, what: str) -> None:
         ]
         if names:
             raise ModelError(
-                f"{what}: the load {', '.join(names)} has internal states that move, and small motions of those are "
+                f"{what}: the load {', '.join(names)} has internal states with rates, and their small motions are "
                 "not supported. Remedy: leave it out, or frequencies from a run"
             )
 
 
 def check_no_rigid_contacts(model: Model, what: str) -> None:
-    """Raise a ModelError that names a rigid contact in an analysis that raises loads or follows a motion."""
+    """Raise a ModelError for a rigid contact in an analysis that raises loads or follows a motion."""
     if model.rigid_contacts:
         raise ModelError(
-            f"{what} is not supported with rigid contacts, here {model.rigid_contact(0).title}: what touches may "
-            "change on the way. Remedy: a compliant contact, kanefe.HuntCrossley(...), or a loop joint in its place; "
+            f"{what} is not supported with rigid contacts, here {model.rigid_contact(0).title}: the closed points "
+            "may change. Remedy: a compliant contact, kanefe.HuntCrossley(...), or a loop joint in its place; "
             "equilibrium and linearise take them"
         )
 
 
 def at_rest(model: Model, t: float, y: Vector, softness: float = 0.0) -> Model:
-    """Return a model whose loads act as they do about a state y (q, u, z) at rest: contacts that stick hang on springs.
+    """Return a model with the loads in their form about a rest y (q, u, z): sticking contacts are held by springs.
 
-    `softness` (m): over what distance contacts act from afar, or less where they would push by many times the weight of
-    the scene, away from what they are to hold.
+    `softness` (m): distance over which contacts act from afar; reduced if their force would be many times the weight of
+    the scene.
     """
-    if not any(_rests_otherwise(load) for load in model.loads):
+    if all(type(load).resting is Load.resting for load in model.loads):
         return model
     scene = model.route.state(t, y)
     most = MOST_WEIGHTS * scene_weight(model)
@@ -115,13 +115,8 @@ def at_rest(model: Model, t: float, y: Vector, softness: float = 0.0) -> Model:
     return replace(model, loads=loads, initial_states=model.parts(y)[2])
 
 
-def _rests_otherwise(load: Load) -> bool:
-    """Return whether a load may act in another form at rest."""
-    return type(load).resting is not Load.resting
-
-
 def _resting(load: Load, t: float, ends: Sequence[End], z: Vector, softness: float, most: float) -> Load:
-    """Return a load as it acts about a rest, so soft that none of its forces is above `most` (N) there."""
+    """Return a load in its form about a rest, with a softness at which none of its forces is above `most` (N)."""
     found = load.resting(ends, softness)
     if found is None:
         return load
@@ -135,7 +130,7 @@ def _resting(load: Load, t: float, ends: Sequence[End], z: Vector, softness: flo
 
 
 def rested_states(model: Model, t: float, y: Vector) -> Vector:
-    """Return the internal states of all loads where a state y of a model that is `at_rest` has come to rest."""
+    """Return the internal states of all loads at the rest y of a model from `at_rest`."""
     scene, z = model.route.state(t, y), model.parts(y)[2].copy()
     for i, load in enumerate(model.loads if len(z) else ()):
         z[model.load_states[i]] = load.rested(scene.load_ends(i), z[model.load_states[i]])
@@ -143,14 +138,14 @@ def rested_states(model: Model, t: float, y: Vector) -> Vector:
 
 
 def model_in_state(scene: object, t: float | None, start: Start, what: str) -> tuple[Model, float, Vector, Vector]:
-    """Return a model that is `at_rest` with the internal states of a state, time, q and u: see `started_model`."""
+    """Return the model from `at_rest` with the internal states of a state, and time, q and u: see `started_model`."""
     model, time, y = started_model(scene, t, start, what)
     q, u, _ = model.parts(y)
     return at_rest(model, time, y), time, q, u
 
 
 def started_model(scene: object, t: float | None, start: Start, what: str) -> tuple[Model, float, Vector]:
-    """Return a model that starts with the internal states of a state, time, and that state (q, u, z).
+    """Return a model that starts with the internal states of a state, and time and state (q, u, z).
 
     Parameters
     ----------
@@ -165,7 +160,7 @@ def started_model(scene: object, t: float | None, start: Start, what: str) -> tu
     Raises
     ------
     ModelError
-        If the time or the state make no sense for the model, or loops are open.
+        If the time or the state is not valid for the model, or loops are open.
     """
     at = time_of(start) if t is None else t
     model = model_of(scene, what, slack_time(start, at))

@@ -1,4 +1,4 @@
-"""Small motions about a state in matrices and names: what modes, responses and other packages read."""
+"""Small motions about a state as matrices with names, for modes, responses and other packages."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class StateSpace:
     """Small motions x of a scene about a state, ``dx/dt = A x + B w``, ``y = C x + D w``.
 
     x are independent tangent coordinates p (displacements, angles, modal coordinates, rotation vectors in the moving
-    frame) and then independent speeds r. Without rolling the same is said by
+    frame), followed by independent speeds r. Without rolling this is equivalent to
 
         M d2p/dt2 + (damping + gyroscopic) dp/dt + stiffness p = B_2 w
 
@@ -41,9 +41,9 @@ class StateSpace:
     state_names, input_names, output_names : tuple of str
         With units in brackets.
     output_values : ndarray
-        The outputs in the state itself.
+        The outputs at the state itself.
     small : SmallMotions
-        How x moves the tree.
+        The motions of the tree for x.
     """
 
     model: Model
@@ -60,7 +60,7 @@ class StateSpace:
     small: SmallMotions
 
     def __str__(self) -> str:
-        """Return what it is of, and its inputs and outputs."""
+        """Return time, number of states, inputs and outputs."""
 
         def listed(names: tuple[str, ...]) -> str:
             return ", ".join(names) if names else "none named"
@@ -87,20 +87,20 @@ class StateSpace:
 
     @cached_property
     def _unresisted(self) -> Unresisted:
-        """Motions of the undriven states that nothing resists."""
+        """Motions of the undriven states without restoring force."""
         return unresisted(self.small, self._undriven)
 
     @cached_property
     def imbalance(self) -> Imbalance:
-        """What is out of balance in the state, where it is worst; what moves on freely at a steady rate is not.
+        """The largest imbalance of the state; accelerations of free motions do not count.
 
-        `Imbalance.ratio` compares it with the forces that act there; below 1e-9 it is round-off.
+        `Imbalance.ratio` is relative to the forces that act there; below 1e-9 it is round-off.
         """
         return unsettled(self.small, self._unresisted)
 
     @property
     def is_exact(self) -> bool:
-        """Whether derivatives of the scene's own forces are exact to round-off, and not differences."""
+        """Whether derivatives of the scene's own forces are exact to round-off, not by differences."""
         return self.small.derivatives.is_exact
 
     @property
@@ -123,15 +123,15 @@ class StateSpace:
         return M, -M @ (a11 + a22), -M @ (a21 - a22 @ a11 + self._turning_rate())
 
     def undamped(self) -> Self:
-        """Return the same without what dissipates and what circulates: symmetric stiffness, gyroscopic terms, inertia.
+        """Return the same without dissipation and circulatory forces: inertia, gyroscopic terms, symmetric stiffness.
 
         Left out are the symmetric part of the factor of the rates and the skew part of that of the coordinates, such as
-        cross-coupled stiffnesses of bearings and what the damping of a spinning shaft makes seen from the ground.
+        the cross-coupled stiffness of bearings and of rotating damping in a fixed frame.
 
         Raises
         ------
         ModelError
-            If the scene rolls: it has no such matrices.
+            If the scene rolls, for which these matrices do not exist.
         """
         n, A = self.position_count, self.A.copy()
         M, K = self.mass, self.stiffness
@@ -148,7 +148,7 @@ class StateSpace:
         lead, N = small.positions.leading, small.positions.N
         G_rate = np.zeros_like(small.G)
         G_rate[: len(small.du), : len(small.du)] = turning(self.model, small.du)
-        # J dN/dt = -dJ/dt N, and what follows changes by B less what G turns: dJ/dt = D - J G
+        # J dN/dt = -dJ/dt N with dJ/dt = D - J G: the following entries change by B and by G
         N_rate = small.along_positions.du + small.G @ N
         N_rate = N_rate - N @ N_rate[lead]
         return np.asarray((G_rate @ N + small.G @ N_rate)[lead])
@@ -172,5 +172,5 @@ class StateSpace:
 
     @property
     def stiffness(self) -> Matrix:
-        """Factor of the coordinates: elastic, geometric, of gravity, centrifugal; symmetric if no force circulates."""
+        """Factor of the coordinates: elastic, geometric, gravity, centrifugal; symmetric without circulatory forces."""
         return self._second_order[2]

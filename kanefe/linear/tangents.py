@@ -1,7 +1,7 @@
-"""Small motions about a state: tangent coordinates of a tree, and the derivatives of its accelerations by them.
+"""Tangent coordinates of a tree about a state, and the derivatives of its accelerations by them.
 
 A small motion is a vector z in the directions of the free speeds, ``q = advance(q0, z)``: displacements, angles, modal
-coordinates and, of rotations, the rotation vector in the moving frame. About a moving state
+coordinates and, for rotations, the rotation vector in the moving frame. About a moving state
 
     dz/dt = G z + du,        d(du/dt) = f_z z + f_u du
 
@@ -63,11 +63,11 @@ def turning(model: Model, u: Vector) -> Matrix:
 
 
 def tangent_steps(model: Model, directions: Matrix) -> Vector:
-    """Return for each direction (free, k) how far a difference may go along it: `DIFFERENCE_STEP` of what is large."""
+    """Return the step of differences along each direction (free, k): `DIFFERENCE_STEP` of a large displacement."""
     scales = joint_scales(model, scene_length(model))
     for body in model.bodies:
         if body.flexible:
-            # what a mode moves by a unit of its coordinate; of an interface the slopes too
+            # displacement, and at interfaces slope, per unit of the modal coordinate
             basis = body.flexible.body.basis[:, : body.flexible.body.free_count]
             moved = np.abs(np.asarray(basis)).max(axis=0) if basis.shape[0] else np.ones(basis.shape[1])
             length = scene_length(model)
@@ -90,7 +90,7 @@ def contact_depths(state: State) -> list[list[float]]:
 
 
 def parting_share(state: State) -> float:
-    """Return the share of the steps of differences in which no contact that yields begins or ends."""
+    """Return the factor on the steps of differences with which no compliant contact opens or closes."""
     nearest = min((abs(depth) for depths in contact_depths(state) for depth in depths), default=np.inf)
     least = NEAREST * nearest / (DIFFERENCE_STEP * scene_length(state.model))
     return min(1.0, max(least, LEAST_SHARE))
@@ -99,9 +99,8 @@ def parting_share(state: State) -> float:
 class Derivatives:
     """Derivatives of the accelerations of the free speeds at a state, along given directions.
 
-    By complex steps through the order-n kernels, exact to round-off. What functions of the user add that look at the
-    state is by central differences of these functions; scenes that only the literal route offers are by central
-    differences throughout.
+    By complex steps through the order-n kernels, exact to round-off. Functions of the user that depend on the state are
+    differentiated by central differences, and scenes of the literal route entirely.
 
     Parameters
     ----------
@@ -138,7 +137,7 @@ class Derivatives:
         directions[moving, :n] = np.reshape([model.coordinate_rates(q, tangent) for tangent in z.T[moving]], (-1, n))
         exact = model.route.partial_derivatives(t, self._state, directions)
         if exact is None:
-            raise TypeError("a route that is exact at a state stays so")
+            raise TypeError("the route is exact at this state")
         found = exact[:, n : n + m].T
         if self._loads is not None:
             steps = self._steps(z, du)
@@ -147,7 +146,7 @@ class Derivatives:
         return found
 
     def _steps(self, z: Matrix, du: Matrix) -> Vector:
-        """Return how far differences may go: by the tangents, and by the speeds in what they cover in one second."""
+        """Return the steps of differences, from the tangents and from the displacements of the speeds in one second."""
         return self._share * np.minimum(tangent_steps(self.model, z), tangent_steps(self.model, du))
 
     def _values(self, z: Vector, du: Vector) -> Callable[[float], Vector]:

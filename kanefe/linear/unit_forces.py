@@ -1,4 +1,4 @@
-"""Generalised forces of unit loads at a state: accelerations are linear in them, so that these columns are exact."""
+"""Generalised forces of unit loads at a state; accelerations are linear in them."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def load_values(state: State) -> Vector:
 
 
 def load_columns(state: State) -> Matrix:
-    """Return the generalised forces (free, k) of units of what `load_values` returns."""
+    """Return the generalised forces (free, k) of unit values, in the order of `load_values`."""
     n = state.model.free_count
     columns = [np.zeros((n, 0))]
     columns += [scene_load_columns(state, load) for load in scene_loads(state.model) if _looks(load)]
@@ -83,5 +83,5 @@ def carrier(model: ModelData, load: SceneLoad) -> tuple[int, InterfaceFrame | No
 
 
 def _unit(value: object) -> dict[str, Any]:
-    """Return what makes a load give this value."""
+    """Return the fields of a load with this constant value."""
     return {"function": Constant(value), "takes_state": False}

@@ -1,7 +1,7 @@
-"""Whether a scene is linearised where it is in balance, and by how much it is not.
+"""The imbalance of a state of linearisation.
 
-Small motions go with the stiffness that loads make in balance: a column that carries its weight is softer than one that
-is about to. What is left over accelerates the scene away from the state, and its small motions change as it goes.
+The stiffness due to loads is that of their internal forces in balance: a column that carries its weight is softer than
+one that is not loaded yet. Remaining forces accelerate the scene away from the state, so that its small motions change.
 """
 
 from __future__ import annotations
@@ -16,8 +16,8 @@ from kanefe.linear.modes.unresisted import Unresisted
 from kanefe.linear.small_motions import SmallMotions
 
 REPORTED = 1e-3
-"""Remaining force, relative to those that act in the same motion, from which a warning is issued: it is missing, by
-about as much, in the stiffness that these forces cause."""
+"""Remaining force, relative to those that act in the same motion, above which a warning is issued: the stiffness that
+these forces cause has about the same relative error."""
 
 
 class UnsettledWarning(UserWarning):
@@ -25,7 +25,7 @@ class UnsettledWarning(UserWarning):
 
 
 def unsettled(small: SmallMotions, free: Unresisted) -> Imbalance:
-    """Return what is out of balance, less what accelerates motions that nothing resists: these change nothing."""
+    """Return the imbalance without accelerations of free motions, which do not change the stiffness."""
     n = small.model.free_count
     N = small.speeds.N[:, : len(free.drifts)]
     leading = small.speeds.leading[: len(free.drifts)]

@@ -1,4 +1,4 @@
-"""Loads, one concept a file. What is imported here is public: users write loads of their own by it."""
+"""Loads, one concept per file. The names imported here are public, also for loads written by users."""
 
 from typing import TYPE_CHECKING
 

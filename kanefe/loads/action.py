@@ -1,4 +1,4 @@
-"""What a load between frames is given and what it gives: motions of its ends, its action, its tangent, its kernel."""
+"""Input and output of loads between frames: motions of ends, action, tangent, and compiled function."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class End(NamedTuple):
     p : ndarray, shape (3,)
         Origin, m.
     A : ndarray, shape (3, 3)
-        From the end's axes to those of N.
+        Rotation matrix from the end's axes to those of N.
     v, w : ndarray, shape (3,)
         Velocity of the origin (m/s) and angular velocity (rad/s).
     """
@@ -32,17 +32,16 @@ class End(NamedTuple):
 
 
 class Action(NamedTuple):
-    """What a load does at a state.
+    """Forces, energy and powers of a load at a state.
 
     Attributes
     ----------
     wrenches : ndarray, shape (ends, 6)
-        Force (N) and moment about the origin of each end (N m) on what carries it, in components of N.
+        Force (N) and moment about its origin (N m) on the body of each end, in components of N.
     potential : float
-        Energy in it, J.
+        Potential energy, J.
     taken, given : float
-        Power that it takes from the scene for good, and power that it gives beyond its potential, W: the two books of
-        an energy balance.
+        Power that it dissipates, and power that it supplies other than from its potential, W, for the energy balance.
     rates : ndarray, shape (states,)
         Rates of its internal states.
     """
@@ -60,9 +59,10 @@ class Tangent(NamedTuple):
     Attributes
     ----------
     rows : ndarray, shape (r, 6 ends)
-        Partial derivatives of r relative rates by velocity and angular velocity of each end, in components of N.
+        Partial derivatives of r relative rates with respect to velocity and angular velocity of each end, components
+        of N.
     stiffness, damping : ndarray, shape (r,)
-        Of each.
+        Stiffness and damping for each of these.
     """
 
     rows: Matrix
@@ -71,22 +71,22 @@ class Tangent(NamedTuple):
 
 
 class LoadKernel(NamedTuple):
-    """What compiled code evaluates a load by: a function of one C signature for all loads, and its numbers.
+    """The compiled function of a load, of one C signature for all loads, and its numbers.
 
     The function is ``void f(double t, const double *numbers, const double *inputs, const double *ends,
-    const double *states, double *out)``. An end is 18 numbers: p (3), A (9, row by row), v (3) and w (3) of `End`. What
-    it writes are the numbers of `Action`: potential, power taken, power given, then force and moment of each end, then
-    the rates of its states. `out` comes as zeros.
+    const double *states, double *out)``. An end is 18 numbers: p (3), A (9, row by row), v (3) and w (3) of `End`. It
+    writes the numbers of `Action`: potential, power taken, power given, then force and moment of each end, then the
+    rates of its states. `out` is filled with zeros before the call.
 
     Attributes
     ----------
     real : function or int
         A kernel of `kanefe.kernels`, or the address of such a function from ``numba.cfunc`` or any compiler.
     numbers : ndarray
-        Constants that the function is given.
+        Constants passed to the function.
     complex_ : function, int or None
-        The same for complex numbers (pairs of real and imaginary part; `numbers` and `t` stay real), from which exact
-        derivatives come; None: derivatives of the scene are by differences.
+        The function for complex numbers (pairs of real and imaginary part; `numbers` and `t` stay real), for exact
+        derivatives; None: derivatives of the scene are differences.
     watch : function, int or None
         A function of the same signature that writes to `out` the values of the functions of its `events`, in their
         order; None: they are called from Python.

@@ -1,4 +1,4 @@
-"""Forces of the wind on a frame that moves, by tables over the angle from which it blows."""
+"""Wind forces on a moving frame, by tables over the wind angle."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ AIR = 1.225
 """Density of air at sea level, kg/m3."""
 
 ODD = np.array((1.0, -1.0, 1.0, -1.0, 1.0, -1.0))
-"""Signs of forces and moments of a symmetric body in wind from the other side."""
+"""Signs of forces and moments of a symmetric body in wind from the opposite side."""
 
 SAME = 1e-9
 """Difference below which two angles are the same, rad."""
@@ -33,31 +33,31 @@ SAME = 1e-9
 @checked("name", "is_symmetric")
 @dataclass(frozen=True, eq=False)
 class Aerodynamics(Load):
-    """Forces and moments of the wind by a table over the angle from which it blows: of a fuselage, a crate, a sail.
+    """Forces and moments of the wind by a table over the wind angle, for example of a fuselage, a crate or a sail.
 
-    With the wind relative to the frame, ``r = A^T (wind - v)`` in the frame's axes, which are x forward, y to port and
-    z up, and the angle ``atan2(-ry, -rx)`` from which it blows (0 from ahead, pi/2 from port):
+    With the relative wind ``r = A^T (wind - v)`` in the frame's axes (x forward, y to port and z up), and the angle
+    ``atan2(-ry, -rx)`` from which it blows (0 from ahead, pi/2 from port):
 
         (F, M) = density / 2 (rx^2 + ry^2) C(angle) + density / 2 flat_area |rz| rz (0, 0, 1; 0, 0, 0)
 
-    about the frame's origin, along its axes. C is smooth between the points of its table and not beyond their values:
-    cubic pieces of Fritsch and Carlson (1980), all around. The work of the wind is booked as work of loads.
+    about the frame's origin, along its axes. Between the points of the table C is a periodic monotone cubic
+    interpolation (Fritsch and Carlson 1980), without overshoot. The work of the wind counts as work of loads.
 
     Parameters
     ----------
     name : str
         Unique among the loads between frames of a scene.
     on : Frame
-        Where forces and moments of the table are told.
+        Frame to which forces and moments of the table refer.
     wind : Wind
     angles : array_like, shape (n,)
-        Within one turn, rad, ascending; of symmetric bodies from 0 to pi.
+        Within one turn, rad, ascending; for symmetric bodies from 0 to pi.
     areas : array_like, shape (n, 6)
-        C: force areas along x, y and z (m2), and moments about them by the dynamic pressure (m3). Drag is negative
-        along x where the wind comes from ahead.
+        C: forces along x, y and z over the dynamic pressure (m2), and moments about them (m3). Drag is negative along x
+        for wind from ahead.
     is_symmetric : bool
-        Whether port and starboard side are alike: the table is for wind from port, y of the force and x and z of the
-        moment change their sign on the other side.
+        Whether port and starboard side are equal: the table is for wind from port; for wind from starboard y of the
+        force and x and z of the moment change their sign.
     flat_area : float
         Drag area for wind along z, m2.
     density : float
@@ -66,7 +66,7 @@ class Aerodynamics(Load):
     Raises
     ------
     ModelError
-        Naming what is wrong with the table.
+        If an argument is not valid; the message names it.
 
     Examples
     --------
@@ -129,7 +129,7 @@ class Aerodynamics(Load):
         if self.is_symmetric:
             if abs(angles[0]) > SAME or abs(angles[-1] - math.pi) > SAME:
                 raise ModelError(f"angles of {label}, which is symmetric, must be from 0 to pi")
-            areas[[0, -1]] *= 0.5 * (1.0 + ODD)  # what has a sign of its side is zero where there is none
+            areas[[0, -1]] *= 0.5 * (1.0 + ODD)  # antisymmetric components are zero in the plane of symmetry
             angles, areas = np.append(-angles[:0:-1], angles[:-1]), np.vstack((ODD * areas[:0:-1], areas[:-1]))
         if angles[-1] - angles[0] > 2.0 * math.pi + SAME:
             raise ModelError(f"angles of {label} are of more than one turn. Remedy: radians")
@@ -146,7 +146,7 @@ class Aerodynamics(Load):
         return np.array(areas_at(self.kernel.numbers, angle, angle))
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> None:
-        """Return none: it is soft."""
+        """Return None: its stiffness and damping are small."""
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return speed and angle of the wind relative to the frame, and force and moment along its axes."""
@@ -157,19 +157,18 @@ class Aerodynamics(Load):
 
     @cached_property
     def kernel(self) -> LoadKernel:
-        """Its kernel."""
+        """Its compiled function and numbers."""
         rest = np.concatenate((self.wind.numbers, self.pieces.ravel()))
         given = AerodynamicsNumbers(self.density, self.flat_area, len(self.pieces), rest)
         return LoadKernel(aerodynamics, flat(given), aerodynamics)
 
 
 def _pieces(angles: np.ndarray, areas: np.ndarray) -> np.ndarray:
-    """Return where each piece of a table begins, and of each part four coefficients of rising powers, (n, 25)."""
+    """Return the start of each piece of a table, and four coefficients of rising powers for each component, (n, 25)."""
     from scipy.interpolate import PchipInterpolator
 
-    turn = 2.0 * math.pi
+    n, turn = len(angles), 2.0 * math.pi
     around = np.concatenate((angles - turn, angles, angles + turn))
     curve = PchipInterpolator(around, np.vstack((areas,) * 3))
-    n = len(angles)
     powers = curve.c[::-1, n : 2 * n]  # (4, n, 6), of the turn in the middle
     return np.column_stack((angles, powers.transpose(1, 2, 0).reshape(n, 24)))

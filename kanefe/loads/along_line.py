@@ -1,4 +1,4 @@
-"""Loads along a line over points: its way, and the law of a tension over its length and rate."""
+"""Loads along a line over points: its path, and a tension that depends on length and rate."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ from kanefe.loads.by_kernel import numbers_of, slopes
 
 
 class Path(NamedTuple):
-    """A way over points: length (m) and rate (m/s), and by each end the derivative of the length by its place, in N."""
+    """A path over points: length (m), rate (m/s), and the derivative of the length with respect to each end's position.
+
+    The derivatives, (ends, 3), are in components of N.
+    """
 
     length: float
     rate: float
@@ -27,19 +30,19 @@ class Path(NamedTuple):
 
 
 class AlongLine(Load):
-    """A load that pulls along a line over its ends by one tension, which depends on length, rate and states."""
+    """A load with one tension along a line over its ends, which depends on length, rate and states."""
 
     @abstractmethod
     def pull(self, t: float, length: Any, rate: Any, states: Vector) -> Any:
         """Return the tension at a length (m) and rate (m/s), of real or complex numbers, N."""
 
     def path(self, t: float, ends: Sequence[End]) -> Path:
-        """Return the way over the ends.
+        """Return the path over the ends.
 
         Raises
         ------
         SimulationError
-            If two points that follow each other are at one place.
+            If two consecutive points coincide.
         """
         count = len(ends)
         out: list[Any] = [0.0] * (WRENCHES + WRENCH * count)
@@ -57,11 +60,11 @@ class AlongLine(Load):
         """Return its pull on all points (Eq. 11)."""
         done = super().action(t, ends, states)
         if not math.isfinite(done.wrenches.sum()):
-            self.path(t, ends)  # which names points at one place
+            self.path(t, ends)  # raises an error if points coincide
         return done
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent:
-        """Return the slopes of its tension along the line, without what turning it does under load."""
+        """Return the slopes of its tension along the line, without the geometric stiffness of rotation under load."""
         path = self.path(t, ends)
         rows = np.zeros((len(ends), 6))
         rows[:, :3] = path.gradient

@@ -1,4 +1,4 @@
-"""Anchors of dry friction, as the start of a run sees them: what each may hold, and how it slips."""
+"""Anchors of dry friction for the start of a run: their friction limits and slip rates."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ here; less oscillates, and costs steps: see docs/theory/contact.md."""
 
 
 def default_damping(stiffness: float, mass: float) -> float:
-    """Return the damping of an anchor where none is given, N s/m, from its stiffness (N/m) and what it holds (kg)."""
+    """Return the default damping of an anchor, N s/m, from its stiffness (N/m) and the mass that it holds (kg)."""
     return 2.0 * DAMPING_RATIO * sqrt(stiffness * mass)
 
 
@@ -26,15 +26,15 @@ class Anchor(NamedTuple):
     Attributes
     ----------
     rows : ndarray, shape (r, 6 ends)
-        Partial derivatives of the rates of slip by velocity and angular velocity of each end, in N.
+        Partial derivatives of the rates of slip with respect to velocity and angular velocity of each end, in N.
     slip : ndarray, shape (r,)
         Rates of slip.
     shares : ndarray, shape (r,)
-        Of friction in the directions: x with a length of no more than what it holds is a friction ``shares * x``.
+        Weights of the directions: the friction is ``shares * x``, with the norm of x limited by `holds`.
     holds, slides : float
-        What friction holds, and with what it rubs at these rates, of x.
+        Limits of static friction, and of kinetic friction at these rates, for the norm of x.
     stiffness, damping : float
-        Of spring and damper, the same in all directions.
+        Spring and damper, the same in all directions.
     """
 
     rows: Matrix
@@ -47,16 +47,15 @@ class Anchor(NamedTuple):
 
     @property
     def moves(self) -> bool:
-        """Whether it slips fast: its damper alone asks for more than friction holds."""
+        """Whether it slips fast: the force of its damper alone exceeds the static friction."""
         return self.damping * float(np.linalg.norm(self.slip / self.shares)) > self.holds
 
     @property
     def steady(self) -> Vector:
-        """Friction x of what moves, against its slip."""
+        """Friction x in steady sliding, against the slip."""
         against = self.slip / self.shares
         return self.slides / float(np.linalg.norm(against)) * against
 
     def stretch(self, x: Vector) -> Vector:
-        """Return the stretch of the spring with which it gives a friction x, of what moves in steady sliding."""
-        friction_force = self.shares * x
-        return (friction_force if self.moves else friction_force - self.damping * self.slip) / self.stiffness
+        """Return the stretch of the spring for a friction x; in steady sliding if it moves."""
+        return (self.shares * x - (0.0 if self.moves else self.damping * self.slip)) / self.stiffness

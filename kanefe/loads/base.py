@@ -22,14 +22,14 @@ if TYPE_CHECKING:
 
 
 class HeldCoordinates(NamedTuple):
-    """What a load along joint coordinates is at most, while it holds them.
+    """Upper bounds for a load along joint coordinates while it holds them.
 
     Attributes
     ----------
     stiffness, damping : tuple of float
-        Along each, N/m or N m/rad; N s/m or N m s/rad.
+        Along each coordinate, N/m or N m/rad; N s/m or N m s/rad.
     rate : float
-        The fastest that its internal states follow, 1/s.
+        Fastest rate of its internal states, 1/s.
     """
 
     stiffness: tuple[float, ...]
@@ -38,20 +38,20 @@ class HeldCoordinates(NamedTuple):
 
 
 class LoadEvent(NamedTuple):
-    """A moment at which a function of a load passes zero.
+    """An event of a load: its function crosses zero.
 
     Attributes
     ----------
     name : str
-        Told in the result after the name of the load.
+        Follows the name of the load in the result.
     function : callable
         (t, ends, states) -> number.
     direction : -1, 0 or 1
-        Only where it falls, wherever it passes zero, or only where it rises.
+        Only falling crossings, all, or only rising ones.
     action : callable or None
-        (t, ends, states) -> the internal states to go on with.
+        (t, ends, states) -> the internal states after the event.
     ends_step : bool
-        Whether a step ends there also without an action, as at a jump of a force; not again and again at one moment.
+        Whether a step ends there also without an action, as at a jump of a force; not repeatedly at the same time.
     """
 
     name: str
@@ -62,49 +62,48 @@ class LoadEvent(NamedTuple):
 
 
 class Load(ABC):
-    """A force between frames: springs, bushings, ropes, and what a user writes; added by ``System.add``.
+    """A force between frames: springs, bushings, ropes, and loads written by users; added by ``System.add``.
 
-    A subclass has to have a name and ends, and to say what it does: in `action`, or by a `kernel`, from which `action`
-    comes by itself. All else has a default. None of it knows the tree. The literal route calls `action`; the compiled
-    one a kernel, where the load brings one, and else `action` too, from Python.
+    A subclass needs a name, ends, and either `action` or a `kernel`, from which `action` follows. Everything else has a
+    default. A load is independent of the tree. The literal route calls `action`; the compiled one the kernel, or
+    `action` from Python if there is none.
 
     Attributes
     ----------
     name : str
         Unique among the loads between frames of a scene.
     ends : tuple of Frame
-        What it acts on, any number: bodies, interfaces, nodes, frames of them, the ground. A scene
-        takes markers for them.
+        Frames on which it acts, any number: bodies, interfaces, nodes, frames of them, the ground. In a scene they are
+        replaced by markers.
     kind : str
         Such as "spring", for messages.
     columns : tuple of str
-        Names of what `tell` returns, with units in brackets.
+        Names of the values that `tell` returns, with units in brackets.
     needs_rotation : bool
-        Whether it looks at the axes of its ends or gives moments: a scene refuses nodes of a mesh that have no rotation
-        of their own then.
+        Whether it uses the axes of its ends or has moments; then a scene refuses nodes of a mesh without rotations.
     acts_at_once : bool
-        Whether it may become stiff in the middle of a run, as a contact does: its tangent at the start does not tell.
+        Whether it may become stiff during a run, as a contact does, so that its tangent at the start is no measure.
     may_part : bool
-        Whether it acts only where its ends meet, so that a search for a balance has to bring them together.
+        Whether it acts only when its ends meet, so that a search for equilibrium has to bring them together.
     runs_over_ends : bool
-        Whether it is a line from end to end in their order, as a rope is: views draw it. A load of two ends they draw
-        as a line anyway.
+        Whether it is a line from end to end in their order, such as a rope, for views. Loads with two ends are always
+        drawn as lines.
     pull_column : str
-        Which of `columns` is a pull that may vanish, and be too much for it, as that of a rope; empty: none. Screened
-        runs look out for both.
+        Name in `columns` of a tension that may vanish or exceed a limit, such as that of a rope; empty: none. Screened
+        runs check both.
     strongest_pull : float
-        Pull at which it gives way, N.
+        Limit of that tension, N.
     highest_forcing : float
-        Highest frequency at which it acts by itself, rad/s, as a rotor does.
+        Highest frequency of its own excitation, rad/s, such as that of a rotor.
     slip_damping : float
-        Pull beyond what friction holds over the speed of its slip, N s/m, of a load whose first state is the path that
-        it slips; 0: it has none.
+        Force beyond the friction limit over the slip speed, N s/m, of a load whose first state is the slip path; 0:
+        none.
     turns_by_half_at_most : bool
-        Whether it jumps where its second end turns beyond half a turn, seen from the first.
+        Whether its force jumps if the second end rotates beyond half a turn relative to the first.
 
     Examples
     --------
-    A magnet that pulls with ``c / distance^2``:
+    A magnet with the attraction ``c / distance^2``:
 
     >>> import numpy as np
     >>> import kanefe as kf
@@ -139,9 +138,9 @@ class Load(ABC):
     turns_by_half_at_most: bool = False
 
     def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
-        """Return what the load does at time t (s), with its ends and its internal states (states,) there (Eq. 11).
+        """Return forces, energy and powers at time t (s) from the ends and the internal states (states,) (Eq. 11).
 
-        That is what its kernel writes; a load without a kernel has to say it itself.
+        They are the output of its kernel; a load without a kernel must override this method.
         """
         kernel = self.kernel
         if kernel is None:
@@ -155,54 +154,54 @@ class Load(ABC):
 
     @property
     def subject(self) -> str:
-        """Subject of its events, before their own names: the load itself."""
+        """Name that precedes the names of its events: that of the load."""
         return self.name
 
     @property
     def exchanges_energy(self) -> bool:
-        """Whether it may take energy from the scene for good, or give it beyond its potential."""
+        """Whether it may dissipate energy, or supply energy other than from its potential."""
         return True
 
     @property
     def initial_states(self) -> Vector:
-        """Internal states at the start, (states,): none, unless a subclass has some."""
+        """Internal states at the start, (states,); none by default."""
         return NO_STATES
 
     @property
     def has_rates(self) -> bool:
-        """Whether its internal states move between events."""
+        """Whether its internal states change between events."""
         return len(self.initial_states) > 0
 
     def state_scales(self, acceleration: float) -> Vector:
-        """Return what counts as a large value of each internal state, in a scene of an acceleration (m/s2)."""
+        """Return a large value of each internal state, for a scene with this acceleration (m/s2)."""
         return np.ones(len(self.initial_states))
 
     @property
     def reaction_load(self) -> ReactionLoad | None:
-        """The load, if some of its states follow the reaction of a joint; None: none does."""
+        """The load itself, if some of its states follow the reaction of a joint; otherwise None."""
         return None
 
     @property
     def held_coordinates(self) -> HeldCoordinates | None:
-        """What it is at most, if it acts along joint coordinates that it holds and lets slip; None: it does not."""
+        """Upper bounds, if it acts along joint coordinates that it holds and lets slip; otherwise None."""
         return None
 
     def slipping(self, ends: Sequence[End], states: Vector) -> tuple[float, str] | None:
-        """Return what it holds of one joint coordinate that slips, and its unit; None: it holds, or none such."""
+        """Return the friction force on a single joint coordinate that slips, and its unit; None if it does not slip."""
         return None
 
     def stuck(self, factor: float) -> Self:
-        """Return the load with friction between surfaces that holds so many times as much."""
+        """Return the load with static friction between surfaces multiplied by a factor."""
         return self
 
     @property
     def not_screened(self) -> str:
-        """What of it screened runs do not offer; empty: they take it."""
+        """Its property that screened runs do not support; empty: they support it."""
         return "loads whose internal states move by themselves" if self.has_rates else ""
 
     @property
     def events(self) -> tuple[LoadEvent, ...]:
-        """Moments that are looked for in a run, such as that at which a rope breaks."""
+        """Events that are located in every run, such as the break of a rope."""
         return ()
 
     @property
@@ -211,73 +210,73 @@ class Load(ABC):
         return tuple(event.name for event in self.events)
 
     def in_detail(self) -> Self | None:
-        """Return the load with events that are looked for only where a run asks for them by name; None: it has none."""
+        """Return the load with events that are located only on request by name; None: it has none."""
         return None
 
     @property
     def reach(self) -> LoadReach | None:
-        """Where it acts at all; None: it may always act."""
+        """Region in which it can act; None: everywhere."""
         return None
 
     @property
     def kernel(self) -> LoadKernel | None:
-        """What compiled code evaluates it by; None: `action` is called from Python."""
+        """Its compiled function and numbers; None: `action` is called from Python."""
         return None
 
     @property
     def input_count(self) -> int:
-        """How many numbers Python gives the kernel in each evaluation; of a load without a kernel all that it does."""
+        """Number of inputs from Python to compiled code in each evaluation; without a kernel, that of the action."""
         return 0 if self.kernel is not None else 3 + 6 * len(self.ends) + len(self.initial_states)
 
     def inputs(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        """Return what Python gives the kernel at a state, (`input_count`,)."""
+        """Return the inputs from Python to compiled code at a state, (`input_count`,)."""
         done = self.action(t, ends, states)
         return np.concatenate(((done.potential, done.taken, done.given), done.wrenches.ravel(), done.rates))
 
     def input_wrenches(self, t: float, ends: Sequence[End]) -> np.ndarray:
-        """Return the wrenches that a unit of each input adds, shape (inputs, ends, 6): for linear analysis."""
+        """Return the wrenches per unit of each input, shape (inputs, ends, 6), for linear analysis."""
         count = 6 * len(self.ends)
         return np.eye(self.input_count, count, k=-3).reshape(-1, len(self.ends), 6)
 
     def started(self, t: float, ends: Sequence[End]) -> Self:
-        """Return the load as a scene starts with it at time t (s): with a length at which it is slack, say.
+        """Return the load in its state at the start of a scene, time t (s): for example with its slack length.
 
         Raises
         ------
         ModelError
-            If it cannot start there.
+            If this start is not possible.
         """
         return self
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
-        """Return its stiffness and damping; None: not known, which iterations take longer for.
+        """Return its stiffness and damping; None: not known, so that iterations converge more slowly.
 
-        Of a load with a kernel for complex numbers they are the exact derivatives of it, as far as these resist.
+        With a kernel for complex numbers they are its exact derivatives, as far as these are resistances.
         """
         kernel = self.kernel
         inputs = self.inputs(t, ends, states) if self.input_count else NO_STATES
         return None if kernel is None else resistances(kernel, t, inputs, ends, states)
 
     def anchors(self, ends: Sequence[End], states: Vector) -> list[Anchor]:
-        """Return the anchors of its friction that act, for the start of a run."""
+        """Return the active anchors of its friction, for the start of a run."""
         return []
 
     def anchored(
         self, ends: Sequence[End], states: Vector, friction_forces: Sequence[Vector], slips: Sequence[bool]
     ) -> Vector:
-        """Return the internal states with which its `anchors` give such friction, and of each whether it slips."""
+        """Return the internal states for which its `anchors` have these friction forces, and slip or stick."""
         return states
 
     def resting(self, ends: Sequence[End], softness: float = 0.0) -> Self | None:
-        """Return a load without moving states that acts as this one does about a rest with its ends there, or None.
+        """Return a load without state rates that is equivalent to this one about a rest with its ends there, or None.
 
-        Linear analysis and the search for a balance take it where internal states move. `softness` (m) is over what
-        distance a contact acts from afar, while such a search feels its way.
+        Linear analysis and the search for equilibrium use it if internal states have rates. `softness` (m) is a
+        distance over which a contact acts before it touches, for contact continuation in such a search.
         """
         return None
 
     def rested(self, ends: Sequence[End], states: Vector) -> Vector:
-        """Return the internal states, (states,), of the load itself at the rest that its `resting` form has come to."""
+        """Return the internal states, (states,), of the load itself at the equilibrium of its `resting` form."""
         return states
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
@@ -285,7 +284,7 @@ class Load(ABC):
         return np.zeros(len(self.columns))
 
     def with_ends(self, ends: tuple[Marker, ...]) -> Self:
-        """Return the same load between other frames."""
+        """Return a copy of the load between other frames."""
         other = _copy(self)
         object.__setattr__(other, "ends", ends)
         return other

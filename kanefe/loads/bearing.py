@@ -1,4 +1,4 @@
-"""Bearings: a shaft turns on and on in them, held in other directions by coefficients, constant or over its speed."""
+"""Bearings of rotating shafts, with stiffness and damping coefficients that are constant or depend on the speed."""
 
 from __future__ import annotations
 
@@ -33,39 +33,39 @@ AXES = ("x", "y", "z")
 @checked("name")
 @dataclass(frozen=True, eq=False)
 class Bearing(Load):
-    """A bearing: a force and moment on a shaft by its displacement and tilt, with coefficients over its speed.
+    """A bearing: force and moment on a shaft from its displacement and tilt, with coefficients over its speed.
 
     With x = (d, tilt), d from the origin of the bearing to that of the shaft and ``tilt = e x e'`` of their axes, all
     in the axes of the bearing,
 
         (force, F_tilt) = -K(speed) x - C(speed) dx/dt,    moment = e' x (F_tilt x e) - drag speed e'
 
-    where the moment is that whose work is ``F_tilt dtilt/dt``. About its axis the shaft turns freely, but for a drag.
-    The bearing feels the same reversed, at the same point. Of constant coefficients the symmetric part of K has a
-    potential; what the rest gives, and all that the springs of a table do, is work of loads.
+    where the power of the moment is ``F_tilt dtilt/dt``. About its axis the shaft rotates freely, except for a drag.
+    The opposite force and moment act on the bearing, at the same point. With constant coefficients the symmetric part
+    of K has a potential; the work of the rest, and of all springs of a table, counts as work of loads.
 
     Attributes
     ----------
     name : str
         Unique among the loads between frames of a scene.
     ends : (Frame, Frame) or (Frame, Frame, Frame)
-        The bearing, whose axes count; the shaft in it; and whose speed of rotation counts, if that is not the shaft's:
-        such as a disc that spins on a shaft that does not.
+        The bearing, whose axes are used; the shaft; and optionally the frame whose speed of rotation is used instead of
+        the shaft's, such as a disc that spins on a shaft that does not.
     stiffness, damping : array_like, shape (2, 2), (6, 6), or (S, 2, 2), (S, 6, 6) of a table
-        Over the two directions across the axis, in their order after it (y, z of an axis x; z, x of y; x, y of z), or
-        over x, y, z and the tilts about them: N/m, N/rad, N m/m, N m/rad; N s/m and so on. Rows force, columns motion;
-        they need not be symmetric. Of (6, 6) row and column of the turn about the axis are zero, but for the drag
-        in the damping, N m s/rad.
+        Over the two directions across the axis, in cyclic order (y, z for an axis x; z, x for y; x, y for z), or over
+        x, y, z and the tilts about them: N/m, N/rad, N m/m, N m/rad; N s/m and so on. Rows force, columns motion; they
+        need not be symmetric. In (6, 6) row and column of the rotation about the axis are zero, except for the drag in
+        the damping, N m s/rad.
     speeds : array_like, shape (S,), optional
-        Speeds of rotation of a table, ascending, rad/s. Between them the coefficients follow monotone cubics; a speed
-        outside ends the run.
+        Speeds of rotation of a table, ascending, rad/s, with monotone cubic interpolation. The run ends at a speed
+        outside the table.
     axis : 'x', 'y' or 'z'
-        Of rotation, of both frames.
+        Axis of rotation, of both frames.
 
     Raises
     ------
     ModelError
-        Naming what is wrong with the bearing.
+        If an argument is not valid; the message names it.
 
     Examples
     --------
@@ -149,7 +149,7 @@ class Bearing(Load):
 
     @property
     def exchanges_energy(self) -> bool:
-        """Whether it takes energy from the scene or gives it."""
+        """Whether it dissipates or supplies energy."""
         is_even = np.array_equal(self.stiffness, np.swapaxes(self.stiffness, -1, -2))
         return bool(self.damping.any() or not is_even or self.speeds is not None)
 
@@ -159,7 +159,7 @@ class Bearing(Load):
 
     @checked("speed")
     def coefficients(self, speed: float) -> tuple[Matrix, Matrix]:
-        """Return stiffness and damping at a speed of rotation (rad/s), (6, 6) each; beyond a table those of its end."""
+        """Return stiffness and damping at a speed of rotation (rad/s), (6, 6) each; beyond a table those at its end."""
         return self._at(speed)
 
     def _at(self, speed: float) -> tuple[Matrix, Matrix]:
@@ -169,7 +169,7 @@ class Bearing(Load):
         return K, C
 
     def _speed(self, ends: Sequence[End]) -> float:
-        """Return the speed of rotation against the bearing that coefficients follow, about its axis, rad/s."""
+        """Return the speed of rotation relative to the bearing, about its axis, on which coefficients depend, rad/s."""
         return float(speed_of(self.kernel.numbers, numbers_of(ends)))
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent:
@@ -179,7 +179,7 @@ class Bearing(Load):
 
     @property
     def events(self) -> tuple[LoadEvent, ...]:
-        """The end of its table, which ends the run."""
+        """The event of a speed outside its table, which ends the run."""
         slip_margin = EventByKernel(self, watch_bearing, 0)
         return () if self.speeds is None else (LoadEvent("leaves its table", slip_margin, -1, self._left),)
 
@@ -193,7 +193,7 @@ class Bearing(Load):
         )
 
     def started(self, t: float, ends: Sequence[End]) -> Bearing:
-        """Return itself, if its table covers the speed at the start."""
+        """Return the bearing itself, if its table covers the speed at the start."""
         if any(event.function(t, ends, np.zeros(0)) < 0.0 for event in self.events):
             raise ModelError(self._words(t, self._speed(ends)))
         return self
@@ -207,7 +207,7 @@ class Bearing(Load):
 
     @cached_property
     def kernel(self) -> LoadKernel:
-        """Its kernel: one row of coefficients, or a row for each speed."""
+        """Its compiled function and numbers: one row of coefficients, or a row for each speed."""
         head = AXES.index(self.axis), len(self.ends)
         if self.speeds is None:
             none = np.zeros((6, 6))

@@ -31,8 +31,8 @@ class Bushing(Load):
 
         (force, T^T moment) = -K x,    and    (force, moment) = -C (dd, w_ab)
 
-    The symmetric part of K has the potential ``1/2 x K x``; what its skew part does, as the cross-coupled stiffness of
-    a journal bearing, is work of loads. a feels the same reversed, at the same point.
+    The symmetric part of K has the potential ``1/2 x K x``; the work of its skew part, such as the cross-coupled
+    stiffness of a journal bearing, counts as work of loads. The opposite wrench acts on a, at the same point.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Bushing(Load):
     stiffness, damping : ndarray, shape (6, 6)
         K and C along x, y, z of a and about them: N/m, N/rad, N m/m, N m/rad; N s/m and so on.
     function : callable or None
-        Law of the user in place of the springs: (d and theta (6,), dd and w_ab (6,)) -> force and moment on b (6,).
+        Law of the user instead of the springs: (d and theta (6,), dd and w_ab (6,)) -> force and moment on b (6,).
     """
 
     name: str
@@ -61,24 +61,24 @@ class Bushing(Load):
 
     @property
     def exchanges_energy(self) -> bool:
-        """Whether it takes energy from the scene or gives it."""
+        """Whether it dissipates or supplies energy."""
         circulates = bool((self.stiffness != self.stiffness.T).any())
         return bool(self.damping.any() or circulates or self.function is not None)
 
     @property
     def turns_by_half_at_most(self) -> bool:  # type: ignore[override]
-        """Whether it resists rotation by its springs: its rotation vector jumps there."""
+        """Whether its springs resist rotation: the rotation vector jumps at half a turn."""
         return bool(self.stiffness[3:].any() or self.stiffness[:, 3:].any())
 
     def offset(self, ends: Sequence[End]) -> tuple[Vector, Vector]:
-        """Return where b is seen from a, in the axes of a, (6,), m and rad; and how it moves, (dd, w_ab), (6,)."""
+        """Return position and rotation vector of b seen from a, (6,), m and rad, and (dd, w_ab), (6,), in axes of a."""
         d, theta, rate, spin = seen_from_a(numbers_of(ends))
         return np.array((*d, *theta)), np.array((*rate, *spin))
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent:
         """Return stiffness and damping along their principal directions.
 
-        Without what turning the axes does under load, and without the skew parts.
+        Without the geometric stiffness of rotation under load, and without the skew parts.
         """
         return principal_tangent(relative_rows(*ends), self.stiffness, self.damping)
 
@@ -89,16 +89,16 @@ class Bushing(Load):
 
     @cached_property
     def kernel(self) -> LoadKernel:
-        """Its kernel."""
+        """Its compiled function and numbers."""
         return LoadKernel(bushing, flat(BushingNumbers(self.stiffness, self.damping, self.input_count)), bushing)
 
     @property
     def input_count(self) -> int:
-        """Six for a law of the user's."""
+        """Six with a law of the user, else none."""
         return 0 if self.function is None else 6
 
     def inputs(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        """Return what the user's law gives, in the axes of a."""
+        """Return force and moment by the user's law, in the axes of a."""
         if self.function is None:
             return np.zeros(0)
         value = np.asarray(self.function(*self.offset(ends)), dtype=float)
@@ -109,26 +109,26 @@ class Bushing(Load):
         return value
 
     def input_wrenches(self, t: float, ends: Sequence[End]) -> np.ndarray:
-        """Return what one newton and one newton metre along and about each axis of a do."""
+        """Return the wrenches of one newton along and one newton metre about each axis of a."""
         return np.array([on_both(ends, unit) for unit in np.eye(6)])
 
 
 def relative_rows(a: End, b: End) -> Matrix:
-    """Return the rates of b seen from a, in the axes of a, over velocity and angular velocity of both in N, (6, 12)."""
+    """Return the matrix of b's rates seen from a, in axes of a, over the velocities of both in N, (6, 12)."""
     back, none = a.A.T, np.zeros((3, 3))
     of_d = np.hstack((-back, back @ skew(b.p - a.p), back, none))
     return np.vstack((of_d, np.hstack((none, -back, none, back))))
 
 
 def check_damps(damping: np.ndarray, label: str) -> None:
-    """Raise a ModelError if damping matrices, (..., n, n), drive a motion."""
+    """Raise a ModelError if damping matrices, (..., n, n), supply energy."""
     even = damping + np.swapaxes(damping, -1, -2)
     if np.linalg.eigvalsh(even).min() < -ROUND_OFF * np.abs(even).max():
         raise ModelError(f"damping of {label} drives: its symmetric part has negative eigenvalues. Remedy: signs")
 
 
 def principal_tangent(rows: Matrix, stiffness: Matrix, damping: Matrix) -> Tangent:
-    """Return the symmetric parts of stiffness and damping matrices over some relative rates as springs and dampers."""
+    """Return the symmetric parts of stiffness and damping over relative rates as independent springs and dampers."""
     if not np.any(stiffness - np.diag(np.diag(stiffness))) and not np.any(damping - np.diag(np.diag(damping))):
         return Tangent(rows, np.diag(stiffness), np.diag(damping))
     (k, along_k), (c, along_c) = (np.linalg.eigh(0.5 * (matrix + matrix.T)) for matrix in (stiffness, damping))
@@ -137,7 +137,7 @@ def principal_tangent(rows: Matrix, stiffness: Matrix, damping: Matrix) -> Tange
 
 
 def on_both(ends: Sequence[End], wrench: Vector) -> Matrix:
-    """Return a wrench on b about its origin, in the axes of a, as those on a and b in N: reversed on a at one point."""
+    """Return the wrenches on a and b in N from that on b in the axes of a; the one on a is opposite, at one point."""
     a, b = ends
     force, moment = a.A @ wrench[:3], a.A @ wrench[3:]
     on_a = np.append(-force, -(moment + cross(b.p - a.p, force)))

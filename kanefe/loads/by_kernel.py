@@ -1,7 +1,7 @@
-"""Kernels of loads called from Python: ends and states become numbers, and what is written comes back.
+"""Calls of the kernels of loads from Python, with ends and states as numbers.
 
-A kernel of the package is a plain function until it is compiled: here it runs as that. Complex numbers pass through it,
-from which come exact derivatives (Squire & Trapp 1998).
+Kernels of the package are called here as plain Python functions. They also accept complex numbers, for exact
+derivatives by complex steps (Squire & Trapp 1998).
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ Kernel = Callable[..., None] | int
 COMPLEX_STEP = 1e-30
 """Imaginary step relative to one: its square vanishes, so that there is neither truncation nor cancellation."""
 
-
 AXES = 3
+
 ROUND_OFF = 1e-12
 """Stiffness or damping, relative to the largest of a load, that counts as zero."""
 
 
 def numbers_of(ends: Sequence[End]) -> list[Any]:
-    """Return the motion of ends one after the other, see `kanefe.LoadKernel`."""
+    """Return the motions of the ends as one list of numbers: see `kanefe.LoadKernel`."""
     return [x for end in ends for part in (end.p, end.A.ravel(), end.v, end.w) for x in part.tolist()]
 
 
@@ -39,7 +39,7 @@ def written_by(
     """Return the first `count` numbers that a kernel writes, from the numbers of its ends: see `kanefe.LoadKernel`."""
     if callable(function):
         out: list[Any] = [0.0] * count
-        with np.errstate(all="ignore"):  # compiled code gives infinities and NaN without a word
+        with np.errstate(all="ignore"):  # like compiled code, which returns infinities and NaN without a warning
             function(t, numbers.tolist(), inputs.tolist(), ends, states.tolist(), out)
         return out
     kind = complex if any(isinstance(x, complex) for x in ends) else float
@@ -58,13 +58,13 @@ class HasKernel(Protocol):
 
     @property
     def kernel(self) -> LoadKernel | None:
-        """What compiled code evaluates it by."""
+        """Its compiled function and numbers."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class EventByKernel:
-    """A function of an event of a load that its kernel writes: see `LoadKernel.watch`; an object, so that it pickles.
+    """The function of an event of a load by its `LoadKernel.watch`, as an object that can be pickled.
 
     Attributes
     ----------
@@ -72,7 +72,7 @@ class EventByKernel:
     watch : function
         A kernel of `kanefe.kernels`.
     place : int
-        Which of the numbers that it writes.
+        Index of the number among those that it writes.
     """
 
     load: HasKernel
@@ -84,7 +84,7 @@ class EventByKernel:
         kernel = self.load.kernel
         if kernel is None:
             raise TypeError(f"{self.load.name!r} has no kernel")
-        count = WRENCHES + WRENCH * len(ends)  # kernels use the room that their forces have
+        count = WRENCHES + WRENCH * len(ends)  # kernels may also write to the space of the forces
         return float(written_by(self.watch, t, kernel.numbers, NO_STATES, numbers_of(ends), states, count)[self.place])
 
 
@@ -96,17 +96,17 @@ def slopes(function: Callable[..., Any], *at: float) -> list[float]:
 
 
 def resistances(kernel: LoadKernel, t: float, inputs: Vector, ends: Sequence[End], states: Vector) -> Tangent | None:
-    """Return stiffness and damping of what resists motions of the ends; None: nothing does.
+    """Return stiffness and damping that resist motions of the ends; None: there are none.
 
-    The symmetric parts of all that its complex kernel tells, along their principal directions, of which those that
-    drive a motion are left out. By complex steps within the branch of the law in which it is.
+    They are the symmetric parts of the derivatives of the complex kernel, along their principal directions, without
+    negative ones. Complex steps stay in the present branch of the law.
     """
     if kernel.complex_ is None:
         return None
     at, count, function = numbers_of(ends), WRENCH * len(ends), kernel.complex_
 
     def forces(moved: dict[int, float]) -> Vector:
-        """Return the derivative of all wrenches as some numbers of the ends change at these rates."""
+        """Return the derivative of all wrenches along a change of the numbers of the ends."""
         own = [complex(x, COMPLEX_STEP * moved.get(i, 0.0)) for i, x in enumerate(at)]
         found = written_by(function, t, kernel.numbers, inputs, own, states, WRENCHES + count + len(states))
         return np.asarray(np.imag(found[WRENCHES : WRENCHES + count]) / COMPLEX_STEP)
@@ -129,6 +129,6 @@ def resistances(kernel: LoadKernel, t: float, inputs: Vector, ends: Sequence[End
 
 
 def _turned(at: list[float], first: int, axis: int) -> dict[int, float]:
-    """Return how fast a matrix, row by row, changes as it turns about an axis of N by 1 rad/s."""
+    """Return the rates of the entries of a rotation matrix, row by row, that rotates about an axis of N by 1 rad/s."""
     one, other = first + AXES * ((axis + 1) % AXES), first + AXES * ((axis + 2) % AXES)
     return {one + c: -at[other + c] for c in range(AXES)} | {other + c: at[one + c] for c in range(AXES)}

@@ -1,4 +1,4 @@
-"""Checks of loads of users, when one is added, and again at the start."""
+"""Checks of loads of users, when they are added, and at the start."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from kanefe.loads.action import Action, End, LoadKernel, Tangent
 from kanefe.loads.base import Load, LoadEvent
 
 ROUND_OFF = 1e-9
-"""Power that a load exchanges, of that of its forces, which counts as none."""
+"""Power that a load exchanges, relative to that of its forces, below which it counts as zero."""
 
 
 def check_load(load: object) -> None:
-    """Raise a ModelError that says what a load lacks, before a scene takes it."""
+    """Raise a ModelError that names a missing or invalid part of a load."""
     if not isinstance(load, Load):
         what = f"the class {load.__name__}" if isinstance(load, type) else repr(load)
         raise ModelError(
@@ -41,7 +41,7 @@ def check_load(load: object) -> None:
     if kernel is not None:
         _check_kernel(kernel, label)
     elif type(load).action is Load.action:
-        raise ModelError(f"{label} does not say what it does. Remedy: action(t, ends, states), or a kernel")
+        raise ModelError(f"{label} defines no forces. Remedy: action(t, ends, states), or a kernel")
     names = [getattr(event, "name", None) for event in load.events]
     if not all(isinstance(event, LoadEvent) for event in load.events) or len(set(names)) < len(names):
         raise ModelError(
@@ -55,7 +55,7 @@ def check_load(load: object) -> None:
 
 
 def check_start(load: Load, t: float, ends: Sequence[End]) -> None:
-    """Raise a ModelError if what a load gives at the start of a scene (t in s) has another shape than it must have."""
+    """Raise a ModelError if a value of a load at the start of a scene (t in s) has a wrong type or shape."""
     label, z = f"{load.kind} {load.name!r}", load.initial_states
     done: object = load.action(t, ends, z)
     if not isinstance(done, Action):
@@ -72,15 +72,14 @@ def check_start(load: Load, t: float, ends: Sequence[End]) -> None:
     round_off = ROUND_OFF * float(np.abs(done.wrenches * twists).sum())
     if max(abs(done.taken), abs(done.given)) > round_off and not load.exchanges_energy:
         raise ModelError(
-            f"{label} takes or gives power, but says that it exchanges no energy. Remedy: exchanges_energy"
+            f"{label} dissipates or supplies power, but its exchanges_energy is False. Remedy: exchanges_energy"
         )
     if load.kernel is not None:
-        constants = load.kernel.numbers
-        shaped_numbers(constants, np.shape(constants)[:1], f"numbers of the kernel of {label}")
+        shaped_numbers(load.kernel.numbers, np.shape(load.kernel.numbers)[:1], f"numbers of the kernel of {label}")
     if load.input_count:
         shaped_numbers(load.inputs(t, ends, z), (load.input_count,), f"inputs of {label}")
     if load.columns:
-        shaped_numbers(load.tell(t, ends, z), (len(load.columns),), f"what {label} tells", is_finite=False)
+        shaped_numbers(load.tell(t, ends, z), (len(load.columns),), f"values of tell() of {label}", is_finite=False)
     tangent: object = load.tangent(t, ends, z)
     if tangent is not None:
         if not isinstance(tangent, Tangent):

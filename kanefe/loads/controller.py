@@ -1,4 +1,4 @@
-"""Sampled controllers: a function of the user that is called at fixed times, and whose drives are held in between."""
+"""Sampled controllers: a function of the user, called at fixed times, whose drives are held in between."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Controller:
     function : callable
         (t, reads, memory) -> drives.
     every, delay : float
-        Time between samples, and from a sample to where its drives begin to act, s.
+        Time between samples, and from a sample until its drives act, s.
     reads : tuple of Reading
     drives : tuple of str
         Names of the drives, with units in brackets.
@@ -34,7 +34,7 @@ class Controller:
 
     @property
     def drive_count(self) -> int:
-        """How many numbers the function gives."""
+        """Number of drives."""
         return len(self.drives)
 
     @property
@@ -56,7 +56,7 @@ class HeldInputs(Controller):
 
     @property
     def is_sampled(self) -> bool:
-        """False: whoever steps the scene writes them."""
+        """False: the simulation that is stepped writes them."""
         return False
 
 
@@ -72,7 +72,7 @@ class Reading(NamedTuple):
     body, interface : str
         "" for the body's own frame.
     component : int
-        Of the coordinates or modes, or of the axes x, y and z.
+        Number of the coordinate or mode, or of the axis x, y or z.
     is_own : bool
         Whether along the frame's own axes, and not those of N.
     """
@@ -87,13 +87,13 @@ class Reading(NamedTuple):
 
 @dataclass(frozen=True)
 class Held:
-    """The function of a load that a controller drives: what the state holds of it, along a direction.
+    """The function of a load that a controller drives: the held value in the state, along a direction.
 
     Attributes
     ----------
     controller : str
     number : int
-        Of the drive.
+        Number of the drive.
     direction : tuple of three numbers, or None
         None: the value itself.
     """

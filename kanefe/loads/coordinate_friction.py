@@ -1,10 +1,10 @@
-"""Dry friction along joint coordinates: an anchor that holds, and slips where the cap is reached."""
+"""Dry friction along joint coordinates: an anchor that holds, and slips at the friction limit (cap)."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Self
 
 import numpy as np
@@ -32,23 +32,24 @@ from kanefe.loads.base import HeldCoordinates, Load, LoadEvent
 from kanefe.loads.by_kernel import EventByKernel, numbers_of
 
 FORCE = 0
+
 LARGE_STRETCH = 10.0
 """Scale of the error of stretches, in multiples of the stretch at the friction limit."""
+
 SLIPS, STICKS = 0.0, 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class CoordinateFriction(Load):
-    """Friction along coordinates of a joint, as `kanefe.Coulomb` has it.
+    """Friction along coordinates of a joint, like `kanefe.Coulomb`.
 
-    The surface slips by ``v_i = arm_i rate_i``. With w the stretch of a spring to the anchor and ``p = k w + c v``,
-    what acts against the motion is p, but its size is not more than the cap; ``dw/dt = (drag - k w) / c``, which is
-    v while it sticks. Slipping at s it may fall, ``sliding + (static - sliding) exp(-(s/stribeck_speed)^2)``. The
-    cap is ``sliding`` or ``static`` times ``base``, or times ``base + load`` where the load of the joint is
-    followed.
+    The surface slips at ``v_i = arm_i rate_i``. With w the stretch of a spring to the anchor and ``p = k w + c v``, the
+    drag against the motion is p, with its norm limited by the cap; ``dw/dt = (drag - k w) / c``, which is v while it
+    sticks. The cap is ``sliding`` or ``static`` times ``base``, or times ``base + load`` if the load of the joint is
+    followed. At a slip speed s it may fall, ``sliding + (static - sliding) exp(-(s/stribeck_speed)^2)``.
 
-    States: w, one number a coordinate; where the caps differ 1 while it sticks, 0 while it slips; where a load n of the
-    reaction is followed, the load that is felt and T times its rate, N: ``dx/dt = (y + 2 (n - x))/T``,
+    States: w, one number for each coordinate; if the caps differ, 1 while it sticks and 0 while it slips; if a load n
+    from the reaction is followed, the filtered load and T times its rate, N: ``dx/dt = (y + 2 (n - x))/T``,
     ``dy/dt = (n - x)/T``.
 
     Attributes
@@ -57,29 +58,29 @@ class CoordinateFriction(Load):
     ends : tuple of CoordinateMarker
         One for each coordinate, three at most.
     coordinate : str
-        Of what its events are told: the body, and the coordinate where its joint has several.
+        Name in its events: the body, and the coordinate if its joint has several.
     units : tuple of str
-        Of the coordinates: m or rad.
+        Units of the coordinates: m or rad.
     sliding, static : float
-        Cap while it slips, and to begin to, N or N m; coefficients where a load is followed.
+        Kinetic and static friction limit, N or N m; coefficients if a load is followed.
     stribeck_speed : float
-        m/s; 0: it falls at once.
+        m/s; 0: friction falls at once.
     stiffness, damping : float
         k and c, N/m and N s/m, or N m/rad and N m s/rad.
     arms : tuple of float
-        Slip of the surface over each coordinate: 1, or m/rad.
+        Slip of the surface per coordinate: 1, or m/rad.
     base : float
-        What a cap is multiplied by: 1, or N that load the joint always.
+        Factor of the cap: 1, or the constant load of the joint, N.
     bearing : RubbingSurfaces or None
-        How the load comes of the joint's reaction; None: the caps are given.
+        Relation of the load to the joint's reaction; None: the caps are given.
     load_time : float
         T, s.
     load_scale : float
         A large load, N.
     first_load : float
-        The load at the start, N.
+        Load at the start, N.
     rest : tuple of float or None
-        Coordinates of the rest that it is looked at about: there the stretches follow from the coordinates.
+        Coordinates at a rest, for the linearised form: the stretches then follow from the coordinates.
     """
 
     name: str
@@ -106,7 +107,7 @@ class CoordinateFriction(Load):
     def columns(self) -> tuple[str, ...]:  # type: ignore[override]
         """Forces on the body along the coordinates, stretch of the anchor's spring, 1 while it sticks, slip, and load.
 
-        Stretch and slip are along the coordinate, with its sign; of several coordinates at the surface that rubs.
+        Stretch and slip are along a single coordinate, with its sign; for several coordinates at the sliding surface.
         """
         forces = ["torque [N m]" if unit == "rad" else "force [N]" for unit in self.units]
         along, unit = [""], self.units[0]
@@ -126,12 +127,12 @@ class CoordinateFriction(Load):
 
     @property
     def has_memory(self) -> bool:
-        """Whether it slips under another cap than it sticks under, so that it has to be known which it does."""
+        """Whether kinetic and static limits differ, so that a state has to distinguish sliding and sticking."""
         return self.static > self.sliding
 
     @property
     def count(self) -> int:
-        """How many coordinates there are."""
+        """Number of coordinates."""
         return len(self.ends)
 
     @property
@@ -141,7 +142,7 @@ class CoordinateFriction(Load):
 
     @property
     def initial_states(self) -> Vector:
-        """Unstretched and held, under the load of the start."""
+        """Unstretched and sticking, under the load at the start."""
         states = np.zeros(self.load_state + (0 if self.bearing is None else 2))
         states[self.count : self.load_state] = STICKS
         states[self.load_state : self.load_state + 1] = self.first_load
@@ -167,7 +168,7 @@ class CoordinateFriction(Load):
         return after
 
     def state_scales(self, acceleration: float) -> Vector:
-        """Return small ones: a stretch is small beside the scene, and what holds has to be followed closely."""
+        """Return scales of the anchor, which are small relative to the scene, for an accurate friction force."""
         sizes = np.ones(len(self.initial_states))
         sizes[: self.count] = LARGE_STRETCH * self.static * self.load_scale / self.stiffness
         sizes[self.load_state :] = self.load_scale
@@ -175,20 +176,20 @@ class CoordinateFriction(Load):
 
     @property
     def has_rates(self) -> bool:
-        """Its stretch moves, but about a rest, where it follows from the coordinate."""
+        """Whether the stretch is integrated; in the form about a rest it follows from the coordinate."""
         return self.rest is None
 
     def resting(self, ends: Sequence[End], softness: float = 0.0) -> CoordinateFriction | None:
-        """Return the friction about a state of rest: its spring hangs from where the coordinates are now.
+        """Return the friction about a state of rest, with its spring attached at the present coordinates.
 
-        None of a rotation in space, whose coordinates are none that a spring could hang along.
+        None for a rotation in space, which has no coordinates for such a spring.
         """
         if self.count == MOST_DIRECTIONS:
             return None
         return replace(self, rest=tuple(float(end.p[0]) for end in ends))
 
     def rested(self, ends: Sequence[End], states: Vector) -> Vector:
-        """Return the internal states at rest: the anchor is stretched by what friction holds."""
+        """Return the internal states at rest, with the stretch of the anchor for the friction force."""
         after = states.copy()
         after[: self.count] = self._friction_force(ends, states) / self.stiffness
         return after
@@ -200,7 +201,7 @@ class CoordinateFriction(Load):
 
     @property
     def surfaces(self) -> RubbingSurfaces:
-        """How the load comes of the joint's reaction; of given caps there is none."""
+        """Relation of the load to the joint's reaction; a neutral one if the caps are given."""
         return self.bearing or RubbingSurfaces(self.arms, 0.0, np.zeros(3))
 
     def with_first_load(self, load: float) -> Self:
@@ -209,14 +210,14 @@ class CoordinateFriction(Load):
 
     @property
     def held_coordinates(self) -> HeldCoordinates:
-        """Its anchor, and how fast that gives way where it slips, and the load is followed."""
+        """Stiffness and damping of its anchor, and the faster of the rates of its stretch and of its load."""
         squares = np.square(self.arms)
         follows = 0.0 if self.bearing is None else 1.0 / self.load_time
         along = tuple(self.stiffness * squares), tuple(self.damping * squares)
         return HeldCoordinates(*along, max(self.stiffness / self.damping, follows))
 
     def slipping(self, ends: Sequence[End], states: Vector) -> tuple[float, str] | None:
-        """Return what it holds of its only coordinate, where that slips."""
+        """Return the friction force on its only coordinate, if that slips."""
         if self.count > 1 or self._sticks(ends, states):
             return None
         held = float(self.action(0.0, ends, states).wrenches[0, FORCE])
@@ -224,7 +225,7 @@ class CoordinateFriction(Load):
 
     @property
     def not_screened(self) -> str:
-        """Nothing where it follows no load: states of anchors follow what sticks."""
+        """Empty if it follows no load: states of sticking anchors follow the coordinates."""
         return "" if self.bearing is None else super().not_screened
 
     def load_rates(self, wrench: Vector, ends: Sequence[End], states: Vector) -> Vector:
@@ -240,7 +241,7 @@ class CoordinateFriction(Load):
         return 0.0 if self.bearing is None else self.bearing.load(wrench, float(self._friction_force(ends, states)[0]))
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        """Return the forces on the body, the stretch, whether it sticks, how fast the anchor slips, and the load."""
+        """Return the forces on the body, the stretch, whether it sticks, the slip speed of the anchor, and the load."""
         forces, w, slip = self.action(t, ends, states).wrenches[:, FORCE], *self._anchor(ends, states)
         sticks = self._sticks(ends, states)
         slip = np.zeros(self.count) if sticks else slip + (forces / self.arms + self.stiffness * w) / self.damping
@@ -249,14 +250,14 @@ class CoordinateFriction(Load):
         return np.array((*forces, *(w / scale), sticks, *(slip / scale), *load))
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
-        """Return stiffness and damping of an anchor that holds: it stretches as the coordinate moves."""
+        """Return stiffness and damping of an anchor that sticks."""
         if not self._sticks(ends, states):
             return None
         return Tangent(self._rows, np.full(self.count, self.stiffness), np.full(self.count, self.damping))
 
     @cached_property
     def kernel(self) -> LoadKernel:
-        """Its kernel."""
+        """Its compiled function and numbers."""
         bearing = self.surfaces
         unused = (0.0,) * (MOST_DIRECTIONS - self.count)
         given = FrictionNumbers(
@@ -287,20 +288,20 @@ class CoordinateFriction(Load):
 
     @property
     def events(self) -> tuple[LoadEvent, ...]:
-        """When it slips and sticks."""
-        slip, stick = (self._slip, self._stick) if self.has_memory else (None, None)
+        """Its events of slip and stick."""
+        slip, stick = (partial(self._marked, mark) if self.has_memory else None for mark in (SLIPS, STICKS))
         above, below = (EventByKernel(self, self._watch, i) for i in (0, 1))
         return LoadEvent("slip", above, 1, slip), LoadEvent("stick", below, -1, stick)
 
     @property
     def _rows(self) -> Matrix:
-        """Rates of slip by the motion of the ends."""
+        """Partial derivatives of the rates of slip with respect to the motion of the ends."""
         rows = np.zeros((self.count, 6 * self.count))
         rows[range(self.count), range(FORCE, 6 * self.count, 6)] = self.arms
         return rows
 
     def _anchor(self, ends: Sequence[End], states: Vector) -> tuple[Vector, Vector]:
-        """Return the stretch of its spring, and how fast the surface slips on what it hangs on."""
+        """Return the stretch of its spring, and the slip speed of the surface."""
         given, at, directions = self.kernel.numbers, numbers_of(ends), range(self.count)
         stretches = np.array([stretch(given, at, states, i) for i in directions])
         return stretches, np.array([slipping(given, at, i) for i in directions])
@@ -309,17 +310,11 @@ class CoordinateFriction(Load):
         return np.asarray(-self.action(0.0, ends, states).wrenches[:, FORCE] / self.arms)
 
     def _sticks(self, ends: Sequence[End], states: Vector) -> bool:
-        """Return whether friction holds what spring and damper ask for."""
+        """Return whether the force of spring and damper is within the friction limit."""
         look = EventByKernel(self, self._watch, 0 if is_held(self.kernel.numbers, states) else 1)
         return look(0.0, ends, states) <= 0.0
 
-    def _slip(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        return self._marked(states, SLIPS)
-
-    def _stick(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        return self._marked(states, STICKS)
-
-    def _marked(self, states: Vector, mark: float) -> Vector:
+    def _marked(self, mark: float, t: float, ends: Sequence[End], states: Vector) -> Vector:
         after = states.copy()
         after[self.count] = mark
         return after

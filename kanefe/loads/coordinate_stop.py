@@ -1,4 +1,4 @@
-"""Stops along a joint coordinate that give back a share of the speed at which they are hit."""
+"""Stops along a joint coordinate with a coefficient of restitution."""
 
 from __future__ import annotations
 
@@ -34,19 +34,19 @@ FAR = 1e300
 class CoordinateStop(Load):
     """Limits of a coordinate, with stop forces ``k d max(0, 1 + lambda dd/dt)``, d beyond a limit.
 
-    Its state is lambda (s/m), set at each touch by the speed v of the impact: ``lambda v = impact`` leaves a given
-    share of it, whatever k and the masses (Hunt & Crossley 1975; `impact_number` of
+    Its state is lambda (s/m), set at each touch by the speed v of the impact: ``lambda v = impact`` gives the same
+    coefficient of restitution for any k and masses (Hunt & Crossley 1975; `impact_number` of
     `kanefe.kernels.contact.laws.power_laws`).
 
     Attributes
     ----------
     name : str
     ends : tuple of CoordinateMarker
-        One.
+        One marker.
     coordinate : str
-        Of what its events are told: the body, and the coordinate where its joint has several.
+        Name in its events: the body, and the coordinate if its joint has several.
     unit : str
-        Of the coordinate: m or rad.
+        Unit of the coordinate: m or rad.
     lower, upper : float
         Infinite where there is no limit.
     stiffness : float
@@ -54,7 +54,7 @@ class CoordinateStop(Load):
     impact : float
         lambda v.
     least_speed : float
-        Impacts that are slower take lambda as of that speed, m/s or rad/s.
+        Speed for lambda at slower impacts, m/s or rad/s.
     first_damping : float
         lambda at the start.
     """
@@ -75,7 +75,7 @@ class CoordinateStop(Load):
 
     @property
     def columns(self) -> tuple[str, ...]:  # type: ignore[override]
-        """Force on the body along the coordinate, and how far it is beyond a limit."""
+        """Force on the body along the coordinate, and penetration of a limit."""
         return "torque [N m]" if self.unit == "rad" else "force [N]", f"beyond [{self.unit}]"
 
     @property
@@ -90,15 +90,15 @@ class CoordinateStop(Load):
 
     @property
     def has_rates(self) -> bool:
-        """Lambda changes at impacts alone."""
+        """False: lambda changes only at impacts."""
         return False
 
     def started(self, t: float, ends: Sequence[End]) -> Self:
-        """Return the stop with lambda as of an impact at the speed of the start, where it starts beyond a limit."""
+        """Return the stop with lambda of an impact at the initial speed, for a start beyond a limit."""
         return replace(self, first_damping=self._damping(ends))
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        """Return the force on the body, and how far it is beyond a limit, below zero within them."""
+        """Return the force on the body, and the penetration of a limit, negative between the limits."""
         force = self.action(t, ends, states).wrenches[0, FORCE]
         return np.array((force, beyond(self.kernel.numbers, numbers_of(ends))[0]))
 
@@ -115,13 +115,13 @@ class CoordinateStop(Load):
 
     @cached_property
     def kernel(self) -> LoadKernel:
-        """Its kernel."""
+        """Its compiled function and numbers."""
         given = StopNumbers(max(self.lower, -FAR), min(self.upper, FAR), self.stiffness)
         return LoadKernel(coordinate_stop, flat(given), coordinate_stop, coordinate_stop_watch)
 
     @property
     def events(self) -> tuple[LoadEvent, ...]:
-        """When it touches and lets go."""
+        """Its events of touch and lift."""
         depth = EventByKernel(self, coordinate_stop_watch, 0)
         return LoadEvent("touch", depth, 1, self._touch), LoadEvent("lift", depth, -1)
 

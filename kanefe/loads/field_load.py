@@ -21,9 +21,9 @@ class FieldLoad(ValuedLoad):
     Attributes
     ----------
     label : str
-        For messages and results.
+        Name in messages and results.
     function : callable
-        t, or (t, state), -> (3,) Pa (N/m on a line); of a pressure -> Pa.
+        t, or (t, state), -> (3,) Pa (N/m on a line); for a pressure -> Pa.
     pattern : LoadPattern
         The surface or line.
     is_pressure : bool
@@ -53,7 +53,7 @@ class FieldLoad(ValuedLoad):
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Three numbers of a traction or line load, one of a pressure."""
+        """Three numbers for a traction or line load, one for a pressure."""
         return () if self.is_pressure else (3,)
 
     def forces(

@@ -1,4 +1,4 @@
-"""Functions of loads: constants, and those of the user, which may ask for the state besides the time."""
+"""Functions of loads: constants, and functions of the user of time, or of time and state."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from kanefe.kernels.compiler._numba_functions import checked
 
 
 class Spent(threading.local):
-    """How long functions of the user have been called from Python, in a thread, s."""
+    """Time spent in functions of the user called from Python, in a thread, s."""
 
     seconds = 0.0
 
     @contextmanager
     def counted(self) -> Iterator[None]:
-        """Count the time of what is inside."""
+        """Count the time of the block."""
         began = time.perf_counter()
         try:
             yield
@@ -45,7 +45,7 @@ class Moving(Protocol):
 
 
 class SceneView(Protocol):
-    """What a function ``f(t, state)`` of the user is given: see `kanefe.tree.scene_state.SceneState`."""
+    """The state passed to a function ``f(t, state)`` of the user: see `kanefe.tree.scene_state.SceneState`."""
 
     @property
     def vector(self) -> Vector:
@@ -55,7 +55,7 @@ class SceneView(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Constant:
-    """A function of time that is the same at all times, and known to be."""
+    """A constant function of time."""
 
     value: Any
 
@@ -66,28 +66,28 @@ class Constant:
 
 @dataclass(frozen=True, eq=False)
 class Turned:
-    """Three components that a function gives, turned by a matrix (3, 3)."""
+    """A function of three components, multiplied by a matrix (3, 3)."""
 
     function: Callable[..., Any]
     axes: Matrix
 
     def __call__(self, *arguments: Any) -> Any:
-        """Return them; a wrong shape is left alone, and named where the load is read."""
+        """Return the components; a wrong shape is returned unchanged, for the error of the load."""
         value = np.asarray(self.function(*arguments), dtype=float)
         return self.axes @ value if value.shape == (3,) else value
 
 
 @dataclass(frozen=True, eq=False)
 class CompiledCallback:
-    """A function that numba has compiled: of the time, or of the time and the state ``y = (q, u, z)`` as an array.
+    """A function compiled by numba, of time, or of time and the state ``y = (q, u, z)`` as an array.
 
     Attributes
     ----------
     function : callable
-        f(t) or f(t, y), y in the order of `Model.state_names`. It returns a number, or as many as the load has.
+        f(t) or f(t, y), y in the order of `Model.state_names`. It returns a number, or the components of the load.
     takes_state : bool
     label : str
-        Of the load, for messages.
+        Name of the load, for messages.
     """
 
     function: Callable[..., Any]
@@ -95,15 +95,15 @@ class CompiledCallback:
     label: str
 
     def __call__(self, t: float, state: SceneView | None = None) -> Any:
-        """Return what the function gives; a ModelError names the load if it raises, or reads beyond the state."""
+        """Return the value; a ModelError names the load if the function raises, or reads beyond the state."""
         function = checked(self.function)
         arguments = (t,) if not self.takes_state or state is None else (t, state.vector)
         try:
             return function(*arguments)
         except Exception as error:
-            told = " ".join(str(error).split()) or "without a word"
+            text = " ".join(str(error).split()) or "without a message"
             raise ModelError(
-                f"the compiled function of {self.label} raised {type(error).__name__} at t = {t:.6g} s: {told[:300]}"
+                f"the compiled function of {self.label} raised {type(error).__name__} at t = {t:.6g} s: {text[:300]}"
                 f"{self._advice(error, arguments)}"
             ) from error
 
@@ -117,7 +117,7 @@ class CompiledCallback:
 
 
 def callback(function: Callable[..., Any], label: str) -> tuple[Callable[..., Any], bool]:
-    """Return a function of the user as loads keep it, and whether it takes the state; see `takes_state`."""
+    """Return a function of the user in the form stored in loads, and whether it takes the state: see `takes_state`."""
     plain = getattr(function, "py_func", None)
     if plain is None:
         return function, takes_state(function, label)
@@ -126,13 +126,13 @@ def callback(function: Callable[..., Any], label: str) -> tuple[Callable[..., An
 
 
 def takes_state(function: Callable[..., Any], label: str) -> bool:
-    """Return whether a function is one of (t, state), and not of (t); a ModelError names `label` if it is neither.
+    """Return whether a function takes (t, state) and not (t); a ModelError names `label` if it takes neither.
 
-    Parameters that have defaults are the user's own and do not count.
+    Parameters with defaults are ignored.
     """
     try:
         parameters = inspect.signature(function).parameters.values()
-    except (TypeError, ValueError):  # some functions in C do not tell; those of numbers take one
+    except (TypeError, ValueError):  # some C functions have no signature; they take the time only
         return False
     positional = [p for p in parameters if p.kind in (p.POSITIONAL_ONLY, p.POSITIONAL_OR_KEYWORD)]
     required = [p.name for p in positional if p.default is p.empty]

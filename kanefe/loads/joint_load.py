@@ -1,4 +1,4 @@
-"""Torque of a motor about the axis of a joint (or force along it): acts on the child and, reversed, on the parent."""
+"""Motor torques about the axis of a joint (or forces along it), on the child and, reversed, on the parent."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ class JointLoad(ValuedLoad):
     Attributes
     ----------
     label : str
-        For messages and results.
+        Name in messages and results.
     function : callable
         t, or (t, state), -> N m along an angle, N along a distance.
     coordinate : int
-        Which coordinate of the joint it acts along.
+        Number of the coordinate of the joint.
     takes_state : bool
         Whether the function takes the state besides the time.
     """

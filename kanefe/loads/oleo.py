@@ -31,18 +31,18 @@ class Oleo(AlongLine):
 
         F = A (p0 (1 - s A / V0)^-n - pa) + c v |v|,
 
-    of compression with c, of extension with `rebound`. It guides nothing and has no end: the strut is a prismatic
-    joint, whose `kanefe.CoordinateForce` has limits with the stop at full extension, which the gas pushes against,
-    and the friction of its seals. `kanefe.Prismatic` has that of its bearings under the side load.
+    with c in compression and `rebound` in extension. It has neither guide nor stops: use a prismatic joint for the
+    strut, with a `kanefe.CoordinateForce` for the stop at full extension, against which the gas pushes, and the
+    friction of its seals. Friction of the bearings under side load is that of `kanefe.Prismatic`.
 
     Parameters
     ----------
     name : str
         Unique among the loads between frames of a scene.
     ends : (Frame, Frame)
-        On the cylinder and on the piston, on the axis of the strut.
+        Frames on the cylinder and on the piston, on the axis of the strut.
     area : float
-        A of the piston that presses the gas, m2.
+        A, of the piston that compresses the gas, m2.
     pressure : float
         p0 of the gas at full extension, absolute, Pa.
     volume : float
@@ -50,7 +50,7 @@ class Oleo(AlongLine):
     orifice : float
         c, N s2/m2: see `orifice_coefficient`.
     rebound : float, optional
-        The same for extension; default: as `orifice`.
+        c for extension, N s2/m2; default: `orifice`.
     exponent : float
         n of the gas: 1 for slow strokes, up to 1.4 for fast ones.
     ambient : float
@@ -61,7 +61,7 @@ class Oleo(AlongLine):
     Raises
     ------
     ModelError
-        Naming what is wrong with the strut.
+        If an argument is not valid; the message names it.
 
     Examples
     --------
@@ -111,16 +111,16 @@ class Oleo(AlongLine):
     @staticmethod
     @checked("density", "area", "orifice", "discharge")
     def orifice_coefficient(*, density: float, area: float, orifice: float, discharge: float = 0.7) -> float:
-        """Return c of oil that a piston drives through an orifice, ``rho A^3 / (2 (Cd Ao)^2)``, N s2/m2.
+        """Return c of an orifice through which a piston presses oil, ``rho A^3 / (2 (Cd Ao)^2)``, N s2/m2.
 
         Parameters
         ----------
         density : float
-            Of the oil, kg/m3.
+            Density of the oil, kg/m3.
         area, orifice : float
-            Of the piston that presses the oil, and of the hole, m2.
+            Areas of the piston and of the orifice, m2.
         discharge : float
-            Cd.
+            Discharge coefficient Cd.
 
         Examples
         --------
@@ -144,9 +144,9 @@ class Oleo(AlongLine):
         return bool(self.orifice or self.rebound)
 
     def forces(self, length: Any, rate: Any) -> tuple[Any, Any, Any]:
-        """Return the stroke (m) at a distance of the ends and its rate, and the forces of gas and oil, N.
+        """Return the stroke (m), and the forces of gas and oil, N, from the distance of the ends and its rate.
 
-        NaN where the gas has no room left.
+        NaN if the gas has no volume left.
         """
         given = self.kernel.numbers
         stroke = (self.extended or 0.0) - length
@@ -163,7 +163,7 @@ class Oleo(AlongLine):
         Raises
         ------
         ModelError
-            If the ends are at one place, or so close that the gas has no room.
+            If the ends coincide, or are so close that the gas has no volume left.
         """
         length = float(np.linalg.norm(ends[1].p - ends[0].p))
         if length == 0.0:
@@ -186,7 +186,7 @@ class Oleo(AlongLine):
 
     @cached_property
     def kernel(self) -> LoadKernel:
-        """Its kernel."""
+        """Its compiled function and numbers."""
         rebound = self.orifice if self.rebound is None else self.rebound
         extended = math.nan if self.extended is None else self.extended
         gas = extended, self.area, self.pressure, self.volume, self.exponent, self.ambient

@@ -1,4 +1,4 @@
-"""Loads that repeat with the turns of a rotor: thrust and torque of its hub, and their harmonics."""
+"""Periodic loads of a rotor: thrust and torque of its hub, and their harmonics."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ALWAYS = np.array((0.0, 1.0)), np.array((1.0, 1.0))
 
 
 def checked_history(given: object, what: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return times and values of a table over time; a ModelError names `what` if it is none."""
+    """Return times and values of a table over time; a ModelError names `what` if it is not a table."""
     pair = given if isinstance(given, (tuple, list)) and len(given) == 2 else ((), ())
     times, values = numbers(pair[0]), numbers(pair[1])
     is_table = times.ndim == 1 and times.shape == values.shape and len(times) >= 2
@@ -34,38 +34,38 @@ def checked_history(given: object, what: str) -> tuple[np.ndarray, np.ndarray]:
 @checked("name")
 @dataclass(frozen=True, eq=False)
 class PeriodicLoad(Load):
-    """Force and moment on a frame, along its axes, that repeat with the turns of a rotor: the loads of its hub.
+    """Force and moment on a frame, along its axes, with the period of a rotor: the loads of its hub.
 
         (F, M) = share(t) (mean + sum over n of (c_n cos(n psi) + s_n sin(n psi))),  psi = azimuth + rate t
 
-    A rotor of b blades shakes its hub by b, 2b, ... per turn; what sets one blade apart from the others, by 1 per turn.
+    A rotor of b equal blades has harmonics of b, 2b, ... per turn; differences between blades excite 1 per turn.
 
     Parameters
     ----------
     name : str
         Unique among the loads between frames of a scene.
     on : Frame
-        The hub; its axes turn with what carries it.
+        The hub; its axes rotate with the body.
     rate : float
-        Of the rotor, rad/s.
+        Speed of the rotor, rad/s.
     mean : array_like, shape (6,)
         Force (N) and moment (N m) along the frame's axes.
     harmonics : mapping of int to ((6,), (6,))
-        By n, how many per turn: parts with the cosine and with the sine, N and N m.
+        By the number n per turn: cosine and sine parts, N and N m.
     azimuth : float
-        At t = 0, rad.
+        Azimuth at t = 0, rad.
     share : (times, values), optional
-        How much of all that acts when, straight between times (s), and the same before and after: a rotor that gives up
-        its lift after touch-down. None: all of it always.
+        Factor of the load over time, linear between times (s) and constant before and after, such as the decrease of
+        lift after touch-down. None: 1.
 
     Raises
     ------
     ModelError
-        Naming what is wrong.
+        If an argument is not valid; the message names it.
 
     Examples
     --------
-    Four blades that lift half of the weight of a block on a spring:
+    Four blades with a lift of half of the weight of a block on a spring:
 
     >>> import kanefe as kf
     >>> scene = kf.System(gravity=(0, 0, -9.81))
@@ -118,11 +118,11 @@ class PeriodicLoad(Load):
 
     @property
     def highest_forcing(self) -> float:  # type: ignore[override]
-        """That of the highest harmonic which does anything."""
+        """Frequency of the highest harmonic that is not zero, rad/s."""
         return float(self.rows[self.rows[:, 1:].any(axis=1), 0].max(initial=0.0)) * abs(self.rate)
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> None:
-        """Return none: it follows nothing but the axes of its frame."""
+        """Return None: it depends only on the axes of its frame."""
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return force and moment along the frame's axes."""
@@ -131,7 +131,7 @@ class PeriodicLoad(Load):
 
     @cached_property
     def kernel(self) -> LoadKernel:
-        """Its kernel."""
+        """Its compiled function and numbers."""
         times, shares = self.share or ALWAYS
         rest = np.concatenate((self.rows.ravel(), times, shares))
         given = PeriodicLoadNumbers(self.rate, self.azimuth, len(self.rows), len(times), self.mean, rest)

@@ -20,12 +20,12 @@ class PointLoad(ValuedLoad):
     Attributes
     ----------
     label : str
-        For messages and results.
+        Name in messages and results.
     function : callable
         t, or (t, state), -> (3,) N or N m.
     is_torque : bool
     point : ndarray, shape (3,)
-        From the frame's origin in its components, m.
+        Position from the frame's origin in its components, m.
     follows : bool
         True: components of the frame itself (a following load); False: components of N.
     takes_state : bool
@@ -45,11 +45,11 @@ class PointLoad(ValuedLoad):
         return self.follows or self.is_torque
 
     def unit(self, of_joint: Sequence[str]) -> str:
-        """Return N m of a torque, else N."""
+        """Return N m for a torque, else N."""
         return "N m" if self.is_torque else "N"
 
     def advice(self, value: np.ndarray) -> str:
-        """Return that one number is for a motor."""
+        """Return the remedy for a torque of one number: a motor."""
         return ". Remedy: add_motor for one number along a joint" if self.is_torque and value.shape == () else ""
 
     def wrench(self, t: float, frame: Moving, state: SceneView | None = None) -> tuple[Vector, Vector]:

@@ -1,4 +1,4 @@
-"""Region where a load can act: balls about its ends and bounds of their opposite sides, tested before it."""
+"""Region in which a load can act: spheres at its ends and bounds of the opposite side, tested before the load."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ EVERYWHERE = np.full(3, np.inf)
 
 
 class Bounds(NamedTuple):
-    """A box, rounded by a ball, out of which there is nothing to meet; of a room: in which there is nothing.
+    """A box, rounded by a sphere, that contains the surface; for a room the surface is outside of the box.
 
     Attributes
     ----------
     lower, upper : ndarray, shape (3,)
-        Corners in its axes, m; infinite where it has no end.
+        Corners in its axes, m; infinite if it is unbounded.
     axes : ndarray, shape (3, 3)
-        Its axes to those of its frame.
+        Rotation matrix from its axes to those of its frame.
     rounding : float
         m.
     stretch : float
-        By how much more than its radius a ball has to be away.
+        Factor of a sphere's radius for its distance.
     is_room : bool
     """
 
@@ -36,28 +36,28 @@ class Bounds(NamedTuple):
 
     @property
     def is_bounded(self) -> bool:
-        """Whether it ends in all directions."""
+        """Whether it is bounded in all directions."""
         return not self.is_room and bool(np.all(np.isfinite(self.lower)) and np.all(np.isfinite(self.upper)))
 
     @property
     def size(self) -> float:
-        """Radius of the ball about it, m; 0 where it has no end."""
+        """Radius of the enclosing sphere, m; 0 if it is unbounded."""
         return 0.5 * float(np.linalg.norm(self.upper - self.lower)) + self.rounding if self.is_bounded else 0.0
 
 
 class LoadReach(NamedTuple):
-    """Where a load acts at all, and what it does elsewhere.
+    """The region in which a load can act, and its states and events elsewhere.
 
     Attributes
     ----------
     probes : tuple of (int, ndarray (3,), float)
-        Balls that hold all that it acts by: end, centre from the end in its axes and radius, m.
+        Spheres that contain its contact points: end, centre from the end in its axes and radius, m.
     bounds : Bounds
-        Of what they meet, in the axes of the first end. Where none of them does, nothing acts.
+        Bounds of the touched side, in the axes of the first end. The load acts only if a sphere meets them.
     decays : ndarray, shape (states, 2)
-        l and e of each internal state where nothing acts: ``dz/dt = -l z``, and an energy ``e z^2``, J.
+        l and e of each internal state while it does not act: ``dz/dt = -l z``, and an energy ``e z^2``, J.
     watched : tuple of float
-        What its events see there, for each of them: so much of how far it is from acting.
+        Factor for each event: its function is then this factor times the distance from acting.
     """
 
     probes: tuple[tuple[int, Vector, float], ...]

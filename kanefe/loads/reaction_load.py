@@ -1,4 +1,4 @@
-"""What a load must have that follows the reaction of a joint."""
+"""The interface of loads that follow the reaction of a joint."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class ReactionLoad(Protocol):
-    """A load along coordinates of a joint, of which the last two states follow the load of the joint's reaction."""
+    """A load along coordinates of a joint, whose last two states follow the load from the joint's reaction."""
 
     @property
     def name(self) -> str:
@@ -28,7 +28,7 @@ class ReactionLoad(Protocol):
 
     @property
     def surfaces(self) -> RubbingSurfaces:
-        """How the load comes of the reaction."""
+        """Relation of the load to the reaction."""
         ...
 
     @property
@@ -37,7 +37,7 @@ class ReactionLoad(Protocol):
         ...
 
     def load(self, wrench: Vector, ends: Sequence[End], states: Vector) -> float:
-        """Return the load of a reaction (6,) in the axes of the body's frame, N."""
+        """Return the load from a reaction (6,) in the axes of the body's frame, N."""
         ...
 
     def load_rates(self, wrench: Vector, ends: Sequence[End], states: Vector) -> Vector:

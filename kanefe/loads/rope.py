@@ -24,16 +24,16 @@ from kanefe.loads.by_kernel import EventByKernel
 @checked("name")
 @dataclass(frozen=True, eq=False)
 class Rope(AlongLine):
-    """A rope without mass from the first end over points on which it slides without friction to the last.
+    """A massless rope from the first end to the last, over points on which it slides without friction.
 
-    One tension T acts along the whole of it: with the way l along its points and the unstretched length l0,
+    It has one tension T along its whole length. With the length l of its path and the unstretched length l0,
 
-        T = max(0, EA (l - l0) / l0 + C dl/dt / l0) where l > l0, and 0 where it is slack,
+        T = max(0, EA (l - l0) / l0 + C dl/dt / l0) if l > l0, and 0 if it is slack,
 
-    so that it never pushes. Each point feels T times the sum of the directions to its neighbours (Eq. 11).
+    so that it never pushes. The force on each point is T times the sum of the directions to its neighbours (Eq. 11).
 
-    A run that asks for them tells when l falls below l0 and rises above it:
-    ``simulate(..., events=["<name> slack", "<name> taut"])``. Its steps then end there.
+    Events of l falling below l0 and rising above it are located on request, and steps then end there:
+    ``simulate(..., events=["<name> slack", "<name> taut"])``.
 
     Attributes
     ----------
@@ -46,21 +46,21 @@ class Rope(AlongLine):
     damping : float
         C, N s: tension for a rate of strain of 1/s.
     length : float, optional
-        Unstretched, m. Longer than the way at the start: the rope begins slack.
+        Unstretched length, m. If it is longer than the path at the start, the rope begins slack.
     preload : float, optional
-        Tension at the start, N, in place of the length; neither: taut without tension.
+        Tension at the start, N, instead of the length; neither: taut without tension.
     breaking_load : float, optional
-        Tension at which it breaks, N: it is gone from then on, and its energy counts as dissipated. The moment is the
-        event ``"<name> breaks"`` of the result.
+        Tension at which it breaks, N: then it has no force, and its energy counts as dissipated. The time is that of
+        the event ``"<name> breaks"`` in the result.
 
     Raises
     ------
     ModelError
-        Naming what is wrong with the rope.
+        If an argument is not valid; the message names it.
 
     Examples
     --------
-    A weight on a rope over a beam, and another that draws it up:
+    Two weights on a rope over a beam; the heavier one lifts the other:
 
     >>> import kanefe as kf
     >>> scene = kf.System(gravity=(0, 0, -9.81))
@@ -110,12 +110,12 @@ class Rope(AlongLine):
 
     @property
     def slack_length(self) -> float:
-        """Length without tension, m; NaN: known where a scene starts."""
+        """Length without tension, m; NaN: determined at the start of a scene."""
         return math.nan if self.length is None else self.length
 
     @property
     def exchanges_energy(self) -> bool:
-        """Whether it takes energy from the scene."""
+        """Whether it dissipates energy."""
         return bool(self.damping or self.breaking_load is not None)
 
     @property
@@ -130,12 +130,12 @@ class Rope(AlongLine):
 
     @property
     def has_rates(self) -> bool:
-        """It breaks at once."""
+        """False: its state changes only at the break."""
         return False
 
     @property
     def events(self) -> tuple[LoadEvent, ...]:
-        """Its end, where it can break; where a run asks for it, that it becomes slack and taut."""
+        """Its break, if it can break, and on request its becoming slack and taut."""
         found: tuple[LoadEvent, ...] = slack_and_taut(self, rope_watch) if self.looks_for_slack else ()
         if self.breaking_load is None:
             return found
@@ -170,7 +170,7 @@ class Rope(AlongLine):
 
     @cached_property
     def kernel(self) -> LoadKernel:
-        """Its kernel."""
+        """Its compiled function and numbers."""
         l0 = self.slack_length
         law = self.axial_stiffness / l0, self.damping / l0, l0, self.breaking_load or 0.0
         watch = rope_watch if self.looks_for_slack else None
@@ -178,11 +178,11 @@ class Rope(AlongLine):
 
 
 def slack_and_taut(load: AlongLine, watch: Callable[..., None]) -> tuple[LoadEvent, LoadEvent]:
-    """Return the events of a stretch that passes zero; a force begins or ends there, and so does a step."""
+    """Return the events of a stretch that crosses zero; steps end there, since the force has a kink."""
     slack, taut = (EventByKernel(load, watch, i) for i in (0, 1))
     return LoadEvent("slack", slack, -1, ends_step=True), LoadEvent("taut", taut, 1, ends_step=True)
 
 
 def _broken(t: float, ends: Sequence[End], states: Vector) -> Vector:
-    """Return the state of a rope that is gone."""
+    """Return the state of a broken rope."""
     return np.zeros(1)

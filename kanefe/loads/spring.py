@@ -20,9 +20,9 @@ from kanefe.loads.along_line import AlongLine
 
 @dataclass(frozen=True, eq=False)
 class SpringDamper(AlongLine):
-    """A force along the line of two markers; its tension pulls them together.
+    """A tension along the line between two markers, which pulls them together.
 
-    ``k (length - rest_length) + c rate``, or instead of the first term a table or a function of the user.
+    ``k (length - rest_length) + c rate``, or a table or a function of the user instead of the first term.
 
     Attributes
     ----------
@@ -31,9 +31,9 @@ class SpringDamper(AlongLine):
     stiffness, damping : float
         N/m and N s/m.
     rest_length : float
-        m; NaN: as long as it is at the start.
+        m; NaN: the length at the start.
     lengths, forces : ndarray, shape (n,)
-        Table of the tension, m and N, straight between its points and beyond its ends; empty: none.
+        Table of the tension, m and N, linear between its points and beyond its ends; empty: none.
     function : callable or None
         (length, rate) -> tension, in m, m/s and N.
     """
@@ -52,11 +52,11 @@ class SpringDamper(AlongLine):
 
     @property
     def exchanges_energy(self) -> bool:
-        """Whether it takes energy from the scene or gives it."""
+        """Whether it dissipates or supplies energy."""
         return bool(self.damping or len(self.lengths) or self.function is not None)
 
     def given(self, t: float, length: float, rate: float) -> Vector:
-        """Return the tension that the user's function gives, N: (1,), or (0,) without one."""
+        """Return the tension by the user's function, N: (1,), or (0,) without one."""
         if self.function is None:
             return np.zeros(0)
         value = np.asarray(self.function(length, rate), dtype=float)
@@ -72,7 +72,7 @@ class SpringDamper(AlongLine):
         return sum(tensions(self.kernel.numbers, self.given(t, length.real, rate.real), length, rate))
 
     def started(self, t: float, ends: Sequence[End]) -> SpringDamper:
-        """Return the spring, slack at its length at the start where it has no rest length."""
+        """Return the spring; its rest length is the length at the start if none is given."""
         length = float(np.linalg.norm(ends[1].p - ends[0].p))
         if length <= 1e-12 * max(1.0, float(abs(ends[0].p).max())):
             raise ModelError(
@@ -88,7 +88,7 @@ class SpringDamper(AlongLine):
 
     @cached_property
     def kernel(self) -> LoadKernel:
-        """Its kernel."""
+        """Its compiled function and numbers."""
         coefficients = self.stiffness, self.damping, self.rest_length
         table = np.concatenate((self.lengths, self.forces))
         return LoadKernel(
@@ -97,14 +97,14 @@ class SpringDamper(AlongLine):
 
     @property
     def input_count(self) -> int:
-        """One for a law of the user's."""
+        """One with a function of the user, else none."""
         return 0 if self.function is None else 1
 
     def inputs(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        """Return the tension that the user's function gives, N."""
+        """Return the tension by the user's function, N."""
         path = self.path(t, ends)
         return self.given(t, path.length, path.rate)
 
     def input_wrenches(self, t: float, ends: Sequence[End]) -> np.ndarray:
-        """Return the pull of one newton."""
+        """Return the wrenches of a tension of one newton."""
         return np.hstack((-self.path(t, ends).gradient, np.zeros((2, 3))))[None]

@@ -1,4 +1,4 @@
-"""Loads whose value is a constant, or what a function of the user gives: forces, torques, motors, tractions."""
+"""Loads whose value is a constant or a function of the user: forces, torques, motors, tractions."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ REAL = "fiub"
 
 
 class CircularLoad(ModelError):
-    """What a load asks for depends on what it gives."""
+    """A load uses a quantity that depends on the load itself."""
 
 
 class ValuedLoad:
-    """A load whose value is a constant, or what a function of the user gives.
+    """A load whose value is a constant or a function of the user.
 
     Attributes
     ----------
     label : str
-        For messages and results.
+        Name in messages and results.
     function : callable
         t, or (t, state), -> the value.
     takes_state : bool
@@ -54,11 +54,11 @@ class ValuedLoad:
 
     @property
     def turns(self) -> bool:
-        """Whether its directions turn with what it acts on, or it is a torque, so that it adds to the stiffness."""
+        """Whether its direction rotates with the body, or it is a torque, so that it contributes to the stiffness."""
         return False
 
     def unit(self, of_joint: Sequence[str]) -> str:
-        """Return the unit of its value, of a body whose joint has coordinates of some units, m or rad."""
+        """Return the unit of its value; the joint of its body has coordinates with these units, m or rad."""
         return "N"
 
     def value(self, t: float, state: SceneView | None = None) -> Vector:
@@ -69,7 +69,7 @@ class ValuedLoad:
         except CircularLoad as error:
             raise ModelError(f"{self.label} asks for {error}") from None
         SPENT.seconds += perf_counter() - began
-        if type(given) is float and isfinite(given) and self.shape == ():  # most often, and in a tenth of the time
+        if type(given) is float and isfinite(given) and self.shape == ():  # the usual case, ten times faster
             return np.array(given)
         value = np.asarray(given)
         if value.shape != self.shape or value.dtype.kind not in REAL or not np.all(np.isfinite(value)):
@@ -79,5 +79,5 @@ class ValuedLoad:
         return np.asarray(value, dtype=float)
 
     def advice(self, value: np.ndarray) -> str:
-        """Return a remedy for a value that was refused; empty: there is none beyond the message."""
+        """Return a remedy for a refused value; empty: none."""
         return ""

@@ -1,4 +1,4 @@
-"""Winches: a cable that is paid out and drawn in so that it pulls by a given tension, as a haul-down cable does."""
+"""Winches: a cable that is paid out and drawn in to hold a given tension, such as a haul-down cable."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ from kanefe.loads.rope import slack_and_taut
 @checked("name")
 @dataclass(frozen=True, eq=False)
 class Winch(AlongLine):
-    """A cable from a winch at the first end over points to the last, held at a tension by what the winch pays out.
+    """A cable from a winch at the first end over points to the last, which is paid out to hold a tension.
 
-    The cable gives way by k. With the way l along its points and z, what has been paid out since the start,
+    The cable has the stiffness k. With the length l of its path and the length z paid out since the start,
 
         T = max(0, k (l - l0 - z)),  dz/dt = (T - tension) / D, but never faster than `speed`,
 
-    so that the tension is D dl/dt above or below what it is to be where the way changes slowly. Where the end runs away
-    faster than the winch pays out, the cable stretches; where it comes faster than the winch draws in, it is slack. The
-    scene begins at the tension. What the winch does is booked as work of loads. When the cable becomes slack and taut,
-    a run tells that asks for it: ``simulate(..., events=["<name> slack", "<name> taut"])``.
+    so that for slow motion the tension deviates by D dl/dt from the given one. If the end moves away faster than the
+    winch pays out, the cable stretches; if it approaches faster than the winch draws in, it becomes slack. The scene
+    begins at the given tension. The work of the winch counts as work of loads. Events of the cable becoming slack and
+    taut are located on request: ``simulate(..., events=["<name> slack", "<name> taut"])``.
 
     Parameters
     ----------
@@ -44,20 +44,20 @@ class Winch(AlongLine):
     ends : tuple of Frame
         The winch, points that the cable runs over in order, the last end: two or more.
     tension : float or (times, tensions)
-        That it holds, N; or a table, straight between times (s), and the same before and after.
+        Tension to be held, N; or a table, linear between times (s), and constant before and after.
     stiffness : float
         k, N/m.
     speed : float
-        That it pays out and draws in with at most, m/s.
+        Largest speed of paying out and drawing in, m/s.
     damping : float
-        D, by how much the tension rises for each m/s that is paid out, N s/m: how well the winch holds its tension.
+        D, increase of the tension for each m/s that is paid out, N s/m: the accuracy of the tension.
     breaking_load : float, optional
         Tension at which the cable breaks, N: the event ``"<name> breaks"`` of the result.
 
     Raises
     ------
     ModelError
-        Naming what is wrong with the winch.
+        If an argument is not valid; the message names it.
 
     Examples
     --------
@@ -110,18 +110,18 @@ class Winch(AlongLine):
 
     @property
     def initial_states(self) -> Vector:
-        """What is paid out, m; of one that can break 1 besides, while it holds."""
+        """Length paid out, m; and 1 while it holds, if it can break."""
         if self.is_settled:
             return NO_STATES
         return np.zeros(1) if self.breaking_load is None else np.array((0.0, 1.0))
 
     def state_scales(self, acceleration: float) -> Vector:
-        """Return what the cable gives way by under the highest tension."""
+        """Return the elongation of the cable under the highest tension."""
         return np.array((max(float(self.tension[1].max()) / self.stiffness, 1e-6), 1.0))[: len(self.initial_states)]
 
     @property
     def events(self) -> tuple[LoadEvent, ...]:
-        """Its end, where it can break; where a run asks for it, that it becomes slack and taut."""
+        """Its break, if it can break, and on request its becoming slack and taut."""
         if self.is_settled:
             return ()
         found: tuple[LoadEvent, ...] = slack_and_taut(self, winch_watch) if self.looks_for_slack else ()
@@ -134,7 +134,7 @@ class Winch(AlongLine):
         return self._with(looks_for_slack=True)
 
     def wanted(self, t: float) -> float:
-        """Return the tension that it is to hold at time t (s), N."""
+        """Return the tension to be held at time t (s), N."""
         return float(wanted_at(t, self.kernel.numbers))
 
     def pull(self, t: float, length: Any, rate: Any, states: Vector) -> Any:
@@ -142,7 +142,7 @@ class Winch(AlongLine):
         return tension_of(t, self.kernel.numbers, length, states)
 
     def started(self, t: float, ends: Sequence[End]) -> Winch:
-        """Return the winch with as much cable out as pulls by its tension."""
+        """Return the winch with the length of cable for its tension."""
         try:
             way = self.path(t, ends).length
         except SimulationError as error:
@@ -150,11 +150,11 @@ class Winch(AlongLine):
         return self._with(length=way - self.wanted(t) / self.stiffness)
 
     def resting(self, ends: Sequence[End], softness: float = 0.0) -> Winch:
-        """Return a cable that pulls by the tension, whatever its way."""
+        """Return a cable with the given tension at any length."""
         return self._with(is_settled=True)
 
     def rested(self, ends: Sequence[End], states: Vector) -> Vector:
-        """Return what is paid out where it pulls by its tension."""
+        """Return the length paid out at the given tension."""
         out = self.path(0.0, ends).length - self.length - self.wanted(0.0) / self.stiffness
         return np.append(out, states[1:])
 
@@ -170,7 +170,7 @@ class Winch(AlongLine):
         return self._with(ends=ends)
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        """Return way (m), what is paid out (m), rate of the way (m/s), tension (N), and whether it is slack (1)."""
+        """Return length of the path (m), length paid out (m), rate (m/s), tension (N), and whether it is slack (1)."""
         length, rate, _ = self.path(t, ends)
         out = 0.0 if self.is_settled else float(states[0])
         pull = self.pull(t, length, rate, states)
@@ -178,7 +178,7 @@ class Winch(AlongLine):
 
     @cached_property
     def kernel(self) -> LoadKernel:
-        """Its kernel."""
+        """Its compiled function and numbers."""
         cable = len(self.ends), self.stiffness, self.length, self.speed, self.damping, self.is_settled
         table = np.concatenate(self.tension)
         given = flat(WinchNumbers(*cable, self.breaking_load or 0.0, len(self.tension[0]), table))
@@ -186,5 +186,5 @@ class Winch(AlongLine):
 
 
 def _broken(t: float, ends: Sequence[End], states: Vector) -> Vector:
-    """Return the state of a cable that is gone."""
+    """Return the state of a broken cable."""
     return np.array((states[0], 0.0))

@@ -1,4 +1,4 @@
-"""Wind: a mean, gusts and turbulence, the same in all places."""
+"""Wind: a mean, gusts and turbulence, uniform in space."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ class Gust:
     Parameters
     ----------
     velocity : (float, float, float)
-        At its peak, on top of the wind, in components of N, m/s.
+        Velocity at its peak, added to the wind, in components of N, m/s.
     start, duration : float
         s.
 
     Raises
     ------
     ModelError
-        Naming the number that is wrong.
+        If a number is not valid; the message names it.
     """
 
     velocity: Any
@@ -59,28 +59,28 @@ class Gust:
 
 @dataclass(frozen=True)
 class Turbulence:
-    """Turbulence of Dryden's spectra, carried past by the mean wind U, as a sum of harmonics of random phases.
+    """Turbulence with Dryden's spectra, convected by the mean wind U, as a sum of harmonics with random phases.
 
-    With ``x = L w / U`` the spectra of one sign of frequency are ``2 s^2 L / (pi U) / (1 + x^2)`` along the wind and
+    With ``x = L w / U`` the one-sided spectra are ``2 s^2 L / (pi U) / (1 + x^2)`` along the wind and
     ``s^2 L / (pi U) (1 + 3 x^2) / (1 + x^2)^2`` across it (MIL-F-8785C, 3.7.1.2). Each harmonic has the variance of the
-    spectrum in its band, by the integral in closed form, and a frequency anywhere in it, so that the sum does not
-    repeat. Bands grow in proportion to frequency, up to x = 30. The random numbers are those of numpy's `SeedSequence`.
+    spectrum in its band, by the integral in closed form, and a random frequency in it, so that the sum is not periodic.
+    The widths of bands are proportional to frequency, up to x = 30. Random numbers are from numpy's `SeedSequence`.
 
     Parameters
     ----------
     intensity : float or (float, float, float)
         Standard deviation s along the wind, across it and upwards, m/s.
     length : float or (float, float, float)
-        L of the same, m.
+        L of the three components, m.
     seed : int
-        Which realisation; zero or above.
+        Number of the realisation, zero or above.
     count : int
-        Harmonics.
+        Number of harmonics.
 
     Raises
     ------
     ModelError
-        Naming the number that is wrong.
+        If a number is not valid; the message names it.
     """
 
     intensity: Any
@@ -109,7 +109,7 @@ class Turbulence:
         Parameters
         ----------
         wind : ndarray, shape (3,)
-            Its mean, in components of N, m/s.
+            Mean wind, in components of N, m/s.
         """
         speed = float(np.linalg.norm(wind))
         random = np.random.default_rng(np.random.SeedSequence(self.seed))
@@ -127,22 +127,22 @@ class Turbulence:
 
 @dataclass(frozen=True)
 class Wind:
-    """Wind that is the same in all places: a mean, gusts, and turbulence.
+    """Wind that is uniform in space: a mean, gusts, and turbulence.
 
-    On a deck whose joint leaves out the way of the ship, as `Ship.at` does, it is the wind as felt on board: less the
-    ship's velocity.
+    On a deck whose motion does not include the speed of the ship, such as `Ship.at`, give the wind relative to the
+    ship.
 
     Parameters
     ----------
     velocity : (float, float, float)
-        The mean, in components of N, m/s: where it blows to.
+        Mean velocity of the air, in components of N, m/s.
     gusts : sequence of Gust
     turbulence : Turbulence, optional
 
     Raises
     ------
     ModelError
-        Naming what is wrong; turbulence needs a mean wind that carries it.
+        If an argument is not valid; turbulence needs a mean wind that convects it.
 
     Examples
     --------
@@ -171,7 +171,7 @@ class Wind:
 
     @cached_property
     def harmonics(self) -> np.ndarray:
-        """Harmonics of its turbulence: see `Turbulence.harmonics`; none without."""
+        """Harmonics of its turbulence, if any: see `Turbulence.harmonics`."""
         return np.zeros((0, 7)) if self.turbulence is None else self.turbulence.harmonics(self.velocity)
 
     def at(self, t: float) -> Vector:
@@ -180,20 +180,20 @@ class Wind:
 
     @property
     def numbers(self) -> Vector:
-        """What its kernel is given."""
+        """Its numbers for the kernel."""
         gusts = [np.array((gust.start, gust.duration, *gust.velocity)) for gust in self.gusts]
         rest = np.concatenate((*gusts, self.harmonics.ravel()))
         return flat(WindNumbers(len(gusts), len(self.harmonics), self.velocity, rest))
 
 
 def _share(x: np.ndarray, is_along: bool) -> np.ndarray:
-    """Return what share of the variance lies below ``x = L w / U``."""
+    """Return the share of the variance below ``x = L w / U``."""
     turn = 2.0 * np.arctan(x) / math.pi
     return turn if is_along else turn - x / (math.pi * (1.0 + x**2))
 
 
 def _axes_along(direction: Vector) -> np.ndarray:
-    """Return unit vectors along the wind, across it and, as far as it is level, upwards, (3, 3)."""
+    """Return unit vectors along the wind, across it, and upwards for a horizontal wind, (3, 3)."""
     up = np.array((0.0, 0.0, 1.0)) if abs(direction[2]) < 0.9 else np.array((1.0, 0.0, 0.0))
     across = np.cross(up, direction)
     across /= np.linalg.norm(across)

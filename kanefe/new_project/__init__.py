@@ -1,1 +1,1 @@
-"""``kanefe new NAME``: a folder with a mesh source, a script that runs, and a page that says what is next."""
+"""``kanefe new NAME``: a folder with a mesh source, a script that runs, and a page with the next steps."""

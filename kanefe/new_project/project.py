@@ -1,4 +1,4 @@
-"""A new project: files of the template, with its name, in a folder of their own."""
+"""A new project: the files of the template, with the name of the project, in a new folder."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ WORD = "PROJECT"
 
 
 def new_project(where: str) -> list[Path]:
-    """Make the folder of a new project and return its files.
+    """Create the folder of a new project and return its files.
 
     Parameters
     ----------
@@ -26,9 +26,9 @@ def new_project(where: str) -> list[Path]:
     Raises
     ------
     ModelError
-        If the name is none of a project.
+        If the name is not valid for a project, or hides an installed package.
     FileError
-        If there is something of that name, or it cannot be written.
+        If a file or folder of that name exists, or it cannot be written.
     """
     folder = Path(where)
     if NAME.fullmatch(folder.name) is None:
@@ -55,7 +55,7 @@ def new_project(where: str) -> list[Path]:
             raise FileError(
                 f"there is no folder {folder.parent} to make {folder.name!r} in. Remedy: make it first"
             ) from error
-        # of a folder of the system, such as /proc, the error says that the new one is not there
+        # in system folders such as /proc the error is that the new folder does not exist
         reason = "nothing can be made there" if isinstance(error, FileNotFoundError) else error.strerror
         raise FileError(f"cannot make {folder}: {reason}. Remedy: another place") from error
     return written

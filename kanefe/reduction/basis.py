@@ -1,4 +1,4 @@
-"""What a way of reducing a body hands over: columns that span the motions kept, and how they were chosen."""
+"""The result of a reduction method: columns that span the motions kept, and the record of their choice."""
 
 from __future__ import annotations
 
@@ -16,14 +16,15 @@ from kanefe.reduction.load_cases import Load, checked_loads
 
 @dataclass(frozen=True, eq=False)
 class Basis:
-    """Columns that span the motions kept, and the story of their choice.
+    """Columns that span the motions kept, and the record of their choice.
 
     Attributes
     ----------
     columns : ndarray, shape (tied, m)
-        Motions of the tied coordinates with the fixed components at rest; of any scale, and dependent if they like.
+        Motions of the tied coordinates with the fixed components at rest; of any scale, and not necessarily
+        independent.
     record : mapping
-        What a report says about the choice (json-able).
+        Record of the choice for reports (json-able).
     """
 
     columns: np.ndarray
@@ -31,7 +32,7 @@ class Basis:
 
 
 class Reduction(Protocol):
-    """A way of reducing a body.
+    """A method of reducing a body.
 
     Attributes
     ----------
@@ -48,19 +49,16 @@ class Reduction(Protocol):
     def error_up_to(self) -> float | None: ...  # noqa: D102
 
     def basis(self, problem: StaticProblem) -> Basis:
-        """Return what spans the motions kept with the fixed components at rest."""
+        """Return columns that span the motions kept, with the fixed components at rest."""
         ...
 
 
 class Options:
-    """Base of the frozen dataclasses of options: shows what differs from the defaults, checks what all have."""
+    """Base of the frozen dataclasses of options: its repr shows what differs from the defaults."""
 
     def __repr__(self) -> str:
-        shown = []
-        for item in fields(self):  # type: ignore[arg-type]
-            value = getattr(self, item.name)
-            if value is not item.default and value != item.default:
-                shown.append(f"{item.name}={value!r}")
+        values = [(item, getattr(self, item.name)) for item in fields(self)]  # type: ignore[arg-type]
+        shown = [f"{item.name}={v!r}" for item, v in values if v is not item.default and v != item.default]
         return f"{type(self).__name__}({', '.join(shown)})"
 
     def _check_shared(self, loads: Any, error_up_to: float | None) -> None:
@@ -76,7 +74,7 @@ def check_frequency(name: str, value: float | None) -> None:
 
 
 def check_count(method: str, modes: Any) -> None:
-    """Refuse a number of modes that is no whole number."""
+    """Refuse a number of modes that is not a whole number."""
     if modes is not None and not (is_number(modes) and 0 <= modes < 2**63 and modes == int(modes)):
         raise ModelError(f"the number of {method} modes must be a whole number >= 0, not {modes!r}")
 

@@ -1,9 +1,9 @@
 """Lowest modes of (K, M) by the block Lanczos method with the inverse of K.
 
 Golub & Underwood (1977); Grimes, Lewis & Simon (1994), "A shifted block Lanczos algorithm for solving sparse symmetric
-generalized eigenproblems". A solve with the factors of a large K reads all of them from memory, and that is what takes
-the time: for eight right-hand sides at once it costs a fifth a side. scipy's eigsh (ARPACK) solves for one at a time;
-here all modes of a body of 100,000 degrees of freedom take half of its time.
+generalized eigenproblems". The cost of a solve with the factors of a large K is that of reading them from memory: with
+eight right-hand sides at once, each costs a fifth. scipy's eigsh (ARPACK) solves for one at a time, and takes twice as
+long for the modes of a body of 100,000 degrees of freedom.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import scipy.sparse as sp
 from kanefe.errors import ModelError
 
 BLOCK = 8
-"""Number of right-hand sides of a solve: with more, the solves get cheaper still, but more of them are needed."""
+"""Number of right-hand sides of a solve: with more, each becomes cheaper, but more of them are needed."""
 
 TOLERANCE = 1e-9
 """Residual of a mode relative to its K-norm. The error of frequencies is its square."""
@@ -40,9 +40,9 @@ def lowest_modes(
     M : sparse matrix, shape (n, n)
         Symmetric, positive semi-definite.
     count : int
-        How many modes; less than n and than the rank of M.
+        Number of modes; less than n and the rank of M.
     solve : callable
-        Returns the static displacements (n, m) of loads (n, m); without rigid motions where the body is free to move.
+        Returns the static displacements (n, m) of loads (n, m), without rigid motions if the body is free.
 
     Returns
     -------
@@ -52,13 +52,13 @@ def lowest_modes(
     Raises
     ------
     ModelError
-        If the modes do not converge, or M has not that many.
+        If the modes do not converge, or M has fewer.
 
     Notes
     -----
-    ``A = K^-1 M`` is symmetric in the inner product of M. Its Krylov space is made orthonormal in full,
-    twice: the space is small. The shapes get one more product with A, which the last step brought for nothing; it
-    cleans them of stiff motions and, where M is singular, of motions without mass.
+    ``A = K^-1 M`` is symmetric in the inner product of M. Its Krylov space is small, and is fully reorthogonalised. The
+    shapes get one more product with A, available from the last step; it removes stiff motions and, where M is singular,
+    motions without mass.
 
     Examples
     --------
@@ -71,7 +71,7 @@ def lowest_modes(
     most = min(size, max(LARGEST_PART * count, count + 20 * width))
     Q, MQ = (np.empty((size, most + width), order="F") for _ in range(2))
     H = np.zeros((most + width, most + width))  # Q^T M A Q
-    # the same modes in every run; a first product with A puts it into the space of motions with mass
+    # a fixed seed for the same modes in every run; a product with A removes motions without mass
     left = solve(M @ np.random.default_rng(0).standard_normal((size, width)))
     weighted = M @ left
     done = 0
@@ -104,7 +104,7 @@ def lowest_modes(
 def _orthonormal(
     left: np.ndarray, weighted: np.ndarray, Q: np.ndarray, MQ: np.ndarray, M: sp.spmatrix
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return what columns add to Q, M-orthonormal, and M times it; `weighted` is M times the columns."""
+    """Return an M-orthonormal basis of the part of columns outside of Q, and M times it; `weighted` is M times them."""
     for _ in range(3):
         overlap = MQ.T @ left
         left, weighted = left - Q @ overlap, weighted - MQ @ overlap

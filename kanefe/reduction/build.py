@@ -1,8 +1,6 @@
-"""From a full-order model to a flexible body: interfaces tied, basis made, matrices projected, one factorisation.
+"""From a full-order model to a flexible body: interfaces tied, basis computed, matrices projected, one factorisation.
 
-The free coordinates are made M-orthonormal, so that stiffness and modal damping are diagonal.
-
-Which rigid motions of a body its supports leave, and whether its stiffness leaves them free.
+The free coordinates are M-orthonormal, so that stiffness and modal damping are diagonal.
 """
 
 from __future__ import annotations
@@ -59,16 +57,16 @@ def flexible_body(
         By the names of the model's groups. "clamped": a rigid patch fixed in G; "rigid": a rigid patch whose frame
         moves and can carry other bodies; "hinged": a rigid patch whose point is fixed in G and which can turn;
         "average": a frame that moves with the mean of a patch, without stiffening it; "node": a single node.
-        Without an interface fixed in G the body floats: its rigid modes are taken out, and it needs a free joint.
+        Without an interface fixed in G the body floats: its rigid modes are removed, and it needs a free joint.
     reduction : Reduction, optional
         Such as `CraigBampton`. None keeps every degree of freedom; above `LARGEST_DENSE` of them in sparse matrices,
         as an `UnreducedBody`, for method="generalised-alpha".
     damping : RayleighDamping, ModalDamping, matrix (N, N) or None
         Acts on the rate of deformation in G. None takes the model's own C, if it has one.
     stiffening : "none", "inertial" or "full"
-        What stiffens (or softens) the body beside K: nothing; the loads of inertia and gravity, as in a rotating blade;
-        those, and the loads on its interfaces and load patterns. With "full" the frames of its interfaces also move by
-        the foreshortening of the body. See `kanefe.reduction.stiffening`.
+        Which loads contribute geometric stiffness: none; inertia and gravity, as in a rotating blade; those, and the
+        loads on interfaces and load patterns. With "full" the frames of the interfaces also move by the foreshortening
+        of the body. See `kanefe.reduction.stiffening`.
     factorise : callable
         Factors a symmetric positive definite sparse matrix.
 
@@ -79,7 +77,7 @@ def flexible_body(
     Raises
     ------
     ModelError
-        If an interface, the supports, the reduction or the matrices make no sense; the message names which.
+        If an interface, the supports, the reduction or the matrices are not valid; the message names which.
     """
     if reduction is not None and not hasattr(reduction, "basis"):
         raise ModelError(f"reduction must be CraigBampton(modes=...), FreeInterface, Krylov or None, not {reduction!r}")
@@ -106,7 +104,8 @@ def flexible_body(
         return unreduced_body(model, problem, damping, factorise, started)
     K, M = problem.stiffness, problem.mass
     if reduction is None:
-        free, fixed = _unreduced_basis(ties, K.shape[0])
+        identity = np.eye(K.shape[0])
+        free, fixed = np.delete(identity, ties.fixed, axis=1), identity[:, ties.fixed]
         free = orthonormal_modes(free, K, M, problem.rigid_modes) if rigid_count else free
         record: dict[str, Any] = {"method": "None", "kept": free.shape[1]}
     else:
@@ -144,12 +143,6 @@ def flexible_body(
     return body if stiffening == "none" else stiffened(body, second_order_motion(problem, basis, stiffening))
 
 
-def _unreduced_basis(ties: InterfaceTies, size: int) -> tuple[np.ndarray, np.ndarray]:
-    identity = np.eye(size)
-    kept = np.setdiff1d(np.arange(size), ties.fixed)
-    return identity[:, kept], identity[:, ties.fixed]
-
-
 def _interface_frames(ties: InterfaceTies, basis: np.ndarray, free_count: int) -> tuple[InterfaceFrame, ...]:
     frames, column = [], free_count
     for tie in ties.ties:
@@ -180,7 +173,7 @@ def _inertia(model: FiniteElementModel, basis: np.ndarray) -> dict[str, Any]:
 
 
 def unrestrained_motions(model: FiniteElementModel, ties: InterfaceTies) -> int:
-    """Return how many rigid motions must be taken out: all of a floating body, none of one held in G."""
+    """Return the number of rigid motions to be removed: all of a floating body, none of one held in G."""
     modes, _ = model.unit_rigid_modes()
     total = int(np.linalg.matrix_rank(modes, tol=1e-9))
     if not len(ties.fixed):
@@ -188,8 +181,7 @@ def unrestrained_motions(model: FiniteElementModel, ties: InterfaceTies) -> int:
         _check_interfaces_hold(ties, modes, total)
         return total
     held = ties.coordinates(model.rigid_modes(about=model.nodes.mean(axis=0)))[ties.fixed]
-    length = np.ptp(model.nodes, axis=0).max() or 1.0
-    held[:, 3:] /= length
+    held[:, 3:] /= np.ptp(model.nodes, axis=0).max() or 1.0
     restrained = int(np.linalg.matrix_rank(held, tol=1e-9))
     if restrained < total:
         names = ", ".join(t.name for t in ties.ties if t.fixed)

@@ -24,31 +24,31 @@ from kanefe.reduction.normal_modes import normal_modes
 class CraigBampton(Options):
     """Constraint modes, and the normal modes with all interfaces held.
 
-    Forces at interfaces act statically exact, whatever the number of modes.
+    The static response to forces at interfaces is exact, whatever the number of modes.
 
     Parameters
     ----------
     modes : int or "auto", optional
-        How many normal modes. "auto": those that the response to loads up to `up_to_frequency` needs (see
+        Number of normal modes. "auto": those that the response to loads up to `up_to_frequency` needs (see
         `kanefe.reduction.mode_choice`).
     up_to_frequency : float, optional
         Hz. Without `modes`: all normal modes up to this frequency. With "auto": the highest frequency of the loads.
     tol : float
-        Relative error of the response that "auto" may leave.
+        Largest relative error of the response that "auto" may leave.
     loads : sequence of str, LoadCase or PatchCase
-        Load cases whose static shapes are kept too, so that they act statically exact (see
+        Load cases whose static shapes are kept too, so that the static response to them is exact (see
         `kanefe.reduction.load_cases`): among "gravity", "angular acceleration", "centrifugal", names of interfaces and
-        load patterns, given forces, and single forces on contact patches. With "auto" they are also what the response
-        is measured with; without any, that is all loads of interfaces and of inertia, and their static shapes are kept
-        if this makes the basis smaller.
+        load patterns, given forces, and single forces on contact patches. With "auto" they also define the response
+        that is compared; without any, all loads of interfaces and of inertia do, and their static shapes are kept if
+        this makes the basis smaller.
     error_up_to : float, optional
-        Hz up to which the error is estimated (see `kanefe.reduction.error_estimate`). "auto" always does, up to
-        `up_to_frequency`.
+        Frequency in Hz up to which the error is estimated (see `kanefe.reduction.error_estimate`). "auto" always
+        estimates it, up to `up_to_frequency`.
 
     Raises
     ------
     ModelError
-        If neither modes nor a frequency is given, both are, or an option makes no sense.
+        If not exactly one of a number of modes and a frequency is given, or an option is not valid.
 
     Examples
     --------

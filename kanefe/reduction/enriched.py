@@ -1,4 +1,4 @@
-"""The next better basis of a body: what a run with it changes is the error of the run without it."""
+"""An enriched basis of a body: the change in a run with it estimates the error of the run without it."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from kanefe.reduction.orthonormal import orthonormal_modes
 
 @dataclass(frozen=True, repr=False)
 class Enriched(Options):
-    """A basis with the statics of all it leaves unbalanced: residuals of its modes, of loads and of inertia.
+    """A basis, and the static response to its residuals: those of its modes, of loads and of inertia.
 
-    Up to twice as many coordinates and one for each load, for one static solve each. The error of a reduced body in a
-    scene is estimated by running the scene with both: whatever is read from the results, the difference of the two is
-    the error of the smaller body, but for the much smaller one of the richer.
+    It has up to twice as many coordinates and one for each load, each by one static solve. To estimate the error of a
+    reduced body in a scene, run the scene with both: the difference of any result is the error of the smaller body, up
+    to the much smaller error of the enriched one.
 
     Parameters
     ----------
@@ -31,11 +31,12 @@ class Enriched(Options):
     Raises
     ------
     ModelError
-        If `reduction` is none.
+        If `reduction` is not a reduction.
 
     Examples
     --------
-    >>> Enriched(FreeInterface(modes=6))                                                  # doctest: +SKIP
+    >>> import kanefe as kf
+    >>> Enriched(kf.FreeInterface(modes=6))
     Enriched(reduction=FreeInterface(modes=6))
     """
 
@@ -49,12 +50,12 @@ class Enriched(Options):
 
     @property
     def loads(self) -> Sequence[Load]:
-        """Loads of the basis that is enriched."""
+        """Loads of the basis to be enriched."""
         return self.reduction.loads
 
     @property
     def error_up_to(self) -> float | None:
-        """Frequency in Hz up to which the error of the richer basis is estimated."""
+        """Frequency in Hz up to which the error of the enriched basis is estimated."""
         return self.reduction.error_up_to
 
     def basis(self, problem: StaticProblem) -> Basis:

@@ -1,11 +1,11 @@
-"""Free-interface reduction: normal modes of the body as its supports in G leave it, and attachment modes.
+"""Free-interface reduction: normal modes of the body with its supports in G, and attachment modes.
 
 Craig & Chang (1977), "On the use of attachment modes in substructure coupling for dynamic analysis"; Rubin (1975),
 "Improved component-mode representation for structural dynamic analysis"; Hintz (1975), "Analytical methods in component
-modal synthesis", after whom (and Herting) such a set is statically complete. The attachment modes are the static
-shapes of unit forces on the interface components that are not fixed, of a floating body under forces balanced by its
-inertia. What they add to the normal modes are the residual attachment modes; since the reduced matrices are
-projections, the inertia of the residual is kept (Rubin), not dropped (MacNeal).
+modal synthesis", who calls such a set statically complete. The attachment modes are the static shapes of unit forces on
+the interface components that are not fixed; for a floating body the forces are balanced by its inertia. Their part
+outside the normal modes are the residual attachment modes. Since the reduced matrices are projections, the inertia of
+the residual is included (Rubin), not neglected (MacNeal).
 """
 
 from __future__ import annotations
@@ -26,26 +26,26 @@ from kanefe.reduction.normal_modes import free_normal_modes
 @checked("attachment")
 @dataclass(frozen=True, repr=False)
 class FreeInterface(Options):
-    """Normal modes with the interfaces free that are not fixed in G, and attachment modes of those.
+    """Normal modes with all interfaces free that are not fixed in G, and attachment modes of these interfaces.
 
-    To be preferred to `CraigBampton` where interfaces carry little: its normal modes are then those of the body in the
-    scene, and exact however few.
+    Preferable to `CraigBampton` where interfaces carry little load: the normal modes are then those of the body in the
+    scene, and exact even if they are few.
 
     Parameters
     ----------
     modes : int, optional
-        How many elastic normal modes.
+        Number of elastic normal modes.
     up_to_frequency : float, optional
-        All those up to this frequency in Hz.
+        Hz. Without `modes`: all elastic normal modes up to this frequency.
     attachment : bool
-        False leaves the attachment modes out: a purely modal basis, wrong in statics.
+        False leaves the attachment modes out: a purely modal basis, whose static response is wrong.
     loads, error_up_to
         As for `CraigBampton`.
 
     Raises
     ------
     ModelError
-        If not exactly one of `modes` and `up_to_frequency` is given, or an option makes no sense.
+        If not exactly one of `modes` and `up_to_frequency` is given, or an option is not valid.
 
     Examples
     --------

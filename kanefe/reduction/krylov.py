@@ -1,10 +1,11 @@
 """Krylov reduction: matches moments of the response to loads around chosen frequencies.
 
 Around an angular frequency w the shapes ``(K - w^2 M)^-1 F`` and then ``(K - w^2 M)^-1 M`` times the last ones span a
-space in which the projected body answers to harmonic loads F with the same value and the same first 2 j - 1 derivatives
-by w^2 as the full one, for j blocks (symmetric matrices; Su & Craig 1991, "Model reduction and control of flexible
-structures using Krylov vectors"; Grimme 1997, "Krylov projection methods for model reduction"). Every block is made
-M-orthonormal before the next solve (block Arnoldi), without which three of them are already dependent in round-off.
+space in which the response of the projected body to harmonic loads F has the same value and the same first 2 j - 1
+derivatives with respect to w^2 as that of the full body, for j blocks (symmetric matrices; Su & Craig 1991, "Model
+reduction and control of flexible structures using Krylov vectors"; Grimme 1997, "Krylov projection methods for model
+reduction"). Every block is made M-orthonormal before the next solve (block Arnoldi); otherwise three of them are
+already dependent up to round-off.
 """
 
 from __future__ import annotations
@@ -37,17 +38,17 @@ class Krylov(Options):
     frequencies : sequence of float
         Hz; 0 for statics, which needs no factorisation of its own.
     order : int
-        Blocks of shapes around each of them.
+        Number of blocks of shapes around each frequency.
     loads : sequence of str, LoadCase or PatchCase
-        What the body answers to (see `kanefe.reduction.load_cases`). None of them: its interfaces, and all inertial
-        loads.
+        Loads whose response is matched (see `kanefe.reduction.load_cases`). Without any: loads on the interfaces, and
+        all inertial loads.
     error_up_to
         As for `CraigBampton`.
 
     Raises
     ------
     ModelError
-        If a frequency is negative, the order is below one, or a load makes no sense.
+        If a frequency is negative, the order is below one, or a load is not valid.
 
     Examples
     --------

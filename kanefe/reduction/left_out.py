@@ -1,12 +1,13 @@
-r"""What a basis leaves out of the static response to the loads that any scene puts on a body.
+r"""The static response that a basis neglects, for the loads that act on a body in any scene.
 
-With the M-orthonormal modes V, ``V^T K V = diag(w^2)``, unit loads F deform the body by ``K^-1 F``, of which V holds
-``V (F^T V / w^2)^T``. What is left over has
+With the M-orthonormal modes V, ``V^T K V = diag(w^2)``, unit loads F deform the body by ``K^-1 F``, of which V contains
+``V (F^T V / w^2)^T``. The rest is the displacement ``U = K^-1 F - V diag(1 / w^2) V^T F``. For loads f of any size it
+has twice the energy f^T R f, and the root mean square over the mass m of its displacement is that of f^T D f:
 
-    twice the energy  f^T R f,   R = F^T K^-1 F - F^T V diag(1 / w^2) V^T F      (residual flexibility)
-    and the displacement  U = K^-1 F - V diag(1 / w^2) V^T F,  root of f^T D f over the mass,  D = U^T M U / m
+    R = F^T K^-1 F - F^T V diag(1 / w^2) V^T F      (residual flexibility)
+    D = U^T M U / m
 
-for loads f of any size (MacNeal, "A hybrid method of component mode synthesis", Computers & Structures 1 (1971) 581).
+(MacNeal, "A hybrid method of component mode synthesis", Computers & Structures 1 (1971) 581).
 """
 
 from __future__ import annotations
@@ -19,11 +20,11 @@ from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction.load_cases import spread_groups
 
 HELD = 1e-6
-"""Fraction of the energy of a load's static response that may be missing: a thousandth of its stresses."""
+"""Fraction of the energy of a load's static response that may be missing: a thousandth in its stresses."""
 
 
 def left_out(problem: StaticProblem, modes: np.ndarray) -> dict[str, Any]:
-    """Return what modes leave out of the statics of inertia and of load patterns, json-able.
+    """Return the static response to inertia and load patterns that modes neglect, json-able.
 
     Parameters
     ----------
@@ -34,8 +35,8 @@ def left_out(problem: StaticProblem, modes: np.ndarray) -> dict[str, Any]:
     Returns
     -------
     dict
-        "loads": [name, component] of each load that is not held; "energy": R, J per squares of the units of the loads;
-        "displacement": D, m2 per the same.
+        "loads": [name, component] of each load whose response is not complete; "energy": R, J per product of the units
+        of two loads; "displacement": D, m2 per product of units.
     """
     groups = spread_groups(problem)
     names = [[group.name, component] for group in groups for component in group.kept]

@@ -1,6 +1,6 @@
 """Load cases that a reduction is to represent well: inertial loads, interface loads, load patterns, given forces.
 
-A load case is named by
+A load case is given by a name,
 
 - ``"gravity"``: unit accelerations of the body along x, y, z, in m/s2 (gravity and the acceleration of G alike);
 - ``"angular acceleration"``: unit angular accelerations about the axes of G through its origin, rad/s2;
@@ -8,12 +8,9 @@ A load case is named by
 - the name of an interface: unit forces and moments on its components that are not fixed;
 - the name of a load pattern: unit tractions along x, y, z, and a unit pressure;
 
-or given as a `LoadCase`, or as the points of a contact patch, `PatchCase`. A spin about another point is a combination
-of "centrifugal" and "gravity".
-
-Load-dependent vectors: static shapes of load cases, which make a basis statically complete for them.
-
-Wilson, Yuan & Dickens (1982), "Dynamic analysis by direct superposition of Ritz vectors".
+as a `LoadCase`, or as the points of a contact patch, `PatchCase`. A spin about another point is a combination of
+"centrifugal" and "gravity". The static shapes of load cases (load-dependent vectors) make a basis statically complete
+for them (Wilson, Yuan & Dickens 1982, "Dynamic analysis by direct superposition of Ritz vectors").
 """
 
 from __future__ import annotations
@@ -33,8 +30,7 @@ from kanefe.frames import numbers
 from kanefe.reduction.patch_case import PatchCase
 
 INERTIAL = ("gravity", "angular acceleration", "centrifugal")
-"""Names of the inertia loads that the motion of G puts on a body."""
-
+"""Names of the inertia loads by the motion of G."""
 
 LOADED = 1e-9
 """Force relative to the largest of a group below which a column has no effect."""
@@ -43,13 +39,13 @@ LOADED = 1e-9
 @checked("name")
 @dataclass(frozen=True, eq=False)
 class LoadCase:
-    """Forces on the nodes of a model, under a name.
+    """Named forces on the nodes of a model.
 
     Parameters
     ----------
     name : str
     forces : ndarray, shape (N,) or (N, m)
-        On the degrees of freedom of the model, N and N m: one load, or m of a kind (with one unit).
+        Forces on the degrees of freedom of the model, N and N m: one load, or m loads of the same unit.
 
     Raises
     ------
@@ -92,11 +88,11 @@ class LoadGroup:
     ----------
     name : str
     unit : str
-        What the forces are per one of.
+        Unit of the load to which the forces belong.
     forces : ndarray, shape (tied, m)
-        Zero on the fixed components. Columns that do nothing are left out.
+        Zero on the fixed components. Columns without effect are left out.
     kept : tuple of int
-        Which components of the load these are.
+        Components of the load that the columns belong to.
     """
 
     name: str
@@ -106,7 +102,7 @@ class LoadGroup:
 
 
 def checked_loads(loads: Any) -> tuple[Load, ...]:
-    """Return loads as a tuple; refuse what is no sequence of names and load cases."""
+    """Return loads as a tuple; refuse anything but a sequence of names and load cases."""
     if isinstance(loads, (str, LoadCase, PatchCase)) or not isinstance(loads, Sequence):
         raise ModelError(f"loads must be a sequence of names and LoadCases, such as ('gravity', 'tip'), not {loads!r}")
     kept = tuple(loads)
@@ -120,7 +116,7 @@ def checked_loads(loads: Any) -> tuple[Load, ...]:
 
 
 def default_loads(problem: StaticProblem) -> tuple[Load, ...]:
-    """Return the loads any body meets in a scene: those of its interfaces that move, and of its own motion."""
+    """Return the loads on a body in any scene: those on its interfaces that move, and those of inertia."""
     names = tuple(tie.name for tie in problem.ties.ties if len(tie.fixed) < len(tie.rows))
     return (*names, *INERTIAL)
 
@@ -131,15 +127,14 @@ def load_groups(problem: StaticProblem, loads: Sequence[Load]) -> list[LoadGroup
     Raises
     ------
     ModelError
-        If a name is unknown, a load is of another size, or does nothing to the body.
+        If a name is unknown, or a load has another size or does not deform the body.
     """
     groups = []
     for load in loads:
         found = [_settled(problem, group) for group in _groups_of(problem, load)]
         found = [group for group in found if group.forces.shape[1]]
-        is_inertial = isinstance(load, str) and load in INERTIAL
-        # a floating body is in free fall under gravity: nothing to say
-        if not found and not is_inertial:
+        # inertial loads may have no effect: a floating body is in free fall under gravity
+        if not found and not (isinstance(load, str) and load in INERTIAL):
             name = load if isinstance(load, str) else load.name
             raise ModelError(
                 f"load {name!r} does not deform the body: it acts on nothing but components fixed in G, or has no "
@@ -161,7 +156,7 @@ def some_groups(problem: StaticProblem, loads: Sequence[Load]) -> list[LoadGroup
 
 
 def spread_groups(problem: StaticProblem) -> list[LoadGroup]:
-    """Return the groups of inertia and of load patterns that deform the body, and not those of its interfaces."""
+    """Return the groups of inertia and of load patterns that deform the body, without those of its interfaces."""
     model = problem.model
     found = [_settled(problem, group) for name in INERTIAL for group in _groups_of(problem, name)]
     for name in model.load_patterns:
@@ -245,7 +240,7 @@ def _pattern_groups(problem: StaticProblem, name: str) -> list[LoadGroup]:
 
 
 def _settled(problem: StaticProblem, group: LoadGroup) -> LoadGroup:
-    """Return the group without the forces that fixed components and the rigid motion of a floating body carry."""
+    """Return the group without forces on fixed components, and without columns that only move a floating body."""
     forces = np.array(group.forces, dtype=float)
     before = np.linalg.norm(forces, axis=0)
     forces[problem.fixed] = 0.0
@@ -255,9 +250,9 @@ def _settled(problem: StaticProblem, group: LoadGroup) -> LoadGroup:
 
 
 def load_vectors(problem: StaticProblem, loads: Sequence[Load]) -> tuple[np.ndarray, dict[str, int]]:
-    """Return the static shapes of loads, shape (tied, m), and how many each group of them has.
+    """Return the static shapes of loads, shape (tied, m), and their number by the name of the group.
 
-    Of a floating body: under the loads balanced by the inertia of its rigid motion.
+    For a floating body: under the loads balanced by the inertia of its rigid motion.
     """
     groups = load_groups(problem, loads)
     if not groups:

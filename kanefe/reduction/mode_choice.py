@@ -1,13 +1,13 @@
 """Which normal modes a Craig-Bampton basis needs for the response to loads up to a frequency.
 
-Modes are ranked, and the first of them kept whose basis reaches the tolerance:
+Modes are ranked, and as few of the first are kept as reach the tolerance:
 
 1. those within the frequency range that carry effective interface mass (Kammer & Triller 1996, "Selection of component
    modes for Craig-Bampton substructure representations"): the motion of an interface, or of G itself, excites them;
 2. then by participation, the largest share that a mode has in the response to one of the loads;
-3. the error of the basis is that of its response against the richest one at hand: all candidates, and the statics of
-   the loads and of the inertia of the constraint modes, which stand for all modes above. Candidates are added until
-   they reach the tolerance.
+3. the error of a basis is that of its response against a rich basis: all candidates, and the static shapes of the
+   loads and of the inertia of the constraint modes, which represent all higher modes. Candidates are added until they
+   reach the tolerance.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ EFFECTIVE = 1e-2
 
 @dataclass(frozen=True, eq=False)
 class ModeChoice:
-    """Columns, shape (tied, m), and the story of their choice (json-able)."""
+    """Columns, shape (tied, m), and the record of their choice (json-able)."""
 
     columns: np.ndarray
     record: dict[str, Any]
@@ -63,7 +63,7 @@ def chosen_modes(
     vectors : ndarray, shape (tied, v), or None
         Load vectors to be kept. None: the static shapes of the loads are kept if this makes the basis smaller.
     loads : sequence of str, LoadCase or PatchCase
-        What the response is measured with. None of them: interface loads and inertial loads, of every kind.
+        Loads of which the response is compared. Without any: all interface loads and inertial loads.
     up_to_frequency : float
         Hz.
     tol : float
@@ -106,7 +106,7 @@ def _choice(
     up_to_frequency: float,
     tol: float,
 ) -> ModeChoice:
-    """Return given columns and the normal modes they need."""
+    """Return given columns and the normal modes needed beside them."""
     count = CANDIDATES
     while True:
         squares, modes = candidates(count)
@@ -156,13 +156,13 @@ def _choice(
 
 
 def _candidates(problem: StaticProblem, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest elastic normal modes with all interfaces held: so many, or all there are."""
+    """Return the lowest elastic normal modes with all interfaces held: `count`, or all if there are fewer."""
     size = len(problem.interior) - (0 if len(problem.boundary) else problem.rigid_count)
     return normal_modes(problem, min(count, size))
 
 
 class _Search:
-    """A rich basis of a body, and sets of normal modes measured by it."""
+    """A rich basis of a body, and the errors of sets of normal modes against it."""
 
     def __init__(
         self,
@@ -191,7 +191,7 @@ class _Search:
         return {**self.rich.errors(Q), "frequencies": frequency_error(self.rich.stiffness, squares, limit)}
 
     def rank(self, chosen: np.ndarray) -> int:
-        """Return how many coordinates the basis with the chosen normal modes has."""
+        """Return the number of coordinates of the basis with the chosen normal modes."""
         return self._basis(chosen).shape[1]
 
     def _basis(self, chosen: np.ndarray) -> np.ndarray:
@@ -202,7 +202,7 @@ class _Search:
         return np.asarray(vectors[:, sizes > 1e-9 * sizes.max()])
 
     def ranking(self) -> tuple[np.ndarray, np.ndarray, list[str], int]:
-        """Return the order of the modes, their largest share in a response, why, and how many are kept anyway."""
+        """Return the order of the modes, their largest shares in a response, reasons, and how many are always kept."""
         problem, rich = self.problem, self.rich
         coupling = self.modes.T @ (problem.mass @ problem.constraint_modes)
         whole = np.einsum("ij,ij->j", problem.constraint_modes, problem.mass @ problem.constraint_modes)

@@ -1,4 +1,4 @@
-"""Normal modes of a body with all its interfaces held, and with those free that are not fixed in G."""
+"""Normal modes of a body, with all its interfaces held or with only those fixed in G held."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ MANY = 200
 
 
 class ModesWarning(UserWarning):
-    """A basis that is hardly what the user means."""
+    """A basis that the user probably did not intend."""
 
 
 def normal_modes(
@@ -31,14 +31,14 @@ def normal_modes(
     ----------
     problem : StaticProblem
     count : int or None
-        How many; None: all those up to a frequency.
+        Number of modes; None: all up to a frequency.
     up_to_frequency : float, optional
         Hz.
 
     Warns
     -----
     ModesWarning
-        If these are more than `MANY`.
+        If there are more than `MANY` up to the frequency.
 
     Returns
     -------
@@ -50,12 +50,12 @@ def normal_modes(
     Raises
     ------
     ModelError
-        If more modes are asked for than there are degrees of freedom, and there are some.
+        If more modes are requested than there are degrees of freedom in the interior, and it has some.
     """
     if not len(problem.boundary):
         return free_normal_modes(problem, count, up_to_frequency)
     M, factors = problem.interior_mass, problem.factors
-    if not len(problem.interior):  # the interfaces are the whole body, and their static shapes all its motions
+    if not len(problem.interior):  # all nodes belong to interfaces: their static shapes are complete
         return np.zeros(0), np.zeros((problem.size, 0))
     with stage("normal modes"):
         found = _modes(lambda: problem.interior_stiffness, M, factors.solve, 0, count, up_to_frequency)
@@ -65,9 +65,9 @@ def normal_modes(
 def free_normal_modes(
     problem: StaticProblem, count: int | None, up_to_frequency: float | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lowest elastic normal modes with the components free that are not fixed in G.
+    """Return the lowest elastic normal modes with only the components fixed in G held.
 
-    Parameters, returns and raises are those of `normal_modes`; rigid modes of a floating body are left out.
+    Parameters, returns and errors are those of `normal_modes`; rigid modes of a floating body are left out.
     """
     moving = np.setdiff1d(np.arange(problem.size), problem.fixed)
 
@@ -99,7 +99,7 @@ def _modes(
     count: int | None,
     up_to_frequency: float | None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return so many elastic modes of (K, M), or those up to a frequency."""
+    """Return `count` elastic modes of (K, M), or those up to a frequency."""
     size = M.shape[0] - rigid
     wanted = min(12, size) if count is None else count
     squares, shapes = np.zeros(0), np.zeros((M.shape[0], 0))
@@ -130,7 +130,7 @@ def _warn_of_many(count: int, size: int, up_to_frequency: float) -> None:
 def _lowest(
     K: Callable[[], sp.spmatrix], M: sp.spmatrix, count: int, rigid: int, solve: Callable[[np.ndarray], np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return w^2 and shapes of the lowest elastic modes of (K, M), solving statics without rigid motions."""
+    """Return w^2 and shapes of the lowest elastic modes of (K, M); `solve` returns statics without rigid motions."""
     size = M.shape[0]
     if count + rigid > size:
         raise ModelError(
@@ -143,7 +143,7 @@ def _lowest(
 
 
 def _dense_modes(K: np.ndarray, M: np.ndarray, rigid: int, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return w^2 and M-normalised shapes of the lowest elastic modes; rotations may have no mass (lumped matrices)."""
+    """Return w^2 and M-normalised shapes of the lowest elastic modes; M may be singular (lumped matrices)."""
     try:
         squares, shapes = scipy.linalg.eigh(K, M, subset_by_index=(rigid, rigid + count - 1))
         return squares, shapes

@@ -1,8 +1,8 @@
-"""M-orthonormal modes of the space that a reduction spans, whatever columns it is given by.
+"""M-orthonormal modes of the space that the columns of a reduction span.
 
 Columns are orthonormalised in blocks by the singular vectors of their Gram matrix (Stathopoulos & Wu 2002, "A block
-orthogonalization procedure with constant synchronization requirements"), again and again for what is left after each
-block, so that directions are told apart down to `DEPENDENT` and not only to the root of the round-off.
+orthogonalization procedure with constant synchronization requirements"). This is repeated for the remainder after each
+block, so that directions are distinguished down to `DEPENDENT`, and not only to the root of the round-off.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def orthonormal_modes(
         Of any scale; zero and dependent ones are left out.
     K, M : csr_matrix, shape (tied, tied)
     rigid_modes : ndarray, shape (tied, r), optional
-        M-orthonormal rigid motions, which are taken out.
+        M-orthonormal rigid motions, which are removed.
 
     Returns
     -------
@@ -41,7 +41,7 @@ def orthonormal_modes(
     Raises
     ------
     ModelError
-        If a column is not finite or has no mass, or more motions than the rigid ones cost no force.
+        If a column is not finite or has no mass, or the stiffness resists rigid motions or leaves others free.
     """
     R = np.zeros((len(columns), 0)) if rigid_modes is None else rigid_modes
     basis = orthonormal_columns(normalised(columns, M), M, against=R)
@@ -55,9 +55,9 @@ def orthonormal_modes(
     stiffness = basis.T @ (K @ basis)
     squares, vectors = scipy.linalg.eigh(0.5 * (stiffness + stiffness.T))
     if R.shape[1]:
-        # Of the eigenvalues of two sparse matrices, those below the round-off of their entries are zeros.
+        # eigenvalues below the round-off of the entries of K and M count as zero
         masses = M.diagonal()
-        massive = masses > 1e-12 * masses.max()  # lumped matrices leave rotations without mass
+        massive = masses > 1e-12 * masses.max()  # rotations have no mass in lumped matrices
         noise = 1e-14 * float(np.max(K.diagonal()[massive] / masses[massive]))
         rigid = float(abs(np.einsum("ij,ij->j", R, K @ R)).max())
         if rigid > 1e-6 * squares[0] or squares[0] < noise:
@@ -67,7 +67,7 @@ def orthonormal_modes(
                 "order of the nodes and the mesh for loose parts, or clamp an interface"
             )
     modes = basis @ vectors
-    # round-off of a large mesh leaves M some 1e-12 off the identity: one step of Newton's method for its root
+    # round-off of a large mesh leaves M some 1e-12 off the identity: one step of Newton's method for its inverse root
     return np.asarray(modes @ (1.5 * np.eye(modes.shape[1]) - 0.5 * modes.T @ (M @ modes)))
 
 
@@ -77,12 +77,12 @@ def normalised(columns: np.ndarray, M: sp.csr_matrix) -> np.ndarray:
     Raises
     ------
     ModelError
-        If a column is not finite, or moves without mass.
+        If a column is not finite, or has no mass.
     """
     if not np.all(np.isfinite(columns)):
         raise ModelError("the columns of the reduction are not finite. Remedy: check its loads and the matrices")
     largest = abs(columns).max(axis=0, initial=0.0)
-    columns = columns[:, largest > 0.0] / largest[largest > 0.0]  # so that squares of wild scales do not overflow
+    columns = columns[:, largest > 0.0] / largest[largest > 0.0]  # so that squares do not overflow
     squares = np.einsum("ij,ij->j", columns, M @ columns)
     if squares.min(initial=1.0) <= 0.0:
         raise _massless()
@@ -90,12 +90,12 @@ def normalised(columns: np.ndarray, M: sp.csr_matrix) -> np.ndarray:
 
 
 def orthonormal_columns(columns: np.ndarray, M: sp.csr_matrix, against: np.ndarray | None = None) -> np.ndarray:
-    """Return an M-orthonormal basis of what columns add to others.
+    """Return an M-orthonormal basis of the part of columns outside the span of others.
 
     Parameters
     ----------
     columns : ndarray, shape (n, m)
-        Of M-norms against which 1e-9 is nothing.
+        With M-norms of the order of 1: a part below `DEPENDENT` is neglected.
     M : csr_matrix, shape (n, n)
     against : ndarray, shape (n, r), optional
         M-orthonormal columns.
@@ -133,7 +133,7 @@ def orthonormal_columns(columns: np.ndarray, M: sp.csr_matrix, against: np.ndarr
 
 
 def _apart_from(span: list[tuple[np.ndarray, np.ndarray]], columns: np.ndarray) -> np.ndarray:
-    """Return columns M-orthogonal to blocks, each given with M times it; twice is enough against round-off (Kahan)."""
+    """Return columns M-orthogonal to blocks, each given with M times it, by two passes against round-off (Kahan)."""
     for _ in range(2):
         for block, weighted in span:
             columns = columns - block @ (weighted.T @ columns)

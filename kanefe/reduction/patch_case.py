@@ -1,8 +1,8 @@
 """Contact patches as load cases: single forces on the points of a part of the skin.
 
-What touches a body presses on few nodes. Its normal modes hardly know how these yield by themselves; the static shapes
-of such forces do (attachment modes; MacNeal, "A hybrid method of component mode synthesis", Computers & Structures 1
-(1971) 581). How much of the yielding a basis V has is
+A contact acts on few nodes. Normal modes hardly represent their local compliance; the static shapes of such forces do
+(attachment modes; MacNeal, "A hybrid method of component mode synthesis", Computers & Structures 1 (1971) 581). The
+share of the compliance c that a basis V represents is
 
     c_V / c   with   c = f^T K^-1 f,   c_V = (V^T f)^T diag(1 / w^2) (V^T f)
 
@@ -33,20 +33,20 @@ LOOKED_AT = 4
 class PatchCase:
     """Unit forces along x, y and z on each point of a contact patch.
 
-    Among the `loads` of a reduction it makes the body yield under contacts as its mesh does: three shapes a point.
-    `FlexibleMember.patch` with the same place and number takes the same points.
+    Among the `loads` of a reduction it gives the body the local compliance of its mesh under contacts, by three shapes
+    for each point. `FlexibleMember.patch` with the same place and number takes the same points.
 
     Parameters
     ----------
     place : str or Place
         Name of a group of the mesh, or a place on its outside such as `OnPlane`.
     most : int
-        How many points at most; those that lie furthest from each other are taken.
+        Largest number of points; those furthest from each other are taken.
 
     Raises
     ------
     ModelError
-        If a parameter makes no sense; for a model without such nodes where the reduction is made.
+        If a parameter is not valid; in the reduction also if the model has no such nodes.
 
     Examples
     --------
@@ -84,7 +84,7 @@ class PatchCase:
 
 
 def contact_compliance(problem: StaticProblem, modes: np.ndarray) -> list[dict[str, Any]]:
-    """Return for each surface of a body how it yields under single forces, and the share that modes have of it.
+    """Return for each surface of a body its compliance under single forces, and the share that modes represent.
 
     Parameters
     ----------
@@ -95,8 +95,8 @@ def contact_compliance(problem: StaticProblem, modes: np.ndarray) -> list[dict[s
     Returns
     -------
     list of dict
-        "surface", "points" looked at, "compliance" (m/N, mean of the points and directions) and "held" (the least
-        share of one); json-able.
+        "surface", number of "points" examined, "compliance" (m/N, mean over points and directions) and "held" (the
+        least share of any); json-able.
     """
     model, T = problem.model, problem.ties.transformation.T
     squares = np.einsum("ij,ij->j", modes, problem.stiffness @ modes)
@@ -104,8 +104,7 @@ def contact_compliance(problem: StaticProblem, modes: np.ndarray) -> list[dict[s
     for name, pattern in model.load_patterns.items():
         if name not in model.groups or pattern.kind != "surface":
             continue
-        case = PatchCase(name, LOOKED_AT)
-        forces = T @ case.forces(model)
+        forces = T @ PatchCase(name, LOOKED_AT).forces(model)
         forces[problem.fixed] = 0.0
         forces = problem.relieved(forces)
         whole = np.einsum("ij,ij->j", forces, problem.solve(forces))

@@ -1,10 +1,8 @@
-"""The record of a body's reduction: `FlexibleBody.provenance["reduction"]`.
+"""The record of a body's reduction, `FlexibleBody.provenance["reduction"]`, with the effective masses of its modes.
 
-Effective masses: how much of a body's inertia each mode carries, by direction and by interface.
-
-With the M-orthonormal mode V_i the participation in a unit motion R of the support is ``L_i = V_i^T M R``, and its
-effective mass is L_i^2 (Wijker 2004, "Mechanical vibrations in spacecraft design"). Over all modes of a body that is
-clamped they add up to the mass, less what the nodes of the clamp carry.
+The participation factor of the M-orthonormal mode V_i in a unit motion R of the support is ``L_i = V_i^T M R``, and its
+effective mass is L_i^2 (Wijker 2004, "Mechanical vibrations in spacecraft design"). Over all modes of a clamped body
+they add up to its mass without that of the clamped nodes.
 """
 
 from __future__ import annotations
@@ -31,17 +29,18 @@ def reduction_record(reduction: Reduction, problem: StaticProblem, chosen: Basis
     reduction : Reduction
     problem : StaticProblem
     chosen : Basis
-        What the method gave.
+        Result of the method.
     modes : ndarray, shape (tied, k)
-        The M-orthonormal modes that became of it.
+        M-orthonormal modes of its columns.
 
     Returns
     -------
     dict
         "method": the options; "columns" given and "kept" after dependent and rigid ones were left out; "effective_mass"
-        of the modes kept; "modes": normal modes looked at; "load_vectors": names and numbers; "error_estimate" if it
-        was asked for (see `kanefe.reduction.error_estimate`); "left_out" of the statics of inertia and load patterns
-        (see `kanefe.reduction.left_out`); "contact_compliance" of its surfaces (see `kanefe.reduction.patch_case`).
+        of the modes kept; "modes": normal modes examined; "load_vectors": names and numbers; "error_estimate" if it
+        was requested (see `kanefe.reduction.error_estimate`); "left_out": neglected static response to inertia and load
+        patterns (see `kanefe.reduction.left_out`); "contact_compliance" of its surfaces (see
+        `kanefe.reduction.patch_case`).
     """
     record = {
         "method": repr(reduction),
@@ -53,11 +52,10 @@ def reduction_record(reduction: Reduction, problem: StaticProblem, chosen: Basis
     with stage("what the modes leave out"):
         record["left_out"] = left_out(problem, modes)
         record["contact_compliance"] = contact_compliance(problem, modes)
-    limit = reduction.error_up_to
-    if limit is not None:
+    if reduction.error_up_to is not None:
         groups = some_groups(problem, reduction.loads)
         with stage("error estimate"):
-            record["error_estimate"] = error_estimate(problem, modes, groups, limit)
+            record["error_estimate"] = error_estimate(problem, modes, groups, reduction.error_up_to)
     return record
 
 

@@ -2,8 +2,7 @@
 
 Responses are compared at complex frequencies ``s = sigma + i w`` with w from zero to the highest frequency of the loads
 and sigma a fifth of it, and in statics. On the imaginary axis itself undamped resonances have no finite relative error;
-at s they are seen as by loads that swell over a few periods, and a natural frequency that is wrong by the share d
-gives an error of some 5 d.
+at s the loads grow over a few periods, and a relative error d of a natural frequency gives an error of about 5 d.
 """
 
 from __future__ import annotations
@@ -29,21 +28,21 @@ FLOOR = 0.1
 """Fraction of the body's motion below which the motion of an interface is not used as the reference of an error."""
 
 SAFETY = 2.0
-"""Factor on the estimate: a sudden load moves the modes left out twice as far as a slow one, and the richer basis also
-has an error."""
+"""Factor on the estimate: a sudden load moves truncated modes twice as far as a slow one, and the rich basis also has
+an error."""
 
 
 @dataclass(frozen=True, eq=False)
 class Output:
-    """A motion that is compared: a norm of some linear combinations of the coordinates.
+    """A motion that is compared: the norm of q linear combinations of the coordinates.
 
     Attributes
     ----------
     name : str
     rows : ndarray, shape (q, p)
-        From the coordinates of the rich basis.
+        Coefficients of the coordinates of the rich basis.
     extent : float
-        1 / m of a rotation against a translation (one over the size of the body); 1 otherwise.
+        For a rotation, one over the size of the body, 1/m; otherwise 1.
     """
 
     name: str
@@ -53,17 +52,17 @@ class Output:
 
 @dataclass(frozen=True, eq=False)
 class ResponseModel:
-    """A body in p M-orthonormal coordinates that are rich enough to judge others by.
+    """A body in p M-orthonormal coordinates that are rich enough to be the reference of others.
 
     Attributes
     ----------
     stiffness : ndarray, shape (p, p)
     groups : sequence of LoadGroup
     forces : ndarray, shape (p, m)
-        Of all groups, side by side.
+        Forces of all groups, side by side.
     outputs : tuple of Output
     mass : float
-        kg, makes the M-norm of a motion its mean (root mean square) displacement.
+        kg; the M-norm of a motion over its root is the root mean square of the displacement.
     up_to_frequency : float
         Hz.
     """
@@ -111,7 +110,7 @@ class ResponseModel:
         return _responses(self.stiffness, self.forces, self.points)
 
     def slices(self) -> list[slice]:
-        """Return which columns of `forces` each group has."""
+        """Return the columns of `forces` of each group."""
         ends = np.cumsum([group.forces.shape[1] for group in self.groups])
         return [slice(end - group.forces.shape[1], end) for end, group in zip(ends, self.groups, strict=True)]
 

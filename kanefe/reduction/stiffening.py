@@ -1,6 +1,6 @@
 """Motion-induced stiffening: the second-order displacement of a body, from unit loads and their geometric stiffness.
 
-Linear elasticity in G lacks the foreshortening ``u2`` of what bends or turns. Let the strain be of second order,
+Linear elasticity in G lacks the foreshortening ``u2`` of parts that bend or rotate. Let the strain be of second order,
 ``e(u) + 1/2 g(u, u)``; given the coordinates eta, the displacement ``u2 = 1/2 eta^T H eta`` that costs least energy
 solves ``K u2 = -1/2 int C g(u, u) : e(v)``. It takes the cubic terms out of the elastic energy altogether, and by
 reciprocity with the static state (u_l, stress s_l) of a unit load f_l its work is a geometric stiffness:
@@ -13,8 +13,8 @@ which a tie holds the nodes of its patch, and with the load itself at the points
 
     D = tr(A) I - sym(A),        E = sym(A) - tr(A) I   (there r is the arm in the section and F the load)
 
-so that rigid rotations are not stiffened: of a body that turns by theta, ``f . u2 = 1/2 f . (theta x (theta x X))``.
-What the nodes of a patch do beside the motion of its frame turns with it.
+so that rigid rotations are not stiffened: for a body that rotates by theta, ``f . u2 = 1/2 f . (theta x (theta x X))``.
+The deviation of the nodes of a patch from the motion of its frame rotates with the frame.
 
 Uniform fields (rho e_b) and linear ones (rho X_a e_b) span all inertia loads: 3 accelerations (and gravity), 6 products
 of angular speeds, 3 angular accelerations. Loads on interfaces and load patterns have unit loads of their own.
@@ -53,7 +53,7 @@ class Stiffening:
     second : ndarray, shape (3, 3, K, K)
         int rho X_a H_b.
     interfaces : dict of str to ndarray, shape (6, K, K)
-        Of translation and rotation vector of each interface frame. Empty with "inertial".
+        H of the translation and rotation vector of each interface frame. Empty with "inertial".
     patterns : dict of str to ndarray, shape (3, K, K)
         int H_b dA of each load pattern. Empty with "inertial".
     """
@@ -66,7 +66,7 @@ class Stiffening:
 
 @dataclass(frozen=True, eq=False)
 class _UnitLoads:
-    """Unit loads, one a column.
+    """Unit loads, one for each column.
 
     Attributes
     ----------
@@ -74,9 +74,9 @@ class _UnitLoads:
     nodal : ndarray, shape (N, m)
         Forces on the degrees of freedom of the model.
     tied : ndarray, shape (tied, m)
-        Forces on the tied coordinates, beside the nodal ones: loads on interface frames.
+        Forces on the tied coordinates, in addition to the nodal ones: loads on interface frames.
     points : ndarray, shape (3 P, m)
-        How the points of the mass field carry the nodal ones.
+        Distribution of the nodal forces over the points of the mass field.
     """
 
     names: list[str]
@@ -86,7 +86,7 @@ class _UnitLoads:
 
 
 def check_stiffening(level: str, model: FiniteElementModel) -> None:
-    """Refuse a stiffening that is unknown, or that the model cannot have.
+    """Refuse a stiffening that is unknown, or not possible for the model.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def second_order_motion(problem: StaticProblem, basis: np.ndarray, level: Stiffe
     basis : ndarray, shape (tied, K)
         All coordinates of the body, in tied coordinates.
     level : "inertial" or "full"
-        Which unit loads: those of inertia, or also those of interfaces and load patterns.
+        Unit loads: those of inertia, or also those on interfaces and load patterns.
     """
     model, K = problem.model, basis.shape[1]
     inertial = _second_order(problem, _inertia_loads(model, problem.size), basis)
@@ -156,9 +156,9 @@ def _second_order(problem: StaticProblem, loads: _UnitLoads, coordinates: np.nda
             points = points - _weighted(model.mass_field.mass, model.mass_field.interpolation @ motion)
     u = T @ problem.solve(tied)
     held = model.stiffness @ u - nodal
-    # what the load costs, against which its displacement may be round-off
+    # displacements whose forces are below this are round-off
     scale = 1e-12 * np.abs(loads.nodal).sum(axis=0) + 1e-12 * np.abs(loads.tied).sum(axis=0)
-    stiffness = _stiffness_scale(model)
+    stiffness = float(np.median(model.stiffness.diagonal()))
     H = np.zeros((len(loads.names), basis.shape[1], basis.shape[1]))
     for number, name in enumerate(loads.names):
         if np.abs(u[:, number]).max(initial=0.0) * stiffness > scale[number]:
@@ -166,10 +166,6 @@ def _second_order(problem: StaticProblem, loads: _UnitLoads, coordinates: np.nda
         H[number] += _turned_patches(problem, held[:, number], coordinates, basis)
         H[number] += _turned_sections(model, points[:, number], basis)
     return 0.5 * (H + H.transpose(0, 2, 1))
-
-
-def _stiffness_scale(model: FiniteElementModel) -> float:
-    return float(np.median(model.stiffness.diagonal()))
 
 
 def _geometric_stiffness(model: FiniteElementModel, name: str, u: np.ndarray, load: np.ndarray) -> sp.csr_matrix:
@@ -186,7 +182,7 @@ def _geometric_stiffness(model: FiniteElementModel, name: str, u: np.ndarray, lo
 
 
 def _inertia_loads(model: FiniteElementModel, size: int) -> _UnitLoads:
-    """Return rho e_b and rho X_a e_b, with forces as the consistent mass takes them."""
+    """Return rho e_b and rho X_a e_b, as forces consistent with the mass matrix."""
     mass_field = model.mass_field
     if mass_field is not None:
         fields = np.column_stack([np.ones(len(mass_field.points)), mass_field.points])
@@ -200,7 +196,7 @@ def _inertia_loads(model: FiniteElementModel, size: int) -> _UnitLoads:
 
 
 def _nodal_fields(model: FiniteElementModel) -> np.ndarray:
-    """Return the motions e_b and X_a e_b of the nodes, which turn by half the curl, shape (N, 12)."""
+    """Return the motions e_b and X_a e_b of the nodes, which rotate by half the curl, shape (N, 12)."""
     fields = np.zeros((len(model.nodes), 6, 4, 3))
     fields[:, range(3), 0, range(3)] = 1.0
     for a in range(3):
@@ -255,7 +251,7 @@ def _turned_patches(problem: StaticProblem, held: np.ndarray, coordinates: np.nd
         frame[list(tie.components)] = coordinates[tie.rows]
         rest = [c for c in range(6) if c not in tie.components]
         deviation = moved.reshape(-1, count) - rigid @ frame
-        if rest:  # the patch may turn about them all the same, where its nodes are released
+        if rest:  # where nodes are released, the patch may rotate also about components that are not in the frame
             frame[rest] = np.linalg.lstsq(rigid[:, rest], deviation, rcond=1e-9)[0]
             deviation -= rigid[:, rest] @ frame[rest]
         turn = tie.axes @ frame[3:]

@@ -31,12 +31,12 @@ def unreduced_body(
     damping : RayleighDamping, matrix (N, N) or None
     factorise : callable
     started : float
-        When the work began, for the provenance: a value of time.perf_counter().
+        Start of the computation by time.perf_counter(), for the provenance.
 
     Raises
     ------
     ModelError
-        If the damping is not one of sparse matrices, or some degree of freedom has no mass.
+        If the damping is modal or not valid, or some degree of freedom has no mass.
     """
     order = np.concatenate((problem.interior, problem.released, problem.fixed))
     count = len(order) - len(problem.fixed)
@@ -54,7 +54,7 @@ def unreduced_body(
         components=model.components,
         basis=basis,
         free_count=count,
-        stiffness=_in_order(problem.stiffness, order),
+        stiffness=problem.stiffness[order][:, order].tocsr().sorted_indices(),
         damping=matrix,
         moments=field,
         interfaces=_interface_frames(problem, order),
@@ -77,16 +77,10 @@ def unreduced_body(
     )
 
 
-def _in_order(matrix: sp.csr_matrix, order: np.ndarray) -> sp.csr_matrix:
-    found = matrix[order][:, order].tocsr()
-    found.sort_indices()
-    return found
-
-
 def _damping(
     damping: Damping, model: FiniteElementModel, free_basis: sp.csr_matrix
 ) -> tuple[tuple[float, float], sp.csr_matrix]:
-    """Return the factors of M and K in C, and what a given matrix adds."""
+    """Return the factors of M and K in C, and the contribution of a given matrix."""
     count = free_basis.shape[1]
     none = sp.csr_matrix((count, count))
     if damping is None:

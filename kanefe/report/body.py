@@ -1,4 +1,4 @@
-"""What the report of a flexible body says, section by section."""
+"""The sections of the report of a flexible body."""
 
 from __future__ import annotations
 
@@ -37,20 +37,21 @@ SHAPES = "Frequencies and mode shapes"
 def body_report(body: FlexibleBody) -> Report:
     """Return the report of a flexible body; `FlexibleBody.report` is the usual way."""
     modes = body_modes(body) if body.free_count <= DENSE else None
-    blocks: list[Block] = _summary(body, modes)
-    blocks += _mesh(body)
-    blocks += _mass(body)
-    blocks += _frequencies(body, modes)
-    if modes is not None:
-        blocks += _effective_masses(body, modes)
-    blocks += _interfaces(body, modes)
-    blocks += _reduction(body)
-    blocks += _numbers(body, modes)
-    blocks += _skipped(body)
-    blocks += _provenance(body)
+    blocks = (
+        *_summary(body, modes),
+        *_mesh(body),
+        *_mass(body),
+        *_frequencies(body, modes),
+        *(_effective_masses(body, modes) if modes is not None else ()),
+        *_interfaces(body, modes),
+        *_reduction(body),
+        *_numbers(body, modes),
+        *_skipped(body),
+        *_provenance(body),
+    )
     source = body.provenance.get("source")
     title = f"Flexible body from {source}" if source else "Flexible body"
-    return Report(title, tuple(blocks), cache(lambda: _pictures(body, modes)))  # drawn once for all formats
+    return Report(title, blocks, cache(lambda: _pictures(body, modes)))  # drawn once for all formats
 
 
 def _summary(body: FlexibleBody, modes: BodyModes | None) -> list[Block]:
@@ -82,11 +83,14 @@ def _mesh(body: FlexibleBody) -> list[Block]:
     known = np.isfinite(quality.scaled_jacobian)
     if not known.any():
         return blocks
-    jacobian, aspect = quality.scaled_jacobian[known], quality.aspect_ratio[known]
+    jacobian, aspect, bend = quality.scaled_jacobian[known], quality.aspect_ratio[known], quality.bend[known]
     rows = [
-        ["scaled Jacobian (1 is best)", f"{jacobian.min():.3f}", f"{jacobian.mean():.3f}", f"{jacobian.max():.3f}"],
-        ["aspect ratio (1 is best)", f"{aspect.min():.3f}", f"{aspect.mean():.3f}", f"{aspect.max():.3f}"],
-        ["bend of sides (0 is straight)", *(f"{v:.3f}" for v in _spread(quality.bend[known]))],
+        [title, f"{values.min():.3f}", f"{values.mean():.3f}", f"{values.max():.3f}"]
+        for title, values in (
+            ("scaled Jacobian (1 is best)", jacobian),
+            ("aspect ratio (1 is best)", aspect),
+            ("bend of sides (0 is straight)", bend),
+        )
     ]
     blocks.append(Table(("", "least", "mean", "greatest"), rows))
     low = min(0.0, float(np.floor(10.0 * jacobian.min()) / 10.0))
@@ -95,7 +99,7 @@ def _mesh(body: FlexibleBody) -> list[Block]:
     blocks.append(Histogram("Cells by scaled Jacobian:", edges.tolist(), counted.tolist()))
     blocks += _worst_cells(quality)
     poor = int(np.count_nonzero((jacobian < FLAT) | (aspect > LONG)))
-    bent = int(np.count_nonzero(quality.bend[known] > BENT))
+    bent = int(np.count_nonzero(bend > BENT))
     if poor or bent:
         blocks.append(
             Paragraph(
@@ -105,10 +109,6 @@ def _mesh(body: FlexibleBody) -> list[Block]:
             )
         )
     return blocks
-
-
-def _spread(values: np.ndarray) -> tuple[float, float, float]:
-    return float(values.min()), float(values.mean()), float(values.max())
 
 
 def _worst_cells(quality: MeshQuality) -> list[Block]:
@@ -142,12 +142,12 @@ def _mass(body: FlexibleBody) -> list[Block]:
         ["principal moments", ", ".join(f"{x:.6g}" for x in moments), "kg m2"],
     ]
     rows += [[f"principal axis {number + 1}", _direction(axes[:, number]), ""] for number in range(3)]
-    exact = (
+    form = (
         "The inertia is exact for the displacement field of the elements."
         if body.is_exact
         else "The inertia is the nodal form of Eq. 38, an approximation where nodes rotate."
     )
-    return [Heading("Mass properties (undeformed)"), Table(("", "", ""), rows, align_left=True), Paragraph(exact)]
+    return [Heading("Mass properties (undeformed)"), Table(("", "", ""), rows, align_left=True), Paragraph(form)]
 
 
 def _frequencies(body: FlexibleBody, modes: BodyModes | None) -> list[Block]:
@@ -183,8 +183,8 @@ def _effective_masses(body: FlexibleBody, modes: BodyModes) -> list[Block]:
     rows.append(["sum of all", *(_percent(s) for s in shares.sum(axis=1))])
     blocks += [
         Paragraph(
-            "Share in percent of the mass that each mode moves along x, y and z, and of the inertia about the axes "
-            "of G through its origin. What is missing to 100 moves with the fixed interfaces or with dropped modes."
+            "Effective mass of each mode along x, y and z in percent of the mass, and about the axes of G through "
+            "its origin in percent of the inertia. The rest to 100 belongs to the fixed interfaces and dropped modes."
         ),
         Table(("mode", *(f"{c} [%]" for c in COMPONENTS)), rows),
     ]
@@ -221,7 +221,7 @@ def _interfaces(body: FlexibleBody, modes: BodyModes | None) -> list[Block]:
         largest = np.argsort(-shares[moving].max(axis=0), kind="stable")[:8]
         table = [[str(i + 1), *(_percent(shares[c, i]) for c in moving)] for i in np.sort(largest)]
         blocks += [
-            Paragraph(f"Modes that make {frame.name!r} yield: share in percent of its static compliance."),
+            Paragraph(f"Static compliance of {frame.name!r}: share of each mode in percent."),
             Table(("mode", *(f"{COMPONENTS[c]} [%]" for c in moving)), table),
         ]
     return blocks
@@ -306,12 +306,12 @@ def _percent(share: float) -> str:
 
 
 def _clean(value: float, scale: float) -> float:
-    """Return zero for round-off, of the mesh's coordinates too."""
+    """Return zero for round-off, also that of the mesh's coordinates."""
     return 0.0 if abs(value) < 1e-8 * scale else float(value)
 
 
 def _direction(axis: np.ndarray) -> str:
-    """Return a unit vector whose largest component is positive."""
+    """Return a unit vector as text, with its sign chosen so that the largest component is positive."""
     turned = axis * np.sign(axis[np.argmax(abs(axis))])
     return ", ".join(f"{x + 0.0:.5f}" for x in turned.round(5))
 

@@ -1,4 +1,4 @@
-"""Quality of the cells of a mesh: aspect ratio, scaled Jacobian, and how far sides bend.
+"""Quality of the cells of a mesh: aspect ratio, scaled Jacobian, and the bend of sides.
 
 Definitions as in Knupp, Ernst, Thompson, Stimpson & Pebay, "The Verdict geometric quality library", Sandia report
 SAND2007-1751 (2007), from the corners of the cells: the scaled Jacobian is 1 for a regular cell and falls to 0 for a
@@ -63,11 +63,11 @@ class MeshQuality:
     Attributes
     ----------
     kinds : dict of str to int
-        Cells of each shape.
+        Number of cells of each shape.
     scaled_jacobian, aspect_ratio : ndarray, shape (cells,)
         NaN for lines and unknown shapes.
     bend : ndarray, shape (cells,)
-        Greatest distance of a mid-side node from the middle of its side, in lengths of the side; 0 where there is none.
+        Greatest distance of a mid-side node from the middle of its side, relative to the side; 0 without such nodes.
     edges : ndarray, shape (cells, 2)
         Shortest and longest side, m.
     centres : ndarray, shape (cells, 3)
@@ -119,7 +119,7 @@ def _of_block(corner_kind: str, x: np.ndarray) -> tuple[np.ndarray, ...]:
 
 
 def _scaled_jacobian(kind: str, x: np.ndarray) -> np.ndarray:
-    """Return the least Jacobian over the corners, of sides of length one."""
+    """Return the smallest Jacobian over the corners, with sides normalised to unit length."""
     values = []
     for corner, neighbours in enumerate(_NEIGHBOURS[kind]):
         sides = np.stack([x[:, n] - x[:, corner] for n in neighbours], axis=1)

@@ -26,7 +26,7 @@ class BodyModes:
         L = R^T M phi, R the rigid motions of the body: translations (kg^1/2) and rotations about the origin of G
         (kg^1/2 m). Their squares are the effective masses.
     rigid : ndarray, shape (6,)
-        Mass, mass, mass, and the moments of inertia about the origin of G: what effective masses are shares of.
+        Mass, mass, mass, and the moments of inertia about the origin of G: the totals of the effective masses.
     mass_condition, stiffness_condition : float
         Condition numbers of M and K of the free coordinates.
     """

@@ -1,1 +1,1 @@
-"""Channels of a run: stored ones, ones computed from them on request, and their file."""
+"""Channels of a run, stored or computed from stored ones on request, and their file."""

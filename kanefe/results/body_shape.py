@@ -1,4 +1,4 @@
-"""What is known of a body besides its motion: names, mass, mesh and modes, for results and their files."""
+"""Properties of a body besides its motion: names, mass, mesh and modes, for results and their files."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class BodyShape:
-    """What is known of a body besides its motion: names, mass and, of a flexible one, its mesh and modes.
+    """Properties of a body besides its motion: names, mass and, if it is flexible, its mesh and modes.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class BodyShape:
     joint : str
         Kind of the joint.
     driven_names : tuple of str
-        Coordinates of the joint that are given functions of time, with units in brackets.
+        Coordinates of the joint that are prescribed functions of time, with units in brackets.
     coordinate_names, speed_names : tuple of str
         Of the joint, with units in brackets.
     mass : float
@@ -40,7 +40,7 @@ class BodyShape:
     inertia : ndarray, shape (3, 3)
         Undeformed, about the centre of mass, kg m2.
     interfaces : tuple of str
-        Of a flexible body.
+        Names; none for a rigid body.
     components : tuple of str
         Degrees of freedom of the mesh's nodes.
     nodes : ndarray, shape (n, 3)
@@ -52,9 +52,9 @@ class BodyShape:
         Whether the modes have unit modal mass, so that their coordinates are in kg^1/2 m.
     provenance : mapping
     elasticity : Elasticity or None
-        What stresses and section forces are recovered with.
+        Data for the recovery of stresses and section forces.
     flexible : FlexibleBody or None
-        The body itself, of a run in memory.
+        The body itself, if the run is in memory.
     neighbours : mapping of str to Neighbours
         What acts at each interface, by name.
     """
@@ -82,7 +82,7 @@ class BodyShape:
 
     @property
     def is_driven(self) -> bool:
-        """Whether a coordinate of the joint is a given function of time."""
+        """Whether a coordinate of the joint is a prescribed function of time."""
         return len(self.driven_names) > 0
 
     @property
@@ -91,10 +91,10 @@ class BodyShape:
         return len(self.nodes) > 0
 
     def displacements(self, eta: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-        """Return the displacements of some nodes in G, (T, len(nodes), 3) in m, from eta (T, k); or without T."""
+        """Return the displacements of some nodes in G, (T, len(nodes), 3) in m, from eta (T, k); T may be left out."""
         if not sp.issparse(self.basis):
             motion = self.translations(nodes)
-            # tensordot would copy the basis, which of one time takes longer than the product
+            # tensordot copies the basis, which takes longer than the product at a single time
             return motion @ eta if np.ndim(eta) == 1 else np.asarray(np.tensordot(eta, motion, axes=(-1, -1)))
         width = len(self.components)
         rows = self.basis[(nodes[:, None] * width + np.arange(width)).ravel()]

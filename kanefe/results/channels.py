@@ -1,6 +1,6 @@
 """Channels: the outputs of a run, each computed when it is first read.
 
-`Result` reads channels and nothing else, so that a run in memory and a saved one answer alike.
+`Result` reads nothing but channels, so that a run in memory and a saved one give the same results.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ Key = tuple[str, ...]
 class Channels(Protocol):
     """Where a result reads from.
 
-    `has_forces`: whether accelerations and all forces can be read; `loops`: the names of loop joints and other
-    constraints with two ends; `loads`: names of loads between frames, and of what each tells; `points`: how many points
-    each contact has.
+    `has_forces`: whether accelerations and all forces can be read; `loops`: names of loop joints and other constraints
+    with two ends; `loads`: names of loads between frames, and of their outputs; `points`: number of points of each
+    contact.
     """
 
     times: np.ndarray
@@ -60,7 +60,7 @@ class Channels(Protocol):
 
     @property
     def points(self) -> Mapping[str, int]:
-        """How many points each contact has, by its name."""
+        """Number of points of each contact, by its name."""
         ...
 
     @property
@@ -70,7 +70,7 @@ class Channels(Protocol):
 
     @property
     def surfaces(self) -> tuple[SurfaceOutline, ...]:
-        """What the surfaces of the scene look like."""
+        """Outlines of the surfaces of the scene."""
         ...
 
     def load_lines(self, rows: np.ndarray) -> tuple[LoadLine, ...]:
@@ -83,7 +83,7 @@ class Channels(Protocol):
 
 
 class RunChannels:
-    """Channels of a run in memory. Quantities that come out of one sweep are computed together, and kept.
+    """Channels of a run in memory. Quantities of one sweep are computed together and cached.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ class RunChannels:
 
     @cached_property
     def points(self) -> Mapping[str, int]:
-        """How many points each contact has, by its name."""
+        """Number of points of each contact, by its name."""
         return {load.name: len(load.probes) for load in self.model.loads if is_contact(load.columns)}  # type: ignore[attr-defined]
 
     @cached_property
@@ -117,7 +117,7 @@ class RunChannels:
 
     @cached_property
     def surfaces(self) -> tuple[SurfaceOutline, ...]:
-        """What the surfaces of the scene look like."""
+        """Outlines of the surfaces of the scene."""
         return outlines(self.model)
 
     def read(self, quantity: str, body: str = "", interface: str = "", of: str = "") -> np.ndarray:
@@ -151,7 +151,7 @@ class RunChannels:
 
     @cached_property
     def swept(self) -> RunSweeps | None:
-        """All states in one call of compiled sweeps, where the route has them."""
+        """Compiled sweeps over all states at once; None if the route has none."""
         return self.model.route.sweeps(self.times, self.states)
 
     def _states(self) -> list[tuple[float, np.ndarray]]:
@@ -163,23 +163,23 @@ class RunChannels:
         return lines_of_run(self, rows)
 
     def placed(self, rows: Sequence[int] | np.ndarray) -> Iterator[SceneState]:
-        """Yield where all is at some output times, given by number, and how it moves."""
+        """Yield the positions and motions of all frames at some output times, given by number."""
         if self.swept is not None:
             return placed_states(self.model, self.trajectory, self.swept, rows)
         return (self.model.route.view(float(self.times[row]), self.states[row]) for row in rows)
 
     def views(self) -> Iterator[State]:
-        """Yield a literal state at each time, in which all frames move as in the run."""
+        """Yield a state of the literal route at each time, with the motion of all frames."""
         return (self.model.route.view(t, y) for t, y in self._states())
 
     def acting_states(self) -> Iterator[tuple[State, np.ndarray]]:
-        """Yield a literal state at each time that is loaded as in the run too, and its accelerations."""
+        """Yield a state of the literal route at each time, also with its loads, and its accelerations."""
         return (
             self.model.route.acting(t, y, du) for (t, y), du in zip(self._states(), self._accelerations(), strict=True)
         )
 
     def _motions(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        """Return position, rotation and speeds of a frame; of every frame of the scene if each state is evaluated."""
+        """Return position, rotation and velocities of a frame; without sweeps, of every frame of the scene."""
         if self.swept is None:
             return self._literal_motions()
         frame = self.swept.frame(*self._frame(body, interface))
@@ -200,14 +200,14 @@ class RunChannels:
             return self._literal_accelerations()
         frame = self.swept.frame(*self._frame(body, interface), is_accelerated=True)
         if frame.acceleration is None or frame.angular_acceleration is None:
-            raise TypeError("accelerations were asked for")
+            raise TypeError("accelerations were requested")
         return {
             ("acceleration", body, interface): frame.acceleration.copy(),
             ("angular_acceleration", body, interface): _in_axes(frame.axes, frame.angular_acceleration),
         }
 
     def _centres(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        """Return the centre of mass of a body; of the scene the mean of those of its bodies."""
+        """Return the centre of mass of a body; of the scene, the weighted mean over its bodies."""
         key = ("center_of_mass", body, "")
         if not body:
             masses = {shape.name: shape.mass for shape in self.bodies if shape.mass > 0.0}
@@ -228,7 +228,7 @@ class RunChannels:
         if isinstance(terms.free_moments, MassMoments):
             eta = self.trajectory.coordinates[:, terms.eta]
             return terms.free_moments.first_moments(eta) / float(terms.free_moments.mass)
-        # the frames of an unreduced body are without mass where nothing has to be in balance
+        # without loads, the states of an unreduced body do not have its mass in its frames
         states = (state for state, _ in self.acting_states()) if self.model.has_unreduced else self.views()
         return np.array([_local_centre(state, number) for state in states])
 
@@ -252,7 +252,7 @@ class RunChannels:
                 kept["angular_velocity", *frame][i] = motion.w
         for frame in frames:
             e = kept["rotation", *frame]
-            turns = np.where(np.einsum("ti,ti->t", e[1:], e[:-1]) < 0, -1.0, 1.0)  # e and -e are one rotation
+            turns = np.where(np.einsum("ti,ti->t", e[1:], e[:-1]) < 0, -1.0, 1.0)  # e and -e are the same rotation
             e[1:] *= np.cumprod(turns)[:, None]
         return kept
 
@@ -345,7 +345,7 @@ class RunChannels:
         return {("loop_force", name, ""): np.array([force[name] for force in forces]) for name in self.loops}
 
     def _loaded_states(self) -> Iterable[SceneState]:
-        """Return the states as loads see them; those of scenes with rigid contacts also give their forces."""
+        """Return the states for the outputs of loads; with rigid contacts, states that also have their forces."""
         return self.views() if self.model.rigid_contacts else self.placed(range(len(self.times)))
 
     def _points(self, name: str, interface: str) -> dict[Key, np.ndarray]:
@@ -357,10 +357,10 @@ class RunChannels:
         contact, found = dict(compliant_contacts(self.model.loads)).get(number), []
         for state in self._loaded_states():
             if contact is not None:
-                told = contact_point_outputs(contact, state.load_ends(number), state.load_states(number))
+                outputs = contact_point_outputs(contact, state.load_ends(number), state.load_states(number))
             elif isinstance(state, State):
-                told = rigid_point_outputs(state, self.model.rigid_contacts.index(number))
-            found.append(in_columns(told))
+                outputs = rigid_point_outputs(state, self.model.rigid_contacts.index(number))
+            found.append(in_columns(outputs))
         return {("contact_points", name, ""): np.array(found)}
 
     def _loads(self, name: str, interface: str) -> dict[Key, np.ndarray]:
@@ -371,11 +371,11 @@ class RunChannels:
             ("load", load.name, ""): np.empty((len(self.times), len(load.columns))) for load in self.model.loads
         }
         for row, state in enumerate(self._loaded_states()):
-            for i, (load, told) in enumerate(zip(self.model.loads, kept.values(), strict=True)):
+            for i, (load, outputs) in enumerate(zip(self.model.loads, kept.values(), strict=True)):
                 if i in rigid and isinstance(state, State):
-                    told[row] = rigid_outputs(state, rigid.index(i))
+                    outputs[row] = rigid_outputs(state, rigid.index(i))
                 else:
-                    told[row] = load.tell(state.time, state.load_ends(i), state.load_states(i))
+                    outputs[row] = load.tell(state.time, state.load_ends(i), state.load_states(i))
         return kept
 
 
@@ -385,10 +385,10 @@ def _in_axes(axes: np.ndarray, vectors: np.ndarray) -> np.ndarray:
 
 
 def _local_centre(state: State, number: int) -> np.ndarray:
-    """Return the centre of mass of a flexible body in G, from its generalised mass, whose corner is m c~."""
+    """Return the centre of mass of a flexible body in G, from its generalised mass, which has the block m c~."""
     terms = state.model.bodies[number].flexible
     if terms is None:
-        raise TypeError("a rigid body has its centre of mass")
+        raise TypeError("the centre of mass of a rigid body is given")
     eta = state.q[terms.eta]
     mass, _ = terms.free_moments.terms(eta, np.zeros_like(eta), np.zeros(3))
     return np.array((mass[5, 1], mass[3, 2], mass[4, 0])) / mass[0, 0]

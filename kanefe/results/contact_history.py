@@ -1,4 +1,4 @@
-"""What a contact did in a run, by name."""
+"""Outputs of a contact in a run."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ STATUS = "open", "sticks", "slips"
 
 
 class ContactHistory(NamedTuple):
-    """What a contact did at the output times.
+    """Outputs of a contact at the output times.
 
     Attributes
     ----------
     force : ndarray, shape (T, 3)
-        On what touches, in N (the inertial frame), N.
+        Force on the touching body or points, in components of N, N.
     normal, tangential : ndarray, shape (T,)
-        Normal force of all points together, and size of the friction, N.
+        Sum of the normal forces of all points, and magnitude of the friction force, N.
     penetration : ndarray, shape (T,)
-        Of the deepest point, m; below 0: the gap.
+        Of the deepest point, m; negative: the gap.
     slip : ndarray, shape (T,)
-        Path slid so far, the mean of all points by their shares, m.
+        Sliding distance so far, the weighted mean of all points, m.
     point : ndarray, shape (T, 3)
-        Where the normal forces together act, and where nothing touches what is next to the surface, in N, m.
+        Centre of the normal forces in N, m; without contact, the point closest to the surface.
     work : ndarray, shape (T,)
-        That sliding has taken so far, J.
+        Energy that sliding has dissipated so far, J.
     status : ndarray of str, shape (T,)
         "open", "sticks" or "slips".
     """
@@ -43,7 +43,7 @@ class ContactHistory(NamedTuple):
     status: np.ndarray
 
     def __str__(self) -> str:
-        """Return it in two lines: how often it touched and slid, the largest forces, and what sliding came to."""
+        """Return two lines: numbers of times of each status, largest forces, sliding distance and work."""
         if not len(self.status):
             return "contact at no times"
         counts = ", ".join(f"{word} at {np.count_nonzero(self.status == word)}" for word in STATUS)
@@ -61,24 +61,24 @@ def is_contact(columns: Sequence[str]) -> bool:
     return tuple(columns) == Contact.columns
 
 
-def contact_history(told: np.ndarray, columns: Sequence[str], name: str) -> ContactHistory:
-    """Return the outputs of a load as those of a contact.
+def contact_history(outputs: np.ndarray, columns: Sequence[str], name: str) -> ContactHistory:
+    """Return the outputs of a contact as a `ContactHistory`.
 
     Raises
     ------
     ModelError
-        If the load is none.
+        If the load is not a contact.
     """
     if not is_contact(columns):
         raise ModelError(f"load {name!r} is not a contact. Remedy: result.load({name!r})")
-    normal, tangential, penetration, slip, *_, work, status = told[..., 3:].T
+    normal, tangential, penetration, slip, *_, work, status = outputs[..., 3:].T
     return ContactHistory(
-        told[..., :3],
+        outputs[..., :3],
         normal,
         tangential,
         penetration,
         slip,
-        told[..., 7:10],
+        outputs[..., 7:10],
         work,
         np.array(STATUS)[status.astype(int)],
     )

@@ -1,4 +1,4 @@
-"""What each point of a contact did in a run."""
+"""Outputs of each point of a contact in a run."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ COLUMNS = (
 
 
 class ContactPoints(NamedTuple):
-    """What each of the P points of a contact did at the output times, in the order in which the contact has them.
+    """Outputs of the P points of a contact at the output times, in the order of the contact.
 
-    Vectors are along the axes of the surface that is touched: of its shape, as ``add_surface`` has it.
+    Vectors are along the axes of the shape of the touched surface, as given to ``add_surface``.
 
     Attributes
     ----------
     normal : ndarray, shape (T, P)
         Normal force, N.
     friction : ndarray, shape (T, P, 3)
-        Force of friction on what touches, N.
+        Friction force on the touching point, N.
     penetration : ndarray, shape (T, P)
-        Depth in the surface, m; below 0: the gap.
+        Depth below the surface, m; negative: the gap.
     stretch : ndarray, shape (T, P, 3)
-        By how much the point has gone along the surface from its anchor, m: while it sticks friction is ``-k stretch -
-        c`` times its rate. Of `LuGre` the deflection of the bristles. What is rigid has no anchors: 0.
+        Displacement of the point along the surface from its anchor, m: while it sticks, friction is ``-k stretch - c``
+        times the rate of the stretch. For `LuGre`, the deflection of the bristles; for rigid contacts 0.
     slip_velocity : ndarray, shape (T, P, 3)
-        With which the anchor of the point slides on the surface, m/s: 0 while it sticks. Its size is the rate at which
-        the path ``ContactHistory.slip`` grows; friction is against it.
+        Velocity of the anchor on the surface, m/s: 0 while the point sticks. Its magnitude is the rate of
+        ``ContactHistory.slip``; friction opposes it.
     status : ndarray of str, shape (T, P)
         "open", "sticks" or "slips".
     """
@@ -51,23 +51,23 @@ class ContactPoints(NamedTuple):
 
 
 def point_columns(count: int) -> tuple[str, ...]:
-    """Return the columns of so many points, with units in brackets: those of one unit beside each other."""
+    """Return the columns of `count` points, with units in brackets; those of one unit are adjacent."""
     return tuple(f"point {i} {name} [{unit}]" for unit, names in COLUMNS for i in range(count) for name in names)
 
 
-def in_columns(told: np.ndarray) -> np.ndarray:
-    """Return outputs of points, (P, 12) in the order of `COLUMNS`, in that of `point_columns`, (12 P,)."""
+def in_columns(outputs: np.ndarray) -> np.ndarray:
+    """Reorder outputs of points (P, 12) from the order of `COLUMNS` to that of `point_columns`, (12 P,)."""
     ends = np.cumsum([len(names) for _, names in COLUMNS])
-    return np.concatenate([part.ravel() for part in np.split(told, ends[:-1], axis=1)])
+    return np.concatenate([part.ravel() for part in np.split(outputs, ends[:-1], axis=1)])
 
 
-def contact_points(told: np.ndarray) -> ContactPoints:
+def contact_points(outputs: np.ndarray) -> ContactPoints:
     """Return the outputs of points of a contact, (..., 12 P)."""
     widths = [len(names) for _, names in COLUMNS]
-    count = told.shape[-1] // sum(widths)
+    count = outputs.shape[-1] // sum(widths)
     ends = count * np.cumsum(widths)
     forces, places, slips, status = (
-        part.reshape(*told.shape[:-1], count, -1) for part in np.split(told, ends[:-1], axis=-1)
+        part.reshape(*outputs.shape[:-1], count, -1) for part in np.split(outputs, ends[:-1], axis=-1)
     )
     return ContactPoints(
         normal=forces[..., 0],

@@ -1,4 +1,4 @@
-"""A table of what the contacts of a run did."""
+"""A table of the contacts of a run."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def contact_report(times: np.ndarray, contacts: Mapping[str, ContactHistory], ev
     Parameters
     ----------
     times : ndarray, shape (T,)
-        Of the outputs, s. Largest forces, and which share of the time in contact it held, are of these; times and
-        numbers of touches are of events.
+        Output times, s. Largest forces and the share of sticking in the time of contact are found from these; times
+        and numbers of touches from events.
     contacts : dict of str to ContactHistory
     events : dict of str to ndarray
         Times by name, s.
@@ -45,13 +45,13 @@ def contact_report(times: np.ndarray, contacts: Mapping[str, ContactHistory], ev
 
 
 def _row(name: str, times: np.ndarray, history: ContactHistory, events: Mapping[str, np.ndarray]) -> tuple[str, ...]:
-    history = ContactHistory(*map(np.atleast_1d, history))  # of an instant
+    history = ContactHistory(*map(np.atleast_1d, history))  # an instant has no axis of times
     touched = history.status != OPEN
     touches = events.get(f"{name} touch", np.zeros(0))
     begins = bool(touched[0])
     if not (touched.any() or len(touches)):
         return (name, "never", *["-"] * (len(HEADER) - 2))
-    # what begins in touch, but without depth, passes nothing
+    # a contact that begins without depth has no event of touch
     first = float(touches[0] if len(touches) else times[np.argmax(touched)])
     largest = int(np.argmax(history.normal))
     held = np.count_nonzero(history.status == STICKS) / max(np.count_nonzero(touched), 1)

@@ -1,4 +1,4 @@
-"""One file for one result: which arrays it holds, under which names and units."""
+"""The file of a result: its arrays with names and units."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from kanefe.tree.neighbours import Neighbours
 
 FORMAT = "kanefe result"
 VERSION = 9
-"""Version of the file. Version 7 had no lines of loads, and surfaces had none; version 8 had no points of contacts."""
+"""Version of the file. Version 7 lacked the lines of loads and surfaces, version 8 the points of contacts."""
 SUFFIXES = ("", ".h5", ".hdf5", ".hdf", ".he5")
 
 LARGEST_BASIS = 2**29
@@ -68,14 +68,14 @@ _SKIPPED_WITHOUT_FORCES = (*FORCES, *POINTS, "acceleration", "angular_accelerati
 
 
 def save_result(result: Reader, path: str | Path, *, forces: bool = True) -> None:
-    """Write a result to `path`, which then holds either the whole new result or what it held before.
+    """Write a result to `path`; if that fails, the file is as it was before.
 
     Raises
     ------
     FileError
         If the file cannot be written or the disk is full.
     ModelError
-        If its name ends as if it were of another format.
+        If its suffix is that of another format.
     MissingDependency
         If h5py is not installed.
     """
@@ -134,7 +134,7 @@ def read_channels(path: str | Path) -> FileChannels:
     Raises
     ------
     FileError
-        If the file is not there, truncated, or of another format or version.
+        If the file does not exist, is truncated, or of another format or version.
     MissingDependency
         If h5py is not installed.
     """
@@ -169,26 +169,26 @@ class FileChannels:
     def __init__(self, path: Path, header: dict[str, Any], arrays: dict[str, np.ndarray]) -> None:
         self.path = path
         self.times = arrays["times"]
-        told = {name: json.loads(text) for name, text in header.items() if name in PARTS}
+        parts = {name: json.loads(text) for name, text in header.items() if name in PARTS}
         for name, kind in PARTS.items():
-            if not isinstance(told[name], kind):
+            if not isinstance(parts[name], kind):
                 raise ValueError(f"{name} is no {kind.__name__}")
-        self.statistics: dict[str, Any] = told["statistics"]
-        self.status = RunStatus(**told["status"])
-        self.events: Mapping[str, np.ndarray] = {name: np.array(times) for name, times in told["events"].items()}
-        summary(self.status, self.statistics, self.events)
+        self.statistics: dict[str, Any] = parts["statistics"]
+        self.status = RunStatus(**parts["status"])
+        self.events: Mapping[str, np.ndarray] = {name: np.array(times) for name, times in parts["events"].items()}
+        summary(self.status, self.statistics, self.events)  # raises where parts are missing
         self.controllers: Mapping[str, ControllerLog] = {
             name: ControllerLog(
                 **{part: arrays[f"controllers/{_safe(name)}/{part}"] for part in LOGGED},
                 read_names=tuple(names["read_names"]),
                 drive_names=tuple(names["drive_names"]),
             )
-            for name, names in told["controllers"].items()
+            for name, names in parts["controllers"].items()
         }
-        self.bodies = tuple(_shape(entry, arrays) for entry in told["bodies"])
-        self.loops = tuple(told["loops"])
-        self.loads: Mapping[str, tuple[str, ...]] = {name: tuple(columns) for name, columns in told["loads"].items()}
-        self.points: Mapping[str, int] = {name: int(count) for name, count in told["points"].items()}
+        self.bodies = tuple(_shape(entry, arrays) for entry in parts["bodies"])
+        self.loops = tuple(parts["loops"])
+        self.loads: Mapping[str, tuple[str, ...]] = {name: tuple(columns) for name, columns in parts["loads"].items()}
+        self.points: Mapping[str, int] = {name: int(count) for name, count in parts["points"].items()}
         self.surfaces = tuple(
             SurfaceOutline(
                 **entry,
@@ -196,11 +196,11 @@ class FileChannels:
                 triangles=arrays[f"surfaces/{i}/triangles"],
                 lines=arrays[f"surfaces/{i}/lines"],
             )
-            for i, entry in enumerate(told["surfaces"])
+            for i, entry in enumerate(parts["surfaces"])
         )
         self._lines = tuple(
             LoadLine(str(name), arrays[f"lines/{i}/points"], arrays[f"lines/{i}/states"])
-            for i, name in enumerate(told["lines"])
+            for i, name in enumerate(parts["lines"])
         )
         self.has_forces = any(where.rpartition("/")[2] in FORCES for where in arrays)
         self._arrays = arrays
@@ -211,7 +211,7 @@ class FileChannels:
         return tuple(line.at(rows) for line in self._lines)
 
     def _check_arrays(self) -> None:
-        """Raise a ValueError unless the times rise and each channel has a row of its numbers for each of them."""
+        """Raise a ValueError unless the times ascend and each channel has a row for each of them."""
         if self.times.ndim != 1 or self.times.dtype != float or not np.all(np.isfinite(self.times)):
             raise ValueError(f"times are not finite numbers in a row, but {self.times.dtype} {self.times.shape}")
         if not len(self.times) or np.any(np.diff(self.times) < 0.0):
@@ -270,7 +270,7 @@ class FileChannels:
 
 
 def _stored_parts(neighbours: Neighbours) -> tuple[str, ...]:
-    """Return the parts of a coupling force that a file holds beside the whole: none where one is all."""
+    """Return the parts of a coupling force that a file holds besides the total: none if there is only one."""
     parts = neighbours.unknown + neighbours.known
     return parts if len(parts) > 1 else ()
 
@@ -289,7 +289,7 @@ def _saved(shapes: list[BodyShape], result: Reader, forces: bool) -> list[tuple[
 
 
 def _location(quantity: str, body: str, interface: str = "", part: str = "") -> str:
-    """Return the path of a channel in the file; names of any mesh group can stand in it."""
+    """Return the path of a channel in the file, which can contain any name of a mesh group."""
     if part:
         return f"{_folder(body)}/interfaces/{_safe(interface)}/parts of {quantity}/{_safe(part)}"
     if not body:
@@ -304,7 +304,7 @@ def _folder(body: str) -> str:
 
 
 def _safe(name: str) -> str:
-    """Return a name without what HDF5 takes for a path."""
+    """Return a name with the characters escaped that HDF5 reads as parts of a path."""
     kept = name.replace("%", "%25").replace("/", "%2F")
     return kept.replace(".", "%2E") if set(kept) <= {"."} else kept
 

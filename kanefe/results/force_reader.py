@@ -17,26 +17,27 @@ from kanefe.tree.neighbours import Neighbours
 
 
 class ForceReader(QuantityReader):
-    """The part of `Reader` that gives forces."""
+    """The forces of `Reader`."""
 
     def coupling_force(self, name: str, interface: str, of: str | None = None) -> np.ndarray:
         """Return force (N) and moment (N m) on a flexible body at an interface, in axes of G, shape (T, 6).
 
-        All that its neighbours do to it there: the body that carries it, where the interface is fixed in G, and bodies
-        that hang on it, by their joints with what acts in them; loops, contacts, loads between frames and given forces
-        on the interface, frames of it and nodes of the mesh that move with it as one. The moment is about the
-        interface where it is, deformed. Loads elsewhere on the body, gravity among them, are not in it. So on each body
-        the coupling forces of all interfaces, the loads elsewhere and inertia are in balance.
+        The sum of all actions of its neighbours there: of the carrying body, if the interface is fixed in G; of bodies
+        attached by joints, including motors and springs in the joints; of loops, contacts, loads between frames and
+        given forces on the interface, on frames of it and on nodes of the mesh that move rigidly with it. The moment is
+        about the deformed position of the interface. Other loads on the body, such as gravity, are not included: on
+        each body the coupling forces of all interfaces, the other loads and inertia are in balance.
 
         Parameters
         ----------
         name, interface : str
         of : str, optional
-            Only a part (Eq. 30): "F_u", what is unknown before the equations are solved, by joints, loops and rigid
-            contacts, in components that the mesh does not have zero of what carries it (Eq. 39); "F_k", what is known,
-            by all other loads; or what does it: a body, at the other end of the joint ("ground": the inertial frame), a
-            loop, a load between frames, or a given force or torque by its label as in `SceneState.load`. Where two
-            have one name, with "body", "loop", "load", "force" or "carrier" in front. See `neighbours`.
+            Only a part (Eq. 30). "F_u": the forces that are unknown before the equations are solved, of joints, loops
+            and rigid contacts; of the carrying body it is zero in components that the mesh does not have (Eq. 39).
+            "F_k": the known forces, of all other loads. Or the force of one source: a body at the other end of the
+            joint ("ground": the inertial frame), a loop, a load between frames, or a given force or torque by its label
+            as in `SceneState.load`. If two sources have the same name, with "body", "loop", "load", "force" or
+            "carrier" in front. See `neighbours`.
 
         Raises
         ------
@@ -64,14 +65,14 @@ class ForceReader(QuantityReader):
 
     @checked
     def neighbours(self, name: str, interface: str) -> Neighbours:
-        """Return the names of what acts at an interface, `unknown` and `known`: parts that `coupling_force` takes."""
+        """Return the names of the sources of the force at an interface, as `coupling_force` takes them."""
         return self.body(name).neighbours[self._interface(self._flexible(name), "coupling_force", interface)]
 
     @checked
     def joint_reaction(self, name: str) -> np.ndarray:
         """Return force (N) and moment (N m) of a body's joint on it, shape (T, 6).
 
-        About the origin of the body's frame, in its axes; the part of motors and drives is included.
+        About the origin of the body's frame, in its axes, including motors and drives.
         """
         return self.read("joint_reaction", name)
 
@@ -79,8 +80,8 @@ class ForceReader(QuantityReader):
     def driving_force(self, name: str) -> np.ndarray:
         """Return the force (N) or torque (N m) that keeps a driven joint on its motion.
 
-        Of a joint that follows a given pose as a whole it is the power of the drive, W; the wrench is that of
-        `joint_reaction`. Shape (T,); (T, n) for a joint with n driven coordinates.
+        Shape (T,); (T, n) for a joint with n driven coordinates. For a joint that follows a prescribed pose it is the
+        power of the drive, W; its wrench is in `joint_reaction`.
         """
         return self.read("driving_force", name)
 
@@ -99,14 +100,14 @@ class ForceReader(QuantityReader):
         Parameters
         ----------
         name : str
-            See `loads`, which names the columns too.
+            One of `loads`, which also lists the columns.
         column : str, optional
             The name of one column, with or without its unit: ``"tension"``, ``"force y [N]"``.
 
         Raises
         ------
         ModelError
-            If there is no such load or column; lists what there is.
+            If there is no such load or column; the message lists them.
 
         Examples
         --------
@@ -129,21 +130,21 @@ class ForceReader(QuantityReader):
 
     @checked
     def load_lines(self, frames: Frames | None = None) -> tuple[LoadLine, ...]:
-        """Return where springs, ropes and other loads along a line go, and when they are slack.
+        """Return the lines of springs, ropes and other loads that act along one, and when they are slack.
 
-        The line of a rope or winch goes over all its points, as its law has it; those of other loads join two ends.
+        The line of a rope or winch goes over all its points, as in its law; that of another load connects two ends.
         Contacts have none.
 
         Parameters
         ----------
         frames : int, slice or ints, optional
-            Which output times, by number; default: all, S = T.
+            Output times, by number; default: all, S = T.
 
         Returns
         -------
         tuple of LoadLine
             Each with its ``name``, its ``points`` (S, ends, 3) in N in m, and its ``states`` (S,): 0 where it is taut,
-            1 where it is slack, 2 where it has broken.
+            1 where it is slack, 2 after it has broken.
 
         Examples
         --------
@@ -163,7 +164,7 @@ class ForceReader(QuantityReader):
     def load_force(self, name: str, end: int = -1) -> np.ndarray:
         """Return force (N) and moment (N m) of a load between frames on one of its ends, in N, shape (T, 6).
 
-        The moment is about the origin of that end. In axes of the aircraft, the deck or any body: `in_axes_of`.
+        The moment is about the origin of that end. `in_axes_of` converts it to the axes of a body.
 
         Parameters
         ----------
@@ -176,7 +177,7 @@ class ForceReader(QuantityReader):
         ------
         ModelError
             If there is no such load or end, the result is from a file, or the load is a rigid contact, whose force
-            `contact` tells.
+            `contact` returns.
 
         Examples
         --------
@@ -188,12 +189,12 @@ class ForceReader(QuantityReader):
         >>> float(result.load_force("rope")[-1, 2].round(2))
         19.62
         """
-        self.read("load", name)  # names the loads there are
+        self.read("load", name)  # raises if there is no such load
         return load_forces(self.run, name, end)
 
     @checked
     def contact(self, name: str) -> ContactHistory:
-        """Return what a contact did: its forces, depth, slip, the work of its friction, and whether it stuck.
+        """Return the outputs of a contact: forces, depth, slip, work of friction, and status.
 
         Examples
         --------
@@ -203,10 +204,10 @@ class ForceReader(QuantityReader):
 
     @checked
     def contact_points(self, name: str) -> ContactPoints:
-        """Return what each point of a contact did: normal force, friction, depth, slip with its sign, and anchor.
+        """Return the outputs of each point of a contact: normal force, friction, depth, slip velocity and status.
 
-        Vectors are along the axes of the surface that is touched. The points are in the order of the frames, or of the
-        points of the patch; of a box, its corners; of a capsule, its ends.
+        Vectors are along the axes of the touched surface. The order of the points is that of the frames, or of the
+        points of the patch; of a box, that of its corners; of a capsule, that of its ends.
 
         Raises
         ------
@@ -228,7 +229,7 @@ class ForceReader(QuantityReader):
         return contact_points(self.read("contact_points", name))
 
     def contact_report(self) -> str:
-        """Return a table of the contacts: first touch, largest forces, how long it held, slip and work.
+        """Return a table of the contacts: first touch, largest forces, share of sticking, slip and work.
 
         Examples
         --------

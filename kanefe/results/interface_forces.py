@@ -1,4 +1,4 @@
-"""Coupling forces of a run: what acts on a flexible body at an interface, whole and by what it comes from (Eq. 30)."""
+"""Coupling forces of a run: the force on a flexible body at an interface, in total and by source (Eq. 30)."""
 
 from __future__ import annotations
 
@@ -19,9 +19,6 @@ if TYPE_CHECKING:
     from kanefe.tree.body_terms import BodyTerms
     from kanefe.tree.model_data import ModelData
 
-PartKey = tuple[str, str, str, str]
-"""Quantity, body, interface and name of the part."""
-
 QUANTITY = "coupling_force"
 
 Places = dict[Source, tuple[int, str, str]]
@@ -29,7 +26,7 @@ Places = dict[Source, tuple[int, str, str]]
 
 
 class Acting(NamedTuple):
-    """What acts at a state: force and moment (6,) about a point in N, in components of N."""
+    """A wrench at a state: force and moment (6,) about a point in N, in components of N."""
 
     source: Source
     point: Vector
@@ -51,9 +48,9 @@ class RunStates(Protocol):
 
 
 def coupling_forces(run: RunStates, body: str, interface: str, of: str) -> dict[tuple[str, ...], Matrix]:
-    """Return a part of the coupling force at an interface (Eq. 30), (T, 6), and what comes with it; "" is the whole.
+    """Return a part of the coupling force at an interface (Eq. 30), (T, 6), and parts found with it; "" is the total.
 
-    About the interface where it is, in axes of G: see `kanefe.results.reader.Reader.coupling_force`.
+    About the deformed position of the interface, in axes of G: see `kanefe.results.reader.Reader.coupling_force`.
     """
     sources = sources_of(run.model)[run.model.index(body), interface]
     parts = sources.neighbours.parts(of, f"{interface!r} of {body!r}")
@@ -72,7 +69,7 @@ def _of_carrier(run: RunStates, body: str, interface: str) -> Matrix:
     frame = terms.body.interface(interface)
     components, forces = frame.fixed_components, run.residual_forces[:, _fixed_columns(run, body, frame)]
     slopes = run.read("deflection", body, interface)[:, 3:]
-    if not slopes.any() or max(components) < 3:  # the axes of its moments turn with released slopes
+    if not slopes.any() or max(components) < 3:  # the axes of its moments do not turn with released slopes
         return np.asarray(forces @ unit_wrenches(components, np.eye(3), frame.axes).T)
     tangent = run.model.slopes.tangent
     wrenches = (unit_wrenches(components, tangent(theta), frame.axes) for theta in slopes)
@@ -86,7 +83,7 @@ def _fixed_columns(run: RunStates, body: str, frame: InterfaceFrame) -> list[int
 
 
 def _of_carried(run: RunStates, body: str, interface: str, child: str) -> Matrix:
-    """Return the reaction of a body that hangs on an interface, reversed, about the interface."""
+    """Return the reversed joint reaction of a body attached to an interface, about the interface."""
     reaction = -run.read("joint_reaction", child)
     axes, own = (np.array([rotation_matrix(e) for e in run.read("rotation", name)]) for name in (child, body))
     force, moment = ((axes @ part[:, :, None])[:, :, 0] for part in (reaction[:, :3], reaction[:, 3:]))
@@ -96,7 +93,7 @@ def _of_carried(run: RunStates, body: str, interface: str, child: str) -> Matrix
 
 
 def _of_loads_and_loops(run: RunStates) -> dict[tuple[str, ...], Matrix]:
-    """Return what loops, contacts, loads and given forces do at all interfaces: they come out of the same states."""
+    """Return the forces of loops, contacts, loads and given forces at all interfaces, found from the same states."""
     model = run.model
     places: Places = {}
     kept: dict[tuple[str, ...], Matrix] = {}
@@ -121,7 +118,7 @@ def _of_loads_and_loops(run: RunStates) -> dict[tuple[str, ...], Matrix]:
 
 
 def _states(run: RunStates, is_held: bool) -> Iterator[SceneState]:
-    """Return the states, as cheap as will do: forces that hold need partial velocities, loads need places."""
+    """Return the states: forces of constraints need partial velocities, loads only positions, which are cheaper."""
     if is_held:
         return (state for state, _ in run.acting_states())
     return run.placed(range(len(run.times)))
@@ -132,7 +129,7 @@ def _interface(body: BodyTerms, name: str) -> InterfaceFrame:
 
 
 def _known(state: SceneState, places: Places) -> Iterator[Acting]:
-    """Yield the forces of loads between frames and given forces at interfaces; others are not evaluated."""
+    """Yield the forces of loads between frames and given forces at interfaces; loads elsewhere are not evaluated."""
     for number, load in enumerate(state.model.loads):
         ends = [i for i in range(len(load.ends)) if Source(LOAD, load.name, i) in places]
         if ends:
@@ -149,7 +146,7 @@ def _known(state: SceneState, places: Places) -> Iterator[Acting]:
 
 
 def _held(state: State) -> Iterator[Acting]:
-    """Yield what loops and rigid contacts do at their ends."""
+    """Yield the forces of loops and rigid contacts at their ends."""
     loops = {id(constraint) for constraint in state.model.constraints}
     for one in held_wrenches(state):
         end = next(i for i, marker in enumerate(one.constraint.ends) if marker is one.marker)

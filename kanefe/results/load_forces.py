@@ -15,12 +15,12 @@ def load_forces(run: RunChannels | None, name: str, end: int) -> np.ndarray:
     Raises
     ------
     ModelError
-        If the run is from a file, or the load has no such end or is a rigid contact, which has no force of its own.
+        If the run is from a file, or the load has no such end or is a rigid contact.
     """
     if run is None:
         raise ModelError(
-            "forces of loads on their ends come from the model, which a file has not. Remedy: the result of "
-            "System.simulate, as simulated"
+            "forces of loads on their ends come from the model, which a file does not contain. Remedy: the "
+            "result that System.simulate returned"
         )
     model = run.model
     number = next(i for i, load in enumerate(model.loads) if load.name == name)
@@ -35,12 +35,12 @@ def load_forces(run: RunChannels | None, name: str, end: int) -> np.ndarray:
 
 
 def turned_into(vectors: object, rotation: np.ndarray, what: str) -> np.ndarray:
-    """Return vectors in components of N in those of frames, by their Euler parameters, (T, 4) or (4,).
+    """Return vectors given in N in components of frames with Euler parameters (T, 4) or (4,).
 
     Raises
     ------
     ModelError
-        If there are not as many vectors of three components, or of six, a force and a moment, as times.
+        If the shape is not one vector for each time, of three components or, for a force and a moment, of six.
     """
     given = np.asarray(vectors, dtype=float)
     if given.shape[:-1] != rotation.shape[:-1] or given.shape[-1:] not in ((3,), (6,)):

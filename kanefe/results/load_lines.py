@@ -1,4 +1,4 @@
-"""Lines of springs, ropes and other loads between frames: where their laws have them."""
+"""Lines of springs, ropes and other loads between frames."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class LoadLine(NamedTuple):
     ----------
     name : str
     points : ndarray, shape (S, ends, 3)
-        Where its ends are, in their order, in N, m.
+        Its ends, in order, in N, m.
     states : ndarray of uint8, shape (S,)
         TAUT, SLACK or GONE.
     """
@@ -40,7 +40,7 @@ class LoadLine(NamedTuple):
     states: np.ndarray
 
     def at(self, rows: np.ndarray | int) -> LoadLine:
-        """Return it at some of the times, or at one, without the axis of times."""
+        """Return the line at some of the times, or at one, without the axis of times."""
         return LoadLine(self.name, self.points[rows], self.states[rows])
 
 
@@ -59,7 +59,7 @@ class PlacedRun(Protocol):
 def lines_of_run(run: PlacedRun, rows: np.ndarray) -> tuple[LoadLine, ...]:
     """Return the lines of the loads that act along one, at output times given by number.
 
-    They go through the ends that the law itself is given, so that a rope's line is as long as the law says.
+    They go through the ends that the law uses, so that a rope's line has the length in its law.
     """
     loads = {number: load for number, load in enumerate(run.model.loads) if _is_line(load)}
     if not loads:
@@ -73,8 +73,8 @@ def lines_of_run(run: PlacedRun, rows: np.ndarray) -> tuple[LoadLine, ...]:
             ends, line = state.load_ends(number), lines[number]
             line.points[row] = [end.p for end in ends]
             if SLACKNESS in load.columns:
-                told = load.tell(state.time, ends, state.load_states(number))
-                line.states[row] = SLACK if told[load.columns.index(SLACKNESS)] else TAUT
+                outputs = load.tell(state.time, ends, state.load_states(number))
+                line.states[row] = SLACK if outputs[load.columns.index(SLACKNESS)] else TAUT
     for line in lines.values():
         for time in run.events.get(f"{line.name} breaks", ()):
             line.states[run.times[rows] >= time] = GONE

@@ -1,4 +1,4 @@
-"""The states of a run with the frames of compiled sweeps: where all is and how it moves, without partial velocities."""
+"""The states of a run with the motion of frames from compiled sweeps, without partial velocities."""
 
 from __future__ import annotations
 

@@ -11,14 +11,14 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a channel holds, for axes and files.
+    """Title and columns of a channel, for axes and files.
 
     Attributes
     ----------
     title : str
     parts : tuple of (label, unit, components)
-        The columns in groups of one unit. Without components the channel is one number a time; the columns of a joint
-        or of the modes are named by the body.
+        The columns in groups of one unit. Without components the channel has one number per time; the columns of a
+        joint or of the modes are named by the body.
     """
 
     title: str
@@ -26,7 +26,7 @@ class Quantity:
 
     @property
     def units(self) -> str:
-        """Unit of the channel; those of its parts, in order, where they differ."""
+        """Unit of the channel; if they differ, the units of its parts in order."""
         return ", ".join(unit for _, unit, _ in self.parts)
 
 
@@ -67,7 +67,7 @@ INTERFACES = {
 ENERGIES = {
     "kinetic_energy": Quantity("kinetic energy", (("energy", "J", ()),)),
     "elastic_energy": Quantity("elastic energy", (("energy", "J", ()),)),
-    "gravity_energy": Quantity("energy of position", (("energy", "J", ()),)),
+    "gravity_energy": Quantity("potential energy of gravity", (("energy", "J", ()),)),
     "dissipated_energy": Quantity("energy dissipated", (("energy", "J", ()),)),
     "work": Quantity("work of loads and drives", (("energy", "J", ()),)),
 }
@@ -87,7 +87,7 @@ FORCES = ("joint_reaction", "driving_force", "coupling_force", "loop_force")
 def resolved_parts(
     quantity: str, columns: Sequence[str] = (), count: int = 0, is_orthonormal: bool = True
 ) -> tuple[tuple[str, str, tuple[str, ...]], ...]:
-    """Return (label, unit, column names) of a quantity of one body, in order, neighbours of one unit together.
+    """Return (label, unit, column names) of a quantity of one body, in order, adjacent ones of the same unit together.
 
     Parameters
     ----------
@@ -131,9 +131,9 @@ class Energy:
     Attributes
     ----------
     kinetic, elastic, gravity : ndarray
-        `gravity` is zero with every centre of mass at N's origin.
+        `gravity` is zero if every centre of mass is at N's origin.
     dissipated, work : ndarray
-        Taken by damping, and given by loads and drives, since the start.
+        Dissipated by damping, and work of loads and drives, since the start.
     """
 
     kinetic: np.ndarray

@@ -1,4 +1,4 @@
-"""What a run has and any of its quantities by name: bodies, loads, events, how it ended and what it cost."""
+"""Bodies, loads, events, status and statistics of a run, and any of its quantities by name."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class EventTimes(dict[str, np.ndarray]):
     """Times at which events happened, by name."""
 
     def __missing__(self, name: str) -> np.ndarray:
-        """Raise a ModelError that names the events there are."""
+        """Raise a ModelError that lists the events."""
         raise ModelError(
             f"the run has no event called {name!r}. It has: {', '.join(self) or 'none'}. Remedy: one of these; slack "
             f"and taut events of ropes and events of single contact points are reported on request, "
@@ -44,7 +44,7 @@ class EventTimes(dict[str, np.ndarray]):
 
 
 class QuantityReader:
-    """The part of `Reader` that names what there is.
+    """The names and quantities of `Reader`.
 
     Parameters
     ----------
@@ -75,15 +75,14 @@ class QuantityReader:
 
         "method" and the "reason" why it was chosen, its "rtol" or "step"; "route" of the equations and "route_reason"
         likewise; how many "steps", "rejected" steps, "evaluations" of the equations, "factorisations" and "jacobians"
-        there were; "seconds" in all, and "seconds_by_part": set-up, compiling (or reading compiled kernels), steps,
-        outputs, events, checkpoints. Forces and what else a result computes when it is asked for them are not among
-        them.
+        there were; "seconds" in total, and "seconds_by_part": set-up, compiling (or reading compiled kernels), steps,
+        outputs, events, checkpoints. The time for forces and other quantities computed on request is not included.
         """
         return self._channels.statistics
 
     @property
     def status(self) -> RunStatus:
-        """How the run ended: finished, stopped by an event or a limit, or failed, and then what to try."""
+        """How the run ended: finished, stopped by an event or a limit, or failed, with a remedy."""
         return self._channels.status
 
     @property
@@ -98,7 +97,7 @@ class QuantityReader:
 
     @property
     def has_forces(self) -> bool:
-        """Whether accelerations, reactions and coupling forces can be had: not of a result saved without them."""
+        """Whether accelerations, reactions and coupling forces are available; they can be left out of a file."""
         return self._channels.has_forces
 
     @property
@@ -118,7 +117,7 @@ class QuantityReader:
 
     @property
     def surfaces(self) -> tuple[SurfaceOutline, ...]:
-        """What the surfaces look like that things touch, and on what they sit."""
+        """Outlines of the surfaces of contacts, and the bodies that carry them."""
         return self._channels.surfaces
 
     @property
@@ -128,7 +127,7 @@ class QuantityReader:
 
     @property
     def point_counts(self) -> dict[str, int]:
-        """How many points each contact has."""
+        """Number of points of each contact."""
         return dict(self._channels.points)
 
     @checked
@@ -145,7 +144,7 @@ class QuantityReader:
 
     @checked
     def units(self, quantity: str, name: str | None = None) -> str:
-        """Return the unit of a quantity; of a body's joint, if the unit depends on it.
+        """Return the unit of a quantity; with the name of a body if the unit depends on its joint.
 
         ``result.units("coupling_force")`` is "N, N m"; ``result.units("joint_coordinates", "hub")`` is "rad". A
         ModelError lists the quantities if there is no such one.
@@ -179,15 +178,15 @@ class QuantityReader:
 
     @checked("quantity", "name", "interface")
     def read(self, quantity: str, name: str = "", interface: str | None = None, of: str | None = None) -> np.ndarray:
-        """Return any quantity of `kanefe.results.quantities` by its name; the methods of `Reader` are the readable way.
+        """Return any quantity of `kanefe.results.quantities` by its name; the methods of `Reader` are easier to read.
 
         `of` is a part of a coupling force: see `coupling_force`.
 
         Raises
         ------
         ModelError
-            If there is no such quantity, body or interface, or the body has no such thing; the message says what there
-            is.
+            If there is no such quantity, body or interface, or the body does not have the quantity; the message lists
+            what there is.
         """
         if quantity not in QUANTITIES:
             raise ModelError(f"there is no quantity {quantity!r}. There are: {', '.join(QUANTITIES)}")

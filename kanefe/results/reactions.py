@@ -1,7 +1,7 @@
-"""Joint reactions of all states of a run at once, where inertia and gravity alone are between the joints.
+"""Joint reactions of all states of a run at once, for scenes with joints, inertia and gravity only.
 
-The same balance of each body as `kanefe.kane.reactions`, which serves where more acts on the bodies: an inward sweep
-over Newton-Euler's equations, with time as the first axis of every array.
+The balance of each body is that of `kanefe.kane.reactions`, which serves all other scenes: an inward sweep over the
+Newton-Euler equations, with time as the first axis of every array.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ NUMBERS_AT_ONCE = 4_000_000
 
 
 def are_alone(model: ModelData) -> bool:
-    """Return whether only joints, inertia and gravity act between bodies, as the sweep over all states takes it."""
+    """Return whether only joints, inertia and gravity act on the bodies, as the sweep over all states requires."""
     if model.constraints or model.loads or any(body.loads or body.field_loads for body in model.bodies):
         return False
     return all(b.flexible is None or isinstance(b.flexible.free_moments, MassMoments) for b in model.bodies)
@@ -31,7 +31,7 @@ def reactions_of_states(model: ModelData, sweeps: RunSweeps, states: Matrix) -> 
     Parameters
     ----------
     model : ModelData
-        Of which `are_alone` is true.
+        One for which `are_alone` is true.
     sweeps : RunSweeps
     states : ndarray, shape (T, state)
     """
@@ -47,7 +47,7 @@ def reactions_of_states(model: ModelData, sweeps: RunSweeps, states: Matrix) -> 
 
 
 def moved_wrenches(wrenches: Matrix, source: FrameMotions, target: FrameMotions) -> Matrix:
-    """Return wrenches (T, 6) about `source`, in its axes, about `target` and in its axes."""
+    """Convert wrenches (T, 6) about `source` in its axes to wrenches about `target` in its axes."""
     back = target.axes.transpose(0, 2, 1)
     A = back @ source.axes
     force = _times(A, wrenches[:, :3])
@@ -56,7 +56,7 @@ def moved_wrenches(wrenches: Matrix, source: FrameMotions, target: FrameMotions)
 
 
 def _demand(model: ModelData, body: BodyTerms, frame: FrameMotions, states: Matrix, rates: Matrix) -> Matrix:
-    """Return the wrench (T, 6) a body needs beyond gravity."""
+    """Return the wrench (T, 6) that a body requires in addition to gravity."""
     if frame.acceleration is None or frame.angular_acceleration is None:
         raise TypeError("the accelerations of the frames are needed")
     back = frame.axes.transpose(0, 2, 1)

@@ -1,4 +1,4 @@
-"""Reader: the motions and energies of a run, by body and interface name, in SI units, beside its forces."""
+"""Reader: motions, energies and forces of a run, by name of body and interface, in SI units."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LARGEST_TABLE = 2**31
 
 
 class Reader(ForceReader):
-    """Outputs of a run; `kanefe.Result` is the reader that users have, with pictures and files."""
+    """Outputs of a run; `kanefe.Result` adds plots and files."""
 
     @checked
     def position(self, name: str, interface: str | None = None) -> np.ndarray:
@@ -53,17 +53,17 @@ class Reader(ForceReader):
 
     @checked
     def center_of_mass(self, name: str = "") -> np.ndarray:
-        """Return the centre of mass of a body, deformed as it is, or of the whole scene, in N, shape (T, 3), in m."""
+        """Return the centre of mass of a deformed body, or of the whole scene, in N, shape (T, 3), in m."""
         return self.read("center_of_mass", name)
 
     @checked
     def joint_coordinates(self, name: str) -> np.ndarray:
-        """Return the coordinates of a body's joint, (T, coordinates); driven ones too. Units: `units`."""
+        """Return the coordinates of a body's joint, (T, coordinates); including driven ones. Units: `units`."""
         return self.read("joint_coordinates", name)
 
     @checked
     def joint_speeds(self, name: str) -> np.ndarray:
-        """Return the speeds of a body's joint, (T, speeds); driven ones too. Units: `units`."""
+        """Return the speeds of a body's joint, (T, speeds); including driven ones. Units: `units`."""
         return self.read("joint_speeds", name)
 
     @checked
@@ -78,26 +78,26 @@ class Reader(ForceReader):
 
     @checked
     def deflection(self, name: str, interface: str) -> np.ndarray:
-        """Return translation (m) and slopes (rad) of an interface from its undeformed place in G, shape (T, 6)."""
+        """Return translation (m) and slopes (rad) of an interface from its undeformed position in G, shape (T, 6)."""
         return self.read("deflection", name, interface)
 
     @checked
     def in_axes_of(self, name: str, vectors: np.ndarray, interface: str | None = None) -> np.ndarray:
-        """Return vectors that are in components of N in those of a body or interface at the same times.
+        """Convert vectors from components of N to those of a body or interface at the same times.
 
         Parameters
         ----------
         name : str
             The body.
         vectors : ndarray, shape (T, 3) or (T, 6)
-            Such as ``result.contact(...).force`` or ``result.load_force(...)``, a force and a moment.
+            Such as ``result.contact(...).force``, or force and moment of ``result.load_force(...)``.
         interface : str, optional
             One of the body.
 
         Raises
         ------
         ModelError
-            If there is no such body or interface, or the vectors are of other times.
+            If there is no such body or interface, or the vectors are not one for each time.
 
         Examples
         --------
@@ -117,9 +117,9 @@ class Reader(ForceReader):
         name : str
             A flexible body.
         frames : int, slice or sequence of int, optional
-            Which output times; one number leaves the first axis out. Default: all.
+            Output times by number; with a single number the first axis is left out. Default: all.
         nodes : sequence of int, optional
-            Which nodes. Default: all.
+            Nodes by number. Default: all.
 
         Raises
         ------

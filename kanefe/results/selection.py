@@ -1,4 +1,4 @@
-"""Which output times and which nodes of a result somebody asks for, checked."""
+"""Requested output times and nodes of a result, checked."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Frames = int | slice | Sequence[int] | np.ndarray
 
 
 def frame_index(frames: Frames | None, count: int) -> Any:
-    """Return an index of some of `count` output times; a ModelError says which numbers there are."""
+    """Return an index of some of `count` output times; a ModelError names the valid numbers."""
     if frames is None:
         return slice(None)
     if isinstance(frames, slice):
@@ -32,7 +32,7 @@ def frame_index(frames: Frames | None, count: int) -> Any:
 
 
 def node_numbers(shape: BodyShape, nodes: Sequence[int] | np.ndarray | None) -> np.ndarray:
-    """Return the numbers of some nodes of a body, all by default; a ModelError says which there are."""
+    """Return the numbers of some nodes of a body, all by default; a ModelError names the valid ones."""
     if nodes is None:
         return np.arange(len(shape.nodes))
     numbers = np.asarray(nodes)
@@ -42,18 +42,18 @@ def node_numbers(shape: BodyShape, nodes: Sequence[int] | np.ndarray | None) -> 
 
 
 def spread_frames(times: np.ndarray, fps: float | None, every: int | None, most: int) -> np.ndarray:
-    """Return the numbers of the output times that a moving picture shows.
+    """Return the numbers of the output times that an animation shows.
 
     Parameters
     ----------
     times : ndarray, shape (T,)
         s.
     fps : float or None
-        For a second of the run's time, the nearest output times.
+        Frames per second of the run's time; the nearest output times are taken.
     every : int or None
-        Every how many.
+        Number of output times per frame.
     most : int
-        Where neither is given.
+        Largest number of frames if neither is given.
     """
     if fps is not None and every is not None:
         raise ModelError("give fps= or every=, not both")

@@ -1,4 +1,4 @@
-"""What the surfaces of a scene look like, and on what they sit."""
+"""Outlines of the surfaces of a scene, and the bodies that carry them."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class SurfaceOutline:
-    """The triangles of a surface in the axes of what carries it.
+    """The triangles of a surface in the frame that carries it.
 
     Attributes
     ----------
     name : str
     body, interface : str
-        What carries it: a body ("" for the ground), or an interface of it.
+        The body that carries it ("" for the ground), and its interface or "".
     vertices : ndarray, shape (n, 3)
         In the frame of the body or interface, m.
     triangles : ndarray of int, shape (m, 3)
     is_endless : bool
-        Whether it is a square of 1 m cut out of a plane.
+        Whether it is an infinite plane, of which the outline is a square of 1 m.
     lines : ndarray of int, shape (e, 2)
-        Of vertices, drawn upon it: the grid of a field of heights.
+        Pairs of vertices, drawn as lines: the grid of a height field.
     """
 
     name: str
@@ -41,7 +41,7 @@ class SurfaceOutline:
 
 
 def outlines(model: ModelData) -> tuple[SurfaceOutline, ...]:
-    """Return the surfaces of a model whose looks are known, but for those on single nodes of a mesh."""
+    """Return the outlines of the surfaces of a model that have one, except those on single nodes of a mesh."""
     found = [_on_frame(model, surface) for surface in model.surfaces]
     return tuple(one for one in found if one is not None)
 

@@ -1,4 +1,4 @@
-"""Robots of other programs: URDF and MJCF files become scenes, whose links may be replaced by bodies from meshes."""
+"""Robots from URDF and MJCF files as scenes, whose links may be replaced by bodies from meshes."""
 
 from kanefe.robots.flexible_link import FlexibleLink as FlexibleLink
 from kanefe.robots.mjcf import read_mjcf as read_mjcf

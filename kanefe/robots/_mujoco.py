@@ -1,10 +1,10 @@
-"""Door to MuJoCo: its parser and compiler of MJCF; no step is ever taken. The only file that imports mujoco."""
+"""Door to MuJoCo: its parser and compiler of MJCF only. The only file that imports mujoco."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from kanefe.errors import FileError, MissingDependency
 
@@ -24,12 +24,13 @@ _UNUSED = (
     "numerics",
     "plugins",
 )
-"""Elements that a scene does not have, in an order in which no remaining element refers to a removed one."""
+"""Elements that are not read, in an order of removal in which no remaining element refers to a removed one."""
 
 _OF_SHAPES = ("materials", "textures")
+"""Elements of shapes only."""
 
 SILENT = {"keys": "keyframes", "sensors": "sensors", "cameras": "cameras", "lights": "lights", "skins": "skins"}
-"""Names, in `RobotScene.not_taken`, of elements that would not change the motion."""
+"""Names in `RobotScene.not_taken` of elements that would not change the motion."""
 
 ACTING = {
     "actuators": "actuators",
@@ -38,34 +39,34 @@ ACTING = {
     "plugins": "plugins",
     "equalities": "equalities of other kinds",
 }
+"""Names in `RobotScene.not_taken` of elements that would change the motion."""
 
 
-class CompiledRobot:
-    """A compiled model, its bodies' shapes, and what was in the file besides.
+class CompiledRobot(NamedTuple):
+    """A compiled model, and the names of the other elements of the file.
 
     Attributes
     ----------
     model : mujoco.MjModel
-        Angles in rad, defaults resolved, inertia of shapes where a body has none of its own.
+        Angles in rad, defaults resolved, inertia of shapes for bodies without inertia of their own.
     named : dict of str to list of str
         Kind, as the parser calls it -> names of its elements.
     shapes : list of str
-        Bodies that have shapes; "world" of the ground.
+        Bodies that have shapes; "world" for the ground.
     """
 
-    def __init__(self, model: Any, named: dict[str, list[str]], shapes: list[str]) -> None:
-        self.model = model
-        self.named = named
-        self.shapes = shapes
+    model: Any
+    named: dict[str, list[str]]
+    shapes: list[str]
 
 
 def compiled(path: Path) -> CompiledRobot:
-    """Return the model of a file without the parts that no scene has; meshes are read where inertia hangs on them only.
+    """Return the model of a file without unsupported elements; meshes are read only if inertia needs them.
 
     Raises
     ------
     FileError
-        If the parser refuses the file; the message is its own.
+        If the parser refuses the file; the message contains that of the parser.
     MissingDependency
         Without mujoco.
     """
@@ -91,7 +92,7 @@ def compiled(path: Path) -> CompiledRobot:
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
         remedy = "check the file"
         if "opening file" in str(error):
-            remedy = "put the file there; of a mesh: give the body an <inertial>: then no mesh is needed"
+            remedy = "put the file there; for a mesh: give the body an <inertial>, then no mesh is needed"
         raise FileError(f"MuJoCo's parser refuses {path}: {' '.join(str(error).split())}. Remedy: {remedy}") from error
 
 
@@ -101,7 +102,7 @@ def _kinds_taken(mujoco: Any) -> tuple[Any, ...]:
 
 
 def _shapes_without_mass(spec: Any, mujoco: Any) -> Iterator[Any]:
-    """Yield the shapes that give no inertia: those of the ground, and of bodies that have their own."""
+    """Yield the shapes that contribute no inertia: those of the ground, and of bodies with their own inertia."""
     from_shapes = spec.compiler.inertiafromgeom == mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_TRUE
     for body in spec.bodies:
         is_ground = body.name == "world" and body is spec.bodies[0]

@@ -13,12 +13,12 @@ _DAMAGE = (ValueError, KeyError, IndexError, TypeError, AttributeError, OSError)
 
 
 def parsed(path: Path) -> Any:
-    """Return yourdfpy's ``Robot`` of a well-formed file; shapes are neither looked for nor read.
+    """Return yourdfpy's ``Robot`` of a well-formed file; files of shapes are not read.
 
     Raises
     ------
     FileError
-        If an element lacks what it must have.
+        If an element lacks a required part.
     MissingDependency
         Without yourdfpy.
     """
@@ -38,6 +38,6 @@ def _import_yourdfpy() -> Any:
     except ImportError as problem:  # yourdfpy itself, or what it needs in turn
         missing = (problem.name or "yourdfpy").partition(".")[0]
         raise MissingDependency(missing, "read_urdf", "pip install 'kanefe[robots]'") from problem
-    # it tells of shapes and of damaged files, which are dealt with here
+    # it logs missing shapes and damaged files, which are handled here
     logging.getLogger("yourdfpy.urdf").setLevel(logging.CRITICAL)
     return yourdfpy

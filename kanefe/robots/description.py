@@ -1,4 +1,4 @@
-"""A robot in the house's terms, whatever file it came from: links, joints, couplings, closures, what is left out."""
+"""Description of a robot, independent of its file: links, joints, couplings, closures, and elements left out."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from kanefe.joints import CoordinateForce, Joint
 
 @dataclass(frozen=True)
 class Pose:
-    """Where a frame B is, seen from a frame A.
+    """Pose of a frame B relative to a frame A.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Pose:
 
     @property
     def inverse(self) -> Pose:
-        """Where A is, seen from B."""
+        """Pose of A relative to B."""
         return Pose(-self.axes.T @ self.at, self.axes.T)
 
     def __matmul__(self, other: Pose) -> Pose:
@@ -44,16 +44,16 @@ class Pose:
 
 @dataclass(frozen=True)
 class LinkJoint:
-    """One joint on the way from a link's parent to the link.
+    """One joint between a link's parent and the link.
 
     Attributes
     ----------
     name : str
     joint : Joint
     fixed : Pose
-        Of the joint's fixed frame F, seen from what comes before: the frame of the parent link, or of the joint before.
+        Pose of the joint's fixed frame F, relative to the parent link or to the previous joint.
     moving : Pose
-        Of what comes after, seen from the joint's moving frame M.
+        Pose of the next frame relative to the joint's moving frame M.
     """
 
     name: str
@@ -92,7 +92,7 @@ class RobotLink:
 
     @property
     def moves(self) -> bool:
-        """Whether it moves seen from its parent."""
+        """Whether it moves relative to its parent."""
         return any(not made.joint.is_fixed for made in self.joints)
 
 
@@ -116,23 +116,23 @@ class Closure:
 
 @dataclass
 class NotTaken:
-    """What of a file is not in the scene: names by kind, and whether they would change the motion."""
+    """Elements of a file that are not in the scene: names by kind, apart those that would change the motion."""
 
     acting: dict[str, list[str]] = field(default_factory=dict)
     silent: dict[str, list[str]] = field(default_factory=dict)
 
     def add_acting(self, kind: str, name: str) -> None:
-        """Add what would change the motion."""
+        """Add an element that would change the motion."""
         self.acting.setdefault(kind, []).append(name)
 
     def add_silent(self, kind: str, name: str) -> None:
-        """Add what would not."""
+        """Add an element that would not change the motion."""
         self.silent.setdefault(kind, []).append(name)
 
 
 @dataclass
 class Robot:
-    """All that a file says, parents before their children."""
+    """Content of a file, parents before their children."""
 
     name: str
     links: list[RobotLink] = field(default_factory=list)
@@ -143,18 +143,18 @@ class Robot:
 
 @dataclass(frozen=True)
 class Choices:
-    """What the caller of a reader chose of joints.
+    """Options of a reader for joints.
 
     Attributes
     ----------
     positions : mapping of str to float
-        Coordinate of joints at the start, m or rad.
+        Coordinates of joints at the start, m or rad.
     forces : bool
         Whether springs, dampers and friction of the file act.
     limit_stiffness, limit_damping : float
-        Of stops at the limits, N/m and N s/m, or N m/rad and N m s/rad; without stiffness limits are not taken.
+        Of stops at the limits, N/m and N s/m, or N m/rad and N m s/rad; without stiffness limits are ignored.
     limited : list of str
-        Joints that have got stops.
+        Joints with stops.
     """
 
     positions: Mapping[str, float]
@@ -191,7 +191,7 @@ class Choices:
         damping: float = 0.0,
         friction: float = 0.0,
     ) -> CoordinateForce | None:
-        """Return the force along a coordinate, None if there is none, and record what is left out."""
+        """Return the force along a coordinate, None if there is none; record what is left out."""
         what: dict[str, object] = {}
         for kind, value in (("stiffness", stiffness), ("damping", damping), ("friction", friction)):
             if value and self.forces:

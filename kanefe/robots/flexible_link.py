@@ -1,4 +1,4 @@
-"""A flexible body in the place of a link: its mesh frame, and which of its interfaces carries what."""
+"""A flexible body in place of a link: its mesh frame, and the interfaces that carry other links."""
 
 from __future__ import annotations
 
@@ -16,35 +16,35 @@ from kanefe.robots.description import Pose, RobotLink
 from kanefe.scene.scene import orientation_matrix, three
 
 NEAR = 0.05
-"""Largest distance of an interface from the joint that it carries, relative to the size of the body. Bearings have a
-width; the wrong end of a link is further away."""
+"""Largest distance of an interface from the joint that it carries, relative to the size of the body. It
+allows for the width of bearings; the other end of a link is further away."""
 
 ODD_MASS = 2.0
 """Ratio of the masses of body and link above which one is probably wrong: other units, or another link."""
 
 
 class LinkMassWarning(UserWarning):
-    """A body from a mesh that is much heavier or lighter than the link whose place it takes."""
+    """A body from a mesh that is much heavier or lighter than the link that it replaces."""
 
 
 @checked("body", "at", "interfaces")
 @dataclass(frozen=True)
 class FlexibleLink:
-    """A flexible body that takes the place of a robot's link.
+    """A flexible body that replaces a link of a robot.
 
     Parameters
     ----------
     body : FlexibleBody
-        From a mesh or from matrices, with an interface fixed in G where the link's own joint is, and one where each
-        joint to a further link is.
+        From a mesh or from matrices, with an interface fixed in G at the link's own joint, and one at each joint to a
+        further link.
     at : array_like, shape (3,)
-        Origin of the mesh frame G in the frame of the link, m. Default: G is the frame of the link, as meshes of robots
-        are drawn.
+        Origin of the mesh frame G in the frame of the link, m. Default: G is the frame of the link, as usual for
+        meshes of robots.
     orientation : array_like, shape (4,) or (3, 3), or Rotation of scipy
-        Of G, seen from the link: Euler parameters (`rotation_about`, `euler_angles`) or a matrix.
+        Orientation of G relative to the link: Euler parameters (`rotation_about`, `euler_angles`) or a matrix.
     interfaces : dict of str to str, optional
-        Name of a link further out -> the interface that carries it. Default: the nearest to its joint, which must be
-        within a twentieth of the body's size.
+        Name of a further link -> the interface that carries it. Default: the interface closest to its joint, within a
+        twentieth of the body's size.
 
     Examples
     --------
@@ -57,28 +57,28 @@ class FlexibleLink:
     interfaces: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Refuse a pose that is none."""
+        """Refuse an invalid pose."""
         _ = self.pose
 
     @property
     def pose(self) -> Pose:
-        """Pose of G, seen from the frame of the link."""
+        """Pose of G relative to the frame of the link."""
         return Pose(three(self.at, "at of a flexible link"), orientation_matrix(self.orientation, "its orientation"))
 
     def carrier(self, link: str, child: str, joint: Pose) -> tuple[InterfaceFrame, Pose]:
-        """Return the interface that carries a further link, and where the joint is seen from its axes.
+        """Return the interface that carries a further link, and the pose of the joint relative to it.
 
         Parameters
         ----------
         link, child : str
             For messages, and to find the interface.
         joint : Pose
-            Of the joint's fixed frame, seen from the frame of the link.
+            Pose of the joint's fixed frame relative to the frame of the link.
 
         Raises
         ------
         ModelError
-            If no interface is near the joint, or that named does not exist.
+            If no interface is near the joint, or the named one does not exist.
         """
         in_body = self.pose.inverse @ joint
         if child in self.interfaces:
@@ -88,7 +88,7 @@ class FlexibleLink:
         return frame, Pose(frame.position, frame.axes).inverse @ in_body
 
     def check(self, link: RobotLink, children: Sequence[str]) -> None:
-        """Raise a ModelError if it does not fit the link, and warn if the masses differ much."""
+        """Raise a ModelError if the body does not fit the link, and warn if the masses differ much."""
         if unknown := sorted(set(self.interfaces) - set(children)):
             raise ModelError(
                 f"interfaces of flexible link {link.name!r} name {unknown[0]!r}, which it does not carry. It carries "
@@ -99,8 +99,8 @@ class FlexibleLink:
             where = "; ".join(f"{frame.name} at {_text(frame.position)}" for frame in held)
             raise ModelError(
                 f"flexible link {link.name!r}: its joint is at {_text(self.pose.inverse.at)} m of the mesh frame, and "
-                f"no interface fixed there is near ({where}). Remedy: FlexibleLink(body, at=..., orientation=...) says "
-                "where the mesh frame is in the link"
+                f"no interface fixed there is near ({where}). Remedy: FlexibleLink(body, at=..., orientation=...) with "
+                "the pose of the mesh frame in the link"
             )
         ratio = self.body.mass / link.mass if link.mass else 1.0
         if not 1 / ODD_MASS < ratio < ODD_MASS:

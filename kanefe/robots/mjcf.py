@@ -1,4 +1,4 @@
-"""MJCF, MuJoCo's model file: bodies with any number of joints, equalities; what else is in a file is named."""
+"""MJCF, MuJoCo's model file: bodies with any number of joints, and equalities; other elements are reported."""
 
 from __future__ import annotations
 
@@ -38,12 +38,11 @@ def read_mjcf(
 ) -> RobotScene:
     """Return the scene of an MJCF file, by MuJoCo's own parser: ``pip install 'kanefe[robots]'``.
 
-    Each body becomes a rigid one of its name, in its own frame; of several joints all but the last carry a frame
-    without mass. Coordinates are those of MuJoCo, `ref` included. Stiffness, damping and dry friction of hinges and
-    slides act; equalities of kind connect, weld and joint (linear) hold exactly, where MuJoCo's give way.
-    Shapes are used for inertia where a body has none of its own, and for nothing else. Armature, actuators, tendons,
-    contacts and whatever else the file has are not taken: ``scene.not_taken`` names them, and a warning those that
-    would change the motion.
+    Each body becomes a rigid one with its name, in its own frame; with several joints, all but the last carry a
+    massless frame. Coordinates are those of MuJoCo, including `ref`. Stiffness, damping and dry friction of hinges and
+    slides act; equalities of kind connect, weld and joint (linear) hold exactly, while MuJoCo's are compliant. Shapes
+    are used only for the inertia of bodies without their own. Armature, actuators, tendons, contacts and other elements
+    are not read: ``scene.not_taken`` lists them, and a warning those that would change the motion.
 
     Parameters
     ----------
@@ -51,7 +50,7 @@ def read_mjcf(
     gravity : array_like, shape (3,), optional
         m/s2; default: that of the file.
     flexible, positions, limit_stiffness, limit_damping, joint_forces
-        As of `read_urdf`. Bodies and joints without a name are called "body 3" and "joint 2", by MuJoCo's numbers.
+        As for `read_urdf`. Bodies and joints without a name are called "body 3" and "joint 2", by MuJoCo's numbers.
 
     Returns
     -------
@@ -63,14 +62,14 @@ def read_mjcf(
     FileError
         If the file is missing, or MuJoCo's parser refuses it.
     ModelError
-        If what the caller names is not there or does not fit.
+        If a named body or joint does not exist, or a flexible body does not fit.
     MissingDependency
         Without mujoco.
 
     Warns
     -----
     NotTakenWarning
-        What would change the motion and is not taken.
+        For elements that would change the motion and are not read.
 
     Examples
     --------
@@ -81,7 +80,7 @@ def read_mjcf(
     model = file.model
     choices = Choices({} if positions is None else positions, joint_forces, limit_stiffness, limit_damping)
     robot = Robot(source.stem)
-    _name_the_rest(file, robot.not_taken)
+    _record_not_taken(file, robot.not_taken)
     names = _Names(model)
     if unknown := sorted(set(choices.positions) - set(names.joints)):
         raise ModelError(
@@ -110,7 +109,7 @@ class _Names:
         return self.bodies[body] if body else None
 
 
-def _name_the_rest(file: _mujoco.CompiledRobot, not_taken: NotTaken) -> None:
+def _record_not_taken(file: _mujoco.CompiledRobot, not_taken: NotTaken) -> None:
     for kind, name in _mujoco.SILENT.items():
         for element in file.named[kind]:
             not_taken.add_silent(name, element)
@@ -143,7 +142,7 @@ def _link(model: Any, names: _Names, body: int, choices: Choices, not_taken: Not
 
 
 def _joints(model: Any, names: _Names, body: int, choices: Choices, not_taken: NotTaken) -> tuple[LinkJoint, ...]:
-    """Return the joints of a body in order: about anchors and axes fixed in the body, each after those before it."""
+    """Return the joints of a body in order, with anchors and axes fixed in the body, each after the previous ones."""
     place = Pose(model.body_pos[body].copy(), rotation_matrix(model.body_quat[body]))
     first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
     if not count:
@@ -157,10 +156,13 @@ def _joints(model: Any, names: _Names, body: int, choices: Choices, not_taken: N
             not_taken.add_acting("armature of joints", name)
         if kind == FREE:
             start = model.qpos0[model.jnt_qposadr[number] :][:7]
-            return (LinkJoint(name, _free(model, number, name, start, not_taken)),)
+            _record_forces(model, number, name, 6, not_taken)
+            return (LinkJoint(name, Free(position=tuple(start[:3]), orientation=tuple(start[3:]))),)
         before = place if number == first else Pose()
         if kind == BALL:
-            _name_forces_of_ball(model, number, name, not_taken)
+            _record_forces(model, number, name, 3, not_taken)
+            if model.jnt_limited[number]:
+                not_taken.add_acting("limits of ball joints", name)
             made.append(LinkJoint(name, Spherical(), before @ anchor, anchor.inverse))
             continue
         axis, ref = model.jnt_axis[number].copy(), float(model.qpos0[model.jnt_qposadr[number]])
@@ -196,23 +198,15 @@ def _along_axis(
     return kind(tuple(axis), position=choices.positions.get(name, ref), forces=forces)
 
 
-def _free(model: Any, number: int, name: str, start: np.ndarray, not_taken: NotTaken) -> Free:
-    speeds = slice(int(model.jnt_dofadr[number]), int(model.jnt_dofadr[number]) + 6)
+def _record_forces(model: Any, number: int, name: str, speed_count: int, not_taken: NotTaken) -> None:
+    """Record the forces of a free or ball joint, which are not read."""
+    speeds = slice(int(model.jnt_dofadr[number]), int(model.jnt_dofadr[number]) + speed_count)
     if model.dof_damping[speeds].any() or model.jnt_stiffness[number] or model.dof_frictionloss[speeds].any():
         not_taken.add_acting("forces of free and ball joints", name)
-    return Free(position=tuple(start[:3]), orientation=tuple(start[3:]))
-
-
-def _name_forces_of_ball(model: Any, number: int, name: str, not_taken: NotTaken) -> None:
-    speeds = slice(int(model.jnt_dofadr[number]), int(model.jnt_dofadr[number]) + 3)
-    if model.dof_damping[speeds].any() or model.jnt_stiffness[number] or model.dof_frictionloss[speeds].any():
-        not_taken.add_acting("forces of free and ball joints", name)
-    if model.jnt_limited[number]:
-        not_taken.add_acting("limits of ball joints", name)
 
 
 def _add_equality(model: Any, names: _Names, number: int, robot: Robot) -> None:
-    """Add what holds two bodies or joints, or name it."""
+    """Add an equality between two bodies or joints, or record that it is not read."""
     name = model.equality(number).name or f"equality {number}"
     kind, one, two = int(model.eq_type[number]), int(model.eq_obj1id[number]), int(model.eq_obj2id[number])
     data = model.eq_data[number]
@@ -234,7 +228,7 @@ def _add_equality(model: Any, names: _Names, number: int, robot: Robot) -> None:
 
 
 def _coupling(model: Any, names: _Names, name: str, one: int, two: int, data: np.ndarray) -> Coupling:
-    """Return ``(q1 - q1_0) = c0 + c1 (q2 - q2_0)``, with the angles of the file's own pose."""
+    """Return ``(q1 - q1_0) = c0 + c1 (q2 - q2_0)``, with the coordinates of the initial pose of the file."""
     first = float(model.qpos0[model.jnt_qposadr[one]])
     if two < 0:
         return Coupling(name, {names.joints[one]: 1.0}, first + float(data[0]))

@@ -1,4 +1,4 @@
-"""From the description of a robot to a scene: bodies in the order of the tree, couplings, closures, warnings."""
+"""Conversion of the description of a robot to a scene: bodies in tree order, couplings, closures, warnings."""
 
 from __future__ import annotations
 
@@ -19,31 +19,30 @@ from kanefe.system import System
 MOST_NAMES = 4
 """Largest number of names of each kind in a warning; `RobotScene.not_taken` has them all."""
 
-
 POINT = 1e-12
 """Square of a radius of gyration below which an inertia is round-off of a converter and the link is a point, m2."""
 
 
 class NotTakenWarning(UserWarning):
-    """Parts of a robot's file that would change its motion and are not in the scene."""
+    """Elements of a robot's file that would change its motion and are not in the scene."""
 
 
 class OddInertiaWarning(UserWarning):
-    """An inertia in a robot's file that no distribution of mass has."""
+    """An inertia in a robot's file that is impossible for a distribution of mass."""
 
 
 class RobotScene(System):
-    """A scene read from a robot's file: a `System` that also knows the names of the file.
+    """A scene from a robot's file: a `System` that also has the names of the file.
 
     Bodies have the names of links, with "." for "/"; ``print(scene)`` shows the tree.
 
     Attributes
     ----------
     joints : dict of str to str
-        Name of a joint -> the body that it carries, by which results are asked for:
+        Name of a joint -> the body that it carries, for results:
         ``result.joint_coordinates(scene.joints["elbow"])``.
     not_taken : dict of str to tuple of str
-        Kind -> names of what of the file is not in the scene, visuals and collision shapes among them.
+        Kind -> names of elements of the file that are not in the scene, including visuals and collision shapes.
     """
 
     def __init__(self, gravity: Sequence[float] = (0.0, 0.0, 0.0)) -> None:
@@ -54,14 +53,14 @@ class RobotScene(System):
     def _add_taken(
         self, name: str, taken: RigidMass, parent: Frame | None, joint: Joint, at: Pose, gravity: bool
     ) -> None:
-        """Add a rigid body whose inertia is as the file has it."""
+        """Add a rigid body with the inertia of the file."""
         self._add(name, parent, joint, tuple(at.at), at.axes, rigid=taken, gravity=gravity)
 
 
 def scene_of(
     robot: Robot, gravity: Sequence[float], flexible: Mapping[str, FlexibleBody | FlexibleLink] | None
 ) -> RobotScene:
-    """Return the scene of a robot, and warn of what would change its motion and is not taken.
+    """Return the scene of a robot, and warn of elements that would change its motion and are not read.
 
     Parameters
     ----------
@@ -69,12 +68,12 @@ def scene_of(
     gravity : array_like, shape (3,)
         m/s2.
     flexible : dict of str to FlexibleBody or FlexibleLink, optional
-        Link -> what takes its place.
+        Link -> the body that replaces it.
 
     Raises
     ------
     ModelError
-        If a body cannot be as the file has it, or what replaces a link does not fit.
+        If a body of the file is not valid, or the replacement of a link does not fit.
     """
     scene = RobotScene(gravity)
     replaced = _replaced(robot, {} if flexible is None else flexible)
@@ -97,7 +96,7 @@ def scene_of(
 
 
 def _replaced(robot: Robot, flexible: Mapping[str, FlexibleBody | FlexibleLink]) -> dict[str, FlexibleLink]:
-    """Return what takes the place of links, checked against them."""
+    """Return the replacements of links, checked against the links."""
     if not isinstance(flexible, Mapping):
         raise ModelError(f"flexible must be a dict of links and bodies, such as {{'forearm': body}}, not {flexible!r}")
     links = {link.name: link for link in robot.links}
@@ -117,7 +116,7 @@ def _replaced(robot: Robot, flexible: Mapping[str, FlexibleBody | FlexibleLink])
 
 
 def _check_moving_masses(robot: Robot, replaced: Mapping[str, FlexibleLink]) -> None:
-    """Raise a ModelError that names a joint with no mass outward of it."""
+    """Raise a ModelError if there is no mass outward of a joint."""
     outward = {link.name: replaced[link.name].body.mass if link.name in replaced else link.mass for link in robot.links}
     for link in reversed(robot.links):
         if link.parent is not None:
@@ -132,7 +131,7 @@ def _check_moving_masses(robot: Robot, replaced: Mapping[str, FlexibleLink]) -> 
 
 
 def _add_link(scene: RobotScene, link: RobotLink, replaced: Mapping[str, FlexibleLink]) -> None:
-    """Add a link with a frame for each joint but the last, and for the last where the link is not in its frame M."""
+    """Add a link, with a frame for each joint but the last, and for the last if the link is not at its frame M."""
     gravity, made = link.has_gravity, replaced.get(link.name)
     in_link = Pose() if made is None else made.pose
     parent, fixed = _carrier(scene, link, replaced)
@@ -151,7 +150,7 @@ def _add_link(scene: RobotScene, link: RobotLink, replaced: Mapping[str, Flexibl
 
 
 def _carrier(scene: RobotScene, link: RobotLink, replaced: Mapping[str, FlexibleLink]) -> tuple[Frame | None, Pose]:
-    """Return what carries the first joint of a link, and where its fixed frame is seen from there."""
+    """Return the carrier of the first joint of a link, and the pose of its fixed frame relative to the carrier."""
     fixed = link.joints[0].fixed
     if link.parent is None:
         return None, fixed
@@ -180,9 +179,9 @@ def _add_body(
 
 
 def _mass_of(link: RobotLink) -> RigidMass:
-    """Return the mass of a link as it is in the file, also where it breaks the triangle inequality, with a warning.
+    """Return the mass of a link as given in the file, with a warning if it violates the triangle inequality.
 
-    The equations need moments that are not negative, no more; files that round, or add inertia of motors, are many.
+    The equations only need moments that are not negative; many files round, or include the inertia of motors.
     """
     inertia = link.inertia
     if abs(inertia).max() < POINT * link.mass:
@@ -198,7 +197,7 @@ def _mass_of(link: RobotLink) -> RigidMass:
     if moments[2] > (moments[0] + moments[1]) * (1 + 1e-3):
         warnings.warn(
             f"link {link.name!r} has principal moments {text} kg m2, and no "
-            "distribution of mass has one larger than the sum of the others. They are taken as they are. Remedy: "
+            "distribution of mass has one larger than the sum of the others. They are used as given. Remedy: "
             "check that the inertia is about the centre of mass",
             OddInertiaWarning,
             stacklevel=outside(),

@@ -1,4 +1,4 @@
-"""The order in which links are added: parents before their children, from the one root."""
+"""The order of links: parents before their children, from the root."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from kanefe.errors import ModelError
 
 
 def parents_first(parents: Mapping[str, str | None], where: str) -> list[str]:
-    """Return the links in the order of a walk from the root, each branch to its end.
+    """Return the links in depth-first order from the root.
 
     Parameters
     ----------
@@ -20,7 +20,7 @@ def parents_first(parents: Mapping[str, str | None], where: str) -> list[str]:
     Raises
     ------
     ModelError
-        If there is no link, no root, more than one, or a loop beside the tree.
+        If there is no link, no root, more than one root, or a loop apart from the tree.
     """
     if not parents:
         raise ModelError(f"{where} has no links")

@@ -1,4 +1,4 @@
-"""URDF, the robot description of ROS: links, joints, mimics; what else is in a file is named."""
+"""URDF, the robot description of ROS: links, joints, mimics; other elements are reported."""
 
 from __future__ import annotations
 
@@ -42,27 +42,27 @@ def read_urdf(
 ) -> RobotScene:
     """Return the scene of a URDF file, by yourdfpy: ``pip install 'kanefe[robots]'``.
 
-    Each link becomes a rigid body of its name, in its own frame, on its joint; joints that mimic another become gears.
-    Visuals and collision shapes, for which no mesh is looked for, transmissions, limits of efforts and whatever else
-    the file has are not taken: ``scene.not_taken`` names them, and a warning those that would change the motion.
+    Each link becomes a rigid body with its name, in its own frame, on its joint; joints that mimic another become
+    gears. Visuals and collision shapes, whose meshes are not read, transmissions, limits of efforts and other elements
+    are not used: ``scene.not_taken`` lists them, and a warning those that would change the motion.
 
     Parameters
     ----------
     path : str or Path
         The file, after xacro.
     base : Joint, optional
-        How the root link is joined to the ground; default: fixed. ``Free(position=(0, 0, 0.6))`` lets it float.
+        Joint of the root link on the ground; default: fixed. With ``Free(position=(0, 0, 0.6))`` it floats.
     gravity : array_like, shape (3,)
         m/s2.
     flexible : dict of str to FlexibleBody or FlexibleLink, optional
-        Link -> the body from a mesh that takes its place: see `FlexibleLink` for how they fit.
+        Link -> the body from a mesh that replaces it: see `FlexibleLink`.
     positions : dict of str to float, optional
-        Joint -> angle or distance at the start, rad or m; default 0.
+        Joint -> angle or distance at the start, rad or m; default: 0.
     limit_stiffness, limit_damping : float
         Of stops at the limits of joints, N m/rad and N m s/rad, or N/m and N s/m. Without a stiffness, which URDF
-        does not have, limits are not taken.
+        does not define, limits are ignored.
     joint_forces : bool
-        Whether damping and friction of joints act. Friction holds at rest: see `CoordinateForce`.
+        Whether damping and friction of joints act. Friction includes sticking: see `CoordinateForce`.
 
     Returns
     -------
@@ -72,19 +72,19 @@ def read_urdf(
     Raises
     ------
     FileError
-        If the file is missing, no URDF, or damaged.
+        If the file is missing, not URDF, or damaged.
     ModelError
-        If links are no tree with one root, a joint is of no kind of URDF, an inertia cannot be, or what moves has no
-        mass; the message names link or joint.
+        If links are not a tree with one root, the kind of a joint is unknown, an inertia is not valid, or a moving part
+        has no mass; the message names link or joint.
     MissingDependency
         Without yourdfpy.
 
     Warns
     -----
     NotTakenWarning
-        What would change the motion and is not taken.
+        For elements that would change the motion and are not read.
     OddInertiaWarning
-        Of moments that no distribution of mass has; they are taken as they are.
+        For moments that are impossible for a distribution of mass; they are used as given.
 
     Examples
     --------
@@ -102,14 +102,14 @@ def read_urdf(
     _rename(found)
     choices = Choices({} if positions is None else positions, joint_forces, limit_stiffness, limit_damping)
     robot = Robot(found.name)
-    _name_the_rest(elements, robot.not_taken)
+    _record_not_taken(elements, robot.not_taken)
     _add_links(robot, found, base or Fixed(), choices, source)
     choices.check_limits(source)
     return scene_of(robot, gravity, flexible)
 
 
 def _well_formed(path: Path) -> ElementTree.Element:
-    """Return the root of the file's elements, refusing what yourdfpy would mend, or give values, in silence."""
+    """Return the root element of the file, after checks of what yourdfpy would silently correct or replace."""
     regular_file(path)
     try:
         root = ElementTree.parse(path).getroot()
@@ -129,7 +129,7 @@ def _well_formed(path: Path) -> ElementTree.Element:
 
 
 def _rename(found: Any) -> None:
-    """Put "." for "/" in names, which the house's may not have."""
+    """Replace "/", which names of bodies cannot contain, by "."."""
     for link in found.links:
         link.name = link.name.replace("/", ".")
     for joint in found.joints:
@@ -140,8 +140,8 @@ def _rename(found: Any) -> None:
             joint.mimic.joint = joint.mimic.joint.replace("/", ".")
 
 
-def _name_the_rest(root: ElementTree.Element, not_taken: NotTaken) -> None:
-    """Name what the file has besides links and joints."""
+def _record_not_taken(root: ElementTree.Element, not_taken: NotTaken) -> None:
+    """Record the elements of the file besides links and joints."""
     for element in root:
         name = element.get("name") or element.get("reference") or "unnamed"
         if element.tag not in TAKEN:
@@ -192,7 +192,7 @@ def _once(names: list[str], what: str, path: Path) -> list[str]:
 
 
 def _joint(joint: Any, choices: Choices, not_taken: NotTaken, path: Path) -> LinkJoint:
-    """Return the house's joint of one of the file."""
+    """Return the joint of a scene for one of the file."""
     fixed = _pose(joint.origin)
     if joint.type == "fixed":
         return LinkJoint(joint.name, Fixed(), fixed)

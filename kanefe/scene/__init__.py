@@ -1,1 +1,1 @@
-"""What the user says of a scene: data with checks, which computes nothing."""
+"""The user's input of a scene: checked data, without computations."""

@@ -1,4 +1,4 @@
-"""What `System` can add: rigid and flexible bodies, points, frames, rotors."""
+"""Methods of `System` that add rigid and flexible bodies, points, frames, rotors."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Deformed(TypedDict, total=False):
-    """How a flexible body is deformed at the start: keywords of `System.add_flexible_body`."""
+    """Deformation of a flexible body at the start: keywords of `System.add_flexible_body`."""
 
     modal_coordinates: Sequence[float] | None
     modal_speeds: Sequence[float] | None
@@ -57,16 +57,16 @@ class BodyMethods(Scene):
         mass : float
             kg.
         inertia : float, (3,) or (3, 3)
-            About the centre of mass in the body's axes, kg m2. ``(0, 0, I)`` is enough where it turns about z alone.
+            About the centre of mass in the body's axes, kg m2. ``(0, 0, I)`` is enough if it rotates only about z.
         parent : Frame, optional
             A rigid body, an interface of a flexible body, or a frame of one; None: the inertial frame.
         joint : Joint, optional
             Default: Fixed().
         at : array_like, shape (3,)
-            Where the joint sits, from the parent's origin in its axes, m.
+            Position of the joint from the parent's origin in its axes, m.
         orientation : array_like, shape (4,) or (3, 3), or Rotation of scipy
-            Of the joint's fixed frame, seen from the parent: Euler parameters (`rotation_about`, `euler_angles`) or a
-            matrix.
+            Orientation of the joint's fixed frame, seen from the parent: Euler parameters (`rotation_about`,
+            `euler_angles`) or a matrix.
         com : array_like, shape (3,)
             Centre of mass from the body's origin (at the joint), m.
         gravity : bool
@@ -75,7 +75,7 @@ class BodyMethods(Scene):
         Raises
         ------
         ModelError
-            Naming what is wrong with the body.
+            If an argument is not valid; the message names it.
         """
         properties = rigid_mass(name, mass, inertia, com)
         self._add(name, parent, Fixed() if joint is None else joint, at, orientation, rigid=properties, gravity=gravity)
@@ -104,7 +104,7 @@ class BodyMethods(Scene):
         Raises
         ------
         ModelError
-            Naming what is wrong with the point.
+            If an argument is not valid; the message names it.
 
         Examples
         --------
@@ -133,8 +133,7 @@ class BodyMethods(Scene):
     ) -> RigidBody:
         """Add a frame without mass and return it, such as a link between two joints of a chain.
 
-        What moves freely must carry mass somewhere outward of it. A frame that is fixed in a body is cheaper as
-        ``body.frame(...)``.
+        If it can move, it must carry mass outward of it. For a frame fixed in a body, ``body.frame(...)`` is cheaper.
 
         Parameters
         ----------
@@ -144,16 +143,16 @@ class BodyMethods(Scene):
         Raises
         ------
         ModelError
-            Naming what is wrong with the frame.
+            If an argument is not valid; the message names it.
         """
         return self.add_rigid_body(name, 0.0, parent=parent, joint=joint, at=at, orientation=orientation)
 
     def add_rotor(self, body: Frame, axis: str | Sequence[float], inertia: float, rate: float) -> None:
-        """Add the spin of a balanced flywheel that turns in a rigid body at a constant rate.
+        """Add the spin of a balanced flywheel that rotates in a rigid body at a constant rate.
 
-        Its mass and its inertia without the spin belong to those of the body. The spin adds the moment ``-w x h`` with
-        ``h = inertia rate axis``, and h to the angular momentum; the energy of the spin and the work of the motor that
-        keeps it are not counted. A rotor whose rate changes is a child body on a revolute joint.
+        Its mass and its inertia must be included in those of the body. The spin adds the moment ``-w x h`` with
+        ``h = inertia rate axis``, and h to the angular momentum; the energy of the spin and the work of its motor are
+        neglected. For a rotor with a variable rate use a child body on a revolute joint.
 
         Parameters
         ----------
@@ -161,14 +160,14 @@ class BodyMethods(Scene):
         axis : "x", "y", "z" or three numbers
             In the body's axes.
         inertia : float
-            About the axis, kg m2.
+            Moment of inertia about the axis, kg m2.
         rate : float
-            Seen from the body, rad/s.
+            Spin relative to the body, rad/s.
 
         Raises
         ------
         ModelError
-            If the body is not a rigid one of this scene, the axis has no length, or a number makes no sense.
+            If the body is not a rigid one of this scene, the axis has no length, or a number is not valid.
         """
         self._check_open("a rotor")
         carrier = self._check_frame(body, "the carrier of a rotor")
@@ -208,26 +207,26 @@ class BodyMethods(Scene):
         body : FlexibleBody
             From `kanefe_fem`, from given matrices, or from its file.
         parent, joint, at, orientation
-            As for a rigid body; the frame placed is the mesh frame G. A body without a fixed interface floats and
-            takes a free or planar joint.
+            As for a rigid body; the moving frame of the joint is the mesh frame G. A body without a fixed interface
+            floats and needs a free or planar joint.
         gravity : bool
             Whether gravity acts on it.
         **deformed
-            How it is deformed at the start: the other parameters below.
+            Deformation at the start: the other parameters below.
 
         Other Parameters
         ----------------
         modal_coordinates, modal_speeds : array_like, shape (k,), optional
             eta and deta at the start; default zero.
         displacement, velocity : callable or array_like, optional
-            The same as fields in G: a function of places (P, 3) in m that gives vectors (P, 3) in m and m/s, or a
-            vector of each node (n, 3). They become the nearest that the modes can show, by mass, and a warning tells
-            what they cannot. What the body does as a whole is the start of its joint.
+            Displacement and velocity at the start as fields in G: a function of positions (P, 3) in m that returns
+            vectors (P, 3) in m and m/s, or a vector of each node (n, 3). They are projected on the modes, weighted by
+            mass; a warning names the remainder. Rigid motion belongs to the start of the joint.
 
         Raises
         ------
         ModelError
-            Naming what is wrong with the body.
+            If an argument is not valid; the message names it.
         """
         from kanefe.bodies.flexible import FlexibleBody
         from kanefe.bodies.projection import projected

@@ -1,4 +1,4 @@
-"""What `System` can add to the tree: loop joints, distances, gears, racks and rolling contacts."""
+"""Methods of `System` that add constraints: loop joints, distances, gears, racks and rolling contacts."""
 
 from __future__ import annotations
 
@@ -30,31 +30,30 @@ class ConstraintMethods(Scene):
     def add_loop_joint(
         self, name: str, joint: Joint | type[Joint], a: Frame, b: Frame, *, starts_on: bool | None = None
     ) -> None:
-        """Close a loop: hold frame b on frame a as a joint does, beside the joints of the tree.
+        """Close a loop by a joint between frames a and b, in addition to the joints of the tree.
 
         Parameters
         ----------
         name : str
             Unique among the scene's constraints.
         joint : Joint, or a class of joints
-            Any but Free. Its axes have the same components in a's and in b's axes: turn the frames with
-            ``frame(orientation=...)`` where the bodies' own axes do not match. It has no start, spring or drive of its
-            own.
+            Any but Free. Its axes have the same components in a's and in b's axes: rotate the frames with
+            ``frame(orientation=...)`` if the bodies' own axes do not match. It has no start, spring or drive.
         a, b : Frame
-            Of different bodies; ``scene.ground`` is the inertial frame.
+            Frames of different bodies; ``scene.ground`` is the inertial frame.
         starts_on : bool, optional
-            Of a joint that is switched on and off in a run, by events whose action returns
-            ``state.switched(on=name)`` or ``off=name``: whether it holds at the start. Default: it always holds. It
-            must be closed where it is switched on; speeds that do not fit are lost as in a plastic impact.
+            Whether the joint holds at the start, if events switch it on and off in a run by an action that returns
+            ``state.switched(on=name)`` or ``off=name``. Default: it always holds. It must be closed when it is switched
+            on; inconsistent speeds are lost as in a plastic impact.
 
         Raises
         ------
         ModelError
-            If the joint cannot close a loop, or an end is no place in this scene. Loops are assembled by `freeze`.
+            If the joint cannot close a loop, or an end is not a frame of this scene. Loops are assembled by `freeze`.
 
         Examples
         --------
-        A four-bar linkage; the start of coupler and rocker is found by `freeze`.
+        A four-bar linkage; `freeze` finds the start of coupler and rocker.
 
         >>> import kanefe as kf
         >>> scene = kf.System()
@@ -89,7 +88,7 @@ class ConstraintMethods(Scene):
         name : str
             Unique among the scene's constraints.
         a, b : Frame
-            Of different bodies.
+            Frames of different bodies.
         length : float
             m, above zero.
         starts_on : bool, optional
@@ -98,7 +97,7 @@ class ConstraintMethods(Scene):
         Raises
         ------
         ModelError
-            If the length is not above zero (remedy: a spherical loop joint), or an end is no place in this scene.
+            If the length is not above zero (remedy: a spherical loop joint), or an end is not a frame of this scene.
         """
         from kanefe.constraints.rows import Constraint, DistanceRow
 
@@ -128,7 +127,7 @@ class ConstraintMethods(Scene):
         coefficients : dict
             Body -> coefficient c of its joint's coordinate; (body, number) -> that of a joint with several.
         constant : float, optional
-            Default: as the coordinates start.
+            Default: the value at the start.
         starts_on : bool, optional
             See `add_loop_joint`.
 
@@ -139,7 +138,7 @@ class ConstraintMethods(Scene):
 
         Examples
         --------
-        A wheel of 10 teeth turns one of 30 the other way round: ``scene.add_gear("pair", {small: 10, large: 30})``.
+        Two wheels of 10 and 30 teeth with opposite rotations: ``scene.add_gear("pair", {small: 10, large: 30})``.
         """
         label = f"gear {name!r}"
         self._check_new(name, label, starts_on)
@@ -148,7 +147,7 @@ class ConstraintMethods(Scene):
         self._add_coupler(name, "gear", label, coefficients, constant, starts_on)
 
     def add_rack(self, name: str, pinion: Frame, rack: Frame, radius: float, *, starts_on: bool | None = None) -> None:
-        """Let a pinion move a rack: the rack's distance grows by radius times the pinion's angle.
+        """Couple a pinion and a rack: the rack's distance increases by radius times the pinion's angle.
 
         Parameters
         ----------
@@ -157,7 +156,7 @@ class ConstraintMethods(Scene):
         pinion, rack : Frame
             Bodies on a revolute and on a prismatic joint.
         radius : float
-            Of the pinion's pitch circle, m; negative if the rack moves the other way.
+            Radius of the pinion's pitch circle, m; negative if the rack moves in the opposite direction.
         starts_on : bool, optional
             See `add_loop_joint`.
 
@@ -180,7 +179,7 @@ class ConstraintMethods(Scene):
     def add_rolling_wheel(
         self, name: str, wheel: Frame, radius: float, plane: Frame | None = None, *, starts_on: bool | None = None
     ) -> None:
-        """Let a thin wheel roll on a plane without slipping and without leaving it.
+        """Let a thin wheel roll on a plane, without slip and always in contact.
 
         Parameters
         ----------
@@ -191,14 +190,14 @@ class ConstraintMethods(Scene):
         radius : float
             m.
         plane : Frame, optional
-            Its plane z = 0, the wheel above it; default: the ground's.
+            Frame whose plane z = 0 the wheel rolls on, above it; default: the ground.
         starts_on : bool, optional
             See `add_loop_joint`.
 
         Raises
         ------
         ModelError
-            If the radius is not above zero, or a frame is no place in this scene.
+            If the radius is not above zero, or a frame is not of this scene.
 
         Examples
         --------
@@ -209,7 +208,7 @@ class ConstraintMethods(Scene):
     def add_rolling_ball(
         self, name: str, ball: Frame, radius: float, plane: Frame | None = None, *, starts_on: bool | None = None
     ) -> None:
-        """Let a ball roll on a plane without slipping and without leaving it; arguments: `add_rolling_wheel`."""
+        """Let a ball roll on a plane, without slip and always in contact; arguments: `add_rolling_wheel`."""
         self._add_rolling(name, "rolling ball", ball, radius, plane, starts_on, is_ball=True)
 
     def _add_rolling(
@@ -311,16 +310,16 @@ class ConstraintMethods(Scene):
 
 
 def joint_start(joint: Joint, coordinate: int) -> float:
-    """Return a coordinate of a joint at t = 0, of its start or of the motion that drives it."""
+    """Return a coordinate of a joint at t = 0, from its start or from the motion that drives it."""
     motion = joint.motions[coordinate]
     return float(joint.initial_coordinates()[coordinate] if motion is None else motion.position(0.0))
 
 
 def _check_plain(joint: Joint, label: str) -> None:
-    """Raise a ModelError if a joint that is to close a loop has more than its kind and axes."""
+    """Raise a ModelError if a joint that closes a loop has a motion, a start or forces."""
     if any(motion is not None for motion in driven(joint).motions):
         raise ModelError(f"{label} cannot be driven by a motion. Remedy: drive a joint of the tree, close another one")
-    # Euler parameters of both signs are the same rotation
+    # Euler parameters of opposite signs are the same rotation
     has_start = np.any(abs(joint.initial_coordinates()) != joint.home()) or joint.initial_speeds().any()
     has_forces = joint.friction is not None or any(force is not None for force in joint.coordinate_forces)
     if has_start or has_forces:

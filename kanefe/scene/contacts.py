@@ -1,4 +1,4 @@
-"""Surfaces and contacts of a scene."""
+"""Methods of `System` that add surfaces and contacts."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class ContactMethods(LoadMethods):
         at: Sequence[float] = (0.0, 0.0, 0.0),
         orientation: Orientation = (1.0, 0.0, 0.0, 0.0),
     ) -> Surface:
-        """Give a frame a surface, that contacts are made of.
+        """Add a surface to a frame, for contacts.
 
         Parameters
         ----------
@@ -58,16 +58,16 @@ class ContactMethods(LoadMethods):
         parent : Frame
             The ground, a body, driven or not, an interface of a flexible body, or a frame of one.
         shape : SurfaceShape
-            Of `kanefe.shapes`.
+            One of `kanefe.shapes`.
         at : array_like, shape (3,)
             Origin of the shape, from that of the parent in its axes, m.
         orientation : array_like, shape (4,) or (3, 3), or Rotation of scipy
-            Of the shape's axes.
+            Orientation of the shape's axes, seen from the parent.
 
         Raises
         ------
         ModelError
-            Naming what is wrong with the surface.
+            If an argument is not valid; the message names it.
 
         Examples
         --------
@@ -98,7 +98,7 @@ class ContactMethods(LoadMethods):
         return self._surfaces[name]
 
     def _surfaces_on_markers(self) -> list[Surface]:
-        """Return the surfaces with markers for frames, as a model has them; those of a copy are on its own bodies."""
+        """Return the surfaces with markers instead of frames, for the model; those of a copy are on its own bodies."""
         return [
             surface._replace(
                 frame=self._marker(replace(surface.frame, system=self), f"the parent of surface {surface.name!r}")
@@ -117,11 +117,11 @@ class ContactMethods(LoadMethods):
         friction: FrictionLaw | None = None,
         surface_velocity: Sequence[float] = (0.0, 0.0, 0.0),
     ) -> None:
-        """Add a contact with normal force and friction between two things where they meet.
+        """Add a contact with normal force and friction between two surfaces, or points and a surface.
 
         The result has its forces in ``result.contact(name)``, and the times at which it touches, lifts, slips and
-        sticks in ``result.events["<name> touch"]`` and so on. As a whole it touches with its first point and lifts with
-        its last. What each point does, ``result.contact_points(name)`` tells; when, runs that ask for it:
+        sticks in ``result.events["<name> touch"]`` and so on. It touches with its first point and lifts with its last.
+        ``result.contact_points(name)`` has the forces of each point; events of points are requested by
         ``simulate(..., events="<name> lift of point *")``.
 
         Parameters
@@ -129,24 +129,25 @@ class ContactMethods(LoadMethods):
         name : str
             Unique among springs, bushings, contacts and other loads between frames.
         one : Surface, ContactPatch, Frame or sequence of Frame
-            What touches. A patch of a flexible body (`FlexibleMember.patch`) is its points; so are frames: bodies,
-            nodes, interfaces, frames of them.
+            Touching side: a surface, or points, which are a patch of a flexible body (`FlexibleMember.patch`) or frames
+            (bodies, nodes, interfaces, frames of them).
         other : Surface
-            What is touched. Of two surfaces the one that can touch does, whichever comes first. Two convex shapes
-            (`shapes.Convex`, capsules, cylinders, boxes) meet at their deepest place, which a library finds at each
-            evaluation: ``kanefe[collision]``. On height fields and meshes points stand for them, a quarter of their
-            size apart unless the ground is finer: ``shape.sampled(spacing)`` says how far.
+            Touched side. Two surfaces are exchanged if only the other one can touch. Two convex shapes
+            (`shapes.Convex`, capsules, cylinders, boxes) meet at the point of deepest penetration, which a library
+            finds at each evaluation: ``kanefe[collision]``. On height fields and meshes they are represented by points
+            at distances of a quarter of their size, or less on finer ground; ``shape.sampled(spacing)`` sets the
+            distance.
         normal : NormalLaw or Rigid
-            `HuntCrossley`, `Hertz`, `KelvinVoigt` or `Restitution`; stiffness is that of all points of it together. Or
-            `Rigid`, which does not yield: impacts are at once, and friction is Coulomb's set-valued law.
+            `HuntCrossley`, `Hertz`, `KelvinVoigt` or `Restitution`, with the stiffness of all points together. Or
+            `Rigid`: a unilateral constraint with instantaneous impacts and Coulomb's set-valued friction.
         friction : Coulomb or another law, optional
         surface_velocity : array_like, shape (3,)
-            Of a belt: how fast the surface of `other` moves along itself, in its axes, m/s.
+            Velocity of the surface of `other` along itself, as of a belt, in its axes, m/s.
 
         Raises
         ------
         ModelError
-            Naming what is wrong with the contact. That something begins within a surface is found at freeze.
+            If an argument is not valid; the message names it. Penetration at the start is found at freeze.
         """
         from kanefe.contact.contact import Contact
         from kanefe.contact.convex_contact import ConvexContact
@@ -168,7 +169,7 @@ class ContactMethods(LoadMethods):
             raise ModelError(f"{label} needs a surface that is touched, not {other!r}. Remedy: add_surface")
         frames, other, probes, convex = self._touching(one, other, label)
         _warn_of_valleys(other.shape, [probe for _, probe in probes], label)
-        if any(frame.number == other.frame.number and not _is_flexible(frame) for frame in frames):
+        if any(frame.number == other.frame.number and frame.interface_frame is None for frame in frames):
             raise ModelError(f"{label}: {frames[0].label} cannot touch itself. Remedy: surfaces of two bodies")
         for given in (*frames, other.frame):
             self._check_frame(given, f"a side of {label}")
@@ -198,15 +199,16 @@ class ContactMethods(LoadMethods):
         ----------
         among : sequence of Surface
         normal, friction : NormalLaw or Rigid, FrictionLaw
-            Of all. Rigid contacts of more than a dozen pairs are one, called "contacts among <first> and others": balls
-            and points of free bodies, and surfaces of the ground. Runs step over their impacts.
+            Laws of all pairs. Rigid contacts of more than a dozen pairs become one contact, called "contacts among
+            <first> and others": for balls and points of free bodies, and surfaces of the ground. Runs use time stepping
+            over their impacts.
         ignore : sequence of pairs of Surface
-            That may pass through each other.
+            Pairs without a contact.
 
         Raises
         ------
         ModelError
-            If something is no surface, a pair to ignore is not among them, or there is no pair that could touch.
+            If something is not a surface, a pair to ignore is not among them, or there is no pair that could touch.
         """
         from kanefe.contact.surface import Surface
 
@@ -252,16 +254,16 @@ class ContactMethods(LoadMethods):
     def _touching(
         self, one: Surface | ContactPatch | Frame | Sequence[Frame], other: Surface, label: str
     ) -> tuple[tuple[Frame, ...], Surface, tuple[tuple[int, Probe], ...], SurfaceShape | None]:
-        """Return the touching frames, the touched surface, and the contact points with the number of their end.
+        """Return touching frames, touched surface, contact points with the number of their end, and a shape.
 
-        Last comes the shape that touches, where a library has to find the place.
+        The shape is the touching one if a library has to find the point of contact, else None.
         """
         from kanefe.contact.geometry.shape import Probe
         from kanefe.contact.surface import Surface, paired, probes_on
 
         if isinstance(one, Surface):
             touching, touched, met = paired(one, other, label)
-            # known beforehand, or found at each state
+            # contact points are known beforehand, or found at each state
             convex = touching.shape if probes_on(touching.shape, touched.shape) is None else None
             return (touching.frame,), touched, tuple((1, probe) for probe in met), convex
         listed = one if isinstance(one, Sequence) else (one,)
@@ -289,7 +291,7 @@ def _warn_of_stiff_modes(patch: ContactPatch, stiffness: float | None, label: st
 
 
 def _warn_of_valleys(shape: SurfaceShape, probes: Sequence[Probe], label: str) -> None:
-    """Warn of balls and rings that touch a height field at two points, in valleys narrower than they are."""
+    """Warn of balls and rings that can touch a height field at two points, in valleys narrower than they are."""
     from kanefe.contact.geometry.height_field import HeightField
 
     largest = max(probe.lever for probe in probes)
@@ -304,7 +306,7 @@ def _warn_of_valleys(shape: SurfaceShape, probes: Sequence[Probe], label: str) -
 
 
 def _check_belt(belt: Vector, shape: SurfaceShape, label: str) -> None:
-    """Raise a ModelError if a surface velocity leaves its surface, where that is flat: a belt moves along itself."""
+    """Raise a ModelError if the surface velocity of a plane has a component along its normal."""
     from kanefe.contact.shapes import Plane
 
     if not isinstance(shape, Plane):
@@ -316,7 +318,3 @@ def _check_belt(belt: Vector, shape: SurfaceShape, label: str) -> None:
             "move. Remedy: a velocity along the plane, in its axes; for a plane that moves, a driven joint under its "
             "surface"
         )
-
-
-def _is_flexible(frame: Frame) -> bool:
-    return frame.interface_frame is not None

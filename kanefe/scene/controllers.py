@@ -1,4 +1,4 @@
-"""What `System` can add besides bodies and loads: controllers that are sampled."""
+"""Methods of `System` that add sampled controllers."""
 
 from __future__ import annotations
 
@@ -53,35 +53,35 @@ class ControllerMethods(Scene):
         drives: Named,
         delay: float = 0.0,
     ) -> None:
-        """Add a controller that is sampled: a Python function of what it reads, whose drives are held until the next.
+        """Add a sampled controller: a Python function of measured quantities, whose drives are held between samples.
 
-        Between samples a run stays in compiled code, and steps end at samples, so that a jump of the drives is within
-        none. A run tells all samples: ``result.controllers[name]``. Linear analyses see the scene without it (its
-        drives are inputs).
+        Between samples a run stays in compiled code. Steps end at samples, so that drives do not jump within a step.
+        The result has all samples in ``result.controllers[name]``. Linear analyses treat the scene without it, with its
+        drives as inputs.
 
         Parameters
         ----------
         name : str
             Unique among controllers.
         function : callable
-            ``f(t, reads, memory)`` -> one number, or as many as there are drives. t in s; reads (k,) in the order asked
-            for; memory is a dict, empty at the start of each run, for integrals and filters.
+            ``f(t, reads, memory)`` -> one number for each drive. t in s; reads (k,) in the given order; memory is a
+            dict for integrals and filters, empty at the start of each run.
         every : float
-            Time between samples, the first of which is at the start of a run, s.
+            Sampling time, s; the first sample is at the start of a run.
         reads : str, sequence or mapping of str
             As the outputs of `kanefe.linearise`: ``"joint_coordinates hub"``, ``"velocity arm/tip z"``, ``"acceleration
             arm/tip x'"``; x is along N, x' along the frame's own axes, and without an axis all three are read.
             "rotation" is the rotation vector from N to the frame, rad.
         drives : str, sequence or mapping of str
             As the inputs of `kanefe.linearise`: ``"motor hub"`` (N m along an angle, N along a distance), ``"force body
-            x"``, ``"torque body/interface z'"``. They add to the loads that there are.
+            x"``, ``"torque body/interface z'"``. They act in addition to other loads.
         delay : float
-            From a sample to where its drives begin to act, s.
+            Time from a sample until its drives act, s.
 
         Raises
         ------
         ModelError
-            If an argument makes no sense; the message names it and lists what there is.
+            If an argument is not valid; the message names it and lists possible values.
 
         Examples
         --------
@@ -122,7 +122,7 @@ class ControllerMethods(Scene):
         self._controllers.append(Controller(name, function, float(every), float(delay), readings, tuple(names)))
 
     def _readings(self, label: str, name: str, text: object) -> list[Reading]:
-        """Return what one text asks for."""
+        """Return the readings of one text."""
         from kanefe.loads.controller import Reading
 
         role = f"{label} reads"
@@ -153,7 +153,7 @@ class ControllerMethods(Scene):
         return [reading(title, unit, i, is_own) for title, i, is_own in axes_of(target, role)]
 
     def _drives(self, label: str, name: str, text: object) -> list[tuple[str, Target, tuple[int, bool]]]:
-        """Return name, target, and component and axes of each drive that one text asks for."""
+        """Return name, target, and component and axes of each drive of one text."""
         role = f"{label} drives"
         what = text.strip().partition(" ")[0] if isinstance(text, str) else ""
         if what in ELSEWHERE:
@@ -174,7 +174,7 @@ class ControllerMethods(Scene):
         return [(f"{title} [{DRIVES[target.what]}]", target, (i, own)) for title, i, own in axes_of(target, role)]
 
     def _hold(self, name: str, number: int, label: str, target: Target, made: tuple[int, bool]) -> None:
-        """Add the load that one drive of a controller is."""
+        """Add the load of one drive of a controller."""
         from kanefe.loads.controller import Held
         from kanefe.loads.joint_load import JointLoad
         from kanefe.loads.point_load import PointLoad
@@ -184,7 +184,7 @@ class ControllerMethods(Scene):
             entry.joint_loads.append(JointLoad(label, Held(name, number), component, takes_state=True))
             return
         axis = np.eye(3)[component]
-        if is_own and target.interface is not None:  # what follows an interface is along axes of G turned with it
+        if is_own and target.interface is not None:  # loads that follow an interface are in axes of G rotated with it
             axis = target.interface.axes @ axis
         held = Held(name, number, (float(axis[0]), float(axis[1]), float(axis[2])))
         load = PointLoad(label, held, target.what == "torque", np.zeros(3), is_own, takes_state=True)
@@ -208,7 +208,7 @@ def _check_function(function: object, label: str) -> None:
         raise ModelError(f"{label} needs a function {wanted}, not {function!r}")
     try:
         signature = inspect.signature(function)
-    except (TypeError, ValueError):  # some functions in C do not tell
+    except (TypeError, ValueError):  # some functions in C have no signature
         return
     try:
         signature.bind(0.0, None, {})

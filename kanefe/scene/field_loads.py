@@ -1,4 +1,4 @@
-"""What `System` can add to surfaces and lines of flexible bodies: tractions, pressures, loads per length."""
+"""Methods of `System` that add loads on surfaces and lines of flexible bodies: tractions, pressures, line loads."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ class FieldLoadMethods(Scene):
     ) -> None:
         """Apply a uniform traction to a surface of a flexible body.
 
-        It acts on the material of the surface, per undeformed area, at the deformed place.
+        It acts on the material points of the surface, per undeformed area, at their deformed positions.
 
         Parameters
         ----------
         member : FlexibleMember
         surface : str
-            One that the body was made with: ``solid_body(..., surfaces=["top"])``.
+            A surface of the body: ``solid_body(..., surfaces=["top"])``.
         traction : (3,) or callable t, or (t, state), -> (3,)
             Pa.
         follows : bool
@@ -66,7 +66,7 @@ class FieldLoadMethods(Scene):
         ----------
         member : FlexibleMember
         line : str
-            One of the beam model: "span" is all of it (see `kanefe_fem.beam_model`).
+            A line of the beam model: "span" is all of it (see `kanefe_fem.beam_model`).
         load : (3,) or callable t, or (t, state), -> (3,)
             N/m of the undeformed axis.
         follows : bool
@@ -92,16 +92,16 @@ class FieldLoadMethods(Scene):
 
     @checked("surface")
     def add_pressure(self, member: FlexibleMember, surface: str, pressure: Callable[..., Any] | float) -> None:
-        """Apply a uniform pressure to the outside of a surface of a flexible body.
+        """Apply a uniform pressure to the outer side of a surface of a flexible body.
 
-        It follows G and is that of the undeformed surface: the turning of its normals and the moving of its place by
-        the deformation, both of first order, are left out. Large deformation under pressure is not for this load.
+        It follows G and acts on the undeformed surface: the rotation of normals and the displacement of points by the
+        deformation, both of first order, are neglected. It is not suitable for large deformation.
 
         Parameters
         ----------
         member : FlexibleMember
         surface : str
-            One that the body was made with: ``solid_body(..., surfaces=["top"])``.
+            A surface of the body: ``solid_body(..., surfaces=["top"])``.
         pressure : float or callable t, or (t, state), -> float
             Pa, positive if it pushes inward.
 
@@ -143,10 +143,7 @@ def _name(member: object) -> str:
 
 def _vector(load: VectorLoad, label: str) -> tuple[Callable[..., Any], bool]:
     """Return a function, and whether it takes the state."""
-    if callable(load):
-        return callback(load, label)
-    constant = three(load, label)
-    return Constant(constant), False
+    return callback(load, label) if callable(load) else (Constant(three(load, label)), False)
 
 
 def _scalar(load: Callable[..., Any] | float, label: str) -> tuple[Callable[..., Any], bool]:

@@ -1,4 +1,4 @@
-"""What a scene that is stepped is driven by: inputs that are held from step to step."""
+"""Inputs of stepped scenes, held from step to step."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ class HeldInput(NamedTuple):
     ----------
     name, unit : str
     start : float
-        Its value until it is told another.
+        Its initial value.
     course : Course or None
-        Of a driven coordinate, whose acceleration it is; None of a load.
+        Motion of a driven coordinate, whose acceleration the input is; None for a load.
     """
 
     name: str
@@ -39,32 +39,29 @@ class HeldInputMethods(ControllerMethods):
     """The part of `System` that takes inputs."""
 
     def _hold_inputs(self, named: Named | None, t: float, every: float) -> list[HeldInput]:
-        """Have inputs drive the scene, those of loads first; return them.
+        """Add inputs to the scene, those of loads first; return them.
 
         Parameters
         ----------
         named : str, sequence or mapping of str
             As for `kanefe.System.start`.
         t, every : float
-            Where the run starts, and about how far a step goes, s.
+            Start of the run, and approximate length of a step, s.
 
         Raises
         ------
         ModelError
-            Naming what there is not, and listing what there is.
+            If there is no such input; the message lists possible ones.
         """
         from kanefe.loads.controller import INPUTS, HeldInputs
 
         loads: list[HeldInput] = []
         drives: list[HeldInput] = []
-        taken: set[tuple[int, int] | str] = set()  # coordinates and loads, whose values one input takes the place of
+        taken: set[tuple[int, int] | str] = set()  # coordinates and loads whose values are replaced by an input
         for name, text in _asked(named):
             what, _, rest = text.strip().partition(" ")
             if what not in KINDS:
-                import difflib
-
-                near = difflib.get_close_matches(what, KINDS, 1)
-                did = f"Did you mean {near[0]!r}? " if near else ""
+                did = _did_you_mean(what, KINDS)
                 raise ModelError(f"input {text!r}: there is no {what!r}. {did}Remedy: one of {', '.join(KINDS)}")
             if what == "drive":
                 drives += self._held_drives(name, text, t, taken)
@@ -108,20 +105,18 @@ class HeldInputMethods(ControllerMethods):
     def _held_load(
         self, name: str, label: str, number: int, t: float, taken: set[tuple[int, int] | str]
     ) -> list[HeldInput]:
-        """Return inputs that take the place of the value of a load of the scene."""
+        """Return inputs that replace the value of a load of the scene."""
         from kanefe.loads.controller import INPUTS, Held
 
         _take(label, f"load {label}", taken)
         places = dict(_named(self._entries))
         if label not in places:
-            import difflib
-
-            near = difflib.get_close_matches(label, places, 1)
-            did = f"Did you mean {near[0]!r}? " if near else ""
             listed = ", ".join(map(repr, places)) or "none"
+            did = _did_you_mean(label, places)
             raise ModelError(f"input {f'load {label}'!r}: the scene has no such load. {did}It has: {listed}")
         entry, kind, at = places[label]
-        load = _of_pair(getattr(entry, kind)[at])
+        given = getattr(entry, kind)
+        load = _of_pair(given[at])
         title = name or f"load {label}"
         start = np.zeros(load.shape) if load.takes_state else load.value(t, None)
         unit = load.unit(entry.joint.units)
@@ -139,9 +134,7 @@ class HeldInputMethods(ControllerMethods):
                 for axis, i in AXES.items()
             ]
             found = [HeldInput(f"{title} {axis}", unit, float(start[i])) for axis, i in AXES.items()]
-        given = getattr(entry, kind)
-        new = [(one, given[at][1]) for one in made] if kind == "loads" else made
-        given[at : at + 1] = new
+        given[at : at + 1] = [(one, given[at][1]) for one in made] if kind == "loads" else made
         return found
 
 
@@ -152,8 +145,15 @@ def _asked(named: Named | None) -> list[tuple[str, str]]:
     return found
 
 
+def _did_you_mean(text: str, known: Iterable[str]) -> str:
+    import difflib
+
+    near = difflib.get_close_matches(text, list(known), 1)
+    return f"Did you mean {near[0]!r}? " if near else ""
+
+
 def _take(what: tuple[int, int] | str, text: str, taken: set[tuple[int, int] | str]) -> None:
-    """Note what an input takes the place of; a ModelError says that another one does so already."""
+    """Record what an input replaces; raise a ModelError if another one replaces it already."""
     if what in taken:
         raise ModelError(f"the input {text!r} is there twice. Remedy: once, by one name")
     taken.add(what)
@@ -168,7 +168,7 @@ def _of_pair(item: Any) -> Any:
 
 
 def _named(entries: Iterable[BodyEntry]) -> list[tuple[str, tuple[BodyEntry, str, int]]]:
-    """Return where the loads of the scene that have values are, by the names that `named_loads` gives them."""
+    """Return entry, list and index of the loads of the scene that have values, by their names as in `named_loads`."""
     seen: dict[str, int] = {}
     found = []
     for entry in entries:

@@ -1,4 +1,4 @@
-"""What `System` can add besides bodies: forces, torques, motors, springs, bushings, any load between frames."""
+"""Methods of `System` that add loads: forces, torques, motors, springs, bushings, any load between frames."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ class LoadMethods(Scene):
         Parameters
         ----------
         load : Load
-            Its `ends` are frames of this scene. The scene takes a copy: what it is given stays as it is.
+            Its `ends` are frames of this scene. The scene uses a copy; the given object is not changed.
 
         Raises
         ------
         ModelError
-            Saying what it lacks; if its name is taken, or an end is not of this scene. What it does is looked at once
-            more at freeze, when its ends have places.
+            If it lacks something, its name is taken, or an end is not of this scene. Its forces are checked at freeze,
+            when the positions of its ends are known.
 
         Examples
         --------
@@ -75,18 +75,18 @@ class LoadMethods(Scene):
         target : Frame
             A rigid body, an interface or node of a flexible body, or a frame of one.
         force : (3,) or callable t -> (3,) or (t, state) -> (3,)
-            N. The state tells where bodies are and how they move: see `kanefe.tree.scene_state.SceneState`. A function
-            that numba has compiled takes (t) or (t, y), with y = (q, u, z) as an array in the order of
-            `Model.state_names`, and leaves runs in compiled code.
+            N. The state has positions and velocities of bodies: see `kanefe.tree.scene_state.SceneState`. A function
+            compiled by numba takes (t) or (t, y), with y = (q, u, z) as an array in the order of `Model.state_names`;
+            runs then stay in compiled code.
         point : array_like, shape (3,)
-            Where it acts, from the frame's origin in its axes, m.
+            Point of action, from the frame's origin in its axes, m.
         follows : bool
             True: the components are those of the frame; False: of N.
 
         Raises
         ------
         ModelError
-            Naming what is wrong with the force.
+            If an argument is not valid; the message names it.
 
         Examples
         --------
@@ -116,7 +116,7 @@ class LoadMethods(Scene):
         Raises
         ------
         ModelError
-            Naming what is wrong with the torque.
+            If an argument is not valid; the message names it.
         """
         entry = self._target(target, "a torque")
         label = f"the torque on {target.label}"
@@ -139,11 +139,11 @@ class LoadMethods(Scene):
         Parameters
         ----------
         body : RigidBody or FlexibleMember
-            On the outward side of the joint.
+            The body on the outward side of the joint.
         force : float or callable t -> float or (t, state) -> float
             N m along an angle, N along a distance.
         coordinate : int
-            Which coordinate of the joint.
+            Number of the coordinate of the joint.
 
         Raises
         ------
@@ -185,8 +185,7 @@ class LoadMethods(Scene):
         constant = numbers(force)
         if constant.shape != () or not np.isfinite(constant):
             raise ModelError(f"{label} must be a finite number, not {force!r}")
-        value = float(constant)
-        entry.joint_loads.append(JointLoad(label, Constant(value), coordinate))
+        entry.joint_loads.append(JointLoad(label, Constant(float(constant)), coordinate))
 
     @checked("name")
     def add_spring(
@@ -213,13 +212,13 @@ class LoadMethods(Scene):
         rest_length : float, optional
             m; default: the length at the start.
         force : (lengths, forces) or callable (length, rate) -> N, optional
-            Tension in place of the stiffness, positive if it pulls the ends together. A table is straight between its
-            points and beyond its ends. The work of either is booked as work of loads.
+            Tension instead of the stiffness, positive if it pulls the ends together. A table is linear between its
+            points and beyond its ends. The work of either counts as work of loads.
 
         Raises
         ------
         ModelError
-            Naming what is wrong with the spring; that it has no length at the start is found at freeze.
+            If an argument is not valid; the message names it. A spring of zero length at the start is found at freeze.
 
         Examples
         --------
@@ -258,9 +257,9 @@ class LoadMethods(Scene):
         damping: Sequence[float] | np.ndarray = (0.0, 0.0, 0.0),
         law: Callable[[np.ndarray, np.ndarray], Any] | None = None,
     ) -> None:
-        """Add springs and dampers in all directions between two frames: b is held at a, with its axes along those of a.
+        """Add springs and dampers in all directions between two frames; they are at rest if b coincides with a.
 
-        The rotation is measured by its vector, which serves up to half a turn.
+        The rotation is measured by the rotation vector, which is valid up to half a turn.
 
         Parameters
         ----------
@@ -270,17 +269,17 @@ class LoadMethods(Scene):
             Bodies, interfaces, frames of them, or the ground.
         stiffness, damping : array_like, shape (3,), (6,) or (6, 6)
             Along x, y and z of a (N/m, N s/m), then about them (N m/rad, N m s/rad); three: no moments. Matrices couple
-            directions, and need not be symmetric: of the stiffness the skew part, such as that of an oil film, gives
-            work. A bearing about which a shaft turns on and on is `kanefe.Bearing`.
+            directions, and need not be symmetric: the skew part of a stiffness, such as that of an oil film, is not
+            conservative. For a bearing of a rotating shaft see `kanefe.Bearing`.
         law : callable, optional
-            In place of the stiffness: (displacement (6,), rate (6,)) -> force and moment on b at its origin (6,), all
+            Instead of the stiffness: (displacement (6,), rate (6,)) -> force and moment on b at its origin (6,), all
             in the axes of a: position of b from a and rotation vector, rate of that position and angular velocity. Its
-            work is booked as work of loads.
+            work counts as work of loads.
 
         Raises
         ------
         ModelError
-            Naming what is wrong with the bushing.
+            If an argument is not valid; the message names it.
 
         Examples
         --------
@@ -309,7 +308,7 @@ class LoadMethods(Scene):
         self._loads.append(Bushing(name, tuple(ends), constants[0], constants[1], law))
 
     def _new_load(self, name: str, kind: str) -> str:
-        """Return the label of a new load between frames; raise a ModelError if its name is none or taken."""
+        """Return the label of a new load between frames; raise a ModelError if its name is not valid or taken."""
         label = f"{kind} {name!r}"
         self._check_open(label)
         if not isinstance(name, str) or not name:
@@ -328,7 +327,7 @@ class LoadMethods(Scene):
 
 
 def _six_by_six(given: object, what: str) -> np.ndarray:
-    """Return a matrix over displacements and rotations, diagonal of three or six numbers that are not negative."""
+    """Return a matrix over displacements and rotations; three or six numbers, not negative, are its diagonal."""
     shape = numbers(given).shape
     if shape == (6, 6):
         return shaped_numbers(given, (6, 6), what)
@@ -339,13 +338,12 @@ def _six_by_six(given: object, what: str) -> np.ndarray:
 def _point_load(
     label: str, load: LoadValue, is_torque: bool, where: np.ndarray, follows: bool, target: Frame
 ) -> PointLoad:
-    """Return a checked force or torque; components of an offset frame are turned into those of what it is fixed in."""
+    """Return a checked force or torque, with components transformed to the frame that the target is fixed in."""
     from kanefe.loads.point_load import PointLoad
 
     axes = target.axes if follows else np.eye(3)
     if not callable(load):
-        constant = axes @ three(load, label)
-        return PointLoad(label, Constant(constant), is_torque, where, follows)
+        return PointLoad(label, Constant(axes @ three(load, label)), is_torque, where, follows)
     function, asks = callback(load, label)
     turned = function if np.array_equal(axes, np.eye(3)) else Turned(function, axes)
     return PointLoad(label, turned, is_torque, where, follows, asks)

@@ -1,4 +1,4 @@
-"""What a scene is while it is built: its entries, and the frames by which the user names places in it."""
+"""A scene that is being built: its entries, and the frames to which the user attaches things."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 @dataclass(eq=False)
 class BodyEntry:
-    """What the user said of one body; `parent` is its number, -1 for the inertial frame N, `axes` are A_PF."""
+    """The user's input for one body; `parent` is a number, -1 for the inertial frame N, and `axes` are A_PF."""
 
     name: str
     parent: int
@@ -47,11 +47,11 @@ class BodyEntry:
 
     @property
     def interfaces(self) -> tuple[InterfaceFrame, ...]:
-        """Its interfaces; none of a rigid body."""
+        """Its interfaces; a rigid body has none."""
         return () if self.flexible is None else tuple(self.flexible.interfaces)
 
     def copied(self) -> BodyEntry:
-        """Return the same, whose loads can be added to by themselves."""
+        """Return a copy with its own lists of loads."""
         return replace(
             self, loads=list(self.loads), joint_loads=list(self.joint_loads), field_loads=list(self.field_loads)
         )
@@ -59,22 +59,22 @@ class BodyEntry:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Frame:
-    """A frame of a scene: where bodies, loads, springs and constraints attach.
+    """A frame of a scene, to which bodies, loads, springs and constraints attach.
 
     Attributes
     ----------
     system : Scene
     number : int
-        The body, in the order of adding; -1: the inertial frame N.
+        Number of the body, in the order of adding; -1: the inertial frame N.
     name : str
-        Of the body.
+        Name of the body.
     interface_frame : InterfaceFrame or None
         None: the frame of the body itself.
     at : ndarray, shape (3,)
-        Origin, from the origin of the body's frame in its components, or from the interface in components of G turned
+        Origin, from the origin of the body's frame in its components, or from the interface in components of G rotated
         with it, m.
     axes : ndarray, shape (3, 3)
-        From the axes of this frame to those components.
+        Rotation matrix from the axes of this frame to those components.
     """
 
     system: Scene
@@ -95,12 +95,12 @@ class Frame:
         at : array_like, shape (3,)
             Its origin, from this origin in these axes, m.
         orientation : array_like, shape (4,) or (3, 3), or Rotation of scipy
-            Of its axes, seen from these: Euler parameters (`rotation_about`, `euler_angles`) or a matrix.
+            Orientation of its axes, seen from these: Euler parameters (`rotation_about`, `euler_angles`) or a matrix.
 
         Raises
         ------
         ModelError
-            If the origin or the orientation is no place or rotation.
+            If the origin or the orientation is not valid.
 
         Examples
         --------
@@ -142,7 +142,7 @@ class FlexibleMember(Frame):
     def interface(self, name: str) -> Frame:
         """Return the frame of an interface, to carry a body, a load or the end of a spring or constraint.
 
-        Its axes are those that the interface was given, turning with it.
+        Its axes are those given to the interface, and rotate with it.
         """
         frame = self.body.interface(name)
         return Frame(self.system, self.number, self.name, frame, axes=frame.axes)
@@ -152,19 +152,20 @@ class FlexibleMember(Frame):
         return Frame(self.system, self.number, self.name, self.body.node_frame(number))
 
     def patch(self, place: str | PlaceLike, most: int = 16) -> ContactPatch:
-        """Return points of the body's outside that touch surfaces: see `System.add_contact`.
+        """Return points on the surface of the body for contacts: see `System.add_contact`.
 
         Parameters
         ----------
         place : str, Place or function of nodes (n, 3) -> bool (n,)
             Name of a group of the mesh; `OnPlane`, `Near`, `InBox` or `InCylinder`, in the axes of the mesh.
         most : int
-            Of more nodes those are taken that lie furthest from each other, each with the area that it is nearest to.
+            Largest number of points. If there are more nodes, those furthest from each other are taken, each with the
+            area nearest to it.
 
         Raises
         ------
         ModelError
-            If there is no such group, or no node on the outside of the body in the place.
+            If there is no such group, or no node on the surface of the body in the place.
 
         Examples
         --------
@@ -178,22 +179,22 @@ class FlexibleMember(Frame):
         return ContactPatch(frames, tuple(shares.tolist()), self._left_out_at(place))
 
     def _left_out_at(self, place: str | PlaceLike) -> float:
-        """Return how the mesh yields at a point of a surface beyond what the modes have, m/N, where that is known."""
+        """Return the local compliance at a point of a surface that the modes neglect, m/N; 0 if it is not known."""
         known = self.body.provenance.get("reduction", {}).get("contact_compliance", ())
         found = [entry for entry in known if entry["surface"] == place]
         return found[0]["compliance"] * (1.0 - found[0]["held"]) if found else 0.0
 
 
 class ContactPatch(NamedTuple):
-    """Points that touch surfaces together.
+    """Points of one side of a contact.
 
     Attributes
     ----------
     frames : tuple of Frame
     shares : tuple of float
-        Of the stiffness of the contact; together 1.
+        Shares of the points in the stiffness of the contact, of sum 1.
     left_out : float
-        How the mesh yields at a point beyond what the body's modes have, as far as it is known, m/N.
+        Local compliance at a point that the body's modes neglect, m/N; 0 if it is not known.
     """
 
     frames: tuple[Frame, ...]
@@ -202,12 +203,12 @@ class ContactPatch(NamedTuple):
 
 
 class Scene:
-    """The entries of a scene, and the checks that all of `System` shares.
+    """The entries of a scene, and checks shared by all parts of `System`.
 
     Attributes
     ----------
     is_frozen : bool
-        Whether a model has been made of it: nothing can be added then.
+        Whether a model has been made of it, so that nothing can be added.
     """
 
     def __init__(self) -> None:
@@ -230,10 +231,10 @@ class Scene:
         return Frame(self, -1, "ground")
 
     def copy(self) -> Self:
-        """Return a scene of the same bodies, joints and loads that is open, also if this one was frozen.
+        """Return a copy with the same bodies, joints and loads that is not frozen.
 
-        What is added to one is not added to the other. Frames of this scene belong to it: ``copy.body("arm")`` is the
-        arm of the copy.
+        Additions to one do not affect the other. Frames belong to their scene: ``copy.body("arm")`` is the arm of the
+        copy.
 
         Examples
         --------
@@ -257,12 +258,12 @@ class Scene:
 
     @checked("name")
     def body(self, name: str) -> RigidBody | FlexibleMember:
-        """Return a body of the scene by its name, as it was returned where it was added.
+        """Return a body of the scene by its name, as returned when it was added.
 
         Raises
         ------
         ModelError
-            If there is none of that name; the message lists those there are.
+            If there is none of that name; the message lists the bodies.
         """
         for number, entry in enumerate(self._entries):
             if entry.name == name:
@@ -281,7 +282,7 @@ class Scene:
             )
 
     def _check_frame(self, frame: object, what: str) -> Frame:
-        """Return `frame` if it is one of this scene; raise a ModelError that names `what` it was for."""
+        """Return `frame` if it is one of this scene; otherwise raise a ModelError that names it as `what`."""
         if not isinstance(frame, Frame):
             raise ModelError(f"{what} must be a body or an interface of this scene, or scene.ground, not {frame!r}")
         if frame.system is not self:
@@ -295,14 +296,14 @@ class Scene:
         ----------
         frame : Frame
         what : str
-            What it is for, such as "end a of spring 's'", for messages.
+            Its purpose, such as "end a of spring 's'", for messages.
         needs_rotation : bool
-            Whether it is asked for its axes: nodes of a mesh that have no rotation of their own are refused then.
+            Whether its axes are used: nodes of a mesh without rotations are refused then.
 
         Raises
         ------
         ModelError
-            If it is no frame, or of another scene, or cannot do what is asked.
+            If it is not a frame of this scene, or cannot be used so.
         """
         given = self._check_frame(frame, what)
         if given.number >= 0 and given.interface_frame is None:
@@ -318,7 +319,7 @@ class Scene:
 
 
 def three(value: object, what: str) -> np.ndarray:
-    """Return three finite numbers; a ModelError names what they are."""
+    """Return three finite numbers; a ModelError names them as `what`."""
     array = numbers(value)
     if array.shape != (3,) or not np.all(np.isfinite(array)):
         raise ModelError(f"{what} must be three finite numbers, not {value!r}")
@@ -326,5 +327,5 @@ def three(value: object, what: str) -> np.ndarray:
 
 
 def orientation_matrix(value: object, what: str) -> np.ndarray:
-    """Return the rotation matrix of an orientation; a ModelError names what it is."""
+    """Return the rotation matrix of an orientation; a ModelError names it as `what`."""
     return rotation_matrix(orientation_parameters(value, what))

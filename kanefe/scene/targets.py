@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 AXES = {"x": 0, "y": 1, "z": 2}
 
 Named = Sequence[str] | Mapping[str, str] | str
-"""Names of channels in a script: one, several, or a mapping from names of its own."""
+"""Names of channels in a script: one, several, or a mapping from names chosen by the user."""
 
 
 class NamedBody(Protocol):
-    """What a name says of a body, in a scene that is built as in one that is frozen."""
+    """A body of a scene, frozen or not, as far as names of channels refer to it."""
 
     @property
     def name(self) -> str:
@@ -35,12 +35,12 @@ class NamedBody(Protocol):
 
     @property
     def interfaces(self) -> Sequence[InterfaceFrame]:
-        """Its interfaces; none of a rigid body."""
+        """Its interfaces; a rigid body has none."""
         ...
 
 
 class Target(NamedTuple):
-    """What a channel is about: a quantity of a body's frame or interface, along an axis or of a coordinate."""
+    """The quantity of a channel: of a body's frame or interface, along an axis or of a coordinate."""
 
     name: str
     what: str
@@ -50,12 +50,12 @@ class Target(NamedTuple):
 
 
 def asked_for(named: Named) -> list[tuple[str, str]]:
-    """Return pairs of a name and a text; the name is empty where the script gives none."""
+    """Return pairs of a name and a text; the name is empty if the script gives none."""
     if isinstance(named, str):
         return [("", named)]
     if isinstance(named, Mapping):
         return [(str(name), text) for name, text in named.items()]
-    # what has no length may have no end: whoever asks says that it is no text
+    # an iterable without a length may be endless: it is returned as it is, for the error of the caller
     return [("", text) for text in (named if isinstance(named, Collection) else [named])]
 
 
@@ -65,18 +65,18 @@ def target_of(bodies: Sequence[NamedBody], name: str, text: object, kinds: Mappi
     Parameters
     ----------
     bodies : sequence
-        Of the scene.
+        Bodies of the scene.
     name : str
-        As the script calls it; empty: the text itself.
+        Name in the script; empty: the text itself.
     text : str
     kinds : mapping
-        What there is, each with its unit.
+        Possible quantities, with their units.
     role : "input" or "output"
 
     Raises
     ------
     ModelError
-        If there is no such quantity, body or interface; the message lists those there are.
+        If there is no such quantity, body or interface; the message lists possible ones.
     """
     if not isinstance(text, str):
         raise ModelError(f"an {role} must be a text such as {next(iter(kinds))!r} and a body, not {text!r}")
@@ -105,7 +105,7 @@ def target_of(bodies: Sequence[NamedBody], name: str, text: object, kinds: Mappi
 
 
 def axes_of(target: Target, role: str) -> list[tuple[str, int, bool]]:
-    """Return name, axis and whether it is the frame's own, of what a target asks for: one axis, or three.
+    """Return name, number and whether it is the frame's own, for the axes of a target: one, or all three.
 
     ``x`` is along N, ``x'`` along the frame's own axes.
     """
@@ -120,16 +120,16 @@ def axes_of(target: Target, role: str) -> list[tuple[str, int, bool]]:
 
 
 def axis_vector(target: Target, axes: np.ndarray, role: str) -> list[tuple[str, Vector]]:
-    """Return names and directions in N of what a target asks for, with the frame's axes as they are in the state."""
+    """Return names and directions in N of the axes of a target, with the current axes of the frame."""
     return [(name, axes[:, i] if is_own else np.eye(3)[i]) for name, i, is_own in axes_of(target, role)]
 
 
 def joint_entry(
     bodies: Sequence[NamedBody], target: Target, role: str, driven: bool | None = False
 ) -> list[tuple[str, int, str]]:
-    """Return name, coordinate and unit of the scalar coordinates of a joint that a target asks for.
+    """Return name, number and unit of the scalar coordinates of a joint that a target selects.
 
-    `driven`: of those that are driven, else of those that are not; None: of all.
+    `driven` True: among the driven ones; False: among the others; None: among all.
     """
     body = bodies[target.body]
     joint = body.joint

@@ -1,4 +1,4 @@
-"""A scene in words: its bodies as a tree with their joints, and what acts on them."""
+"""A scene as text: its bodies as a tree with their joints, and the loads on them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def tree_text(
     controllers: Sequence[Controller],
     gravity: Sequence[float],
 ) -> str:
-    """Return what a scene is, a line for each body, load, constraint and controller."""
+    """Return the text of a scene, with a line for each body, load, constraint and controller."""
     pull = ", ".join(f"{g:g}" for g in gravity)
     flexible = sum(entry.flexible is not None for entry in entries)
     lines = [f"scene of {_count(len(entries), 'body', 'bodies')}, {flexible} flexible, gravity ({pull}) m/s2", "ground"]
@@ -41,7 +41,7 @@ def tree_text(
 
 
 def _add_children(lines: list[str], entries: Sequence[BodyEntry]) -> None:
-    """Add the lines of all bodies; by a list of what is left, since a chain may be longer than Python recurses."""
+    """Add the lines of all bodies, without recursion, since chains may be longer than Python's limit."""
     children = _children(entries)
     left = [(number, "", number == children[-1][-1]) for number in reversed(children[-1])]
     while left:
@@ -55,7 +55,7 @@ def _add_children(lines: list[str], entries: Sequence[BodyEntry]) -> None:
 
 
 def _children(entries: Sequence[BodyEntry]) -> dict[int, list[int]]:
-    """Return the numbers of the bodies that each body carries, and the ground, -1."""
+    """Return the numbers of the children of each body, and of the ground, -1."""
     children: dict[int, list[int]] = {number: [] for number in range(-1, len(entries))}
     for number, entry in enumerate(entries):
         children[entry.parent].append(number)
@@ -63,7 +63,7 @@ def _children(entries: Sequence[BodyEntry]) -> dict[int, list[int]]:
 
 
 def body_rows(entries: Sequence[BodyEntry]) -> list[tuple[int, str, str, str]]:
-    """Return depth in the tree, name, what it is, and joint of each body, parents before their children."""
+    """Return depth in the tree, name, kind, and joint of each body, parents before their children."""
     children, rows = _children(entries), []
     left = [(number, 0) for number in reversed(children[-1])]
     while left:
@@ -94,7 +94,7 @@ def _joint(joint: Joint) -> str:
     along = ""
     if axis is not None:
         along = f" {axis}" if isinstance(axis, str) else f" ({', '.join(f'{x:g}' for x in axis)})"
-    # motions and laws go with speeds, of which a rotation by Euler parameters has fewer than coordinates
+    # motions and laws belong to speeds; a rotation by Euler parameters has fewer of them than coordinates
     named = joint.coordinate_names if joint.rotation_at is None else joint.speed_names
     names = [name.partition(" [")[0] for name in named]
     driven = [name for name, motion in zip(names, joint.motions, strict=True) if motion is not None]

@@ -1,4 +1,4 @@
-"""The frame that carries a scene: its motion, as a displacement of all space, at many times."""
+"""The frame that carries a scene, and its motion at many times, as a rigid displacement of space."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Displacement:
         m, m/s, m/s2.
     R : ndarray, shape (T, 3, 3)
     w, dw : ndarray, shape (T, 3)
-        Angular velocity and acceleration in axes that turn by R, rad/s, rad/s2.
+        Angular velocity and acceleration in axes rotated by R, rad/s, rad/s2.
     """
 
     x: np.ndarray
@@ -40,7 +40,7 @@ class Displacement:
     dw: np.ndarray
 
     def seen_from(self, p: Vector, A: np.ndarray) -> Displacement:
-        """Return the same in axes A that are placed at p."""
+        """Return the displacement in axes A with origin p."""
         if not p.any() and np.array_equal(A, np.eye(3)):
             return self
         arm = np.einsum("tij,j->ti", self.R, p)
@@ -61,15 +61,15 @@ class Carrier:
     Raises
     ------
     ModelError
-        If there is none, or something else is driven too.
+        If there is none, or anything else is driven too.
     """
 
     def __init__(self, model: Model) -> None:
         driven = [body for body in model.bodies if body.is_driven]
         if len(driven) != 1 or driven[0].parent != -1 or len(driven[0].driven) != len(driven[0].coordinates):
-            told = ", ".join(repr(body.name) for body in driven) or "nothing"
+            listed = ", ".join(repr(body.name) for body in driven) or "nothing"
             raise ModelError(
-                f"a screened run is of a scene on one frame that is driven from the ground; driven here: {told}. "
+                f"a screened run needs a scene on one frame that is driven from the ground; driven here: {listed}. "
                 "Remedy: kf.System.simulate"
             )
         self.body: BodyTerms = driven[0]
@@ -90,13 +90,13 @@ class Carrier:
         return replace(self.body, joint=held)
 
     def stilled(self, model: Model) -> Model:
-        """Return the model with the carrier at rest where its coordinates are zero."""
+        """Return the model with the carrier at rest at zero coordinates."""
         bodies = list(model.bodies)
         bodies[self.number] = self._stilled()
         return replace(model, bodies=tuple(bodies))
 
     def over(self, times: Vector) -> Displacement:
-        """Return how space has gone with the carrier, from where its coordinates are zero, at times in s."""
+        """Return the displacement of the carrier from its pose at zero coordinates, at times in s."""
         given = self._rates(times)
         A_PF, p = self.body.A_PF, given.position @ self.body.A_PF.T + self.body.p_PoFo_P
         v, a = given.velocity @ A_PF.T, given.acceleration @ A_PF.T

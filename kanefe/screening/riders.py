@@ -1,7 +1,8 @@
-"""What rides on a carrier: its states beside a place on the carrier at rest, and back.
+"""The bodies on a carrier: conversion of their states to motions relative to the carrier at rest, and back.
 
-A motion is told by tangents xi, one a free speed, from a place q0 that stays on the carrier: displacements, angles,
-modal coordinates, and rotation vectors of free joints. ``q = q0 (+) xi``, ``u = T(xi) dxi/dt``, all of it carried.
+A motion is described by tangents xi, one for each free speed, from a configuration q0 on the carrier at rest:
+displacements, angles, modal coordinates, and rotation vectors of free joints. ``q = q0 (+) xi``, ``u = T(xi) dxi/dt``,
+both then displaced with the carrier.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ class Motions(NamedTuple):
 
 
 class Riders:
-    """Everything but the carrier.
+    """All bodies but the carrier.
 
     Parameters
     ----------
@@ -42,7 +43,7 @@ class Riders:
     Raises
     ------
     ModelError
-        If a body hangs on the ground by a joint that holds it, so that it is not carried.
+        If a body is connected to the ground by a constraining joint, so that it is not carried.
     """
 
     def __init__(self, model: Model, carrier: Carrier) -> None:
@@ -51,11 +52,11 @@ class Riders:
         for body in self.roots:
             if not body.joint.holds_floating or body.is_driven:
                 raise ModelError(
-                    f"{body.name!r} hangs on the ground by a {body.joint.kind} joint, and does not go with "
-                    f"{carrier.body.name!r}. Remedy: a body of a screened run hangs on what is driven, or is free, or "
-                    "planar in its plane; else kf.System.simulate"
+                    f"{body.name!r} is connected to the ground by a {body.joint.kind} joint, and does not move with "
+                    f"{carrier.body.name!r}. Remedy: connect it to {carrier.body.name!r}, or give it a free joint, or "
+                    "a planar one in its plane; else kf.System.simulate"
                 )
-        # where each tangent is in q; -1: of Euler parameters
+        # place of each tangent in q; -1: rotation by Euler parameters
         self.places = np.full(self.count, -1)
         self.turning: list[BodyTerms] = []
         for body in model.bodies:
@@ -72,7 +73,7 @@ class Riders:
     def absolute(
         self, moved: Displacement, q0: Vector, motions: Motions
     ) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
-        """Return q (T, coordinates) and u (T, free) of motions beside q0 that are carried, and turns of free bodies."""
+        """Return q (T, coordinates) and u (T, free) of motions from q0 on the carrier, and rotations of free bodies."""
         q = np.repeat(q0[None], len(moved.x), axis=0)
         is_plain = self.places >= 0
         q[:, self.places[is_plain]] += motions.xi[:, is_plain]
@@ -103,7 +104,7 @@ class Riders:
     def accelerations(
         self, moved: Displacement, q0: Vector, motions: Motions, turns: dict[str, np.ndarray], du: np.ndarray
     ) -> np.ndarray:
-        """Return the accelerations of the tangents, (T, free), that accelerations du of the scene are."""
+        """Convert accelerations du of the scene to those of the tangents, (T, free)."""
         found = du.copy()
         for body in self.roots:
             at, s = body.coordinates, body.speeds
@@ -130,8 +131,8 @@ class Riders:
             found[:, s] = np.linalg.solve(T, (found[:, s] - changing)[:, :, None])[:, :, 0]
         return found
 
-    def beside(self, moved: Displacement, q: Vector, u: Vector) -> tuple[Vector, Vector]:
-        """Return a state on the carrier at rest, of one that is carried by one displacement."""
+    def relative(self, moved: Displacement, q: Vector, u: Vector) -> tuple[Vector, Vector]:
+        """Return the state relative to the carrier at rest for a state with one displacement of the carrier."""
         q, u = q.copy(), u.copy()
         for body in self.roots:
             at, s = body.coordinates, body.speeds
@@ -164,22 +165,22 @@ class Riders:
 
 
 def _rotation(body: BodyTerms) -> tuple[np.ndarray, np.ndarray]:
-    """Return where the Euler parameters of a body's joint are in q, and their speeds in u."""
+    """Return the places of the Euler parameters of a body's joint in q, and of their speeds in u."""
     first = body.joint.rotation_at
     if first is None:
-        raise TypeError("a body that turns by Euler parameters has some")
+        raise TypeError("the joint has no Euler parameters")
     return body.coordinates[first : first + 4], body.speeds[first : first + 3]
 
 
 def _axes(body: BodyTerms) -> int:
-    """Return along how many axes a free body moves: along two it turns about the third alone."""
+    """Return the number of axes along which a free body moves; with two it rotates about the third only."""
     return 2 if body.joint.rotation_at is None else 3
 
 
 def _euler(R: np.ndarray) -> np.ndarray:
     """Return Euler parameters of rotation matrices (T, 3, 3), (T, 4)."""
     scalar = 0.5 * np.sqrt(np.maximum(1.0 + np.trace(R, axis1=1, axis2=2), 0.0))
-    if scalar.min(initial=1.0) < 0.1:  # nearly upside down
+    if scalar.min(initial=1.0) < 0.1:  # a rotation of nearly half a turn
         return euler_parameters_from_matrices(R)
     vector = np.array((R[:, 2, 1] - R[:, 1, 2], R[:, 0, 2] - R[:, 2, 0], R[:, 1, 0] - R[:, 0, 1])) / (4.0 * scalar)
     return np.vstack((scalar, vector)).T

@@ -14,21 +14,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class ScreenedRun:
-    """A run of which only windows were integrated; made by `screen`.
+    """A run of which only windows were integrated, returned by `screen`.
 
     Attributes
     ----------
     result : Result
-        As of a whole run, at the same output times. What friction and damping took is known in windows only, so that
-        its energy balance is not a number.
+        As of a full run, at the same output times. The work of friction and damping is known in windows only, so that
+        the energy balance is NaN.
     windows : tuple of (float, float)
-        What was integrated, s.
+        The integrated intervals, s.
     reasons : tuple of str
-        Of each window: what came near, or why nothing could be superposed.
+        For each window, the event that came near, or the reason why superposition was not possible.
     bound : dict of str to float
-        By event: the largest bound of what was left out of what it looks at, in the unit of that.
+        Largest error bound of the function of each event, in its unit.
     grazing : dict of str to int
-        How many events of a name are there by less than a millionth: an unbroken run may have them or not.
+        Number of events by name that exceed their limit by less than a millionth: a full run may not have them.
     """
 
     result: Result

@@ -1,9 +1,9 @@
-"""What a scene does on its carrier while everything sticks: superposed by transfer functions, to what is left over.
+"""Superposition of the motion of a scene on its carrier while everything sticks, with iterative correction.
 
-With A of the small motions x = (xi, dxi/dt) on the carrier at rest, and r(t) what the whole equations leave over beside
-a motion that is known, ``x <- x + F^-1 (i w - A)^-1 F (0, r)`` by fast Fourier transforms. From xi = 0 the first r is
-the forcing by the carrier itself, exactly; what the second one puts right is what small motions leave out, which is of
-second order, and each further one less by the same ratio: that bounds the last.
+With the matrix A of small motions x = (xi, dxi/dt) on the carrier at rest, and the residual r(t) of the full equations
+for an approximate motion, ``x <- x + F^-1 (i w - A)^-1 F (0, r)`` by fast Fourier transforms. From xi = 0 the first
+residual is exactly the forcing by the carrier; the second correction contains the second-order terms that small motions
+neglect, and each further one is smaller by about the same ratio, which gives an error bound.
 """
 
 from __future__ import annotations
@@ -21,17 +21,19 @@ from kanefe.screening.carrier import Carrier, Displacement
 from kanefe.screening.riders import Motions, Riders
 
 STICKY = 1e6
-"""Factor on friction where everything is to stick under any force."""
+"""Factor on friction with which everything sticks under any force."""
 
 APRON, TAPER = 16, 32
-"""Steps around a stretch in which the carrier is followed too, and over which the forcing then decays."""
+"""Numbers of steps around an interval with the true motion of the carrier, and over which the forcing then decays."""
 
 ROUNDS = 6
+"""Largest number of corrections."""
+
 CLOSE = 1e-4
 """Accuracy of the superposition relative to the full equations, relative to the event functions."""
 
 SLOWEST = 0.3
-"""Ratio of successive corrections beyond which the iteration ends."""
+"""Ratio of successive corrections above which the iteration fails."""
 
 LEAST_DECAY = 1e-3
 """Decay rate below which a motion is not superposed, 1/s."""
@@ -40,28 +42,28 @@ SAFETY = 2.0
 """Safety factor on the error bounds."""
 
 LOWEST = 5
-"""Number of times at which the tension of a rope is evaluated: where it is smallest under small motions."""
+"""Number of times at which the exact tension of a rope is evaluated: those with the smallest linearised tension."""
 
 NUDGES = 1e-8, 1e-6
-"""Steps of tangents and of their rates for the slopes of event functions."""
+"""Steps of tangents and of their rates for the derivatives of event functions."""
 
 
 class NotSuperposed(Exception):
-    """The whole equations cannot be met so; the message says why."""
+    """Superposition does not converge to the full equations; the message gives the reason."""
 
 
 class Sticking:
-    """A scene on its carrier, and the same with everything stuck.
+    """A scene on its carrier, and the same scene with everything sticking.
 
     Parameters
     ----------
     model : Model
-        As it starts.
+        The model at its start.
 
     Raises
     ------
     ModelError
-        If the scene has what cannot be screened.
+        If the scene has parts that cannot be screened.
     """
 
     def __init__(self, model: Model) -> None:
@@ -81,21 +83,21 @@ class Sticking:
                 self.events.append(event)
             elif not isinstance(event, EventOfLoad) or event.number not in self.ropes:
                 raise ModelError(
-                    f"event {event.name!r} is looked at from Python, which a screened run does not. Remedy: a kernel "
-                    "with watch= (kanefe.LoadKernel), or kf.System.simulate"
+                    f"event {event.name!r} is evaluated in Python, which a screened run does not support. "
+                    "Remedy: a kernel with watch= (kanefe.LoadKernel), or kf.System.simulate"
                 )
         self._columns = [columns[event.number].start + event.index for event in self.events]
         self.names = (*(event.name for event in self.events), *(f"{model.loads[i].name} pull" for i in self.ropes))
 
     def rates(self, times: Vector, states: Matrix) -> Matrix:
-        """Return the rates of states (T, n) with everything stuck."""
+        """Return the rates of states (T, n) with everything sticking."""
         route, size = self.held.route, states.shape[1]
         if (sweeps := route.sweeps(times, states)) is not None:
             return np.asarray(sweeps.rates[:, :size])
         return np.array([route.evaluate(t, y).rates[:size] for t, y in zip(times.tolist(), states, strict=True)])
 
     def watched(self, model: Model, times: Vector, states: Matrix) -> np.ndarray:
-        """Return the event values in states (T, n) of a model with the same events, (T, events)."""
+        """Return the event functions at states (T, n) of a model with the same events, (T, events)."""
         watching = model.route.watching
         if watching is None:
             return np.zeros((len(times), 0))
@@ -111,8 +113,8 @@ class Sticking:
             pulls = []
             for i in self.ropes:
                 load = self.model.loads[i]
-                told = load.tell(t, scene.load_ends(i), scene.load_states(i))
-                pulls.append(float(told[load.columns.index(load.pull_column)]))
+                outputs = load.tell(t, scene.load_ends(i), scene.load_states(i))
+                pulls.append(float(outputs[load.columns.index(load.pull_column)]))
             found.append(pulls)
         return np.array(found)
 
@@ -121,8 +123,8 @@ class Sticking:
 class Small:
     """Small motions x = (xi, dxi/dt) on the carrier at rest: ``A = V diag(rates) V^-1``; anchors follow, z = W xi.
 
-    ``pulls``, (free, states): what anchors that are elsewhere add to the accelerations. ``follows``, (states, states),
-    takes those of their rates that follow motions; what dies away by itself, as stretch off the surface, has died away.
+    ``pulls``, (free, states): derivatives of the accelerations by the anchors. ``follows``, (states, states), projects
+    their rates on those that follow motions; those that decay by themselves are taken as zero.
     """
 
     rates: np.ndarray
@@ -134,7 +136,7 @@ class Small:
 
     @classmethod
     def about(cls, sticking: Sticking, q: Vector, z: Vector) -> Small:
-        """Linearise about a place on the carrier at rest; raise NotSuperposed where something does not come back."""
+        """Linearise about a configuration on the carrier at rest; raise NotSuperposed if a motion does not decay."""
         model = sticking.held_at_rest
         n, m = model.coordinate_count, model.free_count
         J = model.jacobian(0.0, np.concatenate((q, np.zeros(m), z)))
@@ -146,11 +148,11 @@ class Small:
         follows = np.eye(len(own)) - np.linalg.pinv(own, rcond=1e-9) @ own
         rates, V = np.linalg.eig(A)
         if rates.real.max() > -LEAST_DECAY:
-            raise NotSuperposed("something is free to move on what carries it, or swings without end")
+            raise NotSuperposed("a motion on the carrier is free or undamped")
         return cls(rates, V, np.linalg.inv(V), W, rows[:, n + m :], follows)
 
     def response(self, left: np.ndarray, step: float) -> Motions:
-        """Return the motions that accelerations (T, free) at equal steps ask for, as if they came back after T."""
+        """Return the motions forced by accelerations (T, free) at equal steps, taken as periodic."""
         count, m = left.shape
         frequencies = 2.0 * np.pi * np.fft.rfftfreq(count, step)
         forced = np.fft.rfft(left, axis=0) @ self.inverse[:, m:].T
@@ -161,32 +163,32 @@ class Small:
         return Motions(*(np.fft.irfft(part, count, axis=0) for part in (xi, rate, 1j * frequencies[:, None] * rate)))
 
     def transient(self, begun: Vector, times: Vector) -> np.ndarray:
-        """Return what becomes of small motions (2 free,) that are there at time zero, (T, 2 free)."""
+        """Return the decay of initial small motions (2 free,), (T, 2 free)."""
         grown = np.exp(np.multiply.outer(times, self.rates)) * (self.inverse @ begun)
         return np.asarray((grown @ self.V.T).real)
 
 
 @dataclass(frozen=True, eq=False)
 class Superposed:
-    """A stretch of a run in which everything sticks.
+    """An interval of a run in which everything sticks.
 
     Attributes
     ----------
     times : ndarray, shape (T,)
         s, at equal steps.
     motions : Motions
-        Beside `place`, without what is left of the start.
+        Relative to `place`, without the transient from the start.
     internal : ndarray, shape (T, states)
     place : ndarray
         q on the carrier at rest.
     watched : ndarray, shape (T, events + ropes)
-        What events look at, and tensions of ropes, N.
+        Event functions, and tensions of ropes, N.
     bound : ndarray, shape (T, events + ropes)
-        By what that may be wrong.
+        Error bounds of these.
     begun : ndarray, shape (2 free,)
-        Small motions at the start that are left of what was before.
+        Initial values of the transient.
     slopes : ndarray, shape (places, events + ropes, 2 free)
-        Of that, by small motions, at some places.
+        Derivatives of the watched values by small motions, at some times.
     small : Small
     rounds : int
     """
@@ -203,14 +205,14 @@ class Superposed:
     rounds: int
 
     def left_of_start(self, times: Vector) -> np.ndarray:
-        """Return a bound of what the start still adds to what is watched, at times in s, (T, events + ropes)."""
+        """Return a bound of the transient part of the watched values, at times in s, (T, events + ropes)."""
         sizes = np.abs(np.einsum("pex,xm->pem", self.slopes, self.small.V)).max(axis=0)
         sizes = sizes * np.abs(self.small.inverse @ self.begun)
         return np.asarray(np.exp(np.multiply.outer(times - self.times[0], self.small.rates.real)) @ sizes.T)
 
 
 def superposed(sticking: Sticking, t: Vector, y: Vector, known: tuple[float, float]) -> Superposed:
-    """Superpose a stretch.
+    """Superpose an interval.
 
     Parameters
     ----------
@@ -220,16 +222,16 @@ def superposed(sticking: Sticking, t: Vector, y: Vector, known: tuple[float, flo
     y : ndarray
         State at t[0].
     known : (float, float)
-        When the carrier's motion is known.
+        Interval in which the carrier's motion is defined, s.
 
     Raises
     ------
     NotSuperposed
-        If the rounds do not come closer to the whole equations.
+        If the corrections do not converge to the full equations.
     """
     model, riders = sticking.model, sticking.riders
     q, u, z = model.parts(y)
-    q, u = riders.beside(sticking.carrier.over(t[:1]), q, u)
+    q, u = riders.relative(sticking.carrier.over(t[:1]), q, u)
     small = Small.about(sticking, q, z)
     step = float(t[1] - t[0])
     before = min(APRON, int((t[0] - known[0]) / step + 1e-9))
@@ -250,13 +252,13 @@ def superposed(sticking: Sticking, t: Vector, y: Vector, known: tuple[float, flo
             is_large = last > 1e-6 * last.max(initial=0.0)
             ratio = float((size[is_large] / last[is_large]).max(initial=0.0))
             if not ratio < SLOWEST:
-                raise NotSuperposed(f"each round leaves {ratio:.2g} of what the last one left")
+                raise NotSuperposed(f"successive corrections decrease only by the factor {ratio:.2g}")
             left = size * ratio / (1.0 - ratio)
             if np.all(left <= CLOSE * np.maximum(np.abs(path.scale), size)):
                 break
         last = size
     else:
-        raise NotSuperposed(f"after {ROUNDS} rounds the residual is too large")
+        raise NotSuperposed(f"after {ROUNDS} corrections the residual is too large")
     states = path.states(motions)
     watched = sticking.watched(model, times[inside], states[inside])
     reached = np.unique([before, *(before + np.argmin(np.abs(watched), axis=0))])
@@ -272,7 +274,7 @@ def superposed(sticking: Sticking, t: Vector, y: Vector, known: tuple[float, flo
 
 
 class _Path:
-    """What the whole equations say along motions at some times."""
+    """Evaluation of the full equations along motions at some times."""
 
     def __init__(
         self, sticking: Sticking, small: Small, moved: Displacement, times: Vector, q: Vector, z: Vector, first: int
@@ -292,7 +294,7 @@ class _Path:
         return np.asarray(self._z + motions.xi @ self._small.W.T + self._slid)
 
     def corrected(self, motions: Motions, step: float) -> Motions:
-        """Return what is to be added to motions, for what they leave over."""
+        """Return the correction of motions for their residual."""
         sticking, n = self._sticking, self._sticking.model.coordinate_count
         q, u, turns = sticking.riders.absolute(self._moved, self._q, motions)
         states = np.hstack((q, u, self._anchored(motions)))
@@ -302,7 +304,7 @@ class _Path:
         left = found - motions.acceleration
         if not np.all(np.isfinite(left)):
             raise NotSuperposed("the residual is not finite")
-        # anchors follow to first order by W xi, and beyond by what their rates are
+        # anchors follow by W xi to first order, and by their rates beyond
         beyond = (rates[:, m:] - motions.rate @ self._small.W.T) @ self._small.follows
         if beyond.any():
             slid = _integrated(beyond, step, self._first)
@@ -312,32 +314,31 @@ class _Path:
         return Motions(*(part[TAPER : TAPER + len(left)] for part in reached))
 
     def slopes(self, motions: Motions, rows: Any) -> np.ndarray:
-        """Return the changes of event values by small motions about some of the times, (rows, events, 2 free)."""
+        """Return the derivatives of event functions by small motions at some of the times, (rows, events, 2 free)."""
         count = self._sticking.riders.count
         nudge = np.repeat(NUDGES, count)
         found = []
         for row in rows:
             x = np.concatenate((motions.xi[row], motions.rate[row]))
-            beside = np.vstack((x, x + np.diag(nudge), x - np.diag(nudge)))
-            states = self._at_rest(beside, self._slid[row])
+            states = self._at_rest(np.vstack((x, x + np.diag(nudge), x - np.diag(nudge))), self._slid[row])
             values = self._sticking.watched(self._sticking.at_rest, np.zeros(len(states)), states)
             up, down = values[1 : 2 * count + 1] - values[0], values[0] - values[2 * count + 1 :]
             found.append((np.where(np.abs(up) > np.abs(down), up, down) / nudge[:, None]).T)
         return np.array(found)
 
     def tensions(self, motions: Motions, states: Matrix, inside: slice) -> tuple[Matrix, Vector, Matrix]:
-        """Return the tensions of ropes by small motions, (T, ropes), what these miss where it is least, and slopes."""
+        """Return linearised tensions of ropes (T, ropes), their errors where they are smallest, and derivatives."""
         sticking, count = self._sticking, self._sticking.riders.count
         nudge = np.repeat(NUDGES, count)
-        beside = np.vstack((np.zeros(2 * count), np.diag(nudge)))
-        values = sticking.tensions(sticking.at_rest, np.zeros(len(beside)), self._at_rest(beside))
+        states_at_rest = self._at_rest(np.vstack((np.zeros(2 * count), np.diag(nudge))))
+        values = sticking.tensions(sticking.at_rest, np.zeros(len(states_at_rest)), states_at_rest)
         slopes = ((values[1:] - values[0]) / nudge[:, None]).T
         found = values[0] + np.hstack((motions.xi, motions.rate))[inside] @ slopes.T
         if not found.shape[1]:
             return found, np.zeros(0), slopes
         rows = np.unique(np.argsort(found, axis=0)[:LOWEST])
-        truly = sticking.tensions(sticking.model, self._times[inside][rows], states[inside][rows])
-        return found, np.abs(truly - found[rows]).max(axis=0), slopes
+        exact = sticking.tensions(sticking.model, self._times[inside][rows], states[inside][rows])
+        return found, np.abs(exact - found[rows]).max(axis=0), slopes
 
     def _at_rest(self, x: Matrix, slid: Vector | float = 0.0) -> Matrix:
         """Return states of the carrier at rest with small motions x (T, 2 free)."""
@@ -353,7 +354,7 @@ def _nowhere(count: int) -> Displacement:
 
 
 def _extended(left: np.ndarray) -> np.ndarray:
-    """Return it with ends that continue smoothly and decay."""
+    """Return accelerations with smooth, decaying continuations at both ends."""
     x = np.arange(1, TAPER + 1) / (TAPER + 1.0)
     fading = (1.0 - x**3 * (10.0 - 15.0 * x + 6.0 * x**2))[:, None]
     ends = []
@@ -364,7 +365,7 @@ def _extended(left: np.ndarray) -> np.ndarray:
 
 
 def _integrated(rates: np.ndarray, step: float, first: int) -> np.ndarray:
-    """Return the integral over time of rates at equal steps, zero at one of them."""
+    """Return the integral over time of rates at equal steps, zero at step `first`."""
     from scipy.interpolate import CubicSpline
 
     found = CubicSpline(step * np.arange(len(rates)), rates).antiderivative()(step * np.arange(len(rates)))
@@ -372,22 +373,22 @@ def _integrated(rates: np.ndarray, step: float, first: int) -> np.ndarray:
 
 
 def _between(values: np.ndarray) -> Matrix:
-    """Return by how much splines through values at equal steps, (T, n), may miss what is between them there."""
+    """Return error estimates of splines through values at equal steps, (T, n), between these steps."""
     from scipy.interpolate import CubicSpline
     from scipy.ndimage import maximum_filter1d
 
     x = np.arange(len(values))
     missed = np.zeros(values.shape)
-    for first in (0, 1):  # a jump of a rate at one of the times is seen by splines that pass it over
+    for first in (0, 1):  # splines through every other value detect a jump of a rate at the others
         kept, passed = x[first::2], x[first + 1 :: 2]
         passed = passed[passed < kept[-1]]
         missed[passed] = np.abs(CubicSpline(kept, values[kept])(passed) - values[passed])
-    # every other value is missed by sixteen times as much, where a rate of what moves them jumps by twice as much
+    # splines with twice the step have sixteen times the error, and twice the error at a jump of a rate
     return np.asarray(0.5 * maximum_filter1d(missed, 7, axis=0))
 
 
 def _check(model: Model) -> None:
-    """Raise a ModelError that names what a screened run is not supported for."""
+    """Raise a ModelError if the scene has parts that screened runs do not support."""
     found = ""
     if model.constraints:
         found = "loops and couplers"

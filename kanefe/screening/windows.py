@@ -29,13 +29,13 @@ if TYPE_CHECKING:
     from kanefe.linear.state import Freezable
 
 SPACING = 0.25
-"""Largest step of the superposition, s: waves that excite a deck are slower than two per second."""
+"""Default step of the superposition, s: waves that excite a deck have frequencies below 2 Hz."""
 
 OF_PERIOD = 8
-"""Least number of steps of the superposition in a period of loads other than the frame's motion."""
+"""Smallest number of steps of the superposition per period of loads other than the frame's motion."""
 
 FINER = 5
-"""Number of evaluations of event functions per step."""
+"""Number of interpolated values of event functions per step."""
 
 LEAD = 2
 """Number of steps by which a window begins before the near event."""
@@ -44,17 +44,16 @@ BEHIND = 1.0
 """Time by which a window continues after the near event, s."""
 
 APART = 2.0
-"""Time between two near stretches below which one window covers both, s."""
+"""Time between two events below which one window covers both, s."""
 
 LOOK_AHEAD, MOST_WINDOW = 30.0, 30.0
-"""Duration of superposition after a stretch that could not be superposed, and length up to which windows grow if
-nothing else is possible, s."""
+"""Duration of the first superposition after an interval without one, and largest length of growing windows, s."""
 
 SLIP_STEP = 0.02
 """Interval of the states in a window at which slid distances are evaluated, s."""
 
 GRAZING = 1e-6
-"""Margin relative to the event function at rest below which a passage only grazes."""
+"""Excess relative to the event function at rest below which an event is grazing."""
 
 
 @checked("spacing")
@@ -67,29 +66,29 @@ def screen(
     spacing: float = SPACING,
     **options: Unpack[WindowKeywords],
 ) -> ScreenedRun:
-    """Run a scene on a frame that is driven, integrating only where an event is near.
+    """Run a scene on a driven frame, integrating only near events.
 
-    While every contact sticks that sticks at the start, and no load does anything else that is an event, such as a rope
-    that breaks, the scene vibrates about a motion that is known. That is superposed by transfer functions over all
-    frequencies of the frame's motion, put right by what the whole equations leave over, and what is left is bounded.
-    Wherever what an event looks at comes nearer to its limit than that bound, a window is integrated; its events are
-    those of a whole run. Behind it everything may stick elsewhere.
+    As long as all contacts that stick at the start continue to stick, and no other event of a load occurs, such as a
+    breaking rope, the scene vibrates about a known motion. These vibrations are superposed by transfer functions over
+    all frequencies of the frame's motion and corrected with the residual of the full equations; the remaining error is
+    bounded. Where an event function is closer to its limit than this bound, a window is integrated, with the events of
+    a full run. After it, bodies may stick at other positions.
 
     Parameters
     ----------
     scene : System
-        On one frame that is driven from the ground, such as a deck; all other bodies are free, or hang on it.
+        On one frame that is driven from the ground, such as a deck; all other bodies are free or connected to it.
     duration : float or (float, float)
-        From t = 0, or first and last time, s.
+        Duration from t = 0, or first and last time, s.
     start : state, optional
         As `kanefe.System.simulate` takes it: a rest on the frame.
     output_step : float, optional
-        Time between stored states, s; default a 500th of the duration.
+        Time between stored states, s; default: a 500th of the duration.
     spacing : float
-        Of the times of the superposition, s: the frame moves slowly beside it, and so does all that acts besides; an
-        eighth of the shortest period of a rotor's harmonics at most.
+        Step of the superposition, s, short compared with the motion of the frame and with other excitations; at most an
+        eighth of the shortest period of a rotor's harmonics.
     **options
-        Of the windows, as of `kanefe.System.simulate`: method, rtol, atol, step, most_steps, most_seconds, progress.
+        For the windows, as for `kanefe.System.simulate`: method, rtol, atol, step, most_steps, most_seconds, progress.
 
     Returns
     -------
@@ -98,9 +97,9 @@ def screen(
     Raises
     ------
     ModelError
-        If the scene has what cannot be screened: loops, controllers, rigid contacts, winches and other loads whose
-        internal states move by themselves, friction that creeps, unreduced bodies; if nothing is driven or more than
-        one frame; or an option makes no sense.
+        If the scene has parts that cannot be screened: loops, controllers, rigid contacts, winches and other loads
+        whose internal states change by themselves, friction with creep, unreduced bodies; if not exactly one frame is
+        driven; or an option is not valid.
     SimulationError
         If a window fails.
 
@@ -109,7 +108,7 @@ def screen(
     ``print(kf.screen(scene, 1200.0, start=rest))``
     """
     if not hasattr(scene, "freeze"):
-        raise ModelError(f"a screened run is of a scene, not of {scene!r}. Remedy: a kf.System with a driven frame")
+        raise ModelError(f"a screened run needs a scene, not {scene!r}. Remedy: a kf.System with a driven frame")
     given = numbers(duration)
     span = (0.0, given) if given.ndim == 0 else given
     first, last = (float(t) for t in shaped_numbers(span, (2,), "the duration of a screened run"))
@@ -125,11 +124,11 @@ def screen(
 
 
 def _refuse_fast_loads(model: Model, spacing: float) -> None:
-    """Raise a ModelError that names a load of a rotor which repeats within a few steps of the superposition."""
+    """Raise a ModelError if a load of a rotor is too fast for the steps of the superposition."""
     for load in model.loads:
         most = load.highest_forcing
         if most * spacing * OF_PERIOD > 2.0 * np.pi:
-            enough = 0.95 * 2.0 * np.pi / (OF_PERIOD * most)  # which rounds to less than the limit
+            enough = 0.95 * 2.0 * np.pi / (OF_PERIOD * most)  # still below the limit when rounded
             raise ModelError(
                 f"{load.kind} {load.name!r} has harmonics of up to {most / (2.0 * np.pi):.3g} Hz, which steps of "
                 f"{spacing:g} s do not resolve. Remedy: spacing={enough:.2g}, or kf.System.simulate"
@@ -165,7 +164,7 @@ class _Run:
             near, reason, found = self._looked(t, y, until)
             if near is None:
                 if found is None:
-                    raise TypeError("what is not near was superposed")
+                    raise TypeError("without an event near, there is a superposition")
                 self._keep(found, until)
                 y = self._state_at(found, len(found.times) - 1)
                 t, window = until, 0.0
@@ -177,20 +176,20 @@ class _Run:
                 if found.times[row] > t:
                     self._keep(found, float(found.times[row]))
                     t, y, window = float(found.times[row]), self._state_at(found, row), 0.0
-            # where a window follows a window, it is the longer
+            # successive windows become longer
             window = min(2.0 * window, MOST_WINDOW) if window else 0.0
             end = min(max(end + BEHIND, t + window), self.span[1])
             window = max(window, end - t)
             y = self._integrated(t, end, y, reason)
             t, until = end, min(end + LOOK_AHEAD, self.span[1]) if found is None else self._far_enough(end)
-        return self._told()
+        return self._run()
 
     def _far_enough(self, t: float) -> float:
-        """Return the end of the next stretch that seemed near on a coarser evaluation."""
+        """Return the end of the next interval near an event, as expected from an earlier superposition."""
         return next((end for end in self.expected if end > t + APART), self.span[1])
 
     def _looked(self, t: float, y: Vector, until: float) -> tuple[tuple[float, float] | None, str, Superposed | None]:
-        """Return the first stretch that is near, and why; None: there is none; and what was superposed."""
+        """Return the first interval near an event (None: none), the reason, and the superposition."""
         steps = max(int(np.ceil((until - t) / self.spacing - 1e-9)), 12)
         times = np.linspace(t, until, steps + 1)
         try:
@@ -211,7 +210,7 @@ class _Run:
         return (max(t, float(begin)), float(fine[last])), self.sticking.names[event], found
 
     def _near(self, found: Superposed, y: Vector) -> tuple[Vector, np.ndarray]:
-        """Return fine times, and for each event whether its value is nearer to its limit than the known accuracy."""
+        """Return fine times, and for each event whether its function is closer to its limit than the error bound."""
         from scipy.interpolate import CubicSpline
 
         t = found.times
@@ -219,16 +218,16 @@ class _Run:
         values = CubicSpline(t, found.watched)(fine)
         sides = np.sign(self.sticking.watched(self.sticking.model, t[:1], y[None])[0])
         count, bound = len(sides), np.repeat(found.bound, FINER, axis=0)[FINER // 2 :][: len(fine)]
-        # it only dies away: that of a step's start holds for the whole step
+        # the transient decays: its bound at the start of a step holds for the whole step
         bound = bound + np.repeat(found.left_of_start(t), FINER, axis=0)[: len(fine)]
-        is_near = values <= bound  # of ropes, which pull
+        is_near = values <= bound  # for ropes, which only pull
         is_near[:, :count] = sides * values[:, :count] <= bound[:, :count]
         for rope, number in enumerate(self.sticking.ropes, count):
             is_near[:, rope] |= values[:, rope] + bound[:, rope] >= self.sticking.model.loads[number].strongest_pull
         return fine, is_near
 
     def _state_at(self, found: Superposed, row: int) -> Vector:
-        """Return the state at one of the times, with what is left of the start."""
+        """Return the state at one of the times, including the transient."""
         return self._states(
             found,
             found.times[row : row + 1],
@@ -245,7 +244,7 @@ class _Run:
         return np.hstack((q, u, internal + left[:, :count] @ found.small.W.T))
 
     def _keep(self, found: Superposed, until: float) -> None:
-        """Store what is superposed at the output times from its start to a time, and how wrong it may be."""
+        """Store the superposition at the output times from its start to a time, and its error bound."""
         from scipy.interpolate import CubicSpline
 
         bound = (found.bound + found.left_of_start(found.times))[found.times <= until]
@@ -283,7 +282,7 @@ class _Run:
         return np.asarray(states[-1])
 
     def _count_grazing(self, span: tuple[float, float], found: Trajectory) -> None:
-        """Count slips that pull beyond the limit by nothing: their path grows by pull over damping."""
+        """Count slips with negligible excess force, which is the rate of the path times the damping."""
         model = self.sticking.model
         for event in self.sticking.events:
             load = model.loads[event.number]
@@ -295,16 +294,16 @@ class _Run:
             for slip in found.events[event.name]:
                 stick = sticks[sticks >= slip][0]
                 before, after = np.searchsorted(found.times, slip, "right") - 1, np.searchsorted(found.times, stick)
-                # of one point it is the pull itself, of several their sum
+                # for one point the excess force itself, for several their sum
                 pull = load.slip_damping * (path[min(after, len(path) - 1)] - path[before])
                 self.grazing[event.name] += bool(pull <= limit * (stick - slip))
 
     def _wanted(self, begin: float, end: float) -> Vector:
-        """Return the output times from one time on and before another, with the last one of all."""
+        """Return the output times from one time to before another; the last one is included."""
         is_last = end >= self.span[1]
         return self.wanted[(self.wanted >= begin) & ((self.wanted < end) | is_last)]
 
-    def _told(self) -> ScreenedRun:
+    def _run(self) -> ScreenedRun:
         return ScreenedRun(
             Result(self.sticking.model, accounted(self.sticking.model, self._trajectory())),
             tuple(self.windows),

@@ -1,1 +1,1 @@
-"""Scenes that are stepped from outside: inputs in, outputs out, states kept and taken up again."""
+"""Scenes that are stepped from outside: inputs, outputs, states saved and restored."""

@@ -1,4 +1,4 @@
-"""Outputs of a scene that is stepped: what controllers can read, and forces."""
+"""Outputs of a scene that is stepped: the quantities that controllers can read, and forces."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ WRENCH = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
 
 
 class Output(NamedTuple):
-    """A number that a scene gives.
+    """An output of a scene, a number.
 
     Attributes
     ----------
     name, unit : str
     reading : Reading or None
-        What controllers can read too; None of a force.
+        A quantity that controllers can read; None for a force.
     channel : (str, str, str, int) or None
-        Of a force: quantity, body or load, interface, and component.
+        For a force: quantity, body or load, interface, and component.
     """
 
     name: str
@@ -52,7 +52,7 @@ def outputs_of(scene: Steppable, model: Model, named: Named | None) -> tuple[Out
     Raises
     ------
     ModelError
-        Naming what there is not, and listing what there is; if two have one name.
+        If there is no such output (the message lists what there is), or two have the same name.
     """
     found: list[Output] = []
     for name, text in _asked(model, named):
@@ -72,7 +72,7 @@ def outputs_of(scene: Steppable, model: Model, named: Named | None) -> tuple[Out
     names = [output.name for output in found]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        raise ModelError(f"the output {twice[0]!r} is there twice. Remedy: once, or names of your own in a mapping")
+        raise ModelError(f"the output {twice[0]!r} is given twice. Remedy: give it once, or a mapping with own names")
     return tuple(found)
 
 
@@ -146,7 +146,7 @@ def _columns(model: Model, what: str, of: str, count: int) -> list[tuple[str, st
 
 
 def readers(model: Model, outputs: tuple[Output, ...]) -> Callable[[float, Vector], list[float]]:
-    """Return the functions that read all outputs of a state: y with z, and the energy quadratures or not."""
+    """Return the function that reads all outputs from time and state y, with or without the energy quadratures."""
     reads = [
         partial(_force, *output.channel) if output.reading is None and output.channel else _reading(model, output)
         for output in outputs

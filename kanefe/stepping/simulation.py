@@ -1,4 +1,4 @@
-"""Simulation: a scene that is stepped from outside, driven by inputs that are held over each step."""
+"""Simulation: a scene that is stepped from outside, with inputs that are constant over each step."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 
 class SavedSimulation(NamedTuple):
-    """Where a simulation was: for `Simulation.restore`, as often as wanted.
+    """The state of a simulation at some time, for `Simulation.restore`; it can be restored any number of times.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ LEAST = 1.0
 
 
 def stretch(t: float, every: float, duration: float | None) -> tuple[float, float]:
-    """Return start and end of what a simulation is taken to be, s; a ModelError says what is wrong with them."""
+    """Return start and assumed end of a simulation, s; raise a ModelError if a number is not valid."""
     for name, value in (("every", every), ("duration", duration)):
         if value is None and name == "duration":
             continue
@@ -85,7 +85,7 @@ class Asked(NamedTuple):
     start : state or None
     inputs, outputs : names, or None
     every : float
-        About how long a step is, s.
+        Usual length of a step, s.
     options : RunOptions
     """
 
@@ -117,9 +117,9 @@ def started(scene: Steppable, asked: Asked) -> Simulation:
 
 
 class Simulation:
-    """A scene in the middle of a run, made by `kanefe.System.start`.
+    """A scene in the middle of a run, returned by `kanefe.System.start`.
 
-    A simulation is of one thread at a time.
+    Only one thread may use it at a time.
 
     Attributes
     ----------
@@ -128,12 +128,12 @@ class Simulation:
     units : dict of str to str
         Of inputs and outputs.
     stepper : Stepper
-        What takes its steps.
+        The method of integration.
     output_list : tuple of Output
     courses : list of Course
         Of driven coordinates that are inputs.
     scene, asked : System and Asked
-        That it was made of.
+        What it was started from.
 
     Examples
     --------
@@ -171,7 +171,7 @@ class Simulation:
             self._choice: Choice = choose(model, asked.options)
             if self._choice.is_plugged:
                 raise ModelError(
-                    f"{self._choice.name} keeps what it remembers of earlier steps to itself, and cannot be stepped. "
+                    f"{self._choice.name} does not expose its memory of earlier steps, and cannot be stepped. "
                     "Remedy: method='auto', 'radau5' or 'dop853'"
                 )
             self._make()
@@ -181,8 +181,8 @@ class Simulation:
         start, stop = options.span
         dynamics, clock = Dynamics(model), Clock()
         self.stepper = self._choice.make(dynamics)
-        self._told = reported_events(model, self._choice, options)
-        self._watch = watch_of(model, self._choice, options, self._told)
+        self._reported = reported_events(model, self._choice, options)
+        self._watch = watch_of(model, self._choice, options, self._reported)
         is_sampled = any(controller.is_sampled for controller in model.controllers)
         self._sampler = Sampler(model, start, stop) if is_sampled else None
         none = Limits(None, None)
@@ -195,17 +195,17 @@ class Simulation:
 
     @property
     def time(self) -> float:
-        """Where it has come to, s."""
+        """Present time, s."""
         return self.stepper.t if self._status.kind != "stopped" else self._status.time
 
     @property
     def status(self) -> RunStatus:
-        """How the last step ended: as it should, or by an event that ends the run."""
+        """How the last step ended: as requested, or by an event that ends the run."""
         return self._status
 
     @property
     def statistics(self) -> dict[str, Any]:
-        """Method and cost of the steps so far: the method and why, what it has counted, and "bending" as in results."""
+        """Method and cost of the steps so far: the method and why, its counts, and "bending" as in results."""
         q = self._vector()[: self.model.coordinate_count]
         bending = worst_bending(self.model, np.array([self.time]), q[None], self.stepper.bent)
         return {
@@ -218,12 +218,12 @@ class Simulation:
 
     @property
     def inputs(self) -> dict[str, float]:
-        """The inputs as they are held now, by name."""
+        """The present values of the inputs, by name."""
         return dict(zip(self.input_names, self._inputs.tolist(), strict=True))
 
     @property
     def outputs(self) -> dict[str, float]:
-        """The outputs now, by name; computed at the first request after a step."""
+        """The present outputs, by name; computed at the first request after a step."""
         if self._reported_outputs is None:
             values = self._read(self.time, self._vector())
             self._reported_outputs = dict(zip(self.output_names, values, strict=True))
@@ -231,14 +231,14 @@ class Simulation:
 
     @property
     def state(self) -> Instant:
-        """The present state of the scene: to view it, or to start a run from it."""
+        """The present state of the scene, to view it or to start a run from it."""
         return Instant(self.model, self.time, self._vector()[: len(self.model.state_names)])
 
     @property
     def events(self) -> dict[str, np.ndarray]:
         """Times of the reported events, by name, s."""
         times = self._watch.times if self._watch is not None else {}
-        return {event.name: np.array(times[event.name]) for event in self._told}
+        return {event.name: np.array(times[event.name]) for event in self._reported}
 
     @property
     def controllers(self) -> dict[str, ControllerLog]:
@@ -250,22 +250,22 @@ class Simulation:
         return last[1] if self._status.kind == "stopped" and last is not None else self.stepper.state()
 
     def step(self, dt: float, inputs: Mapping[str, float] | None = None) -> None:
-        """Continue by a time, over which inputs are held.
+        """Continue by `dt` with constant inputs.
 
-        Where a step fails or an error is raised in it, all is as it was before. An event that ends the run ends the
-        step too: `time` and `status` tell.
+        If the step fails or raises an error, the simulation stays as it was before. An event that ends the run ends the
+        step too, as `time` and `status` show.
 
         Parameters
         ----------
         dt : float
             Above zero, s.
         inputs : mapping of str to float, optional
-            New values, in the `units` of the simulation. What is not named stays as it was.
+            New values, in the `units` of the simulation; other inputs keep theirs.
 
         Raises
         ------
         ModelError
-            If there is no such input (the message names the nearest), or a number makes no sense.
+            If there is no such input (the message names the nearest), or a number is not valid.
         SimulationError
             If the step cannot be taken.
 
@@ -277,10 +277,10 @@ class Simulation:
             raise ModelError(f"dt of a step must be above zero, in s, not {dt!r}")
         values = self._reported_values({} if inputs is None else inputs)
         if self._status.kind == "stopped":
-            raise ModelError(f"{self._status}. Remedy: restore a state from before, or another start")
+            raise ModelError(f"{self._status}. Remedy: restore an earlier state, or start another simulation")
         stop = self.stepper.t + float(dt)
         if stop - self.stepper.t < 0.5 * dt:
-            raise ModelError(f"dt = {dt!r} s is lost in the digits of the time {self.stepper.t:.6g} s")
+            raise ModelError(f"dt = {dt!r} s is below the resolution of the time {self.stepper.t:.6g} s")
         before = self.save()
         try:
             self._hold(values)
@@ -294,14 +294,14 @@ class Simulation:
         self._has_begun, self._reported_outputs = True, None
 
     def _checked_contacts(self) -> RunStatus | None:
-        """Return the status of a step that ends with a rigid contact whose law is broken; None if none is."""
+        """Return the status of a step at whose end a rigid contact violates its law; None if none does."""
         from kanefe.integrate.run_checks.contact_check import of_contacts
 
         rtol, at = self._choice.control.get("rtol"), np.array([self.time])
         return of_contacts(self.model, at, self._vector()[None], self._choice.name, 0, rtol)
 
     def _reported_values(self, inputs: Mapping[str, float]) -> Vector:
-        """Return the values of all inputs from now on."""
+        """Return the new values of all inputs."""
         values = self._inputs.copy()
         if not isinstance(inputs, Mapping):
             raise ModelError(f"inputs of a step must be a mapping of names to numbers, not {inputs!r}")
@@ -317,7 +317,7 @@ class Simulation:
         return values
 
     def _hold(self, values: Vector) -> None:
-        """Set the inputs from now on; a method whose inputs are unchanged continues without a restart."""
+        """Set the inputs; with unchanged inputs the method continues without a restart."""
         stepper = self.stepper
         if self._has_begun and np.array_equal(values, self._inputs):
             return
@@ -326,23 +326,23 @@ class Simulation:
         y[self._state_of_inputs] = values[: self._load_count]
         for course, acceleration in zip(self.courses, values[self._load_count :].tolist(), strict=True):
             course.go_on(t, acceleration)
-        self._tell_courses()
+        self._write_courses()
         stepper.go_on_with(t, y)
         if self._watch is not None:
             self._watch.renew(t, y)
 
     def drive_of(self, course: Course) -> int:
-        """Return the number of a driven coordinate, among all that are driven."""
+        """Return the number of a course among all driven coordinates."""
         motions = [motion for motion, _ in self.model.drives]
         return next(i for i, motion in enumerate(motions) if motion.pieces is course.piece)
 
     @property
     def event_watch(self) -> EventWatch | None:
-        """What looks for events, also those of contacts; None: there are none."""
+        """What detects events, also those of contacts; None if there are none."""
         return self._watch
 
-    def _tell_courses(self) -> None:
-        """Write where driven coordinates go to the tables of compiled code."""
+    def _write_courses(self) -> None:
+        """Write the courses of driven coordinates to the tables of compiled code."""
         route = self.model.route
         if self.courses and isinstance(route, OrderN) and route.motion_tables is not None:
             for course in self.courses:
@@ -350,7 +350,7 @@ class Simulation:
                 route.motion_tables.pieces[first, : course.piece.shape[1]] = course.piece[0]
 
     def save(self) -> SavedSimulation:
-        """Return where the simulation is, for `restore`. What functions of the user keep by themselves is not in it."""
+        """Return the state of the simulation, for `restore`. Data that functions of the user keep are not included."""
         return SavedSimulation(
             self.stepper.t,
             self._inputs.copy(),
@@ -363,27 +363,27 @@ class Simulation:
         )
 
     def restore(self, saved: SavedSimulation) -> None:
-        """Go back, or ahead, to where a simulation of this scene was; what follows is the same to the bit.
+        """Return to a saved state; what follows is the same to the bit.
 
         Parameters
         ----------
         saved : SavedSimulation
-            What `save` of this simulation, or of a copy of it, has returned.
+            Returned by `save` of this simulation or of a copy of it.
 
         Raises
         ------
         ModelError
-            If it is of another simulation.
+            If it is from another simulation.
         """
         sizes = [len(self._inputs), len(self.courses)]
         if not isinstance(saved, SavedSimulation) or [len(saved.inputs), len(saved.pieces)] != sizes:
             raise ModelError(f"restore takes what save of this simulation has returned, not {saved!r}")
         if saved.status.kind == "stopped":
-            raise ModelError("what was saved is of a simulation that an event has ended. Remedy: save before")
+            raise ModelError("the simulation had been ended by an event when it was saved. Remedy: save it before")
         self._inputs = saved.inputs.copy()
         for course, piece in zip(self.courses, saved.pieces, strict=True):
             course.piece[:] = piece
-        self._tell_courses()
+        self._write_courses()
         self.stepper.resume(saved.stepper)
         if self._watch is not None and saved.watch is not None:
             self._watch.resume(saved.watch)
@@ -394,7 +394,7 @@ class Simulation:
 
     def copy(self) -> Simulation:
         """Return a simulation that continues from here independently."""
-        if self.courses:  # each has its own courses of driven joints
+        if self.courses:  # each simulation has its own courses
             other = started(self.scene, self.asked)
         else:
             other = object.__new__(type(self))

@@ -1,4 +1,4 @@
-"""What a simulation takes of a scene."""
+"""What a simulation requires of a scene."""
 
 from __future__ import annotations
 

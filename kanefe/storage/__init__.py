@@ -1,1 +1,1 @@
-"""Files and digests of arrays and dataclasses. It knows no body."""
+"""Files and digests of arrays and dataclasses; independent of bodies."""

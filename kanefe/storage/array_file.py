@@ -1,8 +1,8 @@
-"""A text and named arrays in one file: an .npz without compression, whose large arrays are mapped, not read.
+"""A text and named arrays in one file: an .npz without compression, whose large arrays are memory-mapped.
 
-numpy reads it as any other .npz. The large arrays begin at multiples of 64 bytes, so that they can be used where they
-lie in the file, and processes share them. All checksums are compared when a file is opened, of the large ones as well:
-a gigabyte takes about half a second. A process does that once, as long as the file stays what it is.
+numpy can read the file as any other .npz. Large arrays begin at multiples of 64 bytes, so that they can be used in
+place and shared by processes. All checksums are compared when a file is opened, which takes about half a second per
+gigabyte; a process does this once, as long as the file does not change.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ _LARGE = 1 << 30
 """Size from which a member has the 64-bit sizes of the zip format, bytes."""
 
 _compared: set[tuple[int, ...]] = set()
-"""Files, by path, size and time, whose large arrays this process has compared with their checksums."""
+"""Files, by device, inode, size and time, whose large arrays this process has compared with their checksums."""
 
 
 def write_arrays(path: str | Path, header: str, arrays: Mapping[str, np.ndarray]) -> None:
-    """Write a text and arrays to `path`, which then holds either all of them or what it held before.
+    """Write a text and arrays to `path`; if that fails, the file is as it was before.
 
     Equal contents give equal bytes.
 
@@ -63,7 +63,7 @@ def open_arrays(path: Path) -> tuple[str, dict[str, np.ndarray]]:
     Raises
     ------
     OSError, ValueError, KeyError, zipfile.BadZipFile, struct.error
-        If the file is truncated or damaged, or no such file.
+        If the file is truncated, damaged or of another kind.
     """
     with path.open("rb") as file, zipfile.ZipFile(file) as members:
         status = os.fstat(file.fileno())
@@ -88,14 +88,14 @@ def open_arrays(path: Path) -> tuple[str, dict[str, np.ndarray]]:
 
 
 def read_header(path: Path) -> str:
-    """Return the text of a file alone, of a compressed one too; raises what `open_arrays` does."""
+    """Return only the text of a file, which may be compressed; raises the errors of `open_arrays`."""
     with zipfile.ZipFile(path) as members:
         content = members.read(f"{HEADER}.npy")
     return str(np.lib.format.read_array(io.BytesIO(content), allow_pickle=False))
 
 
 def check_directory(file: BinaryIO, members: zipfile.ZipFile) -> None:
-    """Raise a BadZipFile if there is more in a file than its directory names: an array that has been lost from it."""
+    """Raise a BadZipFile if a file contains data that its directory does not list, as after the loss of an entry."""
     place = 0
     for info in members.infolist():
         if info.header_offset != place:
@@ -140,7 +140,7 @@ def _read(file: BinaryIO, start: int, info: zipfile.ZipInfo) -> np.ndarray:
 
 
 def _compare_checksum(map_of_file: mmap.mmap, start: int, info: zipfile.ZipInfo) -> None:
-    """Raise a BadZipFile if a large array is not what was written."""
+    """Raise a BadZipFile if a large array differs from what was written."""
     found, stop = 0, start + info.file_size
     with memoryview(map_of_file) as content:
         for begin in range(start, min(stop, len(content)), PIECE):
@@ -150,7 +150,7 @@ def _compare_checksum(map_of_file: mmap.mmap, start: int, info: zipfile.ZipInfo)
 
 
 def _mapped(file: BinaryIO, map_of_file: mmap.mmap, start: int, info: zipfile.ZipInfo) -> np.ndarray:
-    """Return a large array where it lies in the file."""
+    """Return a large array in place in the file."""
     file.seek(start)
     reader: Any = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
     shape, is_fortran, dtype = reader[np.lib.format.read_magic(file)](file)

@@ -1,4 +1,4 @@
-"""A digest of what something is made from: equal parts give equal digests, in every process and on every machine."""
+"""Digests of data and functions: equal parts give equal digests, in every process and on every machine."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def digest(**parts: Any) -> str:
     ----------
     **parts
         Numbers, texts, arrays, sparse matrices, paths (their content), dataclasses, and sequences and mappings of
-        them. A function counts by its code, its defaults, and the values it takes from around it, those of modules
-        that are not installed too; a class of the user by its name, its methods and its plain attributes.
+        them. A function is identified by its code, its defaults and the outer values that it uses, also those of
+        modules that are not installed; a class of the user by its name, its methods and its plain attributes.
 
     Raises
     ------
@@ -59,14 +59,14 @@ def digest(**parts: Any) -> str:
 
 
 def digest_of_scene(**parts: Any) -> str:
-    """Return the same, where objects of any class count by their class and attributes, and compiled functions by code.
+    """As `digest`, also for objects of any class, by class and attributes, and for compiled functions, by code.
 
-    That is as good as their attributes: what such an object keeps elsewhere, as in a file, does not count.
+    Data that such an object keeps elsewhere, as in a file, are not included.
 
     Raises
     ------
     Unhashable
-        If an object has no attributes to look at.
+        If an object has no attributes.
     """
     hasher = _Hasher(takes_objects=True)
     hasher.feed(parts, "")
@@ -74,14 +74,14 @@ def digest_of_scene(**parts: Any) -> str:
 
 
 def digest_of_functions(**parts: Any) -> str:
-    """Return the same of functions of the user, where those of installed packages count by their names alone.
+    """As `digest_of_scene`, with functions of installed packages by their names alone.
 
-    The versions of these packages are to be given beside, where they matter.
+    Where the versions of these packages matter, they are to be given as well.
 
     Raises
     ------
     Unhashable
-        If a function takes something from around it whose content cannot be identified, such as a generator of numbers.
+        If a function uses an outer value whose content cannot be identified, such as a generator of numbers.
     """
     hasher = _Hasher(takes_objects=True, looks_into_packages=False)
     hasher.feed(parts, "")
@@ -89,7 +89,7 @@ def digest_of_functions(**parts: Any) -> str:
 
 
 def code_stamp(*folders: Path) -> str:
-    """Return the digest of all Python files in some folders: of the version of the code, released or not."""
+    """Return the digest of all Python files in some folders, which identifies the version of the code."""
     stamp = hashlib.sha256()
     for folder in folders:
         for path in sorted(folder.rglob("*.py")):
@@ -98,7 +98,7 @@ def code_stamp(*folders: Path) -> str:
 
 
 def installed_versions(*names: str) -> dict[str, str]:
-    """Return the versions of those of some distributions that are installed, without importing them."""
+    """Return the versions of the distributions that are installed, without importing them."""
     from importlib import metadata
 
     found = {}
@@ -123,7 +123,7 @@ class _Hasher:
         return self._hash.hexdigest()[:32]
 
     def feed(self, value: Any, where: str) -> None:
-        """Take in a value; its kind and its length go first, so that no two values look alike."""
+        """Add a value, preceded by its type and length, so that different values never give the same bytes."""
         if isinstance(value, np.generic):
             self.feed(value.item(), where)
         elif value is None or isinstance(value, (bool, int, float, complex, str)):
@@ -157,7 +157,7 @@ class _Hasher:
         elif dataclasses.is_dataclass(value) and not isinstance(value, type):
             self._class(type(value), where)
             for f in dataclasses.fields(value):
-                if not f.compare:  # made from the others, or how they came about
+                if not f.compare:  # derived from the others, or provenance
                     continue
                 self.feed(f.name, where)
                 self.feed(getattr(value, f.name), f"{where}.{f.name}".lstrip("."))
@@ -186,7 +186,7 @@ class _Hasher:
             self._text(f"named {_name(value)}")
         elif isinstance(value, BuiltinFunctionType):
             self._text(f"named {value.__name__}")
-            self.feed(value.__self__, where)  # its module, or the object it is a method of
+            self.feed(value.__self__, where)  # its module, or the object of a method
         elif isinstance(value, ModuleType):
             self._text(f"module {value.__name__}")
         elif isinstance(value, partial):
@@ -222,7 +222,7 @@ class _Hasher:
                 self._global(function.__globals__[name], _attribute_names(function.__code__), f"{where}: {name}")
 
     def _global(self, value: Any, asked: set[str], where: str) -> None:
-        """Take in what a function has from its module; of a module of the user what the function may ask it for."""
+        """Add a global value of a function; of a module of the user, also the attributes that the function may use."""
         self.feed(value, where)
         if isinstance(value, ModuleType) and not _is_of_a_package(value.__name__, getattr(value, "__file__", None)):
             for name in sorted(asked & set(vars(value))):
@@ -230,7 +230,7 @@ class _Hasher:
                 self._global(vars(value)[name], asked - {name}, f"{where}.{name}")
 
     def _class(self, cls: type, where: str) -> None:
-        """Take in a class: by its name, and one of the user by what is written in it, too."""
+        """Add a class by its name; one of the user also by its members."""
         self._text(f"class {_name(cls)}")
         if cls in self._classes or _is_of_a_package(cls.__module__, _file_of(cls.__module__)):
             return
@@ -271,7 +271,7 @@ def _is_of_a_package(module: str, file: str | None) -> bool:
     """Return whether a module is of a package that was installed, of Python itself, or of this one."""
     if module.partition(".")[0] in OWN:
         return True
-    if file is None:  # built in, or typed in
+    if file is None:  # built in, or of an interactive session
         return module in sys.builtin_module_names
     path = Path(file)
     return bool({"site-packages", "dist-packages"} & set(path.parts)) or path.is_relative_to(get_path("stdlib"))
@@ -282,7 +282,7 @@ def _file_of(module: str) -> str | None:
 
 
 def _written(cls: type, name: str, member: Any) -> list[Any]:
-    """Return what of a member of a class was written in it: functions, and plain values; not what Python adds."""
+    """Return functions and plain values of a member of a class, without those that Python generates."""
     if isinstance(member, (staticmethod, classmethod)):
         member = member.__func__
     if isinstance(member, property):
@@ -298,7 +298,7 @@ def _written(cls: type, name: str, member: Any) -> list[Any]:
 
 
 def _global_names(code: CodeType) -> set[str]:
-    """Return the names that a function and those inside it take from their module."""
+    """Return the names of the globals that a function and its inner functions use."""
     names = {step.argval for step in dis.get_instructions(code) if step.opname in ("LOAD_GLOBAL", "LOAD_NAME")}
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
@@ -307,7 +307,7 @@ def _global_names(code: CodeType) -> set[str]:
 
 
 def _attribute_names(code: CodeType) -> set[str]:
-    """Return the names of attributes that a function and those inside it ask for."""
+    """Return the names of the attributes that a function and its inner functions use."""
     names = set(code.co_names)
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
@@ -316,19 +316,16 @@ def _attribute_names(code: CodeType) -> set[str]:
 
 
 def _attributes(value: Any) -> dict[str, Any] | None:
-    """Return the attributes of an object; None if it keeps its content elsewhere."""
-    slots = [name for kind in type(value).__mro__ for name in _listed(getattr(kind, "__slots__", ()))]
+    """Return the attributes of an object; None if its content is elsewhere."""
+    listed = (getattr(kind, "__slots__", ()) for kind in type(value).__mro__)
+    slots = [name for names in listed for name in ((names,) if isinstance(names, str) else names)]
     found = {name: getattr(value, name) for name in slots if name[:2] != "__" and hasattr(value, name)}
     found |= getattr(value, "__dict__", {})
     return found or ({} if type(value).__module__ != "builtins" and hasattr(value, "__dict__") else None)
 
 
-def _listed(slots: Any) -> tuple[str, ...]:
-    return (slots,) if isinstance(slots, str) else tuple(slots)
-
-
 def _name(thing: Any) -> str:
-    """Return what stands for a class in a digest; the files of our own may move without a change of it."""
+    """Return the name of a class in a digest; a class of this package keeps it when it moves to another file."""
     package = (getattr(thing, "__module__", None) or "").partition(".")[0]
     if package not in OWN or not isinstance(thing, type):
         return _place(thing)

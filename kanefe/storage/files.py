@@ -1,6 +1,6 @@
-"""Files that are there as a whole or not at all, and what is read as a file.
+"""Files that are written completely or not at all, checks of files to be read, and the folder of the cache.
 
-Where kanefe keeps what can be made again: compiled kernels and flexible bodies.
+The cache holds what can be computed again: compiled kernels and flexible bodies.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from typing import BinaryIO
 from kanefe.errors import FileError
 
 LARGEST_SHARE = 0.5
-"""Size of a file that is read whole, relative to the memory that a process may use, above which it is refused."""
+"""Largest size of a file that is read whole, relative to the memory that the process may use."""
 
 MOST_WAITING = 10.0
-"""Time for which a pipe waits for a reader, s."""
+"""Longest time that a writer to a pipe waits for a reader, s."""
 
 _NO_FILES = {
     stat.S_IFCHR: "a device",
@@ -36,24 +36,24 @@ _NO_FILES = {
 def regular_file(
     path: str | Path, what: str = "", *, kind: str = "file", remedy: str = "check the path", whole: bool = True
 ) -> Path:
-    """Return the path of a file that ends, and that fits into memory: what all readers of files ask first.
+    """Return the path of a regular file that fits into memory: the first check of all readers.
 
     Parameters
     ----------
     path : path
     what : str
-        That it holds, for messages: "for the nodes".
+        Its content, for messages: "for the nodes".
     kind : str
-        What it is called in messages.
+        Its name in messages.
     remedy : str
-        Of a file that is not there.
+        For a file that does not exist.
     whole : bool
-        Whether it is read whole, and not mapped.
+        Whether it is read whole, not mapped.
 
     Raises
     ------
     FileError
-        If it is not there, a folder, a device, a pipe or a socket, or larger than memory takes.
+        If it does not exist, is a folder, device, pipe or socket, or does not fit into memory.
     """
     path = possible_path(path)
     called = f"{path} {what}".rstrip()
@@ -71,9 +71,7 @@ def regular_file(
         raise FileError(f"there is no {kind} {called}: it is a folder. Remedy: the file in it")
     if not stat.S_ISREG(status.st_mode):
         found = _NO_FILES.get(stat.S_IFMT(status.st_mode), "no file")
-        raise FileError(
-            f"{called} is {found}, which may never end. Remedy: put what it gives into a file, and give that"
-        )
+        raise FileError(f"{called} is {found}, which may never end. Remedy: write its content to a file, and give that")
     if whole and status.st_size > LARGEST_SHARE * usable_memory():
         raise FileError(
             f"{called} has {status.st_size / 2**30:.3g} GiB, of which {LARGEST_SHARE * usable_memory() / 2**30:.3g} "
@@ -83,24 +81,24 @@ def regular_file(
 
 
 def named_file(path: Path, by: Path, *, top: Path, trusted: bool, reader: str) -> Path:
-    """Return a file that another one names, so that it is read with it: one below the folder of the first of them.
+    """Return a file that another file includes; it must be below the folder of the file that the user named.
 
     Parameters
     ----------
     path : Path
     by : Path
-        The file that names it.
+        The file that includes it.
     top : Path
         The file that the user named.
     trusted : bool
-        Whether it may lie anywhere.
+        Whether it may be anywhere.
     reader : str
         The function that the user called.
 
     Raises
     ------
     FileError
-        If it lies elsewhere, also by a link; or as `regular_file`.
+        If it is elsewhere, also by a link; or as `regular_file`.
     """
     regular_file(path, f"that {by.name} reads")
     folder = os.path.realpath(top.parent)
@@ -113,7 +111,7 @@ def named_file(path: Path, by: Path, *, top: Path, trusted: bool, reader: str) -
 
 
 def usable_memory() -> float:
-    """Return the bytes that this process can have at most: of the machine, or of its own limit."""
+    """Return the memory that this process can use at most, bytes: that of the machine, or its own limit."""
     found = float("inf")
     if hasattr(os, "sysconf"):
         found = float(os.sysconf("SC_PAGE_SIZE")) * float(os.sysconf("SC_PHYS_PAGES"))
@@ -126,12 +124,13 @@ def usable_memory() -> float:
 
 
 def possible_path(path: str | Path) -> Path:
-    """Return the path of a file that may be there or be made.
+    """Return the path of a file that may or may not exist.
 
     Raises
     ------
     FileError
-        If it is no text or path, or no file can have the name: one with a zero in it, half a letter, or too long a one.
+        If it is no text or path, or not valid as a name of a file: it has a null character, a lone surrogate, or is too
+        long.
     """
     try:
         possible = Path(path)
@@ -143,12 +142,12 @@ def possible_path(path: str | Path) -> Path:
 
 
 def ready_path(path: str | Path) -> Path:
-    """Return `path` with its folder made.
+    """Return `path` after its folder has been created.
 
     Raises
     ------
     FileError
-        If the folder cannot be made.
+        If the folder cannot be created.
     """
     path = possible_path(path)
     try:
@@ -159,7 +158,7 @@ def ready_path(path: str | Path) -> Path:
 
 
 def make_folder(folder: Path, is_own: bool = False) -> None:
-    """Make a folder and what it lies in: in the cache, and if `is_own`, for the owner alone, whatever the umask."""
+    """Create a folder and its parents: in the cache, or if `is_own`, for the owner only, whatever the umask."""
     if not (is_own or _is_in_cache(folder)):
         folder.mkdir(parents=True, exist_ok=True)
         return
@@ -170,16 +169,16 @@ def make_folder(folder: Path, is_own: bool = False) -> None:
 
 
 def _is_in_cache(path: Path) -> bool:
-    """Return whether a path lies in the cache: what is there is the owner's alone."""
+    """Return whether a path is in the cache, whose files are accessible to the owner only."""
     return Path(os.path.realpath(path)).is_relative_to(os.path.realpath(cache_folder()))
 
 
 def write_whole(path: str | Path, write: Callable[[BinaryIO], object]) -> None:
     """Call ``write(file)`` on a temporary file beside `path` and put it in place only when it is complete.
 
-    The folder is made where it is missing. A process that is killed leaves a file ``.<name>.<random>`` beside, never a
-    part of `path`. In the cache, folders and files are the owner's alone. A link stays: what it points to is replaced.
-    A device or pipe is no file that could be replaced: it is given the bytes.
+    A missing folder is created. A process that is killed leaves a file ``.<name>.<random>`` beside, never an incomplete
+    `path`. In the cache, folders and files are accessible to the owner only. A link stays, and its target is replaced.
+    The bytes are written directly to a device or pipe, which cannot be replaced.
 
     Raises
     ------
@@ -216,7 +215,7 @@ def write_whole(path: str | Path, write: Callable[[BinaryIO], object]) -> None:
 
 
 def _write_through(path: Path, write: Callable[[BinaryIO], object]) -> None:
-    """Call ``write(file)`` on a buffer and hand its bytes to a device or pipe."""
+    """Call ``write(file)`` on a buffer and write its bytes to a device or pipe."""
     buffer = BytesIO()
     write(buffer)
     try:
@@ -229,7 +228,7 @@ def _write_through(path: Path, write: Callable[[BinaryIO], object]) -> None:
 
 
 def _opened_for_writing(path: Path) -> int:
-    """Return the descriptor of a device or pipe; an OSError where nobody comes to read a pipe."""
+    """Return the descriptor of a device or pipe; an OSError if a pipe has no reader in time."""
     last = time.monotonic() + MOST_WAITING
     while True:
         try:
@@ -246,13 +245,13 @@ def _opened_for_writing(path: Path) -> int:
 def cache_folder() -> Path:
     """Return the folder of the cache: ``KANEFE_CACHE_DIR``, else kanefe's folder in the cache of the user.
 
-    It need not be there yet.
+    It may not exist yet.
     """
     chosen = os.environ.get("KANEFE_CACHE_DIR")
     if chosen:
         return Path(chosen).expanduser()
     system: str = sys.platform
-    if system == "linux":  # by the rule of freedesktop.org: to import platformdirs takes 3 ms of each new process
+    if system == "linux":  # XDG base directories; importing platformdirs would take 3 ms of each new process
         chosen = os.environ.get("XDG_CACHE_HOME", "").strip()
         return (Path(chosen) if chosen else Path("~/.cache").expanduser()) / "kanefe"
     import platformdirs

@@ -1,4 +1,4 @@
-"""The door to cloudpickle: bytes of objects with functions that other processes cannot import."""
+"""The door to cloudpickle: pickles of objects with functions that other processes cannot import."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 
 def dumps_by_value() -> Callable[[Any], bytes] | None:
-    """Return what makes bytes of objects, functions of scripts with them; None where cloudpickle is not installed."""
+    """Return `cloudpickle.dumps`, which also pickles functions of scripts; None if it is not installed."""
     if find_spec("cloudpickle") is None:
         return None
     import cloudpickle

@@ -1,8 +1,8 @@
 """The door to h5py: named arrays with units to HDF5 and back.
 
-A file begins with a block of text that HDF5 leaves to its writer: a digest of all bytes that follow. It is compared
-before HDF5 looks at them, so that no damage is ever read, nor makes HDF5 itself crash. Each array has the checksum of
-HDF5 besides, by which other programs that read the file see its damage.
+A file begins with HDF5's user block, which has a digest of all following bytes. It is compared before HDF5 reads them,
+so that damaged data are never read and cannot crash HDF5. Each array also has HDF5's checksum, by which other programs
+detect damage.
 """
 
 from __future__ import annotations
@@ -26,9 +26,8 @@ SMALLEST_COMPRESSED = 1024
 MOST_COMPRESSED = 1100
 """Largest ratio of an array to its bytes in the file: deflate achieves at most 1032."""
 
-
 HEAD = 512
-"""Number of bytes before those of HDF5, the least that it permits."""
+"""Size of the user block, bytes: the smallest that HDF5 permits."""
 
 PIECE = 1 << 20
 
@@ -37,7 +36,7 @@ DEEPEST = 32
 
 
 def come_first() -> None:
-    """Load h5py, if it is there, ahead of a library that shows an HDF5 of its own to all that is loaded after it."""
+    """Load h5py, if it is installed, before a library that exposes an HDF5 of its own to what is loaded later."""
     with contextlib.suppress(MissingDependency, FileError):
         _h5py("kanefe.storage")
 
@@ -45,12 +44,12 @@ def come_first() -> None:
 def encode(header: Mapping[str, Any], arrays: Mapping[str, tuple[np.ndarray, str]]) -> memoryview:
     """Return the bytes of an HDF5 file.
 
-    It is made in memory, because HDF5 itself cannot be trusted to survive a full disk.
+    The file is made in memory, because HDF5 can crash on a full disk.
 
     Parameters
     ----------
     header : mapping
-        Attributes of the file: texts and numbers as they are, anything else as json.
+        Attributes of the file: texts and whole numbers unchanged, anything else as JSON.
     arrays : mapping of str to (array, unit)
         By path in the file.
 
@@ -81,7 +80,7 @@ def decode(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     Raises
     ------
     FileError
-        If the file is not there, or is truncated or no HDF5 file.
+        If the file does not exist, is truncated, or is no HDF5 file.
     MissingDependency
         If h5py is not installed.
     """
@@ -98,13 +97,13 @@ def decode(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
 
 
 def _head(digest: str) -> bytes:
-    """Return the block of text at the head of a file."""
+    """Return the user block of a file."""
     text = f"kanefe HDF5: the SHA-256 of all bytes behind these {HEAD} is {digest}\n"
     return text.encode().ljust(HEAD, b" ")
 
 
 def _compare_digest(path: Path) -> None:
-    """Raise a ValueError if the bytes of a file are not those that were written."""
+    """Raise a ValueError if the bytes of a file do not match its digest."""
     found = hashlib.sha256()
     with path.open("rb") as file:
         head = file.read(HEAD)
@@ -117,7 +116,7 @@ def _compare_digest(path: Path) -> None:
 
 
 def _arrays(h5py: Any, group: Any, place: str, depth: int) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield the arrays of a group and of those in it, by path; links and what lies in other files are refused."""
+    """Yield the arrays of a group and of those in it, by path; links and external data are refused."""
     if depth > DEEPEST:
         raise ValueError(f"{place} is a group in more than {DEEPEST} others")
     for name in group:
@@ -155,7 +154,7 @@ def _h5py(needed_by: str) -> Any:
 
 
 def _plain(value: Any) -> Any:
-    """Return what json can write of numpy's numbers and arrays; anything else by its text."""
+    """Convert numpy's numbers and arrays for JSON, anything else to text."""
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, np.ndarray):

@@ -1,7 +1,7 @@
-"""Machine code in the cache: opened only where nobody but its owner can have written it, and only if it is whole.
+"""Machine code in the cache: loaded only if no other user can have written it, and only if it is complete.
 
-The name of such a file ends in the size and the digest of what it has and of what it is called, so that they are put in
-place with it, by whoever may write its folder. Two processes that make one file at once leave two, each sound.
+The name of such a file ends in its size and the digest of name and content, so that both appear together with the file.
+Two processes that write the same file at once leave two complete ones.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ _names: dict[Path, dict[str, str]] = {}
 
 
 class Damaged(Exception):
-    """A file is not what its name says."""
+    """The content of a file does not match the digest in its name."""
 
 
 def keep(folder: Path, name: str, content: bytes) -> Path:
-    """Put a file into a folder, and return it.
+    """Write a file into a folder, and return its path.
 
     Raises
     ------
@@ -44,12 +44,12 @@ def keep(folder: Path, name: str, content: bytes) -> Path:
 
 
 def kept(folder: Path, name: str) -> Path | None:
-    """Return the file of a name, which is not read yet, or None.
+    """Return the path of the file of a name, or None; the file is not read.
 
     Raises
     ------
     FileError
-        If the folder or what it lies in belongs to others, or others may write it.
+        If the folder or one of its parents belongs to others, or others may write it.
     """
     if name not in _names.get(folder, {}):
         if not os.path.isdir(folder):
@@ -63,12 +63,12 @@ def kept(folder: Path, name: str) -> Path | None:
 
 @contextmanager
 def opened(path: Path) -> Iterator[tuple[int, bytes]]:
-    """Open a kept file: give its descriptor, and what it has, which is what its name says.
+    """Open a file of the cache; yield its descriptor and its content, which matches its name.
 
     Raises
     ------
     Damaged
-        If it is not; it has been removed.
+        If the content does not match the name; the file has been removed.
     FileError
         If it belongs to others, or others may write it.
     """
@@ -94,7 +94,7 @@ def opened(path: Path) -> Iterator[tuple[int, bytes]]:
 
 
 def is_sound(path: Path) -> bool:
-    """Return whether a kept file is whole; if not it has been removed."""
+    """Return whether a file of the cache is complete; if not it has been removed."""
     try:
         with opened(path):
             return True
@@ -103,19 +103,19 @@ def is_sound(path: Path) -> bool:
 
 
 def check_folder(folder: Path, variable: str = CACHE) -> None:
-    """Refuse a folder that others can have written; of the cache's own folders what is too open is shut.
+    """Refuse a folder that other users can have written; the cache's own folders are restricted to the owner.
 
     Parameters
     ----------
     folder : Path
     variable : str
-        Of the environment, that names another folder.
+        Environment variable that names another folder, for the message.
 
     Raises
     ------
     FileError
-        If it, or one that it lies in, belongs to others than this user and root, or may be written by others. That it
-        lies in a folder where each removes only what is his, as /tmp, is no fault.
+        If it, or one of its parents, belongs to a user other than this one and root, or may be written by others.
+        Parents with the sticky bit, such as /tmp, are accepted.
     """
     if folder in _checked:
         return
@@ -133,7 +133,7 @@ def check_folder(folder: Path, variable: str = CACHE) -> None:
 
 
 def check_entry(path: Path, variable: str = CACHE) -> None:
-    """Refuse a file that others own or may write, or a link, or what it leads to; errors as of `check_folder`."""
+    """Refuse a file, a link or its target that others own or may write; errors as `check_folder`."""
     about = path.lstat()
     if stat.S_ISLNK(about.st_mode) and _is_trusted(about.st_uid):
         about = path.stat()
@@ -141,16 +141,16 @@ def check_entry(path: Path, variable: str = CACHE) -> None:
 
 
 def _check(path: Path, about: os.stat_result, to_remove: Path, variable: str = CACHE) -> None:
-    if os.name != "posix":  # modes tell nothing there
+    if os.name != "posix":  # modes have no meaning there
         return
     if not _is_trusted(about.st_uid):
         raise FileError(
-            f"compiled code is not taken from {path}: it belongs to user {about.st_uid}, who could run code "
+            f"compiled code is not loaded from {path}: it belongs to user {about.st_uid}, who could run code "
             f"here. Remedy: {variable}=a folder of your own, or remove {to_remove} if it is yours to remove"
         )
     if _others_write(about):
         raise FileError(
-            f"compiled code is not taken from {path}: others may write it (mode {stat.S_IMODE(about.st_mode):o}) "
+            f"compiled code is not loaded from {path}: others may write it (mode {stat.S_IMODE(about.st_mode):o}) "
             f"and could run code here. Remedy: {f'chmod go-w {path}' if path == to_remove else f'rm -r {to_remove}'}, "
             f"or {variable}=a folder that only you write"
         )
@@ -161,7 +161,7 @@ def _is_trusted(user: int) -> bool:
 
 
 def _others_write(about: os.stat_result) -> bool:
-    """Return whether others than the owner may write; the group that a user has alone is no other."""
+    """Return whether others than the owner may write; the private group of a user does not count as other."""
     if about.st_mode & stat.S_IWOTH or not about.st_mode & stat.S_IWGRP:
         return bool(about.st_mode & stat.S_IWOTH)
     import grp
@@ -178,7 +178,7 @@ def _others_write(about: os.stat_result) -> bool:
 
 
 def _read(descriptor: int, size: int) -> bytes:
-    """Return the bytes of an open file, at most as many as its name states."""
+    """Return at most `size` bytes of an open file."""
     parts = []
     while size > 0 and (part := os.read(descriptor, size)):
         parts.append(part)

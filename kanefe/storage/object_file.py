@@ -1,4 +1,4 @@
-"""One file for one object: a header that names format and version, and arrays that are mapped, not read."""
+"""The file of an object: a header with format and version, and memory-mapped arrays."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ from kanefe.storage.serialise import OtherVersion, decoded, encoded
 
 @dataclass(frozen=True)
 class FileKind:
-    """What files of one kind say of themselves.
+    """A kind of files.
 
     Attributes
     ----------
     format : str
-        In the header.
+        Its name in the header.
     version : int
-        The one that is read.
+        The version that can be read.
     cls : type
-        Of the object.
+        Class of the object.
     key : str
-        Of the object in the header, and its short name in messages.
+        Name of the object in the header, and its short name in messages.
     name : str
-        In messages.
+        Full name in messages.
     writer : str
-        What writes such files, in messages.
+        The function that writes such files, for messages.
     """
 
     format: str
@@ -59,13 +59,13 @@ DAMAGE = (
     zlib.error,
     struct.error,
 )
-"""Exceptions that may be raised in reading a file that is truncated, damaged or of another kind."""
+"""Exceptions that may be raised by reading a file that is truncated, damaged or of another kind."""
 
 
 def write_object(path: str | Path, value: object, kind: FileKind) -> None:
-    """Write an object to `path`, which then holds either the whole new object or what it held before.
+    """Write an object to `path`; if that fails, the file is as it was before.
 
-    The file is an .npz without compression. An array that the object holds twice is written once.
+    The file is an .npz without compression. An array that the object contains twice is written once.
 
     Raises
     ------
@@ -78,12 +78,12 @@ def write_object(path: str | Path, value: object, kind: FileKind) -> None:
 
 
 def read_object(path: str | Path, kind: FileKind) -> Any:
-    """Read what `write_object` wrote; arrays of more than a mebibyte stay in the file until they are used.
+    """Read an object that was written by `write_object`; arrays above a mebibyte are memory-mapped.
 
     Raises
     ------
     FileError
-        If the file is not there, truncated, or of another format or version.
+        If the file does not exist, is truncated, or of another format or version.
     """
     key = kind.key
     path = regular_file(path, remedy=f"check the path, or make the {key} again and save it", whole=False)

@@ -1,4 +1,4 @@
-"""Objects that are pickled, and copied, by the fields they were made with."""
+"""Objects that are pickled and copied by their fields."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Any
 
 
 class PickledByFields:
-    """A frozen dataclass whose pickle holds its fields alone, and that is made again of them.
+    """A frozen dataclass whose pickle holds only its fields, from which it is constructed again.
 
-    What it has computed from them and kept is left out: factors, tables and compiled code belong to the process. Arrays
-    that its constructor makes read-only are so again.
+    Cached results such as factors, tables and compiled code belong to the process and are left out. Arrays that the
+    constructor makes read-only are read-only again.
     """
 
     def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:

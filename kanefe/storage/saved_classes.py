@@ -1,6 +1,6 @@
-"""The words by which files name classes: a class can move to another file of the code, and saved bodies stay readable.
+"""Names of classes in files: a class can move to another module, and saved bodies stay readable.
 
-A word, once given, stays what it is; where its class stands is written here alone.
+A name never changes; the module of its class is given only here.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ _WORDS = {place: word for word, place in SAVED_CLASSES.items()}
 
 
 def word_of(cls: type) -> str | None:
-    """Return the word of a class, or None if it has none."""
+    """Return the name of a class in files, or None if it has none."""
     return _WORDS.get(f"{cls.__module__}:{cls.__qualname__}")
 
 
 def class_of(word: str) -> Any:
-    """Return the dataclass of a word; a file cannot name anything else.
+    """Return the dataclass of a name in a file; a file cannot name anything else.
 
     Raises
     ------
     ValueError
-        If there is no such word.
+        If there is no such name.
     """
     if word not in SAVED_CLASSES:
         raise ValueError(f"{word!r} is not a kind of object that this version knows")

@@ -1,6 +1,6 @@
 """Parts of scipy that are imported on first use: rigid scenes run without them, and start sooner.
 
-Of modules that such scenes load, in the place of ``import scipy.linalg``, ``import scipy.sparse as sp`` and
+For modules that such scenes load, instead of ``import scipy.linalg``, ``import scipy.sparse as sp`` and
 ``import scipy.sparse.linalg as spla``.
 """
 

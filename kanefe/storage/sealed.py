@@ -1,4 +1,4 @@
-"""Lines of json that end with a checksum of themselves."""
+"""Lines of JSON that end with their checksum."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from collections.abc import Mapping
 from typing import Any
 
 SEAL = "crc"
-"""Last name of a sealed mapping."""
+"""Last key of a sealed mapping."""
 
 _SEALED = re.compile(rb'(\{.*), "crc": "([0-9a-f]{8})"\}', re.DOTALL)
 
 
 def sealed(content: Mapping[str, Any]) -> str:
-    """Return a mapping as json, with a checksum as its last item.
+    """Return a mapping as JSON, with its checksum as last item.
 
     Examples
     --------
@@ -29,12 +29,12 @@ def sealed(content: Mapping[str, Any]) -> str:
 
 
 def unsealed(text: bytes) -> dict[str, Any]:
-    """Return the mapping that `sealed` gave this text for.
+    """Return the mapping of a text that `sealed` returned.
 
     Raises
     ------
     ValueError
-        If the text is another one, or has changed since.
+        If the text is of another form, or was changed.
     """
     found = _SEALED.fullmatch(text.strip())
     if found is None:

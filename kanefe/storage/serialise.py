@@ -1,7 +1,7 @@
-"""Frozen dataclasses to a text and arrays, and back: what a file of them holds.
+"""Conversion of frozen dataclasses to a text and arrays for files, and back.
 
-A class is written field by field, so that a new field needs no change here. On reading, the fields of the file must be
-those of the class: a file of another version is refused, never misread.
+A class is written field by field, so that a new field needs no change here. The fields in a file must be those of the
+class: a file of another version is refused, never misread.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ NOT_SAVED = {"saved": False}
 """Metadata of a field that a file leaves out, ``field(metadata=NOT_SAVED)``; the field must have a default."""
 
 SHARED = 1 << 16
-"""Size from which an array is compared with the others and written only once, bytes."""
+"""Size above which equal arrays are written only once, bytes."""
 
 _TAG = "is"
 
@@ -35,13 +35,13 @@ def encoded(value: Any) -> tuple[str, dict[str, np.ndarray]]:
     Parameters
     ----------
     value : object
-        Made of dataclasses that have a word in `kanefe.storage.saved_classes`, arrays, sparse matrices, tuples, lists,
+        Made of dataclasses that have a name in `kanefe.storage.saved_classes`, arrays, sparse matrices, tuples, lists,
         mappings with names, texts and numbers.
 
     Raises
     ------
     TypeError
-        If a part is none of these; the message says where.
+        If a part is none of these; the message names it.
 
     Examples
     --------
@@ -53,7 +53,7 @@ def encoded(value: Any) -> tuple[str, dict[str, np.ndarray]]:
 
 
 def decoded(text: str, arrays: Mapping[str, np.ndarray]) -> Any:
-    """Return the value that `encoded` gave this text and these arrays for.
+    """Return the value of a text and arrays that `encoded` returned.
 
     Raises
     ------
@@ -121,7 +121,7 @@ def _saved(cls: Any) -> list[str]:
 
 
 def _stored(array: np.ndarray, path: str, arrays: dict[str, np.ndarray]) -> str:
-    """Put an array among those to be written, unless it is there already; return its name."""
+    """Add an array to those to be written, unless an equal one is among them; return its name."""
     if array.nbytes >= SHARED:
         for name, other in arrays.items():
             if _is_same(array, other):
@@ -131,7 +131,7 @@ def _stored(array: np.ndarray, path: str, arrays: dict[str, np.ndarray]) -> str:
 
 
 def _is_same(a: np.ndarray, b: np.ndarray) -> bool:
-    """Return whether two arrays are equal bit for bit, and in the same order."""
+    """Return whether two arrays are equal bit for bit, with the same order in memory."""
     if a.shape != b.shape or a.dtype != b.dtype or a.strides != b.strides:
         return False
     if a.__array_interface__["data"] == b.__array_interface__["data"]:

@@ -1,7 +1,7 @@
-"""Studies: one scene many times, over parameters, on any number of processes or machines; what comes out is a table.
+"""Studies: one scene many times, over parameters, on any number of processes or machines, with a table as result.
 
-`kanefe.Study` says what is run, `kanefe.StudyTable` holds what came of it, `operability` makes statistics of maxima.
-The reducers, such as ``kf.studies.peak("position", "tip")``, make numbers of a run, so that no histories are kept.
+`kanefe.Study` defines the runs, `kanefe.StudyTable` holds the results, `operability` computes statistics of maxima.
+Reducers, such as ``kf.studies.peak("position", "tip")``, reduce a run to numbers, so that no histories are stored.
 """
 
 from kanefe.studies.statistics.crew import interruptions as interruptions

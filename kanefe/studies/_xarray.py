@@ -16,7 +16,7 @@ except ImportError as _error:
 
 
 def data_set(columns: Mapping[str, Sequence[Any]], parameters: Sequence[str], about: Mapping[str, str]) -> Any:
-    """Return a data set: over the parameters where each combination is there at most once, else over the cases."""
+    """Return a data set over the parameters if each combination occurs at most once, else over the cases."""
     values = {name: list(dict.fromkeys(columns[name])) for name in parameters}
     cells = list(zip(*(columns[name] for name in parameters), strict=True))
     rest = {name: column for name, column in columns.items() if name not in parameters and _is_number(column)}

@@ -1,4 +1,4 @@
-"""The cases of a study: which values its parameters take, in which order, and by which key each case is known."""
+"""The cases of a study: the values of its parameters, their order, and the key of each case."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ COLUMNS = ("case", "key", "status", "reason", "simulated", "warnings", "wall", "
 KEY_DIGITS = 16
 
 MOST_NESTED = 32
-"""Largest depth of nested sequences in one value, as many as arrays have axes."""
+"""Largest depth of nested sequences in one value: the largest number of axes of an array."""
 
 MOST_VALUES = 1_000_000
-"""Largest number of values of a parameter, and of rows of a table: more come from an infinite generator or a mistake.
+"""Largest number of values of a parameter, and of rows of a table: more are an infinite generator or a mistake.
 """
 
 
@@ -30,7 +30,7 @@ MOST_VALUES = 1_000_000
 class Cases:
     """Rows of a table, each with all combinations of the values of a grid; the last name of the grid runs fastest.
 
-    They are made when they are asked for: ten thousand take no more room than the values do.
+    They are generated on request: ten thousand cases take no more memory than their values.
 
     Attributes
     ----------
@@ -64,7 +64,7 @@ class Cases:
         return (self[number] for number in range(len(self)))
 
     def record(self) -> dict[str, Any]:
-        """Return what json can write, of which `from_record` makes the cases again."""
+        """Return the cases in types of JSON, for `from_record`."""
         return {"table": list(self.table), "grid": self.grid}
 
     @classmethod
@@ -76,25 +76,25 @@ class Cases:
 
 
 def key_of(identity: str, parameters: Mapping[str, Any]) -> str:
-    """Return the key of a case: of what the study is, and of its parameters; their order does not count."""
+    """Return the key of a case, from the identity of its study and its parameters in any order."""
     text = json.dumps(parameters, sort_keys=True)
     return hashlib.sha256(f"{identity} {text}".encode()).hexdigest()[:KEY_DIGITS]
 
 
 def cases_of(table: Any, grid: Mapping[str, Any]) -> Cases:
-    """Return the cases that a user asks for, checked.
+    """Return the cases of the arguments of a study, checked.
 
     Parameters
     ----------
     table : sequence of mapping, or DataFrame, or None
-        Parameters that change together, a row a case.
+        Parameters that change together, one row per case.
     grid : mapping
-        A value, or the values, by name.
+        One value or several values, by name.
 
     Raises
     ------
     ModelError
-        If there is no value, one twice, or one that cannot be written down.
+        If a parameter has no value, a value twice, or one that cannot be written to a table.
     """
     rows = _rows(table)
     axes = {name: _axis(name, values) for name, values in grid.items()}
@@ -106,17 +106,17 @@ def cases_of(table: Any, grid: Mapping[str, Any]) -> Cases:
         raise ModelError("a study needs a parameter. Remedy: Study(build, outputs, name=values)")
     reserved = [name for name in cases.names if name in COLUMNS]
     if reserved:
-        raise ModelError(f"{_listed(reserved)} is a column that each table of a study has. Remedy: another name")
+        raise ModelError(f"{_listed(reserved)} is a column of every table of a study. Remedy: another name")
     return cases
 
 
 def plain(value: Any, what: str, depth: int = 0) -> Any:
-    """Return a value as Python's own, which json writes and reads to the same bits.
+    """Convert a value to Python's own types, which JSON writes and reads without loss.
 
     Raises
     ------
     ModelError
-        If it is no number, text, truth value, None, or sequence of them.
+        If it is no number, text, boolean, None, or sequence of them.
     """
     if isinstance(value, np.generic):
         value = value.item()
@@ -131,8 +131,8 @@ def plain(value: Any, what: str, depth: int = 0) -> Any:
     if isinstance(value, (list, tuple)) and depth < MOST_NESTED:
         return tuple(plain(item, what, depth + 1) for item in value)
     raise ModelError(
-        f"{what} is {_article(type(value).__name__)}, which cannot be written into a table. Remedy: a number, text, "
-        "truth value or a sequence of them, of which build makes what it needs"
+        f"{what} is {_article(type(value).__name__)}, which cannot be written to a table. Remedy: a number, text, "
+        "boolean or a sequence of them, from which build makes what it needs"
     )
 
 
@@ -148,12 +148,12 @@ def _axis(name: str, values: Any) -> tuple[Any, ...]:
 
 
 def bounded(values: Iterable[Any], what: str) -> Iterator[Any]:
-    """Yield values; raise a ModelError instead of going on for ever."""
+    """Yield values; raise a ModelError if there are too many, as from an infinite generator."""
     for number, value in enumerate(values):
         if number == MOST_VALUES:
             raise ModelError(
-                f"{what} are more than {MOST_VALUES}: {type(values).__name__} may have no end. Remedy: as many as are "
-                "to be run, such as list(itertools.islice(values, 100))"
+                f"{what} are more than {MOST_VALUES}: {type(values).__name__} may be infinite. Remedy: a finite number "
+                "of them, such as list(itertools.islice(values, 100))"
             )
         yield value
 
@@ -164,7 +164,7 @@ def _rows(table: Any) -> tuple[dict[str, Any], ...]:
     if hasattr(table, "to_dict") and hasattr(table, "columns"):  # a DataFrame
         table = table.to_dict("records")
     if isinstance(table, (str, bytes, Mapping)) or not isinstance(table, Iterable):
-        raise ModelError("table must be a sequence of mappings, a row a case, or a DataFrame")
+        raise ModelError("table must be a sequence of mappings, one row per case, or a DataFrame")
     rows: list[dict[str, Any]] = []
     for number, row in enumerate(bounded(table, "the rows of the table")):
         if not isinstance(row, Mapping) or not all(isinstance(name, str) for name in row):
@@ -178,11 +178,11 @@ def _rows(table: Any) -> tuple[dict[str, Any], ...]:
     return tuple(rows)
 
 
-def _check_twice(texts: Sequence[str], told: str) -> None:
+def _check_twice(texts: Sequence[str], message: str) -> None:
     seen: set[str] = set()
     for text in texts:
         if text in seen:
-            raise ModelError(f"{told.format(text)}: that is one run. Remedy: once, or a seed as a further parameter")
+            raise ModelError(f"{message.format(text)}: that is one run. Remedy: once, or a seed as another parameter")
         seen.add(text)
 
 

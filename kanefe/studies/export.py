@@ -16,7 +16,7 @@ KINDS = (".csv", ".h5", ".parquet")
 
 
 def save_table(columns: dict[str, list[Any]], header: dict[str, Any], path: str | Path) -> Path:
-    """Write columns, and in HDF5 the header of their study too, as `StudyTable.save` describes."""
+    """Write columns, in HDF5 also the header of the study, as `StudyTable.save` describes."""
     kind = Path(path).suffix.lower()
     if kind not in KINDS:
         raise ModelError(f"cannot write a table to {path}. Remedy: one of the suffixes {', '.join(KINDS)}")
@@ -48,7 +48,7 @@ def _hdf5(columns: dict[str, list[Any]], header: dict[str, Any]) -> bytes:
 
 
 def _writable(values: list[Any]) -> np.ndarray:
-    """Return numbers as numbers with gaps as not a number, arrays of one shape as one, and anything else as text."""
+    """Return numbers as an array with NaN for gaps, arrays of one shape as one array, and anything else as text."""
     if all(value is None or isinstance(value, (bool, int, float)) for value in values):
         return np.array([np.nan if value is None else value for value in values])
     if all(isinstance(value, (list, tuple)) for value in values):

@@ -1,4 +1,4 @@
-"""What is kept of a run: a function of the user, a reducer, or several of them."""
+"""Outputs of a run: a function of the user, a reducer, or several of them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Together:
     parts: tuple[Callable[[Result], Any], ...]
 
     def __call__(self, result: Result) -> dict[str, Any]:
-        """Return the outputs of all; raise a ModelError if two have the same name."""
+        """Return all outputs; raise a ModelError if two have the same name."""
         found: dict[str, Any] = {}
         for part in self.parts:
             own = part(result)
@@ -29,7 +29,7 @@ class Together:
 
 
 def outputs_of(outputs: Any) -> Callable[[Result], Any]:
-    """Return one function of what a user gives.
+    """Return the argument `outputs` of a study as one function.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Samples of distributions that fill their space evenly."""
+"""Space-filling samples of distributions."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ SAMPLINGS = ("latin hypercube", "sobol", "halton", "random")
 def sampled_rows(
     distributions: Mapping[str, Any], samples: int, sampling: str, seed: int
 ) -> tuple[list[dict[str, float]], dict[str, Any]]:
-    """Return rows of a table, and a record of how they came about.
+    """Return rows of a table, and a record of the sampling.
 
     Parameters
     ----------
     distributions : mapping of str to frozen distribution
-        Of scipy.stats: what has a ``ppf``.
+        Of scipy.stats: objects with a ``ppf``.
     samples : int
     sampling : str
         One of `SAMPLINGS`.
@@ -30,7 +30,7 @@ def sampled_rows(
     Raises
     ------
     ModelError
-        If there is no distribution, or an argument makes no sense.
+        If there is no distribution, or an argument is not valid.
     """
     if not distributions:
         raise ModelError("there is no distribution to sample. Remedy: name=scipy.stats.norm(10.0, 0.5), for instance")
@@ -45,8 +45,8 @@ def sampled_rows(
     shares = _unit_samples(len(distributions), int(samples), sampling, np.random.default_rng(int(seed)))
     columns = {name: np.asarray(d.ppf(shares[:, j])) for j, (name, d) in enumerate(distributions.items())}
     rows = [{name: column[i].item() for name, column in columns.items()} for i in range(int(samples))]
-    told = {name: _described(d) for name, d in distributions.items()}
-    return rows, {"sampling": sampling, "seed": int(seed), "distributions": told}
+    described = {name: _described(d) for name, d in distributions.items()}
+    return rows, {"sampling": sampling, "seed": int(seed), "distributions": described}
 
 
 def _unit_samples(dimension: int, samples: int, sampling: str, generator: np.random.Generator) -> np.ndarray:
@@ -61,7 +61,7 @@ def _unit_samples(dimension: int, samples: int, sampling: str, generator: np.ran
         "halton": qmc.Halton,
     }
     shares = np.asarray(makers[sampling](dimension, seed=generator).random(samples))
-    tiny = np.finfo(float).eps  # a distribution without ends has no value at 0 and 1
+    tiny = np.finfo(float).eps  # an unbounded distribution has no value at 0 and 1
     return shares.clip(tiny, 1.0 - tiny)
 
 

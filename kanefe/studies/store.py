@@ -1,14 +1,14 @@
-"""The folder of a study: a header that says what it is, and rows that are only ever added.
+"""The folder of a study: a header that describes it, and rows that are only ever appended.
 
 ::
 
     study.json      format, versions, parameters, options and source of the functions
-    rows/00001.jsonl, rows/00002.jsonl, ...    a line a case; one file for each time that the study was run
-    spare           room that is given up for the last rows when the disk is full
+    rows/00001.jsonl, rows/00002.jsonl, ...    one line per case; one file for each call of Study.run
+    spare           space that is released for the last rows when the disk is full
 
-A line is written when its case is done, so that a process that is killed loses none; a last line without its end is
-left out. Each line, and the header, end with a checksum of themselves: a damaged line is told and left out, its case
-counts as not run. Of lines with the same key the last counts.
+A line is written when its case is done, so that a killed process loses no finished case; an incomplete last line is
+ignored. Each line, and the header, end with their checksum: a damaged line is ignored with a warning, and its case
+counts as not run. Of lines with the same key the last one counts.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ FORMAT, VERSION = "kanefe study", 2
 HEADER, ROWS, SPARE = "study.json", "rows", "spare"
 
 SPARE_BYTES = 1 << 20
-"""Size of free space, bytes, larger than the rows of the cases in flight."""
+"""Size of the spare file, bytes, larger than the rows of the running cases."""
 
 SECONDS_TO_DISK = 1.0
 """Longest time for which a row stays in the memory of the operating system, s. It survives a killed process there, but
-not a power cut."""
+not a power failure."""
 
 NEEDED = ("key", "parameters", "outputs", "status", "reason", "simulated", "warnings", "wall", "cpu", "worker")
 """Required entries of a row."""
 
 SAME = ("identity", "kanefe", "build", "outputs", "options")
 """Entries of a header that must be the same in a store and in a study that continues it. Parameters may differ: cases
-are added."""
+are then added."""
 
 
 class Store:
@@ -57,26 +57,26 @@ class Store:
         self.folder = possible_path(folder)
 
     def begin(self, header: Mapping[str, Any]) -> None:
-        """Make the folder, or take one of the same study, or of one that has no rows yet.
+        """Create the folder, or continue one of the same study, or one without rows.
 
         Raises
         ------
         FileError
-            If the folder holds another study or something else, or cannot be written.
+            If the folder contains another study or other files, or cannot be written.
         """
         path = self.folder / HEADER
         if os.path.exists(path):
             if next(self.rows(), None) is not None:
                 self.check_same(header)
         elif os.path.isdir(self.folder) and self._has_others():
-            raise FileError(f"{self.folder} holds something else than a study. Remedy: a folder of its own")
+            raise FileError(f"{self.folder} contains other files than a study. Remedy: a folder of its own")
         text = sealed({"format": FORMAT, "version": VERSION, **header})
         write_whole(path, lambda file: file.write(text.encode()))
         try:
             (self.folder / ROWS).mkdir(exist_ok=True)
         except OSError as error:
             raise FileError(
-                f"cannot make the folder {self.folder / ROWS}: {error.strerror}. Remedy: another folder for the study"
+                f"cannot create the folder {self.folder / ROWS}: {error.strerror}. Remedy: another folder for the study"
             ) from error
         if not (self.folder / SPARE).exists():
             write_whole(self.folder / SPARE, lambda file: file.write(bytes(SPARE_BYTES)))
@@ -89,12 +89,12 @@ class Store:
             raise FileError(f"cannot read {self.folder}: {error.strerror}. Remedy: another folder") from error
 
     def header(self) -> dict[str, Any]:
-        """Return what the study says of itself.
+        """Return the header of the study.
 
         Raises
         ------
         FileError
-            If there is none, or one of another format.
+            If there is none, or it is damaged or of another format.
         """
         path = self.folder / HEADER
         if not os.path.lexists(path):
@@ -113,7 +113,7 @@ class Store:
         return header
 
     def rows(self) -> Iterator[dict[str, Any]]:
-        """Yield all rows there are, in the order in which they were written, one at a time.
+        """Yield all rows in the order in which they were written.
 
         Raises
         ------
@@ -123,12 +123,12 @@ class Store:
         Warns
         -----
         SimulationWarning
-            Of lines that are not what was written.
+            For damaged lines.
         """
         for path in sorted((self.folder / ROWS).glob("*.jsonl")):
             with regular_file(path, whole=False).open("rb") as file:
                 for number, line in enumerate(file, 1):
-                    if line.endswith(b"\n"):  # else a kill or a full disk has cut it
+                    if line.endswith(b"\n"):  # else the process was killed or the disk full
                         try:
                             yield _row(line)
                         except (ValueError, RecursionError) as error:
@@ -140,26 +140,26 @@ class Store:
                             )
 
     def writer(self) -> RowWriter:
-        """Return what adds rows, in a file of its own."""
+        """Return a writer of rows to a new file."""
         return RowWriter(self.folder)
 
     def check_same(self, wanted: Mapping[str, Any]) -> None:
-        """Raise a FileError that says in what the study of the folder differs from another, if it does."""
+        """Raise a FileError if the study of the folder differs from another one, naming the differences."""
         there = self.header()
         differing = [name for name in SAME if there.get(name) != json.loads(json.dumps(wanted[name]))]
         if not differing:
             return
         if differing == ["identity"]:
-            what = "what build or outputs use: functions, constants or data that they take from around them"
+            what = "the functions, constants or data that build or outputs use"
         else:
-            what = ", ".join(_said(name, there, wanted) for name in differing if name != "identity")
+            what = ", ".join(_difference(name, there, wanted) for name in differing if name != "identity")
         raise FileError(
-            f"{self.folder} holds another study: it differs in {what}. Remedy: another folder, or what it was made with"
+            f"{self.folder} contains another study: it differs in {what}. Remedy: another folder, or the original study"
         )
 
 
 def _row(line: bytes) -> dict[str, Any]:
-    """Return the row of a line; raise a ValueError if it is none."""
+    """Return the row of a line; raise a ValueError if it is not a row."""
     row = unsealed(line)
     missing = [name for name in NEEDED if name not in row]
     if missing:
@@ -167,7 +167,7 @@ def _row(line: bytes) -> dict[str, Any]:
     return row
 
 
-def _said(name: str, there: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
+def _difference(name: str, there: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
     if name in ("build", "outputs"):
         old, new = there[name]["name"], wanted[name]["name"]
         return f"{name} ({old} there, {new} here)" if old != new else f"the source of {name} ({new})"
@@ -180,7 +180,7 @@ class RowWriter:
     Raises
     ------
     FileError
-        If a row cannot be written; those before are there.
+        If a row cannot be written; earlier ones are kept.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -197,7 +197,7 @@ class RowWriter:
         self._file.close()
 
     def add(self, lines: str) -> None:
-        """Write lines; in the room kept aside if the disk is full, and then raise a FileError all the same."""
+        """Write lines; if the disk is full, use the spare space and then raise a FileError nevertheless."""
         data = lines.encode()
         try:
             self._write(data)
@@ -237,7 +237,7 @@ class RowWriter:
 
 
 def _new_file(folder: Path) -> BinaryIO:
-    """Open the next file of rows, which no other process has."""
+    """Create the next file of rows, which no other process uses."""
     number = max((int(path.stem) for path in folder.glob("*.jsonl") if path.stem.isdecimal()), default=0)
     while True:
         number += 1

@@ -1,4 +1,4 @@
-"""Study: what is run, over which parameters, and how."""
+"""Study: the runs of one scene over parameters."""
 
 from __future__ import annotations
 
@@ -37,33 +37,33 @@ OPTIONS = ("build", "outputs", "table", "duration", "rtol", "simulate")
 
 @checked("duration", "rtol", "simulate")
 class Study:
-    """One scene many times, over parameters; what comes out is a table.
+    """One scene many times, over parameters, with a table as result.
 
     Parameters
     ----------
     build : function
-        ``build(**parameters)`` returns a `System`, or (System, options of ``simulate``). It is known by its code and by
-        what it takes from around it; files that it reads do not count.
+        ``build(**parameters)`` returns a `System`, or (System, options of ``simulate``). It is identified by its code
+        and the outer values that it uses, but not by files that it reads.
     outputs : function, reducer, or sequence of them
-        ``outputs(result)`` returns a dict of numbers by name (texts and arrays of numbers may be among them): all that
-        is kept of a run. Reducers: ``kf.studies.peak`` and others.
+        ``outputs(result)`` returns a dict of numbers by name, also texts and arrays of numbers; nothing else of a run
+        is stored. Reducers: ``kf.studies.peak`` and others.
     table : sequence of mapping, or DataFrame, optional
-        Parameters that change together, a row a case.
+        Parameters that change together, one row per case.
     duration : float, optional
-        Of each run, from t = 0, s; or ``simulate={"t_span": ...}``.
+        Duration of each run from t = 0, s; or ``simulate={"t_span": ...}``.
     rtol : float, optional
         Relative error of the runs: see `System.simulate`.
     simulate : mapping, optional
-        Other options of `System.simulate`; ``{"screened": True}``: runs are those of `kanefe.screen`, with its options.
+        Other options of `System.simulate`; ``{"screened": True}``: runs by `kanefe.screen`, with its options.
     **parameters
-        The values of a parameter, or one value. All combinations are run, the last name fastest; with a table, all
-        with each of its rows. Values are numbers, texts, truth values, or tuples of them.
+        One or several values of each parameter. All combinations are run, the last name varies fastest; with a table,
+        all combinations with each row. Values are numbers, texts, booleans, or tuples of them.
 
     Raises
     ------
     ModelError
-        If a parameter has no value, one twice, or one that cannot be written down; if build does not take them, or
-        takes others; if an option makes no sense.
+        If a parameter has no value, a value twice, or one that cannot be written to a table; if build does not take the
+        parameters or needs others; if an option is not valid.
 
     Examples
     --------
@@ -108,7 +108,7 @@ class Study:
             )
         except Unhashable as error:
             raise ModelError(
-                f"what the study does cannot be distinguished from other studies: {error}. Remedy: make it inside "
+                f"the study cannot be distinguished from other studies: {error}. Remedy: make it inside "
                 "build or outputs, from the parameters"
             ) from error
 
@@ -132,21 +132,21 @@ class Study:
         Parameters
         ----------
         build, outputs, duration, rtol, simulate
-            As of a study.
+            As for a study.
         samples : int
-            How many.
+            Number of samples.
         sampling : "latin hypercube", "sobol", "halton" or "random"
             How the samples fill the space.
         sampling_seed : int
-            The same gives the same samples.
+            Seed of the samples.
         **parameters
-            Distributions of scipy.stats, such as ``norm(10, 0.5)``, of which at least one; anything else is a value or
-            values as of a study, all of them with each sample.
+            At least one distribution of scipy.stats, such as ``norm(10, 0.5)``; other parameters have values as for a
+            study, which are all combined with each sample.
 
         Raises
         ------
         ModelError
-            If there is no distribution, or an argument makes no sense.
+            If there is no distribution, or an argument is not valid.
 
         Examples
         --------
@@ -176,30 +176,30 @@ class Study:
         retry_failed: bool = False,
         progress: bool | None = None,
     ) -> StudyTable:
-        """Run the cases that are not in the store yet, and return the table of all.
+        """Run the cases that are not in the store yet, and return the table of all cases.
 
-        Before the first case of a study, its scene is built in this process, and what is to be sent to others is tried.
-        A case that fails is told in its row and stops no other. However the study ends, what is done stays in the
-        store, and a further call goes on from there. Executor, number of workers and order change no bit of what is
-        computed.
+        The first scene of a study is built in this process as a check, as is the pickling for other processes. A failed
+        case is recorded in its row and does not stop the others. However the study ends, finished cases stay in the
+        store, and another call continues from there. The results do not depend on executor, number of workers and
+        order, to the bit.
 
         Parameters
         ----------
         executor : str, Executor or Client
-            "processes" (of this machine, as many as it has cores), "serial", an executor of `concurrent.futures`, or a
+            "processes" (of this machine, one per core), "serial", an executor of `concurrent.futures`, or a
             ``dask.distributed.Client`` (``pip install 'kanefe[study]'``; with Slurm: see
             ``kanefe/studies/workers/_dask.py``).
         store : path, optional
-            Folder of the study. Default: one that is gone with the table.
+            Folder of the study. Default: a temporary one that is removed with the table.
         workers : int, optional
-            How many cases run at once, where the executor does not say.
+            Number of cases that run at once, if the executor does not define it.
         most_seconds : float, optional
-            That a case may take, from the call of build to its outputs, s: one that goes on fails, and its row says so.
-            ``simulate={"most_seconds": ...}`` stops runs earlier, with what they have. In threads (of
-            `concurrent.futures` and of Dask's workers) such a case is left behind and takes its processor until the
-            process ends; compiled code can be ended with "processes" only. Default: no limit.
+            Time limit of a case, from the call of build to its outputs, s; a case that exceeds it fails.
+            ``simulate={"most_seconds": ...}`` stops runs earlier, with their results so far. In threads (of
+            `concurrent.futures` and of Dask's workers) such a case is abandoned, but occupies its processor until the
+            process ends; compiled code can be stopped with "processes" only. Default: no limit.
         retry_failed : bool
-            Run those again that failed.
+            Run failed cases again.
         progress : bool, optional
             Show a bar with the time left and the failures; default: only on a terminal.
 
@@ -210,16 +210,16 @@ class Study:
         Raises
         ------
         ModelError
-            If build raises, takes longer than `most_seconds`, or it or outputs cannot be sent to other processes.
+            If build raises or takes longer than `most_seconds`, or it or outputs cannot be sent to other processes.
         FileError
-            If the store is of another study, or cannot be written.
+            If the store contains another study, or cannot be written.
         SimulationError
-            If a worker has no kanefe or another one, or the executor fails.
+            If a worker has no kanefe or another version, or the executor fails.
 
         Warns
         -----
         SimulationWarning
-            If Ctrl-C ends it before all cases are run.
+            If Ctrl-C ends the study before all cases are run.
 
         Examples
         --------
@@ -240,12 +240,12 @@ class Study:
 
     @checked("store")
     def table(self, store: str | Path) -> StudyTable:
-        """Return the table of a store of this study, also while it runs.
+        """Return the table of a store of this study, which may still be running.
 
         Raises
         ------
         FileError
-            If the store is not there, or of another study.
+            If the store does not exist, or contains another study.
         """
         where = Store(store)
         where.check_same(self._header())
@@ -253,7 +253,7 @@ class Study:
 
     @checked
     def key(self, number: int) -> str:
-        """Return the key of a case: the same in all studies that would run it in the same way."""
+        """Return the key of a case, which is the same in all studies that run it in the same way."""
         if not 0 <= number < len(self):
             raise ModelError(f"number of a case must be 0 to {len(self) - 1}, not {number}")
         return key_of(self._identity, self.cases[number])
@@ -293,7 +293,7 @@ class Study:
                 except KeyboardInterrupt:
                     pool.abandon()
                     warnings.warn(
-                        "the study was stopped by Ctrl-C; what is done is in its table. Remedy: run it again with "
+                        "the study was stopped by Ctrl-C; finished cases are in its table. Remedy: run it again with "
                         "store=, to continue",
                         SimulationWarning,
                         stacklevel=outside(),
@@ -305,24 +305,24 @@ class Study:
     def _try_first(self, number: int, most_seconds: float | None) -> None:
         """Build a scene here and check its options: errors common to all cases are raised before the first run."""
         parameters = self.cases[number]
-        told = ", ".join(f"{name}={value!r}" for name, value in parameters.items())
+        call = f"build({', '.join(f'{name}={value!r}' for name, value in parameters.items())})"
         try:
             _, options = within(most_seconds, lambda: self._work.built(parameters))
         except ModelError as error:
-            raise ModelError(f"build({told}): {error}") from error
+            raise ModelError(f"{call}: {error}") from error
         except TimeIsUp:
             raise ModelError(
-                f"build({told}) took longer than most_seconds={most_seconds:g}. Nothing was run. Remedy: more seconds, "
+                f"{call} took longer than most_seconds={most_seconds:g}. Nothing was run. Remedy: more seconds, "
                 "or a build that ends"
             ) from None
         except SystemExit as error:
             raise ModelError(
-                f"build({told}) {exit_in_words(error)}. Nothing was run. Remedy: a build that returns a scene for the "
+                f"{call} {exit_in_words(error)}. Nothing was run. Remedy: a build that returns a scene for the "
                 "first case"
             ) from error
         except Exception as error:
             raise ModelError(
-                f"build({told}) raised {type(error).__name__}: {error}. Nothing was run. Remedy: a build "
+                f"{call} raised {type(error).__name__}: {error}. Nothing was run. Remedy: a build "
                 "that returns a scene for the first case"
             ) from error
         own = OF_SCREENED if options.get(SCREENED) else ()
@@ -331,7 +331,7 @@ class Study:
         try:
             RunOptions(**options)
         except TypeError as error:
-            raise ModelError(f"an option of the runs is none of simulate: {error}") from error
+            raise ModelError(f"an option of the runs is not one of simulate: {error}") from error
 
     def _header(self) -> dict[str, Any]:
         return {
@@ -350,7 +350,7 @@ class Study:
 
 
 def _options(duration: float | None, rtol: float | None, simulate: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return the options of the runs, checked as far as they can be before there is a scene."""
+    """Return the options of the runs, checked as far as possible without a scene."""
     options = dict(simulate or {})
     for name, value in (("duration", duration), ("rtol", rtol)):
         if value is not None:
@@ -384,9 +384,9 @@ def _check_signature(build: Callable[..., Any], parameters: Mapping[str, Any]) -
 
 
 def _described(function: Any) -> dict[str, str]:
-    """Return the name and the source of a function: of what it is made, if it is none itself.
+    """Return the name and the source of a function, or of the class of another callable.
 
-    What was typed in has no source; its content is in the identity all the same.
+    Functions from interactive input have no source; their content is in the identity nevertheless.
     """
     if isinstance(function, partial):
         inner = _described(function.func)
@@ -395,7 +395,7 @@ def _described(function: Any) -> dict[str, str]:
         return {"name": f"partial({', '.join((inner['name'], *given))})", "source": inner["source"]}
     what = function if inspect.isroutine(function) else type(function)
     try:
-        # of code that was piped in Python 3.13 finds some, others none
+        # Python 3.13 finds the source of piped code, other versions do not
         source = "" if inspect.getfile(what) in ("<string>", "<stdin>") else inspect.getsource(what)
     except (OSError, TypeError):
         source = ""
@@ -411,7 +411,7 @@ _ADDRESS = re.compile(r" at 0x[0-9a-fA-F]+")
 
 
 def check_seconds(most_seconds: Any) -> None:
-    """Raise a ModelError unless this is a limit of time, or none."""
+    """Raise a ModelError unless this is a valid time limit or None."""
     is_number = isinstance(most_seconds, (int, float)) and not isinstance(most_seconds, bool)
     if most_seconds is not None and not (is_number and 0.0 < most_seconds < threading.TIMEOUT_MAX):
         raise ModelError(f"most_seconds must be above zero, in s, not {most_seconds!r}. Remedy: None, for no limit")

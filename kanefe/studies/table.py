@@ -1,4 +1,4 @@
-"""StudyTable: what came of a study, a row a case."""
+"""StudyTable: the results of a study, one row per case."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from kanefe.studies.statistics.operability import Operability
 
 ENDS = ("finished", "stopped", "failed")
-"""Status of a case. A stopped case was ended by a terminal event or a limit, and its outputs are those up to there."""
+"""Status of a case. A stopped case was ended by a terminal event or a limit, and has outputs up to that time."""
 
 MEASURED = ("wall", "cpu", "worker")
 """Columns that depend on the machine; all others are identical to the bit wherever the study runs."""
 
 
 class RunsCases(Protocol):
-    """What a `kanefe.Study` is to its table."""
+    """What a table requires of its `kanefe.Study`."""
 
     def result(self, parameters: Mapping[str, Any]) -> Result:
         """Run the case of some parameters, and return its full result."""
@@ -36,8 +36,8 @@ class RunsCases(Protocol):
 class StudyTable:
     """Results of a study: one row per case, in the order of the cases, read from its store on request.
 
-    Columns are the parameters, the outputs, and: status ("finished", "stopped" or "failed"), reason, simulated (up to
-    which time there are results, s), warnings, wall and cpu (of the case, s), worker, key. A failed case has no
+    Columns are the parameters, the outputs, and: status ("finished", "stopped" or "failed"), reason, simulated
+    (end time of the results, s), warnings, wall and cpu (of the case, s), worker, key. A failed case has no
     outputs.
 
     Parameters
@@ -45,12 +45,12 @@ class StudyTable:
     store : path
         Folder of the study; it may still be running.
     study : Study, optional
-        Needed to run a case again: ``study.table(store)`` gives a table that has it.
+        Needed to run a case again; a table from ``study.table(store)`` has it.
 
     Raises
     ------
     FileError
-        If the folder holds no study.
+        If the folder contains no study.
 
     Examples
     --------
@@ -62,7 +62,7 @@ class StudyTable:
     def __init__(self, store: str | Path, *, study: RunsCases | None = None, owns: Any = None) -> None:
         self._store = Store(store)
         self._study = study
-        self._owns = owns  # a temporary folder lives as long as its table
+        self._owns = owns  # keeps a temporary folder as long as the table
         header = self._store.header()
         self.cases: Cases = Cases.from_record(header["cases"])
         self._identity: str = header["identity"]
@@ -73,9 +73,9 @@ class StudyTable:
         return len(self.cases)
 
     def __str__(self) -> str:
-        told = [f"{len(self)} cases", *(f"{count} {name}" for name, count in self.counts.items() if count)]
+        counts = [f"{len(self)} cases", *(f"{count} {name}" for name, count in self.counts.items() if count)]
         parts = [f"parameters: {', '.join(self.parameters)}", f"outputs: {', '.join(self.outputs) or 'none yet'}"]
-        return f"{', '.join(told)}; {'; '.join(parts)}"
+        return f"{', '.join(counts)}; {'; '.join(parts)}"
 
     @property
     def store(self) -> Path:
@@ -84,7 +84,7 @@ class StudyTable:
 
     @property
     def header(self) -> dict[str, Any]:
-        """What the store says of the study: versions, parameters, options and the source of its functions."""
+        """Header of the study: versions, parameters, options and the source of its functions."""
         return self._store.header()
 
     @property
@@ -94,12 +94,12 @@ class StudyTable:
 
     @property
     def outputs(self) -> tuple[str, ...]:
-        """Names of the outputs, of all cases that are done."""
+        """Names of the outputs of all cases that are done."""
         return tuple(dict.fromkeys(name for row in self._rows() for name in row["outputs"]))
 
     @property
     def counts(self) -> dict[str, int]:
-        """How many cases are finished, stopped, failed, and not run."""
+        """Numbers of cases that are finished, stopped, failed, and not run."""
         found = [status for _, status in self.statuses()]
         return {end: found.count(end) for end in ENDS} | {"not run": len(self) - len(found)}
 
@@ -110,7 +110,7 @@ class StudyTable:
 
     @checked
     def column(self, name: str) -> np.ndarray:
-        """Return a column, of the cases that are done; not a number where a case has no value.
+        """Return a column of the cases that are done; NaN where a case has no value.
 
         Raises
         ------
@@ -135,9 +135,9 @@ class StudyTable:
         return frame_of(self.lists())
 
     def to_xarray(self) -> Any:
-        """Return the cases that are done as an ``xarray.Dataset`` over the parameters: what are numbers, and status.
+        """Return the cases that are done as an ``xarray.Dataset`` over the parameters: numbers and status.
 
-        What is not run, or failed, is not a number. Of cases that are no grid, such as samples, it is over the cases.
+        Cases that failed or were not run are NaN. If the cases are not a grid, such as samples, it is over the cases.
 
         Raises
         ------
@@ -165,7 +165,7 @@ class StudyTable:
         return columns | {name: [row[name] for row in rows] for name in (*MEASURED, "key")}
 
     def case(self, key: int | str | Mapping[str, Any]) -> Result:
-        """Run a case again, here, and return its `Result` in full.
+        """Run a case again in this process, and return its full `Result`.
 
         Parameters
         ----------
@@ -180,8 +180,8 @@ class StudyTable:
         number = self._number(key)
         if self._study is None:
             raise ModelError(
-                f"{self._store.folder} keeps the source of build, not build. Remedy: make the study again, and "
-                "study.table(store).case(...)"
+                f"{self._store.folder} contains the source of build, not build itself. Remedy: construct the study "
+                "again, and use study.table(store).case(...)"
             )
         return self._study.result(self.cases[number])
 
@@ -202,16 +202,16 @@ class StudyTable:
     def operability(
         self, limit: float | Mapping[str, float], *, over: str | tuple[str, ...] = "seed", band: float = 0.9
     ) -> Operability:
-        """Return how often limits are passed: of all runs of a cell, and by the law of extremes fitted to them.
+        """Return the probability of exceeding limits, by counting the runs of a cell and by a Gumbel fit to them.
 
         Parameters
         ----------
         limit : float or mapping
-            By name of an output, which is a maximum of each run; one number if there is one output.
+            Limits by name of outputs, which are maxima of each run; one number if there is one output.
         over : str or tuple of str
             Parameters by which the runs of a cell differ, such as seeds.
         band : float
-            Probability of the bands.
+            Probability of the confidence intervals.
 
         Raises
         ------
@@ -246,7 +246,7 @@ class StudyTable:
 
 
 def array_of(values: list[Any]) -> np.ndarray:
-    """Return numbers as numbers, with gaps as not a number; anything else as objects."""
+    """Return numbers as an array, with NaN for gaps; anything else as objects."""
     if all(value is None or (isinstance(value, (int, float)) and not isinstance(value, bool)) for value in values):
         if any(value is None or isinstance(value, float) for value in values):
             return np.array([np.nan if value is None else value for value in values], dtype=float)

@@ -1,1 +1,1 @@
-"""The frozen scene: bodies in a tree, numbering, scales, and the state that a function of the user sees."""
+"""The frozen scene: bodies in a tree, numbering, scales, and the state passed to functions of the user."""

@@ -1,8 +1,8 @@
-"""How far flexible bodies are bent, and whether that is within the reach of their kinematics.
+"""The largest rotations within flexible bodies, and whether they are in the valid range of their kinematics.
 
-Linear: points move along straight lines, so that a piece turned by theta is too long by theta^2 / 2, and forces keep
-the levers of the straight body. Stiffened: displacements are right to the second order, and their inertia to the first:
-from some rotation on there is a motion that has lost its inertia, the sooner the more modes there are.
+Linear: points move along straight lines, so that a part rotated by theta is too long by theta^2 / 2, and forces have
+the lever arms of the straight body. Stiffened: displacements are correct to the second order and their inertia to the
+first; beyond some rotation, smaller with more modes, a motion loses its inertia.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from kanefe.tree.body_terms import is_unreduced
 from kanefe.tree.model_data import ModelData
 
 FARTHEST = 0.2
-"""Rotation at which a piece of a body is 2 % too long, and a cantilever under a tip force 1.4 % too soft, rad."""
+"""Rotation at which a part of a body is 2 % too long, and a cantilever under a tip force 1.4 % too soft, rad."""
 
 LEAST = 0.1
 """Smallest inertia along a motion relative to that at rest: below it the equations are invalid."""
 
 
 class Bent(NamedTuple):
-    """Where a body was bent: its name, when, s, and its free coordinates (k,)."""
+    """A deformed state of a body: its name, the time in s, and its free coordinates (k,)."""
 
     body: str
     time: float
@@ -35,23 +35,23 @@ class Bent(NamedTuple):
 
 
 class Bending(NamedTuple):
-    """The largest rotation inside a body, against its mesh frame.
+    """The largest rotation within a body, relative to its mesh frame.
 
     Attributes
     ----------
     body : str
     rotation : float
-        rad; where `of_displacements`, the largest displacement over the length of the body.
+        rad; with `of_displacements`, the largest displacement over the length of the body.
     reach : float
-        Up to which its kinematics hold, likewise.
+        Largest rotation or displacement in the valid range of its kinematics.
     place : str
-        Where in the body.
+        Place in the body.
     time : float
         s.
     displacement : float
-        The largest in the body at that time, m.
+        Largest displacement in the body at that time, m.
     of_displacements : bool
-        Whether nothing is known of rotations in the body.
+        Whether displacements are used because rotations in the body are not known.
     """
 
     body: str
@@ -73,7 +73,7 @@ class Bending(NamedTuple):
 
     @property
     def remark(self) -> str:
-        """What to say of a body that is bent too far, with a remedy."""
+        """Message for a body that is bent too far, with a remedy."""
         unit = "of its length" if self.of_displacements else "rad"
         return (
             f"a flexible body is bent beyond its valid range, {self}; its kinematics hold to about {self.reach:.2g} "
@@ -83,7 +83,7 @@ class Bending(NamedTuple):
 
 
 def bendings(model: ModelData, times: Vector, coordinates: Matrix, between: Sequence[Bent] = ()) -> list[Bending]:
-    """Return for each flexible body how far it is bent where it is bent most.
+    """Return the largest rotation within each flexible body that is deformed.
 
     Parameters
     ----------
@@ -92,7 +92,7 @@ def bendings(model: ModelData, times: Vector, coordinates: Matrix, between: Sequ
     coordinates : ndarray, shape (T, coordinates)
         States q.
     between : sequence of Bent
-        What has been seen of bodies at other times.
+        Deformed states of bodies at other times.
     """
     found = []
     for body in model.bodies:
@@ -114,14 +114,14 @@ def bendings(model: ModelData, times: Vector, coordinates: Matrix, between: Sequ
 
 
 def worst_bending(model: ModelData, times: Vector, coordinates: Matrix, between: Sequence[Bent] = ()) -> Bending | None:
-    """Return how far the body is bent that is nearest to its reach, or farthest beyond: see `bendings`."""
+    """Return the bending that is largest relative to its reach: see `bendings`."""
     return max(bendings(model, times, coordinates, between), key=lambda one: one.rotation / one.reach, default=None)
 
 
 def _reach(body: FlexibleBody, eta: Vector, turned: Vector, inner: InnerRotations) -> float:
-    """Return the rotation to which the kinematics of a body hold that is bent in this shape.
+    """Return the largest rotation for which the kinematics of a body are valid, bent in this shape.
 
-    Stiffened: on a hinge at the origin of G, about the axis of the rotation, a motion has kept `LEAST` of its inertia.
+    Stiffened: on a hinge at the origin of G, about the axis of the rotation, every motion keeps `LEAST` of its inertia.
     """
     if is_unreduced(body) or body.moments.quadratic_first is None or inner.of_displacements:
         return FARTHEST
@@ -135,5 +135,5 @@ def _reach(body: FlexibleBody, eta: Vector, turned: Vector, inner: InnerRotation
         lost = 1.0 - float(scipy.linalg.eigvalsh(bent, straight)[0])
     except np.linalg.LinAlgError:  # no inertia about this axis
         return FARTHEST
-    # what is lost grows with the square of the rotation
+    # the loss of inertia grows with the square of the rotation
     return min(FARTHEST, rotation * float(np.sqrt((1.0 - LEAST) / max(lost, 1e-300))))

@@ -1,4 +1,4 @@
-"""What the equations need of each body: its place in the tree, its joint, and where its coordinates and speeds are."""
+"""The data of each body for the equations: its place in the tree, its joint, and the indices of its coordinates."""
 
 from __future__ import annotations
 
@@ -22,26 +22,26 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class FlexibleTerms:
-    """What the equations need of a flexible body, decided at freeze.
+    """The data of a flexible body for the equations, computed when the scene is frozen.
 
     Attributes
     ----------
     body : FlexibleBody
     free_moments, all_moments : MassMoments or NodalMoments
-        Of the free coordinates, and of all (for coupling forces).
+        Moments of the free coordinates, and of all (for coupling forces).
     damping : ndarray or None, shape (K, k)
-        C of the deformation rate over all rows; None: undamped. The rows of fixed components carry what the structure
-        hands on statically, K_cf K_ff^-1 C_ff, so that damping is internal: it has no resultant.
+        C of the deformation rate over all rows; None: undamped. The rows of fixed components have the statically
+        transferred part, K_cf K_ff^-1 C_ff, so that damping is internal: it has no resultant.
     eta : slice
-        Of the coordinates q.
+        Indices of the free coordinates in q.
     speeds : slice
-        Of the free speeds.
+        Indices of their rates in the free speeds.
     fixed : slice
-        Of all speeds.
+        Indices of the fixed components in all speeds.
     fixed_rigid : ndarray, shape (6, fixed)
-        Motion of G (translation, rotation) that goes with unit motion of each fixed component.
+        Motion of G (translation, rotation) for unit motion of each fixed component.
     fixed_elastic : ndarray, shape (K, fixed)
-        Coordinates that go with it. Together they are the constraint mode at zero deformation; the rigid share turns
+        Coordinates for this motion. Together they are the constraint mode at zero deformation; the rigid part rotates
         the *deformed* body, so that coupling forces balance the body exactly and not only to first order.
     """
 
@@ -68,12 +68,12 @@ class BodyTerms:
     parent_interface : InterfaceFrame or None
         The frame of a flexible parent that carries this body.
     p_PoFo_P, A_PF : ndarray
-        Where the joint's fixed frame F sits in the parent frame P, m.
+        Position (m) and orientation of the joint's fixed frame F in the parent frame P.
     joint : Joint
     coordinates : ndarray of int
-        Where each coordinate of the joint is in q; -1: it is driven.
+        Index of each coordinate of the joint in q; -1: it is driven.
     speeds : ndarray of int
-        Where each speed of the joint is among all speeds.
+        Index of each speed of the joint among all speeds.
     rigid : RigidMass or None
     flexible : FlexibleTerms or None
     loads : tuple of (PointLoad, InterfaceFrame or None)
@@ -101,7 +101,7 @@ class BodyTerms:
 
     @property
     def interfaces(self) -> tuple[InterfaceFrame, ...]:
-        """Its interfaces; none of a rigid body."""
+        """Its interfaces; a rigid body has none."""
         return () if self.flexible is None else tuple(self.flexible.body.interfaces)
 
     @property
@@ -124,18 +124,18 @@ class BodyTerms:
 
     @property
     def driven(self) -> tuple[int, ...]:
-        """Which coordinates of the joint are given functions of time."""
+        """Numbers of the coordinates of the joint that are given functions of time."""
         return tuple(i for i, motion in enumerate(self.joint.motions) if motion is not None)
 
     def joint_coordinates(self, t: float, q: np.ndarray) -> np.ndarray:
-        """Return the coordinates of the joint: of the state, or of their motions in time."""
+        """Return the coordinates of the joint, from the state or from their motions in time."""
         if not self.is_driven:
             return q[self.coordinates]
         pairs = zip(self.joint.motions, self.coordinates, strict=True)
         return np.array([q[at] if motion is None else motion.at("position", t, self.name) for motion, at in pairs])
 
     def free_coordinates(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the indices into q and into the free speeds of what is not driven; one for one where some are."""
+        """Return the indices in q and in the free speeds of what is not driven; pairwise if some coordinate is."""
         if not self.is_driven:
             return self.coordinates, self.speeds
         is_free = self.coordinates >= 0
@@ -143,5 +143,5 @@ class BodyTerms:
 
 
 def is_unreduced(body: FlexibleBody) -> TypeGuard[UnreducedBody]:
-    """Whether a body has all degrees of freedom of its mesh, in sparse matrices, without importing its class."""
+    """Return whether a body has all degrees of freedom of its mesh; does not import `UnreducedBody`."""
     return not isinstance(body.stiffness, np.ndarray)

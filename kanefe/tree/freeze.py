@@ -1,8 +1,8 @@
-"""From what the user said of each body to the immutable model: numbering, and what the scene needs."""
+"""From the user's bodies to the immutable model: numbering, and the terms that the scene needs."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
@@ -32,7 +32,7 @@ def build_model(
     controllers: Sequence[Controller] = (),
     surfaces: Sequence[Surface] = (),
 ) -> ModelData:
-    """Number coordinates and speeds, and decide per body which terms the scene needs.
+    """Number coordinates and speeds, and compute the terms of each body that the scene needs.
 
     Raises
     ------
@@ -41,8 +41,8 @@ def build_model(
     """
     if not entries:
         raise ModelError("the scene has no bodies. Remedy: add_rigid_body or add_flexible_body")
-    free = sum(_free_joint_speeds(e) + (e.flexible.free_count if e.flexible else 0) for e in entries)
     driven = sum(motion is not None for e in entries for motion in e.joint.motions)
+    free = sum(len(e.joint.motions) + (e.flexible.free_count if e.flexible else 0) for e in entries) - driven
     q: list[np.ndarray] = []
     u: list[np.ndarray] = []
     coordinate = speed = 0
@@ -77,7 +77,7 @@ def build_model(
                 **_fixed_motions(body),
             )
             coordinate, speed, fixed_speed = terms.eta.stop, terms.speeds.stop, terms.fixed.stop
-            centred = _centred(body)
+            centred = body.centred if is_unreduced(body) else np.asarray
             q.append(centred(entry.eta))
             u.append(centred(entry.deta))
         bodies.append(
@@ -114,17 +114,8 @@ def build_model(
     )
 
 
-def _free_joint_speeds(entry: BodyEntry) -> int:
-    return sum(motion is None for motion in entry.joint.motions)
-
-
-def _centred(body: FlexibleBody) -> Callable[[np.ndarray], np.ndarray]:
-    """Return what takes the mean motion that G has out of a start of an unreduced body; of others nothing."""
-    return body.centred if is_unreduced(body) else np.asarray
-
-
 def _transferred_damping(body: FlexibleBody) -> np.ndarray | None:
-    """Return C over all rows of the body, (K, k), or None if undamped: no damping code runs then."""
+    """Return C over all rows of the body, (K, k), or None if undamped."""
     k = body.free_count
     if is_unreduced(body):
         return body.damping if body.is_damped else None
@@ -135,7 +126,7 @@ def _transferred_damping(body: FlexibleBody) -> np.ndarray | None:
 
 
 def _fixed_motions(body: FlexibleBody) -> dict[str, np.ndarray]:
-    """Return the motion of G and of the coordinates with each fixed component: see `FlexibleTerms`."""
+    """Return the motion of G and of the coordinates for each fixed component: see `FlexibleTerms`."""
     from kanefe.fe_model.model import COMPONENTS, rigid_motion
 
     k, fixed = body.free_count, body.fixed_count
@@ -149,7 +140,7 @@ def _fixed_motions(body: FlexibleBody) -> dict[str, np.ndarray]:
         rows = (rows @ np.kron(np.eye(2), frame.axes.T))[list(frame.fixed_components)]
         held[[column - k for column in frame.fixed_columns]] = rows
     rigid = np.linalg.pinv(held)
-    if is_unreduced(body):  # the rows of the fixed components alone: no static solve of a large body
+    if is_unreduced(body):  # only the rows of the fixed components, without a static solve of a large body
         elastic = np.eye(fixed) - held @ rigid
     else:
         elastic = np.zeros((k + fixed, fixed))

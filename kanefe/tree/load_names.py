@@ -1,4 +1,4 @@
-"""The loads of a scene that have values, by the names that inputs, buckling and functions of the user know them by."""
+"""The loads of a scene that have values, by name: for inputs, buckling and functions of the user."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def scene_loads(model: ModelData) -> Iterator[SceneLoad]:
 
 
 def named_loads(model: ModelData) -> dict[str, SceneLoad]:
-    """Return them by label, numbered from the second one where one occurs again."""
+    """Return these loads by label; repeated labels are numbered from the second on."""
     seen: dict[str, int] = {}
     found = {}
     for load in scene_loads(model):

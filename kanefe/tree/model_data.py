@@ -2,7 +2,7 @@
 
 All speeds of the scene are numbered: first the free ones (body by body: joint speeds, then elastic speeds), then
 the driven joint speeds, then the interface components fixed in G. The equations are assembled over as many of them as
-the question needs; the rows of driven and fixed speeds give driving and coupling forces.
+are needed; the rows of driven and fixed speeds give driving and coupling forces.
 """
 
 from __future__ import annotations
@@ -34,9 +34,8 @@ if TYPE_CHECKING:
 QUADRATURES = 2
 """Number of energy quadratures at the end of the state of a run: energy dissipated, and work of loads and drives, J."""
 
-
 LISTED = 8
-"""Largest number of bodies that a model lists when it is shown."""
+"""Largest number of bodies in the repr of a model."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -57,16 +56,16 @@ class ModelData(PickledByFields):
     constraints : tuple of Constraint
         Loop joints and couplers.
     loads : tuple of Load
-        Between frames: springs, bushings, ropes and the like.
+        Loads between frames: springs, bushings, ropes and the like.
     load_states : tuple of slice
-        Of each of them: where its internal states are in z.
+        Indices of the internal states of each load in z.
     initial_states : ndarray
-        z (states,) at the start: internal states of loads, then switches of constraints, then what controllers hold.
+        z (states,) at the start: internal states of loads, switches of constraints, and held outputs of controllers.
     controllers : tuple of Controller
     slack_time : float
         Time of the start at which springs without a rest length are slack, s.
     surfaces : tuple of Surface
-        On markers. The equations have what touches in `loads`: these are what views show.
+        Surfaces on markers, for views; the equations use the contacts in `loads`.
     """
 
     bodies: tuple[BodyTerms, ...]
@@ -106,14 +105,14 @@ class ModelData(PickledByFields):
         return tuple(i for i, _ in rigid_contacts(self.loads))
 
     def rigid_contact(self, number: int) -> RigidContact:
-        """Return a rigid contact by its number among them."""
+        """Return a rigid contact by its number in `rigid_contacts`."""
         from kanefe.contact.rigid.rigid_contact import rigid_contacts
 
         return [contact for _, contact in rigid_contacts(self.loads)][number]
 
     @cached_property
     def granular(self) -> GranularContacts | None:
-        """Rigid contacts of many bodies among each other, which runs step over."""
+        """Rigid contacts among many bodies, which need time stepping."""
         if not self.loads:
             return None
         from kanefe.contact.rigid.granular_contacts import granular_contacts
@@ -122,12 +121,12 @@ class ModelData(PickledByFields):
 
     @property
     def is_constrained(self) -> bool:
-        """Whether constraints or rigid contacts may hold something."""
+        """Whether there are constraints or rigid contacts."""
         return bool(self.constraints) or bool(self.rigid_contacts)
 
     @cached_property
     def looks(self) -> dict[tuple[int, float, float], Matrix]:
-        """What functions of motions give at the samples of a run, which asks for them more than once."""
+        """Cache of the values of motions at the samples of a run."""
         return {}
 
     @property
@@ -140,17 +139,12 @@ class ModelData(PickledByFields):
     @property
     def has_unreduced(self) -> bool:
         """Whether a flexible body has all degrees of freedom of its mesh, in sparse matrices."""
-        flexible = [body.flexible.body for body in self.bodies if body.flexible]
-        if not flexible:
-            return False
-        return any(is_unreduced(body) for body in flexible)
+        return any(body.flexible is not None and is_unreduced(body.flexible.body) for body in self.bodies)
 
     @cached_property
     def has_varying_tangents(self) -> bool:
-        """Whether the stiffness or damping of something but geometry changes with the state."""
-        return bool(self.loads) or any(
-            force is not None and force.is_varying for body in self.bodies for force in body.joint.coordinate_forces
-        )
+        """Whether stiffness or damping changes with the state other than by geometry."""
+        return bool(self.loads) or self.has_stops
 
     @cached_property
     def has_stops(self) -> bool:
@@ -171,12 +165,12 @@ class ModelData(PickledByFields):
 
     @cached_property
     def bearings(self) -> dict[int, int]:
-        """Numbers of the joints' bodies, by the number of each load that depends on a joint's reaction."""
+        """Number of the joint's body for the number of each load that depends on the reaction of a joint."""
         found = ((i, load.reaction_load) for i, load in enumerate(self.loads))
         return {i: load.ends[0].body for i, load in found if load is not None}
 
     def following(self, number: int) -> ReactionLoad:
-        """Return a load that follows the reaction of a joint, by its number."""
+        """Return a load that depends on the reaction of a joint, by its number."""
         load = self.loads[number].reaction_load
         if load is None:
             raise TypeError(f"{self.loads[number].name!r} follows no reaction")
@@ -191,7 +185,7 @@ class ModelData(PickledByFields):
             yield from (marker for row in constraint.rows for marker in row.markers)
 
     def all_speeds(self, t: float, u: np.ndarray) -> np.ndarray:
-        """Return free, driven and fixed speeds at time t (s): what is given by time or zero filled in."""
+        """Return free, driven and fixed speeds at time t (s) from the free ones; the fixed ones are zero."""
         if self.driven_count + self.fixed_count == 0:
             return u
         return np.concatenate((u, self.driven_speeds(t)[0], np.zeros(self.fixed_count)))
@@ -224,7 +218,7 @@ class ModelData(PickledByFields):
 
     @cached_property
     def held(self) -> dict[str, slice]:
-        """Where in z the values are that each controller holds, by its name."""
+        """Indices in z of the values held by each controller, by its name."""
         stop, found = len(self.initial_states), {}
         for controller in reversed(self.controllers):
             found[controller.name] = slice(stop - controller.drive_count, stop)
@@ -232,7 +226,7 @@ class ModelData(PickledByFields):
         return found
 
     def coordinate_places(self, number: int) -> list[tuple[int, int]]:
-        """Return of each coordinate of a body's joint its place in q (-1 - drive: it is driven) and its speed."""
+        """Return the index in q (-1 - drive if it is driven) and of the speed of each coordinate of a body's joint."""
         body = self.bodies[number]
         return [
             (int(at) if at >= 0 else int(self.free_count - 1 - speed), int(speed))

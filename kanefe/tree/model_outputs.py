@@ -1,4 +1,4 @@
-"""Outputs of a model at a state: its energies, and how a frame moves."""
+"""Outputs of a model at a state: its energies, and the motion of a frame."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class MechanicalEnergy(NamedTuple):
 
 
 class FrameKinematics(NamedTuple):
-    """Where a frame F is and how it moves.
+    """Position and motion of a frame F.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class FrameKinematics(NamedTuple):
     velocity, angular_velocity : ndarray, shape (3,)
         In components of F, m/s and rad/s.
     partial_velocities, partial_angular_velocities : ndarray, shape (3, free)
-        V and W: the Jacobian of the two by the free speeds, in components of F.
+        V and W: Jacobians of the velocities with respect to the free speeds, in components of F.
     """
 
     position: Vector

@@ -1,7 +1,8 @@
-"""What acts on flexible bodies at their interfaces, by name: carriers and what is carried, loops, loads, given forces.
+"""Sources of the forces at interfaces of flexible bodies, by name: parents and children, loops, loads, given forces.
 
-The paper has known forces and unknown coupling forces at the nodes, ``F_n = F_k + F_u`` (Eq. 30). Unknown is what the
-equations find: forces of joints, loops and rigid contacts. Known is what a place, a speed and a time give.
+The paper has known forces and unknown coupling forces at the nodes, ``F_n = F_k + F_u`` (Eq. 30). Unknown are those
+that follow from the equations: forces of joints, loops and rigid contacts. Known are functions of positions, speeds and
+time.
 """
 
 from __future__ import annotations
@@ -34,14 +35,14 @@ MOVES_ALONG = 1e-9
 
 
 class Source(NamedTuple):
-    """What acts at an interface.
+    """A source of force at an interface.
 
     Attributes
     ----------
     kind, name : str
     end : int
-        Which end of it is there; of given forces their number among those of the body, and of bodies 0 of what
-        carries and 1 of what is carried.
+        Number of its end at the interface; for given forces their number among those of the body, for bodies 0 if it is
+        the parent and 1 if it is a child.
     """
 
     kind: str
@@ -50,7 +51,7 @@ class Source(NamedTuple):
 
 
 class Neighbours(NamedTuple):
-    """Names of what acts at an interface.
+    """Names of the sources of force at an interface.
 
     Attributes
     ----------
@@ -61,12 +62,12 @@ class Neighbours(NamedTuple):
     known: tuple[str, ...]
 
     def parts(self, of: str, where: str) -> tuple[str, ...]:
-        """Return the names that a part is the sum of; "" is the whole.
+        """Return the names of the sources whose sum is a part of the force; "" is the whole.
 
         Raises
         ------
         ModelError
-            If there is no such part; the message lists those there are.
+            If there is no such part; the message lists the parts.
         """
         everything = self.unknown + self.known
         for group, names in (("", everything), (F_U, self.unknown), (F_K, self.known)):
@@ -79,7 +80,7 @@ class Neighbours(NamedTuple):
 
 
 class Sources(NamedTuple):
-    """What acts at an interface, ends of one source under one name.
+    """The sources of force at an interface; several ends of one source have one name.
 
     Attributes
     ----------
@@ -92,7 +93,7 @@ class Sources(NamedTuple):
 
 
 def interface_at(body: FlexibleBody, frame: InterfaceFrame) -> InterfaceFrame | None:
-    """Return the interface that a frame of a body is, or as a part of which it moves: a node of a rigid patch."""
+    """Return the interface that is this frame, or that it moves with as a node of a rigid patch."""
     for n in body.interfaces:
         if n is frame:
             return n
@@ -100,7 +101,7 @@ def interface_at(body: FlexibleBody, frame: InterfaceFrame) -> InterfaceFrame | 
     if found is None or not len(body.components) or not isinstance(body.basis, np.ndarray):
         return found
     farthest = body.node_frame(int(np.linalg.norm(body.nodes - found.position, axis=1).argmax()))
-    return None if _moves_along(found, farthest) else found  # a body that moves as one has no part that is the patch
+    return None if _moves_along(found, farthest) else found  # if the whole body moves rigidly, it is no patch
 
 
 def _moves_along(n: InterfaceFrame, frame: InterfaceFrame) -> bool:
@@ -114,9 +115,9 @@ _found: WeakKeyDictionary[ModelData, dict[tuple[int, str], Sources]] = WeakKeyDi
 
 
 def sources_of(model: ModelData) -> dict[tuple[int, str], Sources]:
-    """Return what acts at each interface of a scene, by the number of the body and the name of the interface.
+    """Return the sources at each interface of a scene, by the number of the body and the name of the interface.
 
-    Kept with the scene: a simulation that is stepped asks at each step.
+    Cached for each scene, since a stepped simulation calls it at each step.
     """
     if model not in _found:
         _found[model] = _sources_of(model)
@@ -166,7 +167,7 @@ def _place(model: ModelData, number: int, frame: InterfaceFrame) -> tuple[int, s
 
 
 def _named(unknown: list[Source], known: list[Source]) -> Sources:
-    """Return sources by name; with its kind in front where a name is that of several, or of a group."""
+    """Return sources by name; the kind is prefixed if several sources or a group have the name."""
     sides: dict[str, set[tuple[str, str]]] = {F_U: {("", "")}, F_K: {("", "")}}
     for source in (*unknown, *known):
         sides.setdefault(source.name, set()).add(_owner(source))
@@ -183,6 +184,6 @@ def _named(unknown: list[Source], known: list[Source]) -> Sources:
 
 
 def _owner(source: Source) -> tuple[str, str]:
-    """Return kind and name; the ground that carries is no body."""
+    """Return kind and name; the ground as a parent has a kind of its own."""
     is_ground = source.kind == BODY and source.end == 0 and source.name == GROUND
     return "carrier" if is_ground else source.kind, source.name

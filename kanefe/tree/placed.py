@@ -1,4 +1,4 @@
-"""Where a frame is and how it moves: what views, loads and functions of the user ask, without partial velocities."""
+"""Position and motion of a frame, without partial velocities: for views, loads and functions of the user."""
 
 from __future__ import annotations
 

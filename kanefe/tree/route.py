@@ -1,4 +1,4 @@
-"""What a route is: a way to evaluate the equations of a frozen scene, chosen once when the scene is frozen."""
+"""Routes: ways to evaluate the equations of a frozen scene, of which one is chosen when the scene is frozen."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Obstacle(NamedTuple):
-    """What of a scene the sweeps in order n do not have, in words: of which kind it is, and more of it."""
+    """A part of a scene that the sweeps in order n do not support: its kind, and details."""
 
     kind: str
     detail: str
@@ -31,7 +31,7 @@ class Obstacle(NamedTuple):
 
 
 class Form(Enum):
-    """What a method of integration builds upon."""
+    """The form of the equations that a method of integration uses."""
 
     DENSE = "mass matrix, forces and derivatives over all speeds"
     SWEEPS = "linearly implicit evaluations, energies and momenta by sweeps in order n"
@@ -46,9 +46,9 @@ class Evaluation(NamedTuple):
     rates : ndarray, shape (state,)
         dy/dt of ``y = (q, u, z, energy dissipated, work)``.
     weakest : float
-        Smallest pivot of a constraint, of 1: it falls to zero towards a singular position.
+        Smallest pivot of a constraint, 1 at most: it approaches zero towards a singular position.
     is_own : bool
-        Whether the route found them itself, and not the literal one in its place.
+        Whether the route computed them itself; else the literal one did in its place.
     """
 
     rates: Vector
@@ -57,7 +57,7 @@ class Evaluation(NamedTuple):
 
 
 class FrameMotions(NamedTuple):
-    """How a frame F moves, at T times; all but the axes in components of N.
+    """Motion of a frame F at T times; all but the axes in components of N.
 
     Attributes
     ----------
@@ -68,7 +68,7 @@ class FrameMotions(NamedTuple):
     velocity, angular_velocity : ndarray, shape (T, 3)
         m/s and rad/s.
     acceleration, angular_acceleration : ndarray, shape (T, 3), or None
-        m/s2 and rad/s2; None where they were not asked for.
+        m/s2 and rad/s2; None if they were not requested.
     """
 
     position: Matrix
@@ -80,7 +80,7 @@ class FrameMotions(NamedTuple):
 
 
 class MethodNeeds(NamedTuple):
-    """What a method asks for besides rates: linearly implicit evaluations, energy and momenta, derivatives."""
+    """What a method needs besides rates: linearly implicit evaluations, energy and momenta, derivatives."""
 
     implicit: bool = False
     balance: bool = False
@@ -88,20 +88,20 @@ class MethodNeeds(NamedTuple):
 
 
 class PreparedRun(Protocol):
-    """A run that stays in compiled code, of one thread at a time."""
+    """A run that stays in compiled code, used by one thread at a time."""
 
     def go_on(self, run: Run) -> int:
-        """Continue; return what the method wants that is not to be had in compiled code."""
+        """Continue; return the request of the method that compiled code cannot fulfil."""
         ...
 
     def go_over_events(self, run: Run, watched: WatchedRun, restart_share: float) -> tuple[int, bool]:
-        """Continue over events of loads; return what the method wants, and whether the last step needs no Python."""
+        """Continue over events of loads; return the method's request, and whether the last step needs no Python."""
         ...
 
     def prepared(
         self, run: Run, watched: WatchedRun | None, restart_share: float
     ) -> tuple[Any, Any | None, list[Any], Vector]:
-        """Return the call of a run, that of a run over events, where it has any, and what both need."""
+        """Return the call of a run, the call of a run over events if there are any, and what both need."""
         ...
 
     def values_at(self, run: Run, t: float) -> Vector:
@@ -110,7 +110,7 @@ class PreparedRun(Protocol):
 
 
 class RunSweeps(Protocol):
-    """What a route computes of all states of a run at once."""
+    """Quantities that a route computes for all states of a run at once."""
 
     @property
     def rates(self) -> Matrix:
@@ -127,19 +127,20 @@ class RunSweeps(Protocol):
         ...
 
     def rotation(self, number: int, interface: InterfaceFrame | None) -> Matrix:
-        """Return the Euler parameters of a frame, (T, 4), whose signs do not depend on which times there are."""
+        """Return the Euler parameters of a frame, (T, 4), with signs that do not depend on the choice of times."""
         ...
 
 
 class WatchedEvents(Protocol):
-    """Events of loads whose functions are computed in compiled code.
+    """Events of loads whose functions are compiled.
 
     Attributes
     ----------
     columns : dict of int to slice
-        Of the values of each such load, by its number in the model.
+        Columns of the values of each such load, by its number in the model.
     contact_columns : dict of str to int
-        Of the margins of rigid contacts, by what happens to them, see `kanefe.integrate.events.contact_changes`.
+        Columns of the margins of rigid contacts, by what happens to them: see
+        `kanefe.integrate.events.contact_changes`.
     """
 
     columns: dict[int, slice]
@@ -150,7 +151,7 @@ class WatchedEvents(Protocol):
         ...
 
     def prepared(self, times: np.ndarray, drives: np.ndarray, inputs: np.ndarray, states: Matrix) -> tuple[Any, Matrix]:
-        """Return the call of the kernel with arrays that stay where they are, and where it writes the values."""
+        """Return the call of the kernel with these arrays, and the array of values that it writes."""
         ...
 
 
@@ -161,9 +162,9 @@ class Route(Protocol):
     ----------
     model : ModelData
     name, reason : str
-        Which route it is, and why it was chosen: for results.
+        Name of the route, and the reason of its choice, for results.
     obstacles : tuple of Obstacle
-        What keeps the scene from sweeps in order n.
+        Parts of the scene that prevent sweeps in order n.
     is_autonomous : bool
         Whether whole runs stay in compiled code.
     is_constant : bool
@@ -186,18 +187,18 @@ class Route(Protocol):
         ...
 
     def lacks(self, form: Form) -> str:
-        """Return why there are no equations of a form, with a remedy, as the rest of a sentence after a method's name.
+        """Return why a form of equations is not available, with a remedy; an empty string if it is.
 
-        Empty if there are.
+        The text continues a sentence that begins with the name of a method.
         """
         ...
 
     def check_dense(self, what: str) -> None:
-        """Raise a ModelError that names what would need matrices over all speeds, if these are not to be had."""
+        """Raise a ModelError that names what needs matrices over all speeds, if they are not available."""
         ...
 
     def check_outputs(self, count: int) -> None:
-        """Raise a ModelError if so many states of a run take more memory than is sensible."""
+        """Raise a ModelError if this number of states of a run takes too much memory."""
         ...
 
     def start(self, t: float) -> Vector:
@@ -205,7 +206,7 @@ class Route(Protocol):
         ...
 
     def started(self, t: float, loads: Sequence[Load]) -> tuple[Load, ...]:
-        """Return loads between frames as they start at time t (s)."""
+        """Return loads between frames in their state at the start, time t (s)."""
         ...
 
     def evaluate(self, t: float, y: Vector) -> Evaluation:
@@ -219,30 +220,30 @@ class Route(Protocol):
         ...
 
     def derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:
-        """Return exact derivatives of dy/dt along the rows of a matrix, (k, state) both; None where there are none.
+        """Return exact derivatives of dy/dt along the rows of a matrix, (k, state) both; None if not available.
 
-        Of scenes with functions of the user that look at the state there are none.
+        They are not available for scenes with functions of the user that depend on the state.
         """
         ...
 
     def partial_derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:
-        """Return the same, with what functions of the user give held constant."""
+        """Return derivatives with the values of functions of the user held constant; otherwise as `derivatives`."""
         ...
 
     def projected(self, t: float, y: Vector, share: float = 0.0) -> Vector:
-        """Return the nearest state at which loops are closed and stay closed; y itself if it is one.
+        """Return the nearest state with closed loops and consistent speeds; y itself if it is one.
 
-        A share (s2) of the stiffness of modes and joints is added to the mass matrix, in whose metric it is the
-        nearest: stiff modes, which the mass matrix alone would move, then stay where they are.
+        The metric is the mass matrix plus a share (s2) of the stiffness of modes and joints, so that stiff modes, which
+        the mass matrix alone would move, keep their values.
         """
         ...
 
     def state(self, t: float, y: Vector) -> SceneState:
-        """Return what functions of the user see."""
+        """Return the state passed to functions of the user."""
         ...
 
     def sweeps(self, times: np.ndarray, states: Matrix) -> RunSweeps | None:
-        """Return the quantities computed for all states of a run at once; None if each is evaluated by itself."""
+        """Return quantities computed for all states of a run at once; None if each is evaluated separately."""
         ...
 
     @property
@@ -263,33 +264,33 @@ class Route(Protocol):
         ...
 
     def powers(self, t: float, y: Vector, du: Vector) -> Vector:
-        """Return the power taken and the power given at a state with accelerations du (free,), W, shape (2,)."""
+        """Return the power dissipated and the power supplied at a state and accelerations du (free,), W, shape (2,)."""
         ...
 
     def sweep_implicitly(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> float:
-        """Write a linearly implicit evaluation to the rows of a method; return the weakest pivot. Of `Form.SWEEPS`."""
+        """Write a linearly implicit evaluation to the rows of a method, for `Form.SWEEPS`; return the weakest pivot."""
         ...
 
     def balance(self, run: Run, vectors: np.ndarray) -> None:
-        """Write energies and momenta that a method asks for. Of `Form.SWEEPS`."""
+        """Write energies and momenta that a method requests, for `Form.SWEEPS`."""
         ...
 
     def compiled_run(
         self, integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, needs: MethodNeeds
     ) -> PreparedRun:
-        """Return a run in compiled code, if `is_autonomous`, of a method with that memory."""
+        """Return a run in compiled code of a method with this memory; only if `is_autonomous`."""
         ...
 
     def check_functions(self, t: float, y: Vector) -> None:
-        """Raise the ModelError of a load or motion that gives no numbers at a state."""
+        """Raise a ModelError if a load or motion does not return numbers at a state."""
         ...
 
     def view(self, t: float, y: Vector) -> Any:
-        """Return a literal state, `kanefe.kane.state.State`, of a scene whose frames move in the same way."""
+        """Return a literal state, `kanefe.kane.state.State`, of a scene with the same motion of frames."""
         ...
 
     def acting(self, t: float, y: Vector, du: Vector) -> tuple[Any, Vector]:
-        """Return such a state, and accelerations, of a scene that is loaded in the same way too."""
+        """Return such a state of a scene with the same loads too, and its accelerations."""
         ...
 
     def widened(self, partial: Matrix) -> Matrix:

@@ -1,7 +1,4 @@
-"""Sizes of a scene, against which displacements are small or large.
-
-What the components of a state are measured by, and how coordinates move with the speeds.
-"""
+"""Characteristic sizes of a scene, scales of the components of a state, and the relation of coordinates and speeds."""
 
 from __future__ import annotations
 
@@ -25,17 +22,14 @@ _extents: WeakKeyDictionary[FlexibleBody, float] = WeakKeyDictionary()
 
 
 def largest_extent(body: FlexibleBody) -> float:
-    """Return the longest side of the box around a mesh in m; kept: short runs take less time than large meshes."""
+    """Return the longest side of the box around a mesh in m; cached, since it takes longer than a short run."""
     if body not in _extents:
         _extents[body] = float(np.ptp(body.nodes, axis=0).max())
     return _extents[body]
 
 
 def _kept(measure: Callable[[ModelData], Size]) -> Callable[[ModelData], Size]:
-    """Return a measure of a scene that is taken once of each: a frozen scene keeps its sizes, and a run asks often.
-
-    Arrays of it are read-only.
-    """
+    """Cache a measure for each frozen scene; arrays are read-only."""
     found: WeakKeyDictionary[ModelData, Size] = WeakKeyDictionary()
 
     @wraps(measure)
@@ -51,9 +45,9 @@ def _kept(measure: Callable[[ModelData], Size]) -> Callable[[ModelData], Size]:
 
 @_kept
 def scene_length(model: ModelData) -> float:
-    """Return a length of the scene in m: of its flexible bodies and the offsets in it.
+    """Return a length of the scene in m: the largest of its flexible bodies and offsets.
 
-    Where there are none, bodies are as large as their radius of gyration, points as far as they are from their origin;
+    If there are none, it is the radius of gyration of the bodies, or else the largest joint displacement at the start;
     1 m if nothing has a size.
     """
     lengths = [largest_extent(b.flexible.body) for b in model.bodies if b.flexible]
@@ -66,9 +60,8 @@ def scene_length(model: ModelData) -> float:
 
 
 def scene_energy(model: ModelData, length: float) -> float:
-    """Return an energy of the scene in J: its kinetic one where all moves by its length, or a radian, in a second."""
-    mass = sum(part.mass for part in _masses(model))
-    return (mass * length**2 + _inertia(model)) or 1.0
+    """Return an energy of the scene in J: the kinetic one at a speed of its length, or a radian, in a second."""
+    return (sum(part.mass for part in _masses(model)) * length**2 + _inertia(model)) or 1.0
 
 
 def scene_weight(model: ModelData) -> float:
@@ -126,9 +119,9 @@ def displacement_scales(model: ModelData) -> np.ndarray:
 
 @_kept
 def coordinate_moves(model: ModelData) -> list[tuple[bool, int, int]]:
-    """Return how coordinates move with the speeds: whether they turn, coordinate, and speed.
+    """Return for each coordinate or rotation whether it is a rotation, and the indices of its coordinate and speed.
 
-    What turns are the four Euler parameters from the coordinate on, with three speeds: see
+    A rotation has four Euler parameters from the coordinate on, and three speeds: see
     `kanefe.kernels.steppers.step_commands`.
     """
     moves = []
@@ -149,7 +142,7 @@ def coordinate_moves(model: ModelData) -> list[tuple[bool, int, int]]:
 
 @_kept
 def tangents(model: ModelData) -> np.ndarray:
-    """Return directions in which a state moves by itself: tangents, speeds, and internal states that move.
+    """Return the independent directions of a state: tangents, speeds, and internal states with rates.
 
     Shape (2 free + states, state); those of rotations, which depend on the state, are zero among the coordinates.
     """
@@ -165,13 +158,13 @@ def tangents(model: ModelData) -> np.ndarray:
 
 @_kept
 def turning(model: ModelData) -> list[tuple[int, int]]:
-    """Return the first of the Euler parameters, and of the speeds, of each rotation."""
+    """Return the indices of the first Euler parameter and of the first speed of each rotation."""
     return [(at, speed) for turns, at, speed in coordinate_moves(model) if turns]
 
 
 @_kept
 def modal_frequencies(model: ModelData) -> Vector:
-    """Return the frequency in rad/s of the mode behind each free speed, alone; zero for what is no mode."""
+    """Return the frequency in rad/s of the mode of each free speed, uncoupled; zero for joint speeds."""
     frequencies = np.zeros(model.free_count)
     for body in model.bodies:
         if body.flexible:
@@ -183,11 +176,11 @@ def modal_frequencies(model: ModelData) -> Vector:
 
 
 def state_scales(model: ModelData) -> Vector:
-    """Return what counts as a large value of each component of (q, u, z, quadratures).
+    """Return a large value of each component of (q, u, z, quadratures).
 
-    Large are a radian, the size of the scene in m and what moves a body by its size in modal units; these a second; and
-    the energy of such speeds. A modal speed counts in the amplitude that it causes: against a large displacement times
-    the frequency of its mode. Internal states of loads have scales of their own.
+    These are a radian, the size of the scene in m, and the modal displacement that moves a body by its size; the same
+    in a second for speeds; and the energy of such speeds. For a mode above 1 rad/s, the speed is the displacement times
+    its frequency. Internal states of loads have scales of their own.
     """
     n, m = model.coordinate_count, model.free_count
     displacements = displacement_scales(model)

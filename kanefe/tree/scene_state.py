@@ -1,4 +1,4 @@
-"""The state of a scene as functions of the user see it: positions and motions of frames, computed on request."""
+"""The state of a scene for functions of the user: positions and motions of frames, computed on request."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 class Forces(Protocol):
-    """Forces that the accelerations of a state take."""
+    """Forces that depend on the accelerations of a state."""
 
     def joint_reaction(self, name: str) -> Vector: ...  # noqa: D102
     def driving_force(self, name: str) -> Vector: ...  # noqa: D102
@@ -33,7 +33,7 @@ class Forces(Protocol):
 
 
 class SceneState:
-    """What a function ``f(t, state)`` can ask of the scene. It is valid during the call only.
+    """The state of the scene passed to a function ``f(t, state)``. It is valid only during the call.
 
     Parameters
     ----------
@@ -104,15 +104,15 @@ class SceneState:
         name : str
             The body.
         interface : str
-            Of a flexible body; "": the frame of the body itself.
+            Interface of a flexible body; "": the frame of the body itself.
         point : array_like, shape (3,)
-            From the frame's origin in its axes, m.
+            Position from the frame's origin in its axes, m.
         """
         frame = self._frame(name, interface)
         return np.asarray(frame.p_NoFo_N + frame.A_NF @ np.asarray(point, dtype=float))
 
     def velocity(self, name: str, interface: str = "", point: Sequence[float] = (0.0, 0.0, 0.0)) -> Vector:
-        """Return the velocity of such a point, in components of N, shape (3,), m/s."""
+        """Return the velocity of a point given as for `position`, in components of N, shape (3,), m/s."""
         frame = self._frame(name, interface)
         return np.asarray(frame.A_NF @ (frame.v + cross(frame.w, np.asarray(point, dtype=float))))
 
@@ -142,26 +142,26 @@ class SceneState:
 
     def _modes_of(self, name: str) -> FlexibleTerms:
         terms = self.model.flexible_terms(name)
-        if not terms.body.components:  # the condensed twin, with other coordinates: see kanefe.unreduced.condensed
+        if not terms.body.components:  # a condensed body, with other coordinates: see kanefe.unreduced.condensed
             raise ModelError(
-                f"the coordinates of the unreduced body {name!r} are not supported to functions of the state. Remedy: "
+                f"the coordinates of the unreduced body {name!r} are not available to functions of the state. Remedy: "
                 "state.position(body, interface) and the like, or reduction=CraigBampton(modes=20)"
             )
         return terms
 
     def joint_reaction(self, name: str) -> Vector:
-        """Return what the joint of a body exerts on it, the part of motors and drives included, (6,): N and N m.
+        """Return the force and moment of a body's joint on it, with those of motors and drives, (6,): N and N m.
 
-        About the origin of the body's frame, in its axes. Functions and actions of events may ask for it.
+        About the origin of the body's frame, in its axes. Available to functions and actions of events.
 
         Raises
         ------
         ModelError
-            If there is no such body, or a load asks: what it gives changes the accelerations, and these the reaction.
+            If there is no such body, or the caller is a load, on which accelerations and the reaction depend.
 
         Examples
         --------
-        A rope that lets go of its weight once it pulls with 30 N:
+        A run that stops when the reaction of a pendulum reaches 20 N:
 
         >>> import kanefe as kf
         >>> scene = kf.System(gravity=(0, 0, -9.81))
@@ -175,11 +175,11 @@ class SceneState:
         return self._held(f"the joint reaction of {name!r}").joint_reaction(name)
 
     def driving_force(self, name: str) -> Vector:
-        """Return what the driven coordinates of a body's joint need, (driven,), N and N m; as `joint_reaction`."""
+        """Return the forces on the driven coordinates of a body's joint, (driven,), N and N m; as `joint_reaction`."""
         return self._held(f"the driving force of {name!r}").driving_force(name)
 
     def loop_force(self, name: str) -> Vector:
-        """Return what a loop joint exerts on its end b, in its axes, (6,), N and N m; as `joint_reaction`."""
+        """Return force and moment of a loop joint on its end b, in its axes, (6,), N and N m; as `joint_reaction`."""
         return self._held(f"the force of loop joint {name!r}").loop_force(name)
 
     def _held(self, what: str) -> Forces:
@@ -192,22 +192,22 @@ class SceneState:
         return self._forces
 
     def load(self, name: str) -> Vector:
-        """Return the outputs of a load: of one between frames those of a result, otherwise its value.
+        """Return the outputs of a load between frames, or the value of another load.
 
         Parameters
         ----------
         name : str
-            Of a spring, bushing, rope or load of your own: see `Result.load`. Or the label of a force, torque, motor,
-            traction or pressure, such as ``"the motor of 'arm'"``: what its function gives, (1,) or (3,).
+            Name of a spring, bushing, rope or load of your own: outputs as those of `Result.load`. Or the label of a
+            force, torque, motor, traction or pressure, such as ``"the motor of 'arm'"``: its value, (1,) or (3,).
 
         Raises
         ------
         ModelError
-            If there is no such load, or it is asked for by a load that it depends on itself.
+            If there is no such load, or the caller is a load on which it depends.
 
         Examples
         --------
-        A motor that takes half of the pull of a spring:
+        A motor with half of the force of a spring:
 
         >>> import kanefe as kf
         >>> scene = kf.System()
@@ -240,7 +240,7 @@ class SceneState:
         return self._constraint(name).holds(self.z)
 
     def switched(self, *, on: str | Sequence[str] = (), off: str | Sequence[str] = ()) -> Vector:
-        """Return the state ``(q, u, z)`` with constraints switched on and off: what the action of an event returns.
+        """Return the state ``(q, u, z)`` with constraints switched on and off, for the action of an event.
 
         Parameters
         ----------
@@ -254,7 +254,7 @@ class SceneState:
 
         Examples
         --------
-        A weight that is let go after half a second:
+        A weight that is released after half a second:
 
         >>> import kanefe as kf
         >>> scene = kf.System(gravity=(0, 0, -9.81))
@@ -307,12 +307,12 @@ class SceneState:
         return End(p, np.eye(3), v, np.zeros(3))
 
     def placed_marker(self, marker: Marker) -> Placed:
-        """Return the motion of a marker; it may also be on the nodes of a mesh and on the ground."""
+        """Return the motion of a marker, also on a node of a mesh or on the ground."""
         carrier = INERTIAL if marker.body < 0 else self.placed(marker.body, marker.interface)
         return fixed_in(carrier, marker.point, marker.axes)
 
     def placed(self, number: int, frame: InterfaceFrame | None) -> Placed:
-        """Return the motion of a body's frame, or of one of its interfaces or nodes in axes of G turned with it."""
+        """Return the motion of a body's frame, or of one of its interfaces or nodes (axes of G rotated with it)."""
         G, terms = self.frames[number], self.model.bodies[number].flexible
         if frame is None or terms is None:
             return G

@@ -1,4 +1,4 @@
-"""A warning where a body that stiffens by its own inertia alone carries what would stiffen it too."""
+"""A warning if a body with stiffening="inertial" carries bodies or loads that would stiffen it too."""
 
 from __future__ import annotations
 
@@ -17,14 +17,13 @@ if TYPE_CHECKING:
 
 
 class StiffeningWarning(UserWarning):
-    """Forces on a body that do not stiffen it, though its own inertia does."""
+    """Forces on a body whose effect on its stiffness is neglected, although that of its own inertia is not."""
 
 
 def warn_of_loads_that_do_not_stiffen(model: ModelData) -> None:
-    """Warn of bodies with stiffening="inertial" that carry bodies, loads or loops: what these do to it is missing.
+    """Warn of bodies with stiffening="inertial" that carry bodies, loads or loops, whose effect is neglected.
 
-    A mass on the tip of a rotating beam pulls it straight. Without this the beam softens with speed, and diverges,
-    where it should stiffen.
+    A mass on the tip of a rotating beam stiffens it. Without this effect the beam softens with speed and diverges.
     """
     missing: dict[int, list[str]] = {}
     for number, words in unstiffened(model):
@@ -40,7 +39,7 @@ def warn_of_loads_that_do_not_stiffen(model: ModelData) -> None:
 
 
 def unstiffened(model: ModelData) -> Iterator[tuple[int, str]]:
-    """Yield the number of a body that stiffens, and what it carries without being stiffened by it."""
+    """Yield the number of a body that stiffens, and a name for each thing it carries that does not stiffen it."""
     for body in model.bodies:
         if body.parent_interface is not None and _lacks(model, body.parent, body.parent_interface):
             yield body.parent, f"body {body.name!r} at interface {body.parent_interface.name!r}"
@@ -64,15 +63,15 @@ def unstiffened(model: ModelData) -> Iterator[tuple[int, str]]:
 
 def _stiffens(body: BodyTerms) -> bool:
     """Return whether the inertia of a body stiffens it."""
-    if body.flexible is None:
-        return False
-    if is_unreduced(body.flexible.body):
-        return False
-    return body.flexible.body.moments.quadratic_first is not None
+    return (
+        body.flexible is not None
+        and not is_unreduced(body.flexible.body)
+        and body.flexible.body.moments.quadratic_first is not None
+    )
 
 
 def _lacks(model: ModelData, number: int, frame: InterfaceFrame) -> bool:
-    """Return whether a body stiffens, but not by what acts on a frame that moves with its coordinates."""
+    """Return whether a body stiffens, but not by loads on a frame that moves with its coordinates."""
     body = model.bodies[number]
     if body.flexible is None or frame.quadratic is not None or not _stiffens(body):
         return False

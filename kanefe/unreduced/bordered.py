@@ -1,16 +1,17 @@
-"""The linear equations of a scene with unreduced bodies: large sparse blocks, each factored alone, and a small border.
+"""The linear equations of a scene with unreduced bodies: large sparse blocks, factored separately, and a small border.
 
-Of every unreduced body S = M + c C + k K is factored, or M alone for accelerations. What couples it to the rest of the
-scene is narrow: the six motions of G, the p coordinates d of what it carries, and of a floating body the motions that
-G follows. With z for the speeds of the condensed twin, A for its matrix, Gamma z for the motion of G, M_re for the
-inertia between G and the coordinates, N for the rows of d and of the followed motions, E z for their values (d, zero),
+For every unreduced body S = M + c C + k K is factored, or M alone for accelerations. Its coupling to the rest of the
+scene is narrow: the six motions of G, the p coordinates d of the frames it carries, and for a floating body its mean
+motions, which G follows. Let z be the speeds of the condensed scene (its small twin, see `condensed.py`), A its matrix,
+Gamma z the motion of G, M_re the inertia between G and the coordinates, N the rows of d and of the mean motions, and
+E z their values (d, zero). Then
 
     S x + M_re^T Gamma z + N^T psi = f
     A z + Gamma^T (M_rr Gamma z + M_re x) - E^T psi = f_z
     N x = E z
 
-With ``X = S^-1 (M_re^T, N^T)``, made once, x and psi are eliminated, and a matrix of the size of the twin remains. A
-solution costs one solve with S of each body, whatever hangs on it.
+With ``X = S^-1 (M_re^T, N^T)``, computed once, x and psi are eliminated, and a matrix of the size of the twin remains.
+A solution costs one solve with S of each body, whatever it carries.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ class BodyBorder(NamedTuple):
     Attributes
     ----------
     factors : Factorisation
-        Of S.
+        Factors of S.
     rows : ndarray, shape (6 + r, k)
         M_re and N.
     columns : ndarray, shape (k, 6 + r)
@@ -88,17 +89,17 @@ class Solution(NamedTuple):
 
 
 class Bordered:
-    """The equations of a scene, ready to be solved.
+    """The eliminated equations of a scene.
 
     Parameters
     ----------
     condensed : Condensed
-    borders : sequence of Border
-        One for each member.
+    borders : sequence of BodyBorder
+        One for each substructure.
     matrix : ndarray, shape (free of the twin, free of the twin)
         A.
     motions : sequence of FrameMotion
-        The outward sweep of the twin, for Gamma.
+        Motions of the frames of the twin, for Gamma.
     rows : Rates, optional
         Constraints over all speeds of the twin.
     """
@@ -132,7 +133,7 @@ class Bordered:
         right : ndarray, shape (free of the twin,)
             f_z.
         parts : sequence of ndarray, each (k,), or None
-            f of every member; None: zero, and nothing is solved with S.
+            f of every substructure; None: zero, which needs no solve with S.
         known : ndarray, shape (rows,), optional
             c of the constraints ``J z + c = 0``.
         """
@@ -171,7 +172,7 @@ def _twin_solver(condensed: Condensed, A: Matrix, rows: Rates | None) -> TwinSol
 
 
 def _solved(factors: Matrix, pivots: Vector, right: Vector, known: Vector | None) -> tuple[Vector, Vector]:
-    # scipy's own function spends as long on checks
+    # scipy.linalg.lu_solve takes twice as long because of its checks
     return scipy.linalg.lapack.dgetrs(factors, pivots, right)[0], NO_MULTIPLIERS
 
 

@@ -40,13 +40,13 @@ def closed_start(model: ModelData, t: float) -> tuple[Vector, Vector]:
     twin = condensed.with_moments(moments)
     q_s, u_s = consistent_start(twin, t)
     for substructure in condensed.substructures:
-        names = (model.bodies[substructure.number].name, substructure.d, substructure.rates)
-        for now, before, at in ((q_s, twin.initial_coordinates, names[1]), (u_s, twin.initial_speeds, names[2])):
-            if np.any(now[at] != before[at]):
-                raise ModelError(
-                    f"the loops of the scene close only if the unreduced body {names[0]!r} is deformed at the start. "
-                    "Remedy: start nearer to the closed position, or reduction=CraigBampton(modes=20)"
-                )
+        d, rates = substructure.d, substructure.rates
+        if np.any(q_s[d] != twin.initial_coordinates[d]) or np.any(u_s[rates] != twin.initial_speeds[rates]):
+            raise ModelError(
+                f"the loops of the scene close only if the unreduced body {model.bodies[substructure.number].name!r} "
+                "is deformed at the start. Remedy: start nearer to the closed position, or "
+                "reduction=CraigBampton(modes=20)"
+            )
     if q_s is twin.initial_coordinates and u_s is twin.initial_speeds:
         return q, u
     q, u = q.copy(), u.copy()

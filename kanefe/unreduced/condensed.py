@@ -1,9 +1,9 @@
-"""The condensed scene: what remains of a scene when its unreduced bodies are seen through the frames they carry.
+"""The condensed scene: a small twin of a scene, in which unreduced bodies have only the frames that they carry.
 
-All that is outside an unreduced body depends on its coordinates eta through the motion of a few frames only: interfaces
-and nodes at which bodies, loads, springs and loops are attached. So the scene has a small twin, in which the body has
-the coordinates ``d = Q eta``, as many as those frames have independent components, without mass and stiffness. The
-literal route treats the twin, of any kind, as it treats every scene; the bodies themselves are added to it.
+The rest of the scene depends on the coordinates eta of an unreduced body only through the motion of a few frames:
+interfaces and nodes with bodies, loads, springs and loops. In the twin the body has the coordinates ``d = Q eta``, one
+for each independent component of those frames, without mass and stiffness. The literal route evaluates the twin like
+any scene; the contributions of the bodies are added to it.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ if TYPE_CHECKING:
 
 
 class FrozenMoments:
-    """Moments of a body of the twin: inertia and forces at one state, for any request.
+    """Moments of a body of the twin: inertia and forces at one state, returned for any arguments.
 
     Parameters
     ----------
     generalised : ndarray, shape (6 + p, 6 + p)
         Inertia of (translation of G, rotation of G, coordinates).
     bias : ndarray, shape (6 + p,)
-        Forces besides it.
+        Inertia forces without accelerations.
     """
 
     def __init__(self, generalised: Matrix, bias: Vector) -> None:
@@ -46,7 +46,7 @@ class FrozenMoments:
 
     @classmethod
     def none(cls, count: int) -> FrozenMoments:
-        """Return those of a body without mass."""
+        """Return the moments of a body without mass."""
         return cls(np.zeros((6 + count, 6 + count)), np.zeros(6 + count))
 
     @property
@@ -60,7 +60,7 @@ class FrozenMoments:
         return self._generalised[6:, 6:]
 
     def terms(self, eta: Vector, deta: Vector, w: Vector) -> tuple[Matrix, Vector]:
-        """Return the leading part of what is frozen, as `kanefe.bodies.mass_moments.MassMoments.terms`."""
+        """Return the leading part of the frozen terms, as `kanefe.bodies.mass_moments.MassMoments.terms`."""
         size = 6 + len(eta)
         return self._generalised[:size, :size], self._bias[:size]
 
@@ -76,7 +76,7 @@ NOTHING = np.zeros((1, 1)), np.zeros(1)
 def condensed_inertia(
     terms: FlexibleTerms, G: FrameMotion, gravity_G: Vector, eta: Vector, deta: Vector
 ) -> tuple[Matrix, Vector]:
-    """Return M and F of a body of the condensed scene: nothing at once where it has no mass."""
+    """Return M and F of a body of the condensed scene, without computation if it has no mass."""
     if isinstance(terms.free_moments, FrozenMoments):
         return NOTHING
     return flexible_inertia(terms, G, gravity_G, eta, deta)
@@ -89,14 +89,14 @@ class Substructure:
     Attributes
     ----------
     number : int
-        Among the bodies.
+        Number of the body.
     body : UnreducedBody
     eta, speeds : slice
-        Its coordinates in q and its speeds among the free ones of the full scene.
+        Indices of its coordinates in q and of its speeds in the free ones of the full scene.
     carried : csr_matrix, shape (p, k)
         Q: coordinates of the frames it carries, ``d = Q eta``.
     d, rates : slice
-        Of d among the coordinates, and of its rates among the speeds of the condensed scene.
+        Indices of d in the coordinates, and of its rates in the speeds of the condensed scene.
     field_loads : tuple of FieldLoad
     has_gravity : bool
     """
@@ -118,7 +118,7 @@ class Substructure:
 
 
 class Condensed:
-    """A scene with unreduced bodies, its condensed twin, and the way from one state to the other.
+    """A scene with unreduced bodies, its condensed twin, and the conversion of states.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ class Condensed:
     plain_coordinates, plain_speeds : ndarray of int
         Coordinates and free speeds of the scene outside unreduced bodies.
     plain_places, plain_rates : ndarray of int
-        Their numbers in the twin.
+        Their indices in the twin.
     """
 
     def __init__(self, model: ModelData, is_complete: bool = False) -> None:
@@ -157,7 +157,7 @@ class Condensed:
         self.small = self._twin(model, bases)
 
     def _independent(self, frames: list[InterfaceFrame], body: BodyTerms) -> sp.csr_matrix:
-        """Return Q, independent rows of the motions of frames, and keep the frames written in them."""
+        """Return Q, independent rows of the motions of frames, and store the frames in terms of them."""
         terms = body.flexible
         k = terms.body.free_count if terms else 0
         if not frames:
@@ -168,7 +168,7 @@ class Condensed:
         scale = np.divide(1.0, size, out=np.zeros_like(size), where=size > 0)
         scaled = gram * np.outer(scale, scale)
         _, R, pivots = scipy.linalg.qr(scaled, pivoting=True)
-        # the Gram matrix squares what the rows differ by: below this they are one motion
+        # the Gram matrix has squares of differences between rows: below this limit rows are dependent
         rank = int(np.count_nonzero(np.abs(np.diag(R)) > 1e-10))
         kept = np.sort(pivots[:rank])
         share = np.linalg.solve(gram[np.ix_(kept, kept)], gram[kept]).T
@@ -185,7 +185,7 @@ class Condensed:
 
     def _number(self, model: ModelData, bases: list[sp.csr_matrix | None]) -> None:
         """Number coordinates and speeds of the twin: those of the scene, with d in the place of eta."""
-        coordinates = np.full(model.coordinate_count + 1, -1)  # the last stays: driven coordinates are -1
+        coordinates = np.full(model.coordinate_count + 1, -1)  # the last one is that of driven coordinates, index -1
         speeds = np.full(model.free_count + model.driven_count, -1)
         q = u = 0
         substructures, self._slices = [], dict[int, tuple[slice, slice]]()
@@ -258,13 +258,13 @@ class Condensed:
         )
 
     def _massless(self, substructure: Substructure, fixed: int) -> FlexibleTerms | None:
-        """Return the terms of a body in the twin: its frames alone; None if nobody asks for them."""
+        """Return the terms of a body in the twin, which has only frames; None if they are not needed."""
         body, p = substructure.body, substructure.carried_count
         if not p and not self._is_asked:
             return None
         full = self.model.bodies[substructure.number].flexible
         if full is None:
-            raise TypeError("a member is flexible")
+            raise TypeError("a substructure is flexible")
         held = body.fixed_count if self.is_complete else 0
         count = p + held
         none: Any = FrozenMoments.none(count)
@@ -281,7 +281,7 @@ class Condensed:
             inertia_mass=sp.csr_matrix((0, 0)),
             inertia_basis=np.zeros((0, count)),
         )
-        # the static share of the coordinates does no work: the equations of their rows hold
+        # the static part of the coordinates does no work, since their equations are satisfied
         elastic = np.zeros((count, held))
         elastic[p:] = full.fixed_elastic[:held, :held]
         return FlexibleTerms(
@@ -309,11 +309,11 @@ class Condensed:
         return replace(self.small, bodies=tuple(bodies))
 
     def frame(self, frame: InterfaceFrame | None) -> InterfaceFrame | None:
-        """Return a frame in the twin: the same one if it is not on an unreduced body."""
+        """Return a frame in the twin; unchanged if it is not on an unreduced body."""
         return None if frame is None else self._frames.get(id(frame), frame)
 
     def marker(self, marker: Marker) -> Marker:
-        """Return a marker in the twin, the same for the same."""
+        """Return a marker in the twin; equal markers share one object."""
         if id(marker) not in self._markers:
             self._markers[id(marker)] = replace(marker, interface=self.frame(marker.interface))
         return self._markers[id(marker)]
@@ -341,7 +341,7 @@ class Condensed:
         return State(self.small, t, self.coordinates(q), self.speeds(u), z)
 
     def speeds(self, u: Vector) -> Vector:
-        """Return the free speeds of the twin from those of the scene, or their rates likewise."""
+        """Return the free speeds of the twin, or their rates, from those of the scene."""
         small = np.empty(self._sizes[1])
         small[self.plain_rates] = u[self.plain_speeds]
         for substructure in self.substructures:
@@ -367,7 +367,7 @@ class Condensed:
 
 
 def is_unreduced(body: BodyTerms) -> bool:
-    """Return whether a body has all degrees of freedom of its mesh, in sparse matrices."""
+    """Return whether a body has all degrees of freedom of its mesh."""
     return body.flexible is not None and isinstance(body.flexible.body, UnreducedBody)
 
 
@@ -387,7 +387,7 @@ def _attached_frames(model: ModelData) -> list[dict[int, InterfaceFrame]]:
 
 
 def _takes_state(model: ModelData) -> bool:
-    """Return whether a function of the user depends on the state: it may read any interface."""
+    """Return whether a function of the user depends on the state and so may use any interface."""
     loads = [load for body in model.bodies for load, _ in body.loads]
     others = [load for body in model.bodies for load in (*body.joint_loads, *body.field_loads)]
     return any(getattr(load, "takes_state", False) for load in (*loads, *others))

@@ -1,4 +1,4 @@
-"""What an unreduced body demands of G and of its coordinates at a state: inertia, stiffness and damping, less loads."""
+"""Forces of an unreduced body on G and its coordinates at a state: inertia, stiffness and damping, minus loads."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from kanefe.kane.kinematics import FrameMotion
 
 Own = tuple[Vector, Vector, Vector]
-"""Coordinates of a member, their rates and their accelerations, each (k,)."""
+"""Coordinates of a substructure, their rates and their accelerations, each (k,)."""
 
 
 def demand(
@@ -25,7 +25,7 @@ def demand(
 
     Parameters
     ----------
-    substructure : Member
+    substructure : Substructure
     own : tuple of ndarray
         eta, deta, ddeta.
     a, alpha : ndarray, shape (3,)
@@ -55,7 +55,7 @@ def demand(
 def equivalent_moments(
     substructure: Substructure, own: Own, a: Vector, alpha: Vector, G: FrameMotion, t: float, state: SceneState
 ) -> FrozenMoments:
-    """Return moments of a body of the complete twin that demand the same forces at this state."""
+    """Return moments of a body of the complete twin with the same forces at this state."""
     eta, _, ddeta = own
     force, moment, elastic = demand(substructure, own, a, alpha, G, t, state)
     held = _held_demand(substructure, own, a, alpha, G, t, state)
@@ -66,9 +66,9 @@ def equivalent_moments(
 
 
 def some_inertia(substructure: Substructure, eta: Vector) -> Matrix:
-    """Return rigid inertia of the deformed body, and some of the right size of what it carries: a metric.
+    """Return a metric: rigid inertia of the deformed body, and an inertia of realistic size for carried coordinates.
 
-    Over (translation of G, rotation of G, carried coordinates, fixed ones, of which it is zero).
+    Over (translation of G, rotation of G, carried coordinates, fixed ones); zero for the fixed ones.
     """
     body, p = substructure.body, substructure.carried_count
     metric = np.zeros((6 + p + body.fixed_count,) * 2)
@@ -79,7 +79,7 @@ def some_inertia(substructure: Substructure, eta: Vector) -> Matrix:
 
 
 def _carried_forces(substructure: Substructure, elastic: Vector) -> Vector:
-    """Return the forces on d that ``elastic = Q^T force + (mean motions)^T reaction`` is made of."""
+    """Return the forces on d in ``elastic = Q^T force + (mean motions)^T reaction``."""
     if not substructure.carried_count:
         return np.zeros(0)
     rows = np.vstack((substructure.carried.toarray(), substructure.body.mean_motions))
@@ -91,7 +91,7 @@ def _carried_forces(substructure: Substructure, elastic: Vector) -> Vector:
 def _held_demand(
     substructure: Substructure, own: Own, a: Vector, alpha: Vector, G: FrameMotion, t: float, state: SceneState
 ) -> Vector:
-    """Return the forces on the components fixed in G; damping is handed on to them statically."""
+    """Return the forces on the components fixed in G; damping is transferred to them statically."""
     body = substructure.body
     k, held = body.free_count, body.fixed_count
     if not held:

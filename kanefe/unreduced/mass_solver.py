@@ -1,7 +1,7 @@
-"""Solving with a sparse mass matrix: conjugate gradients, several right-hand sides at once, no factors.
+"""Solution with a sparse mass matrix by conjugate gradients, for several right-hand sides at once.
 
-A mass matrix scaled by its diagonal is well conditioned whatever the mesh (Wathen 1987), so that some ten to fifty
-products do. They are needed at the start of a run only, where factors of M would cost as much as those of a step.
+A mass matrix scaled by its diagonal is well conditioned whatever the mesh (Wathen 1987), so that ten to fifty products
+are enough. They are needed only at the start of a run, where factors of M would cost as much as those of a step.
 """
 
 from __future__ import annotations

@@ -1,12 +1,13 @@
 """Equations of scenes with unreduced bodies: residuals, linear systems, accelerations, energies and powers.
 
-The condensed twin gives all that is outside the bodies; each body adds one evaluation of its inertia field and one
-product with K. Nothing dense is as wide as a mesh.
+The condensed twin contributes all that is outside the bodies; each body adds one evaluation of its inertia field and
+one product with K. No dense matrix has the size of a mesh.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -38,18 +39,18 @@ LARGEST_STORE = 2**32
 
 
 class Residual(NamedTuple):
-    """What the equations leave at a state with given accelerations.
+    """The residual of the equations at a state with given accelerations.
 
     Attributes
     ----------
     twin : ndarray, shape (free of the twin,)
-        Zero for carried coordinates, whose share is in `parts`.
+        Residual of the twin; zero for carried coordinates, whose residual is in `parts`.
     parts : list of ndarray, each (k,)
-        Of the substructures.
+        Residuals of the substructures.
     state : State
-        Of the twin.
+        State of the twin.
     mass : ndarray
-        Its mass matrix, without members, over free and driven speeds.
+        Its mass matrix, without substructures, over free and driven speeds.
     rates : ndarray
         Rates of its free and driven speeds.
     """
@@ -72,9 +73,9 @@ class UnreducedRoute(LiteralRoute):
     ----------
     condensed : Condensed
     factorisations : int
-        How often S of all bodies was factored.
+        Number of factorisations of S of all bodies.
     evaluations : int
-        How often the residual was evaluated.
+        Number of evaluations of the residual.
     """
 
     name = "unreduced"
@@ -98,10 +99,9 @@ class UnreducedRoute(LiteralRoute):
         self.small = self.condensed.small
         self.factorisations = 0
         self.evaluations = 0
-        self._complete: Condensed | None = None
 
     def lacks(self, form: Form) -> str:
-        """Return why there is nothing but substructures."""
+        """Return why only the form of substructures is available."""
         if form is Form.SUBSTRUCTURES:
             return ""
         return (
@@ -110,7 +110,7 @@ class UnreducedRoute(LiteralRoute):
         )
 
     def check_dense(self, what: str) -> None:
-        """Refuse it."""
+        """Raise a ModelError: matrices over all speeds are not available."""
         raise ModelError(
             f"{what} of a scene with unreduced bodies is not supported: it would be dense over {self.model.free_count} "
             "speeds. Remedy: reduction=CraigBampton(modes=20)"
@@ -125,15 +125,13 @@ class UnreducedRoute(LiteralRoute):
                 f"output_step, which leaves at most {LARGEST_STORE // (24 * free)} of them"
             )
 
-    @property
+    @cached_property
     def complete(self) -> Condensed:
-        """The twin with all interfaces, for questions about a run."""
-        if self._complete is None:
-            self._complete = Condensed(self.model, is_complete=True)
-        return self._complete
+        """The twin with all interfaces, for results of a run."""
+        return Condensed(self.model, is_complete=True)
 
     def residual(self, t: float, q: Vector, u: Vector, du: Vector, z: Vector | None = None) -> Residual:
-        """Return what M du - F leaves at a state of the scene, constraints left out."""
+        """Return the residual M du - F at a state of the scene, without constraints."""
         self.evaluations += 1
         condensed, small = self.condensed, self.small
         state = self.condensed.state(t, q, u, z)
@@ -150,20 +148,22 @@ class UnreducedRoute(LiteralRoute):
             force, moment, elastic = demand(substructure, own, a, alpha, G, t, state)
             twin += force @ G.V + moment @ G.W
             parts.append(elastic)
-        n = small.free_count
-        for i, substructure in enumerate(condensed.substructures):
+        self._move_carried(twin, parts)
+        return Residual(twin[: small.free_count], parts, state, M, rates)
+
+    def _move_carried(self, twin: Vector, parts: list[Vector]) -> None:
+        """Move forces on carried coordinates from the twin to the substructures, in place."""
+        for i, substructure in enumerate(self.condensed.substructures):
             if substructure.carried_count:
                 parts[i] = parts[i] + twin[substructure.rates] @ substructure.carried
-        for substructure in condensed.substructures:
             twin[substructure.rates] = 0.0
-        return Residual(twin[:n], parts, state, M, rates)
 
     def borders(self, q: Vector, factors: Sequence[Factorisation]) -> list[BodyBorder]:
-        """Return the borders of all members at coordinates q of the scene."""
+        """Return the borders of all substructures at coordinates q of the scene."""
         return [border(m, q[m.eta], own) for m, own in zip(self.condensed.substructures, factors, strict=True)]
 
     def factored(self, damping_share: float, stiffness_share: float) -> list[Factorisation]:
-        """Return factors of ``M + damping_share C + stiffness_share K`` of all members."""
+        """Return factors of ``M + damping_share C + stiffness_share K`` of all substructures."""
         self.factorisations += 1
         found = []
         for substructure in self.condensed.substructures:
@@ -177,7 +177,7 @@ class UnreducedRoute(LiteralRoute):
         return found
 
     def state(self, t: float, y: Vector) -> SceneState:
-        """Return the state of the complete twin, whose frames functions of the user may ask for."""
+        """Return the state of the complete twin, for functions of the user."""
         return self.view(t, y)
 
     def view(self, t: float, y: Vector) -> State:
@@ -196,7 +196,7 @@ class UnreducedRoute(LiteralRoute):
         return np.concatenate((*closed_start(self.model, t), self.model.initial_states))
 
     def started(self, t: float, loads: Sequence[Load]) -> tuple[Load, ...]:
-        """Return loads between frames as they start."""
+        """Return loads between frames in their state at the start."""
         model = self.model.with_loads(loads)
         state = Condensed(model).state(t, model.initial_coordinates, model.initial_speeds)
         return tuple(load.started(t, state.load_ends(i)) for i, load in enumerate(loads))
@@ -210,11 +210,11 @@ class UnreducedRoute(LiteralRoute):
         return Evaluation(np.concatenate(rates), 1.0)
 
     def projected(self, t: float, y: Vector, share: float = 0.0) -> Vector:
-        """Return the state itself: the method that steps closes the loops, with its own matrices."""
+        """Return the state itself: the integration method closes the loops, with its own matrices."""
         return y
 
     def accelerations(self, t: float, q: Vector, u: Vector, z: Vector | None = None) -> Vector:
-        """Return du of the free speeds, loops held."""
+        """Return du of the free speeds, with loops closed."""
         zero = np.zeros(self.model.free_count)
         at_rest = self.residual(t, q, u, zero, z)
         solvers = [MassSolver(substructure.body.free_mass) for substructure in self.condensed.substructures]
@@ -226,7 +226,7 @@ class UnreducedRoute(LiteralRoute):
         return self.condensed.joined(solution.z, solution.parts)
 
     def inertia_of(self, step: Vector, at: Residual, q: Vector) -> tuple[Vector, list[Vector]]:
-        """Return M times a vector over the free speeds, as twin and members, with the M of a residual."""
+        """Return M times a vector over the free speeds, as twin and substructures, with the M of a residual."""
         condensed, n = self.condensed, self.small.free_count
         z = condensed.speeds(step)
         twin = at.mass[:n, :n] @ z
@@ -238,11 +238,7 @@ class UnreducedRoute(LiteralRoute):
             force, moment, elastic = field.forces(q[substructure.eta], still, step[substructure.speeds], a, alpha, none)
             twin += (force @ G.V + moment @ G.W)[:n]
             parts.append(elastic)
-        for i, substructure in enumerate(condensed.substructures):
-            if substructure.carried_count:
-                parts[i] = parts[i] + twin[substructure.rates] @ substructure.carried
-        for substructure in condensed.substructures:
-            twin[substructure.rates] = 0.0
+        self._move_carried(twin, parts)
         return twin, parts
 
     def energy(self, t: float, y: Vector) -> MechanicalEnergy:
@@ -276,7 +272,7 @@ class UnreducedRoute(LiteralRoute):
         return linear, angular
 
     def powers(self, t: float, y: Vector, du: Vector) -> Vector:
-        """Return the power that dampers take and the power of loads and drives, W, shape (2,)."""
+        """Return the power dissipated by damping and the power of loads and drives, W, shape (2,)."""
         condensed, small = self.condensed, self.small
         if not self.model.has_power:
             return np.zeros(2)
@@ -295,11 +291,11 @@ class UnreducedRoute(LiteralRoute):
         return np.array((taken, given))
 
     def acting(self, t: float, y: Vector, du: Vector) -> tuple[State, Vector]:
-        """Return a state of a twin of ordinary bodies that moves as the scene does at one state, and its accelerations.
+        """Return a state of a twin of ordinary bodies with the same motion at one state, and its accelerations.
 
-        Its bodies have the rigid inertia of the deformed members, some inertia of the carried coordinates, and as
-        bias what the forces at du are beyond that: so the literal route finds the same accelerations and constraint
-        forces in it, and the forces of every joint and interface.
+        Its bodies have the rigid inertia of the deformed bodies, some inertia of the carried coordinates, and a bias
+        with the remaining forces at du, so that the literal route finds the same accelerations, constraint forces, and
+        forces of every joint and interface.
         """
         twin = self.complete
         q, u, z = self.parts(y)

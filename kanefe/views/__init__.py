@@ -1,1 +1,1 @@
-"""Views of a result: pictures and files for ParaView. Each file is the door to one library."""
+"""Views of a result: plots, pictures, and files for ParaView."""

@@ -1,4 +1,4 @@
-"""The door to pyvista: pictures of meshes, drawn off-screen by a process of its own (see `kanefe.views.pictures`)."""
+"""The door to pyvista: pictures of meshes, drawn off-screen in a separate process (see `kanefe.views.pictures`)."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from kanefe.views.artist import serve
 
 COLOURS = "turbo"
 STEEPEST = 0.7
-"""Largest change of the motion of a drawn mode along a side, relative to the side: twisted bars remain bars."""
+"""Largest change of a drawn mode along a side, relative to the side, so that twisted bars remain recognisable."""
 
 INK = "#222222"
 PAPER = "#ffffff"
 
 LINES_AND_POINTS = (1, 3, 21)
-"""VTK's numbers of cells that are lines and points."""
+"""VTK's numbers of the types of cells that are lines and points."""
 
 NODE, IS_SOLID = "node", "is solid"
-"""Names of the data at the points of a surface, and of the surface."""
+"""Names of the point data and the field data of a surface."""
 
 _KEPT: dict[str, Any] = {}
 
@@ -34,7 +34,7 @@ Mesh = list[tuple[int, np.ndarray]]
 
 def draw_all(folder: Path) -> None:
     """Draw the pictures of a job into its folder: 0.png, 1.png, ..."""
-    _KEPT.clear()  # known by places in memory, which arrays of another job may have
+    _KEPT.clear()  # its keys are addresses, which arrays of another job may reuse
     arrays = dict(np.load(folder / "job.npz"))
     jobs = json.loads((folder / "job.json").read_text(encoding="utf-8"))
     for number, job in enumerate(jobs):
@@ -55,7 +55,7 @@ def draw_field(
     limit: float | None,
     size: list[int],
 ) -> np.ndarray:
-    """Return a picture of a mesh with a field (n,) in colours."""
+    """Return a picture of a mesh, coloured by a field (n,)."""
     bar = {
         "title": label,
         "color": INK,
@@ -102,7 +102,7 @@ def draw_shape(
 
 
 def steepness(nodes: np.ndarray, cells: Mesh, displacement: np.ndarray) -> float:
-    """Return the greatest change of a motion from node to node of a cell, relative to their distance."""
+    """Return the greatest change of a displacement between nodes of a cell, relative to their distance."""
     steepest = 1e-300
     for _, table in cells:
         for other in range(1, min(table.shape[1], 4)):
@@ -128,7 +128,7 @@ def best_view(extent: np.ndarray) -> np.ndarray:
 
 
 def grid_of(points: np.ndarray, cells: Mesh) -> pyvista.DataSet:
-    """Return the mesh; its nodes alone if it has no cells."""
+    """Return the mesh in VTK's form; only its nodes if it has no cells."""
     if not cells:
         return pyvista.PolyData(np.asarray(points, dtype=float))
     kinds = [np.full(len(nodes), kind, dtype=np.uint8) for kind, nodes in cells]
@@ -139,7 +139,7 @@ def grid_of(points: np.ndarray, cells: Mesh) -> pyvista.DataSet:
 def surface_of(points: np.ndarray, cells: Mesh) -> pyvista.DataSet:
     """Return the outer surface of a mesh, split along its edges, with the number of the node at each of its points.
 
-    Of lines and points these as they are. That of the last mesh is kept: the shapes of a report share it.
+    Lines and points are returned unchanged. The surface of the last mesh is cached for the mode shapes of a report.
     """
     key = (id(points), *(id(nodes) for _, nodes in cells))
     if _KEPT.get("key") != key:
@@ -153,10 +153,10 @@ def _surface(grid: pyvista.DataSet) -> pyvista.DataSet:
     if not isinstance(grid, pyvista.UnstructuredGrid) or np.isin(grid.celltypes, LINES_AND_POINTS).all():
         return grid
     grid.field_data[IS_SOLID] = [1]
-    # one level of subdivision draws the nodes amid sides as they are
+    # one level of subdivision represents mid-side nodes exactly
     surface = grid.extract_surface(nonlinear_subdivision=1, algorithm="dataset_surface")
     gaps = surface.points - grid.points[surface.point_data[NODE].astype(int)]  # VTK's surfaces are of single precision
-    if np.abs(gaps).max(initial=0.0) > 1e-5 * np.abs(grid.points).max():  # it has points of its own
+    if np.abs(gaps).max(initial=0.0) > 1e-5 * np.abs(grid.points).max():  # the subdivision has added points
         surface = grid.extract_surface(nonlinear_subdivision=0, algorithm="dataset_surface")
     return surface.compute_normals(cell_normals=False, split_vertices=True, feature_angle=35.0)
 
@@ -171,7 +171,7 @@ def moved_surface(surface: pyvista.DataSet, displacement: np.ndarray) -> pyvista
 
 
 def add(plotter: pyvista.Plotter, shown: pyvista.DataSet, **options: Any) -> None:
-    """Add a surface; lines and points as they are."""
+    """Add a surface with shading; lines and points with fixed sizes."""
     if IS_SOLID in shown.field_data:
         plotter.add_mesh(shown, smooth_shading=True, ambient=0.45, diffuse=0.6, **options)
     else:
@@ -179,7 +179,7 @@ def add(plotter: pyvista.Plotter, shown: pyvista.DataSet, **options: Any) -> Non
 
 
 def look(plotter: pyvista.Plotter, view: np.ndarray, zoom: float) -> None:
-    """Turn the eye to the whole scene from a direction, z upwards."""
+    """Set the camera to the whole scene from a direction, z upwards."""
     plotter.view_vector(view, viewup=(0.0, 0.0, 1.0))
     plotter.add_axes(color=INK, line_width=2)
     plotter.camera.zoom(zoom)
@@ -187,7 +187,7 @@ def look(plotter: pyvista.Plotter, view: np.ndarray, zoom: float) -> None:
 
 @contextlib.contextmanager
 def plotter_of(size: list[int]) -> Iterator[pyvista.Plotter]:
-    """Yield an empty picture of a size in pixels."""
+    """Yield an empty plotter with a size in pixels."""
     plotter = pyvista.Plotter(off_screen=True, window_size=list(size), lighting="light kit")
     plotter.set_background(PAPER)
     plotter.enable_anti_aliasing("ssaa")

@@ -1,7 +1,7 @@
-"""The process that draws pictures of meshes. It is kept for the next ones, as it takes a second to start.
+"""The process that draws pictures of meshes. It stays for the next jobs, because it takes a second to start.
 
-It reads names of folders with jobs, a line each, and answers each when it is done; when nothing has come for a while,
-or nobody is left to ask, it ends.
+It reads names of folders with jobs, one a line, and replies to each when it is done. It ends when no job has come for a
+while, or when its parent has ended.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ DONE = "done"
 
 
 class Artist:
-    """A process that draws, started where none is at hand that can be asked."""
+    """A process that draws; it is started if none is running."""
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[str] | None = None
@@ -39,32 +39,32 @@ class Artist:
         self._lock = threading.Lock()
 
     def draw(self, folder: Path) -> str:
-        """Draw the job in a folder; return what is wrong, or nothing."""
+        """Draw the job in a folder; return an error message, empty if all went well."""
         with self._lock:
-            if self._process is not None and self._is_ours() and self._asked(self._process, folder):
+            if self._process is not None and self._is_ours() and self._has_drawn(self._process, folder):
                 return ""
             self.end()
             process = self._started()
-            if self._asked(process, folder):
+            if self._has_drawn(process, folder):
                 return ""
-            said = self._said(process)
+            message = self._last_error(process)
             self.end()
-            return said
+            return message
 
     def end(self) -> None:
-        """End the process, if there is one of our own."""
+        """End the process, if this one has started it."""
         process, self._process = self._process, None
         if process is None or not self._is_ours():
             return
         for stream in (process.stdin, process.stdout, self._errors):
             if stream is not None:
-                with _unheard(), contextlib.suppress(OSError):  # a broken pipe
+                with _without_sigpipe(), contextlib.suppress(OSError):  # a broken pipe
                     stream.close()
         process.kill()
         process.wait()
 
     def _is_ours(self) -> bool:
-        return self._owner == os.getpid()  # and not that of the process from which this one was forked
+        return self._owner == os.getpid()  # a forked process does not own the one of its parent
 
     def _started(self) -> subprocess.Popen[str]:
         path = os.pathsep.join(entry for entry in sys.path if entry)
@@ -82,24 +82,24 @@ class Artist:
         self._owner = os.getpid()
         return self._process
 
-    def _asked(self, process: subprocess.Popen[str], folder: Path) -> bool:
-        """Return whether the process has drawn a job."""
+    def _has_drawn(self, process: subprocess.Popen[str], folder: Path) -> bool:
+        """Send a job; return whether the process has drawn it."""
         if process.stdin is None or process.stdout is None:
             raise TypeError("the process has pipes")
         late = threading.Timer(SECONDS, process.kill)
         late.start()
         try:
-            with _unheard():
+            with _without_sigpipe():
                 process.stdin.write(f"{folder}\n")
                 process.stdin.flush()
             return process.stdout.readline().strip() == DONE
-        except (OSError, ValueError):  # it has ended
+        except (OSError, ValueError):  # the process has ended
             return False
         finally:
             late.cancel()
 
-    def _said(self, process: subprocess.Popen[str]) -> str:
-        """Return the last line of what a process that stopped has said."""
+    def _last_error(self, process: subprocess.Popen[str]) -> str:
+        """Return the last line of the errors of a process that stopped."""
         process.wait()
         if self._errors is None:
             return ""
@@ -109,8 +109,8 @@ class Artist:
 
 
 @contextlib.contextmanager
-def _unheard() -> Iterator[None]:
-    """Keep the signal of a broken pipe from this thread: Python ignores it, PETSc ends the process on it."""
+def _without_sigpipe() -> Iterator[None]:
+    """Block SIGPIPE in this thread: Python ignores it, but PETSc ends the process on it."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -131,13 +131,7 @@ atexit.register(ARTIST.end)
 
 
 def serve(draw: Callable[[Path], None]) -> None:
-    """Draw what is asked for on the standard input, and answer, until nothing comes any more."""
-    for folder in _asked_for():
-        draw(folder)
-        print(DONE, flush=True)
-
-
-def _asked_for() -> Iterator[Path]:
+    """Draw the jobs named on the standard input and reply to each, until none comes any more."""
     lines: queue.Queue[str] = queue.Queue()
 
     def listen() -> None:
@@ -153,4 +147,5 @@ def _asked_for() -> Iterator[Path]:
             return
         if not line:
             return
-        yield Path(line.rstrip("\n"))
+        draw(Path(line.rstrip("\n")))
+        print(DONE, flush=True)

@@ -1,4 +1,4 @@
-"""Boxes that stand for rigid bodies."""
+"""Boxes that represent rigid bodies."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ CORNERS = np.array(
 def equivalent_cuboid(mass: float, inertia: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return sides (3,) in m and axes (3, 3, columns) of the homogeneous box with a given mass and inertia.
 
-    From ``I_1 = m (b^2 + c^2) / 12`` and its like for the other principal axes.
+    From ``I_1 = m (b^2 + c^2) / 12`` and the same for the other principal axes.
 
     Parameters
     ----------

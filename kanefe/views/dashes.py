@@ -8,7 +8,7 @@ import numpy as np
 
 
 def dashes(points: np.ndarray, length: float) -> np.ndarray:
-    """Return the ends of dashes along a line over points (n, 3), each and each gap about so long, (d, 2, 3) in m."""
+    """Return the ends (d, 2, 3) of dashes along a line over points (n, 3); about `length` (m) long, as the gaps."""
     found = []
     for a, b in pairwise(points):
         count = max(1, round(0.5 * float(np.linalg.norm(b - a)) / length))

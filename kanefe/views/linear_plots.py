@@ -1,4 +1,4 @@
-"""Pictures of linear analyses: Campbell diagrams and frequency responses."""
+"""Plots of linear analyses: Campbell diagrams and frequency responses."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.views.plots import COLORS, STYLES, Figure, _dress, _figure, save_figure
+from kanefe.views.plots import COLORS, STYLES, Figure, _dress, _figure, saved_figure
 
 STILL = 1e-6
-"""Frequency relative to the highest below which a mode is at rest and has no damping ratio to draw."""
+"""Frequency relative to the highest below which a mode counts as non-oscillating, without a damping ratio."""
 
 
 class CampbellCurves(NamedTuple):
-    """What a Campbell diagram shows.
+    """The data of a Campbell diagram.
 
     Attributes
     ----------
@@ -22,14 +22,14 @@ class CampbellCurves(NamedTuple):
         rad/s.
     eigenvalues : ndarray, shape (S, modes)
     frequencies, damping_ratios : ndarray, shape (S, modes)
-        Hz, and of one.
+        Hz, and dimensionless.
     grows : ndarray of bool, shape (S, modes)
     labels : list of str
         Of the modes.
     orders : ndarray
-        Multiples of the rotation that are drawn as lines.
+        Multiples of the speed that are drawn as lines.
     critical : list of (float, float)
-        Speeds (rad/s) at which a mode has such a multiple, and that.
+        Speeds (rad/s) at which the frequency of a mode is a multiple of the speed, and the multiple.
     """
 
     speeds: np.ndarray
@@ -47,7 +47,7 @@ def campbell_picture(campbell: CampbellCurves, path: str | Path | None) -> Figur
     turns = np.abs(np.nan_to_num(campbell.eigenvalues.imag))
     oscillates = turns > STILL * turns.max(initial=0.0)
     ratios = 100.0 * np.abs(np.where(oscillates, campbell.damping_ratios, 0.0))
-    is_damped = bool(ratios.max(initial=0.0) > 1e-6)  # of undamped modes it is round-off
+    is_damped = bool(ratios.max(initial=0.0) > 1e-6)  # undamped modes have round-off only
     figure, panels = _figure(2 if is_damped else 1, 1, (8.0, 7.0 if is_damped else 4.5))
     upper, lower = panels[0], panels[-1]
     highest = 1.05 * float(np.nan_to_num(campbell.frequencies).max(initial=0.0)) or 1.0
@@ -58,7 +58,7 @@ def campbell_picture(campbell: CampbellCurves, path: str | Path | None) -> Figur
         mark: dict[str, Any] = {"marker": "x", "linestyle": "", "color": color, "markersize": 5}
         upper.plot(campbell.speeds[grows], campbell.frequencies[grows, j], **mark)
         if is_damped:
-            # a divergence has a rate of growth and no damping ratio to draw, nor what stands still
+            # a divergence and a non-oscillating mode have no damping ratio to draw
             shown = np.where(oscillates[:, j], 100.0 * campbell.damping_ratios[:, j], np.nan)
             lower.plot(campbell.speeds, shown, style, color=color, linewidth=1.4)
             lower.plot(campbell.speeds[grows], shown[grows], **mark)
@@ -81,13 +81,11 @@ def campbell_picture(campbell: CampbellCurves, path: str | Path | None) -> Figur
     if is_damped:
         _dress(lower, "damping ratio [%]", "", time=False)
     lower.set_xlabel("speed [rad/s]")
-    if path is not None:
-        save_figure(figure, path)
-    return figure
+    return saved_figure(figure, path)
 
 
 def _frequency_curve(campbell: CampbellCurves, mode: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return speeds and frequencies (Hz) of a mode, with the points where a whirl falls through zero."""
+    """Return speeds and frequencies (Hz) of a mode, with the zeros of the frequency of a whirl."""
     speeds, turns = campbell.speeds, campbell.eigenvalues[:, mode].imag
     before = np.flatnonzero(turns[:-1] * turns[1:] < 0.0)
     share = turns[before] / (turns[before] - turns[before + 1])
@@ -97,7 +95,7 @@ def _frequency_curve(campbell: CampbellCurves, mode: int) -> tuple[np.ndarray, n
 
 
 class ResponseCurves(NamedTuple):
-    """What a frequency response shows: frequencies (F,) in Hz, magnitude and phase (F, outputs, inputs), and names."""
+    """The data of a frequency response: frequencies (F,) in Hz, magnitude and phase (F, outputs, inputs), and names."""
 
     frequencies: np.ndarray
     magnitude: np.ndarray
@@ -109,13 +107,12 @@ class ResponseCurves(NamedTuple):
 def frequency_response_picture(response: ResponseCurves, path: str | Path | None) -> Figure:
     """Return the picture that `FrequencyResponse.plot` describes, and write it to `path` if given."""
     figure, (upper, lower) = _figure(2, 1, (8.0, 6.5))
-    number = 0
+    at, input_count = response.frequencies, len(response.input_names)
     for i, output in enumerate(response.output_names):
         for j, given in enumerate(response.input_names):
+            number = i * input_count + j
             color, style = COLORS[number % len(COLORS)], STYLES[number // len(COLORS) % len(STYLES)]
-            number += 1
             label = f"{output} / {given}"
-            at = response.frequencies
             upper.plot(at, response.magnitude[:, i, j], style, color=color, linewidth=1.4, label=label)
             lower.plot(at, np.degrees(response.phase[:, i, j]), style, color=color, linewidth=1.4)
     _dress(upper, "magnitude", "Frequency response", time=False)
@@ -124,6 +121,4 @@ def frequency_response_picture(response: ResponseCurves, path: str | Path | None
     if response.frequencies.min() > 0.0 and response.frequencies.max() > 5.0 * response.frequencies.min():
         upper.set_xscale("log")
     lower.set_xlabel("frequency [Hz]")
-    if path is not None:
-        save_figure(figure, path)
-    return figure
+    return saved_figure(figure, path)

@@ -1,7 +1,7 @@
-"""Pictures of meshes without a display: stress fields and mode shapes, drawn by pyvista in a process of its own.
+"""Pictures of meshes without a display: stress fields and mode shapes, drawn by pyvista in a separate process.
 
-A process of its own because VTK's graphics library and what dolfinx loads (MPI, LLVM) can abort each other, and because
-VTK may abort where a machine has no graphics library at all: here that becomes an error with a remedy.
+In one process, VTK's graphics library and the libraries of dolfinx (MPI, LLVM) can abort each other. VTK may also abort
+on a machine without a graphics library: here this becomes an error with a remedy.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Drawing:
     cells : tuple of Cells
     values : ndarray, shape (n,) or (n, 3)
     options : dict
-        Json-able, of `kanefe.views._pyvista.draw_field` or `draw_shape`.
+        Keywords of `kanefe.views._pyvista.draw_field` or `draw_shape`, in types of JSON.
     """
 
     draw: str
@@ -53,21 +53,21 @@ def field_drawing(
     limit: float | None = None,
     size: tuple[int, int] = (1200, 800),
 ) -> Drawing:
-    """Return the picture of a mesh with a field in colours.
+    """Return the drawing of a mesh, coloured by a field.
 
     Parameters
     ----------
     points : ndarray, shape (n, 3)
     cells : tuple of Cells
     values : ndarray, shape (n,)
-        At the nodes; not drawn where NaN.
+        At the nodes; NaN is not drawn.
     label : str
-        Of the colours, with the unit.
+        Title of the colour bar, with the unit.
     view : array_like, shape (3,)
-        Direction from the mesh towards the eye; z is up.
+        Direction from the mesh to the viewer; z is up.
     title : str, optional
     limit : float, optional
-        Value of the last colour. Default: the largest.
+        Value of the last colour. Default: the largest value.
     size : tuple of int
         In pixels.
     """
@@ -83,16 +83,16 @@ def shape_drawing(
     amplitude: float = 0.12,
     size: tuple[int, int] = (360, 260),
 ) -> Drawing:
-    """Return the thumbnail of a mode shape: the deformed mesh, coloured by its motion, over the undeformed one.
+    """Return the drawing of a mode shape: the deformed mesh, coloured by displacement, over the undeformed one.
 
     Parameters
     ----------
     nodes : ndarray, shape (n, 3)
     cells : tuple of Cells
     displacement : ndarray, shape (n, 3)
-        Of any size.
+        Of any magnitude.
     amplitude : float
-        The largest displacement drawn, as a share of the mesh's size.
+        The largest displacement drawn, relative to the size of the mesh.
     size : tuple of int
         In pixels.
     """

@@ -1,4 +1,4 @@
-"""The door to matplotlib: pictures of a result, drawn without a display."""
+"""The door to matplotlib: plots of a result, drawn without a display."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class ShownFigure(Figure):
-    """A figure that a notebook shows, also where nobody has asked matplotlib for pictures in the page."""
+    """A figure that notebooks show, also without matplotlib's inline backend."""
 
     def _repr_png_(self) -> bytes:
         data = io.BytesIO()
@@ -68,9 +68,7 @@ def draw(result: Reader, what: str, names: Sequence[str], path: str | Path | Non
         figure = _quantity_picture(result, what, names)
     else:
         raise ModelError(f"there is no picture {what!r}. There are: {', '.join((*pictures, 'contacts', *QUANTITIES))}")
-    if path is not None:
-        save_figure(figure, path)
-    return figure
+    return saved_figure(figure, path)
 
 
 def blank_figure(size: tuple[float, float]) -> Figure:
@@ -85,8 +83,10 @@ def _figure(rows: int, columns: int, size: tuple[float, float]) -> tuple[Figure,
     return figure, list(np.ravel(figure.subplots(rows, columns, squeeze=False, sharex=True)))
 
 
-def save_figure(figure: Figure, path: str | Path) -> None:
-    """Write a picture in the format that the suffix of its file names."""
+def saved_figure(figure: Figure, path: str | Path | None) -> Figure:
+    """Write a figure, if there is a path, in the format of its suffix; return the figure."""
+    if path is None:
+        return figure
     target = ready_path(path)
     kind = target.suffix.removeprefix(".").lower() or "png"
     known = figure.canvas.get_supported_filetypes()
@@ -95,10 +95,11 @@ def save_figure(figure: Figure, path: str | Path) -> None:
     buffer = io.BytesIO()
     figure.savefig(buffer, format=kind, dpi=150)
     write_whole(target, lambda file: file.write(buffer.getbuffer()))
+    return figure
 
 
 def _dress(axes: Axes, ylabel: str, title: str = "", time: bool = True) -> None:
-    """Label one diagram; a legend stands to the right of it, never on the curves."""
+    """Label a diagram; its legend is to the right of it, never on the curves."""
     axes.set_ylabel(ylabel)
     if title:
         axes.set_title(title, loc="left", fontsize="medium", fontweight="bold")
@@ -124,7 +125,7 @@ def _curves(axes: Axes, times: np.ndarray, curves: Curves, style: str = "-", col
 
 
 def _quantity_picture(result: Reader, quantity: str, names: Sequence[str]) -> Figure:
-    """Draw a quantity: a diagram for each unit; several bodies by line style."""
+    """Draw a quantity: one diagram for each unit, one line style for each body."""
     targets = _targets(result, quantity, names)
     parts: dict[tuple[str, str], list[Curves]] = {}
     for target in targets:
@@ -149,7 +150,7 @@ def _quantity_picture(result: Reader, quantity: str, names: Sequence[str]) -> Fi
 
 
 def _targets(result: Reader, quantity: str, names: Sequence[str]) -> list[tuple[str, ...]]:
-    """Return body and interface of every curve asked for; without names, all there are."""
+    """Return body and interface of every requested curve; without names, all that have the quantity."""
     if quantity in ENERGIES or quantity in MOMENTA:
         if names:
             raise ModelError(f"{quantity} is of the whole scene and takes no names, not {', '.join(names)}")
@@ -194,7 +195,7 @@ def _energy_picture(result: Reader) -> Figure:
 
 def _energy_diagram(axes: Axes, result: Reader) -> None:
     energy = result.energy
-    # that of gravity counts from where N's origin happens to be: far from it all else would be a flat line
+    # gravity energy is relative to N's origin: far from it the other energies would be flat lines
     level = energy.gravity[0]
     for i, name in enumerate(("kinetic", "elastic", "gravity", "dissipated", "work")):
         values = getattr(energy, name)
@@ -217,7 +218,7 @@ def _momentum_picture(result: Reader) -> Figure:
 
 
 def _contacts_picture(result: Reader, names: Sequence[str]) -> Figure:
-    """Draw normal force, friction and slip of contacts, on the colour of what they do."""
+    """Draw normal force, friction and slip of contacts, with their status as background colour."""
     shown = names or result.contacts
     if not shown:
         raise ModelError("nothing to draw: the run has no contact")
@@ -227,7 +228,7 @@ def _contacts_picture(result: Reader, names: Sequence[str]) -> Figure:
         history = result.contact(name)
         for status, color in STATUS_COLORS.items():
             there = history.status == status
-            # up to the middle between an output that has the status and one that has not
+            # the area ends at the first output after the status
             before = np.concatenate(([False], there[:-1])) | there
             if there.any():
                 ax.fill_between(
@@ -267,7 +268,7 @@ def _overview(result: Reader) -> Figure:
 
 
 def _joints_diagram(axes: Axes, result: Reader) -> None:
-    """Draw the coordinates of all joints of one unit, or the positions of the bodies where the joints are free."""
+    """Draw the coordinates of all joints if they have one unit, else the positions of the bodies."""
     shapes = [result.body(name) for name in result.bodies]
     single = [shape for shape in shapes if len(shape.coordinate_names) == 1]
     units = {result.units("joint_coordinates", shape.name) for shape in single}
@@ -286,7 +287,7 @@ def _joints_diagram(axes: Axes, result: Reader) -> None:
 
 
 def _deflection_diagram(axes: Axes, result: Reader) -> None:
-    """Draw how far the free interfaces leave their undeformed place, or how fast the bodies are."""
+    """Draw the deflections of the free interfaces, or the speeds of the bodies if there are none."""
     moving = [
         (shape.name, interface, result.deflection(shape.name, interface)[:, :3])
         for shape in (result.body(name) for name in result.bodies)
@@ -322,8 +323,8 @@ def _forces_diagram(axes: Axes, result: Reader) -> None:
     shapes = [result.body(name) for name in result.bodies]
     pairs = [(shape.name, interface) for shape in shapes for interface in shape.interfaces]
     forces: list[tuple[str, Any]] = [(f"{b} {i}", result.coupling_force(b, i)[:, :3]) for b, i in pairs]
-    title, of_bodies = "Coupling forces on the flexible bodies, in their mesh frames", bool(forces)
-    if not of_bodies:
+    title = "Coupling forces on the flexible bodies, in their mesh frames"
+    if not forces:
         title = "Reactions of the joints, in the bodies' axes"
         forces = [(shape.name, result.joint_reaction(shape.name)[:, :3]) for shape in shapes]
     forces, note = _first([(name, values) for name, values in forces if np.any(values)])
@@ -333,6 +334,6 @@ def _forces_diagram(axes: Axes, result: Reader) -> None:
 
 
 def _first(found: list[Drawn]) -> tuple[list[Drawn], str]:
-    """Return as many as their lines can distinguish, and a note of how many there are."""
+    """Return as many as the line styles can distinguish, and a note with the total number."""
     note = f" (the first {len(STYLES)} of {len(found)})" if len(found) > len(STYLES) else ""
     return found[: len(STYLES)], note

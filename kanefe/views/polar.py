@@ -1,4 +1,4 @@
-"""Polar pictures: a number over an angle and rings, as of headings and sea states."""
+"""Polar plots of a number over an angle and rings, such as headings and sea states."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.views.plots import Figure, blank_figure, save_figure
+from kanefe.views.plots import Figure, blank_figure, saved_figure
 
 
 class PolarMap(NamedTuple):
-    """What one polar picture shows.
+    """The data of one polar plot.
 
     Attributes
     ----------
     title : str
     angles : ndarray, shape (A,)
-        Degrees, ascending; zero is up, and they run to the left.
+        Degrees, ascending; zero is up, positive angles are to the left.
     rings : tuple of str
         Labels of the R rings, from the middle outward.
     values : ndarray, shape (R, A)
-        From 0 to 1; not a number where there is none.
+        From 0 to 1; NaN where there is none.
     radius : str
-        What the rings are.
+        Quantity of the rings.
     """
 
     title: str
@@ -45,7 +45,7 @@ def polar_picture(maps: Sequence[PolarMap], path: str | Path | None) -> Figure:
     """Return a picture of some maps side by side, and write it to `path` if given."""
     width = PANEL * len(maps) + 1.2
     figure = blank_figure((width, HEIGHT))
-    figure.set_layout_engine("none")  # that of matplotlib cuts titles of round axes off
+    figure.set_layout_engine("none")  # matplotlib's cuts off titles of polar axes
     mesh = None
     for number, shown in enumerate(maps):
         place = ((0.65 + PANEL * number) / width, 0.85 / HEIGHT, 3.9 / width, 3.9 / HEIGHT)
@@ -79,13 +79,11 @@ def polar_picture(maps: Sequence[PolarMap], path: str | Path | None) -> Figure:
     if mesh is not None:
         beside = figure.add_axes((PANEL * len(maps) / width, 1.2 / HEIGHT, 0.18 / width, 3.2 / HEIGHT))
         figure.colorbar(mesh, cax=beside, label="probability")
-    if path is not None:
-        save_figure(figure, path)
-    return figure
+    return saved_figure(figure, path)
 
 
 def _sectors(shown: PolarMap) -> list[tuple[float, float, np.ndarray]]:
-    """Return begin and end (degrees) and values of a sector around each angle: half way to its neighbours."""
+    """Return start, end (degrees) and values of a sector around each angle, half way to its neighbours."""
     angles = shown.angles
     if len(angles) == 1:
         return [(angles[0] - 15.0, angles[0] + 15.0, shown.values[:, 0])]

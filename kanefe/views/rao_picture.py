@@ -1,4 +1,4 @@
-"""The picture of a ship's motions in waves: what a wrong phase is found by."""
+"""The plot of a ship's motions in waves, which shows wrong phases."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from kanefe.environment.dispersion import wave_number
 from kanefe.environment.rao.rao import NAMES, MotionRao
 from kanefe.environment.rao.rao_checks import surface_motion
-from kanefe.views.plots import COLORS, _dress, _figure, save_figure
+from kanefe.views.plots import COLORS, _dress, _figure, saved_figure
 from kanefe.views.plots import Figure as Figure
 
 MOST_HEADINGS = 7
@@ -29,9 +29,13 @@ def draw_rao(rao: MotionRao, speed: float, path: str | Path | None) -> Figure:
         for k in range(6):
             size, phase = axes[2 * k], axes[2 * k + 1]
             size.plot(omega, abs(values[:, k]), color=COLORS[color], linewidth=1.4, label=f"{heading:g}")
-            # what does not move has no phase
-            told = abs(values[:, k]) > 1e-3 * max(abs(rao.values[0, :, :, k] / (number if k > 2 else 1.0)).max(), 1e-12)
-            phase.plot(omega[told], _unbroken(values[told, k]), ".-", color=COLORS[color], linewidth=0.8, markersize=3)
+            # without motion there is no phase
+            moves = abs(values[:, k]) > 1e-3 * max(
+                abs(rao.values[0, :, :, k] / (number if k > 2 else 1.0)).max(), 1e-12
+            )
+            phase.plot(
+                omega[moves], _unbroken(values[moves, k]), ".-", color=COLORS[color], linewidth=0.8, markersize=3
+            )
             if abs(surface[k]) > 1e-6 * abs(surface).max() and k != 5:
                 of_surface = surface[k] / (number[0] if k > 2 else 1.0)
                 size.plot(omega[0], abs(of_surface), "o", color=COLORS[color], fillstyle="none")
@@ -49,12 +53,10 @@ def draw_rao(rao: MotionRao, speed: float, path: str | Path | None) -> Figure:
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, title="heading (0: head, 90: from port)", loc="outside lower center", ncols=count)
     figure.suptitle(f"{rao.name} at {speed:g} m/s; circles: the surface of long waves")
-    if path is not None:
-        save_figure(figure, path)
-    return figure
+    return saved_figure(figure, path)
 
 
 def _unbroken(values: np.ndarray) -> np.ndarray:
-    """Return phases in degrees, without the point after which a curve goes round."""
+    """Return phases in degrees, with NaN at jumps of 360 degrees."""
     phases = np.degrees(np.angle(values))
     return np.where(abs(np.diff(phases, append=phases[-1:])) > 180.0, np.nan, phases)

@@ -1,4 +1,4 @@
-"""The relief of fields of heights: low places are drawn darker than high ones."""
+"""The relief of height fields: low places are drawn darker than high ones."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import numpy as np
 from kanefe.results.surface_outline import SurfaceOutline
 
 SHALLOW = 0.005
-"""Depth relative to the root of the area up to which low places are not fully dark: flat ground is light."""
+"""Depth relative to the root of the area below which low places are not fully dark, so that flat ground is light."""
 
 DARK = 0.5
 """Brightness of the lowest place in small pictures, relative to that of the highest."""
 
 
 def relief(surface: SurfaceOutline) -> np.ndarray:
-    """Return how high vertices of a field of heights are above its mean slope, (n,), from 0 to 1 of the highest.
+    """Return the brightness (n,) of the vertices of a height field by height above its mean slope; 1 for the highest.
 
     Examples
     --------

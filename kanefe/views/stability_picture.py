@@ -1,4 +1,4 @@
-"""Pictures of stability over the speed of a scene and a parameter."""
+"""Plots of stability over the speed of a scene and a parameter."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from kanefe.views.plots import Figure, _dress, _figure, save_figure
+from kanefe.views.plots import Figure, _dress, _figure, saved_figure
 
 
 def stability_picture(
@@ -27,7 +27,7 @@ def stability_picture(
     growth : ndarray, shape (P, S)
         1/s.
     limits : sequence of sequences of float
-        For each value the speeds at which stability begins or ends, rad/s.
+        The speeds at which stability begins or ends, for each value, rad/s.
     name : str
         Of the parameter.
     path : path or None
@@ -49,6 +49,4 @@ def stability_picture(
         axes.set_yscale("log")
     _dress(axes, name, "Stability over the speed", time=False)
     axes.set_xlabel("speed [rad/s]")
-    if path is not None:
-        save_figure(figure, path)
-    return figure
+    return saved_figure(figure, path)

@@ -1,4 +1,4 @@
-"""A flexible body, or all of a run at one time, as a small picture."""
+"""Small pictures of a flexible body, or of a run at one time."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def picture_of_run(result: Reader, row: int = -1) -> bytes:
     """Return the bodies and the finite surfaces of a run at an output time as a .png."""
     row = range(len(result.times))[row]
     others = np.linspace(0, len(result.times) - 1, LOOKED_AT).round().astype(int)
-    frames = np.append(row, others)  # the first is drawn, by the others what moves is known
+    frames = np.append(row, others)  # the first is drawn, the others show what moves
     tracks, lines = Tracks(result, frames), result.load_lines(frames)
     shapes = [result.body(name) for name in result.bodies]
     room = room_of(result, tracks, {s.name: skin_of(s) for s in shapes if s.is_flexible}, lines)
@@ -58,7 +58,7 @@ def picture_of_run(result: Reader, row: int = -1) -> bytes:
         elif shape.mass > 0.0 and (box := box_of(shape, own, least)) is not None:
             corners, creases = tracks.placed(frame, box), shaded(box, TRIANGLES).creases
             others = np.array([middles[name] for name in middles if name != shape.name]).reshape(-1, 3)
-            sides = TRIANGLES[:0] if is_inside(corners, others) else TRIANGLES  # what is inside is seen
+            sides = TRIANGLES[:0] if is_inside(corners, others) else TRIANGLES  # transparent, to show the bodies inside
             pieces.append(Piece(corners, sides, creases, colour))
     for surface in result.surfaces:
         if not surface.is_endless:

@@ -1,6 +1,6 @@
-"""Small shaded pictures of surfaces of triangles, drawn by numpy: notebooks show them without a graphics library.
+"""Small shaded pictures of surfaces of triangles, drawn by numpy without a graphics library.
 
-Each triangle is covered with points close enough for the pixels; of those in one pixel the nearest is seen.
+Each triangle is covered with points as dense as the pixels; in each pixel the nearest one is drawn.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ FINE = 2
 
 MARGIN = 0.92
 LOOK = np.array((0.75, -1.2, 0.65))
-"""Direction from the scene to the eye, where z is up."""
+"""Direction from the scene to the viewer if z is up."""
 
 LIGHT = np.array((0.35, 0.5, 1.0))
 """Direction from the scene to the light, along the axes of the picture."""
@@ -33,7 +33,7 @@ MOST_POINTS = 3_000_000
 
 
 class Piece(NamedTuple):
-    """A surface of one colour.
+    """A surface with one colour.
 
     Attributes
     ----------
@@ -43,9 +43,9 @@ class Piece(NamedTuple):
     creases : ndarray of int, shape (e, 2)
         Edges that are drawn as lines.
     colour : tuple of float
-        Red, green, blue, of 255.
+        Red, green, blue, each from 0 to 255.
     shades : ndarray, shape (p,), or None
-        Light of the points, of 1; None: all have it.
+        Brightness of the points, from 0 to 1; None: 1.
     """
 
     points: np.ndarray
@@ -58,7 +58,7 @@ class Piece(NamedTuple):
 def thumbnail(
     pieces: Sequence[Piece], up: Sequence[float] = (0.0, 0.0, 1.0), around: np.ndarray | None = None
 ) -> bytes:
-    """Return a picture (.png, transparent where nothing is) of some surfaces together.
+    """Return a picture (.png with transparent background) of some surfaces.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def thumbnail(
         Points that the picture is fitted to, m; default: all.
     """
     axes = _axes(np.asarray(up, dtype=float))
-    seen = [piece.points @ axes for piece in pieces]  # right, up, towards the eye
+    seen = [piece.points @ axes for piece in pieces]  # right, up, towards the viewer
     every = np.vstack([points for points in seen if len(points)]) if around is None else around @ axes
     low, high = every.min(axis=0), every.max(axis=0)
     wide, tall = SIZE[0] * FINE, SIZE[1] * FINE
@@ -83,7 +83,7 @@ def thumbnail(
         for samples in _samples(piece, scale * (points - middle) + shift, np.array((wide, tall)))
     ]
     inside = [((places >= 0.0) & (places < (wide, tall))).all(axis=1) for places, _, _ in drawn]
-    if not any(map(np.any, inside)):  # what there is to see is elsewhere
+    if not any(map(np.any, inside)):  # nothing is within the points to fit
         return thumbnail(pieces, up)
     kept = ([array[rows] for array in arrays] for rows, arrays in zip(inside, drawn, strict=True))
     places, depths, colours = (np.concatenate(arrays) for arrays in zip(*kept, strict=True))
@@ -120,7 +120,7 @@ def png(image: np.ndarray) -> bytes:
 
 
 def _axes(up: np.ndarray) -> np.ndarray:
-    """Return the axes of the picture as columns: right, up, towards the eye."""
+    """Return the axes of the picture as columns: right, up, towards the viewer."""
     if abs(up[1]) > 0.5:  # a scene in the plane of x and y
         eye = np.array((0.35, 0.3, 1.0))
     elif abs(up[0]) > 0.5:
@@ -176,7 +176,7 @@ def _touches(places: np.ndarray, limits: np.ndarray) -> np.ndarray:
 
 
 def _in_view(corners: np.ndarray, limits: np.ndarray) -> np.ndarray:
-    """Return the triangles (m, 3, 4) that the picture may show a part of, cut in four where larger than it."""
+    """Return the triangles (m, 3, 4) that the picture may show a part of, divided where they are larger than it."""
     while True:
         corners = corners[_touches(corners, limits)]
         is_large = np.ptp(corners[..., :2], axis=1).max(axis=1, initial=0.0) > limits.max()
@@ -189,7 +189,7 @@ def _in_view(corners: np.ndarray, limits: np.ndarray) -> np.ndarray:
 
 
 def _smaller(image: np.ndarray) -> np.ndarray:
-    """Return the mean of each square of points, colours weighed by opacity."""
+    """Return the mean of each square of points, with colours weighted by opacity."""
     rows, columns, _ = image.shape
     weighed = np.concatenate((image[..., :3] * image[..., 3:] / 255.0, image[..., 3:]), axis=-1)
     mean = weighed.reshape(rows // FINE, FINE, columns // FINE, FINE, 4).mean(axis=(1, 3))

@@ -1,4 +1,4 @@
-"""The door to pyevtk: a moving scene as files for ParaView."""
+"""The door to pyevtk: the motion of a scene as files for ParaView."""
 
 from __future__ import annotations
 
@@ -39,7 +39,6 @@ _FRAME = re.compile(r"(body\d+|rigid|contacts|lines)_\d{4,}\.vtu")
 
 _QUOTES = {'"': "&quot;"}
 
-
 FieldData = Callable[[int], tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]
 """Scalars at the nodes (n,) and at the cells (cells,) of a body, by name, at an output time given by number."""
 
@@ -54,12 +53,12 @@ def write_series(
     scale: float = 1.0,
     fields: Mapping[str, FieldData] | None = None,
 ) -> Path:
-    """Write the series that `Result.to_vtk` describes; of chosen output times, with fields on some bodies, if given.
+    """Write the series that `Result.to_vtk` describes, optionally of chosen output times and with fields on bodies.
 
-    Each flexible body has one .vtu a frame: its deformed mesh in N, with the elastic displacement in the axes of N
-    as point data. The rigid bodies share one: boxes of their mass and inertia, with the body's number as cell data.
-    A body without mass is not shown. Contacts share one more: points with force, normal force, slip and status; and so
-    do springs, ropes and other loads along a line: lines with the number of the load, and whether it is slack.
+    Each flexible body has one .vtu per frame: its deformed mesh in N, with the elastic displacement in the axes of N
+    as point data. The rigid bodies share one: boxes of their mass and inertia, with the number of the body as cell
+    data; bodies without mass are not shown. Contacts share one: points with force, normal force, slip and status.
+    Springs, ropes and other loads along a line share one: lines with the number of the load, and whether it is slack.
     """
     target = Path(path)
     if not target.name or target.suffix.lower() not in ("", ".pvd"):
@@ -120,7 +119,7 @@ def _boxes(result: Reader, shapes: list[BodyShape]) -> list[tuple[int, BodyShape
     sizes = [equivalent_cuboid(shape.mass, shape.inertia) for shape in shapes]
     everything = np.vstack(points)
     extent = float(np.linalg.norm(np.ptp(everything, axis=0)))
-    # a single body that spins about a fixed point has no extent of its own
+    # the origin of a single body that spins about a fixed point has no extent
     extent = max([extent, *(float(sides.max()) for sides, _ in sizes)]) or 1.0
     boxes = []
     for shape, (sides, axes) in zip(shapes, sizes, strict=True):
@@ -130,16 +129,16 @@ def _boxes(result: Reader, shapes: list[BodyShape]) -> list[tuple[int, BodyShape
 
 
 class _Grid(NamedTuple):
-    """Cells of a .vtu, which are the same at all times.
+    """Cells of a .vtu file, which are the same at all times.
 
     Attributes
     ----------
     connectivity, offsets : ndarray of int
-        Nodes of all cells one after the other, and where each cell ends.
+        Nodes of all cells one after the other, and the end of each cell.
     types : ndarray of uint8
-        VTK's numbers.
+        VTK's numbers of the types.
     body : ndarray of int32
-        Number of the body on every cell.
+        Number of the body of each cell.
     """
 
     connectivity: np.ndarray
@@ -200,7 +199,7 @@ def _write_contacts(path: Path, contacts: Sequence[ContactHistory], frame: int, 
 
 
 def _write_lines(path: Path, lines: Sequence[LoadLine], row: int) -> Path:
-    """Write the lines at one of the times shown; what has broken has none."""
+    """Write the lines at one of the times shown, except broken ones."""
     shown = [(i, line) for i, line in enumerate(lines) if line.states[row] != GONE]
     points = np.vstack([line.points[row] for _, line in shown])
     starts = np.cumsum([0, *(len(line.points[row]) for _, line in shown)])
@@ -222,7 +221,7 @@ def _write_grid(
 ) -> Path:
     """Write one .vtu; return its path. Fields are (n,) or (n, 3).
 
-    Arrays are written whole by ourselves: pyevtk packs them number by number.
+    Arrays are written directly as bytes, because pyevtk packs them number by number.
     """
     file = VtkFile(str(path.absolute()), VtkUnstructuredGrid)
     arrays: list[np.ndarray] = []
@@ -261,7 +260,7 @@ def _write_grid(
 
 
 def _remove_other_frames(folder: Path, written: set[Path]) -> None:
-    """Remove what an earlier and longer series of this name has left in its folder."""
+    """Remove the files that an earlier and longer series of this name has left in its folder."""
     kept = {file.name for file in written}
     for file in folder.glob("*.vtu"):
         if _FRAME.fullmatch(file.name) and file.name not in kept:
@@ -269,7 +268,7 @@ def _remove_other_frames(folder: Path, written: set[Path]) -> None:
 
 
 def _write_collection(target: Path, listed: list[tuple[Path, float, int, str]]) -> None:
-    """Write the .pvd, whose paths are relative to it. pyevtk leaves it to us to escape what XML cannot hold."""
+    """Write the .pvd file, with relative paths. pyevtk does not escape special characters of XML."""
     folder = target.absolute().parent
     group = VtkGroup(str(folder / target.stem))
     for file, time, part, name in listed:

@@ -167,7 +167,7 @@ def test_spectra_of_wavespectra_are_in_hertz_and_per_degree(tmp_path: Any) -> No
     found, wanted = kf.Sea.from_wavespectra(given), kf.Sea.measured(omega, table, directions)
     assert found.spectrum.moment(0) == pytest.approx(wanted.spectrum.moment(0), rel=1e-12)
     np.testing.assert_allclose(found.waves.direction_deg, wanted.waves.direction_deg, atol=1e-9)
-    with pytest.raises(ModelError, match=r"of one place and time.*isel\(time=0\)"):
+    with pytest.raises(ModelError, match=r"for one place and time.*isel\(time=0\)"):
         kf.Sea.from_wavespectra(Labelled(np.ones((2, 3, 4)), time=[0, 1], freq=[1, 2, 3], dir=[0, 1, 2, 3]))
     with pytest.raises(kf.FileError, match="there is no file"):
         kf.Sea.from_wavespectra(tmp_path / "none.spc")
@@ -215,7 +215,7 @@ def test_files_of_spectra_need_wavespectra(tmp_path: Any, monkeypatch: pytest.Mo
         (lambda: kf.Sea.measured((1.0, 2.0), -np.ones((2, 4)), (0, 90, 180, 270)), "cannot be negative"),
         (lambda: kf.Sea.measured((1.0, 2.0), np.ones((2, 2)), (0, 90, 180)), "densities of shape"),
         (lambda: kf.Sea.measured((1.0, 2.0), np.full((2, 4), np.nan), (0, 90, 180, 270)), "not a finite number"),
-        (lambda: kf.Sea.measured((1.0, 2.0), np.ones((2, 4)), (0, 90, 180, 270), spreading=2), "has its spreading"),
+        (lambda: kf.Sea.measured((1.0, 2.0), np.ones((2, 4)), (0, 90, 180, 270), spreading=2), "its spreading"),
     ],
 )
 def test_what_makes_no_sea_is_refused(make: Any, said: str) -> None:

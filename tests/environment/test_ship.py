@@ -253,12 +253,12 @@ def test_a_record_of_twenty_hertz_takes_the_place_of_a_ship() -> None:
 
 def test_another_depth_is_told() -> None:
     shallow = kf.Sea.bretschneider(3.0, 9.0, depth=12.0, duration=100.0, frequency_range=(0.3, 2.0))
-    with pytest.warns(AccuracyWarning, match="is of water inf m deep, the sea is 12 m deep"):
+    with pytest.warns(AccuracyWarning, match="is for water of inf m depth, the sea is 12 m deep"):
         kf.Ship(RAO, shallow, 0.0, 90.0, 0.0)
 
 
 def test_slow_motions_in_the_plane_are_left_out_and_told() -> None:
-    with pytest.warns(AccuracyWarning, match=r"slower than 0.03 Hz are left out; of the variance it is surge \d"):
+    with pytest.warns(AccuracyWarning, match=r"slower than 0.03 Hz are left out, with this share .*: surge \d"):
         following = kf.Ship(RAO, SEA, 8.0, 180.0)
     whole = ship(speed=8.0, heading=180.0)
     slow = abs(whole.harmonics.frequencies) < 2.0 * np.pi * 0.03
@@ -284,7 +284,7 @@ def test_a_ship_of_a_file(tmp_path: Path) -> None:
     wanted = motions(FREQUENCIES[9], 300.0, 5.0)[0]
     np.testing.assert_allclose(found.rao.at(FREQUENCIES[9:10], 300.0, 5.0)[0], wanted, rtol=0, atol=1e-11)
     assert "ship.re1 at 5 m/s, heading 300" in str(found)
-    with pytest.raises(ModelError, match="symmetric are for a file"):
+    with pytest.raises(ModelError, match="symmetric are options for a file"):
         kf.Ship.from_rao(found.rao, sea=SEA, symmetric=True)
 
 
@@ -310,7 +310,7 @@ def test_the_picture_shows_amplitudes_and_phases(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("make", "said"),
     [
-        (lambda: ship(kf.Sea.bretschneider(0.1, 2.0)), r"even its peak, Tp = 2 s, lies outside.*keeps \S+ %"),
+        (lambda: ship(kf.Sea.bretschneider(0.1, 2.0)), r"even its peak, Tp = 2 s, is outside.*keeps \S+ %"),
         (lambda: ship(kf.Sea.bretschneider(1.0, 6.0)), r"is known from 0.1 to 2.2. Remedy:.*frequency_range=\(0.314"),
         (lambda: ship(speed=9.0), "known for speed 0 to 8 m/s and was asked for 9"),
         (lambda: ship(speed=-1.0), "speed of a ship must be a finite number, 0 or above, not -1"),

@@ -7,13 +7,13 @@ import time
 
 import pytest
 
-from kanefe.fe_model.progress import LARGE, Stages, size_in_words, stage, stages
+from kanefe.fe_model.progress import LARGE, Stages, report_size, stage, stages
 
 
 def run(size: int, wanted: bool | None) -> Stages:
     with stages(3, wanted) as found:
         with stage("read"):
-            size_in_words(size)
+            report_size(size)
             time.sleep(0.02)
         for name in ("factor", "solve"):
             with stage(name):
@@ -30,7 +30,7 @@ def test_stages_are_timed() -> None:
 
 def test_a_stage_that_nobody_shows_is_only_run() -> None:
     ran = []
-    size_in_words(10**9)
+    report_size(10**9)
     with stage("alone"):
         ran.append(True)
     assert ran

@@ -32,10 +32,10 @@ def test_the_shoe_that_slips_first_is_told_by_time(capsys) -> None:
     shoe = SimpleNamespace(slip=np.zeros(1), normal=np.zeros(1))
     times = {f"{name} slip": np.array([20.0 - i]) for i, name in enumerate(SHOES[:-1])} | {f"{SHOES[-1]} slip": []}
     run = SimpleNamespace(contact=lambda name: shoe, events=times, statistics={"seconds": 1.0, "steps": 1})
-    ship_demo._tell("loose", run)
+    ship_demo._print_run("loose", run)
     assert f"first: {SHOES[-2]} at {20 - len(SHOES) + 2:.1f} s" in capsys.readouterr().out
     run.events = {name: [] for name in times}
-    ship_demo._tell("loose", run)
+    ship_demo._print_run("loose", run)
     assert "first: never" in capsys.readouterr().out
 
 

@@ -319,7 +319,7 @@ def test_a_unit_in_python_has_the_numbers_of_the_simulation(
 def test_what_cannot_be_a_unit_is_named(tmp_path: Path) -> None:
     with pytest.raises(kf.ModelError, match=r"fmi must be '2\.0' or '3\.0', not '1\.0'"):
         arm().to_fmu(tmp_path / "arm.fmu", fmi="1.0")
-    for name, message in (("time", "as the time is"), (" ", "cannot be called ' '"), ("a\n", "can be read")):
+    for name, message in (("time", "as the time is"), (" ", "cannot be called ' '"), ("a\n", "a printable name")):
         with pytest.raises(kf.ModelError, match=message):
             arm().to_fmu(tmp_path / "arm.fmu", inputs={name: "motor hub"})
     small = kf.linearise(arm(0.0), inputs={"x": "motor hub"}, outputs={"x": "position arm/tip y"})

@@ -156,7 +156,7 @@ class Lacking:
     ("change", "message"),
     [
         ({"name": ""}, "needs a name"),
-        ({"action": kf.Load.action}, r"load 'it' does not say what it does. Remedy: action\(t, ends, states\), or a"),
+        ({"action": kf.Load.action}, r"load 'it' defines no forces. Remedy: action\(t, ends, states\), or a"),
         ({"ends": None}, "needs ends"),
         ({"columns": ("a [m]", "b [m]")}, "tell"),
         ({"columns": ("a [m]", "b [N]", "c [m]")}, "one unit adjacent"),

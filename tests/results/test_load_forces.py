@@ -55,7 +55,7 @@ def test_what_is_not_there_is_named(run, tmp_path):
         result.in_axes_of("deck", np.zeros((2, 3)))
     result.save(tmp_path / "run.h5")
     read = kf.load_result(tmp_path / "run.h5")
-    with pytest.raises(kf.ModelError, match="which a file has not"):
+    with pytest.raises(kf.ModelError, match="which a file does not contain"):
         read.load_force("lashing")
     np.testing.assert_allclose(read.in_axes_of("deck", np.ones((13, 3))), result.in_axes_of("deck", np.ones((13, 3))))
 

@@ -166,5 +166,5 @@ def test_bad_files_are_refused(tmp_path: Path) -> None:
 
 def test_inertia_from_a_mesh_that_is_missing_is_asked_for(tmp_path: Path) -> None:
     inertial = '<inertial pos="0 0 .1" mass="1" fullinertia="1 1.1 1.2 .1 0 0.05"/>'
-    with pytest.raises(kf.FileError, match="give the body an <inertial>: then no mesh is needed"):
+    with pytest.raises(kf.FileError, match="give the body an <inertial>, then no mesh is needed"):
         kf.read_mjcf(write(tmp_path, MACHINE.replace(inertial, "")))

@@ -141,7 +141,7 @@ def test_an_end_by_an_event_is_told_and_can_be_taken_back() -> None:
     kept = sim.save()
     while sim.status.is_finished:
         sim.step(DT)
-    with pytest.raises(kf.ModelError, match=r"by the event 'floor'\. Remedy: restore a state from before"):
+    with pytest.raises(kf.ModelError, match=r"by the event 'floor'\. Remedy: restore an earlier state"):
         sim.step(DT)
     assert sim.time == pytest.approx(np.sqrt(2.0 / 9.81), abs=1e-9)
     assert sim.outputs["joint_coordinates ball"] == pytest.approx(0.0, abs=1e-9)
@@ -203,7 +203,7 @@ REFUSED: dict[str, Callable[[kf.System], Any]] = {
     ),
     "must be a mapping of names": lambda s: s.start().step(0.1, 3.0),  # type: ignore[arg-type]
     "dt of a step must be above zero": lambda s: s.start().step(0.0),
-    "lost in the digits": lambda s: s.start(1e9).step(1e-9),
+    "is below the resolution of the time": lambda s: s.start(1e9).step(1e-9),
     "there is no 'motr'. Did you mean 'motor'": lambda s: s.start(inputs="motr rod"),
     "has no such load. It has: none": lambda s: s.start(inputs="load wind"),
     "no such driven coordinate": lambda s: s.start(inputs="drive rod"),
@@ -216,7 +216,7 @@ REFUSED: dict[str, Callable[[kf.System], Any]] = {
     "the name 'x' is of an input and of an output": lambda s: s.start(
         inputs={"x": "motor rod"}, outputs={"x": "joint_speeds rod"}
     ),
-    "the output 'position rod x' is there twice": lambda s: s.start(outputs=("position rod x", "position rod x")),
+    "the output 'position rod x' is given twice": lambda s: s.start(outputs=("position rod x", "position rod x")),
     "cannot be stepped. Remedy: method='auto'": lambda s: s.start(method="scipy-bdf"),
     "every of a simulation must be above zero": lambda s: s.start(every=-1.0),
     "duration of a simulation must be above zero": lambda s: s.start(duration=0.0),

@@ -95,7 +95,7 @@ READERS = {
 def test_readers_open_files_that_end(read: Any, tmp_path: Path) -> None:
     for name in ("pipe", "pipe.csv"):
         os.mkfifo(tmp_path / name)
-    with pytest.raises(FileError, match=r"is a pipe, which may never end. Remedy: put what it gives into a file"):
+    with pytest.raises(FileError, match=r"is a pipe, which may never end. Remedy: write its content to a file"):
         read(tmp_path / "pipe")
 
 

@@ -83,7 +83,7 @@ def test_a_case_runs_again_in_full(table: kf.StudyTable) -> None:
         assert len(result.times) == 501
     with pytest.raises(kf.ModelError, match=r"there is no case 12\. Remedy: a number from 0 to 11"):
         table.case(12)
-    with pytest.raises(kf.ModelError, match="keeps the source of build, not build"):
+    with pytest.raises(kf.ModelError, match="contains the source of build, not build itself"):
         kf.StudyTable(table.store).case(0)
 
 
@@ -184,7 +184,7 @@ def test_a_case_that_hangs_ends(executor: str) -> None:
     with ThreadPoolExecutor(1) as threads:
         table = study.run(threads if executor == "threads" else "serial", most_seconds=0.5)
     assert table.lists()["status"] == ["finished", "failed", "finished"]
-    assert table.lists()["reason"][1] == "build went on when the case had taken its 0.5 s (most_seconds=)"
+    assert table.lists()["reason"][1] == "build was not done after 0.5 s (most_seconds=)"
     assert bits(table)  # the limit is no part of the study
 
 
@@ -275,7 +275,7 @@ def test_a_study_is_known_by_its_content(make: Any, other: Any, tmp_path: Any) -
     assert again.run("serial", store=tmp_path).counts["finished"] == 2
     assert len(list((tmp_path / "rows").iterdir())) == 1
     assert " at 0x" not in (tmp_path / "study.json").read_text()
-    with pytest.raises(kf.FileError, match="holds another study: it differs in"):
+    with pytest.raises(kf.FileError, match="contains another study: it differs in"):
         study(other()).run("serial", store=tmp_path)
 
 
@@ -316,7 +316,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "a row twice": ({"table": [ROW, ROW]}, "the table has the row"),
     "in both": ({"table": [{"length": 1.0}], **ROW}, "length is in the table"),
     "unknown option": ({**ROW, "simulate": {"speed": 3}}, "simulate takes no speed"),
-    "no end": ({**ROW, "length": itertools.count(1)}, "the values of length are more than 1000: count may have no end"),
+    "no end": ({**ROW, "length": itertools.count(1)}, "the values of length are more than 1000: count may be infinite"),
     "a range without an end": ({**ROW, "length": range(10**12)}, "the values of length are more than 1000: range"),
     "rows without an end": (
         {"table": ({"length": i} for i in itertools.count())},
@@ -394,7 +394,9 @@ def test_bad_outputs_are_told_in_the_row() -> None:
 
 
 def test_a_worker_with_another_kanefe_runs_nothing(study: kf.Study) -> None:
-    with pytest.raises(kf.SimulationError, match=r"has kanefe .*, the study is of 9.9. Remedy: the same everywhere"):
+    with pytest.raises(
+        kf.SimulationError, match=r"has kanefe .*, the study has 9.9. Remedy: the same version everywhere"
+    ):
         run_block(study._work, "9.9", [])
     assert run_block(study._work, stamp(), []).cases == 0
 

@@ -125,7 +125,7 @@ def test_rows_that_are_no_folder_are_told(tmp_path: Path) -> None:
     study().run("serial", store=tmp_path)
     shutil.rmtree(tmp_path / "rows")
     (tmp_path / "rows").touch()
-    with pytest.raises(kf.FileError, match=r"cannot make the folder .*rows: File exists. Remedy"):
+    with pytest.raises(kf.FileError, match=r"cannot create the folder .*rows: File exists. Remedy"):
         study().run("serial", store=tmp_path)
 
 
@@ -185,7 +185,7 @@ OTHERS = {
 def test_a_store_of_another_study_is_refused(tmp_path: Path, other: Any, message: str) -> None:
     study(seed=0).run("serial", store=tmp_path)
     for use in (lambda: other().run("serial", store=tmp_path), lambda: other().table(tmp_path)):
-        with pytest.raises(kf.FileError, match=f"holds another study: it differs in .*{message}"):
+        with pytest.raises(kf.FileError, match=f"contains another study: it differs in .*{message}"):
             use()
     assert len(files(tmp_path)) == 1
 
@@ -193,7 +193,7 @@ def test_a_store_of_another_study_is_refused(tmp_path: Path, other: Any, message
 def test_a_constant_that_build_uses_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     kf.Study(with_constant, lowest, duration=0.1, **GRID).run("serial", store=tmp_path)
     monkeypatch.setitem(globals(), "CONSTANT", 0.1)
-    with pytest.raises(kf.FileError, match="what build or outputs use: functions, constants"):
+    with pytest.raises(kf.FileError, match="the functions, constants or data that build or outputs use"):
         kf.Study(with_constant, lowest, duration=0.1, **GRID).run("serial", store=tmp_path)
 
 
@@ -206,7 +206,7 @@ def test_a_store_of_another_version_is_refused(tmp_path: Path, monkeypatch: pyte
 
 def test_a_folder_of_something_else_is_refused(tmp_path: Path) -> None:
     (tmp_path / "letter.txt").write_text("dear")
-    with pytest.raises(kf.FileError, match="holds something else than a study"):
+    with pytest.raises(kf.FileError, match="contains other files than a study"):
         study().run("serial", store=tmp_path)
     with pytest.raises(kf.FileError, match="holds no study"):
         kf.StudyTable(tmp_path)

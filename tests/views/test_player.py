@@ -324,7 +324,7 @@ def test_a_place_that_is_no_number_is_refused(tmp_path):
                 values[10] = np.nan
             return values
 
-    with pytest.raises(kf.ModelError, match=r"where body 'rod' is at t = 0\.2 s is not a finite number"):
+    with pytest.raises(kf.ModelError, match=r"the position of body 'rod' is not finite at t = 0\.2 s"):
         kf.Result.from_channels(Lost()).to_html(tmp_path / "run.html")
 
 

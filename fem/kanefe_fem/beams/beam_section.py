@@ -1,4 +1,4 @@
-"""What a beam asks of its section, whatever the section is known by."""
+"""The interface of beam sections."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class LineMass(NamedTuple):
 
 
 class BeamSection(ABC):
-    """What a beam asks of its section."""
+    """A section of a beam."""
 
     @property
     @abstractmethod
@@ -40,7 +40,7 @@ class BeamSection(ABC):
     @property
     @abstractmethod
     def turns_freely(self) -> bool:
-        """Whether the section is the same however it is turned about the axis."""
+        """Whether stiffness and mass do not depend on the orientation about the axis."""
 
     @abstractmethod
     def stiffness_of(self, material: Material | None, *, planar: bool) -> np.ndarray:

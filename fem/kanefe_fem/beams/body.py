@@ -1,4 +1,4 @@
-"""Frames of beams: nodes and line elements become a `FiniteElementModel`, with numpy and scipy alone.
+"""Frames of beams: a `FiniteElementModel` from nodes and line elements, with numpy and scipy only.
 
 The inertia comes from the displacement field (`kanefe_fem.beams.mass`), not from nodal accelerations.
 
@@ -10,7 +10,7 @@ stretch and twist ((k h)^2/24) and for Timoshenko bending, whose shear strain is
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -73,12 +73,12 @@ def beam_model(
         Motion in the x-y plane only, three degrees of freedom (x, y, rz) a node. Local z is then the normal of the
         plane: the bending stiffness is the section's `I_z`.
     orientation : array_like, shape (3,) or (m, 3), optional
-        Direction in G towards which local z of the section points (its part across the axis). Default: (0, 0, 1), and
-        for elements along it any direction if the section is the same in both.
+        Direction in G of local z of the section (its part across the axis). Default: (0, 0, 1), and for elements along
+        it any direction if the section is the same in both.
     rotary_inertia : bool
         False: sections have no inertia about y and z when the beam bends (the textbook Euler-Bernoulli beam; Eq. 41).
-        In space the polar inertia of twisting stays, or torsion would carry no mass. Keep True for bodies that move
-        in space: only then the mass matrix reproduces the inertia of every rigid rotation.
+        In space the polar inertia of twisting is kept, since torsion would have no mass without it. Keep True for
+        bodies that move in space: only then the mass matrix has the inertia of every rigid rotation.
     groups : mapping of str to int or sequence of int
         Named nodes, the candidates for interfaces; negative numbers count from the end. Default: the first node is
         "root", the last is "tip".
@@ -142,7 +142,9 @@ def beam_model(
             name: line_pattern(numbers, points[connectivity], properties, axes, dofs, planar, size)
             for name, numbers in spans.items()
         },
-        elasticity=section_elasticity(of_sections, axes, _fibres(sections, materials)),
+        elasticity=section_elasticity(
+            of_sections, axes, _for_pairs(sections, materials, lambda section, material: section.fibres_of(material))
+        ),
         stress_stiffness=stress_stiffness,
         provenance={
             "source": "kanefe_fem.beam_model",
@@ -193,7 +195,7 @@ def straight_beam(
     Raises
     ------
     ModelError
-        If the length, the direction or the number of elements is no such thing; and as `beam_model`.
+        If the length, the direction or the number of elements is not valid; and as `beam_model`.
 
     Examples
     --------
@@ -237,7 +239,7 @@ def beam_body(
     stiffening: StiffeningLevel = "none",
     lines: Sequence[str] | None = None,
 ) -> FlexibleBody:
-    """Return the flexible body of a beam model, ready for a scene.
+    """Return the flexible body of a beam model, for a scene.
 
     Parameters
     ----------
@@ -246,7 +248,7 @@ def beam_body(
     interfaces, reduction, damping, stiffening
         As in `kanefe.reduction.flexible_body`.
     lines : sequence of str, optional
-        Which of the model's lines the body keeps for loads along them. Default: all.
+        Lines of the model that the body keeps for loads along them. Default: all.
 
     Returns
     -------
@@ -278,7 +280,7 @@ def _element_axes(
     if planar and (towards[:, :2] != 0.0).any():
         raise ModelError("orientation: local z of a planar model is the normal of the plane. Remedy: leave it out")
     scale = np.linalg.norm(towards, axis=1)
-    # Below a thousandth of a radian the direction of the part across is as good as arbitrary.
+    # below a thousandth of a radian the direction of the part across is practically arbitrary
     lost = np.linalg.norm(np.cross(x, towards), axis=1) <= 1e-3 * scale
     for number in np.flatnonzero(lost):
         if orientation is not None or not sections[number].turns_freely:
@@ -297,23 +299,25 @@ def _section_stiffness(
     sections: list[BeamSection], materials: list[Material | None], theory: Theory, planar: bool
 ) -> np.ndarray:
     """Return the stiffness of each element's section, shape (m, 6, 6)."""
-    made: dict[tuple[int, int], np.ndarray] = {}
-    for pair in zip(sections, materials, strict=True):
-        if (id(pair[0]), id(pair[1])) not in made:
-            made[id(pair[0]), id(pair[1])] = pair[0].stiffness_of(pair[1], planar=planar)
-    table = np.array([made[id(s), id(m)] for s, m in zip(sections, materials, strict=True)])
+    table = np.array(
+        _for_pairs(sections, materials, lambda section, material: section.stiffness_of(material, planar=planar))
+    )
     if theory == "euler-bernoulli":
         table[:, 1:3, :] = table[:, :, 1:3] = 0.0
         table[:, [1, 2], [1, 2]] = np.inf
     return table
 
 
-def _fibres(sections: list[BeamSection], materials: list[Material | None]) -> list[np.ndarray | None]:
-    """Return the fibres of each element's section, made once for each pair of section and material."""
-    made: dict[tuple[int, int], np.ndarray | None] = {}
-    for pair in zip(sections, materials, strict=True):
-        if (id(pair[0]), id(pair[1])) not in made:
-            made[id(pair[0]), id(pair[1])] = pair[0].fibres_of(pair[1])
+def _for_pairs(
+    sections: list[BeamSection],
+    materials: list[Material | None],
+    function: Callable[[BeamSection, Material | None], Any],
+) -> list[Any]:
+    """Return a function of section and material for each element, computed once for each different pair."""
+    made: dict[tuple[int, int], Any] = {}
+    for section, material in zip(sections, materials, strict=True):
+        if (id(section), id(material)) not in made:
+            made[id(section), id(material)] = function(section, material)
     return [made[id(section), id(material)] for section, material in zip(sections, materials, strict=True)]
 
 
@@ -329,5 +333,5 @@ def _assemble_stiffness(
 
 
 def _symmetric(matrix: sp.csr_matrix) -> sp.csr_matrix:
-    """Return the symmetric part: products in floating point are symmetric to round-off only."""
+    """Return the symmetric part, since products in floating point are symmetric only up to round-off."""
     return (0.5 * (matrix + matrix.T)).tocsr()

@@ -1,4 +1,4 @@
-"""What a frame of beams must satisfy before its matrices are assembled."""
+"""Checks of a frame of beams before its matrices are assembled."""
 
 from __future__ import annotations
 
@@ -116,17 +116,17 @@ def per_element(section: Any, material: Any, count: int) -> tuple[list[BeamSecti
 def warn_of_beam_units(
     lengths: np.ndarray, masses: list[LineMass], stiffness: np.ndarray, materials: list[Material | None]
 ) -> None:
-    """Warn (UnitWarning) of a frame of beams that can hardly be one in SI units.
+    """Warn (UnitWarning) of a frame of beams that is probably not in SI units.
 
-    Beams may be kilometres long (cables, pipelines), so that only mass, density and the speed of waves along them tell.
+    Beams may be kilometres long (cables, pipelines), so that only mass, density and the speed of waves are checked.
 
     Parameters
     ----------
     lengths : ndarray, shape (m,)
-        Of the elements, m.
+        Lengths of the elements, m.
     masses, materials : lists of m
     stiffness : ndarray, shape (m, 6, 6)
-        Of the sections.
+        Stiffness of the sections.
     """
     rho_A = np.array([mass.rho_A for mass in masses])
     odd = odd_mass(float(rho_A @ lengths))
@@ -153,10 +153,15 @@ def check_groups(groups: Groups, points: np.ndarray) -> dict[str, NodeGroup]:
         raise ModelError(f"groups must be a dict of names to node numbers, not {groups!r}")
     result = {}
     for name, given in groups.items():
-        numbers = np.atleast_1d(np.asarray(given))
-        known = np.issubdtype(numbers.dtype, np.integer) and numbers.ndim == 1 and numbers.size > 0
-        if not known or (numbers < -len(points)).any() or (numbers >= len(points)).any():
-            raise ModelError(f"group {name!r} has the nodes {given!r}. Remedy: numbers from 0 to {len(points) - 1}")
-        numbers = np.unique(numbers % len(points))
-        result[name] = NodeGroup(numbers, points[numbers].mean(axis=0))
+        nodes = checked_indices(given, len(points), f"group {name!r} has the nodes")
+        result[name] = NodeGroup(nodes, points[nodes].mean(axis=0))
     return result
+
+
+def checked_indices(given: Any, count: int, what: str) -> np.ndarray:
+    """Return indices below a count, ascending, each once; negative ones count from the end."""
+    indices = np.atleast_1d(np.asarray(given))
+    is_list = np.issubdtype(indices.dtype, np.integer) and indices.ndim == 1 and indices.size > 0
+    if not is_list or (indices < -count).any() or (indices >= count).any():
+        raise ModelError(f"{what} {given!r}. Remedy: numbers from 0 to {count - 1}")
+    return np.unique(indices % count)

@@ -5,8 +5,8 @@ are ``C (n, m)`` with the compliance C of the section, and their integrals
 
     theta' = kappa,    u' = gamma - e_x x theta
 
-a quadratic rotation and a cubic deflection. Both are fixed by the motion of the ends: static deflections under loads at
-nodes are exact, as for sections without coupling, whose interpolation this is in another form (compare Giavotto et al.,
+are a quadratic rotation and a cubic deflection. The motion of the ends determines both: static deflections under loads
+at nodes are exact. For sections without coupling the interpolation is that of `elements.py` (compare Giavotto et al.,
 "Anisotropic beam theory and applications", Comput. Struct. 16 (1983) 403-413, for sections by a 6 x 6 matrix).
 """
 
@@ -26,7 +26,8 @@ def coupled_polynomials(length: np.ndarray, stiffness: np.ndarray) -> np.ndarray
     length : ndarray, shape (m,)
         m.
     stiffness : ndarray, shape (m, 6, 6)
-        Of the sections, in the order N, V_y, V_z, T, M_y, M_z; rows and columns of zeros where a theory has no strain.
+        Stiffness of the sections, in the order N, V_y, V_z, T, M_y, M_z; rows and columns of zeros where a theory has
+        no strain.
     """
     a = length[:, None, None]
     C = _compliance(stiffness)
@@ -59,7 +60,7 @@ def coupled_polynomials(length: np.ndarray, stiffness: np.ndarray) -> np.ndarray
 
 
 def _compliance(stiffness: np.ndarray) -> np.ndarray:
-    """Return the inverse of the stiffness in the strains that there are."""
+    """Return the inverse of the stiffness over the strains of the theory; zero for the others."""
     C = np.zeros(stiffness.shape)
     exists = np.diagonal(stiffness, axis1=1, axis2=2) != 0.0
     for pattern in np.unique(exists, axis=0):

@@ -3,8 +3,8 @@
 Local axes L: x along the axis from node 1 to node 2, y and z across. The degrees of freedom of a node are
 (u, v, theta_z) in the plane and (u, v, w, theta_x, theta_y, theta_z) in space; node 1 comes first.
 
-The paper's planar element (Eq. 40-48) comes first, as printed or corrected; then the general one, for both theories.
-That interpolates displacement and rotation of the sections by the exact solution of an unloaded Timoshenko beam (as
+The paper's planar element (Eq. 40-48) comes first, as printed or corrected; then the general one, for both theories,
+which interpolates displacement and rotation of the sections by the exact solution of an unloaded Timoshenko beam (as
 Przemieniecki, "Theory of Matrix Structural Analysis", 1968, and Friedman & Kosmatka, Comput. Struct. 47 (1993)
 473-481): cubic deflection, quadratic rotation, constant shear strain. With the shear parameter
 ``Phi = 12 E I / (kappa G A l^2)`` set to zero it is the Hermite element of Euler and Bernoulli.
@@ -243,7 +243,7 @@ def interpolation_polynomials(properties: ElementProperties) -> np.ndarray:
     N[:, [0, 3], [6, 9], 1] = 1.0
     in_xy, in_xz = _bending_polynomials(a, properties.phi_y), _bending_polynomials(a, properties.phi_z)
     N[:, [[1], [5]], [1, 5, 7, 11]] = in_xy
-    # In the x-z plane a positive slope dw/dx turns the section by -theta_y.
+    # in the x-z plane a positive slope dw/dx is a rotation of the section by -theta_y
     sign = np.array([1.0, -1.0])
     N[:, [[2], [4]], [2, 4, 8, 10]] = in_xz * (sign[:, None] * np.tile(sign, 2))[None, :, :, None]
     coupled = properties.coupled

@@ -41,8 +41,8 @@ def beam_model_from_mesh(
     mesh : Mesh, str or Path
         From `kanefe_fem.read_mesh`, or the file.
     sections : mapping of str to BeamSection
-        Section of each group of lines. In a mesh of lines only every group must have one; in a mesh that also has
-        surfaces or volumes the lines of other groups are left out.
+        Section of each group of lines. In a mesh with lines only, every group must have one; in a mesh with surfaces or
+        volumes, lines of other groups are ignored.
     materials : Material or mapping of str to Material, optional
         For all, or by group; None for sections by stiffness.
     orientation : array_like, shape (3,), or mapping of str to such, optional
@@ -53,7 +53,7 @@ def beam_model_from_mesh(
     Returns
     -------
     FiniteElementModel
-        As from `beam_model`; nodes that no beam uses are dropped.
+        As from `beam_model`, without the nodes that no beam uses.
 
     Raises
     ------
@@ -123,7 +123,7 @@ def _lines_of(mesh: Mesh, name: str) -> np.ndarray:
 
 
 def _element_numbers(lines: Mapping[str, np.ndarray]) -> dict[str, list[int]]:
-    """Return the numbers of each group's elements when the groups follow each other."""
+    """Return the numbers of each group's elements in the concatenation of all groups."""
     ends = np.cumsum([len(table) for table in lines.values()])
     return {name: list(range(end - len(table), end)) for (name, table), end in zip(lines.items(), ends, strict=True)}
 

@@ -7,15 +7,15 @@ second order,
     Gamma_2 = -theta x u' + 1/2 theta x (theta x e_x),        kappa_2 = -1/2 theta x theta'
 
 do the work ``1/2 q^T K_g q`` with the forces n = (N, V_y, V_z) and moments m = (T, M_y, M_z) of a static state. All of
-them count: in a frame or a chain that bends in space V, M and T stiffen as N does, and the rotations at the nodes are
-rotation vectors, so that a rigid turn costs what it must. A section adds ``1/2 N (I_y + I_z)/A theta_x'^2``: fibres of
-a twisted bar are helices and longer than its axis (Wagner).
+them are included: in a frame or a chain that bends in space V, M and T contribute to the stiffness like N, and the
+rotations at the nodes are rotation vectors, so that the energy of a rigid rotation is correct. Torsion adds
+``1/2 N (I_y + I_z)/A theta_x'^2``: the fibres of a twisted bar are helices, longer than its axis (Wagner).
 
-Inside an element n and m are those of statics: the end forces ``K_e q`` less the share of the load that went to the
-nodes, and the load along the element, ``n' + p = 0`` and ``m' + e_x x n + mu = 0``. So V counts for Euler-Bernoulli
-too, where it is a reaction, and a rigid turn costs exactly what it must: the work of n, m and the load on any motion
-that vanishes at the nodes is zero. Without the load along it n is constant and m linear, an error of second order in
-the length of an element.
+Inside an element n and m follow from statics: the end forces ``K_e q`` minus the share of the load at the nodes, and
+the load along the element, ``n' + p = 0`` and ``m' + e_x x n + mu = 0``. So V is included for Euler-Bernoulli too,
+where it is a reaction, and the energy of a rigid rotation is exact: the work of n, m and the load on any motion that
+vanishes at the nodes is zero. Without the load along the element, n would be constant and m linear, with an error of
+second order in the length of an element.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from kanefe_fem.beams.properties import ElementProperties
 
 @dataclass(frozen=True, eq=False)
 class BeamStressStiffness:
-    """Function of a static state that gives the geometric stiffness of its stress.
+    """The geometric stiffness of the stress of a static state, as a function of this state.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class BeamStressStiffness:
     size : int
         N.
     arms : ndarray, shape (m, stations, points, 3)
-        Where the points of the mass field are in their sections, in G in m: the first ones of the field.
+        Positions of the points of the mass field in their sections, in G in m: the first ones of the field.
     rotary_inertia : bool
         Whether these points follow the bending rotation of their section.
     """
@@ -104,7 +104,7 @@ def element_geometric_stiffness(
     polar_radius : ndarray, shape (m,)
         ``sqrt((I_y + I_z) / A)``, m.
     end_forces : ndarray, shape (m, 12)
-        ``K_e q`` in L: forces and moments on both nodes that hold the element and its load as shared to them.
+        ``K_e q`` in L: forces and moments on both nodes, with the share of the load at the nodes.
     force, moment : ndarray, shape (m, STATIONS, 3)
         Load in N and N m at the Gauss stations of each element, in L.
 

@@ -1,7 +1,7 @@
 """Lines of a frame of beams that carry distributed loads: sets of elements, and their consistent nodal forces.
 
-The nodal forces are the integrals of the load times the interpolation of the displacement of the axis: forces and
-end moments, so that nodal deflections under a uniform load are exact.
+The nodal forces are the integrals of the load times the interpolation of the displacement of the axis, forces and end
+moments, so that nodal deflections under a uniform load are exact.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from kanefe.errors import ModelError
 from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import NodeGroup
 from kanefe_fem.beams import elements as be
-from kanefe_fem.beams.checks import Groups
+from kanefe_fem.beams.checks import Groups, checked_indices
 from kanefe_fem.beams.properties import ElementProperties
 
 
@@ -23,14 +23,7 @@ def check_lines(lines: Groups, count: int) -> dict[str, np.ndarray]:
     """Return the elements of each named line, numbers from 0, each once."""
     if not isinstance(lines, Mapping):
         raise ModelError(f"lines must be a dict of names to element numbers, not {lines!r}")
-    result = {}
-    for name, given in lines.items():
-        numbers = np.atleast_1d(np.asarray(given))
-        known = np.issubdtype(numbers.dtype, np.integer) and numbers.ndim == 1 and numbers.size > 0
-        if not known or (numbers < -count).any() or (numbers >= count).any():
-            raise ModelError(f"line {name!r} has the elements {given!r}. Remedy: numbers from 0 to {count - 1}")
-        result[name] = np.unique(numbers % count)
-    return result
+    return {name: checked_indices(given, count, f"line {name!r} has the elements") for name, given in lines.items()}
 
 
 def line_groups(lines: Mapping[str, np.ndarray], points: np.ndarray, table: np.ndarray) -> dict[str, NodeGroup]:
@@ -39,7 +32,7 @@ def line_groups(lines: Mapping[str, np.ndarray], points: np.ndarray, table: np.n
     Parameters
     ----------
     lines : mapping of str to ndarray of int
-        Elements of each.
+        Elements of each line.
     points : ndarray, shape (n, 3)
         m.
     table : ndarray of int, shape (m, 2)
@@ -90,9 +83,9 @@ def line_pattern(
     ends : ndarray, shape (m, 2, 3)
         Ends of all elements in G in m.
     properties, axes, dofs
-        Of all elements: stiffnesses, A_GL and degrees of freedom.
+        Stiffnesses, A_GL and degrees of freedom of all elements.
     planar : bool
-        Loads along z then push on the body as a whole, but do not deform it.
+        Loads along z then act on the body as a whole, but do not deform it.
     size : int
         Number of degrees of freedom.
     """

@@ -1,14 +1,14 @@
-"""Mass of beams: a cloud of points that translates as the sections do.
+"""Mass of beams: a cloud of points that move with the sections.
 
-The inertia comes from the displacement field, not from nodal accelerations (which for elements with rotations are
-wrong in space: the angular acceleration of a slope is not the body's alpha). The field is given as a cloud of points
-that only translate: four Gauss stations along each element (exact to degree 7, the integrand N^T N has degree 6),
-and at each station points in the section that carry its second moments exactly,
+The inertia comes from the displacement field, not from nodal accelerations, which are wrong in space for elements with
+rotations: the angular acceleration of a slope is not the body's alpha. The field is a cloud of points that only
+translate: four Gauss stations along each element (exact to degree 7; the integrand N^T N has degree 6), and at each
+station points in the section with its exact second moments,
 
     (+-a, 0), (0, +-b) in local (y, z), a quarter of the mass each, a = sqrt(2 I_z / A), b = sqrt(2 I_y / A)
 
-so that mass, first moments, inertia and rotary inertia of the sections are exact. A section given by its mass has them
-about its centre of mass, along the principal directions of its second moments.
+so that mass, first moments, inertia and rotary inertia of the sections are exact. For a section given by its mass they
+are about its centre of mass, along the principal directions of its second moments.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def mass_field(
     planar: bool,
     rotary_inertia: bool,
 ) -> MassField:
-    """Return the cloud of translating points that carries the mass of a frame exactly (see the module's text).
+    """Return the cloud of translating points with the exact mass of a frame (see the top of this module).
 
     Parameters
     ----------
@@ -46,9 +46,9 @@ def mass_field(
     table : ndarray of int, shape (m, 2)
         Nodes of the elements.
     masses : sequence of m
-        Of the sections.
+        Masses of the sections.
     properties, axes, dofs
-        Numbers, A_GL and degrees of freedom of the elements.
+        Stiffnesses, A_GL and degrees of freedom of the elements.
     planar, rotary_inertia : bool
         As in `kanefe_fem.beams.body.beam_model`.
     """
@@ -68,7 +68,7 @@ def mass_field(
     N = _matrix_of_points(np.einsum("mpij,mgjk->mgpik", lever, of_sections), axes, dofs, size, planar)
     turn_L = np.repeat(of_sections[:, :, None, 3:], s, axis=2)
     if not rotary_inertia:
-        turn_L[..., 1:, :] = 0.0  # the points do not follow: they have no arm for it
+        turn_L[..., 1:, :] = 0.0  # the points do not follow bending rotations
     turns = _matrix_of_points(turn_L, axes, dofs, size, False)
 
     start, end = points[table[:, 0]], points[table[:, 1]]
@@ -86,7 +86,7 @@ def mass_field(
 
 
 def _matrix_of_points(N_L: np.ndarray, axes: np.ndarray, dofs: np.ndarray, size: int, in_plane: bool) -> sp.csr_matrix:
-    """Return the vectors of the points in G, (m, stations, points, 3) of them in L by the element's own 12 dofs."""
+    """Return the matrix of vectors at points in G, from (m, stations, points, 3) vectors in L over 12 element dofs."""
     N_G = np.einsum("mab,mgpbk,mkl->mgpal", axes, N_L, be.spatial_transformation(axes), optimize=True)
     if dofs.shape[1] == len(be.PLANAR_DOFS):
         N_G = N_G[..., be.PLANAR_DOFS]

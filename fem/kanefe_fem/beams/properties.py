@@ -1,4 +1,4 @@
-"""Stiffnesses of beam elements, and the same as a body keeps them."""
+"""Stiffnesses of beam elements, and their form in a body."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from kanefe.fe_model.model import Elasticity
 
 @dataclass(frozen=True, eq=False)
 class ElementProperties:
-    """Numbers of m elements of either theory, each of shape (m,) but the last.
+    """Length and stiffnesses of m elements of either theory, of shape (m,) except for the last.
 
     Attributes
     ----------
@@ -23,7 +23,7 @@ class ElementProperties:
     shear_y, shear_z : ndarray
         kappa G A along y and z in N; ``inf`` for Euler-Bernoulli.
     coupling : ndarray, shape (m, 6, 6), or None
-        Stiffness of the sections beside the diagonal, in the order of `matrices`. None: they have none.
+        Off-diagonal stiffness of the sections, in the order of `matrices`. None: there is none.
     """
 
     length: np.ndarray
@@ -49,7 +49,7 @@ class ElementProperties:
     def matrices(self) -> np.ndarray:
         """D: (N, V_y, V_z, T, M_y, M_z) from the strains of the sections, shape (m, 6, 6).
 
-        Where the shear stiffness is infinite there is no shear strain to work on: zero.
+        Zero where the shear stiffness is infinite, since there is no shear strain.
         """
         diagonal = np.column_stack([self.EA, self.shear_y, self.shear_z, self.GJ, self.EI_y, self.EI_z])
         D = np.zeros((len(diagonal), 6, 6)) if self.coupling is None else self.coupling.copy()
@@ -58,16 +58,16 @@ class ElementProperties:
 
     @property
     def coupled(self) -> np.ndarray:
-        """Numbers of the elements whose section has stiffness beside the diagonal."""
+        """Numbers of the elements whose section has off-diagonal stiffness."""
         if self.coupling is None:
             return np.zeros(0, dtype=int)
         return np.flatnonzero(self.coupling.any(axis=(1, 2)))
 
 
 def of_matrices(length: np.ndarray, stiffness: np.ndarray) -> ElementProperties:
-    """Return the numbers of elements from their lengths (m,) and the stiffness of their sections (m, 6, 6).
+    """Return the properties of elements from their lengths (m,) and the stiffness of their sections (m, 6, 6).
 
-    Where a shear stiffness is ``inf`` there is no shear strain, and what couples to it does not act.
+    Where a shear stiffness is ``inf`` there is no shear strain, and its coupling terms are dropped.
     """
     EA, shear_y, shear_z, GJ, EI_y, EI_z = np.diagonal(stiffness, axis1=1, axis2=2).T
     coupling = np.array(stiffness, dtype=float)
@@ -82,9 +82,9 @@ def of_matrices(length: np.ndarray, stiffness: np.ndarray) -> ElementProperties:
 def section_elasticity(
     stiffness: np.ndarray, axes: np.ndarray, fibres: Sequence[np.ndarray | None] | None = None
 ) -> Elasticity:
-    """Return the stiffness of sections (m, 6, 6) as a body keeps it, with the axes A_GL (m, 3, 3) of the elements.
+    """Return the stiffness of sections (m, 6, 6) in the form of a body, with the axes A_GL (m, 3, 3) of the elements.
 
-    Of each element `fibres` (p, 3) are those of its section, or None; see `Elasticity`.
+    `fibres` has for each element those of its section, (p, 3), or None; see `Elasticity`.
     """
     count = max((len(one) for one in fibres or () if one is not None), default=0)
     none = np.zeros((count, 3))
@@ -96,5 +96,5 @@ def section_elasticity(
 
 
 def properties_of(elasticity: Elasticity, length: np.ndarray) -> ElementProperties:
-    """Return the numbers of elements from what `section_elasticity` kept and their lengths (m,) in m."""
+    """Return the properties of elements from the result of `section_elasticity` and their lengths (m,) in m."""
     return of_matrices(length, elasticity.table[elasticity.of_cell])

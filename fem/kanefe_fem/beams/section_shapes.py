@@ -1,4 +1,4 @@
-"""Outlines of sections, and the torsion constants and shear factors that no elementary formula gives."""
+"""Outlines of sections, and torsion constants and shear factors without an elementary formula."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ def rectangle(width: float, height: float) -> np.ndarray:
 
 def rectangle_torsion(long: float, short: float) -> float:
     """Return Saint-Venant's series for the torsion constant of a rectangle in m4."""
-    # sum over odd n of tanh(n pi a / 2 b) / n^5: the part with tanh = 1 is 31/32 zeta(5), and what is left falls
-    # like exp(-n pi), so that seven terms are exact in double precision.
+    # sum over odd n of tanh(n pi a / 2 b) / n^5: the part with tanh = 1 is 31/32 zeta(5), and the rest decreases like
+    # exp(-n pi), so that seven terms are exact in double precision
     total = 31.0 / 32.0 * ZETA_OF_5
     for n in range(1, 14, 2):
         total += (math.tanh(n * math.pi * long / (2.0 * short)) - 1.0) / n**5

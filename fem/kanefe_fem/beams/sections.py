@@ -63,7 +63,7 @@ class CrossSection(BeamSection):
 
     @property
     def turns_freely(self) -> bool:
-        """Whether both directions across are alike."""
+        """Whether both directions across are equal."""
         return bool(np.isclose(self.I_y, self.I_z, rtol=1e-12) and np.isclose(self.shear_y, self.shear_z, rtol=1e-12))
 
     def stiffness_of(self, material: Any, *, planar: bool) -> np.ndarray:
@@ -149,7 +149,7 @@ class Section(CrossSection):
     def __post_init__(self) -> None:
         self._require_positive("A", "I_y", "I_z", "J", "shear_y", "shear_z")
         for name in ("shear_y", "shear_z"):
-            # An average of squares is at least the square of the average, so the energy of shear is at least V^2/2GA.
+            # a mean square is not below the square of the mean, so the energy of shear is at least V^2/2GA
             if getattr(self, name) > 1.0:
                 raise ModelError(
                     f"Section: {name} = {getattr(self, name):g}, but a shear factor is at most 1. "
@@ -168,25 +168,26 @@ class Section(CrossSection):
         mass: Sequence[Sequence[float]] | np.ndarray | None = None,
         **stiffnesses: Unpack[Stiffnesses],
     ) -> StiffnessSection:
-        """Return a section given by stiffness and mass a unit length: such a beam takes no material.
+        """Return a section given by stiffness and mass per unit length; beams with it have no material.
 
         Parameters
         ----------
         stiffness : array_like, shape (6, 6), optional
-            All stiffnesses and what couples them (bend and twist of a blade), instead of the numbers below: the forces
-            N, V_y, V_z in N and moments T, M_y, M_z in N m from stretch, shear strains and, in 1/m, twist and
-            curvatures; x is along the beam. Positive as in `kanefe_fem.recovery.section_forces.SectionForces`. From the
-            order of BeamDyn (x and y across, z along) by ``K[np.ix_(p, p)]``, p = [2, 0, 1, 5, 3, 4].
+            All stiffnesses with their coupling (such as bend-twist of a blade), instead of the numbers below: the
+            forces N, V_y, V_z in N and moments T, M_y, M_z in N m from stretch, shear strains and, in 1/m, twist and
+            curvatures; x is along the beam. Signs are those of `kanefe_fem.recovery.section_forces.SectionForces`. From
+            the order of BeamDyn (x and y across, z along) by ``K[np.ix_(p, p)]``, p = [2, 0, 1, 5, 3, 4].
         rho_A : float
             Mass in kg/m.
         rho_I : float or (float, float), optional
             ``int rho z^2 dA`` (of bending about y) and ``int rho y^2 dA`` (about z) in kg m about the centre of mass,
-            one number for both alike; the inertia of twisting is their sum. Default: that of a section of one
-            material, ``rho_A EI / EA``.
+            or one number for both; the inertia of twisting is their sum. Default: that of a section of one material,
+            ``rho_A EI / EA``.
         centre_of_mass : array_like, shape (2,)
             Its y and z from the axis in m.
         mass : array_like, shape (6, 6), optional
-            Of velocities and rates of rotation along x, y, z, instead of `rho_A`, `rho_I` and `centre_of_mass`.
+            Mass matrix over velocities and rates of rotation along x, y, z, instead of `rho_A`, `rho_I` and
+            `centre_of_mass`.
         **stiffnesses
             The other parameters below.
 
@@ -205,7 +206,7 @@ class Section(CrossSection):
         ------
         ModelError
             If numbers are missing, given twice, not positive and finite, a matrix is not symmetric and positive, or
-            `mass` is that of no rigid section.
+            `mass` is not that of a rigid section.
 
         Examples
         --------
@@ -292,7 +293,7 @@ class Tube(CrossSection):
                 f"Tube: thickness {self.thickness:g} m leaves no hole in an outer diameter of {outer:g} m. "
                 "Remedy: a thickness below half the diameter, or SolidCircle"
             )
-        # As products: differences of powers would lose the digits of a thin wall.
+        # products, since differences of powers would lose the digits of a thin wall
         area = math.pi * self.thickness * (outer - self.thickness)
         second_moment = area * (outer**2 + inner**2) / 16.0
         ratio = (inner / outer) ** 2

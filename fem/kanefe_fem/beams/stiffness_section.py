@@ -1,4 +1,4 @@
-"""Sections of beams that are known by their stiffness and mass a unit length: blades, composites, measured parts."""
+"""Sections of beams given by stiffness and mass per unit length: blades, composites, measured parts."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ Matrix = tuple[tuple[float, ...], ...]
 
 @dataclass(frozen=True)
 class StiffnessSection(BeamSection):
-    """Section by stiffness and mass; made by `kanefe_fem.Section.from_stiffness`.
+    """Section by stiffness and mass, made by `kanefe_fem.Section.from_stiffness`.
 
     Attributes
     ----------
     stiffness : tuple, 6 x 6
-        N, V_y, V_z, T, M_y, M_z from the strains; ``inf`` where shear is rigid, ``nan`` where a beam in space needs a
-        number that was not given.
+        N, V_y, V_z, T, M_y, M_z from the strains; ``inf`` where shear is rigid, ``nan`` for numbers that were not given
+        but are needed by beams in space.
     rho_A : float
         kg/m.
     centre_of_mass : (float, float)
@@ -49,7 +49,7 @@ class StiffnessSection(BeamSection):
     def of(
         cls, numbers: Mapping[str, Any], stiffness: Any, rho_A: Any, rho_I: Any, centre_of_mass: Any, mass: Any
     ) -> StiffnessSection:
-        """Return the section of what `Section.from_stiffness` was given."""
+        """Return the section from the arguments of `Section.from_stiffness`."""
         K = _diagonal(numbers) if stiffness is None else _matrix("stiffness", stiffness)
         if stiffness is not None and any(value is not None for value in numbers.values()):
             twice = next(name for name, value in numbers.items() if value is not None)
@@ -71,7 +71,7 @@ class StiffnessSection(BeamSection):
 
     @property
     def turns_freely(self) -> bool:
-        """Whether both directions across are alike, and nothing couples them."""
+        """Whether both directions across are equal and uncoupled."""
         K, J = np.array(self.stiffness), np.array(self.second_moments)
         coupled = (K - np.diag(np.diag(K))).any() or J[0, 1] != 0.0 or any(self.centre_of_mass)
         pairs = ((K[1, 1], K[2, 2]), (K[4, 4], K[5, 5]), (J[0, 0], J[1, 1]))
@@ -104,7 +104,7 @@ class StiffnessSection(BeamSection):
                 "the section's stiffness couples motions in the plane with twist or with bending out of it. Remedy: "
                 "planar=False"
             )
-        # what is out of the plane never moves: any positive number serves
+        # there is no motion out of the plane: any positive number is possible
         for row in (3, 4):
             K[row, row] = K[5, 5] if math.isnan(K[row, row]) else K[row, row]
         return K
@@ -134,7 +134,7 @@ def _positive(name: str, given: Any, what: str) -> float:
 
 
 def _matrix(name: str, given: Any, definite: bool = True) -> np.ndarray:
-    """Return a symmetric matrix (6, 6) that is positive in units in which its rows are alike."""
+    """Return a symmetric matrix (6, 6) that is positive when scaled to a diagonal of ones."""
     try:
         A = np.array(given, dtype=float)
     except (TypeError, ValueError):

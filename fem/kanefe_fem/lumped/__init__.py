@@ -1,1 +1,1 @@
-"""Lumped masses and springs, and how the nodes move that they hang on."""
+"""Lumped masses and springs, and the mean motion of the nodes to which they are attached."""

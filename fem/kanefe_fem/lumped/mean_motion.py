@@ -1,4 +1,4 @@
-"""The mean motion of a node or a group of nodes, as that of a frame: what lumped parts and preloads act on."""
+"""The mean motion of a node or a group of nodes as a frame, on which lumped parts and preloads act."""
 
 from __future__ import annotations
 
@@ -15,31 +15,31 @@ Target: TypeAlias = str | int
 """Name of a group, or number of a node."""
 
 LARGEST_PATCH = 300
-"""Number of nodes that represent a larger group, each with the weight of its neighbours: M and K stay sparse."""
+"""Number of nodes that represent a larger group, weighted by the number of nodes near each: M and K stay sparse."""
 
 
 def mean_motion(model: FiniteElementModel, at: Target, position: np.ndarray) -> tuple[sp.csr_matrix, np.ndarray]:
-    """Return the mean motion of a node or a group as that of a frame.
+    """Return the mean motion of a node or a group as the motion of a frame.
 
     Parameters
     ----------
     model : FiniteElementModel
     at : str or int
     position : ndarray, shape (3,)
-        Of the frame in m.
+        Position of the frame in m.
 
     Returns
     -------
     T : csr_matrix, shape (6, N)
         Translation and rotation of the frame from the degrees of freedom.
     blind : ndarray, shape (6, b)
-        Motions of the frame that the nodes cannot tell from rest although the body can make them.
+        Motions of the frame that the body can make but that do not move the nodes.
     """
     nodes, weights = patch(model, at)
     width = len(model.components)
     R = rigid_motion(model.nodes[nodes], position, model.components)
     spread = np.sqrt(np.mean(np.sum((model.nodes[nodes] - model.nodes[nodes].mean(axis=0)) ** 2, axis=1))) or 1.0
-    # rotations of nodes count like translations at the mean distance from the middle
+    # rotations of nodes are weighted like translations at the mean distance from the middle
     of_component = np.array([1.0 if c in ("x", "y", "z") else spread**2 for c in model.components])
     W = (weights[:, None] * of_component).ravel()
     scale = np.array([1.0, 1.0, 1.0, spread, spread, spread])
@@ -57,7 +57,7 @@ def mean_motion(model: FiniteElementModel, at: Target, position: np.ndarray) -> 
 
 
 def patch(model: FiniteElementModel, at: Target) -> tuple[np.ndarray, np.ndarray]:
-    """Return the nodes of a node or a group that are followed, and their weights."""
+    """Return the nodes that define the motion of a node or a group, and their weights."""
     if isinstance(at, str):
         nodes = np.asarray(model.group(at).nodes)
     elif isinstance(at, (int, np.integer)) and not isinstance(at, bool) and 0 <= at < len(model.nodes):
@@ -72,8 +72,7 @@ def patch(model: FiniteElementModel, at: Target) -> tuple[np.ndarray, np.ndarray
     if len(nodes) <= LARGEST_PATCH:
         return nodes, np.ones(len(nodes))
     points = model.nodes[nodes]
-    kept = [0]
-    distance = np.linalg.norm(points - points[0], axis=1)
+    kept, distance = [0], np.linalg.norm(points - points[0], axis=1)
     while len(kept) < LARGEST_PATCH:
         kept.append(int(distance.argmax()))
         distance = np.minimum(distance, np.linalg.norm(points - points[kept[-1]], axis=1))

@@ -1,11 +1,11 @@
 """Lumped masses, inertias and springs on the nodes and groups of a finite-element model.
 
-What hangs on a group follows its mean motion, the weighted least-squares fit of a rigid motion to the nodes (RBE3),
+A part on a group follows its mean motion, the weighted least-squares fit of a rigid motion to the nodes (RBE3),
 
     (d, theta) = T q,   T = (R^T W R)^+ R^T W,   R the rigid motions of the nodes about the point,
 
-so the group stays as soft as it is. A group that is a rigid interface of the body moves rigidly anyway, and its mean
-motion is the motion of the frame (RBE2). The mass enters M and, as points that move with the group, the mass field: the
+so the group is not stiffened. A group that is a rigid interface of the body moves rigidly anyway, and its mean motion
+is the motion of the frame (RBE2). The mass enters M and, as points that move with the group, the mass field: the
 inertia of the moving body is as exact as that of the mesh.
 """
 
@@ -28,7 +28,7 @@ from kanefe_fem.materials.voigt import check_numbers
 Vector: TypeAlias = Sequence[float] | np.ndarray
 
 FOLLOWS = 1e-8
-"""Relative part of a motion that the nodes cannot follow above which the motion is refused."""
+"""Largest part of a motion that the nodes may be unable to follow, relative to the motion."""
 
 
 @checked("at")
@@ -41,17 +41,17 @@ class LumpedMass:
     at : str or int
         Name of a group, or number of a node of the model.
     mass : float
-        In kg. Default: none, such as a flywheel whose mass is in the mesh; it needs an inertia then.
+        In kg. Default: none, for example of a flywheel whose mass is in the mesh; `inertia` is required then.
     inertia : array_like, shape (3,) or (3, 3), optional
-        About its centre of mass, in axes of G, kg m2: principal moments if they lie along the axes, or the matrix.
-        ``(0, 0, I)`` is enough for planar models. Default: a point.
+        Inertia about its centre of mass, in axes of G, kg m2: three moments about axes parallel to those of G, or the
+        matrix. ``(0, 0, I)`` is enough for planar models. Default: a point mass.
     position : array_like, shape (3,), optional
-        Its centre of mass in G in m. Default: that of the node or the group.
+        Its centre of mass in G in m. Default: the position of the node or the group.
 
     Raises
     ------
     ModelError
-        A number is out of range, or there is no body with such an inertia.
+        If a number is out of range, or no body can have this inertia.
 
     Examples
     --------
@@ -65,7 +65,7 @@ class LumpedMass:
 
     def __post_init__(self) -> None:
         label = self.label
-        if numbers(self.mass).shape == () and numbers(self.mass) == 0.0:  # whatever else it is, is checked
+        if numbers(self.mass).shape == () and numbers(self.mass) == 0.0:  # any other value is checked below
             object.__setattr__(self, "mass", 0.0)
         else:
             object.__setattr__(self, "mass", check_numbers(label, ("mass",), (self.mass,), "give it in kg")[0])
@@ -81,37 +81,37 @@ class LumpedMass:
                 f"{label}: inertia={self.inertia!r}. Remedy: three moments, or a symmetric matrix, in kg m2"
             )
         if not np.trace(J) > 0.0:
-            raise ModelError(f"{label}: inertia={self.inertia!r} is none. Remedy: leave it out, or give it in kg m2")
+            raise ModelError(f"{label}: inertia={self.inertia!r} is zero. Remedy: leave it out, or give it in kg m2")
         object.__setattr__(self, "inertia", tuple(map(tuple, J.tolist())))
         if not self.is_planar:
             self._check_possible()
 
     @property
     def label(self) -> str:
-        """What messages call it."""
+        """Name in messages."""
         return f"lumped mass on {self.at!r}"
 
     @property
     def is_planar(self) -> bool:
-        """Whether it has inertia about z alone, as no body in space has."""
+        """Whether it has inertia about z only, which no body in space has."""
         return self.inertia is not None and not np.delete(np.ravel(self.inertia), 8).any()
 
     def cloud(self, size: float, planar: bool) -> tuple[np.ndarray, np.ndarray]:
-        """Return places about the centre of mass, (P, 3) in m, and masses, (P,) in kg, of points with its inertia.
+        """Return positions about the centre of mass, (P, 3) in m, and masses, (P,) in kg, of points with its inertia.
 
-        Without a mass, one in the middle takes off that of the others.
+        If the total mass is zero, a point in the middle has the negative mass of the others.
 
         Parameters
         ----------
         size : float
-            Of the model, m: how far points of something without mass are apart.
+            Size of the model, m, from which the distance of the points follows if the total mass is zero.
         planar : bool
             Whether the model moves in the x-y plane only.
 
         Raises
         ------
         ModelError
-            If it has inertia about z alone, and the model is not planar.
+            If it has inertia about z only, and the model is not planar.
         """
         if self.inertia is None:
             return np.zeros((1, 3)), np.array([self.mass])
@@ -142,25 +142,25 @@ class LumpedMass:
 @checked("at", "to")
 @dataclass(frozen=True)
 class LumpedSpring:
-    """A massless spring from a node or a group to G, or to another one.
+    """A massless spring from a node or a group to G, or to another node or group.
 
     Parameters
     ----------
     at : str or int
         Name of a group, or number of a node of the model.
     stiffness : array_like, shape (3,), (6,), (3, 3) or (6, 6)
-        Against translations (N/m) and rotations (N m/rad) in axes of G: along the axes, or a symmetric matrix without
-        negative eigenvalues. With three, none against rotations.
+        Stiffness against translations (N/m) and rotations (N m/rad) in axes of G: values along the axes, or a symmetric
+        positive semidefinite matrix. With three rows, there is none against rotations.
     to : str or int, optional
         The other end. Default: G, the frame in which the body is meshed; it moves with the body's fixed interfaces.
     position : array_like, shape (3,), optional
-        The point where the motions of both ends are compared, in m: a rigid motion of the body strains no spring
-        between two groups. Default: the position of the node or group, or the middle of the two.
+        The point where the motions of both ends are compared, in m, so that a rigid motion of the body does not deform
+        a spring between two groups. Default: the position of the node or group, or the middle of the two.
 
     Raises
     ------
     ModelError
-        The stiffness is none, or would push.
+        If the stiffness is zero or not positive semidefinite.
 
     Examples
     --------
@@ -186,11 +186,11 @@ class LumpedSpring:
                 f"{label}: stiffness={self.stiffness!r}. Remedy: three or six numbers, or a symmetric matrix, in N/m "
                 "and N m/rad"
             )
-        # translations and rotations have units of their own: scale each row to compare signs
+        # translations and rotations have different units: each row is scaled before the eigenvalues are compared
         scale = np.sqrt(np.abs(np.diagonal(S)))
         scale[scale == 0.0] = 1.0
         if np.linalg.eigvalsh(S / np.outer(scale, scale))[0] < -1e-9 or not np.abs(S).max() > 0.0:
-            raise ModelError(f"{label}: the stiffness is zero or pushes in some direction. Remedy: positive numbers")
+            raise ModelError(f"{label}: the stiffness is zero or negative in a direction. Remedy: positive numbers")
         full = np.zeros((6, 6))
         full[: len(S), : len(S)] = 0.5 * (S + S.T)
         object.__setattr__(self, "stiffness", tuple(map(tuple, full.tolist())))
@@ -200,7 +200,7 @@ class LumpedSpring:
 
     @property
     def label(self) -> str:
-        """What messages call it."""
+        """Name in messages."""
         return f"lumped spring on {self.at!r}" if self.to is None else f"lumped spring {self.at!r} to {self.to!r}"
 
 
@@ -208,7 +208,7 @@ Lumped: TypeAlias = LumpedMass | LumpedSpring
 
 
 class _Cloud(NamedTuple):
-    """Points of a lumped mass: places, mass of each, displacement and rotation by the dofs, and arms from its nodes."""
+    """Points of a lumped mass: positions, masses, displacement and rotation by the dofs, and arms from its nodes."""
 
     points: np.ndarray
     shares: np.ndarray
@@ -235,12 +235,12 @@ def attach(model: FiniteElementModel, lumped: Sequence[Lumped]) -> FiniteElement
     Raises
     ------
     ModelError
-        A group or node is unknown, or cannot follow the motion: a mass off a single node of a solid, which has no
-        rotation, or an inertia on nodes that lie on a line.
+        If a group or node is unknown or cannot follow the motion, such as a mass at a distance from a single node of a
+        solid, which has no rotation, or an inertia on nodes that lie on a line.
 
     Notes
     -----
-    The forces in springs do not count for the geometric stiffness of `Preload` and of stiffening by motion.
+    The forces in springs do not contribute to the geometric stiffness of `Preload` and of stiffening by motion.
 
     Examples
     --------
@@ -261,7 +261,7 @@ def attach(model: FiniteElementModel, lumped: Sequence[Lumped]) -> FiniteElement
     clouds: list[_Cloud] = []
     for item in lumped:
         if isinstance(item, LumpedSpring):
-            T = _strain_of(model, item)
+            T = _spring_motion(model, item)
             stiffness = stiffness + T.T @ sp.csr_matrix(np.array(item.stiffness)) @ T
             continue
         cloud = _cloud_of(model, item)
@@ -277,7 +277,7 @@ def attach(model: FiniteElementModel, lumped: Sequence[Lumped]) -> FiniteElement
 
 
 def groups_of(lumped: Sequence[Lumped]) -> list[str]:
-    """Return the names of the groups that lumped parts hang on."""
+    """Return the names of the groups to which lumped parts are attached."""
     ends = [end for item in lumped for end in (getattr(item, "at", None), getattr(item, "to", None))]
     return [end for end in ends if isinstance(end, str)]
 
@@ -292,18 +292,18 @@ def _cloud_of(model: FiniteElementModel, item: LumpedMass) -> _Cloud:
     levers = rigid_motion(points, centre)
     if blind.size and np.abs(levers @ blind).max() > FOLLOWS * arm:
         raise ModelError(
-            f"lumped mass on {item.at!r}: its nodes cannot turn it, since they "
+            f"{item.label}: its nodes cannot turn it, since they "
             f"{'are one node without rotations' if len(patch(model, item.at)[0]) == 1 else 'lie on a line'}. Remedy: "
-            "leave out the inertia and the position, or hang it on a group of facets"
+            "leave out the inertia and the position, or attach it to a group of facets"
         )
     turns = sp.vstack([T[3:]] * len(points), format="csr")
     nodes, weights = patch(model, item.at)
-    turned_about = weights @ model.nodes[nodes] / weights.sum()  # to second order too: the mean of its arms is zero
+    turned_about = weights @ model.nodes[nodes] / weights.sum()  # valid to second order: the mean arm is zero
     return _Cloud(points, shares, sp.csr_matrix(sp.csr_matrix(levers) @ T), turns, points - turned_about)
 
 
-def _strain_of(model: FiniteElementModel, spring: LumpedSpring) -> sp.csr_matrix:
-    """Return the motion of one end against the other at the spring's point, shape (6, N)."""
+def _spring_motion(model: FiniteElementModel, spring: LumpedSpring) -> sp.csr_matrix:
+    """Return the motion of one end relative to the other at the spring's point, shape (6, N)."""
     ends = [spring.at] if spring.to is None else [spring.at, spring.to]
     centre = np.mean([place(model, end) for end in ends], axis=0)
     centre = centre if spring.position is None else np.array(spring.position)
@@ -313,7 +313,7 @@ def _strain_of(model: FiniteElementModel, spring: LumpedSpring) -> sp.csr_matrix
         T, blind = mean_motion(model, end, centre)
         if blind.size and np.abs(S @ blind).max() > FOLLOWS * np.abs(S).max() * np.abs(blind).max():
             raise ModelError(
-                f"{spring.label}: the nodes of {end!r} cannot tell a rotation that the spring resists. Remedy: put "
+                f"{spring.label}: the nodes of {end!r} cannot follow a rotation that the spring resists. Remedy: put "
                 "`position` at the node, leave out the stiffness against rotation, or take a group of facets"
             )
         motions.append(T)
@@ -321,7 +321,7 @@ def _strain_of(model: FiniteElementModel, spring: LumpedSpring) -> sp.csr_matrix
 
 
 def _extended(field: MassField | None, clouds: list[_Cloud]) -> MassField | None:
-    """Return the mass field with the points of lumped masses after its own; they turn with what they hang on."""
+    """Return the mass field with the points of lumped masses after its own; they rotate with their nodes."""
     if field is None or not clouds:
         return field
     points, shares, motions, turns, arms = zip(*clouds, strict=True)

@@ -1,1 +1,1 @@
-"""What the machine has: memory, and a folder of compiled forms."""
+"""Resources of the machine: memory, and the folder of compiled forms."""

@@ -1,8 +1,8 @@
-"""Where dolfinx's compiled forms are kept: only the user can write there, and what is imported is what was compiled.
+"""The folder of dolfinx's compiled forms: only the user can write to it, and libraries are checked before import.
 
-Beside the library of a form lies its size and digest, written once it is whole. A library that has changed since is
-removed, so that dolfinx compiles it anew; so is what a process has left that was ended while it compiled, for whose
-library dolfinx would wait. Processes that use one folder at once tell each other by locks what they do.
+The size and digest of the library of a form are stored beside it when it is complete. A library that has changed since
+is removed, so that dolfinx compiles it again. The files of a process that was ended while it compiled are removed too,
+since dolfinx would wait for its library. Processes that share a folder are synchronised by locks.
 """
 
 from __future__ import annotations
@@ -43,16 +43,16 @@ SECONDS = 60
 """Time for which dolfinx waits for a form that another process compiles, s."""
 
 _sound: set[Path] = set()
-"""Files with the suffix `READY` whose libraries this process has compared."""
+"""Files with the suffix `READY` whose libraries this process has checked."""
 
 
 def refuse_options() -> None:
-    """Refuse options of the compiler in the working directory, which may have come with other files.
+    """Refuse compiler options in the working directory, which may come from others.
 
     Raises
     ------
     FileError
-        Names the file, and the remedy.
+        If there is such a file; the message names it and the remedy.
     """
     for name in OPTIONS:
         if os.path.lexists(name):
@@ -65,7 +65,7 @@ def refuse_options() -> None:
 
 @cache
 def forms_folder() -> Path:
-    """Return the folder of compiled forms of this Python, which can be written; else one of this process alone."""
+    """Return the folder of compiled forms of this Python, or one for this process only if it cannot be written."""
     caches = Path(os.environ.get(VARIABLE) or Path("~/.cache").expanduser())
     folder = caches / "kanefe" / "forms" / str(sysconfig.get_config_var("SOABI"))
     try:
@@ -73,7 +73,7 @@ def forms_folder() -> Path:
         with tempfile.TemporaryFile(dir=folder):
             return folder
     except OSError as problem:
-        spare = tempfile.mkdtemp(prefix="kanefe-forms-")  # nobody can foresee its name, and lay anything in it
+        spare = tempfile.mkdtemp(prefix="kanefe-forms-")  # its random name keeps others from preparing it
         atexit.register(shutil.rmtree, spare, ignore_errors=True)
         warnings.warn(
             f"the cache of compiled forms {folder} cannot be written ({problem}); this process compiles its own. "
@@ -85,20 +85,20 @@ def forms_folder() -> Path:
 
 
 def check_forms(folder: Path) -> None:
-    """Remove the forms of a folder that are damaged, or were left when their process was ended.
+    """Remove the forms of a folder that are damaged, or whose process was ended while it compiled.
 
     Raises
     ------
     FileError
-        If others than the user could have put code into it; names the remedy.
+        If others than the user could have put code into it; the message names the remedy.
     """
     if not os.path.isdir(folder):
         return
     about = folder.stat()
     if hasattr(os, "geteuid") and about.st_uid == os.geteuid():
-        if not about.st_mode & (stat.S_IXGRP | stat.S_IXOTH):  # nobody else can have written what is in it
+        if not about.st_mode & (stat.S_IXGRP | stat.S_IXOTH):  # nobody else can have written its files
             _shut(folder.iterdir())
-        _check_entries(folder)  # before the folder is shut: what is refused stays so
+        _check_entries(folder)  # before the folder itself is changed, so that a refusal is repeated
     check_folder(folder, VARIABLE)
     _check_entries(folder)
     keep_digests(folder)
@@ -120,7 +120,7 @@ def keep_digests(folder: Path) -> None:
                 continue
             print(f"kanefe: {folder / name} is damaged: it is compiled again", file=sys.stderr, flush=True)
             _remove(folder, name)
-        if folder == forms_folder():  # in another one programs compile that know no locks of ours
+        if folder == forms_folder():  # other programs may compile in another folder without these locks
             with _lock(folder, COMPILED, alone=True, wait=False) as nobody_compiles:
                 for file in _without_library(folder) if nobody_compiles else ():
                     _remove(folder, file.stem)
@@ -131,13 +131,13 @@ def _not_looked_at(folder: Path) -> set[Path]:
 
 
 def _without_library(folder: Path) -> list[Path]:
-    """Return the sources of forms that are being compiled, or whose process was ended."""
+    """Return the sources of forms without a library: being compiled, or left by a process that was ended."""
     return [file for file in folder.glob("*.c") if not file.with_suffix(READY).exists()]
 
 
 @contextmanager
 def being_compiled(folder: Path) -> Iterator[None]:
-    """Tell other processes that forms of a folder are compiled meanwhile; keep digests of them."""
+    """Hold the lock for compiling forms of a folder, and write the digests of the new forms at the end."""
     with _lock(folder, COMPILED, alone=False):
         yield
     keep_digests(folder)
@@ -145,33 +145,33 @@ def being_compiled(folder: Path) -> Iterator[None]:
 
 @contextmanager
 def _lock(folder: Path, name: str, alone: bool, wait: bool = True) -> Iterator[bool]:
-    """Have a lock, which ends with this process at the latest; give whether it is had."""
+    """Hold a lock, which ends with this process at the latest; yield whether it was acquired."""
     try:
         import fcntl
 
         file = os.open(folder / name, os.O_RDWR | os.O_CREAT, 0o600)
-    except (ImportError, OSError):  # another system; a folder that is only read
+    except (ImportError, OSError):  # another operating system, or a read-only folder
         yield False
         return
     try:
-        is_had = True
+        is_held = True
         try:
             fcntl.flock(file, (fcntl.LOCK_EX if alone else fcntl.LOCK_SH) | (0 if wait else fcntl.LOCK_NB))
-        except OSError:  # others have it, or the disk is one of a network that has no locks
-            is_had = False
-        yield is_had
+        except OSError:  # another process holds it, or it is a network disk without locks
+            is_held = False
+        yield is_held
     finally:
         os.close(file)
 
 
 def _check_entries(folder: Path) -> None:
     for entry in folder.iterdir():
-        with suppress(FileNotFoundError):  # that another process has removed meanwhile
+        with suppress(FileNotFoundError):  # another process has removed it meanwhile
             check_entry(entry, VARIABLE)
 
 
 def _shut(files: Iterable[Path]) -> None:
-    """Take from others what a umask has let them write, of files of this user."""
+    """Remove write access of others, which the umask may have given, from files of this user."""
     for file in files:
         with suppress(FileNotFoundError, PermissionError):
             about = file.lstat()
@@ -180,12 +180,12 @@ def _shut(files: Iterable[Path]) -> None:
 
 
 def _remove(folder: Path, name: str) -> None:
-    for file in sorted(folder.glob(f"{name}.*")):  # that with suffix .c first: where it is, dolfinx waits
+    for file in sorted(folder.glob(f"{name}.*")):  # the one with suffix .c first, for which dolfinx waits
         file.unlink(missing_ok=True)
 
 
 def _digest(folder: Path, name: str) -> bytes:
-    """Return the size and digest of the library of a form, nothing if there is none."""
+    """Return the size and digest of the library of a form, empty if there is none."""
     for suffix in EXTENSION_SUFFIXES:
         if (folder / f"{name}{suffix}").is_file():
             content = (folder / f"{name}{suffix}").read_bytes()

@@ -1,4 +1,4 @@
-"""How much memory there is, and a warning before a factorisation needs more."""
+"""The free memory, and a warning before a factorisation that needs more."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ SHARE = 0.9
 
 
 class MemoryWarning(UserWarning):
-    """A computation needs more memory than the machine has to give."""
+    """A computation needs more memory than the machine has."""
 
 
 BYTES_OF_A_NODE = 88
@@ -21,17 +21,17 @@ BYTES_OF_A_NODE = 88
 
 
 def check_size(nodes: int, what: str) -> None:
-    """Raise a ModelError that names `what` if a mesh of so many nodes is larger than memory."""
-    needed, there = BYTES_OF_A_NODE * min(nodes, 10**30), LARGEST_SHARE * usable_memory()
-    if needed > there:
+    """Raise a ModelError that begins with `what` if a mesh of so many nodes does not fit into memory."""
+    needed, usable = BYTES_OF_A_NODE * min(nodes, 10**30), LARGEST_SHARE * usable_memory()
+    if needed > usable:
         raise ModelError(
-            f"{what}: a mesh of so many nodes takes {needed / 2**30:.3g} GiB, of which {there / 2**30:.3g} can be "
-            "had here. Remedy: fewer"
+            f"{what}: a mesh of so many nodes takes {needed / 2**30:.3g} GiB, but only {usable / 2**30:.3g} GiB are "
+            "available here. Remedy: fewer"
         )
 
 
 def free_memory() -> float | None:
-    """Return the free memory of this machine, or of the control group it is limited to, in bytes; None if unknown."""
+    """Return the free memory of this machine or of the control group of this process, in bytes; None if unknown."""
     try:
         lines = Path("/proc/meminfo").read_text().splitlines()
         free = 1024.0 * next(float(line.split()[1]) for line in lines if line.startswith("MemAvailable:"))
@@ -48,20 +48,19 @@ def free_memory() -> float | None:
 def rough_size(unknowns: int) -> float:
     """Return an upper bound, in bytes, of the factor of the stiffness of a solid with so many unknowns.
 
-    The factor of a body of n unknowns in space has some ``c n^(4/3)`` entries. For slender bodies of quadratic
-    tetrahedra c is about 10, for a cube 25.
+    The factor of a body with n unknowns in space has about ``c n^(4/3)`` entries, with c about 10 for slender bodies of
+    quadratic tetrahedra and 25 for a cube.
     """
     return 8.0 * 30.0 * float(unknowns) ** (4.0 / 3.0)
 
 
 def warn_of_memory(unknowns: int, needed: float, free: float) -> None:
     """Warn if a factorisation needs more bytes than are free."""
-    if needed <= SHARE * free:
-        return
-    warnings.warn(
-        f"factoring the stiffness of {unknowns} unknowns needs {1e-9 * needed:.3g} GB of memory, and {1e-9 * free:.3g} "
-        "GB are free: the machine may slow down to a crawl, or end the process. Remedy: a coarser mesh where stresses "
-        "do not matter, order=1 there, a substructure for each part, or a larger machine",
-        MemoryWarning,
-        stacklevel=outside(),
-    )
+    if needed > SHARE * free:
+        warnings.warn(
+            f"factoring the stiffness of {unknowns} unknowns needs {1e-9 * needed:.3g} GB of memory, and "
+            f"{1e-9 * free:.3g} GB are free: the machine may become very slow, or end the process. Remedy: a coarser "
+            "mesh where stresses do not matter, order=1 there, a substructure for each part, or a larger machine",
+            MemoryWarning,
+            stacklevel=outside(),
+        )

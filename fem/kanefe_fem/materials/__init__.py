@@ -1,1 +1,1 @@
-"""Materials, and which cells of a mesh have them."""
+"""Materials, and their assignment to the cells of a mesh."""

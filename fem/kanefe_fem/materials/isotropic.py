@@ -1,4 +1,4 @@
-"""Isotropic linear elastic materials in SI units, and a warning when the units look mixed up."""
+"""Isotropic linear elastic materials in SI units, and a warning about probably wrong units."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from kanefe_fem.materials.voigt import isotropic, one_number
 
 
 class AccuracyWarning(UserWarning):
-    """The discretisation asked for is known to be poor here."""
+    """A discretisation that is known to be inaccurate for this material."""
 
 
 WAVE_SPEED = (10.0, 20e3)
@@ -47,12 +47,12 @@ class Material:
     rho : float
         Density in kg/m3, > 0.
     name : str, optional
-        For messages only.
+        Used in messages only.
 
     Raises
     ------
     ModelError
-        A value is out of range or not finite.
+        If a value is out of range or not finite.
 
     Examples
     --------
@@ -109,7 +109,7 @@ class Material:
 
 
 def warn_of_units(label: str, E: float, rho: float, size: float, mass: float) -> None:
-    """Warn (UnitWarning) when a body's size, mass, density, stiffness or frequency is not that of a solid in SI units.
+    """Warn (UnitWarning) if size, mass, density or stiffness of a body are not those of a solid in SI units.
 
     Parameters
     ----------
@@ -126,9 +126,9 @@ def warn_of_units(label: str, E: float, rho: float, size: float, mass: float) ->
 
     Notes
     -----
-    The limits are `EXTENT`, `MASS`, `DENSITY` and `WAVE_SPEED`. A mesh in mm makes a body of hundreds of metres and
-    millions of tons; E in MPa a wave speed of some m/s; rho in t/mm3 a density of 1e-9. The first frequency of the body
-    as a free rod, ``sqrt(E / rho) / (2 size)``, is told with each warning.
+    The limits are `EXTENT`, `MASS`, `DENSITY` and `WAVE_SPEED`. A mesh in mm gives a body of hundreds of metres and
+    millions of tons; E in MPa a wave speed of some m/s; rho in t/mm3 a density of 1e-9. Each warning contains the first
+    frequency of the body as a free rod, ``sqrt(E / rho) / (2 size)``.
     """
     odd = []
     if not EXTENT[0] <= size <= EXTENT[1]:
@@ -144,12 +144,12 @@ def warn_of_units(label: str, E: float, rho: float, size: float, mass: float) ->
 
 
 def odd_mass(mass: float) -> list[str]:
-    """Return what is odd about the mass of one body in kg."""
+    """Return a remark on an implausible mass of one body in kg, if it is."""
     return [f"its mass is {mass:.3g} kg (is the mesh in mm, or rho in g/m3?)"] if mass > MASS else []
 
 
 def odd_material(E: float, rho: float) -> list[str]:
-    """Return what is odd about a modulus in Pa and a density in kg/m3."""
+    """Return a remark on an implausible modulus in Pa and density in kg/m3, if they are."""
     c = math.sqrt(E / rho)
     if not DENSITY[0] <= rho <= DENSITY[1]:
         return [f"its density is {rho:.3g} kg/m3 (is rho in t/mm3 or g/m3?)"]

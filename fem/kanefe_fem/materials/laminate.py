@@ -33,7 +33,7 @@ class Ply:
     Raises
     ------
     ModelError
-        The material is none, the thickness is not positive, or the angle is not finite.
+        If the material is not one, the thickness is not positive, or the angle is not finite.
     """
 
     material: SolidMaterial
@@ -61,24 +61,24 @@ class Laminate:
     plies : sequence of Ply
         From bottom to top.
     name : str, optional
-        For messages only.
+        Used in messages only.
 
     Raises
     ------
     ModelError
-        There is no ply.
+        If there is no ply.
 
     Notes
     -----
-    Strains in the plane (i) and stresses across it (o) are the same in all plies; the averages of the other ones over
-    the thickness give, with ``A = <C_oo^-1>``, ``B = <C_oo^-1 C_oi>`` and ``Q = <C_ii - C_io C_oo^-1 C_oi>``,
+    Strains in the plane (i) and stresses across it (o) are the same in all plies. From the averages of the others over
+    the thickness, with ``A = <C_oo^-1>``, ``B = <C_oo^-1 C_oi>`` and ``Q = <C_ii - C_io C_oo^-1 C_oi>``,
 
         ``C*_oo = A^-1,   C*_oi = A^-1 B,   C*_ii = Q + B^T A^-1 B``
 
     (Pagano, J. Composite Materials 8 (1974) 225; Sun & Li, J. Composite Materials 22 (1988) 629). It is exact for
-    strains that vary slowly over the whole stack. The order of the plies is lost: a stack as thick as the body bends
-    wrongly, since the outer plies count as much as the inner ones. Remedy: several stacks through the thickness, or a
-    group of cells for each ply (or for each side of a sandwich) with an `Oriented` material of its own.
+    strains that vary slowly over the whole stack. The order of the plies is lost: the bending stiffness of a stack as
+    thick as the body is wrong, since outer and inner plies have the same weight. Remedy: several stacks through the
+    thickness, or a group of cells for each ply (or for each side of a sandwich) with its own `Oriented` material.
 
     Examples
     --------

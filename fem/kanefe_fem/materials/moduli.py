@@ -1,4 +1,4 @@
-"""The moduli of a material on the cells of a mesh, as the forms of solids take them."""
+"""The moduli of materials on the cells of a mesh, for the forms of solids."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Materials of a solid, group by group: checked against the mesh, then spread over its cells."""
+"""Materials of a solid by groups: checked against the mesh, then assigned to its cells."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ class CellMaterials:
 def materials_by_group(
     mesh: Mesh, materials: Materials, order: int, plane: str | None, densities: Mapping[str, float] | None = None
 ) -> dict[str, SolidMaterial]:
-    """Return a material for every group of cells; warn of those that elements of this order cannot do well.
+    """Return a material for every group of cells; warn of those for which elements of this order are inaccurate.
 
     Raises
     ------
     ModelError
-        A group has no material, there is no such group, something is no material, or a density is out of range.
+        If a group has no material, there is no such group, something is not a material, or a density is out of range.
     """
     if order not in (1, 2):
         raise ModelError(f"order={order!r} of the displacement is not possible. Remedy: give 1 or 2")
@@ -102,12 +102,12 @@ def cell_materials(
     ----------
     mesh : Mesh
     materials : dict of str to SolidMaterial
-        Of every group, in the order of the mesh's groups.
+        Material of every group, in the order of the mesh's groups.
     plane : {"stress", "strain"} or None
     thickness : float
         In m; 1 for a solid.
     densities : dict of str to float, optional
-        Of groups, instead of their materials', kg/m3.
+        Densities of groups, instead of those of their materials, kg/m3.
     """
     counts = [sum(len(block.nodes) for block in mesh.cells[name]) for name in materials]
     density = [density_of(name, material, densities) for name, material in materials.items()]
@@ -134,7 +134,7 @@ def _moduli(
     table: np.ndarray,
     of_cell: np.ndarray,
 ) -> Moduli:
-    """Return Lame's parameters where all materials are isotropic (a smaller form), else the full matrices."""
+    """Return Lame's parameters if all materials are isotropic (a smaller form), else the full matrices."""
     isotropic = [material for material in materials.values() if isinstance(material, Material)]
     if len(isotropic) < len(materials):
         return AnisotropicModuli(thickness * (table if dimension == 3 else voigt.plane_strain(table))[of_cell])
@@ -157,7 +157,7 @@ def _moduli_of_group(mesh: Mesh, name: str, material: SolidMaterial) -> np.ndarr
 def warn_of_group_units(
     mesh: Mesh, materials: Mapping[str, SolidMaterial], thickness: float, densities: Mapping[str, float] | None = None
 ) -> None:
-    """Warn when a group's material, or the size and mass of the body, are not those of a solid in SI units."""
+    """Warn if a group's material, or the size and mass of the body, are not those of a solid in SI units."""
     size = extent(mesh)
     volumes = {
         name: thickness * sum(_straight_volume(mesh, block) for block in blocks) for name, blocks in mesh.cells.items()

@@ -1,4 +1,4 @@
-"""Axes of a material in a body: constant, one for each cell, or following the position (rings, shells of balls)."""
+"""Axes of a material in a body: constant, for each cell, or depending on position (rings, spherical shells)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ ORTHONORMAL = 1e-9
 
 @runtime_checkable
 class SolidMaterial(Protocol):
-    """What a material of a solid is: six by six moduli in its own axes, a density and a name."""
+    """A material of a solid: 6 x 6 moduli in its own axes, a density and a name."""
 
     @property
     def stiffness(self) -> np.ndarray:
@@ -35,10 +35,10 @@ class SolidMaterial(Protocol):
 
     @property
     def name(self) -> str | None:
-        """For messages."""
+        """Name in messages."""
 
     def describe(self) -> dict[str, object]:
-        """Return what makes the material (json-able)."""
+        """Return the data of the material (json-able)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ class Oriented:
     Raises
     ------
     ModelError
-        The axes are not right-handed and orthonormal.
+        If the axes are not right-handed and orthonormal.
 
     Examples
     --------
@@ -104,7 +104,7 @@ class Oriented:
         Raises
         ------
         ModelError
-            There is another number of axes, they are not finite, or not orthonormal.
+            If the number of axes is wrong, or they are not finite and orthonormal.
         """
         label = f"group {group!r}, {self._label}"
         if callable(self.axes):
@@ -122,13 +122,11 @@ class Oriented:
                     "group in the order of the mesh, or a function of position"
                 )
         inner = self.material
-        if isinstance(inner, Oriented):
-            C = inner.stiffness_at(group, centres)
-            return rotated(C, axes.reshape(-1, 3, 3))
-        return rotated(inner.stiffness, axes.reshape(-1, 3, 3))
+        C = inner.stiffness_at(group, centres) if isinstance(inner, Oriented) else inner.stiffness
+        return rotated(C, axes.reshape(-1, 3, 3))
 
     def describe(self) -> dict[str, object]:
-        """Return what makes the material (json-able); of a function of the user's only its name is known."""
+        """Return the data of the material (json-able); a function of the user is given by its name."""
         return {"kind": "oriented", "material": self.material.describe(), "axes": _described(self.axes)}
 
     @property
@@ -138,7 +136,7 @@ class Oriented:
 
 @dataclass(frozen=True)
 class PositionAxes:
-    """Axes about a centre or an axis; made by `cylindrical_axes` and `spherical_axes`.
+    """Axes about a centre or an axis, made by `cylindrical_axes` and `spherical_axes`.
 
     Attributes
     ----------
@@ -146,7 +144,7 @@ class PositionAxes:
     origin, axis : tuple of float
         A point on the axis in m, and its direction.
     first : str
-        What axis 1 follows; the other two come after it in right-handed order.
+        Direction of axis 1; the other two follow in right-handed order.
     """
 
     kind: str
@@ -194,13 +192,13 @@ def cylindrical_axes(
     axis : array_like, shape (3,)
         Its direction, of any length.
     first : {"outward", "around", "along"}
-        What the material's axis 1 follows; 2 and 3 are the next ones in this order, so that fibres that wind around
-        have first="around".
+        Direction of the material's axis 1; 2 and 3 are the next ones in this order. For fibres wound around the axis
+        use first="around".
 
     Raises
     ------
     ModelError
-        The axis is zero, or `first` is unknown.
+        If the axis is zero, or `first` is unknown.
     """
     return _position_axes("cylindrical", origin, axis, first)
 
@@ -209,28 +207,28 @@ def cylindrical_axes(
 def spherical_axes(
     origin: Vector = (0.0, 0.0, 0.0), pole: Vector = (0.0, 0.0, 1.0), first: str = "outward"
 ) -> PositionAxes:
-    """Return axes (outward, around, north) of a ball, for `Oriented`.
+    """Return axes (outward, around, north) of a sphere, for `Oriented`.
 
     Parameters
     ----------
     origin : array_like, shape (3,)
         Centre in m.
     pole : array_like, shape (3,)
-        Direction of the axis about which "around" turns, and to which "north" points.
+        Direction of the polar axis: "around" is tangential to it, and "north" points towards it.
     first : {"outward", "around", "north"}
-        What the material's axis 1 follows; 2 and 3 are the next ones in this order.
+        Direction of the material's axis 1; 2 and 3 are the next ones in this order.
 
     Raises
     ------
     ModelError
-        The pole is zero, or `first` is unknown.
+        If the pole is zero, or `first` is unknown.
     """
     return _position_axes("spherical", origin, pole, first)
 
 
 @checked
 def axes_at_angle(angle: float, axis: Vector = (0.0, 0.0, 1.0), along: Vector = (1.0, 0.0, 0.0)) -> np.ndarray:
-    """Return axes with 3 along `axis` and 1 turned about it by an angle from `along`, shape (3, 3).
+    """Return axes with 3 along `axis` and 1 rotated about it by an angle from `along`, shape (3, 3).
 
     Parameters
     ----------
@@ -244,7 +242,7 @@ def axes_at_angle(angle: float, axis: Vector = (0.0, 0.0, 1.0), along: Vector = 
     Raises
     ------
     ModelError
-        `axis` is zero, or `along` is parallel to it.
+        If `axis` is zero, or `along` is parallel to it.
     """
     normal, reference = _direction("axis", axis), _direction("along", along)
     first = reference - (reference @ normal) * normal

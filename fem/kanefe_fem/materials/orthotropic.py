@@ -31,12 +31,12 @@ class Orthotropic:
     rho : float
         Density in kg/m3, > 0.
     name : str, optional
-        For messages only.
+        Used in messages only.
 
     Raises
     ------
     ModelError
-        A value is out of range, or the nine constants together would gain energy in some strain.
+        If a value is out of range, or the nine constants together are not positive definite.
 
     Examples
     --------
@@ -165,12 +165,12 @@ class Anisotropic:
     rho : float
         Density in kg/m3, > 0.
     name : str, optional
-        For messages only.
+        Used in messages only.
 
     Raises
     ------
     ModelError
-        The matrix is not symmetric and positive definite; the message names the strain that would gain energy.
+        If the matrix is not symmetric and positive definite; the message names a strain with a negative energy.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Materials by a strain energy of the user's: its tangent at the reference state, by automatic differentiation."""
+"""Materials by a strain energy of the user: its tangent at the reference state, by automatic differentiation."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ REST = 1e-8
 @checked
 @dataclass(frozen=True, eq=False)
 class UserEnergy:
-    """Elastic material of a strain energy density W, linear about its reference state.
+    """Elastic material with a strain energy density W, linearised about its reference state.
 
     Parameters
     ----------
@@ -32,23 +32,23 @@ class UserEnergy:
     rho : float
         Density in kg/m3, > 0.
     of : {"strain", "deformation gradient"}
-        What `energy` takes.
+        Argument of `energy`.
     name : str, optional
-        For messages only.
+        Used in messages only.
 
     Attributes
     ----------
     stiffness : ndarray, shape (6, 6)
         ``C = d2W / de de`` at rest, in Pa, in the material's axes (see `kanefe_fem.Oriented`), in the order 11, 22, 33,
-        23, 13, 12 with engineering shear strains. Only this is kept of the energy.
+        23, 13, 12 with engineering shear strains. The energy itself is not stored.
 
     Raises
     ------
     ModelError
-        The energy is not a scalar, has no derivatives at rest, is stressed there, resists rotation, or is not positive
-        definite.
+        If the energy is not a scalar, has no derivatives at rest, is stressed there, resists rotation, or is not
+        positive definite.
     MissingDependency
-        UFL is not installed.
+        If UFL is not installed.
 
     Examples
     --------
@@ -82,7 +82,7 @@ class UserEnergy:
         object.__setattr__(self, "stiffness", stiffness)
 
     def describe(self) -> dict[str, object]:
-        """Return the tangent (json-able): the energy matters by nothing else."""
+        """Return the tangent (json-able), which is all that is used of the energy."""
         return {"kind": "energy", "stiffness": self.stiffness.tolist(), "rho": self.rho, "name": self.name}
 
 
@@ -98,7 +98,7 @@ def _tangent_in_strain(label: str, energy: Callable[[Any], Any]) -> np.ndarray:
 
 
 def _tangent_in_gradient(label: str, energy: Callable[[Any], Any]) -> np.ndarray:
-    """Return the same from W(F): where F = I is free of stress, d2W / dF dF acts on the strain only."""
+    """Return the tangent in strains from W(F): if F = I is free of stress, d2W / dF dF acts on the strain only."""
     ufl, _ = _fenicsx.load_ufl()
     F = [ufl.variable(ufl.as_ufl(float(a == b))) for a in range(3) for b in range(3)]
     stress, A = _derivatives(label, energy, ufl.as_matrix([F[:3], F[3:6], F[6:]]), F)

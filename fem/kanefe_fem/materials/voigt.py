@@ -1,4 +1,4 @@
-"""Stiffness matrices of materials in six components: rotation, condensation, and what they must satisfy.
+"""Stiffness matrices of materials in six components: rotation, condensation, and checks.
 
 Stresses and strains are listed as xx, yy, zz, yz, xz, xy, with engineering shear strains (2 e_yz, ...).
 """
@@ -55,18 +55,18 @@ def rotated(stiffness: np.ndarray, axes: np.ndarray) -> np.ndarray:
 
 
 def plane_stress(stiffness: np.ndarray) -> np.ndarray:
-    """Return the stiffness in the plane with no stress across it: the inverse of the compliance's part, (..., 3, 3)."""
+    """Return the stiffness in plane stress: the inverse of the in-plane part of the compliance, (..., 3, 3)."""
     compliance = np.linalg.inv(stiffness)
     return np.asarray(np.linalg.inv(compliance[..., IN_PLANE, :][..., IN_PLANE]))
 
 
 def plane_strain(stiffness: np.ndarray) -> np.ndarray:
-    """Return the stiffness in the plane with no strain across it, shape (..., 3, 3)."""
+    """Return the stiffness in plane strain, shape (..., 3, 3)."""
     return stiffness[..., IN_PLANE, :][..., IN_PLANE]
 
 
 def in_space(plane: np.ndarray) -> np.ndarray:
-    """Return plane stiffnesses (..., 3, 3) in the six places, zero elsewhere, shape (..., 6, 6)."""
+    """Return plane stiffnesses (..., 3, 3) in the places of xx, yy, xy, zero elsewhere, shape (..., 6, 6)."""
     full = np.zeros((*plane.shape[:-2], 6, 6))
     full[..., np.array(IN_PLANE)[:, None], np.array(IN_PLANE)] = plane
     return full
@@ -80,7 +80,7 @@ def isotropic(lame: float, shear: float) -> np.ndarray:
 
 
 def poisson_ratio(stiffness: np.ndarray) -> float:
-    """Return Poisson's ratio of the isotropic material with the same Reuss averages: near 0.5 it keeps its volume.
+    """Return Poisson's ratio of the isotropic material with the same Reuss averages: near 0.5 it is incompressible.
 
     Hill, The elastic behaviour of a crystalline aggregate, Proc. Phys. Soc. A 65 (1952).
     """
@@ -97,8 +97,8 @@ def check_stiffness(label: str, stiffness: Any, remedy: str) -> np.ndarray:
     Raises
     ------
     ModelError
-        It has another shape, is not finite, not symmetric, or not positive definite; the message names the strain that
-        would gain energy.
+        If it has another shape, is not finite, not symmetric, or not positive definite; the message names a strain with
+        a negative energy.
     """
     C = numbers(stiffness)
     if C.shape != (6, 6):
@@ -119,12 +119,12 @@ def check_stiffness(label: str, stiffness: Any, remedy: str) -> np.ndarray:
 
 
 def check_density(label: str, rho: Any) -> float:
-    """Return a density in kg/m3, positive and finite; raise a ModelError else."""
+    """Return a density in kg/m3; raise a ModelError if it is not positive and finite."""
     return check_numbers(label, ("rho",), (rho,), "steel has rho=7850")[0]
 
 
 def one_number(label: str, name: str, value: Any) -> float:
-    """Return a number; raise a ModelError if it is none."""
+    """Return a number; raise a ModelError if it is not one."""
     if numbers(value).shape != () or (np.isnan(numbers(value)) and not isinstance(value, (float, np.floating))):
         raise ModelError(f"{label}: {name} is {value!r}. Remedy: give one number, in SI units")
     return float(value)

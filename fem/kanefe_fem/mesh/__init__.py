@@ -1,1 +1,1 @@
-"""A mesh in arrays: cells, groups, surfaces, shape functions, checks."""
+"""Meshes: nodes, cells, groups and surfaces as arrays, and their checks."""

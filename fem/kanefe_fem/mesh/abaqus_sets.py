@@ -1,8 +1,8 @@
-"""Element sets of an Abaqus input file: those that sections name are the parts of the body, surfaces are its facets.
+"""Element sets and surfaces of an Abaqus input file: the sets of sections become groups of cells, surfaces facets.
 
-Abaqus/CAE writes sets that overlap: all elements, the elements of a picked face, those of a section. What a cell is
-made of says its `*Solid Section`; the other sets of solid elements are no groups of a mesh whose cells have one
-material.
+Abaqus/CAE writes sets that overlap: all elements, the elements of a picked face, those of a section. The material of an
+element is given by its `*Solid Section`. Other sets of solid elements are ignored, because each cell of a mesh belongs
+to one group.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ _FACES = {
 
 
 def section_sets(blocks: list[Keyword]) -> list[str]:
-    """Return the element sets that the solid sections of a file name, in its order, each once."""
+    """Return the element sets of the solid sections of a file, in its order, each once."""
     named = [block.options.get("ELSET", "") for block in blocks if " ".join(block.name.split()) == "SOLID SECTION"]
     return list(dict.fromkeys(filter(None, named)))
 
 
 def surfaces(blocks: list[Keyword]) -> dict[str, list[tuple[str, int]]]:
-    """Return, of each surface made of faces of element sets, the names of the sets and the numbers of the faces."""
+    """Return the element sets and face numbers of each surface that is made of faces of element sets."""
     found: dict[str, list[tuple[str, int]]] = {}
     for block in blocks:
         if block.name != "SURFACE" or block.options.get("TYPE", "ELEMENT").upper() != "ELEMENT":
@@ -42,6 +42,6 @@ def surfaces(blocks: list[Keyword]) -> dict[str, list[tuple[str, int]]]:
 
 
 def face_corners(kind: str, number: int) -> tuple[int, ...] | None:
-    """Return the corners of a face of a solid element of order 1, by Abaqus' number from 1; None if there is none."""
+    """Return the corners of a face, numbered from 1 as in Abaqus, of a solid element of order 1; None if unknown."""
     faces = _FACES.get(kind, ())
     return faces[number - 1] if 1 <= number <= len(faces) else None

@@ -1,7 +1,7 @@
-"""What is refused, and what is mended, before the assembler sees a mesh.
+"""Checks of a mesh before assembly; inverted cells are corrected, other faults raise an error.
 
-The finite-element library may abort the whole interpreter on a bad mesh, or lose a group without a word; so every fault
-is looked for here, and named with its place and its remedy.
+The finite-element library may abort the interpreter on a bad mesh, or drop a group without a message. The errors raised
+here name the fault, its place and the remedy.
 """
 
 from __future__ import annotations
@@ -34,17 +34,17 @@ _MIXED = {
 
 
 class MeshWarning(UserWarning):
-    """Something in the mesh that is probably not what the user means."""
+    """The mesh has a property that is probably not intended."""
 
 
 def check_mesh(mesh: Mesh) -> Mesh:
-    """Return the mesh fit for assembly: cells turned the right way round; or raise.
+    """Return the mesh ready for assembly, with all cells oriented positively.
 
     Raises
     ------
     MeshError
         If the mesh has nodes that are not finite, cells of an unsupported shape, no group of cells, a cell in two
-        groups, Jacobians that vanish or change sign, or parts that do not hang together.
+        groups, Jacobians that vanish or change sign, or parts that are not connected.
     """
     check_arrays(mesh)
     if mesh.dimension == 1:
@@ -60,19 +60,19 @@ def check_mesh(mesh: Mesh) -> Mesh:
 
 
 def check_arrays(mesh: Mesh) -> Mesh:
-    """Return the mesh if its numbers and shapes can be used at all; what is asked of a mesh of lines."""
+    """Return the mesh after checking its numbers and shapes, the only checks of a mesh of lines."""
     check_numbers(mesh)
     check_shapes(mesh)
     return mesh
 
 
 def check_numbers(mesh: Mesh) -> None:
-    """Refuse coordinates that are not finite and node numbers that do not exist."""
+    """Raise a MeshError for coordinates that are not finite and node numbers that do not exist."""
     bad = np.flatnonzero(~np.isfinite(mesh.nodes).all(axis=1))
     if len(bad):
         raise MeshError(
             f"{mesh.source}: node {bad[0]} has the coordinates {mesh.nodes[bad[0]].tolist()} "
-            f"({len(bad)} such nodes). Remedy: mesh again, or mend the file; coordinates must be finite"
+            f"({len(bad)} such nodes). Remedy: mesh again, or correct the file; coordinates must be finite"
         )
     for label, block in _all_blocks(mesh):
         if block.nodes.ndim != 2 or not np.issubdtype(block.nodes.dtype, np.integer):
@@ -85,7 +85,7 @@ def check_numbers(mesh: Mesh) -> None:
 
 
 def check_shapes(mesh: Mesh) -> None:
-    """Refuse shapes that are not supported, and mixtures that do not fit, by their names."""
+    """Raise a MeshError for shapes that are not supported or cannot be mixed."""
     for label, block in _all_blocks(mesh):
         refuse_shape(block.kind, f"{mesh.source}: {label}")
         if block.nodes.shape[1] != len(shape(block.kind).nodes):
@@ -106,17 +106,16 @@ def check_shapes(mesh: Mesh) -> None:
 
 
 def refuse_shape(kind: str, label: str) -> None:
-    """Raise MeshError if `kind` is not a supported shape; the message says how to get a supported one."""
-    if is_supported(kind):
-        return
-    raise MeshError(
-        f"{label} has elements of the shape {kind}, which is not supported. Remedy: tetrahedra, hexahedra, wedges or "
-        "pyramids (triangles or quadrilaterals in the plane) of order 1 or 2: Mesh.ElementOrder = 1 or 2"
-    )
+    """Raise a MeshError if a shape is not supported; the message names the supported ones."""
+    if not is_supported(kind):
+        raise MeshError(
+            f"{label} has elements of the shape {kind}, which is not supported. Remedy: tetrahedra, hexahedra, wedges "
+            "or pyramids (triangles or quadrilaterals in the plane) of order 1 or 2: Mesh.ElementOrder = 1 or 2"
+        )
 
 
 def check_groups(mesh: Mesh) -> None:
-    """Refuse a body without a group, and cells that are there twice (in two groups, or in one)."""
+    """Raise a MeshError for a body without a group, and for cells that occur twice, in two groups or in one."""
     what = {2: "surface", 3: "volume"}[mesh.dimension]
     if not mesh.cells or mesh.cell_count == 0:
         raise MeshError(
@@ -147,7 +146,7 @@ def check_groups(mesh: Mesh) -> None:
 
 
 def check_plane(mesh: Mesh) -> None:
-    """Refuse surfaces in space: a 2D body lies in a plane of constant z."""
+    """Raise a MeshError if a 2D body does not lie in a plane of constant z."""
     z = mesh.nodes[mesh.body_nodes, 2]
     if np.ptp(z) > 1e-9 * max(extent(mesh), np.abs(z).max()):
         raise MeshError(
@@ -158,7 +157,7 @@ def check_plane(mesh: Mesh) -> None:
 
 
 def check_fit(mesh: Mesh) -> None:
-    """Refuse triangles of one cell on a quadrilateral of another: they would share corners, not their displacement."""
+    """Raise a MeshError if triangles lie on a quadrilateral of another cell: displacements would not be continuous."""
     outer = {n: np.zeros((0, n), dtype=np.int64) for n in (3, 4)}
     for block in skin(mesh.cell_blocks):
         corners = shape(block.kind).corners
@@ -177,14 +176,13 @@ def check_fit(mesh: Mesh) -> None:
 
 
 def oriented(mesh: Mesh) -> Mesh:
-    """Return the mesh with positive Jacobians; cells that are merely inside out are turned round.
+    """Return the mesh with positive Jacobians: the nodes of inverted cells are reordered.
 
     Raises
     ------
     MeshError
-        A Jacobian vanishes or changes its sign inside a cell.
+        If a Jacobian vanishes or changes its sign inside a cell.
     """
-    owners = None
     cells: dict[str, tuple[Cells, ...]] = {}
     start = 0
     for name, blocks in mesh.cells.items():
@@ -195,13 +193,12 @@ def oriented(mesh: Mesh) -> Mesh:
             low, high = np.where(inverted, -high, low), np.where(inverted, -low, high)
             bad = np.flatnonzero(low <= 0.0)
             if len(bad):
-                owners = start + bad[0]
                 centre = mesh.nodes[block.nodes[bad[0]]].mean(axis=0)
                 kind = "changes its sign inside" if high[bad[0]] > 0.0 else "vanishes in"
                 raise MeshError(
-                    f"{mesh.source}: the Jacobian {kind} cell {owners} of group {name!r}, at {_point(centre)} m "
-                    f"({len(bad)} such cells in the group). Remedy: mesh again with better cells (smaller size, "
-                    "Mesh.HighOrderOptimize = 2 for curved ones), or with order 1"
+                    f"{mesh.source}: the Jacobian {kind} cell {start + bad[0]} of group {name!r}, at "
+                    f"{_point(centre)} m ({len(bad)} such cells in the group). Remedy: mesh again with better cells "
+                    "(smaller size, Mesh.HighOrderOptimize = 2 for curved ones), or with order 1"
                 )
             nodes = block.nodes
             if inverted.any():
@@ -233,7 +230,7 @@ def jacobian_range(mesh: Mesh, block: Cells) -> tuple[np.ndarray, np.ndarray]:
 
 
 def check_connected(mesh: Mesh) -> None:
-    """Refuse a body in several parts; warn of nodes that coincide without being one."""
+    """Raise a MeshError for a body in several parts; warn of coincident nodes that are not merged."""
     corners = mesh.corners
     m = len(corners)
     incidence = _incidence(corners, len(mesh.nodes))
@@ -269,7 +266,7 @@ def check_connected(mesh: Mesh) -> None:
 
 
 def _incidence(corners: np.ndarray, count: int) -> sp.csr_matrix:
-    """Return the sparse table of which of so many nodes each row of corners has."""
+    """Return the sparse incidence matrix, shape (cells, count), of cells with the given corners and `count` nodes."""
     starts = np.arange(0, corners.size + 1, corners.shape[1])
     return sp.csr_matrix((np.ones(corners.size, dtype=np.int8), corners.reshape(-1), starts), (len(corners), count))
 
@@ -287,12 +284,11 @@ def cell_owners(mesh: Mesh) -> list[str]:
 
 def extent(mesh: Mesh) -> float:
     """Return the diagonal of the bounding box of the body, in m."""
-    used = mesh.nodes[mesh.body_nodes]
-    return float(np.linalg.norm(np.ptp(used, axis=0)))
+    return float(np.linalg.norm(np.ptp(mesh.nodes[mesh.body_nodes], axis=0)))
 
 
 def _all_blocks(mesh: Mesh) -> Iterator[tuple[str, Cells]]:
-    """Yield every block with words that say which it is."""
+    """Yield a label for messages and the cells of every block."""
     for what, groups in (("cell group", mesh.cells), ("facet group", mesh.facets), ("line group", mesh.lines)):
         for name, blocks in groups.items():
             for block in blocks:
@@ -300,5 +296,5 @@ def _all_blocks(mesh: Mesh) -> Iterator[tuple[str, Cells]]:
 
 
 def _point(x: np.ndarray) -> str:
-    """Return coordinates for a message."""
+    """Return coordinates as text for a message."""
     return f"({', '.join(f'{value:.4g}' for value in x)})"

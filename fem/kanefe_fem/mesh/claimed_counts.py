@@ -1,4 +1,4 @@
-"""How many vertices and cells a mesh file claims to have: compared with what it has, where meshio goes by the claim."""
+"""Check of the numbers of vertices and cells in the header of a mesh file, which meshio trusts."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ LONGEST_HEAD = 1 << 16
 
 
 def check_counts(path: Path) -> None:
-    """Refuse a file that claims more than it has: meshio makes room for it, and leaves there what it finds.
+    """Refuse a file whose header claims more than the file holds: meshio would leave the rest uninitialised.
 
     Raises
     ------
     FileError
-        Names what is claimed.
+        If a count is larger than the file can hold; the message names both numbers.
     """
     for what, claimed, found in _counts(path):
         if claimed > found:
@@ -30,7 +30,7 @@ def check_counts(path: Path) -> None:
 
 
 def _counts(path: Path) -> Iterator[tuple[str, int, int]]:
-    """Yield what is counted, how many a file claims, and how many it can have at most."""
+    """Yield what is counted, the number that the file claims, and the largest number that it can hold."""
     suffix = path.suffix.lower()
     if suffix == ".ply":
         with path.open("rb") as file:

@@ -1,8 +1,9 @@
-"""What a gmsh script (.geo) asks for beyond a geometry: programs to be run, and files to be read or written.
+"""Refusal of gmsh scripts (.geo) that run programs, or read or write files.
 
-Of a script that is not trusted gmsh is given a copy without comments, in which texts are short and of one line. Its own
-reader could else be led out of comments and texts: it goes back to the line after a `For` or a `Call`, looks for the
-end of what an `If` leaves out by letters alone, ends texts that are long, and keeps the rest of a last line.
+If a script is not trusted, gmsh gets a copy without comments, in which strings are short and on one line. Otherwise a
+script could hide commands in comments and strings, because gmsh does not skip them reliably: after a `For` or `Call` it
+jumps back to the start of the next line, it searches for the end of a skipped `If` as plain text, it truncates long
+strings, and it keeps the rest of a last line without a line end.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ COMMANDS = {
     **dict.fromkeys(("Include", "Merge", "MergeWithBoundingBox", "ShapeFromFile", "ListFromFile"), OPENS),
     **dict.fromkeys(("Print", "Save", "CreateDir", "Plugin"), OPENS),
     **dict.fromkeys(("StringToName", "S2N"), "makes a name of a text, and so hides what it calls"),
-    "SetString": "sets what other programs are told",
+    "SetString": "sets a parameter of other programs",
     "SendToServer": "opens a connection",
     "Exit": "ends Python",
     "Abort": "leaves gmsh in the middle of a script",
@@ -76,7 +77,7 @@ class Token(NamedTuple):
 
 
 class Refused(NamedTuple):
-    """A word of a script, what is wrong with it, and where it stands.
+    """A refused word of a script, the reason, and its line.
 
     Attributes
     ----------
@@ -92,12 +93,12 @@ class Refused(NamedTuple):
 
 
 def harmless_script(path: Path) -> bytes:
-    """Return what gmsh may be given of a script: one that makes a geometry and meshes it, and does nothing else.
+    """Return a script without its comments if all it does is to make a geometry and mesh it.
 
     Raises
     ------
     FileError
-        Names the line that does more, and the remedy.
+        If the script does anything else; the message names the line and the remedy.
     """
     refuse_options(path)
     script = path.read_bytes().decode("latin-1")  # one character a byte, as gmsh reads it
@@ -114,12 +115,12 @@ def harmless_script(path: Path) -> bytes:
 
 
 def refuse_options(path: Path) -> None:
-    """Refuse a script or mesh with a file of options beside it, which gmsh runs as a script.
+    """Refuse a script or mesh with an options file beside it, which gmsh runs as a script.
 
     Raises
     ------
     FileError
-        Names both files.
+        If there is such a file; the message names both files.
     """
     options = f"{path.name}.opt"
     if os.path.lexists(path.with_name(options)):
@@ -130,7 +131,7 @@ def refuse_options(path: Path) -> None:
 
 
 def without_comments(script: str) -> str:
-    """Return a script with blanks for its comments, in its lines, of which the last one has an end."""
+    """Return a script with its comments replaced by blanks, the same lines, and a line end after the last one."""
 
     def blank(found: re.Match[str]) -> str:
         return re.sub(r"[^\n]", " ", found[0]) if found.lastgroup == "comment" else found[0]
@@ -139,7 +140,7 @@ def without_comments(script: str) -> str:
 
 
 def first_refused(script: str) -> Refused | None:
-    r"""Return the first word of a script that runs a program, reads or writes a file, or could hide that.
+    r"""Return the first word of a script that runs a program, reads or writes a file, or could hide such a command.
 
     Examples
     --------
@@ -173,7 +174,7 @@ def _refused(script: str, word: str, what: str, place: int) -> Refused:
 
 
 def _fault(script: str, token: Token, previous: str, after: Token) -> str:
-    """Return what is wrong with a token, or an empty text."""
+    """Return why a token is refused, or an empty text."""
     word = token.text
     if token.kind in ("text", "comment"):
         return _fault_of_text(word)

@@ -18,7 +18,7 @@ from kanefe_fem.mesh.mesh import Mesh
 
 
 def check_interfaces(mesh: Mesh, interfaces: Mapping[str, Any]) -> None:
-    """Refuse interfaces that the mesh does not have or whose nodes cannot follow them, before anything is assembled.
+    """Check, before assembly, that the mesh has the groups of the interfaces and that their nodes can follow them.
 
     Parameters
     ----------
@@ -29,9 +29,9 @@ def check_interfaces(mesh: Mesh, interfaces: Mapping[str, Any]) -> None:
     Raises
     ------
     ModelError
-        Unknown name or kind, or as `kanefe.fe_model.ties.tie_interfaces`.
+        If a name or kind is unknown, or as `kanefe.fe_model.ties.tie_interfaces`.
     MeshError
-        The group has no facets, or facets that are not on the body.
+        If a group has no facets, or facets that are not on the body.
     """
     if not isinstance(interfaces, Mapping):
         raise ModelError(
@@ -60,17 +60,17 @@ def check_interfaces(mesh: Mesh, interfaces: Mapping[str, Any]) -> None:
         groups={group: node_group(mesh, group) for group in by_group},
     )
     bare, placed = with_places(bare, {name: spec for name, spec in specs.items() if spec is not None})
-    # a single node that is found by its position may be a mid-side node that this mesh has not got yet
+    # a single node that is found by its position may be a mid-side node, which this mesh does not have yet
     known = {name: as_interface(name, spec) for name, spec in placed.items()}
     patches = {name: spec for name, spec in known.items() if spec.group_names(name)}
     separate_patches(bare, patches)
 
 
 def has_groups(model: FiniteElementModel, interfaces: Any) -> bool:
-    """Return whether every interface is of one group of the model, or found by its place: no mesh can refuse it.
+    """Return whether every interface is one group of the model or found by its place, so that no mesh is needed.
 
-    What else makes no sense, `kanefe.fe_model.ties.tie_interfaces` finds without the mesh. Whether several groups are
-    of one sort, the model does not know.
+    All other faults are found by `kanefe.fe_model.ties.tie_interfaces` without the mesh. An interface of several groups
+    needs the mesh, which has the dimension of each.
 
     Parameters
     ----------
@@ -84,12 +84,12 @@ def has_groups(model: FiniteElementModel, interfaces: Any) -> bool:
     """
     if not isinstance(interfaces, Mapping):
         return False
-    of_each = [as_interface(name, given).group_names(name) for name, given in interfaces.items()]
-    return all(len(groups) <= 1 and all(group in model.groups for group in groups) for groups in of_each)
+    names = [as_interface(name, given).group_names(name) for name, given in interfaces.items()]
+    return all(len(groups) <= 1 and all(group in model.groups for group in groups) for groups in names)
 
 
 def node_groups(mesh: Mesh) -> dict[str, NodeGroup]:
-    """Return the groups of facets, lines and points; of equal names, facets go before lines and points."""
+    """Return the groups of facets, lines and points; if a name occurs twice, facets precede lines, and lines points."""
     groups: dict[str, NodeGroup] = {}
     for name in [*mesh.facets, *mesh.lines, *mesh.points]:
         if name and name not in groups and len(group_nodes(mesh, name)):
@@ -123,7 +123,7 @@ def _measure_dimension(mesh: Mesh, name: str) -> int:
 
 
 def _check_group(mesh: Mesh, name: str, body: np.ndarray) -> None:
-    """Refuse a group that the mesh does not have, that is empty or that is not on the body."""
+    """Raise an error for a group that the mesh does not have, that is empty or that is not on the body."""
     known = sorted({*mesh.facets, *mesh.lines, *mesh.points} - {""})
     if name not in known:
         also = f"; {name!r} is a group of cells, an interface is a group of facets" if name in mesh.cells else ""

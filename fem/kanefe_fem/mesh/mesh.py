@@ -1,8 +1,6 @@
 """The mesh as plain arrays: nodes, cells, facets, lines and points, with their groups by name.
 
-`read_mesh` is the only way in from a file. Nothing here knows the finite-element library.
-
-Parts of a mesh: several bodies from one mesh, each of some of its groups of cells.
+`read_mesh` reads it from a file. Nothing here depends on the finite-element library.
 """
 
 from __future__ import annotations
@@ -48,16 +46,16 @@ class Mesh:
     points : dict of str to ndarray of int
         Groups of single nodes.
     source : str
-        File name, or what made the mesh.
+        File name, or a description of the origin.
     provenance : dict
         Digest of the file, versions.
     sagitta : float
-        How far the sides, straight, are from the curved geometry of the source that was meshed, at most, in m. Zero:
-        the geometry is straight, followed by mid-side nodes, or not known, as of a file with a mesh.
+        Largest distance of the straight sides from the curved geometry that was meshed, in m. Zero if the geometry is
+        straight, if mid-side nodes follow it, or if it is unknown because the file has a mesh only.
 
     Notes
     -----
-    The node order in a cell is VTK's. `kanefe_fem.mesh.checks.check_mesh` looks for everything that would make wrong
+    The node order in a cell is VTK's. `kanefe_fem.mesh.checks.check_mesh` refuses every mesh that would give wrong
     matrices or crash the assembler; `read_mesh` and `solid_model` call it.
 
     Examples
@@ -92,7 +90,7 @@ class Mesh:
 
     @property
     def cell_blocks(self) -> tuple[Cells, ...]:
-        """All blocks of the body's cells, group after group."""
+        """All blocks of the body's cells, group by group."""
         return tuple(block for blocks in self.cells.values() for block in blocks)
 
     @property
@@ -102,7 +100,7 @@ class Mesh:
 
     @property
     def kind(self) -> str:
-        """Shape of the body's cells, the first of several."""
+        """Shape of the body's cells; the first if there are several."""
         return self.cell_blocks[0].kind if self.cells else "line"
 
     @property
@@ -117,12 +115,12 @@ class Mesh:
 
     @property
     def connectivity(self) -> np.ndarray:
-        """Nodes of all the body's cells of one shape, group after group, shape (m, nodes per cell)."""
+        """Nodes of the body's cells, all of one shape, group by group, shape (m, nodes per cell)."""
         return np.concatenate([block.nodes for block in self.cell_blocks])
 
     @property
     def corners(self) -> np.ndarray:
-        """Corners of all the body's cells, shape (m, most corners); of cells with fewer the last one is repeated."""
+        """Corners of the body's cells, shape (m, most corners); cells with fewer corners repeat the last one."""
         tables = [block.nodes[:, : shape(block.kind).corners] for block in self.cell_blocks]
         width = max(table.shape[1] for table in tables)
         return np.concatenate([table[:, np.minimum(np.arange(width), table.shape[1] - 1)] for table in tables])
@@ -139,12 +137,12 @@ class Mesh:
 
     @checked
     def with_groups(self, places: Mapping[str, PlaceLike]) -> Mesh:
-        """Return the mesh with groups of facets more: those of the body's skin that lie in places.
+        """Return the mesh with additional groups of facets: the facets on the body's surface that lie in given places.
 
         Parameters
         ----------
         places : dict of str to Near, OnPlane, InBox, InCylinder or function
-            By the names of the groups; of a mesh of dimension 2 or 3.
+            Places by the names of the new groups, for a mesh of dimension 2 or 3.
 
         Raises
         ------
@@ -181,7 +179,7 @@ class Mesh:
 
 
 def to_order(mesh: Mesh, order: int) -> Mesh:
-    """Return the mesh with geometry of the given order, its unused nodes dropped.
+    """Return the mesh with geometry of the given order, without unused nodes.
 
     From 1 to 2, the new nodes are the means of corners (sides stay straight) and come after the old ones; from 2 to 1,
     the mid-side nodes are dropped, so that curved sides become straight. Facets follow the cells; facets, lines and
@@ -223,7 +221,7 @@ def to_order(mesh: Mesh, order: int) -> Mesh:
 
 
 def _lift_cells(mesh: Mesh, order: int) -> tuple[list[Cells], np.ndarray, dict[int, tuple[np.ndarray, np.ndarray]]]:
-    """Return blocks of cells with mid nodes if the order has them, all nodes, and the mid nodes by their corners."""
+    """Return the blocks of cells of the given order, all nodes, and the mid-side nodes by their corners."""
     nodes = np.asarray(mesh.nodes)
     table: dict[int, tuple[np.ndarray, np.ndarray]] = {}
     mixed = len(mesh.kinds) > 1
@@ -253,12 +251,12 @@ def _lift_cells(mesh: Mesh, order: int) -> tuple[list[Cells], np.ndarray, dict[i
         parts = np.split(mids, np.cumsum([len(own) for own in of_blocks])[:-1])
         for own, part, places in zip(columns, parts, where, strict=True):
             own.append(part.reshape(len(own[0]), len(places)))
-    # MIDS lists edges, then faces, then the centre: the columns come out in the order of the nodes
+    # MIDS lists edges, faces and the centre in this order, so the columns are in the order of the nodes
     return [Cells(target, np.hstack(own)) for target, own in zip(targets, columns, strict=True)], nodes, table
 
 
 def _lift_along(block: Cells, order: int, table: dict[int, tuple[np.ndarray, np.ndarray]]) -> Cells:
-    """Return facets or lines of the given order, their mid nodes those of the cells (-1: not on the body)."""
+    """Return facets or lines of the given order with the mid-side nodes of the cells, -1 where not on the body."""
     element = shape(block.kind)
     target = kind_of_order(block.kind, order)
     if 4 not in table:
@@ -291,13 +289,13 @@ def _frozen(array: np.ndarray) -> np.ndarray:
 def part_of(mesh: Mesh, cells: str | Sequence[str] | None) -> Mesh:
     """Return the mesh of some groups of cells, with the facets, lines and points that are on them.
 
-    The facets between two bodies are in the parts of both, each with nodes of its own: they are interfaces by which a
-    scene joins the bodies.
+    The facets between two bodies are in the parts of both, with separate nodes, and can be interfaces by which a scene
+    joins the bodies.
 
     Parameters
     ----------
     mesh : Mesh
-        Whose node numbers exist.
+        Its node numbers must be valid.
     cells : str, sequence of str, or None
         Names of groups of cells. None: the whole mesh.
 

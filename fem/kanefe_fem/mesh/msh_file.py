@@ -1,7 +1,7 @@
-"""Whether a .msh file is whole: looked at before gmsh reads it, which may crash on one that is not.
+"""Check that a .msh file is complete, because gmsh may crash on a damaged one.
 
-gmsh goes by what a file of format 4.1 says of itself: how many blocks, nodes and elements there are, and which numbers
-they have. These are its places in memory, whatever they are. Of format 2.2 it trusts the numbers of the nodes.
+gmsh trusts the counts of blocks, nodes and elements in a file of format 4.1, and uses the numbers of nodes and elements
+as memory indices without a check. In a file of format 2.2 it trusts the numbers of the nodes.
 """
 
 from __future__ import annotations
@@ -32,18 +32,18 @@ class Head(NamedTuple):
 
 
 class Numbers(Protocol):
-    """The whole numbers of a section, one after the other; what is not there raises a ValueError."""
+    """Sequential reader of the integers of a section; raises a ValueError if they are missing."""
 
     def numbers(self, signed: int, unsigned: int) -> list[int]:
-        """Return numbers of one line."""
+        """Return the integers of one line."""
         ...
 
     def table(self, rows: int, columns: int) -> np.ndarray:
-        """Return numbers without a sign of some lines."""
+        """Return the unsigned integers of several lines."""
         ...
 
     def skip(self, rows: int, columns: int) -> None:
-        """Leave out lines of numbers with a point."""
+        """Skip lines of floating-point numbers."""
         ...
 
 
@@ -95,12 +95,12 @@ class _Binary:
 
 
 def check_complete(path: Path) -> None:
-    """Refuse a .msh file that is truncated or damaged: gmsh may crash on one, or read half of it in silence.
+    """Refuse a .msh file that is truncated or damaged: gmsh may crash on it, or read a part of it without a message.
 
     Raises
     ------
     FileError
-        Names what is wrong.
+        If the file is truncated or damaged; the message names the fault.
     """
     if path.stat().st_size == 0:
         raise FileError(f"{path.name} is empty. {REMEDY}")
@@ -134,7 +134,7 @@ def check_complete(path: Path) -> None:
 def msh_version(path: Path) -> str:
     """Return the version in the head of a .msh file, "" if it has none."""
     with path.open("rb") as stream:
-        # of a file that does not begin with these very letters gmsh makes a script, and runs it
+        # gmsh runs a file that does not begin with exactly these letters as a script
         head = re.match(rb"\$MeshFormat\s+([0-9.]+)\s+[01]\s", stream.read(200))
     return head.group(1).decode() if head else ""
 
@@ -149,7 +149,7 @@ def _check_names(path: Path, data: mmap.mmap) -> None:
 
 
 def _check_references(path: Path, nodes: bytes, elements: bytes, order: str) -> None:
-    """Hold the numbers of nodes of a file of format 2 to be above 0 and different, and elements to name these alone."""
+    """Check a file of format 2: numbers of nodes must be positive and different, and those in elements must exist."""
     what = "nodes"
     try:
         head, _, rows = nodes.partition(b"\n")
@@ -170,7 +170,7 @@ def _check_references(path: Path, nodes: bytes, elements: bytes, order: str) -> 
 
 
 def _named_in_binary(rows: bytes, count: int, order: str) -> Iterator[np.ndarray]:
-    """Yield the numbers of nodes that the blocks of elements name, as far as their types are known."""
+    """Yield the numbers of the nodes of the blocks of elements, up to the first unknown type."""
     at = 0
     while count > 0:
         kind, size, tags = np.frombuffer(rows, f"{order}i4", 3, at).tolist()
@@ -184,7 +184,7 @@ def _named_in_binary(rows: bytes, count: int, order: str) -> Iterator[np.ndarray
 
 
 def _named_in_text(rows: bytes, count: int) -> Iterator[np.ndarray]:
-    """Yield the numbers of nodes that the rows of elements name."""
+    """Yield the numbers of the nodes of the rows of elements."""
     named = []
     for row in rows.split(b"\n", count)[:count]:
         words = row.split()
@@ -220,7 +220,7 @@ def _check_numbers(path: Path, nodes: Numbers, elements: Numbers) -> None:
 
 
 def _blocks(section: Numbers, head: Head) -> Iterator[tuple[int, int, int]]:
-    """Yield dimension, kind and size of the blocks of a section; the caller takes what is in them."""
+    """Yield dimension, kind and size of the blocks of a section; the caller reads their content."""
     _demand(min(head) >= 0)
     for _ in range(head.blocks):
         dimension, _, kind, count = section.numbers(3, 1)
@@ -230,7 +230,7 @@ def _blocks(section: Numbers, head: Head) -> Iterator[tuple[int, int, int]]:
 
 def _damaged(path: Path, what: str) -> FileError:
     return FileError(
-        f"{path.name} is damaged: its {what} are not as many, or have other numbers, than it says. {REMEDY}"
+        f"{path.name} is damaged: the count or the numbers of its {what} do not agree with its header. {REMEDY}"
     )
 
 

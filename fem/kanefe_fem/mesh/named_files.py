@@ -1,4 +1,4 @@
-"""Files that a mesh file names, and that meshio reads with it: looked at before it does."""
+"""Check of the files that a mesh file refers to, before meshio reads them."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ MOST = 10
 
 
 def check_named_files(path: Path, trusted: bool, top: Path | None = None, depth: int = 0) -> None:
-    """Refuse a mesh whose file names one that lies elsewhere, never ends, is not there, or is itself.
+    """Refuse a mesh file that refers to itself, or to a file that is missing, in another folder or no regular file.
 
     Raises
     ------
     FileError
-        The message names both files.
+        If there is such a file; the message names both files.
     """
     if depth > MOST:
         raise FileError(f"{path} includes itself, or too many files in files. Remedy: check its *INCLUDE")
@@ -31,7 +31,7 @@ def check_named_files(path: Path, trusted: bool, top: Path | None = None, depth:
 
 
 def _names(path: Path) -> Iterator[Path]:
-    """Yield the files that one names, where meshio looks for them."""
+    """Yield the paths of the files that a file refers to, as meshio resolves them."""
     suffix = path.suffix.lower()
     if suffix == ".inp":
         for line in re.split("[\r\n]+", path.read_bytes().decode("utf-8", errors="replace")):
@@ -49,14 +49,14 @@ def _names(path: Path) -> Iterator[Path]:
 
 
 def xml_elements(path: Path, tag: str) -> Iterator[ElementTree.Element]:
-    """Yield the elements of a name of an XML file.
+    """Yield the elements of an XML file with a given tag.
 
     Raises
     ------
     FileError
-        If it is none.
+        If the file is not XML.
     """
     try:
         yield from ElementTree.parse(path).iter(tag)
-    except (ElementTree.ParseError, ValueError, LookupError) as error:  # of the last two: an encoding that is none
+    except (ElementTree.ParseError, ValueError, LookupError) as error:  # the last two: an unknown encoding
         raise FileError(f"{path} is not XML: {error}. Remedy: write it again") from error

@@ -1,4 +1,4 @@
-"""How far the straight sides of a mesh are from the curved geometry that it was made of."""
+"""The distance of the straight sides of a mesh from the curved geometry that was meshed."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ FLAT = 1e-10
 def sagitta(gmsh: Any) -> float:
     """Return the largest distance of the sides of the meshed model from its curves and surfaces, m.
 
-    The mesh of the model has mid-side nodes after that, where it has curved sides.
+    If the geometry is curved, the mesh of the model is changed to order 2.
 
     Parameters
     ----------
     gmsh : module
-        With a model whose mesh is of order 1.
+        gmsh, whose current model has a mesh of order 1.
     """
     entities = [(d, tag) for d in (1, 2) for _, tag in gmsh.model.getEntities(d)]
     curved = [entity for entity in entities if not gmsh.model.getType(*entity).startswith(_FLAT)]
@@ -35,7 +35,7 @@ def sagitta(gmsh: Any) -> float:
         return 0.0
     try:
         gmsh.model.mesh.setOrder(2)
-    except Exception:  # noqa: BLE001 - gmsh raises bare Exception: it cannot curve this mesh
+    except Exception:  # noqa: BLE001 - gmsh raises bare Exception if it cannot curve this mesh
         return 0.0
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
     points = np.zeros((int(max(tags)) + 1, 3))

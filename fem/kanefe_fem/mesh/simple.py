@@ -21,8 +21,7 @@ _CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1
 """Corners of a hexahedron, in VTK order."""
 
 _CORE = 0.55
-"""Half-diagonal of the square in the middle of a round section, relative to its radius: all angles stay near right
-angles."""
+"""Half-diagonal of the central square of a round section, relative to its radius: angles stay near 90 degrees."""
 
 
 @checked("kind")
@@ -37,9 +36,9 @@ def box_mesh(
     Parameters
     ----------
     size : (float, float, float)
-        Edges in m.
+        Lengths of the edges in m.
     counts : (int, int, int)
-        Bricks along each.
+        Numbers of bricks along the edges.
     kind : {"hexahedron", "tetra"}
         Bricks, or each of them cut into six tetrahedra.
     start : (float, float, float)
@@ -54,7 +53,7 @@ def box_mesh(
     Raises
     ------
     ModelError
-        If a number makes no sense.
+        If a number is not valid.
 
     Examples
     --------
@@ -89,9 +88,9 @@ def rectangle_mesh(length: float, height: float, counts: int | tuple[int, int], 
     Parameters
     ----------
     length, height : float
-        Along x and y in m.
+        Lengths along x and y in m.
     counts : int or (int, int)
-        Quadrilaterals along x (one row), or along x and y.
+        Number of quadrilaterals along x (one row), or along x and y.
     start : (float, float)
         Corner with the smallest coordinates, m.
 
@@ -104,7 +103,7 @@ def rectangle_mesh(length: float, height: float, counts: int | tuple[int, int], 
     Raises
     ------
     ModelError
-        If a number makes no sense.
+        If a number is not valid.
 
     Examples
     --------
@@ -143,23 +142,23 @@ def cylinder_mesh(
     length, radius : float
         In m.
     counts : (int, int, int)
-        Hexahedra along the axis, along the radius, and around, a multiple of four. A bar has a square in its middle
-        with a quarter of those around along each side.
+        Numbers of hexahedra along the axis, along the radius and around the axis; the last is a multiple of four. A bar
+        has a square in its middle, with a quarter of the last number along each side.
     inner_radius : float
-        Of a tube in m; 0: a bar.
+        Inner radius of a tube in m; 0 for a bar.
     order : {1, 2}
-        Of the geometry: 2 follows the circle with mid-side nodes, 1 is a prism.
+        Order of the geometry: 2 follows the circle with mid-side nodes, 1 is a prism.
 
     Returns
     -------
     Mesh
-        With the group of cells "body" and the facets "root" and "tip" (smallest and largest x), "outside", and of a
+        With the group of cells "body" and the facets "root" and "tip" (smallest and largest x), "outside", and for a
         tube "inside".
 
     Raises
     ------
     ModelError
-        If a number makes no sense.
+        If a number is not valid.
 
     Examples
     --------
@@ -194,7 +193,7 @@ def cylinder_mesh(
     x = np.linspace(0.0, length, fine * along + 1)
     points, cells = _extruded(patches, x, kind)
     mesh = Mesh(points, 3, {"body": (Cells(kind, cells),)}, source="a tube" if inner_radius else "a round bar")
-    # with straight sides the middle of a side is nearer to the axis than the radius, but corners decide
+    # the middle of a straight side is closer to the axis than the radius, but the corners decide
     rim = radius * (1.0 - 1e-6)
     places: dict[str, PlaceLike] = {
         "root": OnPlane((0, 0, 0), (1, 0, 0)),
@@ -207,7 +206,7 @@ def cylinder_mesh(
 
 
 def _extruded(patches: list[Any], x: np.ndarray, kind: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return nodes and cells of patches (a, b, 2) of y and z, moved along x; nodes at one place are one."""
+    """Return nodes and cells of patches (a, b, 2) of y and z, extruded along x; coincident nodes are merged."""
     element = shape(kind)
     offsets = np.round(element.order * element.nodes).astype(int)
     points, tables, start = [], [], 0
@@ -234,7 +233,7 @@ def _extruded(patches: list[Any], x: np.ndarray, kind: str) -> tuple[np.ndarray,
 def _check(
     who: str, lengths: dict[str, Any], counts: dict[str, Any], *, signed: tuple[str, ...] = (), length: int | None
 ) -> None:
-    """Refuse lengths that are not positive and finite, and counts that are not whole and at least 1."""
+    """Raise a ModelError for lengths that are not positive and finite, and counts that are not integers above 0."""
     for name, given in lengths.items():
         values = numbers(given)
         has_flags = any(isinstance(one, (bool, np.bool_)) for one in np.ravel(np.asarray(given, dtype=object)))

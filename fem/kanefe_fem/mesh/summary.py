@@ -1,4 +1,4 @@
-"""What `print(mesh)` shows."""
+"""The text of `print(mesh)`."""
 
 from __future__ import annotations
 
@@ -21,13 +21,14 @@ def summary(
     groups: Mapping[str, Mapping[str, tuple[Cells, ...]]],
     points: Mapping[str, int],
 ) -> str:
-    """Return nodes, cells by shape, extent, and the groups with their sizes, as text of some lines.
+    """Return a text of several lines with nodes, cells by shape, extent, and the groups with their sizes.
 
     Parameters
     ----------
     source : str
+        Origin of the mesh.
     nodes : ndarray, shape (n, 3)
-        m.
+        Coordinates in m.
     groups : dict of "cells", "facets" and "lines" to groups by name
     points : dict of str to int
         Number of points of each group.

@@ -1,7 +1,7 @@
-"""Surfaces of a solid that carry distributed loads: the integrals over their facets, before anything is assembled.
+"""Surfaces of a solid that carry distributed loads: the integrals over their facets.
 
-Which side is outside follows from the cell that a facet bounds, not from the order of the facet's nodes, which mesh
-generators choose as they like.
+The outward side follows from the cell that a facet bounds, because mesh generators order the nodes of facets
+arbitrarily.
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ class FacetIntegrals:
 
 
 def check_surfaces(mesh: Mesh, names: Sequence[str]) -> None:
-    """Refuse surfaces that cannot carry a load.
+    """Raise an error for surfaces that cannot carry a load.
 
     Raises
     ------
     ModelError
-        Unknown name; the message lists the groups of facets.
+        If a name is unknown; the message lists the groups of facets.
     MeshError
-        The group has no facets, or a facet that is twice in it, not on the body, or inside it.
+        If a group has no facets, or a facet twice, not on the body, or inside it.
     """
     if isinstance(names, str) or not (isinstance(names, Collection) and all(isinstance(name, str) for name in names)):
         raise ModelError(
@@ -77,9 +77,9 @@ def facet_integrals(mesh: Mesh, name: str, thickness: float = 1.0) -> FacetInteg
     mesh : Mesh
         Of the order of the displacement.
     name : str
-        Of the group.
+        Name of the group.
     thickness : float
-        Of a plane body, whose facets are lines, in m.
+        Thickness of a plane body, whose facets are lines, in m.
     """
     shares, pressure = np.zeros(len(mesh.nodes)), np.zeros((len(mesh.nodes), 3))
     for block in mesh.facets[name]:
@@ -95,7 +95,7 @@ def facet_integrals(mesh: Mesh, name: str, thickness: float = 1.0) -> FacetInteg
 
 
 def _normals(tangents: np.ndarray) -> np.ndarray:
-    """Return the normal of each facet, as long as the facet's measure, from its tangents, shape (m, 3, d - 1)."""
+    """Return the normal of each facet, with the length of the facet's measure, from tangents (m, 3, d - 1)."""
     if tangents.shape[2] == 1:
         t = tangents[:, :, 0]
         return np.column_stack((t[:, 1], -t[:, 0], np.zeros(len(t))))
@@ -114,9 +114,9 @@ def _refuse_doubles(mesh: Mesh, name: str) -> None:
 
 
 def _outward_signs(mesh: Mesh, name: str, block: Cells) -> np.ndarray:
-    """Return +1 for each facet whose nodes turn about the outward normal, -1 for the others.
+    """Return +1 for each facet whose nodes are ordered about the outward normal, -1 for the others.
 
-    Decided on the reference cell, where it holds for every cell with a positive Jacobian, however bent.
+    The order on the reference cell decides: it is valid for every cell with a positive Jacobian.
     """
     corners = block.nodes[:, : shape(block.kind).corners]
     cells = mesh.corners

@@ -1,4 +1,4 @@
-"""Cells of second order that fold over themselves, made straight."""
+"""Straightening of cells of second order that fold over themselves."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from kanefe_fem.mesh.mesh import Mesh
 
 
 def unfolded(mesh: Mesh) -> Mesh:
-    """Return a mesh whose cells of second order have straight sides where they folded over themselves.
+    """Return the mesh with straight sides of those cells of second order that fold over themselves.
 
-    Nodes at the middle of sides were moved onto curved geometry that is curved more than cells are fine. Where a
-    neighbour folds after that, it is made straight too: cells that are straight on all sides fold no more.
+    Cells fold if their mid-side nodes lie on geometry with a radius of curvature below the size of the cells. If a
+    neighbour then folds, it is straightened too; the iteration ends because cells with straight sides do not fold.
     """
     if mesh.dimension == 1 or mesh.order == 1:
         return mesh

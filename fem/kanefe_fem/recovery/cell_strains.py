@@ -1,8 +1,8 @@
 """Strains of Lagrange cells from the displacements of their nodes, with numpy: ``e = sym(grad u)`` at sample points.
 
 Stresses are most accurate at the points of a reduced Gauss rule (Barlow 1976, "Optimal stress locations in finite
-element models", Int. J. Numer. Meth. Engng 10: 243-251), so they are taken there and carried to the nodes of the cell
-by the polynomials of order 1 through these points. In a straight cell of order 2 whose strain is linear that is exact.
+element models", Int. J. Numer. Meth. Engng 10: 243-251). So they are evaluated there and extrapolated to the nodes of
+the cell by polynomials of order 1, which is exact for a linear strain in a straight cell of order 2.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ _SIMPLEX_GAUSS = {2: (2.0 / 3.0, 1.0 / 6.0), 3: (0.5854101966249685, 0.138196601
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """Where strains of a shape are taken.
+    """The points at which strains of a shape are evaluated.
 
     Attributes
     ----------
     points : ndarray, shape (p, dimension)
         Reference coordinates.
     to_nodes : ndarray, shape (nodes per cell, p)
-        Values at the nodes of the cell from values at the points.
+        Matrix that takes values at the points to values at the nodes of the cell.
     """
 
     points: np.ndarray
@@ -36,7 +36,7 @@ class Samples:
 
 @cache
 def gauss_samples(kind: str) -> Samples:
-    """Return the points of the best stresses of a shape: one a corner, or the centre where the strain is constant."""
+    """Return the points of the most accurate stresses: one per corner, or the centre where the strain is constant."""
     element = shape(kind)
     d = element.dimension
     if element.is_simplex and element.order == 1:
@@ -70,7 +70,7 @@ def strains(kind: str, x: np.ndarray, u: np.ndarray, points: np.ndarray) -> np.n
     kind : str
         Shape of the cells.
     x : ndarray, shape (m, nodes per cell, 3)
-        Their nodes in m; of a plane shape z is not looked at.
+        Coordinates of their nodes in m; z is ignored for a plane shape.
     u : ndarray, shape (m, nodes per cell, 3, c)
         Displacements of the nodes in m, c columns.
     points : ndarray, shape (p, dimension)
@@ -79,7 +79,7 @@ def strains(kind: str, x: np.ndarray, u: np.ndarray, points: np.ndarray) -> np.n
     Returns
     -------
     ndarray, shape (m, p, 6, c)
-        xx, yy, zz, yz, xz, xy with engineering shears; of a plane shape only xx, yy and xy are not zero.
+        xx, yy, zz, yz, xz, xy with engineering shears; for a plane shape all but xx, yy and xy are zero.
     """
     element = shape(kind)
     d, columns = element.dimension, u.shape[3]

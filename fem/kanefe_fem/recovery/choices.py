@@ -1,4 +1,4 @@
-"""Which output times and which material a recovery is asked for, checked."""
+"""Checks of the output times and the material of a recovery."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from kanefe_fem.recovery.strain_fields import checked_elasticity
 
 
 def nearest_frames(stored: np.ndarray, times: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Return the numbers of the output times nearest to some times."""
+    """Return the indices of the output times nearest to the given times."""
     wanted = np.atleast_1d(numbers(times))
     if wanted.ndim != 1 or np.isnan(wanted).any():
         raise ModelError(f"times must be numbers in s, shape (n,), not {times!r}")
@@ -28,7 +28,7 @@ def nearest_frames(stored: np.ndarray, times: Sequence[float] | np.ndarray) -> n
 
 
 def material_row(name: str, shape: BodyShape, material: int | str) -> int:
-    """Return the row of the table of moduli that a group of cells or a number names."""
+    """Return the row of the table of moduli of a material, given as its group of cells or its number."""
     table = checked_elasticity(name, shape).table
     groups = list(shape.provenance.get("materials", {}))
     if isinstance(material, str):

@@ -1,7 +1,4 @@
-"""Scalars of the stress, and their extremes over time.
-
-Scalars of a stress or strain state: von Mises, Tresca, principal values. Components xx, yy, zz, yz, xz, xy.
-"""
+"""Scalars of stress and strain (von Mises, Tresca, principal values), and their extremes over time."""
 
 from __future__ import annotations
 
@@ -34,7 +31,7 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
 def principal(stress: np.ndarray) -> np.ndarray:
     """Return the principal values, greatest first, shape (..., 3), of stresses (..., 6)."""
     tensors = tensor(stress)
-    known = np.isfinite(tensors).all(axis=(-1, -2))  # fields are NaN where a chosen material is not
+    known = np.isfinite(tensors).all(axis=(-1, -2))  # fields are NaN outside of a chosen material
     values = np.linalg.eigvalsh(np.where(known[..., None, None], tensors, 0.0))[..., ::-1]
     return np.where(known[..., None], values, np.nan)
 
@@ -91,11 +88,11 @@ class Envelope:
     ----------
     quantity : str
     values : ndarray, shape (n,) or (cells,)
-        Greatest value over time at each node or cell, Pa; of "min_principal" the least.
+        Greatest value over time at each node or cell, Pa; the least for "min_principal".
     times : ndarray, shape (n,) or (cells,)
-        When it was there, s.
+        Time of each value, s.
     positions : ndarray, shape (n, 3) or (cells, 3)
-        Of the nodes, or of the centres of the cells, in G, m.
+        Positions of the nodes, or of the centres of the cells, in G, m.
     """
 
     quantity: str
@@ -105,22 +102,22 @@ class Envelope:
 
     @property
     def where(self) -> int:
-        """Number of the node or cell with the extreme of all."""
+        """Number of the node or cell with the overall extreme."""
         return int(np.nanargmin(self.values) if self.quantity == "min_principal" else np.nanargmax(self.values))
 
     @property
     def peak(self) -> float:
-        """The extreme of all, Pa."""
+        """Overall extreme, Pa."""
         return float(self.values[self.where])
 
     @property
     def peak_time(self) -> float:
-        """When it was there, s."""
+        """Time of the overall extreme, s."""
         return float(self.times[self.where])
 
     @property
     def peak_position(self) -> np.ndarray:
-        """Where it was, shape (3,), in G, m."""
+        """Position of the overall extreme, shape (3,), in G, m."""
         return self.positions[self.where]
 
 
@@ -132,7 +129,7 @@ def envelope_of(
     at: Literal["nodes", "cells"],
     material: int | None,
 ) -> Envelope:
-    """Return the extremes of a scalar of the stress over coordinates (T, k) at times (T,), a piece at a time.
+    """Return the extremes of a scalar of the stress over coordinates (T, k) at times (T,).
 
     Raises
     ------
@@ -148,11 +145,10 @@ def envelope_of(
     best, when = np.full(len(positions), -np.inf), np.zeros(len(positions), dtype=np.int64)
     step = max(1, CHUNK // (6 * len(positions)))
     for first in range(0, len(eta), step):
-        stress = fields.evaluate("stress", at, eta[first : first + step], material)
-        values = sign * SCALARS[quantity](stress)
+        values = sign * SCALARS[quantity](fields.evaluate("stress", at, eta[first : first + step], material))
         local = values.argmax(axis=0)
         top = np.take_along_axis(values, local[None], axis=0)[0]
-        better = ~(top <= best)  # NaN, where the material is not, gets in and stays
+        better = ~(top <= best)  # true for NaN, outside of the material
         best[better], when[better] = top[better], first + local[better]
     if at == "cells":
         best[~fields.chosen_cells(material)] = np.nan

@@ -1,4 +1,4 @@
-"""Any UFL expression of the displacement of a body in a run, evaluated by dolfinx on the mesh of the body."""
+"""UFL expressions of the displacement of a body in a run, evaluated by dolfinx on the mesh of the body."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from kanefe_fem.solids.forms import VOIGT, strain
 
 
 class ExpressionTerms:
-    """What a UFL expression is made of.
+    """Terms for a UFL expression.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ def evaluate_expression(
         raise ModelError(f"an expression is evaluated at 'nodes', 'cells' or 'gauss', not {at!r}")
     elasticity = checked_elasticity(name, body)
     if len({block.kind for block in body.cells}) > 1:
-        raise ModelError(f"body {name!r} mixes shapes of cells, which dolfinx does not")
+        raise ModelError(f"body {name!r} mixes shapes of cells, which dolfinx does not support")
     if body.cells[0].kind not in _fenicsx.SHAPES:
         raise ModelError(
             f"body {name!r} has cells of the shape {body.cells[0].kind}, on which dolfinx evaluates no expressions. "

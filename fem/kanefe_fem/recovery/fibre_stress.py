@@ -1,6 +1,6 @@
 """Normal stress of stretch and bending in the outer fibres of beams, ``E (N/EA + z My/EI_y - y Mz/EI_z)``.
 
-The section forces are those of the kept modes. Shear stresses, of shear forces and of twist, are not in it.
+The section forces are those of the kept modes. Shear stresses of shear forces and torsion are not included.
 """
 
 from __future__ import annotations
@@ -15,20 +15,18 @@ ENDS = np.array([0.0, 1.0])
 
 
 def fibre_stress(shape: BodyShape, eta: np.ndarray) -> np.ndarray:
-    """Return the stress of p fibres at both ends of m beams, of coordinates (r, k), shape (r, m 2 p, 6), Pa.
+    """Return the stress of p fibres at both ends of m beams for coordinates (r, k), shape (r, m 2 p, 6), Pa.
 
-    Element by element, first all fibres of its first end; xx, yy, zz, yz, xz, xy in G.
+    Ordered by elements, then ends, then fibres; components xx, yy, zz, yz, xz, xy in G.
     """
     normal = normal_stress(shape, eta)
-    x, y, z = (
-        BeamFrame.of_body(shape.name, shape.nodes, shape.components, shape.elasticity, shape.cells).axes[:, :, 0].T
-    )
+    x, y, z = _frame(shape).axes[:, :, 0].T
     dyads = np.stack((x * x, y * y, z * z, y * z, x * z, x * y), axis=-1)  # (m, 6)
     return np.asarray((normal[..., None] * dyads[:, None, None]).reshape(len(eta), -1, 6))
 
 
 def normal_stress(shape: BodyShape, eta: np.ndarray) -> np.ndarray:
-    """Return the normal stress in the fibres at both ends of each beam, (r, m, 2, p), Pa, of coordinates (r, k).
+    """Return the normal stress in the fibres at both ends of each beam, (r, m, 2, p), Pa, for coordinates (r, k).
 
     NaN where the section couples stretch, bending and twist, or its shape is not known.
 
@@ -41,8 +39,8 @@ def normal_stress(shape: BodyShape, eta: np.ndarray) -> np.ndarray:
     elasticity = shape.elasticity
     if elasticity is None or elasticity.fibres is None:
         raise ModelError(
-            f"the sections of body {shape.name!r} are known by their numbers only, so that their outer fibres have no "
-            "stress. Remedy: SolidCircle, Tube, Rectangle or Box, or recover(...).section_forces()"
+            f"the sections of body {shape.name!r} have section constants but no shape, so the stress of their outer "
+            "fibres is unknown. Remedy: SolidCircle, Tube, Rectangle or Box, or recover(...).section_forces()"
         )
     y, z, E = np.moveaxis(elasticity.fibres[elasticity.of_cell], -1, 0)[:, None, :, None, :]
     forces = frame.along(frame.end_forces(np.asarray(eta @ shape.basis.T)), ENDS, None)[..., None]  # (r, m, 2, 6, 1)

@@ -1,4 +1,4 @@
-"""What acts on the free body of beams at an instant: gravity and inertia of its mass points, forces at nodes."""
+"""Loads on the free body of a body of beams: gravity and inertia of its mass points, and forces at its nodes."""
 
 from __future__ import annotations
 
@@ -23,21 +23,21 @@ from kanefe_fem.beams import elements as be
 from kanefe_fem.beams.properties import ElementProperties
 
 BALANCE = 1e-4
-"""Imbalance of the free body relative to the forces on it above which a load must be missing."""
+"""Imbalance of the free body, relative to the forces on it, above which a load must be missing."""
 
 
 @dataclass(frozen=True, eq=False)
 class SpreadLoads:
-    """Loads along m elements that vary as a polynomial through samples at g Gauss stations, in their axes L.
+    """Loads along m elements, polynomials through samples at g Gauss stations, in the axes L of the elements.
 
     Attributes
     ----------
     lengths : ndarray, shape (m,)
-        Of the elements, m.
+        Lengths of the elements, m.
     samples : ndarray, shape (T, m, g, 6)
-        Force and moment a unit length, N/m and N.
+        Force and moment per unit length, N/m and N.
     fixed_ends : ndarray, shape (T, m, 12)
-        Forces on the ends that do the same work.
+        Forces on the ends that do the same work, N and N m.
     """
 
     lengths: np.ndarray
@@ -46,14 +46,17 @@ class SpreadLoads:
 
     @classmethod
     def of_station_forces(cls, properties: ElementProperties, wrenches: np.ndarray) -> SpreadLoads:
-        """Return the load whose integrals by the Gauss rule are wrenches (T, m, g, 6) at its stations."""
+        """Return the load that corresponds to wrenches (T, m, g, 6) at its Gauss stations."""
         stations, weights = be.gauss_stations(wrenches.shape[2])
         samples = wrenches / (weights[:, None] * properties.length[:, None, None])
         N = be.interpolation(properties, stations)
         return cls(properties.length, samples, np.einsum("mgij,tmgi->tmj", N, wrenches))
 
     def before(self, xi: np.ndarray) -> np.ndarray:
-        """Return the wrench about each station x/l (s,) of the load before it, shape (T, m, s, 6)."""
+        """Return the resultant about each station x/l (s,) of the load between the first end and the station.
+
+        The shape is (T, m, s, 6).
+        """
         count = self.samples.shape[2]
         stations = be.gauss_stations(count)[0]
         to_polynomial = np.linalg.inv(np.vander(stations, count, increasing=True))
@@ -72,17 +75,16 @@ class SpreadLoads:
 
 @dataclass(frozen=True, eq=False)
 class FreeBodyLoads:
-    """What acts on a body of beams, in G, at T times.
+    """Loads on a body of beams, in G, at T times.
 
     Attributes
     ----------
     points : ndarray, shape (P, 3)
-        Mass points, undeformed, m.
+        Undeformed positions of the mass points, m.
     point_forces : ndarray, shape (T, P, 3)
-        Gravity less mass times acceleration, N.
+        Gravity minus mass times acceleration, N.
     nodal_forces : ndarray, shape (T, N)
-        Of interfaces, and of what acts at nodes, such as contacts and given forces, on the degrees of freedom of the
-        nodes, N and N m.
+        Forces on the degrees of freedom of the nodes, from interfaces, contacts and given forces, N and N m.
     """
 
     points: np.ndarray
@@ -91,7 +93,7 @@ class FreeBodyLoads:
 
 
 def free_body_loads(result: Reader, name: str, frames: np.ndarray) -> FreeBodyLoads:
-    """Return what acts on a body at some output times of a run in memory.
+    """Return the loads on a body at some output times of a run in memory.
 
     Raises
     ------
@@ -102,8 +104,8 @@ def free_body_loads(result: Reader, name: str, frames: np.ndarray) -> FreeBodyLo
     body = result.body(name).flexible
     if result.run is None or body is None:
         raise ModelError(
-            f"a result read from a file does not tell what acts on {name!r}. Remedy: inertia=False, or recover in the "
-            "program that runs the scene"
+            f"a result read from a file does not contain the loads on {name!r}. Remedy: inertia=False, or recover in "
+            "the program that runs the scene"
         )
     forces, moved = inertia_forces(result, name, body, frames)
     nodal = np.zeros((len(frames), len(body.nodes) * len(body.components)))
@@ -132,11 +134,11 @@ def free_body_loads(result: Reader, name: str, frames: np.ndarray) -> FreeBodyLo
 
 
 def inertia_forces(result: Reader, name: str, body: FlexibleBody, frames: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return gravity less mass times acceleration of the mass points, and where they are, each (T, P, 3), in G."""
+    """Return gravity minus mass times acceleration of the mass points, and their positions, each (T, P, 3), in G."""
     run = result.run
     if run is None or not body.is_exact:
         raise ModelError(
-            f"body {name!r} has no mass points that move with modes. Remedy: inertia=False, or make it with "
+            f"body {name!r} has no mass points that move with its modes. Remedy: inertia=False, or make it with "
             "kanefe_fem.beam_body and a reduction"
         )
     model, count = run.model, body.free_count
@@ -165,7 +167,7 @@ def inertia_forces(result: Reader, name: str, body: FlexibleBody, frames: np.nda
 def _forces_at_nodes(
     result: Reader, name: str, body: FlexibleBody, frames: np.ndarray
 ) -> Iterator[tuple[int, int, np.ndarray]]:
-    """Yield row, node, and force and moment about it in G (6,), of all that acts at nodes and not at interfaces."""
+    """Yield row, node, and force and moment about it in G (6,), of every load at a node that is no interface."""
     run = result.run
     if run is None or not (
         run.model.is_constrained or run.model.loads or run.model.bodies[run.model.index(name)].loads
@@ -194,13 +196,13 @@ def _acting(state: State, number: int) -> Iterator[tuple[InterfaceFrame | None, 
         if one.marker.body == number:
             yield one.marker.interface, one.frame, one.wrench
     terms = state.model.bodies[number]
-    given = zip(loaded_frames(state, terms, state.motion(number, None)), terms.loads, strict=True)
-    for (load, placed), (_, at) in given:
+    frames = loaded_frames(state, terms, state.motion(number, None))
+    for (load, placed), (_, at) in zip(frames, terms.loads, strict=True):
         yield at, placed, np.concatenate(load.wrench(state.t, placed, state))
 
 
 def _node_of(name: str, body: FlexibleBody, frame: InterfaceFrame) -> int:
-    """Return the node that an interface is."""
+    """Return the node of an interface; raise a ModelError if it has several."""
     distance = np.linalg.norm(body.nodes - frame.position, axis=1)
     node = int(distance.argmin())
     own = body.node_frame(node).motion

@@ -1,7 +1,4 @@
-"""Where a point of space is in a mesh: the cell that holds it, and its reference coordinates there.
-
-Strain gauges: histories of the strain at a point of the surface along given directions.
-"""
+"""Strain gauges and rosettes: the strain at a point of the mesh along given directions."""
 
 from __future__ import annotations
 
@@ -19,11 +16,12 @@ from kanefe_fem.recovery.envelope import along
 from kanefe_fem.recovery.strain_fields import StrainFields
 
 REACH = 0.1
-"""Largest distance of a point from the mesh, relative to the size of the nearest cell: curved surfaces have chords."""
+"""Largest distance of a point from the mesh, relative to the size of the nearest cell: straight sides are chords of
+curved surfaces."""
 
 
 CANDIDATES = 64
-"""Number of cells that are searched, those with the nearest centres first."""
+"""Number of cells that are searched: those with the nearest centres."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,11 +31,11 @@ class MeshPoint:
     Attributes
     ----------
     nodes : ndarray of int, shape (nodes per cell,)
-        Of the cell.
+        Nodes of the cell that contains the point.
     weights : ndarray, shape (nodes per cell,)
-        Values of its shape functions: a field at the point is their sum times its values at the nodes.
+        Values of its shape functions at the point, the weights of nodal values in the value at the point.
     position : ndarray, shape (3,)
-        In G, m; on the mesh.
+        Position on the mesh, in G, m.
     """
 
     nodes: np.ndarray
@@ -46,15 +44,17 @@ class MeshPoint:
 
 
 def find_point(nodes: np.ndarray, cells: tuple[Cells, ...], wanted: np.ndarray, point: np.ndarray) -> MeshPoint:
-    """Return where a point is in the wanted cells; the nearest point of the mesh if it lies just outside.
+    """Return a point in the chosen cells of a mesh, the nearest one if the given point lies just outside.
 
     Parameters
     ----------
     nodes : ndarray, shape (n, 3)
+        Coordinates in m.
     cells : tuple of Cells
     wanted : ndarray of bool, shape (cells,)
+        Which cells are searched.
     point : ndarray, shape (3,)
-        In G, m.
+        Position in G, m.
 
     Raises
     ------
@@ -94,12 +94,12 @@ def find_point(nodes: np.ndarray, cells: tuple[Cells, ...], wanted: np.ndarray, 
 
 
 def _reference_coordinates(element: Shape, x: np.ndarray, point: np.ndarray) -> np.ndarray:
-    """Return s with x(s) = point, by Newton's method; of a cell in a plane the nearest s."""
+    """Return s with x(s) = point, by Newton's method; for a cell in a plane, the nearest s."""
     s = element.nodes[: element.corners].mean(axis=0)
     for _ in range(20):
         miss = element.values(s[None])[0] @ x - point
         step = np.linalg.lstsq(x.T @ element.gradients(s[None])[0], miss, rcond=None)[0]
-        s = s - np.clip(step, -0.5, 0.5)  # far outside the map of a curved cell folds back
+        s = s - np.clip(step, -0.5, 0.5)  # far outside of a curved cell, its mapping is not invertible
         if np.abs(step).max() < 1e-13:
             break
     return s
@@ -121,12 +121,12 @@ def gauge_strains(
 ) -> np.ndarray:
     """Return the strains along directions (d, 3) of G at a point (3,) of G in m, at coordinates (T, k), shape (T, d).
 
-    The strain at the nodes (means over the cells that meet there) is interpolated by the cell that holds the point.
+    The strain at the nodes (means over the adjacent cells) is interpolated in the cell that contains the point.
 
     Raises
     ------
     ModelError
-        If the position is not on the mesh, or a direction is none.
+        If the position is not on the mesh, or a direction is not a finite vector other than zero.
     """
     place = np.asarray(position, dtype=float)
     if place.shape != (3,) or not np.isfinite(place).all():
@@ -139,7 +139,7 @@ def gauge_strains(
 
 
 def rosette_directions(direction: Vector, normal: Vector, angles: Sequence[float]) -> list[np.ndarray]:
-    """Return the unit directions of gauges at angles (rad) about a normal from a direction's part in the surface."""
+    """Return unit directions of gauges at angles (rad) about a normal, from the projection of a direction."""
     n = unit("normal", normal)
     along = np.asarray(direction, dtype=float)
     first = unit("direction, its part across the normal,", along - (along @ n) * n)
@@ -154,9 +154,9 @@ def rosette_principal(strains: np.ndarray, angles: Sequence[float] = (0.0, np.pi
     Parameters
     ----------
     strains : ndarray, shape (T, 3)
-        From `Recovery.rosette`.
+        Strains from `Recovery.rosette`.
     angles : sequence of three floats
-        Of the gauges in rad.
+        Angles of the gauges in rad.
 
     Returns
     -------
@@ -177,8 +177,8 @@ def rosette_principal(strains: np.ndarray, angles: Sequence[float] = (0.0, np.pi
     rows = np.column_stack([np.cos(a) ** 2, np.sin(a) ** 2, np.sin(a) * np.cos(a)])
     if a.shape != (3,) or measured.shape[-1] != 3 or abs(np.linalg.det(rows)) < 1e-9:
         raise ModelError(
-            "principal strains must be of three gauges in three different directions: strains (..., 3), three angles; "
-            f"given are {measured.shape} and {angles!r}"
+            "principal strains need three gauges in three different directions: strains (..., 3), three angles; given "
+            f"are {measured.shape} and {angles!r}"
         )
     xx, yy, xy = np.moveaxis(measured @ np.linalg.inv(rows).T, -1, 0)
     centre, radius = 0.5 * (xx + yy), 0.5 * np.hypot(xx - yy, xy)
@@ -186,7 +186,7 @@ def rosette_principal(strains: np.ndarray, angles: Sequence[float] = (0.0, np.pi
 
 
 def unit(label: str, vector: Sequence[float] | np.ndarray) -> np.ndarray:
-    """Return the unit vector along a vector; a ModelError says which is none."""
+    """Return the unit vector along a vector; raise a ModelError if it is not a finite vector other than zero."""
     v = np.asarray(vector, dtype=float)
     length = np.linalg.norm(v) if v.shape == (3,) else 0.0
     if not (np.isfinite(length) and length > 0.0):

@@ -1,9 +1,9 @@
 """Recovery: displacement, strain and stress of a flexible body at the times of a run, or as an envelope over them.
 
-``stress = sum_i eta_i(t) s_i`` with the stress modes ``s_i = C : sym grad psi_i``, made once for a body. This is the
-mode-displacement method: it holds the stress that the kept modes carry and misses the quasi-static part of those
-that the reduction dropped, which matters near concentrated loads and for loads that the kept modes resemble little.
-Remedies: more modes, or a reduction with the static shapes of the loads of the scene (load-dependent vectors).
+``stress = sum_i eta_i(t) s_i`` with the stress modes ``s_i = C : sym grad psi_i``, computed once per body. This is the
+mode-displacement method: it gives the stress of the kept modes and misses the quasi-static part of the modes that the
+reduction dropped. This part matters near concentrated loads, and for loads whose static deformation is not spanned by
+the kept modes. Remedies: more modes, or a reduction with the static shapes of the loads (load-dependent vectors).
 """
 
 from __future__ import annotations
@@ -41,21 +41,21 @@ def recover(
     frames: Frames | None = None,
     material: int | str | None = None,
 ) -> Recovery:
-    """Return the fields of a flexible body in a run; each is computed when it is asked for.
+    """Return the fields of a flexible body in a run; each is computed on demand.
 
     Parameters
     ----------
     result : Result, Equilibrium or Instant
-        Of a run, or read from a file; at one time, of which the fields have a first axis of one.
+        Result of a run, or read from a file. For a result at one time the first axis of the fields has length one.
     name : str
-        The body.
+        Name of the body.
     times : sequence of float, optional
         Times in s; the nearest output times are taken (`Recovery.times`). Default: all output times.
     frames : int, slice or sequence of int, optional
-        Which output times, instead of `times`.
+        Indices of output times, instead of `times`.
     material : int or str, optional
-        Row of the body's table of moduli, or the group of cells that has it. Only its cells are looked at, and values
-        at nodes elsewhere are NaN. Without it, stresses at nodes where materials meet are means over both sides.
+        Row of the body's table of moduli, or the group of cells that has it. Only its cells are used, and values at
+        nodes elsewhere are NaN. Without it, stresses at nodes between two materials are means over both sides.
 
     Returns
     -------
@@ -92,14 +92,16 @@ class Recovery:
     """Fields of a flexible body at T output times of a run, made by `recover`.
 
     Displacements are in m, stresses in Pa; all are components in the mesh frame G, xx, yy, zz, yz, xz, xy, with
-    engineering shear strains. A stress at a node is the mean over the cells that meet there, from the Gauss points.
+    engineering shear strains. A stress at a node is extrapolated from the Gauss points and averaged over the adjacent
+    cells.
 
     Parameters
     ----------
     result : Result
     name : str
+        Name of the body.
     frames : ndarray of int, shape (T,)
-        Which output times of the result.
+        Indices of the output times.
     eta : ndarray, shape (T, k)
         Modal coordinates.
     material : int, optional
@@ -107,7 +109,8 @@ class Recovery:
 
     Notes
     -----
-    Stresses come from the kept modes. See the module's text for what that leaves out.
+    Stresses are those of the kept modes. They miss the quasi-static part of the modes that the reduction dropped, which
+    matters near concentrated loads.
     """
 
     def __init__(
@@ -127,7 +130,7 @@ class Recovery:
 
     @property
     def is_of_beams(self) -> bool:
-        """Whether the body is made of beams, which have section forces and, of shapes, stresses of fibres."""
+        """Whether the body is made of beams, which have section forces instead of a stress field."""
         elasticity = self.result.body(self.name).elasticity
         return elasticity is not None and elasticity.axes is not None
 
@@ -144,9 +147,10 @@ class Recovery:
         return self._tensor("stress", "nodes")
 
     def stress_of(self, eta: np.ndarray, /) -> np.ndarray:
-        """Return the stress at the nodes of any modal coordinates (r, k), shape (r, n, 6), Pa.
+        """Return the stress at the nodes for given modal coordinates (r, k), shape (r, n, 6), Pa.
 
-        Of m beams in p outer fibres at both ends of each, (r, m 2 p, 6); see `kanefe_fem.recovery.fibre_stress`.
+        For m beams it is the stress in p outer fibres at both ends of each, shape (r, m 2 p, 6); see
+        `kanefe_fem.recovery.fibre_stress`.
         """
         if self.is_of_beams:
             return fibre_stress(self.result.body(self.name), np.atleast_2d(eta))
@@ -181,7 +185,7 @@ class Recovery:
         Parameters
         ----------
         quantity : {"von_mises", "tresca", "max_principal", "min_principal", "max_shear"}
-            Of "min_principal" the least value is taken.
+            The least value is taken for "min_principal".
         at : {"nodes", "cells"}
 
         Raises
@@ -204,14 +208,14 @@ class Recovery:
         Parameters
         ----------
         position : array_like, shape (3,)
-            Of the gauge in G, m: on the mesh, or off it by no more than a tenth of a cell (a chord of a curve).
+            Position of the gauge in G, m: on the mesh, or off it by at most a tenth of a cell (curved surfaces).
         direction : array_like, shape (3,)
-            In which it measures, in G; of any length.
+            Direction of measurement in G, of any length.
 
         Raises
         ------
         ModelError
-            If the position is not on the mesh, or the direction is none.
+            If the position is not on the mesh, or the direction is zero.
 
         Examples
         --------
@@ -231,13 +235,13 @@ class Recovery:
         Parameters
         ----------
         position : array_like, shape (3,)
-            In G, m.
+            Position in G, m.
         direction : array_like, shape (3,)
-            Of the angle zero, in G; its part in the surface counts.
+            Direction of the angle zero, in G, projected onto the surface.
         normal : array_like, shape (3,)
-            Outward normal of the surface in G. Angles turn about it, right-handed.
+            Outward normal of the surface in G, the right-handed axis of the angles.
         angles : sequence of float
-            Of the gauges in rad. Default: 0, 45 and 90 degrees.
+            Angles of the gauges in rad. Default: 0, 45 and 90 degrees.
         """
         directions = rosette_directions(direction, normal, angles)
         return gauge_strains(self._fields(), self.eta, position, directions, self.material)
@@ -248,11 +252,11 @@ class Recovery:
         Parameters
         ----------
         stations : int
-            Equally spaced stations of each element, both ends included.
+            Number of equally spaced stations of each element, both ends included.
         inertia : bool
-            Solve for the static deflection under the loads of each instant (gravity, inertia and what acts at
-            interfaces and nodes) instead of taking that of the kept modes: the mode-acceleration method, exact in
-            statics whatever the modes.
+            Solve for the static deflection under the loads of each instant (gravity, inertia, and forces at interfaces
+            and nodes) instead of taking the deflection of the kept modes: the mode-acceleration method, which is exact
+            in statics for any modes.
 
         Raises
         ------
@@ -267,19 +271,19 @@ class Recovery:
     def expression(
         self, function: Callable[[ExpressionTerms], Any], at: Literal["nodes", "cells", "gauss"] = "nodes"
     ) -> np.ndarray:
-        """Return any UFL expression of the displacement; needs dolfinx.
+        """Return the values of a UFL expression of the displacement; needs dolfinx.
 
         Parameters
         ----------
         function : callable
             ``function(terms) -> UFL expression``; `terms` is a `kanefe_fem.recovery.expressions.ExpressionTerms`.
         at : {"nodes", "cells", "gauss"}
-            At the nodes (means over the cells that meet there), the centres of the cells, or their Gauss points.
+            At the nodes (means over the adjacent cells), the centres of the cells, or their Gauss points.
 
         Returns
         -------
         ndarray, shape (T, n, ...), (T, cells, ...) or (T, cells, g, ...)
-            With the shape of the expression; real.
+            Real values; the last axes are those of the expression.
 
         Examples
         --------
@@ -295,10 +299,10 @@ class Recovery:
         Parameters
         ----------
         path : path
-            Of the .pvd file.
+            Path of the .pvd file.
         quantities : sequence of str
             Scalars of `envelope` and "stress", "strain" (six components each, in the axes of G), at the nodes. Scalars
-            are written at the centres of the cells too, where nothing is averaged.
+            are also written at the centres of the cells, without averaging.
         scale : float
             Factor on the elastic displacements.
 
@@ -336,18 +340,19 @@ class Recovery:
         Parameters
         ----------
         path : path
-            Of the picture (.png).
+            Path of the picture (.png).
         quantity : str
-            One of those of `envelope`.
+            One of the quantities of `envelope`.
         frame : int, optional
-            Which of these times; it shows the deformed body. Default: the undeformed body with the envelope over all.
+            Index of one of these times, to show the deformed body. Default: the undeformed body with the envelope over
+            all times.
         scale : float, optional
-            Factor on the displacements. Default: the largest is a twentieth of the body's size.
+            Factor on the displacements. Default: the largest is shown as a twentieth of the body's size.
         view : array_like, shape (3,)
-            Direction in G from the body towards the eye.
+            Direction in G from the body towards the viewer.
         title : str, optional
         limit : float, optional
-            Value of the last colour, Pa. Default: the largest there is.
+            Upper end of the colour scale, Pa. Default: the largest value.
 
         Raises
         ------
@@ -361,11 +366,9 @@ class Recovery:
             raise ModelError(f"there is no picture of {quantity!r}. There are: {', '.join(SCALARS)}")
         fields = self._fields()
         if frame is None:
-            values = self.envelope(quantity).values
-            points = fields.nodes
+            values, points = self.envelope(quantity).values, fields.nodes
         else:
-            stress = fields.evaluate("stress", "nodes", self.eta[frame][None], self.material)[0]
-            values = SCALARS[quantity](stress)
+            values = SCALARS[quantity](fields.evaluate("stress", "nodes", self.eta[frame][None], self.material)[0])
             moved = self.result.nodal_displacements(self.name, int(self.frames[frame]))
             size, largest = float(np.ptp(fields.nodes, axis=0).max()), float(abs(moved).max())
             factor = scale if scale is not None else (0.05 * size / largest if largest > 0.0 else 1.0)

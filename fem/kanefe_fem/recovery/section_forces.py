@@ -1,10 +1,10 @@
-"""Section forces of beams: what the part of a beam beyond a section does to the part before it.
+"""Section forces of beams: the forces and moments of the part of a beam beyond a section on the part before it.
 
-From the kept modes (mode displacement) the end forces of an element are ``K_e u_e``. With ``inertia=True`` the static
-problem of each instant is solved anew, ``K u = f``, with everything that acts on the free body: gravity and inertia of
-every mass point (d'Alembert) and the forces at the interfaces. So what the dropped modes carry quasi-statically is
-there too (mode acceleration, Craig & Kurdila, "Fundamentals of structural dynamics", 2006, section 11.5), and the
-load along each element bends the diagrams inside it.
+With the kept modes (mode displacement) the end forces of an element are ``K_e u_e``. With ``inertia=True`` the static
+problem ``K u = f`` is solved at each instant with all loads on the free body: gravity and inertia of every mass point
+(d'Alembert) and the forces at the interfaces. This includes the quasi-static part of the dropped modes (mode
+acceleration, Craig & Kurdila, "Fundamentals of structural dynamics", 2006, section 11.5), and the load along each
+element curves the diagrams inside it.
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ NAMES = ("N", "Vy", "Vz", "T", "My", "Mz")
 class SectionForces:
     """Section forces of m beam elements at s stations each, at T times.
 
-    Positive signs: the force (N, Vy, Vz) and the moment (T, My, Mz) of the part beyond the section on the part before
-    it, in the element's own axes: x from its first node to its second, y and z across. So N is positive in tension.
+    The force (N, Vy, Vz) and the moment (T, My, Mz) act from the part beyond the section on the part before it, in the
+    axes of the element: x from its first node to its second, y and z across. So N is positive in tension.
 
     Attributes
     ----------
     times : ndarray, shape (T,)
-        s.
+        Times in s.
     stations : ndarray, shape (s,)
-        x/l in [0, 1].
+        Stations x/l in [0, 1].
     positions : ndarray, shape (m, s, 3)
-        Undeformed, in G, m.
+        Undeformed positions of the stations, in G, m.
     forces : ndarray, shape (T, m, s, 6)
         N, Vy, Vz in N, T, My, Mz in N m.
     """
@@ -117,7 +117,7 @@ class BeamFrame:
         elasticity: Elasticity | None,
         cells: tuple[Cells, ...],
     ) -> BeamFrame:
-        """Return the elements of a body; a ModelError if it is not made of beams."""
+        """Return the elements of a body; raise a ModelError if it is not made of beams."""
         if elasticity is None or elasticity.axes is None:
             raise ModelError(
                 f"body {name!r} is not made of beams, so it has no section forces. Remedy: kanefe_fem.beam_body, or "
@@ -131,7 +131,7 @@ class BeamFrame:
         return len(self.table)
 
     def positions(self, xi: np.ndarray) -> np.ndarray:
-        """Return the undeformed stations, shape (m, s, 3), m."""
+        """Return the undeformed positions of stations, shape (m, s, 3), m."""
         start, end = self.nodes[self.table[:, 0]], self.nodes[self.table[:, 1]]
         return start[:, None] + xi[None, :, None] * (end - start)[:, None]
 
@@ -145,17 +145,17 @@ class BeamFrame:
     def along(self, ends: np.ndarray, xi: np.ndarray, loads: SpreadLoads | None) -> np.ndarray:
         """Return the section forces at stations, shape (T, m, s, 6), from the forces on the ends (T, m, 12).
 
-        By equilibrium of the piece between the first end and the section.
+        They follow from the equilibrium of the piece between the first end and the section.
         """
         x = xi[None, :] * self.lengths[:, None]  # (m, s)
         forces = np.repeat(-ends[:, :, None, :6], len(xi), axis=2)
-        # moment of the first end's force about the section, arm -x along the axis
+        # moment about the section of the force on the first end, with the arm -x along the axis
         forces[..., 4] -= x * ends[:, :, 2, None]
         forces[..., 5] += x * ends[:, :, 1, None]
         return forces if loads is None else forces - loads.before(xi)
 
     def spread_count(self, name: str, places: np.ndarray) -> int:
-        """Return how many of the mass points (P, 3) are those of the elements; lumped masses come after them."""
+        """Return how many of the mass points (P, 3) belong to the elements; lumped masses come after them."""
         xi = be.gauss_stations(AXIAL_STATIONS)[0]
         m = self.element_count
         for in_section in (4, 2, 1):
@@ -182,9 +182,9 @@ class BeamFrame:
         return total
 
     def spread_loads(self, places: np.ndarray, forces: np.ndarray) -> SpreadLoads:
-        """Return forces (T, P, 3) on the mass points (P, 3) of the elements, in L.
+        """Return the loads of forces (T, P, 3) on the mass points (P, 3) of the elements, in L.
 
-        Every element has the same number of points, in groups at its Gauss stations.
+        Every element has the same number of points, grouped by its Gauss stations.
         """
         m = self.element_count
         start = self.nodes[self.table[:, 0]]
@@ -196,7 +196,7 @@ class BeamFrame:
         return SpreadLoads.of_station_forces(self.properties, by_station)
 
     def nodal_forces(self, loads: SpreadLoads) -> np.ndarray:
-        """Return the forces on the degrees of freedom that do the work of the loads, shape (T, N)."""
+        """Return the forces on the degrees of freedom that are equivalent to the loads, shape (T, N)."""
         f = np.einsum("mji,tmj->tmi", be.spatial_transformation(self.axes), loads.fixed_ends)[:, :, self.element_dofs]
         total = np.zeros((len(f), self.size))
         for row, element_forces in zip(total, f, strict=True):
@@ -204,13 +204,13 @@ class BeamFrame:
         return total
 
     def static_deflection(self, forces: np.ndarray) -> np.ndarray:
-        """Return a deflection of the free frame under forces in balance, (T, N): rigid motions do not matter."""
+        """Return a deflection of the free frame under balanced forces, (T, N), up to a rigid motion."""
         K = be.rotate_element_matrix(be.spatial_stiffness(self.properties), be.spatial_transformation(self.axes))
         K = K[:, self.element_dofs][:, :, self.element_dofs]
         width = self.dofs.shape[1]
         rows, columns = np.repeat(self.dofs, width, axis=1).ravel(), np.tile(self.dofs, width).ravel()
         full = sp.coo_matrix((K.ravel(), (rows, columns)), shape=(self.size, self.size)).tocsc()
-        kept = np.arange(len(self.components), self.size)  # the first node is held: it has every rigid motion
+        kept = np.arange(len(self.components), self.size)  # fixing the first node prevents all rigid motions
         u = np.zeros_like(forces)
         u[:, kept] = spla.splu(full[kept][:, kept]).solve(np.ascontiguousarray(forces[:, kept].T)).T
         return u

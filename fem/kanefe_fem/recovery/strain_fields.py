@@ -1,7 +1,8 @@
-"""Strain and stress fields of one body: the modes of them, computed once, and fields at any coordinates.
+"""Strain and stress fields of one body at given coordinates.
 
-A field is linear in the coordinates eta, so its modes (the field of each unit coordinate) are made once and a frame
-costs one product. Bodies with very many coordinates (unreduced ones) take their fields from displacements instead.
+A field is linear in the coordinates eta, so its modes (the fields of unit coordinates) are computed once, and a field
+at one time is one matrix product. For bodies with very many coordinates (unreduced ones), fields are computed from the
+displacements instead.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ Tensor = Literal["strain", "stress"]
 Place = Literal["nodes", "cells", "gauss"]
 
 MOST_MODES = 150
-"""Number of coordinates above which stress modes would take more memory than the time they save is worth."""
+"""Number of coordinates above which fields are computed from displacements: stress modes would take much memory."""
 
 CHUNK = 2**22
 """Number of values in one piece of the work: 32 MiB."""
@@ -39,7 +40,7 @@ class StrainFields:
     Parameters
     ----------
     nodes : ndarray, shape (n, 3)
-        In G, m.
+        Coordinates in G, m.
     components : tuple of str
         Degrees of freedom of every node.
     basis : ndarray or sparse matrix, shape (n components, k)
@@ -71,7 +72,7 @@ class StrainFields:
         Raises
         ------
         ModelError
-            If it is no solid with moduli.
+            If the body is not a solid or plane body with moduli.
         """
         key: FlexibleBody | BodyShape = body if body.flexible is None else body.flexible
         if key not in _KEPT:
@@ -124,19 +125,18 @@ class StrainFields:
         """Return the field of every unit coordinate, shape (n, 6, k), (cells, 6, k) or (cells, g, 6, k); kept."""
         key = (what, at, material)
         if key not in self._modes:
-            modes = self._field(what, at, self.displacements(np.eye(self.basis.shape[1])), material)
-            modes.flags.writeable = False
-            self._modes[key] = modes
+            self._modes[key] = self._field(what, at, self.displacements(np.eye(self.basis.shape[1])), material)
+            self._modes[key].flags.writeable = False
         return self._modes[key]
 
     def chosen_cells(self, material: int | None) -> np.ndarray:
-        """Return which cells have the material, shape (cells,); all without one."""
+        """Return which cells have the material, shape (cells,); all if it is None."""
         if material is None:
             return np.ones(self.cell_count, dtype=bool)
         return self.elasticity.of_cell == material
 
     def around(self, chosen: np.ndarray) -> tuple[StrainFields, np.ndarray]:
-        """Return the fields of the cells that touch some nodes alone, and the numbers of these nodes there."""
+        """Return the fields of only those cells that touch some nodes, and the numbers of these nodes there."""
         touched = [np.isin(block.nodes, chosen).any(axis=1) for block in self.cells]
         kept = [block.nodes[rows] for block, rows in zip(self.cells, touched, strict=True)]
         used = np.unique(np.concatenate([nodes.ravel() for nodes in kept]))
@@ -163,7 +163,7 @@ class StrainFields:
         return field[:, 0] if at == "cells" else field
 
     def _averaged(self, what: Tensor, u: np.ndarray, material: int | None) -> np.ndarray:
-        """Return the means over the cells that meet at each node, shape (n, 6, columns)."""
+        """Return the means over the adjacent cells of each node, shape (n, 6, columns)."""
         count = len(self.nodes)
         total, meeting = np.zeros((count, 6 * u.shape[2])), np.zeros(count)
         for kind, numbers, cells in self._pieces(u.shape[2], self.chosen_cells(material)):
@@ -174,7 +174,7 @@ class StrainFields:
             gather = sp.csr_matrix((np.ones(cells.size), (cells.ravel(), np.arange(cells.size))), (count, cells.size))
             total += gather @ rows
             meeting += np.bincount(cells.ravel(), minlength=count)
-        with np.errstate(invalid="ignore"):  # 0 / 0 is NaN on purpose: no cell of the material meets there
+        with np.errstate(invalid="ignore"):  # 0 / 0 = NaN is intended where no cell has the material
             return (total / meeting[:, None]).reshape(count, 6, -1)
 
     def _at_points(
@@ -182,12 +182,11 @@ class StrainFields:
     ) -> np.ndarray:
         values = strains(kind, self.nodes[cells], u[cells], points)
         if what == "stress":
-            moduli = self.elasticity.table[self.elasticity.of_cell[numbers]]
-            values = moduli[:, None] @ values
+            values = self.elasticity.table[self.elasticity.of_cell[numbers]][:, None] @ values
         return values
 
     def _pieces(self, columns: int, wanted: np.ndarray) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
-        """Yield shape, numbers and nodes of the wanted cells, in pieces that fit the memory."""
+        """Yield shape, numbers and nodes of the wanted cells, in pieces that need little memory."""
         start = 0
         for block in self.cells:
             own = np.flatnonzero(wanted[start : start + len(block.nodes)])
@@ -199,7 +198,7 @@ class StrainFields:
 
 
 def checked_elasticity(name: str, body: BodyShape) -> Elasticity:
-    """Return the moduli of a solid or plane body; refuse a body without them, and beams."""
+    """Return the moduli of a solid or plane body; raise a ModelError for a body without them, and for beams."""
     elasticity = body.elasticity
     if elasticity is None or not body.cells:
         raise ModelError(

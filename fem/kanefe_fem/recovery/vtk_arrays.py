@@ -13,7 +13,7 @@ from kanefe_fem.recovery.strain_fields import StrainFields
 def vtk_arrays(
     fields: StrainFields, eta: np.ndarray, quantities: Sequence[str], material: int | None
 ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-    """Return arrays of nodes and of cells by their titles, of modal coordinates (1, k).
+    """Return arrays of nodes and of cells by their titles, for modal coordinates (1, k).
 
     Parameters
     ----------
@@ -22,7 +22,7 @@ def vtk_arrays(
     quantities : sequence of str
         Names in `SCALARS`, "stress" or "strain".
     material : int, optional
-        Row of the table of moduli whose cells alone are looked at, at nodes.
+        Row of the table of moduli to which values at nodes are restricted.
     """
     point_data: dict[str, np.ndarray] = {}
     cell_data: dict[str, np.ndarray] = {}

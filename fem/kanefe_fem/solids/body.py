@@ -18,7 +18,7 @@ from kanefe.errors import MeshError, ModelError, outside
 from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import TRANSLATIONS, Cells, FiniteElementModel, MassField
 from kanefe.fe_model.places import PlaceLike
-from kanefe.fe_model.progress import size_in_words, stage, stages
+from kanefe.fe_model.progress import report_size, stage, stages
 from kanefe.fe_model.shapes import MIDS, shape
 from kanefe_fem import _fenicsx
 from kanefe_fem.lumped.parts import Lumped, attach, groups_of
@@ -94,24 +94,25 @@ def solid_model(
         them `Oriented`); one alone if there is one group.
     order : int
         Order of the displacement, 1 or 2. With 2 a source of gmsh (.geo, .py) is meshed with mid-side nodes on its
-        curves; of a mesh of order 1 the sides stay straight and mid-side nodes are added. With 1 on a mesh of order 2
-        the mid-side nodes are dropped.
+        curves; in a mesh of order 1 mid-side nodes are added on straight sides. With 1 the mid-side nodes of a mesh of
+        order 2 are dropped.
     plane : {"stress", "strain"}, optional
-        For 2D meshes, and only there.
+        For 2D meshes only.
     thickness : float, optional
-        Of a 2D body in m; required there.
+        Thickness of a 2D body in m, where it is required.
     surfaces : sequence of str, or dict of str to Near, OnPlane, InBox, InCylinder or function
-        Groups of outer facets that can carry tractions and pressures (lines of a 2D mesh: their faces, as wide as the
-        body is thick); or new ones, by the places where they are.
+        Groups of outer facets that can carry tractions and pressures (lines of a 2D mesh, as faces with the thickness
+        of the body); or new ones, by their places.
     cells : str or sequence of str, optional
-        The groups of cells that make the body, of a mesh with several bodies. Default: all. Facets between two bodies
+        The groups of cells that form the body, in a mesh with several bodies. Default: all. Facets between two bodies
         are interfaces of both.
     densities : dict of str to float, optional
-        Of groups of cells, instead of their materials', kg/m3: what is smeared over a part (cables, fuel, paint).
+        Densities of groups of cells, instead of those of their materials, kg/m3: for distributed masses (cables, fuel,
+        paint).
     lumped : sequence of LumpedMass or LumpedSpring
-        What hangs on nodes and groups; see `kanefe_fem.attach`.
+        Masses and springs at nodes and groups; see `kanefe_fem.attach`.
     preload : Preload, optional
-        A static load case that the body is under: its tangent stiffness is taken; see `kanefe_fem.preloaded`.
+        A static load case, whose tangent stiffness is used; see `kanefe_fem.preloaded`.
 
     Returns
     -------
@@ -122,7 +123,7 @@ def solid_model(
     Raises
     ------
     MeshError, ModelError, FileError, MissingDependency
-        Each names the thing at fault and the remedy.
+        If an argument is not valid; the message names it and the remedy.
 
     Examples
     --------
@@ -151,13 +152,14 @@ def solid_model(
     of_cells = cell_materials(lifted, by_group, plane, scale, densities)
     warn_of_group_units(lifted, by_group, scale, densities)
     read = time.perf_counter()
-    size_in_words(mesh.dimension * len(lifted.nodes))
+    report_size(mesh.dimension * len(lifted.nodes))
     with stage("assemble"):
         assembly = _assembly(lifted, of_cells)
     assembled = time.perf_counter()
     numbered = _renumber(lifted, assembly.order_of_nodes)
     components = TRANSLATIONS[: mesh.dimension]
-    field = MassField(numbered.nodes, assembly.mass, _interpolation(len(numbered.nodes), mesh.dimension))
+    in_space = sp.kron(sp.identity(len(numbered.nodes)), sp.eye(3, mesh.dimension), format="csr")
+    field = MassField(numbered.nodes, assembly.mass, in_space)
     blocks = sp.identity(mesh.dimension, format="csr")
     model = FiniteElementModel(
         nodes=numbered.nodes,
@@ -222,19 +224,19 @@ def solid_body(
     mesh, materials
         As for `solid_model`.
     interfaces : dict of str to str or Interface
-        How each named group of facets carries the body's frame or another body: "clamped", "rigid", "hinged",
-        "average", "node", or a `kanefe.Interface`, which may also tell the place of the facets.
+        Interface for each named group of facets: "clamped", "rigid", "hinged", "average", "node", or a
+        `kanefe.Interface`, which may also define the place of the facets.
     reduction : CraigBampton, optional
         None keeps every degree of freedom.
     damping : optional
         None, RayleighDamping, ModalDamping or a matrix.
     stiffening : "none", "inertial" or "full"
-        By the motion, as in `kanefe.reduction.flexible_body`.
+        Motion-induced stiffening, as in `kanefe.reduction.flexible_body`.
     cache : bool
-        Whether to take the body, or else its assembled model, from the cache if it was made before, and to keep both
-        there (see `kanefe.bodies.cache`). A preload or stiffening takes more than the matrices: then it is assembled.
+        Whether to take the body, or else its assembled model, from the cache, and to store both there (see
+        `kanefe.bodies.cache`). A preload or stiffening needs more than the matrices: then the model is assembled again.
     progress : bool, optional
-        Whether to show the stages. Default: on a terminal, of a large body.
+        Whether to show the stages. Default: on a terminal, for a large body.
     **model
         order, plane, thickness, surfaces, cells, densities, lumped and preload, as for `solid_model`.
 
@@ -247,7 +249,7 @@ def solid_body(
     """
     from kanefe_fem.body_cache import cached_body
 
-    # with the defaults: what is given and what is left out are one body to the cache
+    # with all defaults, so that a default that is given explicitly is the same body in the cache
     of_model: dict[str, Any] = {
         name: model.get(name, one.default) for name, one in signature(solid_model).parameters.items() if name != "mesh"
     } | {"materials": materials}
@@ -264,7 +266,7 @@ def solid_body(
 def _made_body(
     mesh: Mesh | str | Path, of_model: Mapping[str, Any], of_body: Mapping[str, Any], cache: bool
 ) -> FlexibleBody:
-    """Return the body, made again with the options of `flexible_body`; its model too, or from the cache."""
+    """Return the body with the options of `flexible_body`, from a new model or one in the cache."""
     from kanefe.reduction import flexible_body
     from kanefe_fem._petsc import factorise
     from kanefe_fem.body_cache import cached_model
@@ -314,7 +316,7 @@ def is_straight(mesh: Mesh) -> bool:
 
 
 def _assembly(mesh: Mesh, materials: CellMaterials) -> Assembly | QuadratureAssembly:
-    """Return the matrices by dolfinx, or by numpy if it has no such cells."""
+    """Return the matrices by dolfinx, or by numpy for cells that it does not support."""
     from kanefe_fem.solids import problem as solid_problem
 
     if mesh.kind in _fenicsx.SHAPES and len(mesh.kinds) == 1:
@@ -330,7 +332,7 @@ def _assembly(mesh: Mesh, materials: CellMaterials) -> Assembly | QuadratureAsse
 
 
 def _as_mesh(mesh: Mesh | str | Path, order: int, cells: str | Sequence[str] | None) -> Mesh:
-    """Return a checked mesh of dimension 2 or 3 for elements of some order, of all or some groups of cells."""
+    """Return a checked mesh of dimension 2 or 3 for elements of this order, of all or some groups of cells."""
     if isinstance(mesh, Mesh):
         mesh = check_mesh(mesh if cells is None else part_of(check_arrays(mesh), cells))
     else:
@@ -345,7 +347,7 @@ def _as_mesh(mesh: Mesh | str | Path, order: int, cells: str | Sequence[str] | N
 
 
 def _thickness(mesh: Mesh, plane: str | None, thickness: float | None) -> float:
-    """Return the thickness of a 2D body, 1 for a solid; refuse what does not fit the mesh."""
+    """Return the thickness of a 2D body, 1 for a solid; raise a ModelError if plane or thickness do not fit."""
     if mesh.dimension == 3:
         if plane is not None or thickness is not None:
             raise ModelError(
@@ -360,11 +362,6 @@ def _thickness(mesh: Mesh, plane: str | None, thickness: float | None) -> float:
     if thickness is None or not np.isfinite(thickness) or thickness <= 0.0:
         raise ModelError(f"thickness={thickness!r} of a plane body. Remedy: give a positive number of metres")
     return float(thickness)
-
-
-def _interpolation(nodes: int, dimension: int) -> sp.csr_matrix:
-    """Return the displacements of the nodes in space from the degrees of freedom, shape (3 nodes, dimension nodes)."""
-    return sp.kron(sp.identity(nodes), sp.eye(3, dimension), format="csr")
 
 
 def _renumber(mesh: Mesh, order_of_nodes: np.ndarray) -> Mesh:

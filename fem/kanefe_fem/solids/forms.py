@@ -24,7 +24,7 @@ VOIGT = {
 
 @dataclass(frozen=True, eq=False)
 class MaterialFields:
-    """Functions of the mesh that hold the moduli: (lambda, mu), or one vector of the upper triangle."""
+    """The moduli as functions of the mesh: (lambda, mu), or one vector of the upper triangle."""
 
     functions: tuple[Any, ...]
 

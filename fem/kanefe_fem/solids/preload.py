@@ -4,7 +4,8 @@
 
 u is the static displacement under the loads f with some groups held, u_T the free expansion, and K_g the geometric
 stiffness of the stress of ``u - u_T``, linear in it: linearised buckling (Zienkiewicz & Taylor, The Finite Element
-Method, vol. 2). Tension stiffens (a string), pressure softens, up to buckling, where K_t is positive definite no more.
+Method, vol. 2). Tension stiffens (a string), compression softens, up to buckling, where K_t is no longer positive
+definite.
 """
 
 from __future__ import annotations
@@ -37,24 +38,24 @@ SLACK = 1e-6
 
 @dataclass(frozen=True)
 class Preload:
-    """A static load case that a body is under.
+    """A static load case of a body.
 
     Parameters
     ----------
     held : dict of str to sequence of str, or to dict of str to float
         For each held group, the components ("x", "y", "z", "rx", ...) of its nodes that are fixed, or their
         displacements in m (rad): {"root": "xyz", "tip": {"x": 1e-3}} clamps the root of a solid and pulls its tip. For
-        the static problem only: the interfaces of the body are chosen apart from it.
+        the static problem only: the interfaces of the body are chosen independently.
     forces : dict of str to array_like, shape (3,) or (6,)
         Force (N) and moment (N m, about the group's position) on the mean motion of each group, in axes of G.
     tractions : dict of str to array_like, shape (3,)
-        In Pa, on surfaces that the model was made with (`surfaces`), or N/m on lines of beams.
+        In Pa, on surfaces of the model (its argument `surfaces`), or N/m on lines of beams.
     pressures : dict of str to float
-        In Pa on the outside of such surfaces.
+        In Pa on the outer side of such surfaces.
     acceleration : array_like, shape (3,)
-        Of gravity, or the opposite of that of G, in m/s2.
+        Gravity, or minus the acceleration of G, in m/s2.
     angular_velocity : array_like, shape (3,)
-        Of G in rad/s: centrifugal forces of the undeformed body.
+        Angular velocity of G in rad/s, for centrifugal forces on the undeformed body.
     center : array_like, shape (3,)
         A point of the axis of rotation in m.
     thermal_strain : float
@@ -63,7 +64,7 @@ class Preload:
     Raises
     ------
     ModelError
-        Something is no number or has another shape, or nothing is held or loaded.
+        If a value is not a number or has another shape, or nothing is held or loaded.
 
     Examples
     --------
@@ -142,20 +143,19 @@ def preloaded(model: FiniteElementModel, preload: Preload, factorise: Factorise 
     Returns
     -------
     FiniteElementModel
-        With ``K + K_g`` for K. Its nodes stay where they are: the static displacement itself is taken as small, and is
-        told as ``provenance["preload"]["largest_displacement_m"]``.
+        With ``K + K_g`` for K. Its nodes do not move: the static displacement is assumed to be small; its largest value
+        is ``provenance["preload"]["largest_displacement_m"]``.
 
     Raises
     ------
     ModelError
-        The model has no geometric stiffness, a group or surface is unknown, what is held leaves the body free to move,
-        or the body buckles under the load; the message tells at which share of it.
+        If the model has no geometric stiffness, a group or surface is unknown, the supports leave the body free to
+        move, or the body buckles under the load; the message has the buckling load.
 
     Notes
     -----
-    The loads keep their directions in G. K_t of a body under loads from outside resists (or helps) small rotations
-    against G; a body that is not held by an interface when it moves should carry loads that balance each other, such
-    as thermal stress.
+    The loads keep their directions in G. With external loads K_t resists (or supports) small rotations relative to G;
+    a body without a fixed interface in the scene should have self-equilibrated loads, such as thermal stress.
 
     Examples
     --------
@@ -190,12 +190,12 @@ def preloaded(model: FiniteElementModel, preload: Preload, factorise: Factorise 
         )
     where = [model.components.index(c) for c in TRANSLATIONS if c in model.components]
     moved = np.linalg.norm(u.reshape(len(model.nodes), -1)[:, where], axis=1).max()
-    told = {
+    record = {
         **preload.describe(),
         "largest_displacement_m": float(moved),
         "share_of_buckling_load": float(max(share, 0.0)),
     }
-    return replace(model, stiffness=sp.csr_matrix(K + geometric), provenance={**model.provenance, "preload": told})
+    return replace(model, stiffness=sp.csr_matrix(K + geometric), provenance={**model.provenance, "preload": record})
 
 
 def _supports(model: FiniteElementModel, preload: Preload) -> tuple[np.ndarray, np.ndarray]:
@@ -246,7 +246,7 @@ def _forces(model: FiniteElementModel, preload: Preload) -> np.ndarray:
 
 
 def _inertial_forces(model: FiniteElementModel, preload: Preload) -> np.ndarray:
-    """Return ``int rho N^T (g - w x (w x r))``, exactly from the mass field where there is one."""
+    """Return ``int rho N^T (g - w x (w x r))``, exact if there is a mass field."""
     g, w = np.array(preload.acceleration), np.array(preload.angular_velocity)
     if not (g.any() or w.any()):
         return np.zeros(model.size)
@@ -286,8 +286,8 @@ def _factored(matrix: sp.csc_matrix, factorise: Factorise) -> Factorisation:
         factors = factorise(matrix)
     except (RuntimeError, ModelError) as problem:
         raise ModelError(f"preload: what is held leaves the body free to move ({problem}). {remedy}") from problem
-    probe = np.cos(np.arange(matrix.shape[0]))
-    error = np.linalg.norm(factors.solve(matrix @ probe) - probe) / np.linalg.norm(probe)
+    u = np.cos(np.arange(matrix.shape[0]))  # a fixed vector with a component along every mode
+    error = np.linalg.norm(factors.solve(matrix @ u) - u) / np.linalg.norm(u)
     if not error < 1e-3:
         raise ModelError(
             f"preload: what is held leaves the body free to move (a solve is wrong by {error:.1e}). {remedy}"
@@ -304,7 +304,7 @@ def _buckling_share(K: sp.csc_matrix, geometric: sp.csc_matrix, factors: Factori
     if n <= DENSE:
         return float(np.linalg.eigvals(factors.solve(-geometric.toarray())).real.max())
     inverse = spla.LinearOperator((n, n), matvec=factors.solve, dtype=float)
-    # K is added, for 1 + s: where all values crowd below zero, the tolerance is still relative to one
+    # with K added the values are 1 + s, so that the tolerance is relative to one even if all s are just below zero
     shifted = spla.eigsh(
         K - geometric, k=1, M=K, Minv=inverse, which="LA", v0=np.cos(np.arange(n)), tol=1e-5, return_eigenvectors=False
     )

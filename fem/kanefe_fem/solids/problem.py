@@ -1,7 +1,4 @@
-"""A solid on its mesh in FEniCSx: spaces, material, and the assembly of stiffness and mass.
-
-Geometric stiffness of solids: what the stress of a static displacement does to further displacements.
-"""
+"""A solid on its mesh in FEniCSx: spaces, material, and the assembly of stiffness, mass and geometric stiffness."""
 
 from __future__ import annotations
 
@@ -22,21 +19,21 @@ from kanefe_fem.solids.forms import MaterialFields, stiffness_degree
 
 @dataclass(frozen=True, eq=False)
 class SolidProblem:
-    """What further forms of the same solid need.
+    """The data of a solid for further forms.
 
     Attributes
     ----------
     fx : namespace
-        Of `kanefe_fem._fenicsx.load`.
+        From `kanefe_fem._fenicsx.load`.
     mesh : dolfinx mesh
     vector, scalar : function spaces
-        Of the displacement, and the scalar space of the same order.
+        The space of the displacement, and the scalar space of the same order.
     fields : MaterialFields
-        Of the moduli, times the thickness in 2D.
+        The moduli, times the thickness in 2D.
     element, geometry : Shape
-        Of the displacement and of the mesh: they set the degrees of quadrature.
+        Shapes of the displacement and of the mesh, for the degrees of quadrature.
     order_of_nodes : ndarray of int, shape (n,)
-        Number, in the arrays given, of each node of the matrices.
+        Number, in the given arrays, of each node of the matrices.
     scalar_order : ndarray of int, shape (n,), or None
         Degree of freedom of the scalar space of each node of the matrices. None: the same number.
     """
@@ -87,7 +84,7 @@ class Assembly:
     seconds : dict
         Time of each stage.
     versions : dict
-        Of dolfinx and PETSc.
+        Versions of dolfinx and PETSc.
     """
 
     stiffness: sp.csr_matrix
@@ -98,7 +95,7 @@ class Assembly:
 
     @property
     def order_of_nodes(self) -> np.ndarray:
-        """Number, in the arrays given, of each node of the matrices, shape (n,)."""
+        """Number, in the given arrays, of each node of the matrices, shape (n,)."""
         return self.problem.order_of_nodes
 
     @property
@@ -123,11 +120,11 @@ def assemble(
     kind : str
         meshio's name of the cells; its order is that of the displacement.
     straight : bool
-        The mid-side nodes are the means of the corners: the geometry is taken of order 1 (faster).
+        Whether the mid-side nodes are the means of the corners: the geometry is then of order 1 (faster).
     moduli : IsotropicModuli or AnisotropicModuli
-        Of each cell.
+        Moduli of each cell.
     density : ndarray, shape (m,)
-        rho in kg/m3 of each cell (times the thickness in 2D).
+        rho of each cell in kg/m3 (times the thickness in 2D).
 
     Notes
     -----
@@ -183,10 +180,10 @@ def _assemble(
 
 
 def solid_stress_stiffness(problem: SolidProblem) -> StressStiffness:
-    """Return the function of a static displacement (N,) that gives the geometric stiffness (N, N) of its stress s.
+    """Return the geometric stiffness (N, N) of the stress s of a static displacement (N,), as a function of the latter.
 
-    ``K_g = int grad(u) s : grad(v)`` is the same for each component of the displacement, so that a matrix of the
-    scalar space, ``int grad(p) . s grad(q)``, is all that is assembled. Its form is compiled at the first call.
+    ``K_g = int grad(u) s : grad(v)`` is the same for each component of the displacement, so that only a matrix of the
+    scalar space, ``int grad(p) . s grad(q)``, is assembled. Its form is compiled at the first call.
 
     Parameters
     ----------
@@ -209,11 +206,11 @@ def solid_stress_stiffness(problem: SolidProblem) -> StressStiffness:
 
 
 def _form(problem: SolidProblem) -> tuple[Any, Any]:
-    """Return the function that holds the static displacement, and the compiled form."""
+    """Return the function with the static displacement, and the compiled form."""
     fx = problem.fx
     loaded = problem.displacement(np.zeros(len(problem.order_of_nodes) * problem.element.dimension))
     p, q = fx.ufl.TrialFunction(problem.scalar), fx.ufl.TestFunction(problem.scalar)
-    # the points of the stiffness: then a strain that vanishes at all of them, as in a rigid turn, does no work at all
+    # the quadrature of the stiffness, so that a strain that vanishes at its points, as in a rigid rotation, has no work
     degree = stiffness_degree(problem.element, problem.geometry)
     integrand = fx.ufl.inner(fx.ufl.dot(problem.stress(loaded), fx.ufl.grad(p)), fx.ufl.grad(q))
     return loaded, fx.fem.form(integrand * problem.measure(degree))

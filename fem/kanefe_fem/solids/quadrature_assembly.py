@@ -1,14 +1,14 @@
-"""Assembly by numpy, of the bodies that dolfinx cannot take: serendipity bricks, wedges, pyramids, and mixtures.
+"""Assembly by numpy, for cells that dolfinx does not support: serendipity bricks, wedges, pyramids, and mixtures.
 
 ``K = int B^T C B`` and ``Ms = int rho N N^T`` cell by cell, in batches, by the quadratures of `kanefe.fe_model.shapes`:
-full integration, exact on cells with straight parallel sides (Abaqus' C3D20, not its C3D20R). Slower than compiled
-forms by a factor of some ten, and no UFL expressions can be evaluated on such bodies.
+full integration, exact on cells with straight parallel sides (Abaqus' C3D20, not its C3D20R). It is about ten times
+slower than compiled forms, and UFL expressions cannot be evaluated on such bodies.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -57,9 +57,9 @@ def assemble_by_quadrature(
     nodes : ndarray, shape (n, 3)
         m; all are used.
     blocks : sequence of Cells
-        All of one dimension d.
+        All of the same dimension d.
     moduli : IsotropicModuli or AnisotropicModuli
-        Of each cell, in the order of the blocks.
+        Moduli of each cell, in the order of the blocks.
     density : ndarray, shape (m,)
         kg/m3 (times the thickness in 2D).
     """
@@ -69,8 +69,10 @@ def assemble_by_quadrature(
 
     def stiffness(element: Shape, nodes_of: np.ndarray, cells: slice) -> np.ndarray:
         total = np.zeros((len(nodes_of), nodes_of.shape[1] * dimension, nodes_of.shape[1] * dimension))
-        for weight, B in _strain_displacements(element, nodes[nodes_of][:, :, :dimension]):
-            total += np.swapaxes(B, 1, 2) @ (weight[:, None, None] * (C[cells] @ B))
+        for gradient, weight in zip(*_rule(element), strict=True):
+            by_x, jacobian = _jacobian(nodes[nodes_of][:, :, :dimension], gradient)
+            B = _strains(by_x)
+            total += np.swapaxes(B, 1, 2) @ ((weight * jacobian)[:, None, None] * (C[cells] @ B))
         return total
 
     def mass(element: Shape, nodes_of: np.ndarray, cells: slice) -> np.ndarray:
@@ -120,7 +122,7 @@ def _matrices(moduli: Moduli, dimension: int) -> np.ndarray:
 def _assembled(
     blocks: Sequence[Cells], count: int, width: int, of_cells: Callable[[Shape, np.ndarray, slice], np.ndarray]
 ) -> sp.csr_matrix:
-    """Return the sum of cell matrices, with so many degrees of freedom a node."""
+    """Return the sum of cell matrices, with `width` degrees of freedom per node."""
     total = sp.csr_matrix((count * width, count * width))
     start = 0
     for block in blocks:
@@ -140,13 +142,6 @@ def _rule(element: Shape) -> tuple[np.ndarray, np.ndarray]:
     """Return the gradients of the shape functions at the points of the stiffness, and the weights."""
     points, weights = quadrature(element.kind, stiffness_degree(element, element))
     return element.gradients(points), weights
-
-
-def _strain_displacements(element: Shape, x: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield the weight (m,) and B (m, strains, dofs) of each point of the quadrature, nodes (m, nodes, d)."""
-    for gradient, weight in zip(*_rule(element), strict=True):
-        by_x, jacobian = _jacobian(x, gradient)
-        yield weight * jacobian, _strains(by_x)
 
 
 def _jacobian(x: np.ndarray, gradient: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

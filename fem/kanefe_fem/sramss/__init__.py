@@ -1,6 +1,7 @@
 """A helicopter on compliant skids, or on wheels, on a ship's deck, after SRAMSS-2D of Schock & Langlois (section V).
 
-The paper tells the structure and no numbers: the parameters here are assumed, and exact, so that programs can agree.
+The paper describes the structure without numbers. The parameters here are assumed; they are exact, so that the results
+of different programs can be compared.
 """
 
 from kanefe_fem.sramss.aircraft_loads import add_haul_down as add_haul_down

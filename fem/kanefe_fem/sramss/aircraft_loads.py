@@ -1,4 +1,4 @@
-"""What acts on the helicopter besides its gear: rotors, wind, a haul-down cable. All numbers are assumed.
+"""Loads on the helicopter: rotors, wind, a haul-down cable. All numbers are assumed.
 
 Axes of aircraft and deck: x forward, y to port, z up; the airframe's origin is its centre of mass.
 """
@@ -23,8 +23,8 @@ TORQUE_ARM = 0.35
 """Torque of the main rotor divided by its thrust, m."""
 
 BLADE_SHARE, TRACK_SHARE = 0.03, 0.01
-"""Harmonics as fractions of the thrust: that of the number of blades per turn along z, and that of once per turn in the
-plane of the rotor due to blades out of track."""
+"""Amplitudes of harmonics as fractions of the thrust: at the blade-passing frequency along z, and at the frequency of
+rotation in the plane of the rotor, due to blades out of track."""
 
 TAIL_HUB, TAIL_GEAR, TAIL_BLADES = (-5.6, 0.0, 0.9), 5.25, 2
 """Tail rotor: position of the hub from the centre of mass, m; speed relative to that of the main rotor; number of
@@ -37,25 +37,25 @@ LENGTH, FRONT, SIDE, FLAT, LIFT = 6.0, 1.2, 5.0, 4.5, 0.5
 """Fuselage: length, m; drag areas along x, across and along z, and largest lift area, m2."""
 
 YAW_SHARE = 0.12
-"""Largest distance of the side force behind the centre of mass in wind from ahead, relative to the length."""
+"""Distance of the side force behind the centre of mass in wind from ahead, relative to the length."""
 
 
 def add_rotors(scene: System, thrust: float, *, rate: float = MAIN_RATE, share: Any = None) -> None:
-    """Add thrust and torque of the main rotor, and the tail rotor that holds against them, with their harmonics.
+    """Add the thrust and torque of the main rotor and the thrust of the tail rotor, with their harmonics.
 
-    Loads "main rotor" and "tail rotor". At full rate 1 and b per turn of the main rotor are 6.4 and 25 Hz; on its
-    gear the airframe rolls at about 7 Hz.
+    The loads are named "main rotor" and "tail rotor". At full speed the frequency of rotation of the main rotor is 6.4
+    Hz and its blade-passing frequency 25 Hz; the airframe rolls on its gear at about 7 Hz.
 
     Parameters
     ----------
     scene : System
-        With a body "airframe", as of `spatial_scene` and `wheeled_scene`.
+        Scene with a body "airframe", as made by `spatial_scene` and `wheeled_scene`.
     thrust : float
-        Of the main rotor along the airframe's z, N.
+        Thrust of the main rotor along the airframe's z, N.
     rate : float
-        Of the main rotor, rad/s; the tail rotor turns with it.
+        Angular velocity of the main rotor, rad/s; that of the tail rotor is proportional to it.
     share : (times, values), optional
-        How much of it acts when: see `kanefe.PeriodicLoad`.
+        Factor on the loads as a function of time: see `kanefe.PeriodicLoad`.
     """
     airframe = scene.body("airframe")
     torque = TORQUE_ARM * thrust
@@ -65,16 +65,17 @@ def add_rotors(scene: System, thrust: float, *, rate: float = MAIN_RATE, share: 
         MAIN_BLADES: ((0, 0, BLADE_SHARE * thrust, 0, 0, 0), np.zeros(6)),
     }
     scene.add(PeriodicLoad("main rotor", airframe.frame(MAIN_HUB), rate, mean, shakes, share=share))
-    push = torque / TAIL_HUB[0]  # its moment about z is the arm along x by the force along y
+    push = torque / TAIL_HUB[0]  # moment about z = arm along x times force along y
     shakes = {TAIL_BLADES: ((0, BLADE_SHARE * push, 0, 0, 0, 0), np.zeros(6))}
     mean = (0.0, push, 0.0, 0.0, 0.0, 0.0)
     scene.add(PeriodicLoad("tail rotor", airframe.frame(TAIL_HUB), TAIL_GEAR * rate, mean, shakes, share=share))
 
 
 def fuselage_areas(count: int = 13) -> tuple[np.ndarray, np.ndarray]:
-    """Return angles of the wind from ahead (0) over port to astern (pi), rad, and the areas there, m2 and m3.
+    """Return angles of the wind from ahead (0) through port to astern (pi), rad, and the areas there, m2 and m3.
 
-    Drag and side force of a slender body, lift that is largest abeam, and a yawing moment that turns its tail downwind.
+    They give drag and side force of a slender body, a lift that is largest abeam, and a yawing moment that turns the
+    tail downwind.
     """
     angles = np.linspace(0.0, math.pi, count)
     along, across = np.cos(angles), np.sin(angles)
@@ -85,14 +86,14 @@ def fuselage_areas(count: int = 13) -> tuple[np.ndarray, np.ndarray]:
 
 
 def add_wind(scene: System, wind: Wind) -> None:
-    """Add the wind on the fuselage: a load "fuselage".
+    """Add the wind on the fuselage as a load "fuselage".
 
     Parameters
     ----------
     scene : System
-        With a body "airframe".
+        Scene with a body "airframe".
     wind : Wind
-        Relative to the deck at rest: of a ship that moves, as it is felt on board.
+        Wind relative to the deck: on a ship under way, the apparent wind.
     """
     angles, areas = fuselage_areas()
     at = scene.body("airframe").frame(tuple(FUSELAGE))
@@ -109,18 +110,18 @@ CABLE_STIFFNESS, CABLE_DAMPING, CABLE_SPEED, CABLE_BELOW = 4e5, 800.0, 3.0, 2.0
 def add_haul_down(
     scene: System, tension: Any, *, at: tuple[float, float] = (0.0, 0.0), breaking_load: float | None = None
 ) -> None:
-    """Add a cable from a winch below the deck through a hole in it to the airframe: a load "haul-down".
+    """Add a cable from a winch below the deck through a hole in it to the airframe, as a load "haul-down".
 
     Parameters
     ----------
     scene : System
-        With a body "airframe" and the deck, a body "deck" or the ground.
+        Scene with a body "airframe"; the deck is a body "deck" or the ground.
     tension : float or (times, tensions)
-        That the winch holds, N: see `kanefe.Winch`.
+        Tension that the winch holds, N: see `kanefe.Winch`.
     at : (float, float)
         x and y of the hole on the deck, m.
     breaking_load : float, optional
-        N.
+        Breaking load of the cable, N.
     """
     deck = deck_of(scene)
     way = deck.frame((*at, -CABLE_BELOW)), deck.frame((*at, 0.0)), scene.body("airframe").frame(PROBE)
@@ -129,7 +130,7 @@ def add_haul_down(
 
 
 def deck_of(scene: System) -> Frame:
-    """Return the deck of a scene, which is the ground where it does not move."""
+    """Return the deck of a scene, the ground if it does not move."""
     try:
         return scene.body("deck")
     except ModelError:

@@ -1,4 +1,4 @@
-"""Chocks round the skids: blocks on the deck that stop them. All numbers are assumed."""
+"""Chocks around the skids: blocks on the deck that stop them. All numbers are assumed."""
 
 from __future__ import annotations
 
@@ -34,22 +34,23 @@ def add_chocks(
     at: tuple[float, float] = (0.0, 0.0),
     stiffness: float = STIFFNESS,
 ) -> tuple[str, ...]:
-    """Add chocks at the ends of the skids: stops in the plane of the deck, which push and never pull.
+    """Add chocks at the ends of the skids: unilateral stops in the plane of the deck.
 
-    Four to a skid: before and behind it, and outboard of its foremost and its aftmost shoe. They are contacts without
-    friction, of a point of the shoe and a block fixed to the deck, so that forces, touches and lifts are told as of any
-    contact. A shoe that lifts off the deck by more than a block's height, 0.1 m, gets over it. They do not break.
+    Each skid has four: in front of it, behind it, and outboard of its foremost and its aftmost shoe. They are
+    frictionless contacts between a point of the shoe and a block fixed to the deck, with forces and events like any
+    contact. A shoe that lifts off the deck by more than the height of a block, 0.1 m, passes over it. The chocks do not
+    break.
 
     Parameters
     ----------
     scene : System
-        Of `spatial_scene`: with the gear as its body "gear"; the deck is a body "deck" or the ground.
+        Scene of `spatial_scene`, with the gear as its body "gear"; the deck is a body "deck" or the ground.
     gap : float
-        Between each chock and the undeformed skid, m; zero: they touch.
+        Gap between each chock and the undeformed skid, m; zero if they touch.
     at : (float, float)
-        The spot on the deck that the scene stands on, m.
+        x and y on the deck of the aircraft, as for the scene, m.
     stiffness : float
-        Of one chock, N/m.
+        Stiffness of one chock, N/m.
 
     Returns
     -------
@@ -59,7 +60,7 @@ def add_chocks(
     Raises
     ------
     ModelError
-        If the gap or the stiffness makes no sense, or the gear has no shoes.
+        If the gap or the stiffness is out of range, or the gear has no shoes.
 
     Examples
     --------
@@ -87,7 +88,7 @@ def add_chocks(
             centre = np.array(at) + member.body.nodes[node, :2] + (gap + 0.5 * BREADTH) * np.array(way)
             size = (BREADTH, LENGTH) if way[0] else (LENGTH, BREADTH)
             name = f"{side} chock {where}"
-            # as deep as it is high, so that to a shoe on the deck the face is what is nearest
+            # it extends below the deck by its height, so that the face is closest to a shoe on the deck
             block = scene.add_surface(name, deck, Box((*size, 2.0 * HEIGHT)), at=(*centre, 0.0))
             scene.add_contact(name, member.node(node), block, normal=normal)
             names.append(name)
@@ -107,7 +108,7 @@ def _ends(gear: FlexibleBody, side: str) -> tuple[NodeShares, NodeShares]:
 
 
 def _outermost(gear: FlexibleBody, shoe: NodeShares, way: np.ndarray) -> int:
-    """Return the node of a shoe that is furthest on a way along the deck; of several the middle one."""
+    """Return the node of a shoe that is furthest in a direction along the deck, the middle one of several."""
     places = gear.nodes[shoe.nodes, :2]
     along = places @ way
     first = np.flatnonzero(along > along.max() - SAME)

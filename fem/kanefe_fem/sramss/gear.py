@@ -40,17 +40,17 @@ def gear_body(saddles: Saddles = "fixed", *, damping: Damping = None, is_planar:
     Parameters
     ----------
     saddles : {"fixed", "hinged"}
-        Held in the airframe in x, y and the rotation about z; or in x and y, with a rotation that is continuous through
-        them (the zero columns of section IV.C).
+        Held in the airframe in x, y and the rotation about z; or in x and y only, with a rotation that is continuous
+        through them (the zero columns of section IV.C).
     damping : Damping
         Default: `parameters.DAMPING_RATIO` in every mode with the saddles held and the skids free.
     is_planar : bool
-        False: of beams in space, for a scene that is held in the plane by its joints.
+        Whether the beams are planar; beams in space are for a scene that is held in the plane by its joints.
 
     Raises
     ------
     ModelError
-        If there are no such saddles.
+        If `saddles` is unknown.
     """
     if saddles not in ("fixed", "hinged"):
         raise ModelError(f"saddles are 'fixed' or 'hinged', not {saddles!r}")

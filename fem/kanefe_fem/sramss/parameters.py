@@ -25,7 +25,7 @@ YOUNG, DENSITY = 71.7e9, 2810.0
 """Young's modulus (Pa) and density (kg/m3) of aluminium."""
 
 DIAMETER, WALL = 0.0762, 0.00635
-"""Outer diameter and wall thickness of each of the two tubes that act as one, m."""
+"""Outer diameter and wall thickness of each of the two tubes, which are combined into one beam, m."""
 
 INNER = DIAMETER - 2.0 * WALL
 AREA = 2.0 * math.pi / 4.0 * (DIAMETER**2 - INNER**2)

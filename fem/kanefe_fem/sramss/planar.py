@@ -22,7 +22,7 @@ from kanefe_fem.sramss import parameters as given
 from kanefe_fem.sramss.gear import SKIDS, GearKeywords, Saddles, gear_body
 
 STEPS_A_SECOND = 500
-"""Samples per second in the table of the deck's motion: the error of its accelerations is 1e-6 of the largest."""
+"""Samples per second in the table of the deck's motion: the relative error of its accelerations is 1e-6."""
 
 SIDES = {"starboard": -1.0, "port": 1.0}
 
@@ -30,14 +30,14 @@ Held = Literal["smooth", "pinned", "rough"]
 
 
 class Deck(NamedTuple):
-    """How the deck rolls: ``tilt + amplitude s(t / rise) sin(2 pi t / period)``, ``s = 10x^3 - 15x^4 + 6x^5``, then 1.
+    """Roll of the deck: ``tilt + amplitude s(t / rise) sin(2 pi t / period)``, ``s = 10x^3 - 15x^4 + 6x^5`` to x = 1.
 
     Attributes
     ----------
     amplitude, tilt : float
-        rad.
+        Angles in rad.
     period, rise, span : float
-        s; `span` is for how long the motion is known.
+        Times in s; `span` is the duration of the motion.
     """
 
     amplitude: float = 0.0
@@ -49,8 +49,8 @@ class Deck(NamedTuple):
     def angle(self, t: np.ndarray) -> np.ndarray:
         """Return the angle at times t (s), rad."""
         x = np.clip(t / self.rise, 0.0, 1.0)
-        grown = x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
-        return np.asarray(self.tilt + self.amplitude * grown * np.sin(2.0 * math.pi * t / self.period))
+        s = x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+        return np.asarray(self.tilt + self.amplitude * s * np.sin(2.0 * math.pi * t / self.period))
 
     def motion(self) -> Motion:
         """Return the motion of the deck's joint."""
@@ -81,19 +81,19 @@ def planar_scene(
     ----------
     deck : Deck
     skids : {"smooth", "pinned", "rough"}
-        Free to spread on the deck; on springs and dampers across it; or by Coulomb's friction.
+        Without friction; held across the deck by springs and dampers; or with Coulomb friction.
     half_track : float
-        Where the springs of pinned skids are slack: so far from the middle of the deck, m.
+        Distance from the middle of the deck at which the springs of pinned skids are unloaded, m.
     mu : float
-        Of rough skids.
+        Coefficient of friction of rough skids.
     lashed : float
-        Unstretched length of the lashings from the saddles to the deck, m; zero: there are none.
+        Unstretched length of the lashings from the saddles to the deck, m; zero for none.
     start : (float, float, float), optional
-        x and y (m) and the angle (rad) of the airframe; default: undeformed, where the skids touch.
+        x and y (m) and the angle (rad) of the airframe. Default: the undeformed skids touch the deck.
     velocity : float
-        Of all down at the start, m/s.
+        Downward speed of the whole aircraft at the start, m/s.
     lift : float
-        Force up at the airframe's centre of mass, N.
+        Upward force at the airframe's centre of mass, N.
     **gear
         saddles, damping and is_planar, as for `gear_body`.
     """
@@ -118,14 +118,12 @@ def planar_scene(
         skid, name = member.node(node), SKIDS[side]
         scene.add_contact(name, skid, surface, normal=normal, friction=friction if skids == "rough" else None)
         if skids == "pinned":
-            mark = on_deck.frame((sign * half_track, given.DECK_HEIGHT, 0.0))
-            along = (1.0, 0.0, 0.0)
             scene.add_bushing(
                 f"{name} pin",
-                mark,
+                on_deck.frame((sign * half_track, given.DECK_HEIGHT, 0.0)),
                 skid,
-                stiffness=tuple(given.TANGENTIAL_STIFFNESS * k for k in along),
-                damping=tuple(given.TANGENTIAL_DAMPING * k for k in along),
+                stiffness=(given.TANGENTIAL_STIFFNESS, 0.0, 0.0),
+                damping=(given.TANGENTIAL_DAMPING, 0.0, 0.0),
             )
         if lashed > 0.0:
             at_saddle = (*(given.CORNERS[2] * (sign, 1.0)), 0.0)
@@ -138,30 +136,30 @@ def planar_scene(
 
 
 def level_rest(saddles: Saddles = "fixed", lashed: float = 0.0, *, is_planar: bool = True) -> tuple[Equilibrium, float]:
-    """Return the rest on the level deck with skids that are free to spread, and half the track there, m.
+    """Return the equilibrium on the level deck with frictionless skids, and half the track there, m.
 
-    Nothing holds it across the deck: where it is, is told by its first coordinate.
+    Nothing holds the aircraft across the deck: its first coordinate is arbitrary.
     """
     rest = equilibrium(planar_scene(saddles=saddles, lashed=lashed, is_planar=is_planar))
     return rest, float(given.CORNERS[-1, 0] + rest.nodal_displacements("gear")[-1, 0])
 
 
 def from_level(scene: System, rest: Equilibrium) -> np.ndarray:
-    """Return the state of a scene that begins at the level rest in the middle of the deck, with loose anchors."""
+    """Return the initial state at the level equilibrium in the middle of the deck, with unloaded friction springs."""
     state = by_names(scene, rest)
     state[0] = 0.0
     return state
 
 
 def by_names(scene: System, rest: Equilibrium) -> np.ndarray:
-    """Return the start of a scene, with what a rest of another one has under the same names."""
+    """Return the initial state of a scene, with values of the same names from the equilibrium of another one."""
     model, found = scene.freeze(), dict(zip(rest.model.state_names, rest.state, strict=True))
     named = zip(model.state_names, model.initial_state, strict=True)
     return np.array([found.get(name, value) for name, value in named])
 
 
 def lashing_length(saddles: Saddles = "fixed", *, tension: float = given.LASHING_PRELOAD) -> float:
-    """Return the unstretched length of the lashings, of which both pull by a tension (N) at the level rest, m.
+    """Return the unstretched length of the lashings, m, that gives a tension (N) at the level equilibrium.
 
     Raises
     ------
@@ -176,5 +174,5 @@ def lashing_length(saddles: Saddles = "fixed", *, tension: float = given.LASHING
 
     unloaded = math.hypot(given.LASHING_POINT - given.CORNERS[2, 0], given.CG_HEIGHT + given.CORNERS[2, 1])
     slack = tension / given.LASHING_STIFFNESS
-    # the gear gives way by some millimetres, by the lashings too, of which longer ones are slack
+    # the gear deforms by some millimetres, also under the lashings, and longer lashings are slack
     return float(brentq(excess, unloaded - 10.0 * slack, unloaded - slack, xtol=1e-12))

@@ -1,4 +1,4 @@
-"""A probe under the fuselage in a trap on the deck, as RAST and ASIST have it. All numbers are assumed."""
+"""A probe under the fuselage in a trap on the deck, as in RAST and ASIST. All numbers are assumed."""
 
 from __future__ import annotations
 
@@ -28,20 +28,19 @@ def add_probe(
 ) -> str:
     """Add a probe under the middle of the airframe in a trap: a round hole that holds it in the plane of the deck.
 
-    A contact "probe" without friction, of the tip of the probe and the surface "trap", so that forces, touches and
-    lifts are told as of any contact. It slides up and down and turns as it likes; `add_haul_down` holds it down. It
-    does not break.
+    It is a frictionless contact "probe" between the tip of the probe and the surface "trap", with forces and events
+    like any contact. The probe can slide up and down and rotate; `add_haul_down` holds it down. It does not break.
 
     Parameters
     ----------
     scene : System
-        Of `spatial_scene`: with a body "airframe"; the deck is a body "deck" or the ground.
+        Scene of `spatial_scene`, with a body "airframe"; the deck is a body "deck" or the ground.
     gap : float
         Radial play between the probe and the trap, m.
     at : (float, float)
-        The spot on the deck that the scene stands on, m.
+        x and y on the deck of the aircraft, as for the scene, m.
     stiffness, damping : float
-        Of the trap, N/m and N s/m.
+        Stiffness and damping of the trap, N/m and N s/m.
 
     Returns
     -------
@@ -51,7 +50,7 @@ def add_probe(
     Raises
     ------
     ModelError
-        If the gap is not above zero, the stiffness or the damping makes no sense, or there is no airframe.
+        If the gap, the stiffness or the damping is out of range, or there is no airframe.
 
     Examples
     --------
@@ -61,7 +60,7 @@ def add_probe(
     """
     if not (math.isfinite(gap) and gap > 0.0):
         raise ModelError(f"gap of a probe in its trap must be above zero m, not {gap!r}")
-    hole = Cylinder(gap, DEPTH, axis="z", inside=True)  # the tip is a point: the hole is as wide as its play
+    hole = Cylinder(gap, DEPTH, axis="z", inside=True)  # the tip is a point, so the radius of the hole is the gap
     tip = scene.body("airframe").frame((0.0, 0.0, HEIGHT - given.CG_HEIGHT))
     trap = scene.add_surface("trap", deck_of(scene), hole, at=(*at, HEIGHT))
     scene.add_contact("probe", tip, trap, normal=KelvinVoigt(stiffness, damping=damping))

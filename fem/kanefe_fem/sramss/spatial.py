@@ -32,8 +32,8 @@ from kanefe_fem.sramss.gear import ALUMINIUM, Saddles
 from kanefe_fem.sramss.planar import by_names
 
 CLOSE, ENOUGH, MOST_RESTS = 1e-8, 0.01, 20
-"""Search for the lengths of lashings: tolerance relative to their stretch; tolerance where friction holds the gear to
-one side, so that lengths change its position and not the tension; largest number of equilibria."""
+"""Search for the lengths of lashings: tolerance relative to their stretch; tolerance if friction holds an asymmetric
+gear, so that lengths change its position and not the tension; largest number of equilibria."""
 
 SADDLES = tuple(f"{tube} {side} saddle" for tube in ("aft", "forward") for side in ("starboard", "port"))
 SHOES = tuple(f"{side} shoe {number}" for side in ("starboard", "port") for number in range(1, 5))
@@ -43,7 +43,6 @@ INERTIA = (given.AIRFRAME_INERTIA, 2400.0, 2600.0)
 
 LASHING_OUT = 0.60
 """Distance of a lashing's fastening on the deck outboard of its saddle, m."""
-
 
 SHOE_POINTS = 4
 """Number of contact points of a shoe with a face: its corners."""
@@ -55,16 +54,16 @@ def spatial_gear(mesh: Mesh | str | Path, modes: int = 16, *, saddles: Saddles =
     Parameters
     ----------
     mesh : Mesh, str or Path
-        With groups of lines "cross tubes" and "skid tubes", and of points for saddles and shoes.
+        Mesh with groups of lines "cross tubes" and "skid tubes", and groups of points for saddles and shoes.
     modes : int
-        Normal modes with the saddles held.
+        Number of normal modes with the saddles held.
     saddles : {"fixed", "hinged"}
-        Held in all directions; or with a rotation about x that is free.
+        Held in all directions, or free to rotate about x.
 
     Raises
     ------
     ModelError
-        If there are no such saddles.
+        If `saddles` is unknown.
     """
     tube = Tube(given.DIAMETER, given.WALL)
     held = _held(saddles)
@@ -75,22 +74,22 @@ def spatial_gear(mesh: Mesh | str | Path, modes: int = 16, *, saddles: Saddles =
 def solid_gear(mesh: Mesh | str | Path, modes: int = 16, *, saddles: Saddles = "fixed") -> FlexibleBody:
     """Return the gear from the mesh of solids of ``meshes/skid_gear_solid.py``, held in the airframe by its saddles.
 
-    It is made in half a minute, and then comes from the cache. Its saddles hold rings of the tubes, which stay round
-    there, and its shoes touch by faces.
+    The first call takes half a minute; then the body is in the cache. The saddles hold rings of the tubes, which stay
+    circular there, and the shoes have faces.
 
     Parameters
     ----------
     mesh : Mesh, str or Path
-        With groups of facets for saddles and shoes.
+        Mesh with groups of facets for saddles and shoes.
     modes : int
-        Normal modes with the saddles held.
+        Number of normal modes with the saddles held.
     saddles : {"fixed", "hinged"}
-        Held in all directions; or with a rotation about x, through the axis of the tube, that is free.
+        Held in all directions, or free to rotate about the axis of the tube, along x.
 
     Raises
     ------
     ModelError
-        If there are no such saddles.
+        If `saddles` is unknown.
 
     Examples
     --------
@@ -108,7 +107,7 @@ def solid_gear(mesh: Mesh | str | Path, modes: int = 16, *, saddles: Saddles = "
 
 
 def _held(saddles: Saddles) -> dict[str, Interface]:
-    """Return how the airframe holds the gear."""
+    """Return the interfaces at which the airframe holds the gear."""
     if saddles not in ("fixed", "hinged"):
         raise ModelError(f"saddles are 'fixed' or 'hinged', not {saddles!r}")
     return dict.fromkeys(SADDLES, Interface("all" if saddles == "fixed" else ("x", "y", "z", "ry", "rz")))
@@ -125,26 +124,27 @@ def spatial_scene(
     sink: float = 0.0,
     shoe_points: int = SHOE_POINTS,
 ) -> System:
-    """Return the aircraft on the deck, over a spot of it, with the skids undeformed.
+    """Return the aircraft on the deck, with the skids undeformed.
 
     Parameters
     ----------
     gear : FlexibleBody
-        See `spatial_gear` and `solid_gear`.
+        Gear of `spatial_gear` or `solid_gear`.
     motion : GivenPose, optional
-        Of the deck: `kanefe.PoseTable`, or what a ship gives. None: it stays.
+        Motion of the deck: `kanefe.PoseTable`, or the motion of a ship. Default: none.
     mu : float
-        Of the shoes on the deck; zero: they slide.
+        Coefficient of friction of the shoes on the deck; zero for none.
     lashings : mapping of str to float, optional
-        Unstretched length of the lashing of each saddle, m: see `lashing_lengths`. None: there are none.
+        Unstretched length of the lashing of each saddle, m: see `lashing_lengths`. Default: no lashings.
     at : (float, float)
-        x and y of the spot, m.
+        x and y of the aircraft on the deck, m.
     lift : float
-        Of the rotor, along the airframe's z, N.
+        Lift of the rotor along the airframe's z, N.
     sink : float
-        Speed towards the deck with which it starts, m/s.
+        Initial speed towards the deck, m/s.
     shoe_points : int
-        Of each shoe of a solid gear that touch the deck. Two, opposite corners, run three times as fast as all four.
+        Number of contact points of each shoe of a solid gear. With two, at opposite corners, a run is three times as
+        fast as with all four.
     """
     scene = System(gravity=(0.0, 0.0, -given.GRAVITY))
     deck = scene.add_frame("deck", joint=Free(motion=motion)) if motion is not None else scene.ground
@@ -177,16 +177,16 @@ def spatial_scene(
 
 
 def resting_on(scene: System, rest: Equilibrium, motion: GivenPose) -> np.ndarray:
-    """Return the start of a scene whose aircraft rests on the deck as it does on a level one, and moves with it.
+    """Return the initial state of an aircraft that moves with the deck, deformed as at rest on a level deck.
 
     Parameters
     ----------
     scene : System
-        With a deck that moves.
+        Scene with a moving deck.
     rest : Equilibrium
-        Of the same aircraft on a deck that stays.
+        Equilibrium of the same aircraft on a fixed deck.
     motion : GivenPose
-        Of the deck.
+        Motion of the deck.
     """
     state, begun = by_names(scene, rest), motion.at(0.0)
     names = scene.freeze().state_names
@@ -201,14 +201,14 @@ def resting_on(scene: System, rest: Equilibrium, motion: GivenPose) -> np.ndarra
 
 
 def started_on(motion: GivenPose | None, place: np.ndarray, sink: float = 0.0) -> Free:
-    """Return the joint of an airframe that starts at a place over the deck, moves with it, and sinks towards it.
+    """Return the joint of an airframe that starts above the deck with the deck's motion and a sink speed.
 
     Parameters
     ----------
     motion : GivenPose or None
-        Of the deck; None: it stays.
+        Motion of the deck; None if it is fixed.
     place : ndarray, shape (3,)
-        Of the airframe's centre of mass, in axes of the deck, m.
+        Position of the airframe's centre of mass, in axes of the deck, m.
     sink : float
         Speed towards the deck, m/s.
     """
@@ -231,15 +231,15 @@ def saddle_place(gear: FlexibleBody, name: str) -> np.ndarray:
 
 
 def _way_down(point: np.ndarray) -> np.ndarray:
-    """Return the way from a saddle to where its lashing is fastened, in axes of the undeformed aircraft, m."""
+    """Return the vector from a saddle to the lower end of its lashing, in axes of the undeformed aircraft, m."""
     return np.array((0.0, np.sign(point[1]) * LASHING_OUT, -given.CG_HEIGHT - point[2]))
 
 
 def lashing_lengths(gear: FlexibleBody, tension: float, *, shoe_points: int = SHOE_POINTS) -> dict[str, float]:
-    """Return unstretched lengths of the lashings, of which all pull by a tension (N) at rest on the level deck, m.
+    """Return unstretched lengths of the lashings, m, that give all a tension (N) at rest on the level deck.
 
-    The gear gives way to each of them, and so lengthens the others. Of a gear that is not the same to both sides they
-    pull so to a percent: there friction takes what is left, as much as it is given.
+    The lengths depend on each other, because each lashing deforms the gear. For an asymmetric gear the tensions are
+    within one per cent: friction carries the difference.
 
     Raises
     ------
@@ -256,7 +256,7 @@ def lashing_lengths(gear: FlexibleBody, tension: float, *, shoe_points: int = SH
         return np.asarray(lengths + slack - [float(rest.load(f"{name} lashing")[0]) for name in SADDLES])
 
     lengths = np.array([np.linalg.norm(_way_down(saddle_place(gear, name))) for name in SADDLES]) - slack
-    left, inverse = lacks(lengths), np.eye(len(SADDLES))  # of ropes that yield by far more than the gear
+    left, inverse = lacks(lengths), np.eye(len(SADDLES))  # exact for a rigid gear
     for _ in range(MOST_RESTS):
         step = -inverse @ left
         before, lengths = left, lengths + step
@@ -264,6 +264,6 @@ def lashing_lengths(gear: FlexibleBody, tension: float, *, shoe_points: int = SH
         change, off = left - before, np.abs(left).max()
         if off <= CLOSE * slack or (off <= ENOUGH * slack and off > 0.5 * np.abs(before).max()):
             return dict(zip(SADDLES, lengths.tolist(), strict=True))
-        # Broyden's method: each rest tells how the gear yields, and costs as much as any other
+        # Broyden's method: each equilibrium is expensive and improves the inverse Jacobian
         inverse += np.outer(step - inverse @ change, step @ inverse) / (step @ inverse @ change)
     raise ModelError(f"no lengths of the lashings were found with which all pull by {tension:g} N")

@@ -23,7 +23,7 @@ from kanefe_fem.sramss.spatial import INERTIA, started_on
 
 
 class Leg(NamedTuple):
-    """A leg: where it stands (x and y, m), piston (m2), gas at full extension (m3), oil (N s2/m2) and brake (N m)."""
+    """A leg: position (x and y, m), piston (m2), gas at full extension (m3), oil (N s2/m2) and brake (N m)."""
 
     x: float
     y: float
@@ -76,27 +76,27 @@ def wheeled_scene(
     brakes: bool = True,
     chocks: bool = False,
 ) -> System:
-    """Return the aircraft on three wheels over a spot of the deck, its struts extended and its tyres just on it.
+    """Return the aircraft on three wheels, with its struts extended and its tyres touching the deck.
 
-    Bodies "airframe", and "nose piston", "nose wheel" and so on; loads "nose oleo", contacts "nose tyre", and with
-    chocks "port chock aft" and so on. The wheels do not swivel.
+    The bodies are "airframe", "nose piston", "nose wheel" and so on, the loads "nose oleo" and so on, the contacts
+    "nose tyre" and so on, and with chocks "port chock aft" and so on. The wheels do not swivel.
 
     Parameters
     ----------
     motion : GivenPose, optional
-        Of the deck: `kanefe.PoseTable`, or what a ship gives. None: it stays.
+        Motion of the deck: `kanefe.PoseTable`, or the motion of a ship. Default: none.
     mu : float
-        Of tyres on the deck and on chocks.
+        Coefficient of friction of tyres on the deck and on chocks.
     at : (float, float)
-        x and y of the spot, m.
+        x and y of the aircraft on the deck, m.
     height, sink : float
-        Of the tyres over the deck at the start (m), and the speed at which the aircraft comes down on it (m/s).
+        Initial height of the tyres above the deck, m, and speed towards it, m/s.
     lift : float
-        Of the rotor, along the airframe's z, N.
+        Lift of the rotor along the airframe's z, N.
     brakes : bool
         Whether the brakes of the main wheels are set.
     chocks : bool
-        Whether there are chocks before and behind the main wheels.
+        Whether there are chocks in front of and behind the main wheels.
     """
     scene = System(gravity=(0.0, 0.0, -given.GRAVITY))
     deck = scene.add_frame("deck", joint=Free(motion=motion)) if motion is not None else scene.ground
@@ -118,11 +118,10 @@ def _add_leg(scene: System, name: str, leg: Leg, airframe: Frame, surface: Surfa
     ends = CoordinateForce(
         limits=(0.0, STROKE), limit_stiffness=STOP_STIFFNESS, limit_damping=STOP_DAMPING, friction=SEAL_FRICTION
     )
-    inertia = PISTON_MASS * np.array((0.1, 0.1, 0.01))
     piston = scene.add_rigid_body(
         f"{name} piston",
         PISTON_MASS,
-        inertia,
+        PISTON_MASS * np.array((0.1, 0.1, 0.01)),
         parent=airframe,
         at=axle,
         joint=Prismatic("z", forces=ends),
@@ -144,10 +143,10 @@ def _add_leg(scene: System, name: str, leg: Leg, airframe: Frame, surface: Surfa
 def _add_chocks(
     scene: System, name: str, leg: Leg, wheel: Frame, deck: Frame, at: tuple[float, float], mu: float
 ) -> None:
-    """Add boxes on the deck before and behind a wheel; a ball that has the tyre's outline from the side meets them."""
+    """Add boxes on the deck in front of and behind a wheel, in contact with a sphere of the tyre's outer radius."""
     length, _, height = CHOCK
     radius = RING + TUBE
-    # the edge of the box nearly touches a circle that stands on the deck
+    # distance of the box at which its edge has the gap CHOCK_GAP to the tyre
     away = math.sqrt(radius**2 - (radius - height) ** 2) + CHOCK_GAP + 0.5 * length
     ball = scene.add_surface(f"{name} ball", wheel, Sphere(radius))
     for where, sign in (("aft", -1.0), ("forward", 1.0)):

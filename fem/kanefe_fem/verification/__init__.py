@@ -1,4 +1,4 @@
-"""The plugin's verification cases for ``kanefe verify``.
+"""The verification cases of `kanefe_fem` for ``kanefe verify``.
 
-`beams` needs numpy and scipy alone, `solids` a mesh assembler.
+`beams` needs only numpy and scipy, `solids` also dolfinx.
 """

@@ -1,4 +1,4 @@
-"""Cases of natural frequencies with beam elements."""
+"""Natural frequencies of beam elements."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ PINNED = Interface(fixed=("x", "y"))
 
 
 def unit_beam(elements: int, interfaces: dict[str, str | Interface], modes: int | None = None) -> FlexibleBody:
-    """Return the planar Euler-Bernoulli beam with EI = rho A = L = 1, unreduced or with so many normal modes."""
+    """Return a planar Euler-Bernoulli beam with EI = rho A = L = 1, unreduced or with the given number of modes."""
     model = straight_beam(
         1.0,
         UNIT_SECTION,
@@ -42,13 +42,13 @@ def unit_beam(elements: int, interfaces: dict[str, str | Interface], modes: int 
 
 
 MANY = CraigBampton(modes=40)
-"""Reduction with many modes, which include the first ones of each kind."""
+"""Reduction with enough modes for the first ones of each kind."""
 
 
 def component_frequencies(body: FlexibleBody, component: str) -> np.ndarray:
-    """Return the natural frequencies in Hz of the modes that move along one component of the nodes only.
+    """Return the natural frequencies in Hz of the modes that move the nodes along one component only.
 
-    In a straight beam of symmetric section stretch, twist and the two bendings are uncoupled.
+    In a straight beam with a symmetric section, stretch, twist and bending in the two planes are uncoupled.
     """
     k = body.free_count
     frequencies, modes = natural_modes(body.stiffness[:k, :k], body.moments.elastic_mass[:k, :k])
@@ -60,8 +60,8 @@ def component_frequencies(body: FlexibleBody, component: str) -> np.ndarray:
 def bending_roots(reference: Reference) -> Iterator[Check]:
     """B01: roots bL of uniform Euler-Bernoulli beams.
 
-    Hermite elements of length h give bL too large by the share (bh)^4 / 2880: with 20 of them 3.2e-5 for the third root
-    of the free-free beam, so all but the cantilever take 40.
+    The relative error of bL with Hermite elements of length h is (bh)^4 / 2880: with 20 of them it is 3.2e-5 for the
+    third root of the free-free beam, so all beams except the cantilever have 40.
     """
     supports: tuple[tuple[str, str, int, dict[str, str | Interface]], ...] = (
         ("clamped-free", "clamped-free", 20, {"root": "clamped"}),
@@ -97,7 +97,7 @@ def timoshenko_clamped_pinned(reference: Reference) -> Iterator[Check]:
 
 
 def _timoshenko(reference: Reference, supports: dict[str, dict[str, str | Interface]]) -> Iterator[Check]:
-    # The frequencies of these elements converge with the second order: 60 of them are 1e-3 too high for the fifth.
+    # the frequencies converge with the second order: with 60 elements the fifth is 1e-3 too high
     elements = 240
     section = Rectangle(width=0.1, height=0.05)  # kappa = 5/6; bends across the width
     model = straight_beam(1.0, section, STEEL, elements=elements, planar=True)
@@ -143,7 +143,7 @@ def _omegas(pairs: list[list[str]]) -> list[float]:
 
 
 def bars(reference: Reference) -> Iterator[Check]:
-    """B06: axial and torsional modes; elements linear in stretch and twist, so ten times as many as quadratic ones."""
+    """B06: axial and torsional modes; the elements are linear in stretch and twist, so many are needed."""
     elements = 200
     model = straight_beam(1.0, Rectangle(width=0.02, height=0.02), STEEL, elements=elements, planar=True)
     for name, interfaces in (("axial_fixed_free", {"root": "clamped"}), ("axial_free_free", {})):

@@ -1,4 +1,4 @@
-"""Cases of impacts of beams: a mass that falls on one, and a bar that hits a wall with its end."""
+"""Impacts of beams: a mass that falls on a beam, and a bar whose end hits a wall."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from kanefe_fem.beams.sections import Rectangle, Section
 from kanefe_fem.materials.isotropic import Material
 
 STIFFNESS = 1e9
-"""Stiffness of the contacts, N/m: a thousand times that of the beam, and fifty times that of the bar."""
+"""Stiffness of the contacts, N/m: a thousand times the stiffness of the beam, and fifty times that of the bar."""
 
 YOUNG, DENSITY = 210e9, 7850.0
 AREA, BAR_MODES, BAR_ELEMENTS = 1e-4, 40, 60
@@ -35,15 +35,15 @@ NEAR = 1e-6
 
 
 def mass_on_beam(reference: Reference) -> Iterator[Check]:
-    """F02a: a mass falls on the middle of a beam that is simply supported, and has a thousandth of its mass."""
+    """F02a: a mass falls on the middle of a simply supported beam with a thousandth of its mass."""
     values, elements = reference.values, 20
     side = (12.0 * values["EI"] / YOUNG) ** 0.25
     light = Material(E=YOUNG, nu=0.3, rho=1e-3 * values["m"] / (side**2 * values["L"]))
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UnitWarning)  # no steel is so light
+        warnings.simplefilter("ignore", UnitWarning)  # the density is far below that of steel
         model = straight_beam(values["L"], Rectangle(side, side), light, elements=elements, planar=True)
     supports = {"root": Interface(fixed=("x", "y")), "tip": Interface(fixed=("y",))}
-    # damped, so that it does not bounce beneath the mass
+    # damped, so that it stays in contact with the mass
     body = beam_body(model, supports, reduction=CraigBampton(modes=9), damping=ModalDamping(0.05))
     scene = System(gravity=(0.0, -GRAVITY, 0.0))
     beam = scene.add_flexible_body("beam", body)
@@ -61,7 +61,7 @@ def mass_on_beam(reference: Reference) -> Iterator[Check]:
 
 
 def bar_on_wall(reference: Reference) -> Iterator[Check]:
-    """K10: a bar hits a rigid wall with its end, until the wave comes back from the other one."""
+    """K10: the end of a bar hits a rigid wall, until the wave returns from the other end."""
     values, wave = reference.values, math.sqrt(YOUNG / DENSITY)
     section = Section.from_stiffness(
         EA=YOUNG * AREA, EI_z=STIFF_IN_BENDING * YOUNG * AREA**2 / 12.0, rho_A=DENSITY * AREA
@@ -77,11 +77,11 @@ def bar_on_wall(reference: Reference) -> Iterator[Check]:
     touch, lift = result.events["c touch"][0], result.events["c lift"][-1]
     share = (t - touch) * wave / 2.0
     held = normal[(share > 0.2) & (share < 0.8)]
-    told = f"which oscillates by {100.0 * held.std() / values['force']:.0f} % (standard deviation)"
+    scatter = f"which oscillates by {100.0 * held.std() / values['force']:.0f} % (standard deviation)"
     impulse = float(np.sum(0.5 * (normal[1:] + normal[:-1]) * np.diff(t)))
     yield Check.relative("impulse [N s]", impulse, values["impulse"], 2e-2)
     yield Check.relative("duration [s]", lift - touch, values["duration"], 2e-2)
-    yield Check.relative(f"mean force while the wave runs [N], {told}", held.mean(), values["force"], 2e-2)
+    yield Check.relative(f"mean force while the wave runs [N], {scatter}", held.mean(), values["force"], 2e-2)
 
 
 CASES = (Case("F02a", mass_on_beam), Case("K10", bar_on_wall))

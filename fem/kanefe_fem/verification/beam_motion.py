@@ -1,4 +1,4 @@
-"""Cases of beams in motion: pendulum, hub under torque, spinning rod."""
+"""Beams in motion: pendulum, hub under torque, spinning rod."""
 
 from __future__ import annotations
 
@@ -25,14 +25,16 @@ TIP = 40
 """Index of the last node of the beams below."""
 
 RTOL, ATOL = 1e-9, 1e-9
-"""Tolerances of the runs with beam S. Stability limits the steps, so that 1e-6 costs as much; but then round-off
-decides which steps end near the kink of C03's torque, and changes its angle by 1e-6 from one machine to the next."""
+"""Tolerances of the runs with beam S. With 1e-6, a run would not be faster, since stability limits the steps, and the
+angle of C03 would differ by 1e-6 between machines: round-off would decide which steps end near the kink of the torque.
+"""
 
 
 def beam_S() -> FlexibleBody:
-    """Return the cases' beam "S", 1 m x 5 mm x 20 mm, clamped at the root: G is the tangent frame there.
+    """Return the beam "S" of the cases, 1 m x 5 mm x 20 mm, clamped at the root, where G is its tangent frame.
 
-    Six modes reach to 350 Hz; more make stiffer scenes and move the tip by 3e-6 m at most.
+    Six modes reach up to 350 Hz; more modes make the scene stiffer and change the position of the tip by at most 3e-6
+    m.
     """
     model = straight_beam(1.0, Rectangle(width=0.005, height=0.02), ALUMINIUM, elements=TIP, planar=True)
     return beam_body(model, {"root": "clamped"}, reduction=CraigBampton(modes=6))
@@ -47,8 +49,7 @@ def flexible_pendulum(reference: Reference) -> Iterator[Check]:
     found = [displaced_node(model, "beam", TIP, state)[0][:2] for state in states_at(model, values["T"], RTOL, ATOL)]
     exact = [row[1:3] for row in values["geometrically_exact"]]
     yield Check.absolute("tip x, y to t = 1 s [m], against the geometrically exact beam", found, exact, 1.5e-4)
-    # The model here is the linear one in the tangent frame and agrees better with its like, as far as that has
-    # converged: to 2e-6 at t = 0.2 s by its own refinement.
+    # the same linear model in the tangent frame is closer, but has converged only to 2e-6 at t = 0.2 s
     same = values["linear_FFR_tangent_frame"]
     yield Check.absolute("tip x, y to t = 1 s [m], against the linear tangent frame", found, same, 1e-5)
     refined = values["refined"]["ffr_cant_o1_n10"]
@@ -56,7 +57,7 @@ def flexible_pendulum(reference: Reference) -> Iterator[Check]:
 
 
 def hub_under_torque(reference: Reference) -> Iterator[Check]:
-    """C03: beam S on a hub that a sine of torque turns."""
+    """C03: beam S on a hub that is turned by a sinusoidal torque."""
     scene = System()
     hub = scene.add_rigid_body("hub", mass=1.0, inertia=0.5, joint=Revolute("z"))
     scene.add_flexible_body("beam", beam_S(), parent=hub, at=(0.1, 0.0, 0.0))
@@ -71,9 +72,9 @@ def hub_under_torque(reference: Reference) -> Iterator[Check]:
 
 
 def spinning_rod(reference: Reference) -> Iterator[Check]:
-    """E01c: a free round rod that spins about its axis and precesses by the inertia of twisting."""
+    """E01c: a free round rod that spins about its axis and precesses."""
     rod = straight_beam(1.0, SolidCircle(0.04), STEEL, elements=20, start=(-0.5, 0.0, 0.0))
-    # The first pair of bending modes is even about the middle, where spinning loads are odd; the second can take part.
+    # the loads are odd about the middle, so that the first pair of bending modes, which is even, does not contribute
     body = beam_body(rod, {}, reduction=CraigBampton(modes=4))
     yield Check.relative("mass [kg]", body.mass, reference.values["m"], 1e-12)
     yield Check.relative("principal moments of inertia [kg m2]", np.diag(body.inertia), reference.values["J"], 1e-12)

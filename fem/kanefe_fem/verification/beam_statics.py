@@ -1,4 +1,4 @@
-"""Case of centrifugal statics with beam elements."""
+"""Centrifugal statics of beam elements."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def beam_bar(interfaces: Mapping[str, str], stiffening: StiffeningLevel = "none"
 
 
 def spinning_beam(reference: Reference) -> Iterator[Check]:
-    """E02a: linear elements suffice, for their nodal displacements under a given load are exact."""
+    """E02a: linear elements suffice, because their nodal displacements under a given load are exact."""
     yield from centrifugal_statics(reference, beam_bar, f"{ELEMENTS} beam elements")
 
 

@@ -1,4 +1,4 @@
-"""All verification cases of beams, the helicopter's gear among them."""
+"""All verification cases of beams, including the gear of the helicopter."""
 
 from kanefe_fem.verification import (
     beam_frequencies,

@@ -1,4 +1,4 @@
-"""Centrifugal statics of a bar (E02a): relative equilibria of a spinning scene, for any body that is such a bar."""
+"""Centrifugal statics of a bar (E02a): relative equilibria of a spinning scene, for bars of any elements."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ HUB_RADIUS, TIP_MASS = 0.5, 0.1 * DENSITY * AREA * LENGTH
 TOLERANCE = 1e-6
 
 Bar = Callable[[Mapping[str, str]], FlexibleBody]
-"""Function of the interfaces that makes the bar from (0, 0, 0) to (LENGTH, 0, 0) with the groups "root" and "tip" and
-all coordinates."""
+"""Function of the interfaces that makes the unreduced bar from (0, 0, 0) to (LENGTH, 0, 0) with the groups "root" and
+"tip"."""
 
 
 def centrifugal_statics(reference: Reference, bar: Bar, label: str) -> Iterator[Check]:
@@ -41,8 +41,8 @@ def centrifugal_statics(reference: Reference, bar: Bar, label: str) -> Iterator[
         yield Check.relative(f"tip displacement {what}, {label} [m]", _end(clamped, eta), values[name], TOLERANCE)
     still = np.zeros(model.free_count)
     _, coupling = recovered_forces(State(model, 0.0, np.zeros(model.coordinate_count), still), still)
-    # The recovered force holds the root against its own share of the load on the undeformed bar; the stretched bar
-    # hands on the rest. It points inwards where the bar is in tension.
+    # the recovered force balances the share of the load at the root node; the stretched bar transmits the rest;
+    # the force points inwards if the bar is in tension
     coupling += clamped.stiffness[clamped.free_count :, : clamped.free_count] @ loaded
     stress = -coupling[0] / AREA
     yield Check.relative(f"root stress of the undeformed bar, {label} [Pa]", stress, values["root_stress"], TOLERANCE)
@@ -75,10 +75,10 @@ def centrifugal_statics(reference: Reference, bar: Bar, label: str) -> Iterator[
 
 
 def _equilibria(model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """Return eta under the load on the undeformed bar, and eta in equilibrium with the load it then feels.
+    """Return eta under the load on the undeformed bar, and eta in equilibrium with the load on the deformed bar.
 
-    At rest in the spinning frame the elastic rows are ``F(eta) = load(eta) - K eta``. The load grows with the stretch
-    by some 6e-4 of K, so that ``eta += K^-1 F(eta)`` converges at once; its first step is the first answer.
+    At rest in the spinning frame the elastic rows are ``F(eta) = load(eta) - K eta``. The derivative of the load is
+    about 6e-4 of K, so ``eta += K^-1 F(eta)`` converges quickly; its first step is the first result.
     """
     terms = model.flexible_terms("bar")
     k = terms.body.free_count
@@ -89,7 +89,7 @@ def _equilibria(model: Model) -> tuple[np.ndarray, np.ndarray]:
         _, F = assemble(State(model, 0.0, q, model.initial_speeds))
         steps.append(flexibility @ F[terms.speeds])
         q[terms.eta] += steps[-1]
-        # round-off of K^-1 stops it: condition number 1e5
+        # round-off limits the accuracy: K has a condition number of 1e5
         if np.linalg.norm(steps[-1]) <= 1e-10 * np.linalg.norm(q[terms.eta]):
             return steps[0], q[terms.eta]
     raise SimulationError("the spinning bar found no equilibrium. Remedy: report this as an error of kanefe")

@@ -1,4 +1,4 @@
-"""K23: a drop test of the gear from a mesh, with lift, as 14 CFR 27.725 asks for it."""
+"""K23: a drop test of the gear from a mesh, with lift, according to 14 CFR 27.725."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SPAN, STEP = 0.1, 1e-4
 
 
 class Drop(NamedTuple):
-    """A run, what all shoes push with (N), the output at which it is lowest, and how far the airframe has come (m)."""
+    """A run, the total force of all shoes (N), the lowest output, and the vertical travel of the airframe (m)."""
 
     result: Result
     pushed: np.ndarray
@@ -31,7 +31,7 @@ class Drop(NamedTuple):
 
     @classmethod
     def of(cls, result: Result) -> Drop:
-        """Return what is asked of a run."""
+        """Return the values of a run."""
         height = result.position("airframe")[:, 2]
         lowest = int(np.argmin(height))
         pushed = np.sum([result.contact(shoe).normal for shoe in SHOES], axis=0)
@@ -39,7 +39,7 @@ class Drop(NamedTuple):
 
 
 def drop(reference: Reference) -> Iterator[Check]:
-    """K23: two methods; the energy that the gear takes; the impulse of its shoes; load factors."""
+    """K23: two methods; the energy absorbed by the gear; the impulse of its shoes; load factors."""
     height, lift = (reference.values[name] for name in ("height", "lift"))
     with as_file(files("kanefe_fem") / "data" / "skid_gear.msh") as path:
         gear = spatial_gear(path)
@@ -55,7 +55,7 @@ def drop(reference: Reference) -> Iterator[Check]:
         yield Check.relative(quantity, [one.pushed.max(), one.way], [other.pushed.max(), other.way], 1e-7)
 
         centre, energy, momentum = other.result.center_of_mass()[:, 2], other.result.energy, other.result.momentum
-        # the gear comes down by less than the airframe, on which the lift acts
+        # the travel of the gear is less than that of the airframe, on which the lift acts
         fallen = weight * (height + centre[0] - centre[other.lowest]) - lift * weight * other.way
         taken = (energy.kinetic + energy.elastic + energy.dissipated)[other.lowest]
         yield Check.relative(f"energy of the drop, {what} [J]", taken, fallen, 1e-6)

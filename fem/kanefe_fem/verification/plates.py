@@ -23,7 +23,7 @@ ELEMENTS = 16
 
 
 def square_plate(reference: Reference) -> Iterator[Check]:
-    """B07: one layer of quadratic hexahedra, held at one edge and free."""
+    """B07: one layer of quadratic hexahedra, clamped at one edge, and free."""
     mesh = box_mesh((SIDE, SIDE, THICKNESS), (ELEMENTS, ELEMENTS, 1), "hexahedron")
     bending = STEEL.E * THICKNESS**3 / (12.0 * (1.0 - STEEL.nu**2))
     scale = SIDE**2 * np.sqrt(STEEL.rho * THICKNESS / bending)

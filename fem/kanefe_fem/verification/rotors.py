@@ -1,4 +1,4 @@
-"""Cases of shafts of beams in a frame that spins with them."""
+"""Shafts of beams in a frame that spins with them."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ modes."""
 def rayleigh_shaft(spin: float) -> Model:
     """Return a simply supported round shaft in a frame that spins with it.
 
-    Half of its mass is in Bernoulli beams; the other half and all rotary inertia is in rigid slices that ride on them.
-    Slices turn by finite rotations. The field of a flexible body is of first order in its coordinates: a section that
-    tilts leaves out the change of its moment of inertia about the axis, rho I k^2 Omega^2 of the stiffness, and with
-    the rotary inertia in the beams the slowest whirl at 500 rad/s comes out 0.2 % too low.
+    Half of its mass is in Bernoulli beams; the other half and all rotary inertia is in rigid slices on them, which
+    rotate by finite angles. The field of a flexible body is of first order in its coordinates and neglects the change
+    of the moment of inertia of a tilted section about the axis, a stiffness of rho I k^2 Omega^2. With the rotary
+    inertia in the beams the slowest whirl at 500 rad/s would be 0.2 % too low.
     """
     places = np.linspace(0.0, LENGTH, 2 * SLICES + 1)
     nodes = np.column_stack((places, np.zeros((len(places), 2))))
@@ -61,7 +61,7 @@ def rayleigh_shaft(spin: float) -> Model:
 
 
 def whirling_shaft(reference: Reference) -> Iterator[Check]:
-    """D04a: whirl of a spinning Rayleigh shaft, seen from the frame that spins with it, and critical speeds."""
+    """D04a: whirl of a spinning Rayleigh shaft in the frame that spins with it, and critical speeds."""
     for spin, pairs in reference.values["whirl"].items():
         expected = np.sort(np.concatenate([pair["rotframe"] for pair in pairs]))
         found = spin_eigenvalues(rayleigh_shaft(float(spin)))[: len(expected)].imag
@@ -73,9 +73,9 @@ def whirling_shaft(reference: Reference) -> Iterator[Check]:
 
 
 def critical_speeds(still: Model, spinning: Model, spin: float) -> np.ndarray:
-    """Return the spins at which a shaft bends without resistance in the frame that spins with it, rad/s, lowest first.
+    """Return the speeds at which a shaft has no stiffness in the frame that spins with it, rad/s, lowest first.
 
-    The accelerations change with the coordinates by ``-M^-1 (K - spin^2 N)``: two spins give both parts.
+    The derivative of the accelerations is ``-M^-1 (K - spin^2 N)``, whose two parts follow from two speeds.
     """
     n = still.free_count
     rest, moved = (model.jacobian(0.0, model.initial_state)[n:, :n] for model in (still, spinning))
@@ -85,7 +85,7 @@ def critical_speeds(still: Model, spinning: Model, spin: float) -> np.ndarray:
 
 
 def flat_shaft(spin: float) -> Model:
-    """Return a simply supported shaft, 1.2 times as wide as thick, whose first modes have 100 and 120 rad/s."""
+    """Return a simply supported shaft, 1.2 times as wide as thick, with first modes at 100 and 120 rad/s."""
     steel = Material(E=YOUNG, nu=0.3, rho=DENSITY)
     thickness = 100.0 * math.sqrt(12.0 * DENSITY / YOUNG) / math.pi**2  # of a shaft of 1 m
     section = Rectangle(width=thickness, height=1.2 * thickness)

@@ -1,4 +1,4 @@
-"""SR1 to SR6: a helicopter on skids on a deck, in the plane (SRAMSS-2D), against values that programs agree on."""
+"""SR1 to SR6: a helicopter on skids on a deck, in the plane (SRAMSS-2D), against values of several programs."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ RTOL = 1e-7
 
 
 def statics(reference: Reference) -> Iterator[Check]:
-    """SR1: rest on the level deck, and on one that is tilted more and more."""
+    """SR1: equilibrium on the level deck, and on a deck of increasing tilt."""
     values = reference.values
     rest, half = level_rest()
     moved = rest.nodal_displacements("gear")[-1]
@@ -55,7 +55,7 @@ def statics(reference: Reference) -> Iterator[Check]:
     tilted = _tilted(slip, half)
     ratio = abs(_thrust(tilted, "port")) / float(tilted.contact(SKIDS["port"]).normal)
     yield Check.absolute("T / N of the uphill skid at its first slip", ratio, values["mu"], 1e-6)
-    # N of the uphill skid falls to zero where the aircraft tips: by the cubic through four angles before
+    # the aircraft tips where N of the uphill skid is zero, extrapolated by a cubic through four smaller angles
     angles = np.array((36.5, 37.0, 37.5, 38.0))
     normal = [float(_tilted(angle, half).contact(SKIDS["port"]).normal) for angle in angles]
     roots = np.roots(np.polyfit(angles - slip, normal, 3))
@@ -74,7 +74,7 @@ def _thrust(rest: Equilibrium, side: str) -> float:
 
 
 def small_motions(reference: Reference) -> Iterator[Check]:
-    """SR2: frequencies without damping and gravity, the skids held exactly or on springs."""
+    """SR2: frequencies without damping and gravity, with the skids held exactly or by springs."""
     for saddles in KINDS:
         values = reference.values if saddles == "fixed" else reference.values[saddles]
         for held in ("held", "springs"):
@@ -85,7 +85,7 @@ def small_motions(reference: Reference) -> Iterator[Check]:
 
 
 def _without_gravity(saddles: Saddles, held: str) -> System:
-    """Return the aircraft without gravity and damping, its skids held at their places or on springs."""
+    """Return the aircraft without gravity and damping, its skids held at their places or by springs."""
     scene = System()
     start = Planar(position=(0.0, HEIGHT))
     airframe = scene.add_rigid_body("airframe", given.AIRFRAME_MASS, given.AIRFRAME_INERTIA, joint=start)
@@ -102,7 +102,7 @@ def _without_gravity(saddles: Saddles, held: str) -> System:
 
 
 def _rolled(saddles: Saddles, span: float = 30.0, rtol: float = RTOL, **options: Any) -> Result:
-    """Return the run of a scene on the rolling deck from the level rest."""
+    """Return the run of a scene on the rolling deck from the level equilibrium."""
     shared = {key: options[key] for key in ("lashed", "is_planar") if key in options}
     rest, half = level_rest(saddles, **shared)
     scene = planar_scene(ROLL, saddles=saddles, half_track=half, **options)
@@ -110,7 +110,7 @@ def _rolled(saddles: Saddles, span: float = 30.0, rtol: float = RTOL, **options:
 
 
 def pinned(reference: Reference) -> Iterator[Check]:
-    """SR3: 30 s of roll with skids on springs and dampers; what is known of it is at 12.5 s."""
+    """SR3: 30 s of roll with skids on springs and dampers; the reference is at 12.5 s."""
     values = reference.values
     result, row = _rolled("fixed", skids="pinned"), 125
     angle = ROLL.amplitude
@@ -129,9 +129,9 @@ def pinned(reference: Reference) -> Iterator[Check]:
 
 
 def _between_routes(result: Result, row: int) -> float:
-    """Return how far accelerations are from those of the paper's equations with F_u, in forces.
+    """Return the difference of the accelerations from those of the paper's equations with F_u, as relative forces.
 
-    Of the largest sum of elastic forces without their signs: stiff elements cancel in them, and leave their round-off.
+    They are relative to the largest sum of absolute elastic forces, which determines the round-off.
     """
     if result.run is None:
         raise TypeError("a run in memory")
@@ -146,10 +146,10 @@ def _between_routes(result: Result, row: int) -> float:
 
 
 def _reactions(result: Result, row: int) -> np.ndarray:
-    """Return what holds the saddle nodes in the mesh's own linear equations, (2, 3): rows of K q, M and gravity.
+    """Return the reactions of the saddle nodes in the linear equations of the mesh, (2, 3), from K q, M and gravity.
 
-    Their moments are about undeformed places, and leave out sum u x f of the contacts; `coupling_force` has it, and is
-    what the airframe moves by.
+    Their moments are about undeformed positions and neglect the sum of u x f of the contacts, which `coupling_force`
+    includes.
     """
     body = result.body("gear").flexible
     if body is None:
@@ -162,7 +162,7 @@ def _reactions(result: Result, row: int) -> np.ndarray:
 
 
 def _left_over(result: Result, row: int, is_lashed: bool = False) -> float:
-    """Return what of Newton's and Euler's equations of the airframe the forces at its saddles leave over."""
+    """Return the residual of Newton's and Euler's equations of the airframe with the forces at its saddles."""
     x, y, angle = (float(q) for q in result.joint_coordinates("airframe")[row])
     to_body = _turned(angle).T
     force = given.AIRFRAME_MASS * to_body @ (result.acceleration("airframe")[row, :2] + (0.0, given.GRAVITY))
@@ -186,7 +186,7 @@ def _turned(angle: float) -> np.ndarray:
 
 
 def rough(reference: Reference) -> Iterator[Check]:
-    """SR4: the same with Coulomb's friction: 0.3 holds, 0.15 does not."""
+    """SR4: the same with Coulomb friction: with 0.3 the skids stick, with 0.15 they slide."""
     values = reference.values
     for saddles in KINDS:
         history = _rolled(saddles, skids="rough", mu=0.3)
@@ -200,7 +200,7 @@ def rough(reference: Reference) -> Iterator[Check]:
 
 
 def lashed(reference: Reference) -> Iterator[Check]:
-    """SR5: mu 0.15 with lashings, which pull alike on the level deck and hold the aircraft on the rolling one."""
+    """SR5: mu 0.15 with lashings, equally tensioned on the level deck, on the rolling deck."""
     values = reference.values
     for saddles in KINDS:
         length = lashing_length(saddles)
@@ -215,7 +215,7 @@ def lashed(reference: Reference) -> Iterator[Check]:
 
 
 def drop(reference: Reference) -> Iterator[Check]:
-    """SR6: a drop with a lift of two thirds of the weight: two methods, and the energy."""
+    """SR6: a drop with a lift of two thirds of the weight, by two methods, and the energy."""
     values = reference.values
     weight = (given.AIRFRAME_MASS + gear_body().mass) * given.GRAVITY
     speed = math.sqrt(2.0 * given.GRAVITY * values["height"])
@@ -232,7 +232,7 @@ def drop(reference: Reference) -> Iterator[Check]:
 
 
 def in_space(reference: Reference) -> Iterator[Check]:
-    """SR3 with a gear of beams in space, held to the plane: it is the same."""
+    """SR3 with a gear of beams in space that is held in the plane, with the same result."""
     for saddles in KINDS:
         runs = [_rolled(saddles, 2.0, 1e-9, skids="pinned", is_planar=is_planar) for is_planar in (True, False)]
         found = [run.joint_coordinates("airframe")[:, :3] for run in runs]

@@ -1,4 +1,4 @@
-"""Case of a flexible rod between rigid crank and slider, hinged at both ends."""
+"""A slider-crank with a flexible rod, hinged at both ends."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ PEAK = 1.6e-3
 
 
 def slider_crank(interfaces: Mapping[str, Interface], stiffening: StiffeningLevel = "none") -> Model:
-    """Return the slider-crank with a rod whose ends are held in G as the interfaces say."""
+    """Return the slider-crank with the given interfaces at the ends of the rod."""
     model = straight_beam(
         ROD,
         Rectangle(width=0.008, height=0.008),
@@ -47,8 +47,8 @@ def slider_crank(interfaces: Mapping[str, Interface], stiffening: StiffeningLeve
 
 
 def flexible_slider_crank(reference: Reference) -> Iterator[Check]:
-    """C06: a steel rod driven at 150 rad/s; the linear model, which the axial forces do not stiffen."""
-    # G is the chord: both ends are held in it and turn freely. As in the reference the chord keeps its length.
+    """C06: a steel rod driven at 150 rad/s; the linear model, without stiffening by axial forces."""
+    # G is the chord, on which both ends are held and free to rotate; as in the reference, its length is constant
     held = Interface(fixed=("x", "y"))
     frozen = slider_crank({"root": held, "tip": held})
     values = reference.values

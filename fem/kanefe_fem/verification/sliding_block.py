@@ -34,7 +34,7 @@ SETTLED = 400.0
 
 
 def block_on_slope(size: float, cells: tuple[int, int, int] = (4, 4, 2), modes: int = 6) -> tuple[Model, float]:
-    """Return a block at rest in the depth at which a slope carries it, and the frequency of the contact, rad/s."""
+    """Return a block at rest with the static penetration into a slope, and the frequency of the contact, rad/s."""
     mesh = box_mesh((size, size, FLAT * size), cells, "hexahedron", start=(-0.5 * size, -0.5 * size, 0.0))
     body = solid_body(mesh, STEEL, {}, reduction=CraigBampton(modes=modes), damping=ModalDamping(0.05), progress=False)
     mass, stiffness = body.mass, SOFT * STEEL.E * size
@@ -48,7 +48,7 @@ def block_on_slope(size: float, cells: tuple[int, int, int] = (4, 4, 2), modes: 
 
 
 def sliding(reference: Reference) -> Iterator[Check]:
-    """K03: the acceleration of the block, once it has settled."""
+    """K03: the acceleration of the block after it has settled."""
     for size in (1.0, 0.1, 0.01):
         model, frequency = block_on_slope(size)
         end = SETTLED / frequency

@@ -1,4 +1,4 @@
-"""Verification cases of solid and plane meshes, which need dolfinx. The meshes are boxes made here, without gmsh."""
+"""Verification cases of solid and plane meshes, which need dolfinx but not gmsh."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from kanefe_fem.verification.centrifugal import AREA, DENSITY, LENGTH, YOUNG, ce
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 STEEL_BAR = Material(E=210e9, nu=0.0, rho=7850.0)
-"""Steel without lateral contraction: a plane bar then stretches like the one-dimensional bar."""
+"""Steel without lateral contraction, so that a plane bar stretches like a one-dimensional one."""
 
 BLOCK = (1.0, 0.2, 0.1)
 
@@ -38,7 +38,7 @@ def directed_frequencies(body: FlexibleBody, component: str) -> np.ndarray:
 
 
 def thick_beams(reference: Reference) -> Iterator[Check]:
-    """B02a: the thick beam as a solid, within the 1 % by which sections differ from Timoshenko's."""
+    """B02a: the thick beam as a solid, whose sections differ from Timoshenko's by up to 1 %."""
     mesh = box_mesh((1.0, 0.1, 0.05), (30, 4, 2), "hexahedron")
     for name, interfaces in (("clamped-free", {"root": "clamped"}), ("free-free", {})):
         expected = [float(f) for f in reference.values[name]]
@@ -74,10 +74,10 @@ def free_block(reference: Reference) -> Iterator[Check]:
     found = solid_body(mesh, STEEL, {}, reduction=CraigBampton(modes=6)).frequencies[:4]
     expected = np.array(reference.values[:4])
     yield Check.relative(f"f 1-4, {mesh.cell_count} quadratic tetrahedra [Hz]", found, expected, 1e-3)
-    # five digits of the reference can be trusted
+    # the reference has five accurate digits
     below = np.max(np.maximum(1.0 - found / expected, 0.0))
     yield Check.absolute("share by which one of f 1-4 is below the reference", below, 0.0, 1e-5)
-    # The six lowest frequencies are at most those of the mesh moving rigidly (Courant, Fischer).
+    # the six lowest frequencies are at most those of rigid motions of the mesh (Courant, Fischer)
     model = solid_model(mesh, STEEL)
     R = model.rigid_modes()
     squares = scipy.linalg.eigh(R.T @ (model.stiffness @ R), R.T @ (model.mass @ R), eigvals_only=True)
@@ -86,7 +86,7 @@ def free_block(reference: Reference) -> Iterator[Check]:
 
 
 def tumbling_block(reference: Reference) -> Iterator[Check]:
-    """E01a: a free block of 8 quadratic hexahedra, stiff against 2 rad/s, by the implicit method."""
+    """E01a: a free block of 8 quadratic hexahedra, stiff at 2 rad/s, by the implicit method."""
     mesh = box_mesh(BLOCK, (8, 1, 1), "hexahedron", start=(-0.5, -0.1, -0.05))
     body = solid_body(mesh, STEEL, {}, reduction=CraigBampton(modes=6))
     values = reference.values

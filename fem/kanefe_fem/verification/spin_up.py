@@ -1,4 +1,4 @@
-"""Spin-up of a flexible arm (D01): the scene and its checks, for any body that is such an arm."""
+"""Spin-up of a flexible arm (D01): the scene and its checks, for arms of any elements."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SIDE = math.sqrt(12.0 * EI / EA)
 START_TIME, FINAL_RATE = 15.0, 6.0
 
 STEP = 0.01
-"""Interval of the states among which the peak is sought, s; a parabola through three of them is accurate to 1e-6 m."""
+"""Interval of the states in which the peak is searched, s; a parabola through three of them is accurate to 1e-6 m."""
 
 Arm = Callable[[StiffeningLevel], FlexibleBody]
 """Function of the stiffening that makes the arm along x from the origin, with the interfaces "root", clamped, and
@@ -73,7 +73,7 @@ def spin_up_checks(reference: Reference, arm: Arm, label: str) -> Iterator[Check
     yield Check.relative(f"steady stretch, {modes} [m]", steady, values["u_steady"], 1e-2)
     yield Check.relative(f"largest foreshortening, {modes} [m]", axial.min(), values["min_u"], 2e-2)
 
-    # without stiffening the arm gives way when it spins faster than its first frequency of 3.80 rad/s
+    # without stiffening the arm is unstable above its first frequency of 3.80 rad/s
     expected = {float(t): v for t, v in values["linear_no_stiffening_v"].items() if float(t) <= 9.0}
     model = _scene(arm("none"))
     found = [tip_motion(model, state)[1] for state in _run(model, list(expected))]

@@ -1,4 +1,4 @@
-"""Cases of beams that their own motion or their loads stiffen."""
+"""Beams that are stiffened by their own motion or their loads."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ SEGMENTS = 8
 
 
 def thin_beam(elements: int, length: float = 1.0) -> FiniteElementModel:
-    """Return the planar Euler-Bernoulli beam with EI = rho A = 1, as good as inextensible."""
+    """Return the planar Euler-Bernoulli beam with EI = rho A = 1, nearly inextensible."""
     return straight_beam(
         length,
         THIN_SECTION,
@@ -51,7 +51,7 @@ def thin_beam(elements: int, length: float = 1.0) -> FiniteElementModel:
 
 
 def rotating_cantilever(reference: Reference) -> Iterator[Check]:
-    """D03a: flap and chord frequencies of a rotating beam; a planar body bends across the axis or about it."""
+    """D03a: flap and chord frequencies of a rotating beam, a planar body that spins about y or z."""
     body = beam_body(thin_beam(20), {"root": "clamped"}, reduction=CraigBampton(modes=14), stiffening="inertial")
     first, others = [], []
     for name, expected in reference.values.items():
@@ -66,7 +66,7 @@ def rotating_cantilever(reference: Reference) -> Iterator[Check]:
 
 
 def spin_softening(reference: Reference) -> Iterator[Check]:
-    """D05: the same without stiffening: the chord softens, the flap is as at rest."""
+    """D05: the same without stiffening: chord frequencies decrease, flap frequencies are as at rest."""
     body = beam_body(thin_beam(40), {"root": "clamped"}, reduction=CraigBampton(modes=14))
     at_rest = reference.values["0"]
     for name, expected in reference.values.items():
@@ -99,7 +99,7 @@ def arm_of_beams(reference: Reference) -> Iterator[Check]:
 
 
 def stiffened_bar(reference: Reference) -> Iterator[Check]:
-    """E02a: second-order motion leaves a bar that only stretches as it is."""
+    """E02a: second-order motion does not change a bar that only stretches."""
 
     def bar(interfaces: Mapping[str, str]) -> FlexibleBody:
         return beam_bar(interfaces, stiffening="full")
@@ -108,7 +108,7 @@ def stiffened_bar(reference: Reference) -> Iterator[Check]:
 
 
 def foreshortened_pendulum(reference: Reference) -> Iterator[Check]:
-    """C01: with its foreshortening beam S follows the geometrically exact one."""
+    """C01: beam S with foreshortening, against the geometrically exact beam."""
     model = straight_beam(1.0, Rectangle(width=0.005, height=0.02), ALUMINIUM, elements=40, planar=True)
     interfaces = {"root": "clamped", "tip": "rigid"}
     body = beam_body(model, interfaces, reduction=CraigBampton(modes=4), stiffening="full")
@@ -125,7 +125,7 @@ def foreshortened_pendulum(reference: Reference) -> Iterator[Check]:
 
 
 def stiffened_slider_crank(reference: Reference) -> Iterator[Check]:
-    """C06: the rod with the stiffening of its axial force, whose chord shortens as it bends."""
+    """C06: the rod with stiffening by its axial force, and a chord that shortens in bending."""
     frozen = slider_crank({"root": Interface(fixed=("x", "y")), "tip": Interface(fixed=("y",))}, stiffening="full")
     states = states_at(frozen, reference.values["T"], 1e-6, method="generalised-alpha")
     bends = [displaced_node(frozen, "rod", ELEMENTS // 2, state)[1][1] for state in states]
@@ -135,7 +135,7 @@ def stiffened_slider_crank(reference: Reference) -> Iterator[Check]:
 
 
 def whirling_beam(reference: Reference) -> Iterator[Check]:
-    """D04a: the same shaft as one body of beams: the inertia of tilted sections is right to second order."""
+    """D04a: the same shaft as one body of beams, with the inertia of tilted sections to second order."""
     beams = straight_beam(
         1.0, SolidCircle(0.05), Material(E=210e9, nu=0.3, rho=7850.0), elements=24, theory="euler-bernoulli"
     )
@@ -144,13 +144,13 @@ def whirling_beam(reference: Reference) -> Iterator[Check]:
     for spin, pairs in reference.values["whirl"].items():
         expected = np.sort(np.concatenate([pair["rotframe"] for pair in pairs]))
         values = spin_eigenvalues(_spun(body, "x", float(spin))).imag
-        found = [values[np.abs(values - omega).argmin()] for omega in expected]  # stretch and twist lie between
+        found = [values[np.abs(values - omega).argmin()] for omega in expected]  # without stretch and twist
         quantity = f"whirl in the spinning frame at {float(spin):g} rad/s, one body with stiffening [rad/s]"
         yield Check.relative(quantity, found, expected, 1e-4)
 
 
 def elastica(reference: Reference) -> Iterator[Check]:
-    """G05, at its small end: a cantilever cut into linear bodies, each stiffened by what hangs on its tip."""
+    """G05 with its smallest load: a cantilever divided into linear bodies, each stiffened by the forces at its tip."""
     body = beam_body(
         thin_beam(2, 1.0 / SEGMENTS),
         {"root": "clamped", "tip": "rigid"},

@@ -1,4 +1,4 @@
-"""Cases of solid meshes that their own motion stiffens."""
+"""Solid meshes that are stiffened by their own motion."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def arm_of_solids(reference: Reference) -> Iterator[Check]:
     """D01: 40 quadratic hexahedra."""
     side = spin_up.SIDE
     mesh = box_mesh((spin_up.LENGTH, side, side), (40, 1, 1), "hexahedron", start=(0.0, -side / 2, -side / 2))
-    # with kappa = 5/6 this ratio of EA to GA is that of nu = 1/6
+    # with kappa = 5/6, nu = 1/6 gives this ratio of EA to GA
     material = Material(E=spin_up.EA / side**2, nu=1.0 / 6.0, rho=spin_up.LINE_MASS / side**2)
 
     def arm(stiffening: StiffeningLevel) -> FlexibleBody:
@@ -53,7 +53,7 @@ def arm_of_solids(reference: Reference) -> Iterator[Check]:
 
 
 def rotating_blade(reference: Reference) -> Iterator[Check]:
-    """D03a: the frequencies of a rotating blade from a mesh, flap and chord in one body."""
+    """D03a: flap and chord frequencies of a rotating blade from a mesh, in one body."""
     blade = slender_bar({"root": "clamped"}, modes=24, stiffening="inertial")
     first, every = [], []
     for name, expected in reference.values.items():
@@ -61,7 +61,7 @@ def rotating_blade(reference: Reference) -> Iterator[Check]:
         scene = System()
         scene.add_flexible_body("blade", blade, joint=Revolute("z", motion=Motion.steady(speed)))
         found = spin_eigenvalues(scene.freeze())[:6].imag
-        # of a square section the chord is the slower one of each pair
+        # for a square section, chord is the slower mode of each pair
         pairs = list(zip(found, np.sort(np.concatenate((expected["chord"], expected["flap"]))), strict=True))
         first += pairs[:2]
         every += pairs

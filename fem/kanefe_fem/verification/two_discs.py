@@ -68,13 +68,13 @@ def rotor_of_two_discs(speed: float) -> System:
 
 
 def seen_from_the_ground(modes: Modes, speed: float) -> np.ndarray:
-    """Return the frequencies that modes of the spinning frame may have there, rad/s."""
+    """Return the possible frequencies in the fixed frame of modes of the spinning frame, rad/s."""
     rates = modes.eigenvalues.imag
     return np.abs(np.concatenate((rates - speed, rates + speed)))
 
 
 def two_discs(reference: Reference) -> Iterator[Check]:
-    """R04: whirl of two discs on a flexible shaft, as published."""
+    """R04: whirl of two discs on a flexible shaft, against published values."""
     speed = 4000.0 * np.pi / 30.0
     balance = equilibrium(rotor_of_two_discs(speed))
     seen = seen_from_the_ground(balance.linearise(inputs=(), outputs=()).modes(), speed)

@@ -1,7 +1,7 @@
-"""Stress tests of the engine: what is tried, how often, the worst figure and its limit. ``kanefe stress`` runs a few.
+"""Stress tests of the engine: many extreme inputs each, with the worst error and its limit.
 
-`case.py` says what a case is, `cases.py` which the package brings, `runner.py` runs them. The many long ones stand
-beside the tests: ``tests/robustness/``.
+``kanefe stress`` runs the few cases of the package. `case.py` defines a case, `cases.py` lists those of the package,
+`runner.py` runs them. The many long cases are with the tests, in ``tests/robustness/``.
 """
 
 from kanefe.checks.robustness.case import Finding, StressCase

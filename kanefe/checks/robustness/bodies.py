@@ -1,4 +1,4 @@
-"""Flexible bodies of a few point masses and bars, from numpy alone, with closed forms or with large soft motions."""
+"""Flexible bodies of a few point masses and bars, built with numpy only; soft, so that they deform much."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def truss(
     mass: np.ndarray,
     groups: Mapping[str, Sequence[int]],
 ) -> FiniteElementModel:
-    """Return nodes joined by bars that only stretch.
+    """Return nodes joined by bars that carry axial forces only.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def truss(
     bars : dict of (node, node) to float
         Stiffness of each, N/m.
     mass : ndarray, shape (n, n)
-        Of every translation, kg.
+        Mass matrix of the nodes, the same for each direction, kg.
     groups : dict of str to node numbers
     """
     size = len(nodes)
@@ -47,7 +47,7 @@ def truss(
         row[3 * i : 3 * i + 3], row[3 * j : 3 * j + 3] = -direction, direction
         K += stiffness * np.outer(row, row)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", UnitWarning)  # extreme bodies, and other units, are what is wanted here
+        warnings.simplefilter("ignore", UnitWarning)  # extreme bodies and other units are intended
         return model_from_matrices(np.kron(mass, np.eye(3)), K, nodes, groups=groups, source="a truss")
 
 
@@ -61,22 +61,22 @@ def lattice(
     damping: float = 0.0,
     spring: float = 100.0,
 ) -> FlexibleBody:
-    """Return a body of seven masses, every two of them joined by a bar, some hertz soft, about 1 m long along x.
+    """Return a body of seven masses, each pair joined by a bar: about 1 m long along x, frequencies of a few hertz.
 
     Parameters
     ----------
     seed : int
-        Of the masses and bars.
+        Seed of the random masses and bars.
     interfaces : dict, optional
-        Of "root" and "tip", three nodes each; default: the root is clamped, the tip moves and can carry bodies.
+        Kinds of "root" and "tip", three nodes each; default: root clamped, tip rigid, so that it can carry bodies.
     modes : int
-        Normal modes.
+        Number of normal modes.
     units : Units
-        In which the same body is written.
+        Units of the body.
     turn : ndarray, shape (3, 3), optional
-        Turns the body in its mesh frame.
+        Rotation of the body in its mesh frame.
     damping : float
-        Ratio of every mode.
+        Damping ratio of every mode.
     spring : float
         Mean stiffness of a bar, N/m.
     """

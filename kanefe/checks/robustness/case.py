@@ -1,4 +1,4 @@
-"""What a stress case is: something extreme that is tried many times, and the worst figure that may come of it."""
+"""Definition of a stress case: extreme inputs that are tried many times, and the largest error allowed."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ KNOWN_LIMIT = "known limit: "
 
 @dataclass(frozen=True)
 class Finding:
-    """What came of one thing that was tried: one line of the table.
+    """Worst result of one series of trials: one line of the table.
 
     Attributes
     ----------
     tried : str
         What was tried.
     count : int
-        How many: states, scenes, runs or steps, as `tried` says.
+        Number of trials: states, scenes, runs or steps, see `tried`.
     figure : str
-        What the worst figure measures, with its unit, or "relative".
+        What `worst` measures, with its unit, or "relative".
     worst, limit : float
-        The worst figure of all, and the largest that passes.
+        The largest value of all trials, and the largest that passes.
     reason : str
-        Why the limit is what it is; begins with `KNOWN_LIMIT` where it is wider than one would wish.
+        Reason for the limit; begins with `KNOWN_LIMIT` where the limit is wider than desirable.
     note : str
-        What else there is to say, such as the method.
+        Further information, such as the method.
     """
 
     tried: str
@@ -40,24 +40,24 @@ class Finding:
 
     @property
     def passed(self) -> bool:
-        """Whether the worst figure is within its limit; one that is not a number is not."""
+        """Whether the worst value is within its limit; nan is not."""
         return bool(self.worst <= self.limit)
 
     @property
     def is_known_limit(self) -> bool:
-        """Whether what is promised here is less than one would wish, and that is known."""
+        """Whether the limit is known to be wider than desirable."""
         return self.reason.startswith(KNOWN_LIMIT)
 
     @classmethod
     def of(
         cls, tried: str, figures: Sequence[float] | np.ndarray, figure: str, limit: float, reason: str, note: str = ""
     ) -> Finding:
-        """Return the finding of several figures, of which one that is not a number is the worst.
+        """Return the finding of several values; if one is not finite, the worst is nan.
 
         Raises
         ------
         ValueError
-            If there are none: what tries nothing shows nothing.
+            If there are no values.
 
         Examples
         --------
@@ -73,21 +73,21 @@ class Finding:
 
 @dataclass(frozen=True)
 class Effort:
-    """How much is tried.
+    """Extent of the trials.
 
     Attributes
     ----------
     is_quick : bool
-        A short form, for the ordinary tests; every kind of thing is still tried.
+        Whether to run the short form, for the ordinary tests; it contains every kind of trial.
     method : str or None
-        Method of the long runs of `kanefe.checks.robustness.drift`; None: the best of those there are.
+        Method of the long runs of `kanefe.checks.robustness.drift`; None: all that suit long runs.
     """
 
     is_quick: bool = False
     method: str | None = None
 
     def count(self, full: int, quick: int) -> int:
-        """Return how many of something to try."""
+        """Return the number of trials, for the full or the short form."""
         return quick if self.is_quick else full
 
 
@@ -98,11 +98,11 @@ class StressCase:
     Attributes
     ----------
     name : str
-        By which it is asked for.
+        Name on the command line.
     title : str
-        What is stressed, in a few words.
+        What is tested, in a few words.
     run : callable
-        Effort -> findings, yielded one by one as they are known.
+        Effort -> findings, yielded one by one.
     """
 
     name: str

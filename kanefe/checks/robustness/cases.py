@@ -1,4 +1,4 @@
-"""The stress cases of the package: a handful, whose short form checks an installation within a minute."""
+"""The stress cases of the package; their short form checks an installation within a minute."""
 
 from __future__ import annotations
 
@@ -6,4 +6,4 @@ from kanefe.checks.robustness import contact_changes, drift, loops, spin
 from kanefe.checks.robustness.case import StressCase
 
 CASES: tuple[StressCase, ...] = (*drift.CASES, *loops.CASES, *spin.CASES, *contact_changes.CASES)
-"""In the order in which they are run and shown."""
+"""In the order in which they run."""

@@ -1,4 +1,4 @@
-"""Random short scenes of contacts: no change from slipping to sticking or back goes by without its event."""
+"""Random short scenes with contacts: every change between slipping and sticking must have its event."""
 
 from __future__ import annotations
 
@@ -16,31 +16,31 @@ from kanefe.system import System
 
 GRAVITY = 9.81
 SPAN, OUTPUTS = 0.5, 2000
-JUST = 1e-9
-"""Tolerance for events at an output time, s: these count on both sides."""
+TIME_TOLERANCE = 1e-9
+"""Tolerance, s, within which an event at an output time counts for both intervals."""
 
 
 def changes(effort: Effort) -> Iterator[Finding]:
-    """Follow what is thrown, pushed and held by springs, by tolerances of 1e-2 to 1e-7."""
-    missed, count, told = 0, effort.count(100, 12), 0
+    """Run bodies that are thrown, pushed or held by springs, with tolerances of 1e-2 to 1e-7."""
+    missed, count, events = 0, effort.count(100, 12), 0
     for seed in range(count):
         model = thrown(seed).freeze()
         result = Result(model, follow(model, SPAN, rtol=10.0 ** (-2 - seed % 6), output_step=SPAN / OUTPUTS))
         missed += missed_changes(result)
-        told += len(result.events["contact slip"]) + len(result.events["contact stick"])
+        events += len(result.events["contact slip"]) + len(result.events["contact stick"])
     yield Finding(
         "balls and boxes that bounce, slip and stick, at random",
         count,
-        "changes that no event tells of",
+        "changes without an event",
         missed,
         0.5,
         "each has one",
-        f"{told} events",
+        f"{events} events",
     )
 
 
 def thrown(seed: int) -> System:
-    """Return a ball or a box that is thrown on a floor, or a block that is pushed along it on springs."""
+    """Return a ball or box that is thrown onto a floor, or a block that slides on it, held by springs."""
     rng = np.random.default_rng(seed)
     lean = rng.uniform(-0.4, 0.4, 2)
     scene = System(gravity=(GRAVITY * lean[0], GRAVITY * lean[1], -GRAVITY))
@@ -66,13 +66,13 @@ def thrown(seed: int) -> System:
 
 
 def missed_changes(result: Result) -> int:
-    """Return how often the contact sticks where it slipped an output before, or slips where it stuck, with no event."""
+    """Return the number of changes between slipping and sticking from one output to the next without an event."""
     status, t = np.array(result.contact("contact").status), result.times
     missed = 0
     for before, after, name in (("sticks", "slips", "slip"), ("slips", "sticks", "stick")):
         happened = np.concatenate((result.events[f"contact {name}"], result.events["contact touch"]))
         for i in np.flatnonzero((status[:-1] == before) & (status[1:] == after)):
-            missed += not np.any((happened >= t[i] - JUST) & (happened <= t[i + 1] + JUST))
+            missed += not np.any((happened >= t[i] - TIME_TOLERANCE) & (happened <= t[i + 1] + TIME_TOLERANCE))
     return missed
 
 

@@ -1,4 +1,4 @@
-"""Energy and momenta of free flight over a million steps of fixed size."""
+"""Drift of energy and momenta in free flight over a million steps of fixed size."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SAMPLES = 200
 
 
 def tumbling_pair() -> Model:
-    """Return two rigid bodies of three different moments of inertia on a ball joint, tumbling freely at 3 rad/s."""
+    """Return two asymmetric rigid bodies joined by a ball joint, tumbling freely at 3 rad/s."""
     scene = System()
     first = scene.add_rigid_body(
         "first",
@@ -48,7 +48,7 @@ def tumbling_pair() -> Model:
 
 
 def tumbling_lattice() -> Model:
-    """Return a free flexible body, displaced by some centimetres at a metre of length, tumbling at 1 rad/s."""
+    """Return a free flexible body, 1 m long and deformed by some centimetres, tumbling at 1 rad/s."""
     scene = System()
     scene.add_flexible_body("lattice", lattice(1, {}, modes=4), joint=Free(angular_velocity=(0.3, 1.0, 0.2)))
     model = scene.freeze()
@@ -58,7 +58,7 @@ def tumbling_lattice() -> Model:
 
 
 def at_rest(model: Model) -> Model:
-    """Return the model with its centre of mass at rest: far from N's origin angular momentum is only a difference."""
+    """Return the model with its centre of mass at rest, so that it stays near N's origin, to which momenta refer."""
     u = model.initial_speeds.copy()
     linear, _ = momenta(State(model, 0.0, model.initial_coordinates, u))
     u[model.bodies[0].speeds[:3]] -= linear / mass_of(model)
@@ -74,11 +74,11 @@ FLIGHTS: dict[str, tuple[Callable[[], Model], float]] = {
     "two rigid bodies on a ball joint, tumbling": (tumbling_pair, 1e-3),
     "a soft flexible body, strained and tumbling": (tumbling_lattice, 2e-4),
 }
-"""Scenes, and steps (s) of which about a thousand make one period of the fastest motion."""
+"""Scenes with steps (s) of about a thousandth of the period of the fastest motion."""
 
 
 def invariants(model: Model, run: Trajectory) -> tuple[Vector, Vector, Vector]:
-    """Return energy (T,), linear (T, 3) and angular momentum (T, 3) of a run without loads."""
+    """Return energy (T,), linear momentum (T, 3) and angular momentum (T, 3) of a run, in SI units."""
     states = zip(run.times.tolist(), run.coordinates, run.speeds, strict=True)
     rows = [(model.energy(t, np.concatenate((q, u))).total, *momenta(State(model, t, q, u))) for t, q, u in states]
     energy, linear, angular = (np.array(column) for column in zip(*rows, strict=True))
@@ -86,7 +86,7 @@ def invariants(model: Model, run: Trajectory) -> tuple[Vector, Vector, Vector]:
 
 
 def free_flight(effort: Effort) -> Iterator[Finding]:
-    """Follow energy and momenta of free flight."""
+    """Yield the drift of energy and momenta in free flight."""
     for method in long_methods(effort.method):
         for name, (scene, step) in FLIGHTS.items():
             yield from _drifts(name, scene(), step, method, effort.count(STEPS, 20_000))
@@ -94,7 +94,7 @@ def free_flight(effort: Effort) -> Iterator[Finding]:
 
 def _drifts(name: str, model: Model, step: float, method: str, count: int) -> Iterator[Finding]:
     energy, linear, angular = invariants(model, stepped_run(model, count, step, method, SAMPLES))
-    # the momentum of the whole is zero: that of its mass at the speed of its parts is what it could be
+    # the total momentum is zero: it is compared with that of the mass at the speed of the parts
     thrust = np.sqrt(2.0 * mass_of(model) * energy[0])
     drifts = {
         "energy": np.abs(energy - energy[0]) / energy[0],
@@ -111,7 +111,7 @@ def _drifts(name: str, model: Model, step: float, method: str, count: int) -> It
             REASON,
             method,
         )
-    # the first tenth has the ripple of a method that keeps energy on average; growth shows in the rest
+    # the error of a method that conserves energy on average oscillates; a growing mean is drift
     early, late = (drifts["energy"][part].mean() for part in (slice(1, SAMPLES // 10), slice(-SAMPLES // 10, None)))
     yield Finding(
         f"free flight of {name}, growth over {count:.0e} steps",
@@ -119,7 +119,7 @@ def _drifts(name: str, model: Model, step: float, method: str, count: int) -> It
         "late less early drift, relative",
         float(late - early),
         LIMIT,
-        "a drift that grows passes the goal some time later",
+        "a growing drift exceeds the goal some time later",
         method,
     )
 

@@ -1,4 +1,4 @@
-"""Loops that run through singular positions: the N-four-bar, whose bars all come to lie on one line."""
+"""Closed loops through singular positions: the N-four-bar mechanism, whose bars all become collinear."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from kanefe.result import Result
 
 SPAN = 10.0
 
-COARSE = "rtol 1e-6 over some thousand steps, all on one side"
+COARSE = "rtol 1e-6 over some thousand steps, errors all of one sign"
 
 
 def loop_opening(model: Model, t: float, q: np.ndarray) -> float:
-    """Return the largest residual of the holonomic constraints at a configuration, m or rad."""
+    """Return the largest residual of the holonomic constraints in a configuration, m or rad."""
     return float(np.abs(constraint_residuals(State(model, t, q))).max(initial=0.0))
 
 
 def singular_positions(effort: Effort) -> Iterator[Finding]:
-    """Run parallelograms through the position in which they could turn into antiparallelograms."""
+    """Run parallelograms through the position in which they could change to antiparallelograms."""
     cases = [(2, 1e-9, SPAN), (10, 1e-8, SPAN), (40, 1e-8, SPAN)]
     if effort.is_quick:
         cases = [(2, 1e-9, SPAN), (40, 1e-8, 1.0)]
@@ -49,12 +49,12 @@ def singular_positions(effort: Effort) -> Iterator[Finding]:
 
 
 def _thrown(method: str, effort: Effort) -> Finding:
-    """Throw the cranks so fast or so slowly that they pass anywhere, or turn back beside, a singular position."""
+    """Start the cranks fast or slowly, so that they pass a singular position or turn back near it."""
     rng = np.random.default_rng(0)
     fast, slow = rng.uniform(-8.0, 8.0, effort.count(20, 2)), 10.0 ** rng.uniform(-4.0, 0.0, effort.count(10, 1))
     upright = parallelograms(2)
     spreads, tried = [], "1e-8, 1e-6, 1e-4" if is_accurate(method) else "1e-4"
-    # thousands of steps of a method of order 2 take longer than there is to see
+    # tight tolerances take thousands of steps with a method of order 2 and show nothing more
     for rtol in (1e-8, 1e-6, 1e-4) if is_accurate(method) else (1e-4,):
         for speed in (*fast.tolist(), *slow.tolist()):
             model = replace(upright, initial_speeds=upright.initial_speeds * speed)
@@ -74,7 +74,7 @@ def _thrown(method: str, effort: Effort) -> Finding:
 def _findings(model: Model, run: Trajectory, count: int, span: float, method: str) -> Iterator[Finding]:
     result = Result(model, run)
     cranks = np.array([result.joint_coordinates(f"crank {i}")[:, 0] for i in range(count + 1)])
-    # the bars lie on a line where the cranks lie along the ground
+    # the bars are collinear where the cranks are horizontal
     passes = int(np.count_nonzero(np.diff(np.sign(np.cos(cranks[0])))))
     what = f"N-four-bar (A02), N = {count}, {span:g} s"
     spread = float(np.ptp(cranks, axis=0).max())
@@ -98,7 +98,7 @@ def _findings(model: Model, run: Trajectory, count: int, span: float, method: st
         method,
     )
     openings = [loop_opening(model, t, q) for t, q in zip(run.times.tolist(), run.coordinates, strict=True)]
-    reason = "projected to round-off, whose root is left at a singular position"
+    reason = "projected to round-off, of which the square root remains at a singular position"
     yield Finding.of(
         f"{what}: stored states", openings, "opening of a loop [m]", 1e3 * TOLERANCE * count, reason, method
     )

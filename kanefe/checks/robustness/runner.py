@@ -26,16 +26,16 @@ def stress(
     json_path: str | None = None,
     html_path: str | None = None,
 ) -> int:
-    """Run stress cases and print a line for each thing that was tried, as soon as it is known.
+    """Run stress cases and print a line for each finding as soon as it is known.
 
     Parameters
     ----------
     names : sequence of str
-        Which cases; all if empty. Upper and lower case are the same.
+        Names of cases; all if empty. Not case-sensitive.
     cases : sequence of StressCase
-        Among these; default: those of the package.
+        The cases to choose from; default: those of the package.
     effort : Effort
-        How much is tried; default: the short form.
+        Extent of the trials; default: the short form.
     json_path : str, optional
         Also write the findings as JSON: a list of objects with the keys case, tried, count, figure, worst, limit,
         reason, note, seconds, passed and is_known_limit. "-" writes to the standard output, and the table to the
@@ -46,14 +46,14 @@ def stress(
     Returns
     -------
     int
-        Exit code: 0 if all passed, 1 if one failed or a case asked for could not run.
+        Exit code: 0 if all passed, 1 if one failed or a requested case could not run.
 
     Raises
     ------
     ModelError
-        If there is no such case; the message lists those there are.
+        If there is no such case; the message lists the known ones.
     FileError
-        If a file cannot be written; looked at before anything runs.
+        If a file cannot be written; checked before the cases run.
 
     Examples
     --------
@@ -76,7 +76,7 @@ def stress(
 
 
 def run_case(case: StressCase, effort: Effort) -> Iterator[Row | NotRun]:
-    """Run one case and yield its rows as they come; an error that ends it is a row that did not pass."""
+    """Run one case and yield its rows as they are known; an error that ends it is a row that did not pass."""
 
     def ended(text: str) -> Finding:
         return Finding(case.title, 1, text, float("nan"), 0.0, "a case runs to its end")

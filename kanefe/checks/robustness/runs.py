@@ -1,4 +1,4 @@
-"""Runs of the stress cases: which methods there are, and a run with any of them."""
+"""Runs of the stress cases, and the methods of integration they use."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ LONG = ("energy-momentum", "rk4")
 """Methods for long runs with fixed steps."""
 
 LONGEST = 900.0
-"""Time after which a run counts as hanging, s."""
+"""Wall-clock time after which a run is stopped, s."""
 
 
 def controlled_methods(model: Model | None = None) -> tuple[str, ...]:
-    """Return the methods that choose their steps; those that suit a scene."""
+    """Return the methods with error control; only those that can run `model`, if given."""
     names = tuple(name for name in own_methods() if METHODS[name].has_error_control)
     return names if model is None else tuple(name for name in names if suits(name, model))
 
 
 def stepped_methods() -> tuple[str, ...]:
-    """Return the methods that can take steps of a given size."""
+    """Return the methods that can take steps of fixed size."""
     return tuple(name for name in own_methods() if METHODS[name].has_fixed_steps)
 
 
@@ -37,12 +37,12 @@ def is_accurate(method: str) -> bool:
 
 
 def tolerance(method: str, accurate: float, low_order: float) -> float:
-    """Return rtol of a run: one for methods of higher order, if they can keep it, and one for those of order 2."""
+    """Return rtol of a run: `low_order` for methods of order 2, else `accurate`; not less than the method allows."""
     return max(accurate if is_accurate(method) else low_order, METHODS[method].least_rtol)
 
 
 def long_methods(wanted: str | None) -> tuple[str, ...]:
-    """Return the methods of long runs: the one wanted, or those that keep energy."""
+    """Return the methods of long runs: the requested one, or the available ones of `LONG`."""
     return (wanted,) if wanted else tuple(name for name in LONG if name in stepped_methods())
 
 
@@ -62,7 +62,7 @@ def follow(model: Model, span: float, **options: Any) -> Trajectory:
     Raises
     ------
     SimulationError
-        If it does not come to its end, also if that takes longer than `LONGEST`.
+        If it does not reach its end within `LONGEST`.
     """
     trajectory = ended(model, span, **options)
     if trajectory.status is not None and not trajectory.status.is_finished:
@@ -71,12 +71,12 @@ def follow(model: Model, span: float, **options: Any) -> Trajectory:
 
 
 def ended(model: Model, span: float, **options: Any) -> Trajectory:
-    """Run a model from t = 0, and return what there is however it ends."""
+    """Run a model from t = 0 and return the trajectory, complete or not."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SimulationWarning)  # the status says it
+        warnings.simplefilter("ignore", SimulationWarning)  # the status contains it
         return integrate(model, (0.0, span), most_seconds=LONGEST, progress=False, **options)
 
 
 def stepped_run(model: Model, count: int, step: float, method: str, samples: int) -> Trajectory:
-    """Run a model for so many steps of one size, and keep its state at some of them."""
+    """Run a model for `count` steps of equal size, and keep its state at about `samples` of them."""
     return follow(model, count * step, method=method, step=step, output_step=count // samples * step)

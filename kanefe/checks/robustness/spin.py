@@ -1,4 +1,4 @@
-"""Spin below, at, between and above critical speeds: stable and unstable where it is predicted."""
+"""Rotors below, at, between and above critical speeds: stable and unstable where theory predicts it."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from kanefe.joints import Spherical
 from kanefe.system import System
 
 FIRST, SECOND = 100.0, 120.0
-"""Frequencies of the point of D04b across the shaft, rad/s: it is unstable between them."""
+"""Natural frequencies of the point of D04b across the shaft, rad/s: spins between them are unstable."""
 
 SPINS = (0.0, 50.0, 90.0, 99.0, 99.99, 100.0, 100.01, 101.0, 110.0, 119.0, 119.99, 120.0, 120.01, 121.0, 150.0, 400.0)
-SHORT_OF_SPINS = (50.0, 100.0, 110.0, 120.01)
+FEW_SPINS = (50.0, 100.0, 110.0, 120.01)
 SPAN = 0.2
 START = (1e-3, 0.5e-3, 0.0, 0.0)
-"""Initial x, y (m) and their rates (m/s), seen from the shaft."""
+"""Initial x, y (m) and their rates (m/s) relative to the shaft."""
 
 
 def exact_states(spin: float, times: np.ndarray) -> np.ndarray:
-    """Return x, y and their rates, (T, 4), in the frame that spins: ``x'' = 2 s y' - (a^2 - s^2) x``, and so on."""
+    """Return x, y and their rates, (T, 4), in the rotating frame: ``x'' = 2 s y' - (a^2 - s^2) x``, and so on."""
     A = np.zeros((4, 4))
     A[:2, 2:] = np.eye(2)
     A[2, 0], A[3, 1] = spin**2 - FIRST**2, spin**2 - SECOND**2
@@ -36,12 +36,12 @@ def exact_states(spin: float, times: np.ndarray) -> np.ndarray:
 
 
 def is_unstable(spin: float) -> bool:
-    """Return whether the point leaves its place exponentially."""
+    """Return whether the displacement of the point grows exponentially."""
     return FIRST < spin < SECOND
 
 
 def spinning_point(effort: Effort) -> Iterator[Finding]:
-    """Follow a point on two springs on a spinning shaft (D04b), and its eigenvalues."""
+    """Check runs and eigenvalues of a point on two springs on a spinning shaft (D04b)."""
     swept = np.linspace(0.0, 400.0, effort.count(4001, 161)) + 0.05
     wrong = sum((spin_eigenvalues(point_on_springs(s)).real.max(initial=0.0) > 1e-6) != is_unstable(s) for s in swept)
     yield Finding(
@@ -54,8 +54,8 @@ def spinning_point(effort: Effort) -> Iterator[Finding]:
     )
     for method in controlled_methods():
         errors, growths = [], []
-        # methods of second order take thousands of steps: in short, one spin of each kind
-        chosen = SHORT_OF_SPINS if effort.is_quick and not is_accurate(method) else SPINS
+        # methods of second order take thousands of steps: the short form has one spin of each kind
+        chosen = FEW_SPINS if effort.is_quick and not is_accurate(method) else SPINS
         for spin in chosen:
             model = point_on_springs(spin)
             model = replace(model, initial_coordinates=np.array(START[:2]), initial_speeds=np.array(START[2:]))
@@ -75,9 +75,9 @@ def spinning_point(effort: Effort) -> Iterator[Finding]:
 
 
 def sleeping_top(effort: Effort) -> Iterator[Finding]:
-    """Spin a heavy top upright below, at and above the speed from which it stays up (Klein and Sommerfeld).
+    """Check an upright heavy top below, at and above the spin from which it is stable (Klein and Sommerfeld).
 
-    The tilt ``z = x + i y`` of a top that spins at s follows ``A z'' - i C s z' - m g l z = 0`` while it is small.
+    The tilt ``z = x + i y`` of a top that spins at s satisfies ``A z'' - i C s z' - m g l z = 0`` while it is small.
     """
     mass, length, across, along, g = 1.0, 0.5, 0.3, 0.02, 9.81
     critical = 2.0 * math.sqrt(mass * g * length * across) / along
@@ -106,7 +106,7 @@ def sleeping_top(effort: Effort) -> Iterator[Finding]:
 
 
 def spins(effort: Effort) -> Iterator[Finding]:
-    """Run both."""
+    """Run `spinning_point` and `sleeping_top`."""
     yield from spinning_point(effort)
     yield from sleeping_top(effort)
 

@@ -1,4 +1,4 @@
-"""How findings of stress cases are shown: a table as they come, and a page of HTML."""
+"""Output of the findings of stress cases: a table that grows as they are known, and an HTML page."""
 
 from __future__ import annotations
 
@@ -37,27 +37,27 @@ class Row:
 
     @property
     def texts(self) -> tuple[str, ...]:
-        """The columns of the table as texts."""
+        """The cells of the row as texts."""
         note = f" ({self.note})" if self.note else ""
         worst, limit = (f"{x:.3g}" if 0.1 <= abs(x) < 1e5 or x == 0 else f"{x:.1e}" for x in (self.worst, self.limit))
         return self.case, str(self.count), worst, limit, self.figure, self.tried + note
 
     @property
     def mark(self) -> str:
-        """What stands behind the columns."""
+        """Text after the last column."""
         return "  FAILED" if not self.passed else "  (known limit)" if self.is_known_limit else ""
 
 
 class Table(GrowingTable[Row]):
     """A table that grows row by row."""
 
-    # long texts come last, where they leave the figures in their columns
-    header = ("case", "how many", "worst", "limit", "worst of", "tried")
+    # long texts come last, so that the numbers stay aligned
+    header = ("case", "count", "worst", "limit", "worst of", "tried")
     formats = ("16", ">8", ">8", ">8", "48", "")
     gap = "  "
 
     def summarise(self, seconds: float) -> None:
-        """Print how many passed, what failed and what could not run."""
+        """Print how many passed, which failed and which could not run."""
         print(f"{_verdict(self.rows)}; {seconds:.0f} s", file=self.stream)
         for row in self.rows:
             if not row.passed:
@@ -77,11 +77,8 @@ def stress_report(table: Table, is_quick: bool) -> Report:
     blocks: list[Block] = [Paragraph(f"{_verdict(table.rows)}{', in the short form' if is_quick else ''}.")]
     blocks += [Paragraph(f"failed: {row.case}, {row.tried}", warning=True) for row in table.rows if not row.passed]
     blocks += [Paragraph(f"not run: {part.case}: {part.reason}", warning=True) for part in table.not_run]
-    header = (*Table.header[1:], "why this limit", "seconds", "passed")
+    header = (*Table.header[1:], "reason for the limit", "seconds", "passed")
     for name, group in groupby(table.rows, key=lambda row: row.case):
         cells = [(*row.texts[1:], row.reason, f"{row.seconds:.1f}", "yes" if row.passed else "NO") for row in group]
-        blocks += [
-            Heading(name),
-            ReportTable(header, cells, True),
-        ]
+        blocks += [Heading(name), ReportTable(header, cells, True)]
     return Report("Stress tests of kanefe", tuple(blocks))

@@ -1,4 +1,4 @@
-"""Units in which one scene can be written: what a metre, a kilogram and a second are in them."""
+"""Systems of units in which the same scene can be written."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ class Units:
     Attributes
     ----------
     length, mass, time : float
-        How many units a metre, a kilogram and a second are.
+        Value of 1 m, 1 kg and 1 s in these units.
 
     Examples
     --------
-    Millimetres, tonnes and seconds, in which a newton is one and a pascal a millionth:
+    Millimetres, tonnes and seconds, in which 1 N is 1 and 1 Pa is 1e-6:
 
     >>> mm = Units(length=1e3, mass=1e-3)
     >>> round(mm.force, 12), round(mm.pressure, 12)
@@ -29,55 +29,55 @@ class Units:
 
     @property
     def speed(self) -> float:
-        """How many units 1 m/s is."""
+        """Value of 1 m/s in these units."""
         return self.length / self.time
 
     @property
     def rate(self) -> float:
-        """How many units 1 rad/s is."""
+        """Value of 1 rad/s in these units."""
         return 1.0 / self.time
 
     @property
     def acceleration(self) -> float:
-        """How many units 1 m/s2 is."""
+        """Value of 1 m/s2 in these units."""
         return self.length / self.time**2
 
     @property
     def force(self) -> float:
-        """How many units 1 N is."""
+        """Value of 1 N in these units."""
         return self.mass * self.acceleration
 
     @property
     def moment(self) -> float:
-        """How many units 1 N m, or 1 J, is."""
+        """Value of 1 N m, or 1 J, in these units."""
         return self.force * self.length
 
     @property
     def inertia(self) -> float:
-        """How many units 1 kg m2 is."""
+        """Value of 1 kg m2 in these units."""
         return self.mass * self.length**2
 
     @property
     def stiffness(self) -> float:
-        """How many units 1 N/m is."""
+        """Value of 1 N/m in these units."""
         return self.mass / self.time**2
 
     @property
     def damping(self) -> float:
-        """How many units 1 N s/m is."""
+        """Value of 1 N s/m in these units."""
         return self.mass / self.time
 
     @property
     def pressure(self) -> float:
-        """How many units 1 Pa is."""
+        """Value of 1 Pa in these units."""
         return self.force / self.length**2
 
     @property
     def density(self) -> float:
-        """How many units 1 kg/m3 is."""
+        """Value of 1 kg/m3 in these units."""
         return self.mass / self.length**3
 
 
 SI = Units()
 MILLIMETRES = Units(length=1e3, mass=1e-3)
-"""Units mm, t, s, which imply N and MPa."""
+"""mm, t, s, N and MPa."""

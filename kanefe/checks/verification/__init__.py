@@ -1,6 +1,6 @@
-"""Verification cases that ship with the package, with references from closed forms and independent codes.
+"""Verification cases of the package, with references from closed forms and independent codes.
 
-`case.py` says what a case is, `registry.py` which there are, `runner.py` runs them.
+`case.py` defines a case, `registry.py` lists them, `runner.py` runs them.
 """
 
 from kanefe.checks.verification.case import Case, Check, Reference

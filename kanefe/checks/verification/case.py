@@ -1,4 +1,4 @@
-"""What a verification case is: a reference, a function that computes the same quantities, and their comparison."""
+"""Definition of a verification case: a reference, a function that computes the same quantities, the comparison."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Reference:
-    """Definition of a case and the values it must give, as in ``references.json``.
+    """Definition of a case and its expected values, as in ``references.json``.
 
     Attributes
     ----------
     id, title : str
     definition : str
-        The scene, in SI units unless it says otherwise.
+        Description of the scene, in SI units unless stated otherwise.
     quantity : str
-        What is compared.
+        Compared quantities.
     values : Any
         Numbers, in lists and dicts.
     tolerance : str
         Largest error allowed, in words.
     source : str
-        Where the values come from.
+        Source of the values.
     """
 
     id: str
@@ -39,11 +39,10 @@ class Reference:
     source: str
 
     def allows(self, tolerance: float) -> bool:
-        """Return whether a tolerance is one of those that the reference states, or tighter than all of them."""
+        """Return whether a tolerance is one of those stated in the reference, or tighter than all of them."""
         numbers = re.findall(r"(\d+(?:\.\d+)?(?:e-?\d+)?)(%?)", self.tolerance)
-        stated = [float(number) * (0.01 if percent else 1.0) for number, percent in numbers]
-        # what is not small is a count of elements, a modulus, a time
-        stated = [number for number in stated if number < 0.1]
+        values = [float(number) * (0.01 if percent else 1.0) for number, percent in numbers]
+        stated = [value for value in values if value < 0.1]  # larger numbers are counts, moduli or times
         return bool(stated) and (tolerance <= min(stated) or any(math.isclose(tolerance, s) for s in stated))
 
 
@@ -56,9 +55,9 @@ class Check:
     quantity : str
         With its unit, and whether the error is absolute ("abs") or relative ("rel").
     value, reference : float
-        Computed and expected; of a set of numbers the pair that agrees least.
+        Computed and expected value; of arrays, the pair with the largest error.
     error : float
-        In the unit of the quantity if absolute.
+        In the unit of the quantity if absolute, 1 if relative.
     tolerance : float
         Largest error that passes.
     """
@@ -71,7 +70,7 @@ class Check:
 
     @property
     def passed(self) -> bool:
-        """Whether the error is within the tolerance; an error that is not a number is not."""
+        """Whether the error is within the tolerance; nan is not."""
         return bool(self.error <= self.tolerance)
 
     @classmethod
@@ -98,7 +97,7 @@ class Check:
         error = np.abs(value - reference)
         if kind == "rel":
             error = error / np.abs(reference)
-        # one that is not a number is the worst of all
+        # an error that is not finite counts as the largest
         worst = int(np.argmax(np.where(np.isfinite(error), error, np.inf)))
         label = f"{quantity} ({kind})" if value.size == 1 else f"{quantity} ({kind}, worst of {value.size})"
         return cls(label, float(value.flat[worst]), float(reference.flat[worst]), float(error.flat[worst]), tolerance)
@@ -106,14 +105,14 @@ class Check:
 
 @dataclass(frozen=True)
 class Case:
-    """A verification case, or the part of one that needs a certain kind of body.
+    """A verification case, or a part of one.
 
     Attributes
     ----------
     id : str
-        Of its reference. Several parts may share it; all of them belong to the case.
+        Id of its reference. The parts of a case have the same id.
     run : callable
-        Reference -> checks, yielded one by one as they are computed.
+        Reference -> checks, yielded one by one.
     """
 
     id: str

@@ -1,4 +1,4 @@
-"""Case of a flexible body from given matrices whose floating-frame equations are exact: two masses and a spring."""
+"""Case of a flexible body from matrices, for which the floating-frame equations are exact: two masses and a spring."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ RTOL = 1e-12
 
 
 def spinning_dumbbell(reference: Reference) -> Iterator[Check]:
-    """E04: two masses and a linear bar spin in the plane; the bar stretches by a fifth."""
+    """E04: two masses joined by a linear bar spin in a plane; the bar stretches by 20 %."""
     row = np.array([1.0, 0.0, -1.0, 0.0])
     nodes = [[-0.5 * LENGTH, 0.0, 0.0], [0.5 * LENGTH, 0.0, 0.0]]
     exact = model_from_matrices(np.eye(4), STIFFNESS * np.outer(row, row), nodes, components=("x", "y"))
     expected = np.array(reference.values["r_rdot_theta"])
-    # nodes that only translate are exact in the paper's nodal form too
+    # for nodes that only translate the paper's nodal form is exact as well
     for form, full_model in (("mass field", exact), ("nodal form", replace(exact, mass_field=None))):
         scene = System()
         scene.add_flexible_body("dumbbell", flexible_body(full_model, {}), joint=Planar(rate=RATE))

@@ -1,4 +1,4 @@
-"""Cases of impacts: restitution, duration and force of compliant contacts, a ball that comes to rest, a slack rope."""
+"""Cases of impacts: restitution, duration and force of compliant contacts, a bouncing ball, a slack rope."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STIFFNESS = 1e4
 
 
 def restitution_of(law: NormalLaw) -> float:
-    """Return the share of its speed of 1 m/s that a mass of 1 kg keeps."""
+    """Return the ratio of speeds after and before an impact of a mass of 1 kg at 1 m/s."""
     scene = System()
     wall = scene.add_surface("wall", scene.ground, Plane("z"))
     mass = scene.add_point("mass", 1.0, joint=Prismatic("z", position=1e-3, speed=-1.0))
@@ -30,25 +30,25 @@ def restitution_of(law: NormalLaw) -> float:
 
 
 def hunt_crossley(reference: Reference) -> Iterator[Check]:
-    """K06: restitution of Hunt and Crossley's law: of lambda and speed alone."""
+    """K06: restitution of Hunt and Crossley's law, which depends on lambda times speed only."""
     for number, expected in reference.values.items():
         for stiffness, exponent in ((STIFFNESS, 1.0), (100.0 * STIFFNESS, 1.5), (1e3 * STIFFNESS, 2.2)):
             found = restitution_of(HuntCrossley(stiffness, float(number), exponent=exponent))
             what = f"restitution, lambda v = {number}, k = {stiffness:g}, n = {exponent:g}"
             yield Check.absolute(what, found, expected, 1e-7)
         found = restitution_of(Restitution(STIFFNESS, expected))
-        yield Check.absolute(f"the restitution {expected:.6f} asked for", found, expected, 1e-7)
+        yield Check.absolute(f"the restitution {expected:.6f} requested", found, expected, 1e-7)
 
 
 def kelvin_voigt(reference: Reference) -> Iterator[Check]:
-    """K07: restitution of a spring and damper that let go before they pull."""
+    """K07: restitution of a spring and damper that separate before they pull."""
     for ratio, expected in reference.values.items():
         law = KelvinVoigt(STIFFNESS, 2.0 * float(ratio) * math.sqrt(STIFFNESS))
         yield Check.absolute(f"restitution, damping ratio {ratio}", restitution_of(law), expected, 1e-7)
 
 
 def bouncing(reference: Reference) -> Iterator[Check]:
-    """K08: a ball that bounces infinitely often, and rests."""
+    """K08: a bouncing ball that comes to rest after infinitely many impacts."""
     values, count = reference.values, 8
     e, fall = 0.8, math.sqrt(2.0 / GRAVITY)
     landings = fall * (1.0 + 2.0 * np.cumsum(np.append(0.0, e ** np.arange(1, count))))
@@ -58,7 +58,7 @@ def bouncing(reference: Reference) -> Iterator[Check]:
         touches = result.events["c touch"]
         errors.append(float(np.abs(touches[:count] - landings).max()))
     yield Check.absolute(f"times of the first {count} landings [s]", touches[:count], landings, 5e-3)
-    # each impact takes pi sqrt(m / k), and a little more for its damping
+    # an impact lasts pi sqrt(m / k), slightly longer with damping
     yield falling_with_stiffness("the times", errors, 0.5, 0.05)
     yield Check.absolute("the last landing [s]", touches[-1], values["rest"], 0.02)
     yield Check.absolute("depth at rest [m]", -result.position("ball")[-1, 2], GRAVITY / stiffness, 1e-9)
@@ -74,7 +74,7 @@ def bouncing_ball(stiffness: float, span: float, rtol: float) -> Result:
 
 
 def hertz(reference: Reference) -> Iterator[Check]:
-    """K09: a steel ball on a steel half space."""
+    """K09: impact of a steel ball on a steel half-space."""
     radius, density, values = 0.01, 7850.0, reference.values
     mass = 4.0 / 3.0 * math.pi * radius**3 * density
     scene = System()
@@ -93,7 +93,7 @@ def hertz(reference: Reference) -> Iterator[Check]:
 
 
 def slack_rope(reference: Reference) -> Iterator[Check]:
-    """K22: a mass that falls into a slack rope."""
+    """K22: a falling mass that is caught by a slack rope."""
     mass, length, stiffness, slack = 10.0, 1.0, 1e5, 0.1
     scene = System(gravity=(0.0, 0.0, -GRAVITY))
     load = scene.add_point("load", mass, joint=Prismatic("z", position=slack - length))
@@ -103,11 +103,11 @@ def slack_rope(reference: Reference) -> Iterator[Check]:
 
 
 POUND_FORCE, INCH, FEET_GRAVITY = 4.4482216152605, 0.0254, 9.80665
-"""Pound-force, N; inch, m; and standard gravity of the units in pounds, m/s2."""
+"""Pound-force, N; inch, m; and standard gravity for US units, m/s2."""
 
 
 def landing_gear(reference: Reference) -> Iterator[Check]:
-    """F05: a drop test of landing gear with lift (14 CFR 27.725), on the spring that takes its energy."""
+    """F05: a drop test of landing gear with lift (14 CFR 27.725), with a spring that absorbs the energy."""
     values = reference.values
     spring = values["spring"]
     for row in values["rows"]:
@@ -127,7 +127,7 @@ def landing_gear(reference: Reference) -> Iterator[Check]:
     result = run_of(scene, 0.2, 1e-11, output_step=1e-4)
     peak = float(result.contact("gear").normal.max()) / POUND_FORCE
     load_factor = peak / row["We"]
-    # outputs are 1e-4 s apart, and w = 13.7 rad/s: the largest is missed by (w dt)^2 / 8 of it at most
+    # with outputs every 1e-4 s and w = 13.7 rad/s the peak is missed by at most (w dt)^2 / 8, relative
     yield Check.relative("largest load [lb]", peak, spring["peak_load"], 1e-6)
     yield Check.relative("load factor of the gear", load_factor, spring["nj"], 1e-6)
     yield Check.relative("load factor", load_factor * row["We"] / row["W"] + lift, spring["n"], 1e-6)

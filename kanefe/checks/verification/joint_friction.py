@@ -1,7 +1,7 @@
-"""Cases of joints with friction from their loads, stops, and play.
+"""Cases of joints with load-dependent friction, stops and play.
 
-What sticks hangs on anchors that give way: closed forms are those of rigid ones, which runs come near as anchors
-stiffen.
+While a joint sticks it is held by an elastic anchor. The closed forms are those of rigid anchors; results approach them
+as the anchor stiffness increases.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from kanefe.system import System
 
 
 def coasting_wheel(reference: Reference) -> Iterator[Check]:
-    """L01: a wheel that coasts on its journal bearing until it stops."""
+    """L01: a wheel that coasts to rest in its journal bearing."""
     values, errors = reference.values, []
     for stiffness in (1e6, 1e7):
         scene = System(gravity=(0.0, 0.0, -GRAVITY))
@@ -29,11 +29,11 @@ def coasting_wheel(reference: Reference) -> Iterator[Check]:
     yield Check.absolute("time at which it stops [s]", result.events["wheel stick"], [values["time"]], 1e-6)
     yield Check.absolute("angle turned through [rad]", errors[1] + values["turn"], values["turn"], 3e-5)
     yield falling_with_stiffness("the angle", errors, 1.0, 0.05)
-    yield Check.relative("energy taken [J]", result.energy.dissipated[-1], values["energy"], 1e-6)
+    yield Check.relative("dissipated energy [J]", result.energy.dissipated[-1], values["energy"], 1e-6)
 
 
 def spun_rotor(reference: Reference) -> Iterator[Check]:
-    """L02: an unbalanced rotor, whose bearing is loaded by what its own turning and braking cause."""
+    """L02: an unbalanced rotor, whose bearing is loaded by the inertia forces of its rotation and deceleration."""
     scene = System()
     joint = Revolute("z", speed=20.0, friction=JointFriction(0.3, 0.02, stiffness=1e7))
     scene.add_rigid_body("rotor", 1.0, 0.05, com=(0.1, 0.0, 0.0), joint=joint)
@@ -42,7 +42,7 @@ def spun_rotor(reference: Reference) -> Iterator[Check]:
 
 
 def drawer(reference: Reference) -> Iterator[Check]:
-    """L03: a drawer that is pushed beside its middle: it jams where mu is above length / (2 offset)."""
+    """L03: a drawer that is pushed off its centre line: it jams if mu is larger than length / (2 offset)."""
     length, offset = 0.2, 0.3
 
     def push(t: float) -> tuple[float, float, float]:
@@ -58,7 +58,7 @@ def drawer(reference: Reference) -> Iterator[Check]:
 
 
 def thread(reference: Reference) -> Iterator[Check]:
-    """L04: torques to raise and to lower a load by a screw, and that it holds by itself with friction enough."""
+    """L04: torques to raise and to lower a load with a screw, and self-locking with sufficient friction."""
     values = reference.values
     lead, radius, mu = values["lead"], values["radius"], values["mu"]
     for way, name in ((1.0, "raise"), (-1.0, "lower")):
@@ -77,7 +77,7 @@ def thread(reference: Reference) -> Iterator[Check]:
 
 
 def sliding_shaft(reference: Reference) -> Iterator[Check]:
-    """L05: a shaft that slides and turns in its bearing: friction is against both together."""
+    """L05: a shaft that slides and turns in its bearing: friction acts against the resulting velocity."""
     radius, mass = 0.05, 2.0
     scene = System(gravity=(0.0, 0.0, -GRAVITY))
     joint = Cylindrical("x", speed=(0.6, 0.8 / radius), friction=JointFriction(0.2, radius, stiffness=1e8))
@@ -85,19 +85,19 @@ def sliding_shaft(reference: Reference) -> Iterator[Check]:
     result = run_of(scene, 0.6)
     slid, turned = result.joint_coordinates("shaft")[-1]
     found = np.array((slid, turned * radius))
-    yield Check.absolute("ways along and round [m]", found, reference.values["ways"], 1e-5)
+    yield Check.absolute("distances along and around the axis [m]", found, reference.values["ways"], 1e-5)
     yield Check.absolute("time [s]", result.events["shaft stick"][-1], reference.values["time"], 1e-5)
 
 
 def rattling(reference: Reference) -> Iterator[Check]:
-    """L06: a shaft that rattles in its play, without losses and with a restitution."""
+    """L06: a shaft that rattles in its backlash, without losses and with a restitution."""
     scene = System()
     key = CoordinateForce.backlash(0.04, stiffness=200.0)
     scene.add_rigid_body("shaft", 1.0, 0.02, joint=Revolute("z", speed=1.0, forces=key))
     result = run_of(scene, 2.0)
     angle = result.joint_coordinates("shaft")[:, 0]
     up = np.flatnonzero((angle[:-1] < 0.0) & (angle[1:] >= 0.0))
-    period = np.diff(result.times[up] - angle[up])  # within the play the speed is 1 rad/s
+    period = np.diff(result.times[up] - angle[up])  # in the backlash the speed is 1 rad/s
     yield Check.absolute("period [s]", period, np.full(len(period), reference.values["period"]), 1e-6)
     scene = System()
     key = CoordinateForce.backlash(0.04, stiffness=2e4, restitution=0.7)
@@ -105,7 +105,7 @@ def rattling(reference: Reference) -> Iterator[Check]:
     result = run_of(scene, 0.3)
     kept = abs(float(result.joint_speeds("shaft")[-1, 0]))
     yield Check.absolute("impacts", float(len(result.events["shaft touch"])), reference.values["impacts"], 0.0)
-    yield Check.relative("speed kept after them [rad/s]", kept, reference.values["kept"], 1e-6)
+    yield Check.relative("speed after them [rad/s]", kept, reference.values["kept"], 1e-6)
 
 
 CASES = (

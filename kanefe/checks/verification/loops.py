@@ -22,7 +22,7 @@ ROD = 1.0 / 12.0
 
 
 def parallelograms(count: int) -> Model:
-    """Return `count` parallelograms side by side: cranks upright on the ground, couplers between their tops."""
+    """Return `count` parallelograms side by side: vertical cranks on the ground, couplers between their upper ends."""
     scene = System(gravity=GRAVITY)
     crank: dict[str, Any] = {"mass": 1.0, "inertia": ROD, "com": (0.0, 0.5, 0.0)}
     cranks = [
@@ -39,7 +39,7 @@ def parallelograms(count: int) -> Model:
 
 
 def n_four_bar(reference: Reference) -> Iterator[Check]:
-    """A02: parallelograms that turn through the position in which all bars lie on a line."""
+    """A02: parallelograms that pass the position in which all bars are collinear."""
     for count, rtol in ((2, 1e-9), (40, 1e-8)):
         model = parallelograms(count)
         expected = reference.values[str(count)]["B0"]
@@ -67,11 +67,11 @@ START = (
     1.23054744454982119249735015568,
 )
 ANDREWS = ("beta", "Theta", "gamma", "Phi", "delta", "Omega", "epsilon")
-"""Names of the bodies after the angles of their joints, in the order of the reference."""
+"""Names of the bodies, those of their joint angles, in the order of the reference."""
 
 
 def andrews_mechanism() -> Model:
-    """Return the seven bodies: crank and coupler; the arm of the spring; two arms of two bodies; three loops."""
+    """Return the mechanism of seven bodies: crank, coupler, arm with the spring, two pairs of links; three loops."""
     scene = System()
     start = dict(zip(ANDREWS, START, strict=True))
 
@@ -103,7 +103,7 @@ def andrews_mechanism() -> Model:
 
 
 def squeezing_mechanism(reference: Reference) -> Iterator[Check]:
-    """A05: Andrews' squeezing mechanism: angles, rates, accelerations and forces at the pin of the three loops."""
+    """A05: Andrews' squeezing mechanism: angles, rates, accelerations and loop forces."""
     model = andrews_mechanism()
     states = states_at(model, reference.values["times"], 1e-10)
     order = [int(model.bodies[model.index(name)].coordinates[0]) for name in ANDREWS]
@@ -113,7 +113,7 @@ def squeezing_mechanism(reference: Reference) -> Iterator[Check]:
     last = State(model, *states[-1])
     du = accelerations(last)
     yield Check.relative("accelerations at t = 0.03 s [rad/s2]", du[order], reference.values["acc"], 1e-7)
-    # the multipliers of the reference push the end of the coupler the other way, in axes of N
+    # multipliers of the reference are the opposite forces on the end of the coupler, in axes of N
     A_NK = frame_at(model, "Theta", states[-1]).A_NF
     forces = loop_forces(last)
     pushes = np.array([-(A_NK @ forces[name][:3])[:2] for name in ("arm", "lower", "upper")])

@@ -1,4 +1,4 @@
-"""The references that ship with the package."""
+"""The references of the package."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which verification cases there are: those of kanefe, and those of installed plugins.
+"""The verification cases of kanefe and of installed plugins.
 
 A plugin names a module in the entry-point group ``kanefe.verification``; the module has ``CASES``, a tuple of `Case`.
 """
@@ -29,7 +29,7 @@ from kanefe.checks.verification.references import load_references
 from kanefe.errors import ModelError
 
 GROUP = "kanefe.verification"
-"""Entry points of the modules of plugins."""
+"""Group of the entry points of plugins."""
 
 OWN = (
     *rigid.CASES,
@@ -55,7 +55,7 @@ def registered_cases() -> tuple[Case, ...]:
     Raises
     ------
     ModelError
-        If the module of a plugin has no cases, or a case has no reference.
+        If the module of a plugin has no tuple ``CASES``, or a case has no reference.
     """
     cases = (*OWN, *_of_plugins())
     for case in cases:

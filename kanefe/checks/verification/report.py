@@ -1,4 +1,4 @@
-"""How results of verification are shown: a table as they come."""
+"""Output of verification results: a table that grows as they are known."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class Row:
     Attributes
     ----------
     seconds : float
-        Time to compute this row once the one before was done.
+        Time from the previous row to this one, s.
     """
 
     case: str
@@ -34,13 +34,13 @@ class Row:
 
     @property
     def texts(self) -> tuple[str, ...]:
-        """The columns of the table as texts."""
+        """The cells of the row as texts."""
         values = f"{self.value:.10g}", f"{self.reference:.10g}"
         return self.case, self.quantity, *values, f"{self.error:.1e}", f"{self.tolerance:.1e}", f"{self.seconds:.2f}"
 
     @property
     def mark(self) -> str:
-        """What stands behind the columns."""
+        """Text after the last column."""
         return "" if self.passed else "  MISSED"
 
 
@@ -51,14 +51,14 @@ class Table(GrowingTable[Row]):
     formats = ("5", "92", ">16", ">16", ">8", ">9", ">7")
 
     def summarise(self, was_asked: bool, seconds: float) -> None:
-        """Print how many passed, what missed and what could not run."""
+        """Print how many passed, which missed and which could not run."""
         missed = [row for row in self.rows if not row.passed]
         count, cases = len(self.rows), len({row.case for row in self.rows})
         parts = [f"{count - len(missed)} of {count} quantities of {cases} cases pass"]
         if self.not_run:
             names = ", ".join(dict.fromkeys(part.case for part in self.not_run))
-            counts = "asked for, so this counts as a miss" if was_asked else "not counted as a miss"
-            parts.append(f"not run or not wholly run: {names} ({counts})")
+            counts = "requested, so this counts as a miss" if was_asked else "not counted as a miss"
+            parts.append(f"not run or not completely run: {names} ({counts})")
         print(f"{'; '.join(parts)}; {seconds:.1f} s", file=self.stream)
         for row in missed:
             print(f"  missed: {row.case}, {row.quantity}", file=self.stream)

@@ -1,4 +1,4 @@
-"""Cases of scenes that lie on contacts with friction, found from above by `kanefe.equilibrium`."""
+"""Cases of equilibria on contacts with friction, which `kanefe.equilibrium` finds from a position above the ground."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ STIFFNESS = 1e8
 
 
 def pulled_chest(reference: Reference) -> Iterator[Check]:
-    """L07: a chest on a slope that is pulled down it above its centre of mass, let go half a metre above."""
+    """L07: a chest on a slope, pulled down the slope above its centre of mass; the search starts half a metre above."""
     values = reference.values
     laws: tuple[tuple[str, NormalLaw | Rigid, float], ...] = (
         ("rigid", Rigid(), 1e-9),

@@ -15,7 +15,7 @@ from kanefe.system import System
 GRAVITY = (0.0, -9.81, 0.0)
 
 RTOL = 1e-12
-"""Relative tolerance of the runs: the double pendulum is chaotic and multiplies errors by some thousands in 5 s."""
+"""Relative tolerance of the runs: the double pendulum is chaotic and amplifies errors by some thousands in 5 s."""
 
 
 def pendulum(reference: Reference) -> Iterator[Check]:
@@ -29,7 +29,7 @@ def pendulum(reference: Reference) -> Iterator[Check]:
         bob = frame_at(model, "bob", state)
         found.append(bob.A_NF[:2, 0] * -1.0)
     yield Check.absolute("x, y at t = 1 ... 10 s [m]", found, list(reference.values["xy"].values()), 1e-8)
-    # released at rest, the bob rests again after half a period
+    # released at rest, the bob is at rest again after half a period
     (half,) = zero_crossings(model, lambda state: float(state[2][0]), 1, stop=1.5, rtol=RTOL)
     yield Check.absolute("period [s]", 2.0 * half, reference.values["period"], 1e-8)
 
@@ -42,7 +42,7 @@ def double_pendulum(reference: Reference) -> Iterator[Check]:
     scene.add_rigid_body("lower", 1.0, inertia, com=com, joint=Revolute("z"), parent=upper, at=end)
     times = reference.values["times"]
     states = states_at(scene.freeze(), times, RTOL)
-    # the second joint measures from the first rod
+    # the angle of the second joint is relative to the first rod
     angles = np.array([np.cumsum(q) for _, q, _ in states])
     rates = np.array([np.cumsum(u) for _, _, u in states])
     for name, values, expected in (
@@ -56,7 +56,7 @@ def double_pendulum(reference: Reference) -> Iterator[Check]:
 
 
 def free_top(reference: Reference) -> Iterator[Check]:
-    """A06: an asymmetric top that turns about its middle axis, and flips."""
+    """A06: an asymmetric top that rotates about its intermediate axis, and flips."""
     start = (0.05, 2.0, 0.05)
     scene = System()
     scene.add_rigid_body("top", mass=1.0, inertia=(1.0, 2.0, 3.0), joint=Free(angular_velocity=start))

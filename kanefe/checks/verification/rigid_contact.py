@@ -1,4 +1,4 @@
-"""Cases of rigid contacts: unilateral constraints, impacts and set-valued friction, by closed forms."""
+"""Cases of rigid contacts: unilateral constraints, impacts and set-valued friction, against closed forms."""
 
 from __future__ import annotations
 
@@ -29,25 +29,30 @@ def on_floor(gravity: float = GRAVITY) -> tuple[System, Surface]:
 
 
 def missed(result: Result, exchanged: float) -> float:
-    """Return by how much the balance of energies is missed, of what was exchanged."""
+    """Return the largest error of the energy balance, relative to the energy `exchanged` (J)."""
     return float(np.abs(result.energy.balance_error).max()) / exchanged
 
 
 def pushed(reference: Reference) -> Iterator[Check]:
-    """K02: a block that is pushed, and stops."""
+    """K02: a sliding block that comes to rest."""
     values = reference.values
     scene, floor = on_floor()
     block = scene.add_rigid_body("block", 1.0, 0.01, joint=Free(velocity=(5.0, 0.0, 0.0)))
     scene.add_contact("c", block, floor, normal=Rigid(), friction=Coulomb(0.5))
     result = run_of(scene, 1.5, 1e-10, output_step=0.05)
-    yield Check.absolute("rigid: way [m]", result.position("block")[-1, 0], values["way"], 1e-6)
+    yield Check.absolute("rigid: distance [m]", result.position("block")[-1, 0], values["way"], 1e-6)
     yield Check.absolute("rigid: time [s]", result.events["c stick"], [values["time"]], 1e-6)
     yield Check.relative("rigid: work of friction [J]", result.contact("c").work[-1], values["work"], 1e-5)
-    yield Check.absolute("rigid: energy missed, of what was exchanged", missed(result, values["work"]), 0.0, 1e-8)
+    yield Check.absolute(
+        "rigid: relative error of the energy balance",
+        missed(result, values["work"]),
+        0.0,
+        1e-8,
+    )
 
 
 def belt(reference: Reference) -> Iterator[Check]:
-    """K04: a mass on a spring that a belt takes along until it slips back; errors follow rtol."""
+    """K04: stick-slip of a mass on a spring and a moving belt; errors are proportional to rtol."""
     values, errors = reference.values, []
     for rtol in RTOLS:
         scene, top = on_floor(10.0)
@@ -61,13 +66,13 @@ def belt(reference: Reference) -> Iterator[Check]:
         errors.append(abs(float(slip[1] - slip[0]) - values["period"]))
         if rtol == 1e-6:
             yield Check.absolute("rigid: period [s]", np.diff(slip), np.full(2, values["period"]), 1e-6)
-            yield Check.absolute("rigid: time of a slip [s]", stick - slip[:2], np.full(2, values["slip"]), 1e-6)
+            yield Check.absolute("rigid: duration of a slip [s]", stick - slip[:2], np.full(2, values["slip"]), 1e-6)
     worst = max(error / rtol for error, rtol in zip(errors, RTOLS, strict=True))
     yield Check.absolute("rigid: largest error of the period over rtol, 1e-4 to 1e-10 [s]", worst * 1e-6, 0.0, 1e-6)
 
 
 def bouncing(reference: Reference) -> Iterator[Check]:
-    """K08: a ball that bounces infinitely often, and rests."""
+    """K08: a bouncing ball that comes to rest after infinitely many impacts."""
     e, fall, count = 0.8, math.sqrt(2.0 / GRAVITY), 30
     landings = fall * (1.0 + 2.0 * np.cumsum(np.append(0.0, e ** np.arange(1, count))))
     for impact in ("newton", "poisson"):
@@ -79,11 +84,11 @@ def bouncing(reference: Reference) -> Iterator[Check]:
         touches = result.events["c touch"][:count]
         yield Check.absolute(f"{name}: times of the first {count} landings [s]", touches, landings, 1e-9)
         yield Check.absolute(f"{name}: rests at [s]", result.events["c rest"], [reference.values["rest"]], 1e-9)
-        yield Check.absolute(f"{name}: energy missed, of what was exchanged", missed(result, GRAVITY), 0.0, 1e-9)
+        yield Check.absolute(f"{name}: relative error of the energy balance", missed(result, GRAVITY), 0.0, 1e-9)
 
 
 def oscillating_incline(reference: Reference) -> Iterator[Check]:
-    """F01a: a block on a slope that moves along itself, and slips down once a period."""
+    """F01a: a block on a slope that oscillates in its plane; the block slips down once a period."""
     scene, top = moving_incline()
     block = scene.add_rigid_body("block", 1.0, 0.01, joint=Free(velocity=(INCLINE_SPEED * UP).tolist()))
     scene.add_contact("c", block, top, normal=Rigid(), friction=Coulomb(0.3))
@@ -98,7 +103,7 @@ def oscillating_incline(reference: Reference) -> Iterator[Check]:
 
 
 def ladder(reference: Reference) -> Iterator[Check]:
-    """K14: a ladder slides down a smooth wall, and leaves it."""
+    """K14: a ladder that slides down a smooth wall and separates from it."""
     length, angle = 2.0, math.radians(20.0)
     start = 0.5 * length * np.array((math.sin(angle), 0.0, math.cos(angle)))
     errors = []
@@ -127,7 +132,7 @@ BLOCK = 0.5, 2.0
 
 
 def rocking_block(share: float, friction: float = 5.0, size: tuple[float, float] = BLOCK) -> System:
-    """Return a block that is let go from a share of the angle at which it tips over; its contact is called "c"."""
+    """Return a block released at a share of its tipping angle; its contact is called "c"."""
     width, height = size
     scene, floor = on_floor()
     lean = share * math.atan(width / height)
@@ -142,7 +147,7 @@ def rocking_block(share: float, friction: float = 5.0, size: tuple[float, float]
 
 
 def rocking(reference: Reference) -> Iterator[Check]:
-    """K13: a block rocks on its edges, losing speed at each impact."""
+    """K13: a block that rocks on its edges and loses speed at each impact."""
     values = reference.values
     for share, period in values["periods"].items():
         result = run_of(rocking_block(float(share)), 0.7, 1e-10, output_step=0.01)
@@ -155,14 +160,14 @@ def rocking(reference: Reference) -> Iterator[Check]:
             f"share of speed left by the impact, from {share} alpha", math.sqrt(after / before), values["ratio"], 1e-6
         )
         missing = missed(result, float(before - after))
-        yield Check.absolute("energy missed, of what was exchanged", missing, 0.0, 1e-8)
+        yield Check.absolute("relative error of the energy balance", missing, 0.0, 1e-8)
 
 
 def paradox(reference: Reference) -> Iterator[Check]:
-    """K15: a rod whose lower end is pushed along a rough floor: the friction without solution."""
+    """K15: a rod pushed along a rough floor with its lower end ahead: Painleve's paradox."""
     for degrees, limit in reference.values.items():
         angle = math.radians(float(degrees))
-        told = []
+        reported = []
         for mu in (limit * (1.0 - 1e-6), limit * (1.0 + 1e-6)):
             scene, floor = on_floor()
             place = (0.5 * math.cos(angle), 0.0, 0.5 * math.sin(angle))
@@ -172,11 +177,11 @@ def paradox(reference: Reference) -> Iterator[Check]:
             model = scene.freeze()
             try:
                 model.rhs(0.0, model.route.start(0.0))
-                told.append(0.0)
+                reported.append(0.0)
             except SimulationError as error:
-                told.append(1.0 if "Painleve" in str(error) else math.nan)
-        what = f"1 where Painleve's paradox is told, at {degrees} degrees 1e-6 below and above the limit"
-        yield Check.absolute(what, told, [0.0, 1.0], 1e-12)
+                reported.append(1.0 if "Painleve" in str(error) else math.nan)
+        what = f"1 where Painleve's paradox is reported, at {degrees} degrees 1e-6 below and above the limit"
+        yield Check.absolute(what, reported, [0.0, 1.0], 1e-12)
 
 
 CASES = (

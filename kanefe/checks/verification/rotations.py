@@ -14,8 +14,8 @@ FORWARD, BACK = 1e-14, 1e-12
 
 
 def conversions(reference: Reference) -> Iterator[Check]:
-    """E03: there and back; near 90 degrees of pitch the rotation must come back, not the single angles."""
-    # intrinsic yaw, pitch, roll is extrinsic roll about x, pitch about y, yaw about z
+    """E03: conversions there and back; near 90 degrees of pitch the rotation is compared, not the single angles."""
+    # intrinsic yaw, pitch, roll equals extrinsic roll about x, pitch about y, yaw about z
     angles = [np.radians(entry["ypr_deg"][::-1]) for entry in reference.values]
     parameters = [tait_bryan_euler_parameters(theta) for theta in angles]
     expected = [np.array(entry["q_wxyz"]) for entry in reference.values]

@@ -16,23 +16,23 @@ from kanefe.system import System
 TOLERANCE = 1e-4
 
 Rotor = Callable[[float], Model]
-"""Function of the spin (rad/s) that makes the rotor in a frame that spins with it."""
+"""Function of the spin (rad/s) that returns the rotor in a frame that spins with it."""
 
 MASS = 2.0
-"""Mass of the point, kg: the results do not depend on it."""
+"""Mass of the point, kg: results do not depend on it."""
 
 DISC, STIFFNESS, INTERNAL, EXTERNAL = 5.0, 2e5, 40.0, 25.0
-"""Jeffcott rotor: mass of the disc, kg; stiffness of the shaft, N/m; damping of the shaft, which rotates with it, and
-of the bearings, which does not, N s/m."""
+"""Jeffcott rotor: mass of the disc, kg; stiffness of the shaft, N/m; damping of the shaft (rotating) and of the
+bearings (stationary), N s/m."""
 
 REACH, BENDING = 0.5, 8e3
 """Length (m) and bending stiffness (N m2) of the shaft that carries an overhung disc."""
 
 
 def spin_eigenvalues(model: Model) -> np.ndarray:
-    """Return those eigenvalues of a scene about its start, 1/s, whose real and imaginary parts are not negative.
+    """Return the eigenvalues of a scene at its initial state, 1/s, without negative real and imaginary parts.
 
-    Of the four that belong to one motion of an undamped scene, ``+-a +- i b``, one is listed; lowest frequency first.
+    Of the four eigenvalues ``+-a +- i b`` of a motion of an undamped scene, one is listed; lowest frequency first.
     """
     modes = linearise(model).modes()
     values = modes.eigenvalues
@@ -59,7 +59,7 @@ def asymmetric_rotor_checks(
 
 
 def point_on_springs(spin: float) -> Model:
-    """Return a point on two springs across each other, of 100 and 120 rad/s, on a shaft that spins about z."""
+    """Return a point on two perpendicular springs (100 and 120 rad/s) on a shaft that spins about z."""
     scene = System()
     shaft = scene.add_frame("shaft", joint=Revolute("z", motion=Motion.steady(spin)))
     slide = scene.add_frame("slide", parent=shaft, joint=Prismatic("x", forces=CoordinateForce(MASS * 100.0**2)))
@@ -68,12 +68,12 @@ def point_on_springs(spin: float) -> Model:
 
 
 def asymmetric_rotor(reference: Reference) -> Iterator[Check]:
-    """D04b: two modes of different frequency across the axis of a spinning shaft."""
+    """D04b: two lateral modes of different frequency on a spinning shaft."""
     yield from asymmetric_rotor_checks(reference.values, point_on_springs, "point on springs")
 
 
 def jeffcott_seen_from_the_shaft(speed: float) -> System:
-    """Return a disc on a shaft without mass, in a frame that spins with it."""
+    """Return a disc on a massless shaft, modelled in a frame that spins with the shaft."""
     scene = System()
     shaft = scene.add_frame("shaft", joint=Revolute("x", motion=Motion.steady(speed)))
     spring = CoordinateForce(STIFFNESS, damping=INTERNAL)
@@ -84,7 +84,7 @@ def jeffcott_seen_from_the_shaft(speed: float) -> System:
 
 
 def jeffcott_seen_from_the_ground(speed: float) -> System:
-    """Return the same: what damps in the shaft circulates in proportion to its speed."""
+    """Return the same rotor, modelled in N: the shaft damping gives circulatory forces proportional to the speed."""
     scene = System()
     slide = scene.add_frame("slide", joint=Prismatic("y"))
     disc = scene.add_point("disc", DISC, parent=slide, joint=Prismatic("z"))
@@ -97,7 +97,7 @@ def jeffcott_seen_from_the_ground(speed: float) -> System:
 
 
 def jeffcott_rotor(reference: Reference) -> Iterator[Check]:
-    """R01: the damping of a shaft drives its forward whirl beyond a speed; seen from the ground and from the shaft."""
+    """R01: internal damping makes the forward whirl unstable above a speed; seen from the ground and from the shaft."""
     values = reference.values
     speeds = np.array([float(speed) for speed in values["forward"]])
     expected = np.array(list(values["forward"].values()))
@@ -117,7 +117,7 @@ def jeffcott_rotor(reference: Reference) -> Iterator[Check]:
 
 
 def overhung(speed: float) -> System:
-    """Return a disc at the end of a cantilever without mass, by the stiffness of its end."""
+    """Return a disc at the end of a massless cantilever, which is modelled by the stiffness at its end."""
     scene = System()
     end = scene.add_frame("end", joint=Free())
     spin = Revolute("x", motion=Motion.steady(speed))
@@ -131,7 +131,7 @@ def overhung(speed: float) -> System:
 
 
 def overhung_disc(reference: Reference) -> Iterator[Check]:
-    """R02: whirl of an overhung disc, split by its gyroscopic moment, and its critical speeds."""
+    """R02: forward and backward whirl of an overhung disc with gyroscopic moments, and its critical speeds."""
     speeds = np.array([float(speed) for speed in reference.values["whirl"]])
     diagram = campbell(overhung, np.append(0.0, speeds))
     found = np.sort(np.abs(diagram.eigenvalues[1:, :4].imag))
@@ -146,7 +146,7 @@ def overhung_disc(reference: Reference) -> Iterator[Check]:
 
 
 def jeffcott_in_an_anisotropic_bearing(speed: float) -> System:
-    """Return a disc in a bearing that is 1.5 times as stiff along z as along y; what spins is beside it."""
+    """Return a disc in a bearing 1.5 times as stiff along z as along y; the spinning shaft is a separate body."""
     scene = System()
     disc = scene.add_rigid_body("disc", DISC, 0.01, joint=Free())
     scene.add_rigid_body("shaft", 1.0, 0.01, joint=Revolute("x", motion=Motion.steady(speed)))
@@ -156,7 +156,7 @@ def jeffcott_in_an_anisotropic_bearing(speed: float) -> System:
 
 
 def anisotropic_bearing(reference: Reference) -> Iterator[Check]:
-    """R03: in a bearing that is stiffer along one axis an unbalance whirls backward between the critical speeds."""
+    """R03: in an anisotropic bearing the unbalance response whirls backward between the critical speeds."""
     diagram = campbell(jeffcott_in_an_anisotropic_bearing, np.linspace(50.0, 400.0, 8))
     critical = [one.speed for one in diagram.critical_speeds()]
     yield Check.relative("critical speeds [rad/s]", critical, reference.values["critical"], 1e-9)
@@ -164,7 +164,7 @@ def anisotropic_bearing(reference: Reference) -> Iterator[Check]:
     speeds = np.array([float(speed) for speed in responses])
     forces, places = ("force disc y", "force disc z"), ("position disc y", "position disc z")
     small = linearise(jeffcott_in_an_anisotropic_bearing(speeds[0]), inputs=forces, outputs=places)
-    turning = np.array((1.0, -1j))  # Re (force exp(i w t)): from y to z, as the shaft turns
+    turning = np.array((1.0, -1j))  # Re (force exp(i w t)): turns from y to z, with the shaft
     y, z = (small.frequency_response(speeds / (2.0 * np.pi)).response @ turning).T
     sizes = np.abs(np.stack((y, z), axis=1))
     wanted = np.array([one["sizes"] for one in responses.values()])

@@ -21,31 +21,31 @@ from kanefe.checks.verification.tolerance import tolerances_times
 def verify(case_ids: Sequence[str] = (), json_path: str | None = None, factor: float = 1.0) -> int:
     """Run verification cases and print a line for each quantity as it is computed.
 
-    A case that needs a package which is not installed is not run. That is a failure only if the case was asked for by
+    A case that needs a package which is not installed is not run. That is a failure only if the case was requested by
     its id.
 
     Parameters
     ----------
     case_ids : sequence of str
-        Which cases; all if empty. Upper and lower case are the same.
+        Ids of cases; all if empty. Not case-sensitive.
     json_path : str, optional
         Also write the results as JSON: a list of objects with the keys case, quantity, value, reference, error,
         tolerance, seconds and passed. "-" writes to the standard output, and the table to the standard error.
     factor : float
-        On the relative tolerance of every run that a case makes: how errors follow it. The tolerances of the checks
-        stay.
+        Factor on the relative tolerance of every run of a case, to see how errors depend on it. The tolerances of the
+        checks do not change.
 
     Returns
     -------
     int
-        Exit code: 0 if all passed, 1 if one missed or a case asked for could not run.
+        Exit code: 0 if all passed, 1 if one missed or a requested case could not run.
 
     Raises
     ------
     ModelError
-        If there is no such case; the message lists those there are. If the factor makes no sense.
+        If there is no such case; the message lists the known ones. If the factor is not a finite number above zero.
     FileError
-        If the JSON file cannot be written; looked at before anything runs.
+        If the JSON file cannot be written; checked before the cases run.
 
     Examples
     --------
@@ -69,7 +69,7 @@ def verify(case_ids: Sequence[str] = (), json_path: str | None = None, factor: f
 
 
 def run_case(case: Case) -> Iterator[Row | NotRun]:
-    """Run one case and yield its rows as they come; an error of the run is a row that did not pass."""
+    """Run one case and yield its rows as they are known; an error of the run is a row that did not pass."""
     reference = load_references()[case.id]
 
     def ended(text: str) -> Check:

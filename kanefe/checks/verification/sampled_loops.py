@@ -1,4 +1,4 @@
-"""Cases of sampled controllers: poles of the loop as it is sampled, its limit of stability, and what runs do."""
+"""Cases of sampled controllers: poles of the sampled loop, its stability limit, and a run."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ START = 0.1
 
 
 def controlled_mass(damping: float, delay: float = 0.0) -> System:
-    """Return a mass on a line that a sampled controller holds by a stiffness and a damping (N s/m)."""
+    """Return a mass on a line, held by a sampled controller with a stiffness and a damping (N s/m)."""
     scene = System()
     scene.add_point("mass", MASS, joint=Prismatic("x", position=START))
 
@@ -33,7 +33,7 @@ def controlled_mass(damping: float, delay: float = 0.0) -> System:
 
 
 def sampled_mass(reference: Reference) -> Iterator[Check]:
-    """P01: a mass that is held by its samples, at once and after a delay."""
+    """P01: a mass held by a sampled controller, without and with delay."""
     for delay, of in reference.values["delays"].items():
         scene = controlled_mass(20.0, float(delay))
         loop = sampled_loop(scene, start=np.zeros(3))
@@ -43,7 +43,7 @@ def sampled_mass(reference: Reference) -> Iterator[Check]:
         yield Check.absolute(f"poles z, {label}", parts, of["poles"], 1e-9)
         run = scene.simulate((0.0, 10 * EVERY), output_step=EVERY, rtol=1e-9)
         yield Check.absolute(
-            f"place after 10 samples, {label} [m]", run.joint_coordinates("mass")[-1, 0], of["place"], 1e-9
+            f"position after 10 samples, {label} [m]", run.joint_coordinates("mass")[-1, 0], of["place"], 1e-9
         )
     limit = reference.values["limit"]
     found = [sampled_loop(controlled_mass(share * limit)).is_stable for share in (1.0 - 1e-6, 1.0 + 1e-6)]

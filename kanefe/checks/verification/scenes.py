@@ -1,4 +1,4 @@
-"""What the cases share: states of a run at given times, frames at a state, and the modes of a system at rest."""
+"""Common functions of the cases: states of a run at given times, frames at a state, modes of a system at rest."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def states_at(
     Raises
     ------
     SimulationError
-        If the run fails on its way.
+        If the run fails.
     """
     step = _common_step(times)
     run = whole_run(model, (0.0, max(times)), rtol, atol=atol, method=method, output_step=step)
@@ -47,9 +47,9 @@ def states_at(
 def whole_run(
     model: Model, t_span: tuple[float, float], rtol: float, atol: float | None = None, **options: Any
 ) -> Trajectory:
-    """Return a run with the tolerances of the case, as ``kanefe verify --tol`` scales them; a failure is an error."""
+    """Return a complete run with the tolerances of the case, scaled by ``kanefe verify --tol``."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", SimulationWarning)  # the error says it
+        warnings.simplefilter("ignore", SimulationWarning)  # the error contains it
         run = integrate(model, t_span, rtol=scaled(rtol), atol=atol and scaled(atol), progress=False, **options)
     run.raise_for_status()
     return run
@@ -100,8 +100,8 @@ def displaced_node(model: Model, name: str, node: int, state: Sample) -> tuple[n
 def system_modes(model: Model) -> tuple[np.ndarray, np.ndarray]:
     """Return natural frequencies (rad/s) and modes (free, modes) of an undeformed scene at rest, without gravity.
 
-    M is that of the assembled Kane equations; with nothing loaded, only the bodies' K resists. Rigid motions come
-    first, with frequencies of about zero.
+    M is that of the assembled Kane equations, K that of the unloaded bodies. Rigid motions come first, with
+    frequencies of about zero.
     """
     q, u = model.initial_coordinates, np.zeros(model.free_count)
     mass, _ = assemble(State(model, 0.0, q, u))
@@ -110,21 +110,21 @@ def system_modes(model: Model) -> tuple[np.ndarray, np.ndarray]:
 
 
 def natural_modes(stiffness: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return frequencies in rad/s and mass-normal modes of (K, M), lowest first."""
-    scale = 1.0 / np.sqrt(np.diag(mass))  # LAPACK loses fewer digits of low modes when all masses are one
+    """Return frequencies in rad/s and mass-normal modes of (K, M), lowest frequency first."""
+    scale = 1.0 / np.sqrt(np.diag(mass))  # with unit masses on the diagonal LAPACK loses fewer digits of low modes
     squares, modes = scipy.linalg.eigh(stiffness * np.outer(scale, scale), mass * np.outer(scale, scale))
     return np.sqrt(np.maximum(squares, 0.0)), scale[:, None] * modes
 
 
 def _common_step(times: Sequence[float]) -> float:
-    """Return the largest step of which all times are multiples, in whole nanoseconds; the time itself if alone."""
+    """Return the largest step, in whole nanoseconds, of which all times are multiples; a single time itself."""
     if len(times) == 1:
         return times[0]
     return math.gcd(*(round(t * 1e9) for t in times)) * 1e-9
 
 
 def stretching_frequencies_with_tip_mass(body: FlexibleBody, mass: float) -> np.ndarray:
-    """Return the frequencies (Hz) at which a clamped bar along x stretches with a point mass (kg) on its "tip"."""
+    """Return the frequencies (Hz) of axial vibration of a clamped bar along x with a point mass (kg) at its "tip"."""
     scene = System()
     bar = scene.add_flexible_body("bar", body)
     scene.add_rigid_body("tip", mass, parent=bar.interface("tip"))

@@ -1,4 +1,4 @@
-"""Case of a slider-crank whose flexible rod is given by coefficient matrices: two sine modes and a quadratic line."""
+"""Case of a slider-crank with a rod from coefficient matrices: two sine modes and a quadratic axial element."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ START_RATES = (0.444896105, 4.63434311e-3, -1.78591076e-6, -2.68938672e-6)
 ROD_RATE, SLIDER_RATE = -74.9957670, -2.68938672e-6
 
 LATERAL, AXIAL, MOVED_X, MOVED_Y = slice(0, 2), slice(2, 4), 4, 5
-"""Coordinates of the rod: lateral sines, axial nodes, and the two translations of its root, which are fixed in G."""
+"""Coordinates of the rod: lateral sines, axial nodes, and two translations of the root, which are fixed in G."""
 
 
 def rod_moments() -> MassMoments:
     """Return the mass moments of the test set's coefficients.
 
-    Its axial mass block is fifteen times too large; the case is about these coefficients, and keeps it.
+    Their axial mass block is fifteen times too large; it is kept, because the case refers to these coefficients.
     """
     volume = WIDTH * HEIGHT * ROD
     c1 = DENSITY * volume * np.array((2 / 3, 1 / 6))
@@ -59,7 +59,7 @@ def rod_moments() -> MassMoments:
 
 
 def rod() -> FlexibleBody:
-    """Return the rod: G is its chord, its root fixed in G, its tip free along the chord."""
+    """Return the rod: the x axis of G is its chord, its root is fixed in G, its tip can move along the chord."""
     stiffness = np.zeros((6, 6))
     tension, slender = E * WIDTH * HEIGHT / ROD, (HEIGHT / ROD) ** 2
     stiffness[LATERAL, LATERAL] = tension * slender * PI**4 * np.diag((1 / 24, 2 / 3))
@@ -91,7 +91,7 @@ def rod() -> FlexibleBody:
 
 
 def flexible_slider_crank(reference: Reference) -> Iterator[Check]:
-    """C02: the test set's flexible slider-crank, its crank driven at 150 rad/s."""
+    """C02: the test set's flexible slider-crank, with the crank driven at 150 rad/s."""
     scene = System()
     crank = scene.add_rigid_body("crank", CRANK_MASS, CRANK_INERTIA, joint=Revolute("z", motion=Motion.steady(RATE)))
     member = scene.add_flexible_body(
@@ -115,7 +115,7 @@ def flexible_slider_crank(reference: Reference) -> Iterator[Check]:
     place = float(model.bodies[2].joint_coordinates(*state[:2])[0])
     expected = values["y"]
     yield Check.relative("angle of the rod at t = 0.1 s [rad]", turn, expected[1], 1e-4)
-    yield Check.relative("place of the slider at t = 0.1 s [m]", place, expected[2], 1e-4)
+    yield Check.relative("position of the slider at t = 0.1 s [m]", place, expected[2], 1e-4)
     yield Check.relative("q1 ... q4 at t = 0.1 s [m]", state[1][terms.eta], expected[3:7], 1e-4)
 
 

@@ -1,4 +1,4 @@
-"""How far the tolerances of the cases' runs are loosened or tightened: ``kanefe verify --tol``."""
+"""Factor on the tolerances of the runs of cases: ``kanefe verify --tol``."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _factor: ContextVar[float] = ContextVar("factor on the tolerances", default=1.0)
 
 @contextmanager
 def tolerances_times(factor: float) -> Iterator[None]:
-    """Multiply the relative tolerance of every run that a case makes inside.
+    """Multiply the relative tolerance of every run of a case inside the ``with`` block.
 
     Raises
     ------
@@ -39,5 +39,5 @@ def tolerances_times(factor: float) -> Iterator[None]:
 
 
 def scaled(rtol: float) -> float:
-    """Return the relative tolerance with which a case runs, from the one that it was written for."""
+    """Return the relative tolerance of a run, from the nominal one of its case; at most `LARGEST_RTOL`."""
     return min(_factor.get() * rtol, LARGEST_RTOL)

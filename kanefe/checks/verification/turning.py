@@ -1,4 +1,4 @@
-"""Cases of friction against turning: a ball that spins until it stops, one that rolls to rest, one held on a slope."""
+"""Cases of rolling and spinning friction: a ball that spins to rest, one that rolls to rest, one held on a slope."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ RADIUS = 0.1
 
 
 def ball_on(angle: float, friction: Coulomb, stiffness: float = STIFFNESS[1], **start: Any) -> System:
-    """Return a solid ball of 1 kg that lies on a slope down x, in axes of the slope."""
+    """Return a solid ball of 1 kg on a slope that descends along x, in axes of the slope."""
     into = GRAVITY * math.cos(angle)
     scene = System(gravity=(GRAVITY * math.sin(angle), 0.0, -into))
     slope = scene.add_surface("slope", scene.ground, Plane("z"))
@@ -32,7 +32,7 @@ def ball_on(angle: float, friction: Coulomb, stiffness: float = STIFFNESS[1], **
 
 
 def rolls_to_rest(reference: Reference) -> Iterator[Check]:
-    """K05b: a ball that rolls on a floor against a moment of an arm times the normal force."""
+    """K05b: a ball that rolls against a resisting moment of an arm times the normal force."""
     values, errors = reference.values, []
     for stiffness in STIFFNESS:
         start = {"velocity": (1.0, 0.0, 0.0), "angular_velocity": (0.0, 1.0 / RADIUS, 0.0)}
@@ -40,14 +40,14 @@ def rolls_to_rest(reference: Reference) -> Iterator[Check]:
         errors.append(float(result.position("ball")[-1, 0]) - values["way"])
     late = result.times < 0.99 * values["time"]
     slowing = np.polyfit(result.times[late], result.velocity("ball")[late, 0], 1)[0]
-    yield Check.absolute("way until it lies [m]", errors[1] + values["way"], values["way"], 1e-6)
+    yield Check.absolute("distance until rest [m]", errors[1] + values["way"], values["way"], 1e-6)
     yield Check.relative("deceleration [m/s2]", -slowing, values["deceleration"], 1e-5)
     yield Check.absolute("work of friction [J]", result.contact("c").work[-1], values["work"], 1e-5)
-    yield falling_with_stiffness("the way", errors, 1.0, 0.05)
+    yield falling_with_stiffness("the distance", errors, 1.0, 0.05)
 
 
 def spins_to_rest(reference: Reference) -> Iterator[Check]:
-    """K05c: a ball that spins about the normal against the friction of a small patch."""
+    """K05c: a ball that spins about the normal against the friction of a small contact patch."""
     values, errors = reference.values, []
     for stiffness in STIFFNESS:
         friction = Coulomb(0.3, torsional=0.01, damping=2.0 * math.sqrt(stiffness))
@@ -67,11 +67,11 @@ def _turned(result: Result) -> float:
 
 
 def held_on_a_slope(reference: Reference) -> Iterator[Check]:
-    """K05d: a ball on a slope that rolling resistance holds, and one on a slope that is too steep for it."""
+    """K05d: a ball held on a slope by rolling resistance, and one on a slope that is too steep for that."""
     values, friction = reference.values, Coulomb(0.4, rolling=0.01)
     result = run_of(ball_on(math.atan(values["held at"]), friction), 300.0, output_step=1.0)
     place = result.position("ball")[result.times >= 100.0, 0]
-    yield Check.absolute("way from 100 s to 300 s, tan(angle) = 0.08 [m]", np.ptp(place), 0.0, 1e-12)
+    yield Check.absolute("distance from 100 s to 300 s, tan(angle) = 0.08 [m]", np.ptp(place), 0.0, 1e-12)
     result = run_of(ball_on(math.atan(values["rolls at"]), friction), 2.0, output_step=0.01)
     late = result.times > 1.0
     found = np.polyfit(result.times[late], result.velocity("ball")[late, 0], 1)[0]

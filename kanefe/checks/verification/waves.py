@@ -1,4 +1,4 @@
-"""Cases of seas and ships: spectra against closed forms, a ship whose data are public, a block on a deck."""
+"""Cases of seas and ships: spectra against closed forms, a ship with published data, a block on a deck."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ unchanged."""
 
 
 def of_spectrum(spectrum: Spectrum, values: dict[str, Any], name: str) -> Iterator[Check]:
-    """Compare moments, periods and the peak."""
+    """Compare the moments, periods and peak of a spectrum."""
     orders = values["moments"]
     found = [spectrum.moment(int(order)) for order in orders]
     yield Check.relative(f"{name}: moments {', '.join(orders)}", found, list(orders.values()), 1e-6)
@@ -66,7 +66,7 @@ def steep_and_old_seas(reference: Reference) -> Iterator[Check]:
 
 
 def container_ship(reference: Reference) -> Iterator[Check]:
-    """S175: the motions of a container ship in four seas."""
+    """S175: the motions of a container ship in irregular waves."""
     with as_file(files("kanefe.checks.verification") / S175) as path:
         rao = read_rao(path)
     sea = Sea.bretschneider(Hs=3.25, Tp=9.7)
@@ -78,7 +78,7 @@ def container_ship(reference: Reference) -> Iterator[Check]:
         moves = wanted > 0.0
         yield Check.relative(f"{where}: standard deviations [m, degrees]", found[moves], wanted[moves], 5e-3)
         if not moves.all():
-            yield Check.absolute(f"{where}: what does not move [m, degrees]", found[~moves], wanted[~moves], 5e-4)
+            yield Check.absolute(f"{where}: motions that vanish [m, degrees]", found[~moves], wanted[~moves], 5e-4)
     slope = float(wave_number(rao.frequencies[:1])[0])
     head, beam = rao.at(rao.frequencies[:1], 0.0, 0.0)[0], rao.at(rao.frequencies[:1], 90.0, 0.0)[0]
     found = np.abs((head[2], head[0], head[4] / slope, beam[2]))
@@ -87,7 +87,7 @@ def container_ship(reference: Reference) -> Iterator[Check]:
 
 
 POINT = np.array((-30.0, 0.0, 5.0))
-"""Point of the deck, from the reference point, m."""
+"""Point of the deck, relative to the reference point, m."""
 
 BEAM = 90.0
 GRAVITY = 9.81
@@ -98,16 +98,16 @@ STIFFNESS = 1e5
 
 DURATION = 600.0
 SAMPLES = 4096
-"""Number of samples of a record: about seventy per wave."""
+"""Number of samples of a record: about seventy per wave period."""
 
 CLEAR = 0.02
-"""Excess over the limit, relative to it, that a load must reach for the time of exceedance to be compared."""
+"""Relative excess over the limit from which the time of an exceedance is compared."""
 
 
 def loads_across(ship: Ship, omega: np.ndarray, mu: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the load on a block across the deck less mu times the change of its weight, in both directions, m/s2.
+    """Return the lateral load on a block minus mu times the change of its normal load, to both sides, m/s2.
 
-    Of waves of unit height in beam seas, and linear in them; the block slips where it passes ``mu g``.
+    For waves of unit amplitude in beam seas, linearised; the block slips where it exceeds ``mu g``.
     """
     response = at_point(ship.rao.at(omega, BEAM, 0.0), POINT)
     across = -(omega**2) * response[:, 1] + GRAVITY * response[:, 3]
@@ -116,7 +116,7 @@ def loads_across(ship: Ship, omega: np.ndarray, mu: float) -> tuple[np.ndarray, 
 
 
 def rice_rate(ship: Ship, mu: float) -> float:
-    """Return how often a second a block begins to slip, by Rice's formula for both directions."""
+    """Return the mean number of slips of a block per second, by Rice's formula for both directions."""
     omega = np.linspace(*ship.sea.range, 4001)
     energy = ship.sea.spectrum.density(omega) * (omega[1] - omega[0])
     rate = 0.0
@@ -127,7 +127,7 @@ def rice_rate(ship: Ship, mu: float) -> float:
 
 
 def passes(over: np.ndarray, times: np.ndarray) -> list[tuple[float, float]]:
-    """Return when a quantity goes from below zero to above, s, and how far it then rises."""
+    """Return the times (s) at which a quantity becomes positive, each with the following peak."""
     begins = np.flatnonzero((over[1:] > 0.0) & (over[:-1] <= 0.0))
     ends = np.append(np.flatnonzero((over[1:] <= 0.0) & (over[:-1] > 0.0)), len(over) - 1)
     shares = over[begins] / (over[begins] - over[begins + 1])
@@ -136,7 +136,7 @@ def passes(over: np.ndarray, times: np.ndarray) -> list[tuple[float, float]]:
 
 
 def linear_count(ship: Ship, mu: float, duration: float) -> int:
-    """Return how often the loads across pass what friction holds, linear in the waves, which are in equal steps."""
+    """Return how often the linearised lateral loads exceed the friction limit; wave frequencies are in equal steps."""
     waves = ship.sea.waves
     period = 2.0 * math.pi / (waves.frequency[1] - waves.frequency[0])
     times = period / SAMPLES * np.arange(SAMPLES)
@@ -150,29 +150,29 @@ def linear_count(ship: Ship, mu: float, duration: float) -> int:
 
 
 def exact_passes(ship: Ship, mu: float, times: np.ndarray) -> list[tuple[float, float]]:
-    """Return when what a point on the deck weighs across it passes what friction holds, and by which share of it.
+    """Return the times (s) at which the lateral load exceeds the friction limit, each with the relative peak excess.
 
-    Of the deck as a rigid body: with its acceleration a, ``A^T (a - g)`` in its axes.
+    The load per mass on a point of the rigid deck with the acceleration a is ``A^T (a - g)`` in axes of the deck.
     """
     deck = ship.at(POINT, ramp=RAMP)
     found = [deck.at(float(t)) for t in times]
-    felt = np.array([(rates.acceleration - DOWN) @ rates.axes for rates in found])
-    return passes(np.hypot(felt[:, 0], felt[:, 1]) / (mu * felt[:, 2]) - 1.0, times)
+    load = np.array([(rates.acceleration - DOWN) @ rates.axes for rates in found])
+    return passes(np.hypot(load[:, 0], load[:, 1]) / (mu * load[:, 2]) - 1.0, times)
 
 
 def in_state_five(seed: int, duration: float) -> Ship:
-    """Return the example ship at rest in beam seas, all its motions kept."""
+    """Return the example ship at zero speed in beam seas, with all frequencies of its motion."""
     return Ship(example_rao(), Sea.state(5, seed=seed, duration=duration), 0.0, BEAM, slowest_hz=0.0)
 
 
 def slips_of_a_block(ship: Ship, mu: float, end: float) -> np.ndarray:
-    """Return when a block on the deck begins to slip, s, behind the ramp of the sea."""
+    """Return the times (s) at which a block on the deck begins to slip, after the ramp of the sea."""
     scene = System(gravity=DOWN.tolist())
     deck = scene.add_frame("deck", joint=Free(motion=ship.at(POINT, ramp=RAMP)))
     top = scene.add_surface("top", deck, Plane("z"))
     start = Free(position=(POINT + DOWN / STIFFNESS).tolist())
     block = scene.add_rigid_body("block", 1.0, 0.01, joint=start)
-    friction = Coulomb(mu, damping=2.0 * math.sqrt(STIFFNESS))  # critical: what sticks does not ring
+    friction = Coulomb(mu, damping=2.0 * math.sqrt(STIFFNESS))  # critical damping: no oscillation while it sticks
     scene.add_contact("c", block, top, normal=HuntCrossley(STIFFNESS, 0.3), friction=friction)
     model = scene.freeze()
     result = Result(model, whole_run(model, (0.0, end), 1e-5, output_step=10.0))
@@ -186,7 +186,7 @@ def block_on_a_deck(reference: Reference) -> Iterator[Check]:
     ships = [in_state_five(seed, DURATION) for seed in range(values["seeds"])]
     count = np.mean([linear_count(ship, mu, DURATION) for ship in ships])
     expected = DURATION * rice_rate(ships[0], mu)
-    yield Check.relative("loads past the limit in 10 min, mean of 200 seas, to Rice's", count, expected, 3e-2)
+    yield Check.relative("exceedances in 10 min, mean of 200 seas, against Rice's formula", count, expected, 3e-2)
     ship, end = ships[values["seed"]], values["end"]
     slips = slips_of_a_block(ship, mu, end)
     passed = [each for each in exact_passes(ship, mu, np.arange(0.0, end, 0.05)) if each[0] > RAMP]

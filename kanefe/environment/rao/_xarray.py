@@ -10,12 +10,12 @@ from kanefe.storage.files import regular_file
 
 
 def open_dataset(path: Path) -> Any:
-    """Return a data set of a netCDF-4 file, all of it in memory.
+    """Return the data set of a netCDF-4 file, loaded into memory.
 
     Raises
     ------
     FileError
-        If the file is not there, or no netCDF-4.
+        If the file does not exist, or is not netCDF-4.
     MissingDependency
         If xarray or h5netcdf is not installed.
     """

@@ -28,9 +28,9 @@ def read_capytaine(
 ) -> MotionRao:
     """Return the RAO of a data set to which ``dataset["RAO"] = capytaine.post_pro.rao(dataset)`` was added.
 
-    Motions are the real parts of ``exp(-i omega t)``; wave directions in rad are where waves go to, from x, which
-    points forward, to port; rotations in rad/m about the body's centre of rotation. In files, the real and imaginary
-    parts are an axis ``complex``.
+    Motions are the real parts of ``exp(-i omega t)``; wave directions in rad are those to which waves propagate, from
+    x, which points forward, to port; rotations in rad/m about the body's centre of rotation. In files, the real and
+    imaginary parts are an axis ``complex``.
 
     Raises
     ------

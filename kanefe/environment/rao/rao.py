@@ -18,8 +18,8 @@ MIRRORED = np.array((1.0, -1.0, 1.0, -1.0, 1.0, -1.0))
 """Signs of the motions of a symmetric ship in waves from the other side."""
 
 ROUND_OFF = 1e-4
-"""Excess over the known range within rounding of files: of a speed relative to the highest, and of a frequency relative
-to itself."""
+"""Excess over the known range that counts as rounding of files: of a speed relative to the highest, of a frequency
+relative to itself."""
 
 SAME_HEADING = 1e-6
 """Difference below which headings are the same, degrees."""
@@ -35,9 +35,9 @@ transverse motion."""
 class MotionRao:
     """Response amplitude operators: complex motions ``Re{H a exp(i(we t + phase))}`` in a wave ``a cos(we t + phase)``.
 
-    The encounter frequency we has a sign: below zero, the ship overtakes the wave. In ship axes, x forward, y to port,
-    z up, of a reference point that moves on with the ship's speed, at whose mean place the wave is told.
-    `kanefe.read_rao` makes it of files and checks it.
+    The encounter frequency we has a sign: if it is negative, the ship overtakes the wave. Motions are in ship axes, x
+    forward, y to port, z up, of a reference point, at whose mean position, which moves with the ship's speed, the phase
+    of the wave is given. `kanefe.read_rao` reads it from files and checks it.
 
     Parameters
     ----------
@@ -50,13 +50,13 @@ class MotionRao:
     values : ndarray, shape (s, h, f, 6)
         Surge, sway and heave (m/m), roll, pitch and yaw (rad/m) about the axes of the ship.
     name : str
-        Of the file or ship, for messages.
+        Name of the file or ship, for messages.
     reference : str
-        Where the reference point is.
+        Position of the reference point, in words.
     depth : float
-        Of the water that it was found for, m.
+        Depth of the water for which it was computed, m.
     symmetric : bool, optional
-        Whether the ship is its own mirror image. None: as its head and following seas tell.
+        Whether the ship is symmetric. None: judged by the motions in head and following seas.
 
     Raises
     ------
@@ -69,7 +69,7 @@ class MotionRao:
     speeds: Vector
     values: np.ndarray
     name: str = "RAO"
-    reference: str = "not said"
+    reference: str = "not stated"
     depth: float = math.inf
     symmetric: bool | None = None
 
@@ -95,7 +95,7 @@ class MotionRao:
 
     @cached_property
     def is_symmetric(self) -> bool:
-        """Whether what comes from starboard does as what comes from port, mirrored."""
+        """Whether the motions in waves from starboard are those from port, mirrored."""
         if self.symmetric is not None:
             return self.symmetric
         ahead = [i for i, heading in enumerate(self.headings_deg) if heading in (0.0, 180.0, 360.0)]
@@ -107,7 +107,7 @@ class MotionRao:
 
     @cached_property
     def _circle(self) -> tuple[Vector, np.ndarray]:
-        """Headings and values round the whole circle and to the first again; of a symmetric ship with mirrored ones."""
+        """Headings and values over the full circle, with the first one repeated; with mirrored ones if symmetric."""
         headings, values = self.headings_deg, self.values
         if self.is_symmetric:
             headings = np.concatenate((headings, 360.0 - headings))
@@ -118,7 +118,7 @@ class MotionRao:
 
     @cached_property
     def _heading_step(self) -> float:
-        """Largest step between the headings of the file, degrees; the range that it leaves out is none."""
+        """Largest step between the headings of the file, degrees, without the range that it does not cover."""
         headings = np.unique(self.headings_deg % 360.0)
         steps = np.diff(headings, append=headings[0] + 360.0)
         return float(np.sort(steps)[-2]) if len(steps) > 1 else 0.0
@@ -127,22 +127,22 @@ class MotionRao:
     def at(self, omega: Vector, heading_deg: Vector | float, speed: float) -> np.ndarray:
         """Return the responses at wave frequencies and headings, shape (n, 6).
 
-        Real and imaginary parts are straight between the points: those of amplitude and phase would turn a motion that
-        goes through zero by half a turn.
+        Real and imaginary parts are interpolated linearly; amplitude and phase would be wrong where a motion passes
+        through zero.
 
         Parameters
         ----------
         omega : ndarray, shape (n,)
             rad/s.
         heading_deg : ndarray, shape (n,), or float
-            Any; whole turns are taken off.
+            Any value; full turns are removed.
         speed : float
             m/s.
 
         Raises
         ------
         ModelError
-            If one lies outside of what is known: nothing is extrapolated.
+            If one is outside of the known range: nothing is extrapolated.
         """
         headings, values = self._circle
         values = self._at_speed(values, speed)
@@ -161,7 +161,7 @@ class MotionRao:
 
     @checked
     def with_wave_at(self, x: float, y: float) -> MotionRao:
-        """Return this RAO with the wave given at a point (m, ship axes, from the reference point)."""
+        """Return this RAO with phases for a wave given at a point (m, ship axes, from the reference point)."""
         beta = np.radians(self.headings_deg)
         way = -(np.cos(beta) * float(x) + np.sin(beta) * float(y))
         late = np.exp(-1j * np.multiply.outer(way, wave_number(self.frequencies, self.depth)))
@@ -179,11 +179,11 @@ class MotionRao:
         return np.asarray((1.0 - x) * values[i] + x * values[i + 1])
 
     def _place_of(self, headings: Vector, asked: Vector) -> tuple[np.ndarray, Vector]:
-        """Return the next lower headings, and the fractions of the way from these to the following ones."""
+        """Return the next lower headings, and the relative positions between these and the following ones."""
         found = (asked - headings[0]) % 360.0 + headings[0]
         j = np.clip(np.searchsorted(headings, found + SAME_HEADING, side="right") - 1, 0, len(headings) - 2)
         beyond, width = found - headings[j], headings[j + 1] - headings[j]
-        # where a file leaves out some headings, its mirror image does not fill the gap
+        # gaps in the headings of a file that mirroring does not fill
         unknown = (
             (SAME_HEADING < beyond) & (beyond < width - SAME_HEADING) & (width > self._heading_step + SAME_HEADING)
         )
@@ -200,14 +200,14 @@ class MotionRao:
 
 
 def at_point(responses: np.ndarray, point: Vector) -> np.ndarray:
-    """Return responses (n, 6) of another point of a ship, m from the one they are of: ``s + theta x point``."""
+    """Return the responses (n, 6) of another point of a ship, m from the present one: ``s + theta x point``."""
     found = responses.copy()
     found[:, :3] += np.cross(responses[:, 3:], point)
     return found
 
 
 def _between(axis: Vector, at: Vector, what: str, unit: str, name: str) -> tuple[np.ndarray, Vector]:
-    """Return the intervals in which some numbers lie, and how far in them; a ModelError if they are beyond the axis."""
+    """Return the intervals that contain numbers, and the relative positions; a ModelError if they are off the axis."""
     allowed = ROUND_OFF * (axis[-1] if axis[0] == 0.0 else abs(at))
     beyond = (at < axis[0] - allowed) | (at > axis[-1] + allowed)
     if np.any(beyond):

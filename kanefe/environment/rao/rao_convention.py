@@ -1,4 +1,4 @@
-"""Declared conventions of motions in waves, and how they become those of the house."""
+"""Declared conventions of motions in waves, and their conversion to that of kanefe."""
 
 from __future__ import annotations
 
@@ -23,30 +23,30 @@ CHOICES: dict[str, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class RaoConvention:
-    """What a table of motions in waves means; each must be said, because no two programs agree.
+    """The convention of a table of motions in waves; each part must be given, because programs differ.
 
     Parameters
     ----------
     time : "exp(+iwt)" or "exp(-iwt)"
-        Of what real parts are taken. Phases that lead the wave crest are of the first, those that lag of the second.
+        Time factor of complex amplitudes: phases lead the wave crest with the first, and lag with the second.
     heading_zero : "head" or "following"
     heading_90 : "port" or "starboard"
-        Where waves of heading 90 come from.
+        Side from which waves of heading 90 come.
     x : "forward" or "aft"
         Positive surge; roll is about it.
     y : "port" or "starboard"
         Positive sway; pitch is about it.
     z : "up" or "down"
-        Positive heave; yaw is about it. The wave is positive upwards always.
+        Positive heave; yaw is about it. The wave elevation is always positive upward.
     rotations : "rad/m", "deg/m", "rad/slope" or "deg/slope"
-        Per height of the wave, or per its slope k a.
+        Per wave amplitude, or per wave slope k a.
     reference : str
-        The point whose motions they are, at which the wave is told.
+        The point whose motions are given, and at which the phase of the wave is given.
 
     Raises
     ------
     ModelError
-        If one is none of its choices, the axes are not right-handed, or the reference is empty.
+        If one is not among its choices, the axes are not right-handed, or the reference is empty.
 
     Examples
     --------
@@ -73,21 +73,21 @@ class RaoConvention:
                     f"{name} of an RAO's convention is one of {', '.join(known)}, not {getattr(self, name)!r}"
                 )
         if not isinstance(self.reference, str) or not self.reference.strip():
-            raise ModelError("the reference of an RAO's convention must say which point's motions they are")
+            raise ModelError("the reference of an RAO's convention must name the point whose motions are given")
         if np.prod(self._signs) < 0.0:
             raise ModelError(
-                f"axes with x {self.x}, y to {self.y} and z {self.z} are left-handed. Remedy: turn one of them round, "
+                f"axes with x {self.x}, y to {self.y} and z {self.z} are left-handed. Remedy: reverse one of them, "
                 "with the signs of its motions"
             )
 
     @classmethod
     def of(cls, said: dict[str, str], where: str) -> RaoConvention:
-        """Return the convention of texts by name, as headers of files say it.
+        """Return the convention of texts by name, as in headers of files.
 
         Raises
         ------
         ModelError
-            If something is not declared, or is unknown; the message names all that is missing.
+            If a part is not declared or not valid; the message names all missing parts.
         """
         names = [field.name for field in fields(cls)]
         missing = [name for name in names if name not in said]
@@ -102,19 +102,19 @@ class RaoConvention:
     def _signs(self) -> Vector:
         """Signs of the axes relative to x forward, y to port, z up."""
         pairs = (self.x, "forward"), (self.y, "port"), (self.z, "up")
-        return np.array([1.0 if said == ours else -1.0 for said, ours in pairs])
+        return np.array([1.0 if given == ours else -1.0 for given, ours in pairs])
 
     def headings(self, given: Vector) -> Vector:
-        """Return the headings of the house, 0 to 360 degrees, in the order given."""
+        """Return headings in the convention of kanefe, 0 to 360 degrees, in the given order."""
         turned = np.asarray(given, dtype=float) if self.heading_90 == "port" else -np.asarray(given, dtype=float)
-        # of zero from behind, what is to be turned by half a turn keeps its sides
+        # reversing the direction of zero does not exchange port and starboard
         if self.heading_zero == "following":
             turned = 180.0 - turned
         found = turned % 360.0
         return np.where(abs(found - 360.0) < 1e-9, 0.0, found)
 
     def values(self, given: np.ndarray, frequencies: Vector, depth: float) -> np.ndarray:
-        """Return motions in the axes, signs and units of the house; `given` is (..., frequencies, 6)."""
+        """Return motions in the axes, signs and units of kanefe; `given` is (..., frequencies, 6)."""
         found = np.array(given, dtype=complex)
         if self.time == "exp(-iwt)":
             found = found.conj()

@@ -6,8 +6,6 @@ from importlib.resources import as_file, files
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from kanefe.arguments import checked
 from kanefe.environment.rao.rao import MotionRao
 from kanefe.environment.rao.rao_checks import check_long_waves
@@ -15,7 +13,7 @@ from kanefe.environment.rao.rao_table import read_table
 from kanefe.environment.rao.veres import read_veres
 from kanefe.environment.rao.wamit import read_wamit
 from kanefe.errors import FileError, ModelError
-from kanefe.frames import numbers
+from kanefe.frames import shaped_numbers
 
 READERS = {
     ".re1": (read_veres, ()),
@@ -28,32 +26,32 @@ READERS = {
 
 @checked("symmetric")
 def read_rao(
-    path: Any, *, wave_at: tuple[float, float] = (0.0, 0.0), symmetric: bool | None = None, **said: Any
+    path: Any, *, wave_at: tuple[float, float] = (0.0, 0.0), symmetric: bool | None = None, **options: Any
 ) -> MotionRao:
-    """Return the motions of a ship in waves of a file, in the convention of the house, checked.
+    """Return the motions of a ship in waves from a file, converted to the convention of kanefe and checked.
 
-    VERES (ShipX) ``.re1`` and Capytaine ``.nc`` say what they mean. Of WAMIT's ``.4`` the length that made it free of
-    dimensions is asked for; a table of text (``.csv``, ``.txt``) declares its convention in its head or here. In its
-    longest waves a ship must follow their surface: what does not is refused, with the cause that fits.
+    The conventions of VERES (ShipX) ``.re1`` and Capytaine ``.nc`` are known. WAMIT's ``.4`` needs the length that made
+    it dimensionless; a table of text (``.csv``, ``.txt``) declares its convention in its header or here. In its longest
+    waves a ship must follow the surface: other motions are refused with their likely cause.
 
     Parameters
     ----------
     path : str or Path, or xarray.Dataset
-        The data set is of Capytaine, with ``RAO`` in it.
+        A data set is one of Capytaine that contains ``RAO``.
     wave_at : (float, float)
-        Where the phase of the wave is told, m forward and to port of the reference point: WAMIT and Capytaine tell it
-        at the origin of the mesh.
+        Point at which the phase of the wave is given, m forward and to port of the reference point; for WAMIT and
+        Capytaine it is the origin of the mesh.
     symmetric : bool, optional
-        Whether the ship is its own mirror image, so that headings of one side serve the other. None: as the file's head
-        and following seas tell.
+        Whether the ship is symmetric, so that headings of one side serve for the other. None: judged by the motions in
+        head and following seas.
     length : float
         ULEN of WAMIT, m.
     depth : float
-        Of the water, m, where the file (WAMIT) does not say it. Infinite if left out.
+        Depth of the water, m, if the file (WAMIT) does not contain it; default: infinite.
     reference : str
-        Of WAMIT: which point the axes of the body are in.
+        For WAMIT: the origin of the body axes.
     convention : RaoConvention or dict, optional
-        Of a table of text.
+        For a table of text.
 
     Returns
     -------
@@ -62,7 +60,7 @@ def read_rao(
     Raises
     ------
     FileError
-        If the file is not there, truncated or of another format.
+        If the file does not exist, is truncated or of another format.
     ModelError
         If a convention is not declared, or the motions in long waves contradict it.
     MissingDependency
@@ -72,16 +70,16 @@ def read_rao(
     --------
     ``rao = kanefe.read_rao("s175.re1")``, ``kanefe.read_rao("tanker.4", length=1.0, wave_at=(-3.2, 0.0))``
     """
-    forward, port = _two(wave_at)
+    forward, port = shaped_numbers(wave_at, (2,), "wave_at (m forward and to port)").tolist()
     if not isinstance(path, (str, Path)):
         from kanefe.environment.rao.capytaine import read_capytaine
 
-        _refuse(said, (), "a data set of Capytaine")
+        _refuse(options, (), "a data set of Capytaine")
         found = read_capytaine(path, symmetric)
     elif Path(path).suffix.lower() in (".nc", ".nc4", ".netcdf"):
         from kanefe.environment.rao.capytaine import read_netcdf
 
-        _refuse(said, (), Path(path).name)
+        _refuse(options, (), Path(path).name)
         found = read_netcdf(Path(path), symmetric)
     else:
         suffix = Path(path).suffix.lower()
@@ -90,9 +88,9 @@ def read_rao(
                 f"{path}: files of motions in waves end in .nc, {', '.join(READERS)}. Remedy: a table of text (.csv) "
                 "with its convention declared"
             )
-        reader, options = READERS[suffix]
-        _refuse(said, options, Path(path).name)
-        found = reader(Path(path), symmetric=symmetric, **said)
+        reader, known = READERS[suffix]
+        _refuse(options, known, Path(path).name)
+        found = reader(Path(path), symmetric=symmetric, **options)
     if forward or port:
         found = found.with_wave_at(forward, port)
     check_long_waves(found)
@@ -100,11 +98,11 @@ def read_rao(
 
 
 def example_rao() -> MotionRao:
-    """Return the motions in waves of a frigate-sized hull at rest, to try things with.
+    """Return the motions in waves of a frigate-sized hull without speed, for examples.
 
     A modified Wigley hull of 110 x 15 x 4.5 m, computed with Capytaine; its roll is largest at 0.56 rad/s and damped by
-    8 %. The file says the rest: ``kanefe/environment/data/frigate.csv``, which is also an example of a table that
-    declares its convention.
+    8 %. The header of the file, ``kanefe/environment/data/frigate.csv``, has the details; the file is also an example
+    of a table that declares its convention.
 
     Examples
     --------
@@ -117,15 +115,8 @@ def example_rao() -> MotionRao:
         return read_rao(path)
 
 
-def _refuse(said: dict[str, Any], known: tuple[str, ...], what: str) -> None:
-    unknown = [name for name in said if name not in known]
+def _refuse(options: dict[str, Any], known: tuple[str, ...], what: str) -> None:
+    unknown = [name for name in options if name not in known]
     if unknown:
         takes = f"takes {', '.join(known)}" if known else "states its convention itself"
         raise ModelError(f"{', '.join(unknown)} cannot be given for {what}, which {takes}. Remedy: leave it out")
-
-
-def _two(point: tuple[float, float]) -> tuple[float, float]:
-    given = numbers(point)
-    if given.shape != (2,) or not np.all(np.isfinite(given)):
-        raise ModelError(f"wave_at must be two numbers, m forward and to port, not {point!r}")
-    return float(given[0]), float(given[1])

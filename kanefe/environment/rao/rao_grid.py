@@ -1,4 +1,4 @@
-"""Rows of a file, one for each speed, heading and frequency, to the arrays of an RAO."""
+"""Conversion of the rows of a file, one for each speed, heading and frequency, to the arrays of an RAO."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ DIGITS = 9
 """Number of significant digits in which headings and frequencies of rows are compared."""
 
 ROWS = 20
-"""Number of last rows of a file among which repetitions of the last row are searched."""
+"""Number of last rows of a file whose digits are compared with those of the last row."""
 
 FULL_CIRCLE = 360.0
 """Largest heading, degrees: files give headings of 0 to 360 or of -180 to 180, and larger values are errors of the
@@ -27,7 +27,7 @@ file."""
 
 @dataclass(frozen=True)
 class Rows:
-    """What a file says, in its own convention.
+    """The rows of a file, in its own convention.
 
     Attributes
     ----------
@@ -44,13 +44,13 @@ class Rows:
     def rao(
         self, path: Path, convention: RaoConvention, *, depth: float = math.inf, symmetric: bool | None = None
     ) -> MotionRao:
-        """Return the RAO in the convention of the house.
+        """Return the RAO in the convention of kanefe.
 
         Raises
         ------
         FileError
-            If a heading is more than a whole circle, or a combination of speed, heading and frequency is missing or
-            there twice.
+            If a heading is beyond a full circle, or a combination of speed, heading and frequency is missing or given
+            twice.
         """
         beyond = ~(np.abs(self.headings) <= FULL_CIRCLE)
         if np.any(beyond):
@@ -70,7 +70,7 @@ class Rows:
         np.add.at(counts, at, 1)
         # 0 and 360 degrees are one heading, which files may give twice
         twice = np.argwhere(counts > np.where(axes[1] == 0.0, 2, 1)[None, :, None])
-        for found, what in ((np.argwhere(counts == 0), "missing"), (twice, "there twice")):
+        for found, what in ((np.argwhere(counts == 0), "missing"), (twice, "given twice")):
             if len(found):
                 s, h, f = found[0]
                 raise FileError(
@@ -88,7 +88,7 @@ def number_lines(path: Path, what: str) -> list[str]:
     Raises
     ------
     FileError
-        If it is not there, cannot be read, is empty or binary, or ends within a number.
+        If it does not exist, cannot be read, is empty or binary, or ends within a number.
     """
     path = regular_file(path, f"of {what}")
     try:
@@ -101,13 +101,13 @@ def number_lines(path: Path, what: str) -> list[str]:
     if not text.endswith(("\n", "\r")) and _is_cut(lines):
         raise FileError(
             f"{path} seems to end within a number, {_words(lines[-1])[-1]!r} in line {len(lines)}: its last line has "
-            "no end, and this number fewer digits than those above it. Remedy: export it again, or end the line"
+            "no line end, and this number fewer digits than those above it. Remedy: export it again, or end the line"
         )
     return lines
 
 
 def _is_cut(lines: list[str]) -> bool:
-    """Return whether the last number of a table has fewer digits than the last of each row like it before."""
+    """Return whether the last number of a table has fewer digits than the last numbers of the rows above."""
     last = _words(lines[-1])
     above = [len(words[-1].partition(".")[2]) for words in map(_words, lines[-ROWS:-1]) if len(words) == len(last)]
     return bool(last and above) and len(last[-1].partition(".")[2]) < min(above)

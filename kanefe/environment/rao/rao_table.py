@@ -1,4 +1,4 @@
-"""Motions in waves from tables of text, whose convention is declared."""
+"""Motions in waves from tables of text with a declared convention."""
 
 from __future__ import annotations
 
@@ -25,25 +25,25 @@ FREQUENCIES = {
 def read_table(
     path: Path, *, symmetric: bool | None = None, convention: RaoConvention | dict[str, str] | None = None
 ) -> MotionRao:
-    """Return the RAO of a table: columns separated by commas or semicolons, named in the first line without a ``#``.
+    """Return the RAO of a table: columns separated by commas or semicolons, named in the first line without ``#``.
 
     Columns are ``omega`` (rad/s), ``frequency`` (Hz) or ``period`` (s) of the wave; ``heading`` in degrees; ``speed``
-    in m/s, zero if it is missing; and of each motion, surge to yaw, ``surge_re`` and ``surge_im``, or
-    ``surge_amplitude`` and ``surge_phase`` in degrees. Before, lines ``# name: value`` say the convention
-    (`RaoConvention`), and ``# depth:`` that of the water where it is not infinite.
+    in m/s, zero if it is missing; and for each motion, surge to yaw, ``surge_re`` and ``surge_im``, or
+    ``surge_amplitude`` and ``surge_phase`` in degrees. Lines ``# name: value`` above declare the
+    convention (`RaoConvention`), and ``# depth:`` the depth of the water if it is finite.
 
     Raises
     ------
     FileError
-        If a column is missing or a cell is no number.
+        If a column is missing or a cell is not a number.
     ModelError
-        If the convention is not declared whole, in the file or by `convention`.
+        If the convention is not completely declared, in the file or by `convention`.
     """
     lines = number_lines(path, "motions in waves")
-    said = dict(_said(line) for line in lines if line.lstrip().startswith("#") and ":" in line)
-    depth = said.pop("depth", "inf")
+    declared = dict(_declaration(line) for line in lines if line.lstrip().startswith("#") and ":" in line)
+    depth = declared.pop("depth", "inf")
     if not isinstance(convention, RaoConvention):
-        convention = RaoConvention.of({**said, **(convention or {})}, path.name)
+        convention = RaoConvention.of({**declared, **(convention or {})}, path.name)
     body = [line for line in lines if line.strip() and not line.lstrip().startswith("#")]
     if len(body) < 2:
         raise FileError(f"{path} has no rows below the names of its columns")
@@ -61,7 +61,7 @@ def read_table(
     return rows.rao(path, convention, depth=_depth(path, depth), symmetric=symmetric)
 
 
-def _said(line: str) -> tuple[str, str]:
+def _declaration(line: str) -> tuple[str, str]:
     name, _, value = line.lstrip("# \t").partition(":")
     return name.strip(), value.strip()
 

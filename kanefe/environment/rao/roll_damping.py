@@ -1,4 +1,4 @@
-"""More damping of roll than an RAO has: potential theory leaves out what bilge keels and the hull's friction take."""
+"""Additional roll damping: potential theory neglects that of bilge keels and of the friction of the hull."""
 
 from __future__ import annotations
 
@@ -19,20 +19,20 @@ BESIDE = 2
 
 @dataclass(frozen=True)
 class RollDamping:
-    """The damping that a ship rolls with, instead of that of its RAO.
+    """The roll damping of a ship, in place of that of its RAO.
 
-    Roll near its resonance is that of one degree of freedom, ``wn^2 - we^2 + 2 i z wn we`` times the roll being the
-    moment of the waves, and the same moment meets the new ratio z. What roll does to sway and yaw is left as it is.
+    Roll near its resonance is taken as motion with one degree of freedom: ``wn^2 - we^2 + 2 i z wn we`` times the roll
+    is the moment of the waves, which is the same with the new ratio z. The coupling with sway and yaw is not changed.
 
     Parameters
     ----------
     ratio : float
-        Of all roll damping to the critical one.
+        Ratio of the total to the critical roll damping.
     frequency : float, optional
         Natural frequency of roll wn, rad/s.
     ratio_of_rao : float, optional
-        Of the RAO. None of both: by least squares through the RAO's roll about its peak in the seas nearest to beam
-        seas, at the lowest speed.
+        Damping ratio of the RAO. If both are None, they are fitted by least squares to the peak of the RAO's roll in
+        the seas closest to beam seas, at the lowest speed.
 
     Raises
     ------
@@ -56,12 +56,12 @@ class RollDamping:
                 number = checked_number(value, f"{name} of a RollDamping", above=0.0)
                 if name != "frequency" and number >= 1.0:
                     raise ModelError(
-                        f"{name} of a RollDamping is below 1, that of critical damping, beyond which a ship does not "
-                        f"roll, and not {number:g}. Remedy: {number / 100.0:g} for {number:g} %"
+                        f"{name} of a RollDamping must be below 1, critical damping, above which a ship does not "
+                        f"roll, not {number:g}. Remedy: {number / 100.0:g} for {number:g} %"
                     )
 
     def fitted(self, rao: MotionRao) -> RollDamping:
-        """Return the same with natural frequency and ratio of an RAO.
+        """Return the damping with natural frequency and ratio of an RAO.
 
         Raises
         ------
@@ -74,7 +74,7 @@ class RollDamping:
         return RollDamping(self.ratio, self.frequency or frequency, self.ratio_of_rao or ratio)
 
     def factor(self, encounter: Vector) -> np.ndarray:
-        """Return what roll is multiplied by at encounter frequencies in rad/s; of a fitted one."""
+        """Return the factor on roll at encounter frequencies in rad/s, for a fitted damping."""
         wn, of_rao = self.frequency or 1.0, self.ratio_of_rao or self.ratio
         stiff = wn**2 - encounter**2
         return np.asarray((stiff + 2j * of_rao * wn * encounter) / (stiff + 2j * self.ratio * wn * encounter))
@@ -83,7 +83,7 @@ class RollDamping:
 def roll_resonance(rao: MotionRao) -> tuple[float, float]:
     """Return natural frequency (rad/s) and damping ratio of the roll of an RAO, by least squares about its peak.
 
-    Of one degree of freedom, the inverse square of the roll per slope is ``c ((wn^2 - we^2)^2 + (2 z wn we)^2)``, a
+    With one degree of freedom, the inverse square of the roll per slope is ``c ((wn^2 - we^2)^2 + (2 z wn we)^2)``, a
     polynomial of the second degree in we^2.
 
     Raises
@@ -102,7 +102,7 @@ def roll_resonance(rao: MotionRao) -> tuple[float, float]:
             f"the roll of {rao.name} has no peak within its frequencies from which to find its damping. {unknown}"
         )
     near = slice(max(peak - BESIDE, 0), peak + BESIDE + 1)
-    # rows are weighted by the squares themselves, so that errors are shares of them
+    # rows are weighted by the squares themselves, for relative errors
     terms = squares[near, None] * np.power.outer(met[near] ** 2, np.arange(3))
     (free, first, second), *_ = np.linalg.lstsq(terms, np.ones(len(terms)), rcond=None)
     fourth = free / second

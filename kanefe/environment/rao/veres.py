@@ -18,15 +18,15 @@ TEXT_LINES = 6
 def read_veres(path: Path, *, symmetric: bool | None = None) -> MotionRao:
     """Return the RAO of a file: six lines of text; density and gravity; Lpp, breadth, draught; the centre of gravity.
 
-    Then counts of speeds, headings, frequencies and motions; for each speed a line with it, sinkage, trim and the point
-    of the motions (from Lpp/2 and the baseline), for each heading and frequency a line with it and one for each motion
-    with its number, real and imaginary part. Axes are x aft, y to starboard, z up, heading 0 is head seas, 90 from
-    port, and what is meant is the real part of ``exp(+i omega t)``; rotations in rad/m.
+    Then the numbers of speeds, headings, frequencies and motions; for each speed a line with speed, sinkage, trim and
+    the point of the motions (from Lpp/2 and the baseline); for each heading and each frequency a line with its value,
+    and one for each motion with number, real and imaginary part. Axes are x aft, y to starboard, z up; heading 0 is
+    head seas, 90 from port; motions are the real parts with ``exp(+i omega t)``; rotations are in rad/m.
 
     Raises
     ------
     FileError
-        If the file is cut, or is another one of VERES.
+        If the file is truncated, or another file of VERES.
     """
     lines = number_lines(path, "motions of VERES")
     place = TEXT_LINES

@@ -26,14 +26,14 @@ def read_wamit(
 ) -> MotionRao:
     """Return the RAO of a file: rows of period (s), heading, motion, modulus, phase, real and imaginary part.
 
-    Motions are the real parts of ``exp(+i omega t)``, per height of the wave, rotations times the length ULEN; headings
-    are where waves go to, from x, which points forward, to port. Periods of zero and of infinite frequency are left
-    out. The ship lies still.
+    Motions are the real parts of ``exp(+i omega t)``, per wave amplitude, rotations times the length ULEN; headings are
+    those to which waves propagate, from x, which points forward, to port. Periods for zero and infinite frequency are
+    left out. The ship has no speed.
 
     Raises
     ------
     FileError
-        If the file is cut or is another one.
+        If the file is truncated or of another kind.
     ModelError
         If the length is missing.
     """

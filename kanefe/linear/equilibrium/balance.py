@@ -1,4 +1,4 @@
-"""The search for a balance: Newton's method on a stiffness, from afar along the way a scene settles in thick oil."""
+"""The search for a balance: Newton's method, from afar with a stiffness that is shifted to be positive definite."""
 
 from __future__ import annotations
 
@@ -16,20 +16,19 @@ from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.tangents import DIFFERENCE_STEP, tangent_steps
 from kanefe.linear.unsettled import REPORTED
 
-LARGEST_ITERATIONS = 200
-
-LARGEST_HALVINGS = 12
+LARGEST_ITERATIONS, LARGEST_HALVINGS = 200, 12
+"""Largest numbers of iterations, and of halvings of one step."""
 
 PATIENCE = {True: 80, False: 20}
-"""Number of iterations without improvement after which a search ends, for one that settles and one that does not: a
-settling search may pass through worse states."""
+"""Number of iterations without improvement after which a search ends, with and without the
+shift: a shifted search may pass through worse states."""
 
 STILL = 1e-14
 """Step, in rad or scene lengths, that is round-off of positions; it may still improve small loads of stiff directions.
 """
 
 LAST_DIGITS = 3
-"""Number of steps of that size without improvement after which a search ends, and largest number of steps to reach that
+"""Number of such steps without improvement after which a search ends, and largest number of steps to reach that
 size."""
 
 WEAKEST_MASS = 1e-12
@@ -42,7 +41,7 @@ NEUTRAL = 1e-11
 """Singular value of the scaled stiffness, relative to the largest, below which a motion has no restoring force."""
 
 MOST_UNBOWED, UNBOWED = 12, 1e-9
-"""Largest number of iterations to a state without the bow of an unbalance, and the step at which it is reached."""
+"""Largest number of iterations to a state without the bow due to unbalance, and the step at which it is reached."""
 
 POLISHED = 1e-13
 """Imbalance below which iterations continue only while they improve it."""
@@ -51,10 +50,10 @@ POLISHED = 1e-13
 class BalanceSearch:
     """Newton's method for a state without accelerations.
 
-    Unknown are the independent tangents p, and speeds that are to be found; the equations are the leading
-    accelerations. In the metric of the mass matrix their Jacobian is minus a stiffness over mass. No iteration goes
-    farther than `longest`, in rad or scene lengths. What a stiffness over mass below `slack` (1/s2) resists stays where
-    it is, if little is left over there: see `unbowed`.
+    The unknowns are the independent tangents p and the speeds to be found; the equations are that the leading
+    accelerations vanish. In the metric of the mass matrix their Jacobian is minus a stiffness over mass. No step is
+    longer than `longest`, in rad or scene lengths. Directions with a stiffness over mass below `slack` (1/s2) are left
+    unchanged if the imbalance there is small: see `unbowed`.
     """
 
     def __init__(
@@ -94,9 +93,9 @@ class BalanceSearch:
         return settled
 
     def unbowed(self) -> tuple[Vector, Vector] | None:
-        """Return q and u in balance but for the unbalance of a rotor near a critical speed, which bows it ever more.
+        """Return q and u in balance except for the unbalance of a rotor near a critical speed, whose bow is unbounded.
 
-        None if there is no `slack`, nothing that it leaves out, or more is left over than an unbalance.
+        None without `slack`, if no direction is below it, or if the imbalance is larger than that of an unbalance.
         """
         small = self._off_balance()
         if not self._slack or small is None:
@@ -117,9 +116,10 @@ class BalanceSearch:
         return None
 
     def beside(self) -> tuple[Vector, Vector] | None:
-        """Return q and u in balance beside the start, where a spin drives the scene away from it as it settles.
+        """Return q and u in a balance near the start that only gyroscopic forces can stabilise, in a scene that spins.
 
-        None if it does not, if the start is in balance, or if there is no such place, or one where it would settle too.
+        None if the start is in balance or statically stable, or if there is no such balance, or a statically stable
+        one.
         """
         small = self._off_balance()
         if small is None or _lowest(_stiffness(small)[0]) >= 0.0:
@@ -129,7 +129,7 @@ class BalanceSearch:
         return state if imbalance.ratio <= BALANCED and runs_away else None
 
     def _off_balance(self) -> SmallMotions | None:
-        """Return the small motions about a start that spins and is not in balance; None of others, and of rolling."""
+        """Return the small motions about a start that spins and is not in balance; else, and with rolling, None."""
         start = self._closed(self.q, self.u)
         if len(self.found) or not self._is_driven or self.imbalance(*start).ratio <= BALANCED:
             return None
@@ -142,24 +142,24 @@ class BalanceSearch:
 
     @property
     def is_held(self) -> bool:
-        """Whether something resists most of the forces that are left over where the search begins."""
+        """Whether there is a stiffness against most of the remaining forces where the search begins."""
         state = self._closed(self.q, self.u)
         return self.imbalance(*state).ratio <= BALANCED or self._step(*state, False)[2] <= 0.5
 
     def refusal(self) -> SimulationError:
-        """Return what to say of a start from which no search is worth while."""
+        """Return the error for a start from which a search is useless."""
         state = self._closed(self.q, self.u)
         return SimulationError(self._advice(self.imbalance(*state), *state))
 
     def imbalance(self, q: Vector, u: Vector) -> Imbalance:
-        """Return what balances worst in a state."""
+        """Return the worst imbalance of a state."""
         small = self.small(q, u)
         if self._left is None or self._left[0] is not small:
             self._left = small, worst_imbalance(small.here, small.du, small.speeds.N, small.speeds.leading)
         return self._left[1]
 
     def small(self, q: Vector, u: Vector) -> SmallMotions:
-        """Return the small motions about a state; those of the last state are kept."""
+        """Return the small motions about a state; those of the last state are cached."""
         last = self._last
         if last is None or last.t != self.t or not (np.array_equal(last.q, q) and np.array_equal(last.u, u)):
             last = self._last = SmallMotions(self.model, self.t, q, u)
@@ -200,9 +200,9 @@ class BalanceSearch:
         return state, best
 
     def _to_round_off(self, q: Vector, u: Vector) -> tuple[Vector, Vector] | None:
-        """Return where the last steps lead if what is left over there is round-off; None if it is more.
+        """Return the end of the last steps if the remaining imbalance is round-off of positions; None if it is more.
 
-        That of stiff springs, whose ends are known to the last digit only. It may be larger where places are better.
+        Stiff springs turn the last digit of positions into forces, which may be larger at more accurate positions.
         """
         for _ in range(LAST_DIGITS):
             z, du, unresisted = self._step(q, u, False)
@@ -214,9 +214,9 @@ class BalanceSearch:
         return None
 
     def _step(self, q: Vector, u: Vector, settles: bool) -> tuple[Vector, Vector, float]:
-        """Return the tangent z and the change of u of one iteration, and the share of the forces that nothing resists.
+        """Return the tangent z and the change of u of one iteration, and the share of the forces without a stiffness.
 
-        Newton's method asks for a stiffness alone; the metric says only which of its directions are alike.
+        Newton's method itself needs no metric; the mass metric makes its directions comparable.
         """
         small = self.small(q, u)
         P, lead = small.along_positions, small.speeds.leading
@@ -228,7 +228,8 @@ class BalanceSearch:
             H = H - 1.5 * _lowest(H) * np.eye(len(H)) if settles else H
             x = _solved(H, residual)
             if settles and (along := float(residual @ x)) < 0.0:
-                # against the forces: a curvature that is below zero, but too small beside stiff modes to be seen above
+                # a step against the forces: a negative curvature that is too small next to stiff modes to be found
+                # above
                 H = H - 2.0 * along / float(x @ x) * np.eye(len(H))
                 x = _solved(H, residual)
             p = inverse.T @ x
@@ -243,16 +244,17 @@ class BalanceSearch:
         return z, du, _unresisted(H, x, residual)
 
     def _advanced(self, q: Vector, u: Vector, z: Vector, du: Vector, settles: bool) -> tuple[Vector, Vector, Imbalance]:
-        """Return the state after the step: no longer than the scene is linear, and halved while it goes too far.
+        """Return the state after the step, which is limited to `longest` and halved while it goes too far.
 
-        Too far to settle: where the forces push back harder than they pushed on. Else: where accelerations are larger.
+        Too far means: with the shift, that the forces push back more than they pushed on; else, that accelerations
+        grow.
         """
         share = self._longest / max(step_length(self.model, z), self._longest)
-        before, pushed = self._size(q, u, z)
+        before, force = self._size(q, u, z)
         for _ in range(LARGEST_HALVINGS):
             q_new, u_new = self._closed(self.model.advance(q, share * z), u + share * du)
-            size, push = self._size(q_new, u_new, z)
-            if push >= -0.9 * pushed if settles else size < before:
+            size, force_new = self._size(q_new, u_new, z)
+            if force_new >= -0.9 * force if settles else size < before:
                 break
             share *= 0.5
         return q_new, u_new, self.imbalance(q_new, u_new)
@@ -273,8 +275,8 @@ class BalanceSearch:
             )
         if imbalance.ratio > 0.5:
             return (
-                f"{text}, and nothing holds it. Remedy: a spring, a support or a drive there; of a body that falls, "
-                "gravity=False; of one that spins or runs steadily, its speed in speeds={...}"
+                f"{text}, and nothing holds it. Remedy: a spring, a support or a drive there; for a falling body, "
+                "gravity=False; for one that spins or moves steadily, its speed in speeds={...}"
             )
         return (
             f"{text} after {self.iterations} iterations. Remedy: start=..., a state nearer to equilibrium (such as "
@@ -283,12 +285,12 @@ class BalanceSearch:
 
 
 def step_length(model: Model, z: Vector) -> float:
-    """Return how far a tangent goes where it goes farthest, in rad or scene lengths."""
+    """Return the largest displacement along a tangent, in rad or scene lengths."""
     return DIFFERENCE_STEP / float(tangent_steps(model, z[:, None])[0]) if z.any() else 0.0
 
 
 def _metric(M: Matrix) -> Matrix:
-    """Return L of a positive definite ``L L^T``: that of M where it is one, else of M with positive eigenvalues."""
+    """Return L of ``M = L L^T``, with the absolute values of the eigenvalues of M if it is not positive definite."""
     scale = np.sqrt(np.abs(np.diag(M)))
     scale = np.where(scale > 0.0, scale, 1.0)
     squares, vectors = np.linalg.eigh(M / np.outer(scale, scale))
@@ -296,31 +298,31 @@ def _metric(M: Matrix) -> Matrix:
 
 
 def _unit_mass(small: SmallMotions) -> tuple[Matrix, Matrix]:
-    """Return what leads to coordinates of unit mass, and from accelerations to forces along them."""
+    """Return the map to coordinates of unit mass, and that from accelerations to forces along them."""
     M = small.speeds.N.T @ small.mass @ small.speeds.N
     inverse = np.linalg.inv(_metric(M))
     return inverse, inverse @ M
 
 
 def _stiffness(small: SmallMotions) -> tuple[Matrix, Matrix, Matrix]:
-    """Return the stiffness in coordinates of unit mass, of what does not roll, and what `_unit_mass` returns."""
+    """Return the stiffness in coordinates of unit mass of a scene without rolling, and the result of `_unit_mass`."""
     inverse, weight = _unit_mass(small)
     return -weight @ small.along_positions.ddu[small.speeds.leading] @ inverse.T, inverse, weight
 
 
 def _lowest(H: Matrix) -> float:
-    """Return the lowest eigenvalue of the symmetric part of a stiffness, if it is below zero and no round-off, or 0."""
+    """Return the lowest eigenvalue of the symmetric part of a stiffness if it is negative beyond round-off, else 0."""
     lowest = float(scipy.linalg.eigvalsh(0.5 * (H + H.T)).min(initial=0.0))
     return lowest if lowest < -1e-9 * float(np.abs(H).max(initial=0.0)) else 0.0
 
 
 def _unresisted(H: Matrix, x: Vector, right: Vector) -> float:
-    """Return the share of the right-hand side that ``H x`` leaves over."""
+    """Return the residual of ``H x = right`` relative to the right-hand side."""
     return float(np.linalg.norm(right - H @ x)) / max(float(np.linalg.norm(right)), 1e-300)
 
 
 def _solved(H: Matrix, right: Vector) -> Vector:
-    """Return the least x of ``H x = right`` with rows and columns scaled alike; what nothing resists stays."""
+    """Return the least-norm x of ``H x = right`` with scaled rows and columns."""
     if not H.size:
         return np.zeros(H.shape[1])
     columns = np.sqrt(np.abs(H).max(axis=0))

@@ -1,4 +1,4 @@
-"""Contact continuation towards a rest: contacts act at a distance at first, then at smaller ones."""
+"""Contact continuation towards a rest: contacts act at a distance, which is reduced step by step."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from kanefe.linear.tangents import contact_depths
 from kanefe.tree.scales import scene_length
 
 SHORTEST = 3e-3
-"""Largest steps of a search among contacts, rad or scene lengths: they do not pass through anything thicker."""
+"""Largest steps of a search among contacts, rad or scene lengths: they cannot pass through thicker bodies."""
 
 SOFTEST, HARDEST, HARDER = 3e-2, 3e-6, 0.3
 """Softest and hardest distance of contact continuation, relative to the length of a scene, and the factor between
 successive ones: no stiffness is lost in round-off relative to others."""
 
 FAR = 20.0
-"""Largest initial distance of a contact from its opposite surface, in multiples of the continuation distance: it is
-still felt there."""
+"""Largest initial distance of a contact from its opposite surface, in multiples of the continuation distance: it
+still has a force there."""
 
 MOST_FAILURES = 3
 """Number of successive failed searches after which the others are skipped."""
 
 
-def is_put_down(model: Model) -> bool:
-    """Return whether loads are as they were added, and not as a run left them; rigid contacts are not checked."""
+def has_initial_load_states(model: Model) -> bool:
+    """Return whether loads have their initial states, not those of a run; rigid contacts are not checked."""
     states = enumerate(zip(model.loads, model.load_states, strict=True))
     return all(
         i in model.rigid_contacts or np.array_equal(model.initial_states[where], load.initial_states)
@@ -39,7 +39,7 @@ def is_put_down(model: Model) -> bool:
     )
 
 
-def felt(
+def continued(
     model: Model,
     t: float,
     q: Vector,
@@ -48,11 +48,11 @@ def felt(
     held: tuple[str, ...],
     yielding: Callable[[float], Model] | None = None,
 ) -> Vector:
-    """Return coordinates near the balance of a scene with contacts, which act from afar at first, then from less.
+    """Return coordinates near the balance of a scene with contacts, by continuation in the distance at which they act.
 
-    Steps are no longer than that, so that they pass through nothing. What sticks is put down anew, without tension,
-    each time: in the end friction holds what it has to and no more. `yielding` gives the model in the place of one with
-    rigid contacts, by how far (m) these yield.
+    Steps are no longer than that distance, so that they pass through nothing. Sticking contacts are reset without
+    tension each time, so that in the end friction carries no more than it has to. `yielding` returns, for a model with
+    rigid contacts, one with compliant contacts of a given deflection (m).
     """
     length = scene_length(model)
 
@@ -70,6 +70,6 @@ def felt(
             q, _ = BalanceSearch(soft, t, q, u, found, held, max(softness, SHORTEST)).run()
             failures = 0
         except SimulationError:
-            failures += 1  # the next ones may do without
+            failures += 1  # the next ones may still succeed
         softness *= HARDER
     return q

@@ -1,8 +1,8 @@
-"""How a scene with contacts comes to rest: it moves, and is stopped whenever it moves fastest.
+"""Dynamic relaxation of a scene with contacts: it moves, and is stopped whenever its kinetic energy has a maximum.
 
-Kinetic damping (Cundall, "Explicit finite-difference methods in geomechanics", 1976): a motion from rest has lost most
-of the potential energy it can lose where its kinetic energy is largest. Begun anew from there, again and again, it ends
-near a stable balance, which a search then finds to the last digit.
+Kinetic damping (Cundall, "Explicit finite-difference methods in geomechanics", 1976): at the maximum of its kinetic
+energy, a motion from rest has lost most of the potential energy that it can lose. Restarted from rest again and again,
+it ends near a stable balance, from which a search finds the balance exactly.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from kanefe.tree.scales import displacement_scales
 Found = TypeVar("Found")
 
 MOST_STOPS = 400
-"""Largest number of motions between stops."""
+"""Largest number of stops."""
 
 STILL = 1e-3
 """Remaining acceleration, relative to the initial one, at which a scene is near its equilibrium."""
@@ -41,26 +41,27 @@ TOLERANCE = 1e-4
 
 
 class NoRest(SimulationError):
-    """There is no rest, wherever a search begins."""
+    """There is no rest, wherever a search starts."""
 
 
 def found_or_fallen(
     search: Callable[[Vector], Found], led: Vector, falling: Callable[[], Model], t: float, q: Vector, u: Vector
 ) -> Found:
-    """Return what a search finds from coordinates that it was led to, or else from those to which the scene falls.
+    """Return the result of a search from given coordinates, or else from those found by dynamic relaxation.
 
     Parameters
     ----------
     search : callable
         Finds a rest from coordinates.
     led : ndarray, shape (coordinates,)
+        Coordinates from which it starts first.
     falling : callable
-        Gives the scene to be let move from q, where its speeds u are zero and nothing drives it.
+        Returns the model for the relaxation from q, which is only tried without speeds u and drives.
 
     Raises
     ------
     SimulationError
-        Of the first search, if neither finds a rest.
+        The error of the first search, if neither finds a rest.
     """
     try:
         return search(led)
@@ -77,12 +78,12 @@ def found_or_fallen(
 
 
 def come_to_rest(model: Model, t: float, q: Vector) -> Vector:
-    """Return coordinates near a rest of a scene, from a state in which it does not move.
+    """Return coordinates near a rest of a scene, by dynamic relaxation from q with zero speeds.
 
     Parameters
     ----------
     model : Model
-        With contacts that yield, not as about a rest.
+        With compliant contacts, in their form for runs.
     t : float
         s.
     q : ndarray, shape (coordinates,)
@@ -104,13 +105,13 @@ def come_to_rest(model: Model, t: float, q: Vector) -> Vector:
 
 
 def _stopped(model: Model, t: float, y: Vector, length: float, longest: float) -> tuple[Vector, float]:
-    """Return the state of rest where a motion from y is first fastest, and the duration of the next observation, s."""
+    """Return the state at the first maximum of kinetic energy with zero speeds, and the next time of observation, s."""
     n = model.coordinate_count
     while length <= longest:
         q, u, z = model.parts(y)
         moving = replace(model, initial_coordinates=q, initial_speeds=u, initial_states=z)
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # its end is looked at here
+            warnings.simplefilter("ignore")  # its status is evaluated here
             run = integrate(moving, (t, t + length), output_step=length / LOOKS, rtol=TOLERANCE, progress=False)
         states = np.hstack((run.coordinates, run.speeds, run.internal))
         energies = [model.energy(t, state).kinetic for state in states]
@@ -126,6 +127,6 @@ def _stopped(model: Model, t: float, y: Vector, length: float, longest: float) -
 
 
 def _pace(model: Model, t: float, y: Vector) -> float:
-    """Return the largest acceleration, of large displacements, 1/s2."""
+    """Return the largest acceleration relative to the scale of displacements, 1/s2."""
     rates = model.parts(model.rhs(t, y))[1]
     return float(np.abs(rates / displacement_scales(model)).max(initial=0.0))

@@ -22,7 +22,7 @@ from kanefe.kane.loop_closure import project_positions
 from kanefe.kane.state import State
 from kanefe.linear.azimuth import moved_on, times_ahead
 from kanefe.linear.equilibrium.balance import BalanceSearch
-from kanefe.linear.equilibrium.contact_continuation import felt, is_put_down
+from kanefe.linear.equilibrium.contact_continuation import continued, has_initial_load_states
 from kanefe.linear.equilibrium.dynamic_relaxation import found_or_fallen
 from kanefe.linear.equilibrium.other_rest import OtherRest, OtherRestWarning, other_rest
 from kanefe.linear.equilibrium.rigid_rest import Found, rest_on_contacts, undetermined
@@ -42,7 +42,7 @@ MOST_ROUNDS, SAME_LOADS = 30, 1e-10
 which they end."""
 
 LOST = 1e-6
-"""Imbalance later on above which the equilibrium is lost: rotating coordinates carry the round-off of the rotation."""
+"""Imbalance at a later time above which the equilibrium is lost; rotating coordinates have more round-off."""
 
 MOST_NAMED = 6
 """Largest number of modal coordinates of a body that are listed individually."""
@@ -51,8 +51,8 @@ MOST_NAMED = 6
 class Equilibrium(Instant):
     """A state of rest or of steady motion, found by `equilibrium`; it has all outputs of a `Result` for one time.
 
-    Stresses of what stands or spins steadily: ``kanefe_fem.recover(found, "blade").von_mises``. A run that starts from
-    it: ``scene.simulate((0.0, 1.0), start=found)``.
+    Stresses at rest or in steady rotation: ``kanefe_fem.recover(found, "blade").von_mises``. A run that starts from it:
+    ``scene.simulate((0.0, 1.0), start=found)``.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Equilibrium(Instant):
     state : ndarray
         y = (q, u, z) of the model, named by `Model.state_names`.
     imbalance : Imbalance
-        What is left over where it balances worst.
+        The largest remaining imbalance.
     iterations : int
     """
 
@@ -84,40 +84,40 @@ class Equilibrium(Instant):
         if self.imbalance.name:
             left = f"largest imbalance: {self.imbalance}, {self.imbalance.ratio:.1e} of the forces there"
         lines = [f"equilibrium at t = {self.time:g} s after {self.iterations} iterations; {left}"]
-        told = [f"  {name}: {value:.6g}" for name, value in self.coordinates.items()]
+        coordinates = [f"  {name}: {value:.6g}" for name, value in self.coordinates.items()]
         for body in reversed(self.model.bodies):
             if body.flexible is not None and body.flexible.body.free_count > MOST_NAMED:
                 eta = self.q[body.flexible.eta]
                 at = int(np.argmax(np.abs(eta)))
-                told[body.flexible.eta] = [
+                coordinates[body.flexible.eta] = [
                     f"  {body.name}: {len(eta)} modal coordinates, the largest eta {at}: {eta[at]:.6g}"
                 ]
         bending = self.bending
-        told += [f"  bending inside bodies: {bending}"] if bending is not None else []
+        coordinates += [f"  bending inside bodies: {bending}"] if bending is not None else []
         other = [f"  {self.other_rest}"] if self.other_rest is not None else []
-        return "\n".join([*lines, *told, *self._contacts_in_words(), *other])
+        return "\n".join([*lines, *coordinates, *self._contacts_in_words(), *other])
 
     @property
     def bending(self) -> Bending | None:
-        """The largest rotation inside a flexible body: of the one that is nearest to its reach, or farthest beyond."""
+        """The largest rotation within a flexible body: of the one closest to its limit, or farthest beyond it."""
         return worst_bending(self.model, np.array([self.time]), self.q[None])
 
     @cached_property
     def other_rest(self) -> OtherRest | None:
-        """Another rest on contacts that is near, if the one that was found is close to tipping, or has lifted some."""
+        """Another rest on contacts near this one, if it is close to tipping or some contacts have lifted."""
         if not self.contacts:
             return None
         return other_rest(self.model, self.time, self.q, self.u, self._begun)
 
     @property
     def carrying(self) -> dict[str, float]:
-        """Normal forces of the contacts that carry something, by name, N; see ``contact(name)`` for more of one."""
+        """Normal forces of the loaded contacts by name, N; all outputs of a contact: ``contact(name)``."""
         forces = {name: float(self.contact(name).normal) for name in self.contacts}
         return {name: force for name, force in forces.items() if force > 0.0}
 
     @property
     def undetermined(self) -> tuple[str, ...]:
-        """Rigid contacts whose normal forces are not unique for rigid bodies: those of least norm are given."""
+        """Rigid contacts whose normal forces are not unique for rigid bodies; those of least norm are returned."""
         return undetermined(State(self.model, self.time, self.q, self.u, self.z))
 
     def _contacts_in_words(self) -> list[str]:
@@ -150,49 +150,50 @@ def equilibrium(
     find: Sequence[str] = (),
     steady: bool = True,
 ) -> Equilibrium:
-    """Find a state in which nothing accelerates: at rest, or in steady motion.
+    """Find a state without accelerations: at rest, or in steady motion.
 
-    Driven joints move as they are driven; a blade on a shaft at a steady rate is balanced in the frame that spins.
-    Loops stay closed. From the start the scene goes to where it would settle if it moved in thick oil (Newton's
-    method on a stiffness made positive); if there is no such place, to the nearest unstable one. A start that is in
-    balance stays, also if it is unstable: see ``equilibrium(...).linearise().modes()``. A rotor beyond a critical speed
-    would run away in oil that spins with it: it is balanced beside the start, where gyroscopic forces hold it.
+    Driven joints follow their motions; a blade on a shaft at a steady rate is balanced in the rotating frame. Loops
+    stay closed. The search leads to the stable rest to which the scene would creep from the start under strong damping
+    (Newton's method with a stiffness that is shifted to be positive definite); if there is none, to the nearest
+    unstable one. A start that is in balance is kept, even if it is unstable: see
+    ``equilibrium(...).linearise().modes()``. A rotor above a critical speed has no statically stable rest: it is
+    balanced near the start, where gyroscopic forces stabilise it.
 
-    On rigid contacts it rests so that none pulls and none is entered. What sticks stays where it touches, as far as its
-    friction holds; ``carrying`` tells what each contact carries.
+    On rigid contacts no normal force is in tension and no surface is penetrated. Sticking points stay where they touch,
+    as far as friction holds them; ``carrying`` has the normal forces.
 
     Parameters
     ----------
     scene : System or Model
     t : float, optional
-        Time at which loads and drives are taken, s; default: that of the start, or zero.
+        Time at which loads and drives are evaluated, s; default: that of the start, or zero.
     start : state, optional
-        Where the search begins, as `kanefe.System.simulate` takes it; its speeds do not count. Default: the start of
+        Where the search begins, as `kanefe.System.simulate` takes it; its speeds are ignored. Default: the start of
         the scene.
     speeds : mapping of str to float or sequence, optional
-        Free joint speeds that are kept, by body, rad/s and m/s: of a rotor that nothing drives or brakes. All other
-        speeds are zero.
+        Constant speeds of free joints, by body, rad/s and m/s, such as of a rotor that is neither driven nor braked.
+        All other speeds are zero.
     find : sequence of str, optional
-        Bodies whose joint speeds are found (trim), from those in `speeds` on, while their coordinates, and those of
-        bodies with given speeds, stay: the precession of a top at a given lean.
+        Bodies whose joint speeds are unknowns (trim), with initial values in `speeds`, while their coordinates and
+        those of bodies with given speeds are fixed: the precession of a top at a given lean.
     steady : bool
-        Whether the balance must also hold later, as drives turn and loads change; False: at time t only.
+        Whether the balance must also hold later, when drives have turned and loads have changed; False: only at t.
 
     Raises
     ------
     ModelError
-        If a name or a number makes no sense.
+        If a name or a number is not valid.
     SimulationError
-        If there is no balance: the message says what is left over, along which coordinate, or which contact slips, and
-        what to try.
+        If no balance is found: the message names the remaining force and its coordinate, or the contact that slips, and
+        the remedy.
 
     Warns
     -----
     AccuracyWarning
-        If the modes of a body miss much of how gravity, spin or tractions deform it, or if it is bent beyond the reach
-        of its kinematics.
+        If the modes of a body miss much of its deformation by gravity, spin or tractions, or if it is bent beyond the
+        limit of its kinematics.
     OtherRestWarning
-        If contacts that touched at the start have lifted, or the rest is near to tipping off those that carry least.
+        If contacts that touched at the start have lifted, or the rest is close to tipping off the least loaded ones.
 
     Examples
     --------
@@ -222,11 +223,11 @@ def balanced(
     steady: bool = True,
     slack: float = 0.0,
 ) -> Equilibrium:
-    """Return what `equilibrium` does, without a word on modes: for analyses that ask for many.
+    """Return the result of `equilibrium` without its warnings, for analyses that need many.
 
-    `slack` (1/s2): what is hardly resisted, see `BalanceSearch`.
+    `slack` (1/s2): stiffness over mass of directions that are left unchanged, see `BalanceSearch`.
     """
-    with warnings.catch_warnings():  # of contacts that begin deep: a rest is what they are told to start from
+    with warnings.catch_warnings():  # contacts may begin deep: the search moves them
         warnings.filterwarnings("ignore", "contact .* begins .* deep", SimulationWarning)
         falling, time, y = started_model(scene, t, start, "equilibrium")
         if start is None or not knows_states(falling, start):
@@ -242,7 +243,7 @@ def balanced(
             "speeds, and try several"
         )
     held = tuple(speeds or {}) if len(found) else ()
-    may_part = any(load.may_part for load in model.loads) and is_put_down(model)
+    may_part = any(load.may_part for load in model.loads) and has_initial_load_states(model)
     settle = BalanceSearch.run if may_part or model.rigid_contacts else _beside_or_settled
 
     def search_from(model: Model, q: Vector) -> Found:
@@ -251,13 +252,13 @@ def balanced(
     if model.rigid_contacts:
         stiff = model
 
-        def feel(q: Vector, yielding: Callable[[float], Model]) -> Vector:
-            return felt(stiff, time, q, u, found, held, yielding)
+        def approach(q: Vector, yielding: Callable[[float], Model]) -> Vector:
+            return continued(stiff, time, q, u, found, held, yielding)
 
-        model, search, state = rest_on_contacts(model, time, q, u, search_from, feel, not may_part)
+        model, search, state = rest_on_contacts(model, time, q, u, search_from, approach, not may_part)
     else:
         if may_part:
-            led = felt(model, time, q, u, found, held)
+            led = continued(model, time, q, u, found, held)
             model, search, state = _on_contacts(falling, time, q, u, search_from, led)
         else:
             model, search, state = search_from(model, q)
@@ -272,9 +273,9 @@ def balanced(
 
 
 def _slack_unless_balanced(model: Model, t: float, y: Vector) -> tuple[Model, Vector]:
-    """Return a model and its state with slack anchors of friction, unless those that it has leave it in balance.
+    """Return a model and its state with relaxed anchors of friction, unless the given ones are in balance.
 
-    Others would stay in the rest that is found from there, as if something had been wound up.
+    Otherwise tensioned anchors would remain as preloads in the rest that is found.
     """
     scene, (q, u, z) = model.route.state(t, y), model.parts(y.copy())
     if not any(load.anchors(scene.load_ends(i), scene.load_states(i)) for i, load in enumerate(model.loads)):
@@ -292,7 +293,7 @@ def _slack_unless_balanced(model: Model, t: float, y: Vector) -> tuple[Model, Ve
 def _on_contacts(
     model: Model, t: float, q: Vector, u: Vector, search: Callable[[Model, Vector], Found], led: Vector
 ) -> Found:
-    """Return a balance on contacts that yield, from where the search among them has led, or as the scene falls."""
+    """Return a balance on compliant contacts, from the coordinates of contact continuation or by relaxation."""
 
     def resting(q: Vector) -> Model:
         return at_rest(model, t, np.concatenate((q, u, model.initial_states)))
@@ -310,7 +311,7 @@ def _under_its_loads(
     slack: float,
     settle: Callable[[BalanceSearch], tuple[Vector, Vector]],
 ) -> tuple[Model, BalanceSearch, tuple[Vector, Vector]]:
-    """Return an equilibrium with the joint loads on friction there, and the search that found it."""
+    """Return an equilibrium with consistent joint loads for friction, and the search that found it."""
     for _ in range(MOST_ROUNDS):
         search = BalanceSearch(model, t, q, u, found, held, slack=slack)
         q, u = state = settle(search)
@@ -325,11 +326,11 @@ def _under_its_loads(
 
 
 def _beside_or_settled(search: BalanceSearch) -> tuple[Vector, Vector]:
-    """Return where a scene settles; beyond a critical speed, where it whirls about itself.
+    """Return the balance to which a scene settles; above a critical speed, that which gyroscopic forces stabilise.
 
-    In thick oil that spins with it a rotor would run away from its axis; its gyroscopic forces hold it beside that.
-    A balance beside the start counts where nothing diverges (a whirl may grow, and does not settle elsewhere then), and
-    where it would settle at none within the reach of its bodies.
+    Above a critical speed a rotor is statically unstable in the rotating frame. A balance near the start is accepted
+    there if no motion diverges about it (a whirl may grow, which leads to no other balance), or if the statically
+    stable balance is beyond the limit of the bodies.
     """
     if (unbowed := search.unbowed()) is not None:
         return unbowed
@@ -358,9 +359,8 @@ def _diverges(search: BalanceSearch, state: tuple[Vector, Vector]) -> bool:
 def _given_speeds(model: Model, speeds: Mapping[str, Any], find: Sequence[str]) -> tuple[Vector, np.ndarray]:
     """Return u with the given speeds, and the numbers of the speeds to be found."""
     u = np.zeros(model.free_count)
-    if isinstance(find, str):
-        find = (find,)
-    numbers_found: list[int] = []
+    find = (find,) if isinstance(find, str) else find
+    unknown: list[int] = []
     for name in (*speeds, *find):
         body = model.bodies[model.index(name)]
         free = body.speeds[body.speeds < model.free_count]
@@ -378,12 +378,12 @@ def _given_speeds(model: Model, speeds: Mapping[str, Any], find: Sequence[str]) 
                 )
             u[free] = value
         if name in find:
-            numbers_found += free.tolist()
-    return u, np.array(sorted(set(numbers_found)), dtype=int)
+            unknown += free.tolist()
+    return u, np.array(sorted(set(unknown)), dtype=int)
 
 
 def _check_steady(model: Model, t: float, q: Vector, u: Vector) -> None:
-    """Raise a SimulationError if the balance is lost as what moves moves on."""
+    """Raise a SimulationError if the balance is lost as the scene moves."""
     search = BalanceSearch(model, t, q, u, np.zeros(0, dtype=int), ())
     most = max(LOST, 2.0 * search.imbalance(q, u).ratio)
     for tau in times_ahead(model, t, u):
@@ -392,6 +392,6 @@ def _check_steady(model: Model, t: float, q: Vector, u: Vector) -> None:
         later = search.imbalance(q_later, u)
         if later.ratio > most:
             raise SimulationError(
-                f"the scene balances at t = {t:.6g} s but not {tau:.3g} s later, when {later} is left over: drives, "
-                "loads or gravity change what it feels. Remedy: steady=False for the equilibrium at one time, or a run"
+                f"the scene balances at t = {t:.6g} s but not {tau:.3g} s later, when {later} remains: drives, "
+                "loads or gravity change its forces. Remedy: steady=False for the equilibrium at one time, or a run"
             )

@@ -1,8 +1,8 @@
-"""Whether another rest on contacts is near: what a small tilt, or a little more load, lifts or puts down.
+"""Whether another rest on contacts is near, which a small tilt or additional load would reach.
 
-Contacts that carry least are taken away, as many as it takes until what is left is not stable: the rest that they have
-then is one from which the scene tips. How far it is away says how far the rest that was found holds. One search by a
-tangent: it is right to first order in that distance, and sees contacts lift in the order of their loads only.
+The least loaded contacts are removed one by one until the rest of the scene is unstable: its balance is then one from
+which the scene tips. The distance to it is the margin of the rest that was found. The tangent gives this distance to
+first order, for contacts that lift in the order of their loads.
 """
 
 from __future__ import annotations
@@ -27,15 +27,14 @@ NEAR = 0.1
 """Distance of the tipping equilibrium below which it is reported, rad or scene lengths."""
 
 TOUCHED, LIFTED = 1e-6, 1e-3
-"""Gap relative to the scene's length up to which a contact is closed at the start, and from which it has lifted."""
+"""Gap relative to the scene's length below which a contact is closed at the start, and above which it has lifted."""
 
 UNSTABLE, WEAKEST = -1e-11, 1e-9
 """Stiffness over mass, relative to the largest, below which a motion tips; and fraction of the force with which a
 lifted contact still presses."""
 
 TURNED = 0.5
-"""Angle to its surface by which a body on three contacts or more has turned over, rad; soft contacts deflect by less.
-"""
+"""Angle to its surface above which a body on three or more contacts has turned over, rad; contacts deflect less."""
 
 PARTING = 1e-6
 """Distance over which contacts are checked for separation, rad or scene lengths."""
@@ -50,18 +49,18 @@ class OtherRestWarning(UserWarning):
 
 @dataclass(frozen=True)
 class OtherRest:
-    """Another rest that is near.
+    """Another rest near the one that was found.
 
     Attributes
     ----------
     contacts : tuple of str
-        Those that lift on the way there; of a rest that has lifted some which touched at the start: these.
+        The contacts that lift on the way to it, or that touched at the start and have lifted.
     distance : float
-        To where it tips, in rad or scene lengths; of what has lifted: the largest gap, in scene lengths.
+        Distance to the tipping balance, in rad or scene lengths; of lifted contacts the largest gap, in scene lengths.
     has_lifted : bool
-        Whether something that touched at the start has lifted on the way to this rest, for good or while it turned.
+        Whether a contact that touched at the start has lifted on the way to this rest, permanently or temporarily.
     turned : float
-        Of what has turned over on the way: by what angle to its surface, rad.
+        Angle by which a body has turned over relative to its surface, rad; else 0.
     """
 
     contacts: tuple[str, ...]
@@ -96,9 +95,9 @@ def other_rest(model: Model, t: float, q: Vector, u: Vector, begun: Model) -> Ot
     Parameters
     ----------
     model : Model
-        As it rests at q, u.
+        The model at rest at q, u.
     begun : Model
-        At the start of the search.
+        The model at the start of the search.
     """
     state = State(model, t, q, u)
     start = State(begun, t, begun.initial_coordinates, begun.initial_speeds)
@@ -112,7 +111,7 @@ def other_rest(model: Model, t: float, q: Vector, u: Vector, begun: Model) -> Ot
         return OtherRest(_names(model, turned[0]), 0.0, True, turned[1])
     forces = _forces(state)
     least = sorted(forces, key=lambda key: forces[key])
-    # the fewest without which it tips
+    # bisection for the smallest number of removed contacts with which it tips
     few, many, distance = 0, len(least), None
     while many - few > 1:
         middle = (few + many) // 2
@@ -127,7 +126,7 @@ def other_rest(model: Model, t: float, q: Vector, u: Vector, begun: Model) -> Ot
 
 
 class _Met(NamedTuple):
-    """State of a contact point: its gap (m), position in N, the normal there in its own axes, and the two bodies."""
+    """A contact point: its gap (m), position in N, the normal in the axes of the surface, and the two bodies."""
 
     gap: float
     point: Vector
@@ -152,7 +151,7 @@ def _met(state: State) -> dict[Key, _Met]:
 
 
 def _turned_over(before: dict[Key, _Met], after: dict[Key, _Met], length: float) -> tuple[list[Key], float] | None:
-    """Return what stands on an area and has turned over since, and by what angle to its surface: it has not rolled."""
+    """Return the contacts of a body on an area of contacts that has turned over most, and its angle to the surface."""
     groups: dict[tuple[int, int], list[Key]] = {}
     for key, met in before.items():
         groups.setdefault(met.bodies, []).append(key)
@@ -167,7 +166,7 @@ def _turned_over(before: dict[Key, _Met], after: dict[Key, _Met], length: float)
 
 
 def _forces(state: State) -> dict[Key, float]:
-    """Return the normal forces of what carries, N."""
+    """Return the normal forces of the loaded contact points, N."""
     model = state.model
     found = {
         (number, i): float(touch.normal_force)
@@ -195,7 +194,7 @@ def _without(model: Model, lifted: list[Key]) -> Model:
 
 
 def _tips(model: Model, t: float, q: Vector, u: Vector, lifted: list[Key]) -> float | None:
-    """Return how far the rest is from which a scene tips, as all that is lifted parts; None: it does not tip so."""
+    """Return the distance to the balance from which a scene tips while `lifted` points part; None if it does not."""
     small = SmallMotions(model, t, q, u)
     lead, P = small.speeds.leading, small.along_positions
     if not small.is_holonomic or not len(lead):
@@ -210,7 +209,7 @@ def _tips(model: Model, t: float, q: Vector, u: Vector, lifted: list[Key]) -> fl
     here, there = (_met(State(model, t, place, u)) for place in (q, beside))
     parts = np.array([there[key].gap - here[key].gap for key in lifted])
     if parts.min() < 0.0 < parts.max():
-        return None  # what lies on the other side holds it
+        return None  # contacts on the other side hold it
     pushed = float(motions[:, 0] @ L.T @ small.du[lead])
     return abs(pushed / float(squares[0])) * step_length(model, tipping)
 

@@ -1,9 +1,10 @@
-"""Rest on rigid contacts: which of them carry, so that none pulls, none is entered, and friction holds what sticks.
+"""Rest on rigid contacts: the loaded ones are found such that Signorini's and Coulomb's conditions hold.
 
-    0 <= gap  _|_  normal force >= 0,    what sticks stays where it is, with |friction| <= mu normal
+    0 <= gap  _|_  normal force >= 0,    sticking points do not move, with |friction| <= mu normal
 
-An active set: what carries is held by the rows that a run holds it by, the balance is found under these, what pulls is
-let go and what is entered is taken in. Where that does not lead there from the start, contacts that yield show the way.
+An active-set method: loaded points are held by the constraint rows of a run, the balance is found under these, points
+in tension are released and penetrated ones are added. If this fails from the start, compliant contacts give a better
+starting point.
 """
 
 from __future__ import annotations
@@ -36,8 +37,7 @@ Key = tuple[int, int]
 Found = tuple[Model, BalanceSearch, tuple[Vector, Vector]]
 
 HELD, FREED = "held", "freed"
-"""States of a loaded contact point: it sticks, if there is friction; or it may slide once, if friction holds too
-little."""
+"""States of a loaded contact point: it sticks, if there is friction; or it may slide once, if friction is too small."""
 
 TOUCHING = 1e-9
 """Gap relative to the scene's length up to which a contact point touches at the start, and depth up to which it has not
@@ -48,7 +48,7 @@ PULLED = 1e-9
 has; round-off is smaller."""
 
 THROUGH = 1e-2
-"""Depth relative to the scene's length from which a search has passed through the surface it should have met."""
+"""Depth relative to the scene's length above which a search has passed through the surface."""
 
 NEARLY = 0.0, 1e-4, 1e-2
 """Gaps relative to the scene's length up to which contact points are tried as the loaded ones after the search with
@@ -58,7 +58,7 @@ SETTLING = 1e-4
 """Deflection of contacts under the weight in dynamic relaxation, relative to the scene's length."""
 
 MOST_SLIDES = 3
-"""Largest number of times that a body which friction does not hold slides to a position with a smaller demand."""
+"""Largest number of slides of a body that friction does not hold to positions that need less friction."""
 
 
 def rest_on_contacts(
@@ -67,7 +67,7 @@ def rest_on_contacts(
     q: Vector,
     u: Vector,
     search: Callable[[Model, Vector], Found],
-    feel: Callable[[Vector, Callable[[float], Model]], Vector],
+    approach: Callable[[Vector, Callable[[float], Model]], Vector],
     may_stay: bool,
 ) -> Found:
     """Return a balance on rigid contacts.
@@ -80,16 +80,16 @@ def rest_on_contacts(
     q, u : ndarray
         Where the search begins.
     search : callable
-        Finds the balance of a model, under the rows that its internal states say, from coordinates.
-    feel : callable
-        Finds coordinates near the balance from others and models of contacts that yield by some length (m).
+        Finds the balance of a model, with the constraint rows of its internal states, from coordinates.
+    approach : callable
+        Finds coordinates near the balance, from others and from models with compliant contacts by deflection (m).
     may_stay : bool
-        Whether what touches at the start may be tried first: what sticks stays to the last digit then.
+        Whether the contacts at the start are tried first, so that sticking points stay exactly where they are.
 
     Raises
     ------
     SimulationError
-        If there is no balance that was found; the message names what slips.
+        If no balance is found; the message names the contact that slips.
     """
     if may_stay:
         state = State(model, t, q, u)
@@ -99,8 +99,8 @@ def rest_on_contacts(
         try:
             return rest.found_if_held(q, touching)
         except SimulationError:
-            pass  # it has to go somewhere first
-    led = feel(q, lambda depth: yielding(model, t, q, u, depth))
+            pass  # not in balance near the start
+    led = approach(q, lambda depth: yielding(model, t, q, u, depth))
     depth = SETTLING * scene_length(model)
     return found_or_fallen(
         lambda q: _from_near(model, t, q, u, search), led, lambda: yielding(model, t, q, u, depth), t, q, u
@@ -125,7 +125,7 @@ def _from_near(model: Model, t: float, q: Vector, u: Vector, search: Callable[[M
 
 
 class _Rest:
-    """The active set about a state; `marks` are the points of the surfaces where contact points stick."""
+    """The active set about a state; `marks` are the points of the surfaces to which contact points stick."""
 
     def __init__(
         self, model: Model, t: float, u: Vector, search: Callable[[Model, Vector], Found], most_slides: int
@@ -133,7 +133,7 @@ class _Rest:
         self.model, self.t, self.u, self.search, self.most_slides = model, t, u, search, most_slides
         self.length = scene_length(model)
         self.marks: dict[Key, Vector] = {}
-        self.asked: dict[Key, tuple[Vector, float]] = {}  # of friction where it slipped: what balance takes, and mu N
+        self.friction: dict[Key, tuple[Vector, float]] = {}  # required friction force, and mu N, of slipping points
 
     def found(self, q: Vector, carries: dict[Key, str]) -> Found:
         """Return the equilibrium found from q, carried by some contact points."""
@@ -155,7 +155,7 @@ class _Rest:
             slides += bool(slipping)
             if slides > self.most_slides:
                 raise self._slips(sorted(slipping))
-            # what has slid sticks where it is now
+            # points that have slid stick at their new positions
             self.marks = {key: mark for key, mark in self.marks.items() if carries.get(key) == HELD}
             carries = {key: FREED if key in slipping else HELD for key in carries if key not in loose}
         raise SimulationError(
@@ -165,7 +165,7 @@ class _Rest:
         )
 
     def found_if_held(self, q: Vector, carries: dict[Key, str]) -> Found:
-        """Return the equilibrium found from q, carried by some contact points; no body falls before it is lost."""
+        """Return the equilibrium found from q, carried by some contact points, if these hold all bodies."""
         begun = BalanceSearch(self.held(q, carries), self.t, q, self.u, np.zeros(0, dtype=int), ())
         if not begun.is_held:
             raise begun.refusal()
@@ -175,7 +175,7 @@ class _Rest:
         return [self.model.rigid_contact(c) for c in range(len(self.model.rigid_contacts))]
 
     def held(self, q: Vector, carries: dict[Key, str]) -> Model:
-        """Return the model with rows for what carries."""
+        """Return the model with constraint rows for the loaded points."""
         z = self.model.initial_states.copy()
         met = meetings(State(self.model, self.t, q, self.u))
         for c, contact in enumerate(self._contacts()):
@@ -186,14 +186,14 @@ class _Rest:
                     contact.with_status(own, i, OPEN, np.zeros(3))
                     self.marks.pop((c, i), None)
                 elif contact.friction is None or kind == FREED:
-                    contact.with_status(own, i, SLIPS, np.zeros(3))  # in no direction: without friction
+                    contact.with_status(own, i, SLIPS, np.zeros(3))  # without direction, thus without friction
                 else:
                     mark = self.marks.setdefault((c, i), met[c][i].place)
                     contact.with_status(own, i, STICKS, mark)
         return replace(self.model, initial_states=z)
 
     def _changed(self, state: State, carries: dict[Key, str]) -> tuple[dict[Key, str], bool]:
-        """Return what carries after the worst that pulls is let go, or what is entered is taken in."""
+        """Return the loaded points after the worst one in tension is released, or penetrated ones are added."""
         entered = {key: -gap for key, gap in margins(state).gaps.items() if gap < -TOUCHING * self.length}
         if entered and max(entered.values()) > THROUGH * self.length:
             worst = max(entered, key=lambda key: entered[key])
@@ -208,10 +208,10 @@ class _Rest:
         return carries | dict.fromkeys(entered, HELD), bool(entered)
 
     def _beyond_friction(self, state: State, carries: dict[Key, str]) -> tuple[set[Key], set[Key]]:
-        """Return the contact points that stick but cannot, and those that could not without a pressing force.
+        """Return the sticking points that must slip, and those that stick without a normal force.
 
-        Of the former there are no forces in balance that are within their cones: what is rigid may share forces in more
-        than one way, and another one than that of least norm may do.
+        A point must slip if no distribution of forces is in balance within the friction cones: rigid contacts may share
+        forces in more than one way, so that the distribution of least norm alone does not decide.
         """
         found = margins(state)
         largest = max(found.normals.values(), default=0.0)
@@ -226,32 +226,31 @@ class _Rest:
             status = self.model.rigid_contact(key[0]).status(z[where])[key[1]]
             if status == SLIPS and carries.get(key) == HELD:
                 slipping.add(key)
-                asked = float(np.linalg.norm(forces[key]))
-                self.asked[key] = forces[key], asked + found.slip_margins[key]
+                self.friction[key] = forces[key], float(np.linalg.norm(forces[key])) + found.slip_margins[key]
             elif status == OPEN and found.slip_margins[key] < -PULLED * largest:
                 loose.add(key)
         return slipping, loose
 
     def _slips(self, keys: list[Key]) -> NoRest:
-        told = []
+        reasons = []
         for name in dict.fromkeys(map(self._name, keys)):
-            own = [self.asked[key] for key in keys if self._name(key) == name]
+            own = [self.friction[key] for key in keys if self._name(key) == name]
             most = sum(most for _, most in own)
             together = float(np.linalg.norm(np.sum([force for force, _ in own], axis=0)))
             each = sum(float(np.linalg.norm(force)) for force, _ in own)
             if together > most:
-                told.append(f"{name} would slip: it needs a friction of {together:.4g} N and holds {most:.4g} N")
+                reasons.append(f"{name} would slip: it needs a friction of {together:.4g} N and holds {most:.4g} N")
             elif each > most:
-                told.append(
-                    f"{name} would turn: friction of its probes is asked for {each:.4g} N and holds {most:.4g} N"
+                reasons.append(
+                    f"{name} would turn: its points need a friction of {each:.4g} N in sum and hold {most:.4g} N"
                 )
-        if not told:  # each has friction enough, but no share of the forces is within that of all
+        if not reasons:  # each has enough friction, but no distribution is within all friction cones
             names = ", ".join(dict.fromkeys(map(self._name, keys)))
-            told.append(
+            reasons.append(
                 f"{names} would slip: no distribution of the forces is within the friction of each contact point"
             )
         return NoRest(
-            f"the scene has no equilibrium: {'; '.join(told)}. "
+            f"the scene has no equilibrium: {'; '.join(reasons)}. "
             "Remedy: more friction, kanefe.Coulomb(mu), a support, or a run"
         )
 
@@ -264,13 +263,12 @@ def _gaps(state: State) -> dict[Key, float]:
 
 
 def yielding(model: Model, t: float, q: Vector, u: Vector, depth: float) -> Model:
-    """Return a model with contacts in the place of rigid ones that yield by a depth (m) to the weight of the scene."""
+    """Return a model with compliant instead of rigid contacts, with a given deflection (m) under the scene's weight."""
     force = scene_weight(model) or float(force_sizes(State(model, t, q, u)).max(initial=0.0)) or 1.0
-    k = force / depth
+    k, law = force / depth, KelvinVoigt(force / depth, damping=0.0)
     loads: list[Load] = list(model.loads)
     for i, rigid in rigid_contacts(model.loads):
         friction = None if rigid.friction is None else Coulomb(rigid.static, stiffness=k, damping=1e-3 * k)
-        law = KelvinVoigt(k, damping=0.0)
         loads[i] = Contact(rigid.name, rigid.ends, rigid.shape, rigid.probes, law, friction, np.zeros(3))
     soft = model.with_loads(loads)
     z = soft.initial_states.copy()
@@ -283,9 +281,9 @@ def yielding(model: Model, t: float, q: Vector, u: Vector, depth: float) -> Mode
 
 
 def undetermined(state: State) -> tuple[str, ...]:
-    """Return the names of rigid contacts whose normal forces are not determined: rigid bodies share them in many ways.
+    """Return the names of rigid contacts whose normal forces are not unique for rigid bodies.
 
-    What is told of them is of least norm, or what lets none pull.
+    The reported forces are those of least norm, or others without tension.
     """
     if not touching_rows(state):
         return ()

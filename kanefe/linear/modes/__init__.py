@@ -1,1 +1,1 @@
-"""Modes of small motions: about a rest, and beside a motion that repeats."""
+"""Modes of small motions about a rest and about a periodic motion."""

@@ -1,4 +1,4 @@
-"""Eigenvalues and shapes of state matrices, whose entries differ by many powers of ten."""
+"""Eigenvalues and eigenvectors of state matrices whose entries differ by many powers of ten."""
 
 from __future__ import annotations
 
@@ -8,15 +8,14 @@ import scipy.linalg
 from kanefe.frames import Vector
 
 NOTHING = 1e-16
-"""Size of a column, relative to the largest entry, below which its roots are frequencies of round-off."""
+"""Size of a column, relative to the largest entry, below which it is round-off."""
 
 
 def eigenpairs(A: np.ndarray, weights: Vector) -> tuple[np.ndarray, np.ndarray]:
-    """Return the eigenvalues of a state matrix, 1/s, and its shapes as columns.
+    """Return the eigenvalues of a state matrix, 1/s, and its eigenvectors as columns.
 
-    Scaled by weights of its states, see `rate_weights`. LAPACK balances matrices, by factors without bounds where a
-    column is nearly nothing, such as what is left of a torque that is just starting; shapes are lost in its round-off
-    then.
+    The matrix is scaled by weights of its states, see `rate_weights`, and columns of round-off are set to zero: LAPACK
+    would balance them by unbounded factors, and eigenvectors would be lost in round-off.
 
     Examples
     --------
@@ -32,10 +31,10 @@ def eigenpairs(A: np.ndarray, weights: Vector) -> tuple[np.ndarray, np.ndarray]:
 
 
 def rate_weights(A: np.ndarray, positions: int, least: float = 1e-8) -> Vector:
-    """Return a scaling of the states of A that makes rates and coordinates alike: frequencies of entries by themselves.
+    """Return weights of the states of A that make positions and speeds comparable: frequencies of single coordinates.
 
-    States are so many positions, then speeds; scaled is ``weights[:, None] * A / weights``. Frequencies below the share
-    `least` of the largest are round-off, by default its root; where nothing is unresisted they are what they are.
+    The states are `positions` positions, then speeds; the scaled matrix is ``weights[:, None] * A / weights``.
+    Frequencies below `least` times the largest are replaced by the median; the default is the root of round-off.
     """
     rates = np.sqrt(np.abs(np.diag(A[positions:, :positions]))) if len(A) == 2 * positions else np.ones(positions)
     counts = rates > least * rates.max(initial=0.0)

@@ -11,7 +11,7 @@ GROWTH, ROUND_OFF = 1e-9, 1e-13
 
 
 def growth_noise(values: np.ndarray, of_all: np.ndarray) -> np.ndarray:
-    """Return the growth or decay (1/s) of each eigenvalue that is round-off, beside all that there are."""
+    """Return the growth or decay (1/s) of each eigenvalue that is round-off, given all eigenvalues."""
     return np.asarray(np.maximum(GROWTH * np.abs(values), ROUND_OFF * np.abs(of_all).max(initial=0.0)))
 
 
@@ -23,7 +23,7 @@ class OfEigenvalues:
     eigenvalues : ndarray of complex, shape (modes,)
         1/s.
     is_rigid : ndarray of bool, shape (modes,)
-        Whether nothing resists.
+        Whether there is no restoring force.
     """
 
     eigenvalues: np.ndarray
@@ -31,12 +31,12 @@ class OfEigenvalues:
 
     @property
     def frequencies(self) -> Vector:
-        """Damped frequencies, at which the modes oscillate, abs(Im lambda) / 2 pi, Hz; zero of what does not."""
+        """Damped frequencies, abs(Im lambda) / 2 pi, Hz; zero for modes without oscillation."""
         return np.asarray(np.abs(self.eigenvalues.imag) / (2.0 * np.pi))
 
     @property
     def damping_ratios(self) -> Vector:
-        """``-Re lambda / |lambda|``, of 1 the critical damping; negative: the mode grows. Zero of rigid motions."""
+        """``-Re lambda / |lambda|``, 1 for critical damping; negative: the mode grows. Zero for rigid motions."""
         size = np.abs(self.eigenvalues)
         return np.asarray(np.divide(-self.eigenvalues.real, size, out=np.zeros_like(size), where=~self.is_rigid))
 
@@ -51,5 +51,5 @@ class OfEigenvalues:
 
     @property
     def is_stable(self) -> bool:
-        """Whether no mode grows; rigid motions count as neither."""
+        """Whether no mode grows; rigid motions do not count."""
         return not bool(self.grows.any())

@@ -1,4 +1,4 @@
-"""Floquet's modes: small motions beside a motion that repeats, such as of two blades on a tower that sways."""
+"""Floquet modes: small motions about a periodic motion, such as of two blades on a flexible tower."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from kanefe.linear.state import Freezable
 
 RIGID = 1e-7
-"""Eigenvalue relative to the largest that may be zero: a double one is known to the root of round-off only."""
+"""Eigenvalue relative to the largest that may be zero: a double one is accurate to the root of round-off only."""
 
 REACH_OF_RIGID = 4
 """Harmonics on either side of motions without restoring force: coordinates in rotating axes need two."""
@@ -37,12 +37,12 @@ REPORTED_SHARE = 0.005
 
 @dataclass(frozen=True, eq=False)
 class FloquetModes(OfEigenvalues):
-    """Motions ``x = Re(exp(lambda t) sum_k v_k exp(i k W t))`` beside a motion with the period 2 pi / W.
+    """Motions ``x = Re(exp(lambda t) sum_k v_k exp(i k W t))`` about a motion with the period 2 pi / W.
 
-    Each vibrates at several frequencies at once, those of its harmonics, ``Im lambda / 2 pi + k / period``. Which of
-    them is called the mode's own is a convention: here the one with the largest share of the motion, k = 0, so that
-    without periodic terms the modes are those of `Linearisation.modes`. Lowest frequency first; one of each conjugate
-    pair; ``print`` shows a table.
+    Each mode oscillates at several frequencies at once, those of its harmonics, ``Im lambda / 2 pi + k / period``.
+    Which harmonic is k = 0 is a convention: here the one with the largest share of the motion, so that without periodic
+    terms the modes are those of `Linearisation.modes`. Lowest frequency first; one of each conjugate pair; ``print``
+    shows a table.
 
     Attributes
     ----------
@@ -55,9 +55,9 @@ class FloquetModes(OfEigenvalues):
     orders : ndarray of int, shape (harmonics,)
         k, ascending.
     shapes : ndarray of complex, shape (harmonics, states, modes)
-        v_k over the states of `Linearisation`, of unit kinetic energy measure in all.
+        v_k over the states of `Linearisation`, with unit kinetic energy measure in total.
     is_rigid : ndarray of bool, shape (modes,)
-        Whether nothing resists.
+        Whether there is no restoring force.
     """
 
     small: SmallMotions
@@ -69,7 +69,7 @@ class FloquetModes(OfEigenvalues):
 
     @property
     def multipliers(self) -> np.ndarray:
-        """Factor of each mode from one period to the next, ``exp(lambda period)``; of size above one it grows."""
+        """Factor of each mode from one period to the next, ``exp(lambda period)``; growing above magnitude one."""
         return np.asarray(np.exp(self.eigenvalues * self.period))
 
     @property
@@ -109,9 +109,9 @@ class FloquetModes(OfEigenvalues):
         return {name: part / np.where(total > 0.0, total, 1.0) for name, part in parts.items()}
 
     def harmonics(self, mode: int) -> list[tuple[int, float, float]]:
-        """Return order k, frequency (Hz; negative: it turns backwards) and share of each harmonic of a mode.
+        """Return order k, frequency (Hz; negative: it turns backwards) and share of the harmonics of a mode.
 
-        The largest first, those that count.
+        The largest first; those with a share below `REPORTED_SHARE` are left out.
         """
         if not 0 <= mode < len(self.eigenvalues):
             raise ModelError(f"there is no mode {mode}: there are 0 to {len(self.eigenvalues) - 1}")
@@ -127,7 +127,7 @@ class FloquetModes(OfEigenvalues):
         rigid, others = np.flatnonzero(self.is_rigid).tolist(), np.flatnonzero(~self.is_rigid).tolist()
         lines = [f"period {self.period:.6g} s, {1.0 / self.period:.6g} Hz"]
         lines += ["rigid motions (without restoring force):"] if rigid else []
-        lines += [f"{i:4d}  {self._told(i)}" for i in rigid]
+        lines += [f"{i:4d}  {self._harmonics_in_words(i)}" for i in rigid]
         head = f"{'frequency [Hz]':>14}  {'[rad/s]':>11}  {'damping [%]':>11}  {'multiplier':>10}"
         lines += [f"{'mode':>4}  {head}  harmonics (share)"] if others else []
         sizes = np.abs(self.multipliers)
@@ -139,10 +139,10 @@ class FloquetModes(OfEigenvalues):
                 damping = 100 * self.damping_ratios[i] + 0.0
                 kind = f"{self.frequencies[i]:14.6g}  {abs(value.imag):11.6g}  {damping:11.4g}"
             unstable = "  (unstable)" if self.grows[i] else ""
-            lines.append(f"{i:4d}  {kind}  {sizes[i]:10.4g}  {self._told(i)}{unstable}")
+            lines.append(f"{i:4d}  {kind}  {sizes[i]:10.4g}  {self._harmonics_in_words(i)}{unstable}")
         return "\n".join(lines)
 
-    def _told(self, mode: int) -> str:
+    def _harmonics_in_words(self, mode: int) -> str:
         """Return the harmonics of a mode, and the body that moves most in it."""
         parts = ", ".join(f"{k:+d}: {f:.4g} Hz {100 * share:.0f} %" for k, f, share in self.harmonics(mode)[:4])
         return f"{parts}; most in {max(self.participation, key=lambda name: self.participation[name][mode])}"
@@ -152,34 +152,34 @@ class FloquetModes(OfEigenvalues):
 def floquet(
     scene: Freezable | Model, *, period: float | None = None, t: float | None = None, start: Start = None
 ) -> FloquetModes:
-    """Find the modes beside a motion that repeats, by Hill's method.
+    """Find the modes about a periodic motion, by Hill's method.
 
-    For scenes whose small motions change as they turn, of which the modes frozen at one azimuth are wrong: a rotor with
-    two blades, any bladed rotor on a support that moves, a hinge whose pivot is shaken. The motion itself is steady, or
-    is found near the start (of trees without free rotations), as that of blades under gravity.
+    For scenes whose small motions change with the azimuth, so that modes frozen at one azimuth are wrong: a rotor with
+    two blades, any bladed rotor on a flexible support, a pendulum with a shaken pivot. The motion itself is steady, or
+    it is found near the start (for trees without free rotations), such as that of blades under gravity.
 
     Parameters
     ----------
     scene : System or Model
     period : float, optional
-        s, after which all that turns is again where it was. Default: a turn of the slowest driven or free joint that
-        turns steadily at the start.
+        s, after which the scene is the same again. Default: one revolution of the slowest driven or free joint that
+        rotates at the start.
     t : float, optional
         Start of the period, s; default: the time of the state, or zero.
     start : state, optional
-        A state of the motion or near it, as `kanefe.System.simulate` takes it, such as an `Equilibrium`; default: the
+        A state on or near the motion, as `kanefe.System.simulate` takes it, such as an `Equilibrium`; default: the
         start of the scene. Its speeds are those of the steady motion.
 
     Raises
     ------
     ModelError
-        If the scene is not the same after the period, rolls, or has motions that cannot be found.
+        If the scene is not the same after the period, rolls, or has a periodic motion that cannot be searched for.
     SimulationError
-        If no periodic motion is found, or modes have too many harmonics.
+        If no periodic motion is found, or the modes have too many harmonics.
 
     Examples
     --------
-    A pendulum upside down, whose pivot is shaken fast enough:
+    An inverted pendulum with a pivot that is shaken fast enough:
 
     >>> import numpy as np
     >>> import kanefe as kf
@@ -207,7 +207,7 @@ def floquet(
 
 
 def _period(model: Model, t: float, u: Vector) -> float:
-    """Return the period of the slowest coordinate in rad that turns."""
+    """Return the period of the slowest rotating coordinate."""
     driven = model.driven_speeds(t)[0] if model.driven_count else np.zeros(0)
     full = np.concatenate((u, driven))
     rates = []
@@ -228,7 +228,7 @@ def _listed(around: Around, period: float, hill: Hill) -> FloquetModes:
     none = np.zeros(len(values), dtype=bool)
     raw = FloquetModes(small, period, values, np.arange(-reach, reach + 1), shapes, none)
     shifts = raw.shares.argmax(axis=0) - reach
-    # what two harmonics share alike is named by the one of lower frequency
+    # of two harmonics with equal shares the one with the lower frequency is k = 0
     wide = np.zeros((4 * reach + 1, *shapes.shape[1:]), dtype=complex)
     found = values + 1j * rate * shifts
     for j, shift in enumerate(shifts):
@@ -251,9 +251,9 @@ def _listed(around: Around, period: float, hill: Hill) -> FloquetModes:
 
 
 def _rigid(around: Around, values: np.ndarray, rate: float, noise: float) -> np.ndarray:
-    """Return which motions nothing resists: as many of those with the lowest eigenvalues as there are, by rank.
+    """Return which motions have no restoring force: those with the lowest eigenvalues, as many as the rank says.
 
-    An eigenvalue of them is zero but for noise; of those that go round with coordinates that turn, after whole turns.
+    Their eigenvalues are zero except for noise; those in rotating coordinates are multiples of the rate.
     """
     around_zero = np.abs(values) <= noise
     if not around_zero.any():
@@ -266,10 +266,10 @@ def _rigid(around: Around, values: np.ndarray, rate: float, noise: float) -> np.
 
 
 def _one_of_each(values: np.ndarray, rate: float, is_rigid: np.ndarray, noise: float) -> np.ndarray:
-    """Return which motions are no conjugates of others kept; of a motion that nothing resists, one of the two zeros.
+    """Return one motion of each conjugate pair, and one of the two zeros of a motion without restoring force.
 
-    As many as there are of a value are pairs, so that of equal ones every other is kept. One that is its own conjugate,
-    but for a whole number of turns, is real from period to period and stays.
+    Equal values are pairs too, of which every other is kept. A motion that is its own conjugate, except for a whole
+    number of revolutions, is real from period to period and is kept.
     """
     kept: list[int] = []
     left = list(range(len(values)))
@@ -277,7 +277,7 @@ def _one_of_each(values: np.ndarray, rate: float, is_rigid: np.ndarray, noise: f
         i = left.pop(0)
         kept.append(i)
         turns = 2.0 * values[i].imag / rate
-        near = noise if round(turns) else 0.0  # about zero it is told by its rank what does not vibrate
+        near = noise if round(turns) else 0.0  # about zero, the rank decides
         is_own = abs(turns - round(turns)) * rate <= near and not is_rigid[i]
         partner = min(left, key=lambda j: abs(values[j] - values[i]), default=None)
         if partner is not None and not is_own and abs(values[partner] - values[i]) <= max(noise, 1e-9 * rate):

@@ -1,10 +1,11 @@
-"""Hill's method: small motions with periodic coefficients as an eigenvalue problem of their harmonics.
+"""Hill's method: the eigenvalue problem of the harmonics of small motions with periodic coefficients.
 
     dx/dt = A(t) x,   x = exp(lambda t) sum_k v_k exp(i k W t)   ->   lambda v_k = sum_l A_(k-l) v_l - i k W v_k
 
 (Hill, Acta Math. 8 (1886); Lazarus & Thomas, "A harmonic-based method for computing the stability of periodic dynamical
-systems", C. R. Mecanique 338 (2010) 510-517.) Each motion comes with copies, lambda + i k W; those are kept whose
-harmonics lie about zero. Unlike products of transition matrices it keeps motions that die out within a period.
+systems", C. R. Mecanique 338 (2010) 510-517.) Each motion has copies, lambda + i k W; those with
+harmonics centred about zero are kept. Unlike products of transition matrices, the method also finds motions that decay
+within a period.
 """
 
 from __future__ import annotations
@@ -18,13 +19,13 @@ from kanefe.errors import SimulationError
 from kanefe.linear.modes.eigenpairs import rate_weights
 
 REACHES = (2, 4, 6, 9, 13, 19, 28)
-"""Numbers of harmonics on either side that are tried until the last ones vanish."""
+"""Numbers of harmonics on either side that are tried in turn until the last ones vanish."""
 
 EMPTY = 1e-7
 """Size of the last harmonics, relative to all, below which they count as zero."""
 
 LARGEST = 2400
-"""Number of rows of the eigenvalue problem above which it takes minutes and too much memory."""
+"""Largest number of rows of the eigenvalue problem: larger ones take minutes and too much memory."""
 
 
 class Hill(NamedTuple):
@@ -102,7 +103,7 @@ def _motions(H: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _in_waves(harmonics: np.ndarray, even: float, odd: complex) -> np.ndarray:
-    """Return cosines, in the places of positive orders, and sines, in those of negative ones, along the first axis."""
+    """Return cosines, at the positive orders, and sines at the negative ones, along the first axis."""
     reach = len(harmonics) // 2
     above, below = harmonics[reach + 1 :], harmonics[:reach][::-1]
     found = np.array(harmonics)
@@ -112,16 +113,16 @@ def _in_waves(harmonics: np.ndarray, even: float, odd: complex) -> np.ndarray:
 
 
 def _distinct(values: np.ndarray, middles: np.ndarray, rate: float, size: int) -> np.ndarray:
-    """Return which motions are no copies of others, those with harmonics nearest about zero, `size` at most."""
+    """Return the numbers of at most `size` motions that are not copies, those with harmonics closest about zero."""
     order = np.argsort(middles)
-    # the count of true motions is known: the nearest ones, unless one is a copy of another
+    # the number of motions is known: the closest ones, unless one is a copy of another
     chosen: list[int] = []
     scale = 1e-6 * max(float(np.abs(values[order[:size]]).max(initial=0.0)), rate)
     for i in order:
         if len(chosen) == size or middles[i] > 1.0:
             break
         copies = [j for j in chosen if _is_copy(values[i] - values[j], rate, scale)]
-        # equal motions, such as those of a symmetric rotor, are two; copies lie a whole number of harmonics apart
+        # equal motions, such as those of a symmetric rotor, are distinct; copies are a whole number of harmonics apart
         if not any(abs(values[i].imag - values[j].imag) > 0.5 * rate for j in copies):
             chosen.append(int(i))
     return np.array(chosen, dtype=int)

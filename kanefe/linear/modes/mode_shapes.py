@@ -1,4 +1,4 @@
-"""Shapes of small motions of a scene: how bodies, interfaces and nodes move, who takes part, and the scene bent so."""
+"""Shapes of small motions of a scene: motions of bodies, interfaces and nodes, participation, the deformed scene."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from kanefe.linear.small_motions import SmallMotions
 
 
 class Shapes(ABC):
-    """Motions of a scene beside a state, one a column: of modes, or of buckling."""
+    """Small motions of a scene about a state, one per column: of modes, or of buckling."""
 
     @property
     @abstractmethod
     def _small(self) -> SmallMotions:
-        """The small motions that they are of."""
+        """The small motions of the scene."""
 
     @property
     @abstractmethod
@@ -40,9 +40,9 @@ class Shapes(ABC):
 
     @checked
     def shape(self, body: str, interface: str = "") -> np.ndarray:
-        """Return how a frame moves in each shape: displacement (m) and rotation (rad) in N, (shapes, 6).
+        """Return the motion of a frame in each shape: displacement (m) and rotation (rad) in N, (shapes, 6).
 
-        Scaled as `tangents`; of modes it is complex, and the phase is that of the motion.
+        Scaled as `tangents`; complex for modes, with the phase of the motion.
 
         Raises
         ------
@@ -56,7 +56,7 @@ class Shapes(ABC):
 
     @checked
     def displacements(self, body: str, mode: int) -> np.ndarray:
-        """Return how the nodes of a flexible body move in a shape: along N, its rigid motion included, (n, 3).
+        """Return the motion of the nodes of a flexible body in a shape, in N, including its rigid motion, (n, 3).
 
         Raises
         ------
@@ -76,14 +76,14 @@ class Shapes(ABC):
 
     @checked
     def shown(self, mode: int, size: float = 1.0) -> Instant:
-        """Return the scene as it is moved along a shape, `size` times as far as `tangents` say: for pictures and files.
+        """Return the scene displaced along a shape by `size` times `tangents`, for pictures and files.
 
-        Of complex modes the real part. Loops are closed to first order.
+        For complex modes, the real part. Loops are closed to first order.
 
         Raises
         ------
         ModelError
-            If there is no such shape, or the size is no number.
+            If there is no such shape, or the size is not a finite number.
 
         Examples
         --------
@@ -99,7 +99,7 @@ class Shapes(ABC):
 
     @checked
     def describe(self, mode: int) -> str:
-        """Return who takes part in a shape: bodies by kinetic energy, the largest first."""
+        """Return the bodies with the largest shares of kinetic energy in a shape."""
         self._check(mode)
         shares = sorted(((float(part[mode]), name) for name, part in self.participation.items()), reverse=True)
         return ", ".join(f"{name} {100 * share:.0f} %" for share, name in shares[:3] if share >= 0.05)
@@ -117,7 +117,7 @@ class Shapes(ABC):
 
 
 def body_masses(small: SmallMotions) -> dict[str, Matrix]:
-    """Return the share of each body in the mass matrix over the free speeds, by name; massless frames left out."""
+    """Return the share of each body in the mass matrix over the free speeds, by name; massless frames are left out."""
     model, n, none = small.model, small.model.free_count, np.zeros(3)
     state = small.here
     found = {}

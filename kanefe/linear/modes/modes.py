@@ -1,4 +1,4 @@
-"""Eigenmodes of a linearised scene: frequencies, damping ratios, shapes by body, and who takes part."""
+"""Eigenmodes of a linearised scene: frequencies, damping ratios, shapes by body, and participation."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ROUND_OFF = 1e-14
 """Imaginary part, relative to the largest eigenvalue, below which an eigenvalue is real."""
 
 SLOWEST = 1e-15
-"""Frequency relative to the largest down to which the frequencies of single coordinates scale them."""
+"""Frequency of a single coordinate, relative to the largest, above which it is used to scale the coordinate."""
 
 SYMMETRIC = 1e-10
 """Asymmetry of the stiffness and size of the factor of the rates, relative to their largest entries, that count as
@@ -32,8 +32,8 @@ zero."""
 class Modes(OfEigenvalues, Shapes):
     """Modes ``x = Re(v exp(lambda t))`` of a linearised scene, lowest frequency first; ``print`` shows a table.
 
-    One of each pair of conjugate eigenvalues is listed, that with a positive imaginary part; real eigenvalues each by
-    themselves; of a motion that nothing resists, one.
+    Of each pair of conjugate eigenvalues the one with positive imaginary part is listed; all real eigenvalues; and one
+    for each motion without restoring force.
 
     Attributes
     ----------
@@ -41,9 +41,9 @@ class Modes(OfEigenvalues, Shapes):
     eigenvalues : ndarray of complex, shape (modes,)
         1/s.
     vectors : ndarray of complex, shape (states, modes)
-        Of the states of the linearisation, without driven coordinates; of unit kinetic energy measure z^H M z.
+        Over the states of the linearisation, without driven coordinates; with unit kinetic energy measure z^H M z.
     is_rigid : ndarray of bool, shape (modes,)
-        Whether nothing resists.
+        Whether there is no restoring force.
     """
 
     linearisation: StateSpace
@@ -57,7 +57,7 @@ class Modes(OfEigenvalues, Shapes):
 
     @property
     def natural_frequencies(self) -> Vector:
-        """``|lambda| / 2 pi``, Hz: undamped frequencies where damping is proportional; `frequencies` are the damped."""
+        """``|lambda| / 2 pi``, Hz: undamped frequencies if damping is proportional; damped ones: `frequencies`."""
         return np.asarray(np.abs(self.eigenvalues) / (2.0 * np.pi))
 
     @property
@@ -80,7 +80,7 @@ class Modes(OfEigenvalues, Shapes):
         return np.asarray(small.along_positions.z[:n, :p] @ self.vectors[:p])
 
     def _repr_html_(self) -> str:
-        """Return what a notebook shows of the modes."""
+        """Return the card of the modes that notebooks show."""
         from kanefe.views.cards.modes_card import modes_card
 
         rows = []
@@ -115,11 +115,11 @@ class Modes(OfEigenvalues, Shapes):
 
 
 def modes_of(linearisation: StateSpace) -> Modes:
-    """Return the modes of a linearised scene, its driven coordinates held.
+    """Return the modes of a linearised scene with fixed driven coordinates.
 
-    What nothing resists is found by rank and taken out, so that it is not mixed up with low frequencies. Where nothing
-    damps or gyrates and the stiffness is symmetric, the rest comes from the symmetric problem, which keeps low
-    frequencies beside high ones to more digits.
+    Motions without restoring force are found by rank and separated, so that they do not mix with low frequencies.
+    Without damping and gyroscopic terms and with symmetric stiffness, the others are found from the symmetric problem,
+    which has more accurate low frequencies.
     """
     small, drives = linearisation.small, len(linearisation.small.drives)
     A = linearisation._undriven
@@ -136,7 +136,7 @@ def modes_of(linearisation: StateSpace) -> Modes:
 
 
 def _symmetric(linearisation: StateSpace, A: Matrix, free: Unresisted) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return eigenvalues and vectors of what is resisted, if it is that of a symmetric stiffness alone."""
+    """Return eigenvalues and vectors of the resisted motions if there is only a symmetric stiffness, else None."""
     p = len(A) // 2
     M, K = linearisation.mass[:p, :p], linearisation.stiffness[:p, :p]
     factor = (linearisation.damping + linearisation.gyroscopic)[:p, :p]
@@ -147,11 +147,11 @@ def _symmetric(linearisation: StateSpace, A: Matrix, free: Unresisted) -> tuple[
         return None
     led = free.leading[: free.still]
     Z, others = free.motions[:p, : free.still], np.setdiff1d(np.arange(p), led)
-    # across the motions that nothing resists: K there is that of the other coordinates
+    # orthogonal to the unresisted motions, so that K is that of the other coordinates
     V = np.eye(p)[:, others] - Z @ np.linalg.solve(Z.T @ M @ Z, Z.T @ M[:, others])
     squares, z = _squares(0.5 * (K + K.T)[np.ix_(others, others)], V.T @ M @ V)
     values, vectors = [], []
-    # a motion that is unstable at rest grows, and decays when time runs backwards: both are listed
+    # a statically unstable motion has a growing and a decaying solution: both are listed
     for square, shape in zip(squares, (V @ z).T, strict=True):
         root = complex(np.sqrt(complex(-square)))
         for value in (root, -root) if square < 0.0 else (root,):
@@ -163,8 +163,8 @@ def _symmetric(linearisation: StateSpace, A: Matrix, free: Unresisted) -> tuple[
 def _squares(K: Matrix, M: Matrix) -> tuple[Vector, Matrix]:
     """Return the squares of frequencies and the shapes, ``K z = square M z``.
 
-    Of a positive definite stiffness by factors of both, ``L_K^-1 L_M``, whose singular values are 1 / frequency:
-    squares of frequencies have half as many digits beside much larger ones.
+    For a positive definite stiffness by the singular values of ``L_K^-1 L_M``, which are 1 / frequency: squares of low
+    frequencies next to much higher ones would have half as many digits.
     """
     if not K.size:
         return np.zeros(0), K
@@ -182,7 +182,7 @@ def _squares(K: Matrix, M: Matrix) -> tuple[Vector, Matrix]:
 
 
 def _general(A: Matrix, free: Unresisted, p: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return eigenvalues and vectors of what is resisted: of each conjugate pair one."""
+    """Return eigenvalues and vectors of the resisted motions, one of each conjugate pair."""
     led = free.leading
     others = np.setdiff1d(np.arange(len(A)), led)
     Z = free.motions[others]
@@ -193,7 +193,7 @@ def _general(A: Matrix, free: Unresisted, p: int) -> tuple[np.ndarray, np.ndarra
     values = np.where(is_real, values.real, values)
     kept = is_real | (values.imag > 0.0)
     values, shapes = values[kept], shapes[:, kept]
-    # what nothing resists goes along
+    # the part of the vectors along unresisted motions
     along = A[np.ix_(led, led)] + A[np.ix_(led, others)] @ Z
     pushed = A[np.ix_(led, others)] @ shapes
     moved = [

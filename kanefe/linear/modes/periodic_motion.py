@@ -1,8 +1,8 @@
-"""A motion that repeats: its states around the period, and the small motions beside each.
+"""A periodic motion: its states at times of the period, and the small motions about each.
 
-A steady motion is its own. Else it is found by Newton's method in Fourier series: with x the tangents from the steady
-one and f their rates, ``dx/dt = f(t, x)`` is solved for all harmonics at once (Hairer & Wanner's collocation with
-trigonometric polynomials; Trefethen, "Spectral Methods in MATLAB", chapter 3).
+A steady motion is known. Other motions are found by Newton's method in Fourier series: with x the tangents from the
+steady motion and f their rates, ``dx/dt = f(t, x)`` is solved for all harmonics at once (Hairer & Wanner's collocation
+with trigonometric polynomials; Trefethen, "Spectral Methods in MATLAB", chapter 3).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.linear.azimuth import moved_on
-from kanefe.linear.imbalance import FLOOR, force_sizes, worst_imbalance
+from kanefe.linear.imbalance import FLOOR, Imbalance, force_sizes, worst_imbalance
 from kanefe.linear.modes.eigenpairs import rate_weights
 from kanefe.linear.modes.hill import hill_matrix
 from kanefe.linear.small_motions import SmallMotions
@@ -31,6 +31,7 @@ FLAT = 1e-8
 """Fourier coefficients of A, relative to the largest, that the azimuths may leave out."""
 
 MOST_NEWTON = 25
+"""Largest number of iterations."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,14 +54,14 @@ class Around:
 
 
 def motion_around(model: Model, t: float, q: Vector, u: Vector, period: float) -> Around:
-    """Return the motion that repeats after a period (s), from a state that begins it or is near it.
+    """Return the motion with a period (s), from a state on or near it.
 
     Raises
     ------
     ModelError
-        If it does not repeat, or what it takes to find it is not supported.
+        If it is not periodic, or a search for it is not supported.
     SimulationError
-        If Newton's method finds none.
+        If Newton's method finds no motion.
     """
     count = FEWEST
     x: Matrix | None = None
@@ -90,8 +91,8 @@ def _states(
     leading = points[0].positions.leading
     if not all(np.array_equal(small.positions.leading, leading) for small in points):
         raise ModelError(
-            "floquet: which coordinates lead the loops changes around the period. Remedy: more joints in the tree and "
-            "fewer loops"
+            "floquet: the independent coordinates of the loops change within the period. Remedy: more joints in the "
+            "tree and fewer loops"
         )
     if _are_steady(points):
         return points, x
@@ -152,10 +153,10 @@ def _check_repeats(model: Model, t: float, q: Vector, u: Vector, period: float, 
 
 
 def _are_steady(points: list[SmallMotions]) -> bool:
-    """Return whether a motion continues unchanged at all of its points.
+    """Return whether a motion is steady at all of its points.
 
-    Accelerations that are nothing but round-off are told by the masses and forces of the first point; only others need
-    those of their own.
+    Accelerations are first compared with the round-off of the forces at the first point; only larger ones need the
+    forces of their own point.
     """
     first = points[0]
     sizes = force_sizes(first.here)
@@ -164,17 +165,15 @@ def _are_steady(points: list[SmallMotions]) -> bool:
     masses = np.abs(first.mass[:n, :n])
     left = (np.abs(small.speeds.N).T @ (masses @ np.abs(small.du)) for small in points)
     return all(
-        forces.max(initial=0.0) <= noise or _imbalance(small) <= STEADY
+        forces.max(initial=0.0) <= noise or _imbalance(small).ratio <= STEADY
         for forces, small in zip(left, points, strict=True)
     )
 
 
-def _imbalance(small: SmallMotions) -> float:
-    N, leading = small.speeds.N, small.speeds.leading
-    return worst_imbalance(small.here, small.du, N, leading).ratio
+def _imbalance(small: SmallMotions) -> Imbalance:
+    return worst_imbalance(small.here, small.du, small.speeds.N, small.speeds.leading)
 
 
 def _worst(points: list[SmallMotions]) -> str:
-    worst = max(points, key=_imbalance)
-    left = worst_imbalance(worst.here, worst.du, worst.speeds.N, worst.speeds.leading)
-    return f"{left} is left over at t = {worst.t:.6g} s"
+    worst = max(points, key=lambda small: _imbalance(small).ratio)
+    return f"{_imbalance(worst)} remains at t = {worst.t:.6g} s"

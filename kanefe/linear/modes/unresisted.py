@@ -1,12 +1,12 @@
-"""Motions that nothing resists: neither elastic nor geometric stiffness, gravity nor loads.
+"""Motions without restoring force, from elastic or geometric stiffness, gravity or loads.
 
-They are a matter of rank, not of low frequencies. Small motions ``M a = F x`` stand still for ever, or drift, where
+They are found by rank, not by low frequencies. Small motions ``M a = F x`` stay constant or drift if
 
     T dx/dt = X x,   X = [[A_11, A_12], [M A_21, M A_22]],   T = [[1, 0], [0, M]]
 
-leaves them in the null space of X, or leads them there: ``X x = T c`` with c found before. Each entry of X is a sum, of
-which the sizes of the parts are known, and with them its round-off: rows and columns are scaled so that the largest
-parts in each are one, and what is left of a sum is compared with these.
+has them in the null space of X, or leads them into it: ``X x = T c`` with c found before. Each entry of X is a sum with
+terms of known sizes, and thus of known round-off: rows and columns are scaled so that the largest terms in each are
+one, and the sums are compared with these.
 """
 
 from __future__ import annotations
@@ -42,17 +42,17 @@ accepted: little compared with the powers of ten between round-off and stiffness
 
 @dataclass(frozen=True, eq=False)
 class Unresisted:
-    """Motions without restoring force: constant positions, and constant speeds.
+    """Motions without restoring force: constant displacements and constant speeds.
 
     Attributes
     ----------
     motions : ndarray, shape (states, k)
-        Basis: each moves one of the leading states by one, and none of the others.
+        Basis: each changes one of the leading states by one, and none of the other leading states.
     leading : ndarray of int, shape (k,)
     still : int
-        How many of the first ones are displacements that stay where they are: the rigid motions.
+        Number of the first ones that are constant displacements: the rigid motions.
     drifts : ndarray, shape (speeds, d)
-        Speeds that nothing resists, and with which nothing else has to move.
+        Constant speeds that need no displacement.
     """
 
     motions: Matrix
@@ -62,7 +62,7 @@ class Unresisted:
 
 
 class _Sums(NamedTuple):
-    """``T dx/dt = X x`` with the sizes of what X is the sum of, and how large unit states are."""
+    """``T dx/dt = X x`` with the sizes of the terms of X, and the weights of the states."""
 
     T: Matrix
     X: Matrix
@@ -86,7 +86,7 @@ def _sums(small: SmallMotions, A: Matrix) -> _Sums:
 
 
 def unresisted_around(points: Sequence[SmallMotions], matrices: np.ndarray, rate: float, reach: int) -> int:
-    """Return how many motions about one that repeats nothing resists at any azimuth.
+    """Return the number of motions about a periodic motion without restoring force at any azimuth.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def unresisted_around(points: Sequence[SmallMotions], matrices: np.ndarray, rate
     rate : float
         rad/s.
     reach : int
-        Harmonics to either side that they may have.
+        Number of harmonics on either side that they may have.
     """
     sums = [_sums(small, A) for small, A in zip(points, matrices, strict=True)]
     turns = rate * np.arange(-reach, reach + 1).repeat(matrices.shape[1])
@@ -116,7 +116,7 @@ def unresisted_around(points: Sequence[SmallMotions], matrices: np.ndarray, rate
 
 
 def unresisted(small: SmallMotions, A: Matrix) -> Unresisted:
-    """Return what nothing resists, driven coordinates held.
+    """Return the motions without restoring force, with fixed driven coordinates.
 
     Parameters
     ----------
@@ -138,9 +138,9 @@ def unresisted(small: SmallMotions, A: Matrix) -> Unresisted:
 
 
 def _led(found: Matrix, moving: Matrix, weights: Vector) -> Unresisted:
-    """Return motions by which states lead that are large in them, by their weights: first those that stand still.
+    """Return motions with leading states that are large in them by weight, constant displacements first.
 
-    `moving` are the rates of their places, of unit motions.
+    `moving` are the rates of positions in unit motions.
     """
     p, count = len(moving), found.shape[1]
     if not count:
@@ -165,9 +165,9 @@ def _pivots(basis: Matrix) -> np.ndarray:
 
 
 def _of_loads(small: SmallMotions, Z: Matrix, N: Matrix) -> Matrix:
-    """Return by how much the forces that act may change with each state, (r, states): what they are the round-off of.
+    """Return how much the acting forces may change with each state, (r, states), a measure of their round-off.
 
-    By large displacements they change by their own sizes, and likewise by speeds as large as those there are.
+    They are taken to change by their own size over a large displacement, or over a speed as large as the present ones.
     """
     model, n = small.model, small.model.free_count
     forces = np.abs(N).T @ force_sizes(small.here)[small.columns]
@@ -180,7 +180,7 @@ def _of_loads(small: SmallMotions, Z: Matrix, N: Matrix) -> Matrix:
 
 
 def _null_space(X: Matrix, sizes: Matrix, tolerance: float) -> Matrix:
-    """Return a basis of the null space of sums whose parts are known in size, (columns, k)."""
+    """Return a basis of the null space of a matrix of sums with terms of known sizes, (columns, k)."""
     rows, columns = np.ones(X.shape[0]), np.ones(X.shape[1])
     for _ in range(SCALINGS):
         scaled = rows[:, None] * sizes * columns

@@ -1,1 +1,1 @@
-"""How modes and stability change with the speed of a scene."""
+"""Modes and stability over the speed of a scene."""

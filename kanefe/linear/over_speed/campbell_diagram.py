@@ -1,4 +1,4 @@
-"""Campbell diagram: how the modes of a scene change with its speed, each followed from speed to speed."""
+"""Campbell diagram: the modes of a scene over its speed, each followed from speed to speed."""
 
 from __future__ import annotations
 
@@ -35,25 +35,25 @@ MOST_ORDERS = 100
 
 @dataclass(frozen=True, eq=False)
 class Campbell:
-    """Modes over the speed, column by column the same mode; made by `campbell`.
+    """Modes over the speed, each column the same mode; returned by `campbell`.
 
     Columns are the modes that oscillate at the first speed, lowest frequency first, then those that begin to oscillate
-    below the highest of these, or come below it from above: NaN up to there.
+    below the highest of these or drop below it; NaN before that.
 
     Attributes
     ----------
     speeds : ndarray, shape (S,)
         rad/s.
     eigenvalues : ndarray of complex, shape (S, modes)
-        1/s, in the frame of the scene. A whirl whose frequency falls through zero goes on with a negative imaginary
-        part: seen from a frame that spins faster it turns backwards.
+        1/s, in the frame of the scene. A whirl whose frequency passes through zero continues with a negative imaginary
+        part: in a frame that spins faster it turns backwards.
     modes : tuple of Modes, or of FloquetModes
         All modes at each speed.
     numbers : ndarray of int, shape (S, modes)
-        Which of the modes at a speed each column is; -1 before it begins.
+        Number of each column among the modes at a speed; -1 before it begins.
     correlations : ndarray, shape (S, modes)
-        Of each mode with itself at the speed before it was followed from (1 at the first); low values mark places
-        where modes veer or mix.
+        Of each mode with itself at the speed from which it was followed (1 at the first); low values show where modes
+        veer or mix.
     """
 
     speeds: np.ndarray
@@ -83,30 +83,29 @@ class Campbell:
 
     @checked
     def critical_speeds(self, order: float = 1.0, *, damped: bool = True) -> list[CriticalSpeed]:
-        """Return the speeds at which a mode that is followed has `order` times the frequency of rotation, ascending.
+        """Return the speeds at which a followed mode has `order` times the frequency of rotation, ascending.
 
-        Each is solved for: the scene is built at speeds between those of the diagram until the crossing is found to
-        1e-12 of the speed.
+        The scene is built at further speeds until each crossing is found to 1e-12 of the speed.
 
         Parameters
         ----------
         order : float
-            Zero or more. In a frame that spins with the rotor an unbalance stands still: its critical speeds are those
-            of order 0, where a frequency falls to zero, or a real eigenvalue passes through it.
+            Zero or more. In a frame that spins with the rotor an unbalance is at rest: its critical speeds are those of
+            order 0, where a frequency or a real eigenvalue is zero.
         damped : bool
-            Of the damped frequencies ``abs(Im lambda)``, which an excitation of small amplitude meets; False: of the
-            scene without damping and circulating forces, see `Linearisation.undamped`.
+            Use the damped frequencies ``abs(Im lambda)``; False: those of the scene without damping and circulatory
+            forces, see `Linearisation.undamped`.
 
         Raises
         ------
         ModelError
-            If the order is no number of zero or more; if undamped ones are asked for of a scene that changes as it
-            turns, or that rolls.
+            If the order is not a number of zero or more; or without damping, if the scene changes with the azimuth or
+            rolls.
 
         Warns
         -----
         AccuracyWarning
-            If a mode that is not followed crosses too, or one jumps where it may cross.
+            If a mode that is not followed crosses too, or a mode cannot be followed where it may cross.
 
         Examples
         --------
@@ -119,19 +118,18 @@ class Campbell:
         return critical_speeds(curves, float(order))
 
     def stability_limits(self) -> list[StabilityOnset]:
-        """Return the speeds at which the scene begins or ceases to be stable, ascending: where a mode begins to grow.
+        """Return the speeds at which the scene begins or ceases to be stable, ascending.
 
-        All modes count, also those that are not followed; rigid motions do not. Solved for as critical speeds are.
+        All modes count, also those that are not followed; rigid motions do not. Found like critical speeds.
         """
         return stability_onsets(lambda speed: self._curves.at(speed).modes, self._refined.speeds)
 
     @cached_property
     def _refined(self) -> Curves:
-        self._curves.refine()
-        return self._curves
+        return self._curves.refine()
 
     def _warn_of_others(self, curves: Curves, order: float) -> None:
-        """Warn of modes that are not followed and lie below the line of an order: they cross it somewhere."""
+        """Warn of modes that are not followed and are below the line of an order: they cross it somewhere."""
         if order == 0.0:
             return
         for speed in self.speeds[::-1].tolist():
@@ -156,8 +154,8 @@ class Campbell:
         ----------
         path : path, optional
         orders : sequence of float
-            Multiples of the rotation at which the scene is excited: drawn as lines, with their critical speeds; 0 in
-            a frame that spins with the rotor.
+            Multiples of the speed at which the scene is excited, drawn as lines with their critical speeds; 0 in a
+            frame that spins with the rotor.
 
         Raises
         ------
@@ -186,7 +184,7 @@ class Campbell:
         return campbell_picture(curves, path)
 
     def _labels(self) -> list[str]:
-        """Return a name for each mode, with the body that moves most in it, unless that is the same one in all."""
+        """Return a name for each mode, with the body that moves most in it unless that is the same for all modes."""
         leading = []
         for column in self.numbers.T:
             row = int(np.argmax(column >= 0))
@@ -206,9 +204,9 @@ def campbell(
 ) -> Campbell:
     """Follow the modes of a scene over its speed.
 
-    Whether the scene stays what it is as it turns is measured at the fastest speed. One that changes, such as a bladed
-    rotor on a tower, has Floquet's modes (see `floquet`) with the period of a turn, followed with all their harmonics:
-    the frequency drawn is that of the largest at the first speed, as the scene sees it.
+    At the fastest speed it is measured whether the scene changes with the azimuth. If it does, as a bladed rotor on a
+    tower, its modes are Floquet modes (see `floquet`) with the period of one revolution, followed with all harmonics;
+    the frequency is that of the largest harmonic at the first speed, in the frame of the scene.
 
     Parameters
     ----------
@@ -216,27 +214,27 @@ def campbell(
         Speed (rad/s) -> scene, such as one whose shaft is driven by ``Motion.steady(speed)``. The same bodies and
         joints at every speed.
     speeds : array_like, shape (S,)
-        Ascending, at least two, rad/s. Where a mode changes too much from one to the next to be known again, speeds
-        between are tried, and for pictures and critical speeds also where curves turn.
+        Ascending, at least two, rad/s. Intermediate speeds are added where a mode changes too much to be identified,
+        and for pictures and critical speeds also where curves bend.
     modes : int, optional
-        How many modes are followed: those of lowest frequency that oscillate at the first speed, and what comes below
-        the highest of them at others. Rigid motions and overdamped modes do not count. Default: six, or all there are.
+        Number of modes to follow: the lowest that oscillate at the first speed, and those that are below the highest of
+        them at other speeds. Rigid motions and overdamped modes do not count. Default: six, or all.
     balance : bool
         Linearise about the steady state at each speed; False: about the start of each scene, with an
-        `UnsettledWarning` where that is not in balance. Within 0.5 % of a critical speed seen from the shaft, where an
-        unbalance bows a rotor without bound, that bow is left out.
+        `UnsettledWarning` if that is not in balance. Within 0.5 % of a critical speed in the frame of the shaft, where
+        the bow of a rotor due to unbalance is unbounded, that bow is left out.
 
     Raises
     ------
     ModelError
-        If the speeds do not ascend, nothing turns with them, or the scenes have different coordinates.
+        If the speeds do not ascend, nothing rotates, or the scenes have different coordinates.
     SimulationError
         If a scene has no balance at a speed.
 
     Warns
     -----
     AccuracyWarning
-        If a mode cannot be known again from one speed to the next.
+        If a mode cannot be identified from one speed to the next.
 
     Examples
     --------
@@ -250,14 +248,14 @@ def campbell(
 
     scene = modes_over_speed(build, at, balance)
     curves = _followed(scene.modes, at, modes)
-    found = _diagram(curves, at, cache(lambda: _of_undamped(scene.undamped, at, modes)))
+    found = _diagram(curves, at, cache(lambda: _followed(scene.undamped, at, modes).refine()))
     scene.warn("campbell")
     _warn_of_mixed(found)
     return found
 
 
 def _followed(of: Callable[[float], AnyModes], at: Vector, modes: int | None) -> Curves:
-    """Return the modes that are followed, known at the speeds of a diagram."""
+    """Return the followed modes, evaluated at the speeds of a diagram."""
     own = _oscillating(of(float(at[0])))
     count = min(USUAL, len(own)) if modes is None else modes
     if not len(own):
@@ -272,19 +270,18 @@ def _followed(of: Callable[[float], AnyModes], at: Vector, modes: int | None) ->
     for speed in at.tolist():
         found = curves.at(speed)
         highest = np.abs(found.values[:count].imag).max() / (2.0 * np.pi)
-        if isinstance(found.modes, Modes):  # the frequency of others is a matter of names
-            begun = np.setdiff1d(_oscillating(found.modes, highest), found.numbers)
-            curves.add(speed, begun)
+        if isinstance(found.modes, Modes):  # the frequency of Floquet modes is a convention
+            curves.add(speed, np.setdiff1d(_oscillating(found.modes, highest), found.numbers))
     return curves
 
 
 def _oscillating(modes: AnyModes, below: float = np.inf) -> np.ndarray:
-    """Return the numbers of the modes that oscillate, with a frequency below one (Hz)."""
+    """Return the numbers of the oscillating modes with a frequency below a limit (Hz)."""
     return np.flatnonzero(~modes.is_rigid & (modes.eigenvalues.imag != 0.0) & (modes.frequencies < below))
 
 
 def _diagram(curves: Curves, speeds: Vector, undamped: Callable[[], Curves]) -> Campbell:
-    """Return the modes that are followed at some speeds."""
+    """Return the diagram of the followed modes at some speeds."""
     found = [curves.at(float(speed)) for speed in speeds]
     shape = (len(speeds), len(curves.born))
     modes, correlations = np.full(shape, -1), np.full(shape, np.nan)
@@ -295,14 +292,8 @@ def _diagram(curves: Curves, speeds: Vector, undamped: Callable[[], Curves]) -> 
     )
 
 
-def _of_undamped(of: Callable[[float], Modes], at: Vector, modes: int | None) -> Curves:
-    curves = _followed(of, at, modes)
-    curves.refine()
-    return curves
-
-
 def _warn_of_mixed(diagram: Campbell) -> None:
-    """Warn where a mode could not be identified: results beyond are unsure."""
+    """Warn where a mode could not be identified: results beyond are unreliable."""
     for speed, sureness in zip(diagram.speeds[1:], diagram.correlations[1:], strict=True):
         unsure = np.flatnonzero(sureness < SURE)
         if len(unsure):

@@ -1,4 +1,4 @@
-"""Critical speeds: where a mode of a scene has a multiple of the frequency of rotation, solved for at the crossing."""
+"""Critical speeds: the frequency of a mode is a multiple of the frequency of rotation."""
 
 from __future__ import annotations
 
@@ -19,37 +19,36 @@ from kanefe.linear.over_speed.followed_modes import THINNEST, AnyModes, Curves, 
 from kanefe.linear.over_speed.whirl import whirl_of
 
 FOUND = 1e-7
-"""Distance from the line, relative to the height of the diagram, up to which a crossing is real: a larger one is a
-jump."""
+"""Distance from the line, relative to the highest frequency, below which a crossing is real; above it is a jump."""
 
 BESIDE = 1e-9
 """Distance to either side of a jump at which it is examined, relative to the interval of speeds."""
 
 POINT = 1e-6
-"""Growth, relative to the height of the diagram, below which the two speeds between which a mode grows are one."""
+"""Growth, relative to the highest frequency, below which the two speeds between which a mode grows count as one."""
 
 ROUND = 1e-3
-"""Whirl below which orbits are lines, and neither forward nor backward."""
+"""Whirl below which orbits count as lines, neither forward nor backward."""
 
 
 @dataclass(frozen=True, eq=False)
 class CriticalSpeed:
-    """A speed at which a mode has a multiple of the frequency of rotation; ``print`` shows a line.
+    """A speed at which the frequency of a mode is a multiple of that of rotation; ``print`` shows a line.
 
     Attributes
     ----------
     speed : float
         rad/s.
     order : float
-        The multiple; 0: the mode stands still in the frame of the scene.
+        The multiple; 0: the mode is at rest in the frame of the scene.
     column : int
-        Of the Campbell diagram; of undamped ones the number of the mode among those without damping.
+        Column of the Campbell diagram; without damping, number of the mode among the undamped ones.
     eigenvalue : complex
         Of the mode at that speed, 1/s.
     modes : Modes or FloquetModes
-        All at that speed.
+        All modes at that speed.
     number : int
-        Which of them it is.
+        Number of the mode among them.
     """
 
     speed: float
@@ -61,16 +60,15 @@ class CriticalSpeed:
 
     @property
     def damping_ratio(self) -> float:
-        """``-Re lambda / |lambda|``, of 1 the critical damping; negative: it grows. Zero where it stands still."""
+        """``-Re lambda / |lambda|``, 1 for critical damping; negative: it grows. Zero for order 0."""
         size = abs(self.eigenvalue)
         return -self.eigenvalue.real / size if size > 0.0 and self.order > 0.0 else 0.0
 
     @property
     def whirl(self) -> float:
-        """How much the mode whirls about the axis of the fastest spin: 1 forward on circles, -1 backward, 0 neither.
+        """Whirl about the axis of the fastest spin: 1 forward on circles, -1 backward on circles, 0 neither.
 
-        As seen from the frame in which the scene is built: 0 where it stands still there; of scenes that change as they
-        turn NaN.
+        In the frame of the scene; 0 for order 0, and NaN for scenes that change with the azimuth.
         """
         if self.order == 0.0:
             return 0.0
@@ -78,20 +76,20 @@ class CriticalSpeed:
 
     @property
     def sense(self) -> str:
-        """'forward', 'backward', or '' where orbits are lines, or not known."""
+        """'forward', 'backward', or '' if orbits are lines or unknown."""
         return "forward" if self.whirl > ROUND else "backward" if self.whirl < -ROUND else ""
 
     def shape(self, body: str, interface: str = "") -> np.ndarray:
-        """Return how a frame moves: displacement (m) and rotation (rad) in N, complex, shape (6,); see `Modes.shape`.
+        """Return the motion of a frame: displacement (m) and rotation (rad) in N, complex, shape (6,): `Modes.shape`.
 
         Raises
         ------
         ModelError
-            If there is no such body or interface, or the scene changes as it turns.
+            If there is no such body or interface, or the scene changes with the azimuth.
         """
         if isinstance(self.modes, FloquetModes):
             raise ModelError(
-                "a scene that changes as it turns moves at several frequencies at once. Remedy: modes.tangents, the "
+                "a mode of a scene that changes with the azimuth has several frequencies. Remedy: modes.tangents, the "
                 "shape of each harmonic"
             )
         return np.asarray(self.modes.shape(body, interface)[self.number])
@@ -106,7 +104,7 @@ class CriticalSpeed:
 
 
 def critical_speeds(curves: Curves, order: float) -> list[CriticalSpeed]:
-    """Return the critical speeds of some modes, ascending.
+    """Return the critical speeds of followed modes, ascending.
 
     Parameters
     ----------
@@ -129,7 +127,7 @@ def critical_speeds(curves: Curves, order: float) -> list[CriticalSpeed]:
             if (at_a > 0.0) != (at_b > 0.0):
                 speed = root_of(above, a, b)
                 if speed == 0.0:
-                    continue  # what stands still at rest: every order has its frequency
+                    continue  # zero frequency at zero speed is on every line
                 if abs(above(speed)) <= FOUND * curves.height:
                     found.append(_critical(curves, speed, order, column))
                 else:
@@ -152,7 +150,7 @@ def _warn_of_jump(column: int, speed: float) -> None:
 
 
 def _looked_at(above: Callable[[float], float], speeds: Vector, thin: float) -> list[tuple[float, float]]:
-    """Return speeds and values of a function; where it comes within `thin` of zero and turns, its extreme is one."""
+    """Return speeds and values of a function, including its extrema that are within `thin` of zero."""
     values = np.array([above(speed) for speed in speeds])
     points = dict(zip(speeds.tolist(), values.tolist(), strict=True))
     for i, value in enumerate(values):
@@ -168,7 +166,7 @@ def _looked_at(above: Callable[[float], float], speeds: Vector, thin: float) -> 
 
 
 def _standing(curves: Curves) -> Iterator[CriticalSpeed]:
-    """Yield where modes stand still: a whirl turns the other way, or a real eigenvalue passes through zero."""
+    """Yield the critical speeds of order 0: a whirl reverses, or a real eigenvalue passes through zero."""
     looked_at = set(curves.speeds.tolist())
     thin = THINNEST * curves.height
     for column, born in enumerate(curves.born):
@@ -183,14 +181,14 @@ def _standing(curves: Curves) -> Iterator[CriticalSpeed]:
                 continue
             speed = root_of(turns, a, b)
             if abs(turns(speed)) > FOUND * curves.height:
-                # of a mode that moves on lines either sign is right, and may follow the other
+                # a mode with straight orbits has either sign, which may alternate
                 sizes = [abs(turns(at)) for at in (max(a, speed - BESIDE * (b - a)), min(b, speed + BESIDE * (b - a)))]
                 if abs(sizes[1] - sizes[0]) > THINNEST * curves.height:
                     _warn_of_jump(column, speed)
                 continue
             size = abs(curves.at(speed).values[column])
             if _determinant(curves.at(speed).modes)[0] < 0.0 and size > POINT * curves.height:
-                looked_at.add(speed)  # between two speeds at which it stands still it grows
+                looked_at.add(speed)  # the mode grows between two speeds of zero frequency
             else:
                 yield _critical(curves, speed, 0.0, column)
     for a, b in pairwise(sorted(looked_at)):
@@ -206,9 +204,9 @@ def _standing(curves: Curves) -> Iterator[CriticalSpeed]:
 
 
 def _determinant(modes: AnyModes) -> tuple[float, float]:
-    """Return sign and logarithm of the product of all eigenvalues, rigid motions left out; 1 and 0 of Floquet's modes.
+    """Return sign and logarithm of the product of all eigenvalues but rigid motions; 1 and 0 for Floquet modes.
 
-    It changes its sign where a real one passes through zero.
+    The product changes sign where a real eigenvalue passes through zero.
     """
     if isinstance(modes, FloquetModes):
         return 1.0, 0.0

@@ -1,4 +1,4 @@
-"""Modes followed over the speed of a scene: each known again by its shape, through veering and crossings."""
+"""Modes followed over the speed of a scene by their shapes, through veering and crossings."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from kanefe.linear.modes.floquet_modes import FloquetModes
 from kanefe.linear.modes.modes import Modes
 
 SURE = 0.7
-"""Correlation of a mode with its successor, dimensionless, from which they are the same: below it an intermediate speed
-is tried."""
+"""Correlation of a mode with its successor, dimensionless, above which they are the same; below it an intermediate
+speed is tried."""
 
 DEEPEST = 5
 """Largest number of divisions of an interval between two speeds to follow modes through it."""
 
 ASIDE = 0.47
-"""Fraction of the interval at which it is divided: not the middle, which may be zero speed, where modes are double."""
+"""Fraction at which an interval is divided: not the middle, which may be zero speed, where modes are double."""
 
 SIDE = 4
 """Number of harmonics on either side by which Floquet modes are identified."""
 
 MOST_SHIFT = 2
-"""Largest number of harmonics by which the name of such a mode may change between two speeds."""
+"""Largest number of harmonics by which the frequency of such a mode may be shifted between two speeds."""
 
 AnyModes = Modes | FloquetModes
 
 ALIKE = 1e-3
-"""Difference of two eigenvalues, relative to their size, below which their modes mix freely and any order is right."""
+"""Difference of two eigenvalues, relative to their size, below which their modes mix and their order is arbitrary."""
 
 SAME = 1e-9
 """Difference of two eigenvalues, relative to their size, below which a mode is double."""
@@ -44,8 +44,8 @@ STILL = 1e-6
 """Eigenvalue relative to the highest frequency below which a mode is at rest."""
 
 SLOW = 1e-4
-"""Frequency relative to the speed below which a whirl is nearly at rest: asymmetry mixes both its directions, and stops
-it over a range of speeds, where it grows and decays along two lines."""
+"""Frequency relative to the speed below which a whirl is nearly at rest: there asymmetry mixes forward and backward
+whirl, and its frequency can vanish over a range of speeds, where one motion grows and one decays."""
 
 DIGITS = 1e-12
 """Relative accuracy of the speed of a crossing or a limit."""
@@ -56,14 +56,14 @@ visible."""
 
 
 class _Candidates(NamedTuple):
-    """Candidates of the continuation of modes: themselves, conjugates, and Floquet modes named by another harmonic.
+    """Candidates for the continuation of modes: modes, their conjugates, and Floquet modes shifted by harmonics.
 
     Attributes
     ----------
     values : ndarray of complex, shape (c,)
     shapes : ndarray of complex, shape (harmonics, free, c)
     numbers : ndarray of int, shape (c,)
-        The mode that each is of.
+        The mode of each candidate.
     """
 
     values: np.ndarray
@@ -95,19 +95,19 @@ def _candidates(modes: AnyModes) -> _Candidates:
 
 
 class Followed(NamedTuple):
-    """Which modes at a speed are those that are followed, as what, and how sure that is.
+    """The followed modes at a speed, and the reliability of their identification.
 
     Attributes
     ----------
     modes : Modes or FloquetModes
-        All at that speed.
+        All modes at that speed.
     numbers : ndarray of int, shape (k,)
-        The modes that are followed.
+        The followed modes.
     values : ndarray of complex, shape (k,)
-        Their eigenvalues, 1/s, or the conjugates as which they go on.
+        Their eigenvalues or the conjugates that continue them, 1/s.
     shapes : ndarray of complex, shape (harmonics, free, k)
     sureness : ndarray, shape (k,)
-        Correlation of each with itself at the speed that it was followed from.
+        Correlation of each with itself at the speed from which it was followed.
     """
 
     modes: AnyModes
@@ -118,12 +118,12 @@ class Followed(NamedTuple):
 
 
 def root_of(function: Callable[[float], float], a: float, b: float) -> float:
-    """Return the speed between two (rad/s) at which a function of it passes zero."""
+    """Return the zero of a function of the speed between two speeds (rad/s)."""
     return float(brentq(function, a, b, xtol=DIGITS * max(abs(a), abs(b)), rtol=1e-15))
 
 
 class Curves:
-    """Modes of a scene over its speed: each speed is evaluated once, and followed from the nearest known one.
+    """Modes of a scene over its speed: each speed is evaluated once, and modes are followed from the nearest known one.
 
     Parameters
     ----------
@@ -132,7 +132,7 @@ class Curves:
     start : float
         The lowest speed, rad/s.
     numbers : ndarray of int
-        Which of the modes there are followed.
+        Numbers of the modes to follow.
     """
 
     def __init__(self, of: Callable[[float], AnyModes], start: float, numbers: np.ndarray) -> None:
@@ -142,16 +142,16 @@ class Curves:
 
     @property
     def speeds(self) -> Vector:
-        """Those that are known, rad/s, ascending."""
+        """The known speeds, rad/s, ascending."""
         return np.array(sorted(self._known))
 
     @property
     def born(self) -> Vector:
-        """From which speed on each is followed, rad/s."""
+        """The speed from which each mode is followed, rad/s."""
         return np.array(self._born)
 
     def at(self, speed: float) -> Followed:
-        """Return the modes that are followed at a speed."""
+        """Return the followed modes at a speed."""
         found = self._known.get(speed)
         if found is None:
             first = max(born for born in self._born if born <= speed)
@@ -170,7 +170,7 @@ class Curves:
         return found
 
     def add(self, speed: float, numbers: np.ndarray) -> None:
-        """Follow more modes from the last speed on that is known."""
+        """Follow more modes from the last known speed on."""
         old, new = self._known[speed], _first(self._of(speed), numbers)
         parts = [np.concatenate(pair, axis=-1) for pair in zip(old[1:], new[1:], strict=True)]
         self._known[speed] = Followed(old.modes, *parts)
@@ -189,8 +189,8 @@ class Curves:
         self._known[after] = found
         return found
 
-    def refine(self) -> None:
-        """Evaluate intermediate speeds where curves bend, until straight lines between the points represent them."""
+    def refine(self) -> Curves:
+        """Add speeds where curves bend, until straight lines between the points represent them; return the curves."""
         if len(self._known) == 2:
             self.at(float(self.speeds.mean()))
         for _ in range(DEEPEST):
@@ -202,21 +202,22 @@ class Curves:
             of_intervals = np.maximum(np.append(turns, 0.0), np.insert(turns, 0, 0.0))
             wide = of_intervals * np.diff(x) ** 2 / 8.0 > THINNEST * self.height
             if not wide.any():
-                return
+                break
             for before, after in np.column_stack((x[:-1], x[1:]))[wide]:
                 self.at(float(0.5 * (before + after)))
+        return self
 
     @property
     def height(self) -> float:
-        """The highest frequency that is known of those that are followed, rad/s."""
+        """The highest known frequency of the followed modes, rad/s."""
         return float(max(np.abs(found.values.imag).max(initial=0.0) for found in self._known.values()))
 
 
 def _is_unsure(found: Followed, height: float) -> bool:
-    """Return whether modes that are followed have no shapes or sense there by which they could be known again.
+    """Return whether followed modes cannot be identified by shape or sense of rotation at a speed.
 
-    A whirl that stands still has no sense: of damping alone its circles are two real modes of one eigenvalue, any two
-    of those that they span. Both whirls of a round rotor at rest have one frequency too.
+    A whirl of zero frequency has no sense: with damping alone its circles are two real modes with the same eigenvalue,
+    in any combination. Both whirls of a symmetric rotor at rest have the same frequency too.
     """
     of_all, size = found.modes.eigenvalues, np.abs(found.values)
     apart = np.abs(of_all - found.values[:, None])
@@ -232,10 +233,11 @@ def _first(modes: AnyModes, numbers_of: np.ndarray) -> Followed:
 
 
 def _matched(old: Followed, new: AnyModes, slow: float) -> Followed:
-    """Return the best followers, each another one.
+    """Return the best continuations, a different mode for each.
 
-    A mode is the same as its conjugate: both are candidates, so that a whirl is followed through zero frequency. Which
-    mode goes on below the frequency `slow` (rad/s) is told by all those that are as slow; which of both senses, not.
+    A mode and its conjugate are both candidates, so that a whirl is followed through zero frequency. Below the
+    frequency `slow` (rad/s) a mode is identified by the space of all modes that are as slow, without a sense of
+    rotation.
     """
     if old.modes.state_names != new.state_names:
         raise ModelError(
@@ -255,8 +257,8 @@ def _matched(old: Followed, new: AnyModes, slow: float) -> Followed:
     def within(among: np.ndarray) -> Vector:
         return _share(products[:, among].conj().T, gram[np.ix_(among, among)], own)
 
-    # modes of one frequency mix freely: there it is the space that they span which is followed; a slow whirl does not
-    # mix with its conjugate, which turns the other way
+    # modes with the same frequency mix, so that the space that they span is followed; a slow whirl does not mix with
+    # its conjugate, which turns the other way
     for rows, among in _several(_mixed(behind, values, old.numbers)):
         space = behind.shapes[:, :, among]
         alike[rows] = _share(_products(space, ahead.shapes, M), _products(space, space, M), of_others)
@@ -270,10 +272,10 @@ def _matched(old: Followed, new: AnyModes, slow: float) -> Followed:
     size = np.maximum(np.abs(values), 1e-12 * np.abs(others).max(initial=0.0))[:, None]
     apart = np.abs(values[:, None] - others[None, :])
     cost = 0.2 * apart / (size + apart)
-    # a whirl that stands still is one of more motions that nothing resists
+    # a whirl of zero frequency is an additional rigid motion
     if np.count_nonzero(new.is_rigid) <= np.count_nonzero(old.modes.is_rigid):
         cost[:, new.is_rigid[ahead.numbers]] += 1.0
-    # of those that mix the one that is most alike; of the two that a divergence has, the one that grows
+    # among mixed modes the most similar one; of the two modes of a divergence the one that grows
     cost += 1e-3 * (1.0 - of_each)
     cost += 1e-3 * ((others.imag == 0.0) & (others.real < 0.0))[None, :]
     shape = len(values), -1, count  # candidates repeat the modes in their order
@@ -283,7 +285,7 @@ def _matched(old: Followed, new: AnyModes, slow: float) -> Followed:
     chosen = columns[np.argsort(rows)]
     at = best[np.arange(len(chosen)), chosen] * count + chosen
     rows = np.arange(len(at))
-    # an equal shape, hardly farther off: the whirls of a round rotor, one of them backwards, differ by frequency only
+    # rivals with the same shape and a similar distance: both whirls of a symmetric rotor differ by frequency only
     rivals = (alike >= SURE) & (apart < RIVAL * apart[rows, at][:, None])
     rivals &= others.imag[None, :] != 0.0
     rivals &= np.abs(others[None, :] - others[at][:, None]) > ALIKE * np.abs(others[at])[:, None]
@@ -293,19 +295,19 @@ def _matched(old: Followed, new: AnyModes, slow: float) -> Followed:
 
 
 def _share(products: np.ndarray, gram: np.ndarray, own: Vector) -> Vector:
-    """Return the share of vectors, of squares `own` (a,), in the space of others, from products with these (s, a)."""
+    """Return the share of vectors with squares `own` (a,) in the space of others, from products with these (s, a)."""
     inside = np.einsum("sa,sa->a", products.conj(), np.linalg.pinv(gram, rcond=ALIKE**2, hermitian=True) @ products)
     return np.clip(inside.real / np.maximum(own, 1e-300), 0.0, 1.0)
 
 
 def _mixed(candidates: _Candidates, values: np.ndarray, numbers_of: np.ndarray) -> np.ndarray:
-    """Return which candidates have the frequency of each of some modes, (k, c): itself, and those of other modes."""
+    """Return a mask (k, c) of the candidates with the frequency of each mode: itself, and those of other modes."""
     is_other = (candidates.numbers != numbers_of[:, None]) | (candidates.values == values[:, None])
     return np.asarray(is_other & (np.abs(candidates.values - values[:, None]) <= ALIKE * np.abs(values)[:, None]))
 
 
 def _several(mixed: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield rows in which several candidates are, those that have the same together, with the numbers of these."""
+    """Yield groups of rows with the same set of several candidates, and the numbers of the candidates."""
     groups: dict[bytes, list[int]] = {}
     for i in np.flatnonzero(np.count_nonzero(mixed, axis=1) > 1).tolist():
         groups.setdefault(mixed[i].tobytes(), []).append(i)

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from kanefe.linear.state import Freezable
 
 NEAR = 1e-2
-"""Stiffness over mass, relative to the square of the speed, below which the bow of an unbalance is left out because it
-is unbounded: within 0.5 % of a critical speed seen from the shaft."""
+"""Stiffness over mass, relative to the square of the speed, below which the bow due to unbalance is left out because
+it is unbounded: within 0.5 % of a critical speed in the frame of the shaft."""
 
 
 class OverSpeed(NamedTuple):
@@ -38,9 +38,9 @@ class OverSpeed(NamedTuple):
     Attributes
     ----------
     modes, undamped : callable
-        Speed -> modes, Floquet's if the scene changes as it turns; and those without damping.
+        Speed -> modes, Floquet modes if the scene changes with the azimuth; and modes without damping.
     imbalances : dict of float to Imbalance
-        What was out of balance at speeds at which the scene was linearised as it is.
+        The imbalance at speeds at which the scene was linearised about its start.
     """
 
     modes: Callable[[float], AnyModes]
@@ -48,14 +48,14 @@ class OverSpeed(NamedTuple):
     imbalances: dict[float, Imbalance]
 
     def warn(self, what: str) -> None:
-        """Warn of the largest imbalance, if one is worth it."""
+        """Warn of the largest imbalance, if it is significant."""
         worst = max(self.imbalances, key=lambda speed: self.imbalances[speed].ratio, default=None)
         if worst is not None:
             warn_of_imbalance(self.imbalances[worst], f"{what} at {worst:.6g} rad/s", "balance=True")
 
 
 def modes_over_speed(build: Callable[[float], Freezable | Model], at: Vector, balance: bool) -> OverSpeed:
-    """Return the modes of a scene over its speed; raise a ModelError if nothing turns in it."""
+    """Return the modes of a scene over its speed; raise a ModelError if nothing rotates."""
     imbalances: dict[float, Imbalance] = {}
 
     def state(speed: float, steady: bool) -> Linearisation:
@@ -78,21 +78,21 @@ def modes_over_speed(build: Callable[[float], Freezable | Model], at: Vector, ba
 
     def refused(speed: float) -> Modes:
         raise ModelError(
-            "a scene that changes as it turns has no modes without damping of its own. Remedy: build it without damping"
+            "undamped modes of a scene that changes with the azimuth are not available. Remedy: build it undamped"
         )
 
     fastest = float(at[np.abs(at).argmax()])
     lin = state(fastest, False)
     if spin_axis(lin.small) is None:
         raise ModelError(
-            f"nothing turns in the scene of campbell at {fastest:.6g} rad/s. Remedy: a shaft driven by "
+            f"nothing rotates in the scene of campbell at {fastest:.6g} rad/s. Remedy: a shaft driven by "
             "kanefe.Motion.steady(speed), with the speed that build is given"
         )
     if balance:
         warn_of_missed(Instant(lin.model, lin.time, lin.state), f"campbell at {fastest:.6g} rad/s")
     if lin.change > CONSTANT:
         return OverSpeed(of_periodic, refused, imbalances)
-    # whether it is steady is looked at once: at the fastest speed
+    # steadiness is checked once, at the fastest speed
     steady = cache(lambda speed: state(speed, speed == fastest))
     of = cache(lambda speed: modes_of(steady(speed)))
     return OverSpeed(of, cache(lambda speed: modes_of(steady(speed).undamped())), imbalances)

@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.arguments import checked
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
-from kanefe.frames import Vector, numbers
+from kanefe.frames import numbers
 from kanefe.linear.over_speed.modes_over_speed import ascending_speeds, modes_over_speed
 from kanefe.linear.over_speed.stability_over_speed import StabilityMap, growth_of, stability_onsets
 
@@ -26,25 +26,25 @@ def stability_map(
     *,
     balance: bool = True,
 ) -> StabilityMap:
-    """Return over which speeds a scene is stable, for some values of a parameter.
+    """Return the ranges of speed in which a scene is stable, for some values of a parameter.
 
-    Between the speeds given, limits are solved for where the growth of the fastest mode passes zero.
+    The limits between the given speeds are found as zeros of the growth of the fastest mode.
 
     Parameters
     ----------
     build : callable
         (speed in rad/s, value of the parameter) -> scene: see `campbell`.
     speeds : array_like, shape (S,)
-        Ascending, at least two, rad/s. What grows and decays again between two of them is not seen.
+        Ascending, at least two, rad/s. An instability between two of them is not detected.
     values : array_like, shape (P,)
-        Of the parameter.
+        Values of the parameter.
     balance : bool
-        As that of `campbell`.
+        As in `campbell`.
 
     Raises
     ------
     ModelError
-        If speeds or values make no sense, or nothing turns.
+        If speeds or values are not valid, or nothing rotates.
     SimulationError
         If a scene has no balance at a speed.
 
@@ -61,15 +61,11 @@ def stability_map(
     rows, found = [], []
     for value in of.tolist():
         scene = modes_over_speed(lambda speed, value=value: build(speed, value), at, balance)  # type: ignore[misc]
-        looked_at = [scene.modes(float(speed)) for speed in at]
-        # growth of round-off is none
+        modes = [scene.modes(float(speed)) for speed in at]
+        # growth within round-off counts as zero
         rows.append(
-            [growth if one.grows.any() else min(growth, 0.0) for one in looked_at for growth, _ in (growth_of(one),)]
+            [growth if one.grows.any() else min(growth, 0.0) for one in modes for growth, _ in (growth_of(one),)]
         )
         scene.warn("stability_map")
         found.append(tuple(stability_onsets(scene.modes, at)))
-    return StabilityMap(_array(at), _array(of), np.array(rows), tuple(found))
-
-
-def _array(values: Vector) -> np.ndarray:
-    return np.array(values, dtype=float)
+    return StabilityMap(at, of, np.array(rows), tuple(found))

@@ -1,4 +1,4 @@
-"""Over which speeds a scene is stable, and how that changes with a parameter."""
+"""Ranges of speed in which a scene is stable, also over a parameter."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class StabilityOnset:
     begins : bool
         Whether it is unstable above that speed, and stable below.
     eigenvalue : complex
-        Of the mode that grows on one side, 1/s: its real part is round-off.
+        Of the mode that grows on one side, 1/s; its real part is round-off.
     modes : Modes or FloquetModes
-        All at that speed.
+        All modes at that speed.
     number : int
-        Which of them it is.
+        Number of the mode among them.
     """
 
     speed: float
@@ -50,16 +50,16 @@ class StabilityOnset:
 
 
 def growth_of(modes: AnyModes) -> tuple[float, int]:
-    """Return the fastest growth of a mode (1/s, negative if all decay) and its number; rigid motions left out."""
+    """Return the fastest growth of a mode (1/s, negative if all decay) and its number; without rigid motions."""
     growths = np.where(modes.is_rigid, -np.inf, modes.eigenvalues.real)
     number = int(growths.argmax())
     return float(growths[number]), number
 
 
 def stability_onsets(of: Callable[[float], AnyModes], speeds: Vector) -> list[StabilityOnset]:
-    """Return where the fastest growth of all modes leaves or reaches zero, between some ascending speeds.
+    """Return the speeds at which the fastest growth of all modes leaves or reaches zero, between ascending speeds.
 
-    Growth of round-off counts as none: an undamped scene is stable up to where a mode grows.
+    Growth within round-off counts as zero: an undamped scene is stable as long as no mode grows.
     """
 
     def grows(speed: float) -> bool:
@@ -82,7 +82,7 @@ def stability_onsets(of: Callable[[float], AnyModes], speeds: Vector) -> list[St
 
 
 def _halved(grows: Callable[[float], bool], a: float, b: float, before: bool) -> float:
-    """Return where a scene that does not decay begins to grow."""
+    """Return the speed at which an undamped scene begins to grow, by bisection."""
     while b - a > DIGITS * max(abs(a), abs(b)):
         middle = 0.5 * (a + b)
         if middle in (a, b):
@@ -93,16 +93,16 @@ def _halved(grows: Callable[[float], bool], a: float, b: float, before: bool) ->
 
 @dataclass(frozen=True, eq=False)
 class StabilityMap:
-    """Over which speeds a scene is stable, for some values of a parameter; made by `stability_map`; ``print`` shows it.
+    """Ranges of speed in which a scene is stable over a parameter, from `stability_map`; ``print`` shows them.
 
     Attributes
     ----------
     speeds : ndarray, shape (S,)
-        Those that were looked at for each value, rad/s.
+        Speeds that were evaluated for each value, rad/s.
     values : ndarray, shape (P,)
-        Of the parameter.
+        Values of the parameter.
     growth : ndarray, shape (P, S)
-        Of the mode that grows fastest, 1/s; negative: all decay.
+        Growth of the fastest mode, 1/s; negative: all decay.
     onsets : tuple of tuples of StabilityOnset
         For each value the speeds at which a mode begins or ceases to grow, ascending.
     """
@@ -118,8 +118,8 @@ class StabilityMap:
             edges = [float(self.speeds[0]), *(one.speed for one in found), float(self.speeds[-1])]
             first_is_stable = found[0].begins if found else growth[0] <= 0.0
             kept = pairwise(edges[0 if first_is_stable else 1 :])
-            told = ", ".join(f"{a:.6g} to {b:.6g}" for i, (a, b) in enumerate(kept) if i % 2 == 0)
-            lines.append(f"{value:12.6g}  {told or 'none'}")
+            ranges = ", ".join(f"{a:.6g} to {b:.6g}" for i, (a, b) in enumerate(kept) if i % 2 == 0)
+            lines.append(f"{value:12.6g}  {ranges or 'none'}")
         return "\n".join(lines)
 
     @checked
@@ -130,7 +130,7 @@ class StabilityMap:
         ----------
         path : path, optional
         name : str
-            Of the parameter, for its axis.
+            Name of the parameter, for its axis.
 
         Raises
         ------

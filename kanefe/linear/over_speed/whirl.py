@@ -1,4 +1,4 @@
-"""Which way modes of a scene whirl about its axis of rotation: with it, against it, or neither."""
+"""Forward and backward whirl of modes about the axis of rotation of a scene."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ALONG = 1e-9
 
 
 def spin_axis(small: SmallMotions) -> Vector | None:
-    """Return the direction in N of the fastest spin of a body, a unit vector, None if nothing spins."""
+    """Return the direction in N of the fastest spin of a body, a unit vector; None if nothing spins."""
     frames = small.here.motions
     of_rotors = [body.rigid.rotor if body.rigid is not None else np.zeros(3) for body in small.model.bodies]
     for of_bodies in ([frame.w for frame in frames], of_rotors):
@@ -31,11 +31,11 @@ def spin_axis(small: SmallMotions) -> Vector | None:
 
 
 def whirl_of(modes: Modes) -> Vector:
-    """Return how much each mode whirls with the spin of its scene, -1 to 1, (modes,).
+    """Return the whirl of each mode relative to the spin of its scene, -1 to 1, (modes,).
 
-    1: all points move on circles about the axis of the fastest spin, in its sense (forward whirl); -1: against it
-    (backward); 0: on straight lines, or nothing spins. Between these it is the area of the orbits across the axis,
-    signed, of that of circles of the same mean square, weighted by mass.
+    1: all points move on circles about the axis of the fastest spin, in its sense (forward whirl); -1: in the opposite
+    sense (backward); 0: on straight lines, or nothing spins. In general it is the signed area of the orbits normal to
+    the axis, weighted by mass, relative to that of circles with the same mean square.
     """
     small = modes.linearisation.small
     axis = spin_axis(small)
@@ -52,7 +52,7 @@ def whirl_of(modes: Modes) -> Vector:
 
 
 def _points(modes: Modes) -> Iterator[tuple[float, np.ndarray]]:
-    """Yield, for each body, the mass (kg) of its points, all alike, and how they move in N, (points, modes, 3)."""
+    """Yield, for each body, the mass (kg) of each of its points, and their motion in N, (points, modes, 3)."""
     small = modes.linearisation.small
     frames = small.here.motions
     for body, frame in zip(small.model.bodies, frames, strict=True):
@@ -66,7 +66,7 @@ def _points(modes: Modes) -> Iterator[tuple[float, np.ndarray]]:
 
 
 def _inertia_points(mass: float, com: Vector, inertia: np.ndarray) -> np.ndarray:
-    """Return six points of equal mass that have the mass and inertia of a rigid body, in its frame, (6, 3)."""
+    """Return six points of equal mass with the mass and inertia of a rigid body, in its frame, (6, 3)."""
     second = 0.5 * np.trace(inertia) * np.eye(3) - inertia
     squares, axes = np.linalg.eigh(second)
     arms = axes * np.sqrt(3.0 * np.maximum(squares, 0.0) / mass)

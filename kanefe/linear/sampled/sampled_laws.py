@@ -1,4 +1,4 @@
-"""Sampled controllers about a rest: what their drives and their memory do as what they read changes a little."""
+"""Linearised sampled controllers: derivatives of their drives and memory by their readings and memory."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ NOTHING = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class LinearLaw:
-    """A controller about a rest: ``drives = K y + L m, m next = N y + P m`` of differences from there.
+    """A controller about a rest: ``drives = K y + L m, m next = N y + P m`` in deviations from the rest.
 
     Attributes
     ----------
@@ -41,9 +41,9 @@ class LinearLaw:
         At rest.
     K, L : ndarray, shape (d, r) and (d, m)
     N, P : ndarray, shape (m, r) and (m, m)
-        Of what it remembers, those numbers that reads change and that change drives.
+        For those numbers in its memory that readings change and that change drives.
     names : tuple of str
-        Of these numbers.
+        Names of these numbers.
     """
 
     controller: Controller
@@ -56,12 +56,12 @@ class LinearLaw:
 
 
 def linear_law(controller: Controller, t: float, reads: Vector) -> LinearLaw:
-    """Return a controller about what it reads at rest, at a time (s) that stands still.
+    """Linearise a controller about its readings at rest, at a fixed time (s).
 
     Raises
     ------
     ModelError
-        If it remembers what is no number, or elsewhere than in its memory.
+        If its memory contains anything but numbers, or it keeps data elsewhere.
     """
     label = f"controller {controller.name!r}"
     memory = _settled(controller, t, reads)
@@ -73,7 +73,7 @@ def linear_law(controller: Controller, t: float, reads: Vector) -> LinearLaw:
         after, values = _numbers_in(kept, label)
         if after != names:
             raise ModelError(
-                f"what {label} remembers changes its shape from call to call ({', '.join(set(after) ^ set(names))}). "
+                f"the memory of {label} changes its shape from call to call ({', '.join(set(after) ^ set(names))}). "
                 "Remedy: numbers and arrays of fixed shape in its memory"
             )
         return drives, values
@@ -103,7 +103,7 @@ def linear_law(controller: Controller, t: float, reads: Vector) -> LinearLaw:
 
 
 def _settled(controller: Controller, t: float, reads: Vector) -> dict[str, Any]:
-    """Return what a controller remembers after many samples at rest, at one time."""
+    """Return the memory of a controller after many samples at rest, at a fixed time."""
     label = f"controller {controller.name!r}"
     memory: dict[str, Any] = {}
     before = np.zeros(0)
@@ -142,7 +142,7 @@ def _differences(function: Callable[[Vector], Vector], at: Vector) -> Matrix:
 
 
 def _reached(P: Matrix, start: Matrix) -> np.ndarray:
-    """Return which numbers change, sooner or later, where those change whose rows in `start` are not zero."""
+    """Return which numbers change eventually if those with nonzero rows in `start` change."""
     found = np.any(start != 0.0, axis=1)
     for _ in range(len(P)):
         found = found | np.any(P[:, found] != 0.0, axis=1)

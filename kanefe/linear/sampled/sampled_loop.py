@@ -1,8 +1,8 @@
-"""Small motions of a scene with its sampled controllers: poles, stability and responses of the loop as it is sampled.
+"""Small motions of a scene with its sampled controllers: poles, stability and responses of the sampled loop.
 
-Between samples the scene moves by its continuous equations with the drives that are held, exactly by the exponential
-of its matrix; at samples the controllers read, remember and drive. Over one common period of all of them the states of
-the loop are multiplied by one matrix, whose eigenvalues are the poles. (Astrom & Wittenmark, Computer-Controlled
+Between samples the scene moves by its continuous equations with constant drives, which the matrix exponential solves
+exactly; at samples the controllers read, update their memory and drives. Over one common period the states of the loop
+are multiplied by one matrix, whose eigenvalues are the poles. (Astrom & Wittenmark, Computer-Controlled
 Systems, 3rd ed. 1997, chapters 2 and 4; for several rates the monodromy of a periodic system.)
 """
 
@@ -51,8 +51,8 @@ GROWTH = 1e-9
 """Distance of a pole outside the unit circle below which it counts as on the circle."""
 
 NEUTRAL = 1e-6
-"""Distance of a pole from 1, dimensionless, within which it is a motion without restoring force: double ones are found
-to the root of this."""
+"""Distance of a pole from 1, dimensionless, below which it is a motion without restoring force; double poles are
+accurate to the square root of round-off."""
 
 ROUND_OFF = 1e-11
 """Change relative to the largest change of the inputs that is round-off of differences."""
@@ -63,22 +63,22 @@ ROUNDS = 3
 
 @dataclass(frozen=True, eq=False)
 class SampledLoop:
-    """A scene with its sampled controllers beside a rest; made by `sampled_loop`; ``print`` shows its poles.
+    """Small motions of a scene with its sampled controllers, from `sampled_loop`; ``print`` shows the poles.
 
     Attributes
     ----------
     plant : Linearisation
-        Of the scene with the drives of the controllers held; its inputs and outputs are those asked for.
+        Of the scene with constant drives of the controllers; it has the requested inputs and outputs.
     period : float
         Common to all controllers, s.
     change : ndarray, shape (states, states)
-        Of the states of the loop from one period to the next, before the samples of each.
+        Matrix of the states of the loop from one period to the next, before the samples of each.
     state_names : tuple of str
-        Of the plant, then of each controller what it remembers, its drives, and its drives that do not act yet.
+        States of the plant, then of each controller its memory, its drives, and its drives that do not act yet.
     laws : tuple of LinearLaw
-        The controllers.
+        The linearised controllers.
     measured : ndarray, shape (outputs, states)
-        How the outputs of the plant change with the states of the loop.
+        Derivatives of the outputs of the plant by the states of the loop.
     """
 
     plant: Linearisation
@@ -97,13 +97,13 @@ class SampledLoop:
 
     @property
     def eigenvalues(self) -> np.ndarray:
-        """``log(z) / period``, 1/s, of those poles that are not zero; frequencies up to half of that of the period."""
+        """``log(z) / period``, 1/s, of the nonzero poles; frequencies up to half of that of the period."""
         z = self.poles[np.abs(self.poles) > GROWTH]
         return np.asarray(np.log(z) / self.period)
 
     @property
     def grows(self) -> np.ndarray:
-        """Whether each pole grows, shape (states,); motions that nothing resists, at z = 1, do not."""
+        """Whether each pole grows, shape (states,); motions without restoring force, at z = 1, do not."""
         return np.asarray((np.abs(self.poles) > 1.0 + GROWTH) & (np.abs(self.poles - 1.0) > NEUTRAL))
 
     @property
@@ -113,15 +113,15 @@ class SampledLoop:
 
     @property
     def growth(self) -> float:
-        """Factor by which the fastest motion grows in one period; below one: all decay."""
+        """Factor by which the fastest motion grows in one period; below one all motions decay."""
         return float(np.abs(self.poles[0]))
 
     @checked
     def frequency_response(self, frequencies: Sequence[float] | np.ndarray) -> FrequencyResponse:
-        """Return the response of the outputs of the plant in the loop to its inputs, which oscillate continuously.
+        """Return the response of the outputs in the loop to inputs that oscillate continuously.
 
-        The loop answers also at frequencies shifted by multiples of that of the period; what is told is the part of
-        each output at the frequency of the input, the mean over a period of ``y exp(-2 pi i f t)``.
+        The loop also responds at frequencies shifted by multiples of that of the period; the result is the part of each
+        output at the frequency of the input, the mean over a period of ``y exp(-2 pi i f t)``.
 
         Parameters
         ----------
@@ -131,21 +131,20 @@ class SampledLoop:
         Raises
         ------
         ModelError
-            If there are no inputs or outputs, a frequency makes no sense, or the loop grows.
+            If there are no inputs or outputs, a frequency is not valid, or the loop is unstable.
         """
         at = checked_frequencies(self.plant, frequencies)
         if not self.is_stable:
             raise ModelError(
-                f"the loop is not stable, it grows by {self.growth:.6g} in {self.period:g} s, and has no response that "
-                "stays. Remedy: smaller gains, or a shorter sampling interval"
+                f"the loop is not stable, it grows by {self.growth:.6g} in {self.period:g} s, and has no steady "
+                "response. Remedy: smaller gains, or a shorter sampling interval"
             )
         response = np.empty((len(at), len(self.plant.C), self.plant.B.shape[1]), dtype=complex)
         for i, f in enumerate(at):
             pushed, measured = self._through(float(f))
             states = len(self.change)
-            start = np.linalg.solve(
-                np.eye(states) - pushed[:, :states], pushed[:, states:]
-            )  # of amplitudes, which one period leaves as they are
+            # amplitudes that one period leaves unchanged
+            start = np.linalg.solve(np.eye(states) - pushed[:, :states], pushed[:, states:])
             response[i] = (measured[:, :states] @ start + measured[:, states:]) / self.period
         return FrequencyResponse(at, response, self.plant.output_names, self.plant.input_names)
 
@@ -172,8 +171,8 @@ class SampledLoop:
                 continue
             s = np.log(z) / self.period
             ratio = -100.0 * s.real / abs(s) if abs(s) * self.period > NEUTRAL else 0.0
-            told = "  (unstable)" if grows else ""
-            lines.append(f"{abs(z):10.6f}  {s.imag / (2.0 * np.pi):10.6g}  {ratio:11.4g}{told}")
+            note = "  (unstable)" if grows else ""
+            lines.append(f"{abs(z):10.6f}  {s.imag / (2.0 * np.pi):10.6g}  {ratio:11.4g}{note}")
         return "\n".join(lines)
 
 
@@ -190,16 +189,16 @@ def sampled_loop(
     Parameters
     ----------
     scene : System or Model
-        With controllers, see `kanefe.System.add_controller`. They are called at this one state and time only, many
-        times, with copies of their memory: beside what they read at rest, by differences.
+        With controllers, see `kanefe.System.add_controller`. They are called many times with copies of their memory, at
+        this time and with readings near those at rest, for differences.
     t : float, optional
-        s; default: the time of the state, or zero. Time stands still: what follows a target stays at that of t.
+        s; default: the time of the state, or zero. Time is fixed: targets keep their values at t.
     start : state, optional
-        As `kanefe.linearise` takes it; default: the start of the scene. Drives are those that the controllers give
+        As for `kanefe.linearise`; default: the start of the scene. The drives are those that the controllers return
         there.
     inputs, outputs : str, sequence or mapping of str, optional
-        As those of `kanefe.linearise`: disturbances and what is measured, for frequency responses. Default: none, and
-        free joint coordinates and speeds.
+        As for `kanefe.linearise`: disturbances and measurements, for frequency responses. Default: no inputs, and free
+        joint coordinates and speeds.
 
     Returns
     -------
@@ -208,13 +207,13 @@ def sampled_loop(
     Raises
     ------
     ModelError
-        If the scene has no controllers, they remember what is no number, or their times between samples have no common
-        multiple; else as `kanefe.linearise`.
+        If the scene has no controllers, their memory contains anything but numbers, or their sampling intervals have no
+        common multiple; else as `kanefe.linearise`.
 
     Warns
     -----
     UnsettledWarning
-        If the state is not in balance with the drives that the controllers give there.
+        If the state is not in balance with the drives of the controllers.
 
     Examples
     --------
@@ -234,7 +233,7 @@ def sampled_loop(
 
 
 def poles_in_words(model: Model, t: float, y: Vector) -> str | None:
-    """Return a description of the poles of a loop about a state in a run; None if none grows or they are not known."""
+    """Return a description of the fastest pole about a state in a run; None if none grows or poles are unknown."""
     try:
         loop = _about(model, t, y.copy(), (), ())
     except KanefeError:
@@ -269,7 +268,7 @@ def _about(model: Model, time: float, y: Vector, inputs: Named | None, outputs: 
 
 
 def _readers(model: Model, t: float) -> list[Callable[[Vector], Vector]]:
-    """Return, for each controller, what reads a state of a model at a time (s)."""
+    """Return, for each controller, the function of the state that reads its inputs at a time (s)."""
 
     def reads(controller: Controller) -> Callable[[Vector], Vector]:
         numbers_of = [reader(model, one) for one in controller.reads]
@@ -304,18 +303,18 @@ def _loop(
     ends = turned(laws, places, counts, size)
 
     def over_period(flow: Callable[[float], Matrix], more: int) -> Matrix:
-        """Return what a period does to the states of the loop, and to so many more that samples leave alone."""
+        """Return the transition over a period of the states of the loop, and of `more` that samples do not change."""
         total, at_once = np.eye(size + more), np.eye(size + more)
         for jump, span in zip(jumps, spans, strict=True):
-            read = min(jump.shape[1], size + more)  # without inputs nothing is read of them
+            read = min(jump.shape[1], size + more)  # without inputs there are no columns to read
             at_once[:size, :read] = jump[:, :read]
             total = flow(float(span)) @ at_once @ total
         return np.asarray(scipy.linalg.block_diag(ends, np.eye(more)) @ total)
 
     def through(f: float) -> tuple[Matrix, Matrix]:
-        """Return what a period does to complex amplitudes and to the integrals of outputs, inputs of unit amplitude.
+        """Return the transition over a period of complex amplitudes, and the integrals of outputs from them.
 
-        Amplitudes are ``x exp(-2 pi i f t)``: of the states of the loop, then of the inputs.
+        Amplitudes are ``x exp(-2 pi i f t)`` of the states of the loop, then unit ones of the inputs.
         """
         inputs, count = plant.B.shape[1], len(plant.C)
         kept = size + inputs
@@ -333,7 +332,7 @@ def _loop(
 
 
 def _read_inputs(plant: Linearisation, law: LinearLaw, driven: Directions) -> Matrix:
-    """Return how what a controller reads changes with the inputs, (reads, inputs): only accelerations do."""
+    """Return the derivatives of readings by the inputs, (reads, inputs): nonzero for accelerations only."""
     rows = np.zeros((len(law.controller.reads), driven.ddu.shape[1]))
     for row, reading in zip(rows, law.controller.reads, strict=True):
         if "acceleration" in reading.what and len(row):
@@ -346,14 +345,13 @@ def _read_inputs(plant: Linearisation, law: LinearLaw, driven: Directions) -> Ma
 def _names(plant: Linearisation, laws: Sequence[LinearLaw]) -> tuple[str, ...]:
     names = list(plant.state_names)
     for law in laws:
-        drives = law.controller.drives
-        late = late_samples(law)
-        names += [*law.names, *drives, *(f"{drive}, late {k + 1}" for k in range(late) for drive in drives)]
+        drives, late = law.controller.drives, range(late_samples(law))
+        names += [*law.names, *drives, *(f"{drive}, late {k + 1}" for k in late for drive in drives)]
     return tuple(names)
 
 
 def _pushed(plant: Linearisation, laws: Sequence[LinearLaw]) -> Directions:
-    """Return the accelerations by unit drives of all controllers: loads are linear in what is held."""
+    """Return the accelerations due to unit drives of all controllers, in which loads are linear."""
     model, t, n = plant.model, plant.time, plant.model.free_count
     columns = []
     for at in _held(plant, laws):
@@ -369,7 +367,7 @@ def _pushed(plant: Linearisation, laws: Sequence[LinearLaw]) -> Directions:
 
 
 def _held(plant: Linearisation, laws: Sequence[LinearLaw]) -> list[int]:
-    """Return where the drives of all controllers are in the state."""
+    """Return the places of the drives of all controllers in the state."""
     first = plant.model.coordinate_count + plant.model.free_count
     places = [plant.model.held[law.controller.name] for law in laws]
     return [first + i for held in places for i in range(held.start, held.stop)]
@@ -378,7 +376,7 @@ def _held(plant: Linearisation, laws: Sequence[LinearLaw]) -> list[int]:
 def _read_rows(
     plant: Linearisation, read: Callable[[Vector], Vector], acting: np.ndarray, laws: Sequence[LinearLaw], size: int
 ) -> Matrix:
-    """Return how what a controller reads changes with the states of the loop, (reads, states)."""
+    """Return the derivatives of the readings of a controller by the states of the loop, (reads, states)."""
     small, y = plant.small, plant.state
     z = plant.model.parts(y)[2]
     rows = np.zeros((len(read(y)), size))

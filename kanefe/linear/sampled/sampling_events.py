@@ -1,4 +1,4 @@
-"""What happens from one common period of sampled controllers to the next, as matrices over the states of the loop."""
+"""Events within a common period of sampled controllers, as matrices over the states of the loop."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from kanefe.frames import Matrix
 from kanefe.linear.sampled.sampled_laws import LinearLaw
 
 COMMON = 1e-9
-"""Relative tolerance for the ratio of two sampling intervals to be one of integers."""
+"""Relative tolerance within which the ratio of two sampling intervals is rational."""
 
 MOST_SAMPLES = 10_000
 """Largest number of samples in one common period."""
@@ -25,12 +25,12 @@ LARGEST = 1000
 
 
 class Places(NamedTuple):
-    """Where the states of a controller are among those of the loop.
+    """Places of the states of a controller among those of the loop.
 
     Attributes
     ----------
     memory, acting : slice
-        What it remembers, and its drives as they act.
+        Its memory, and its drives as they act.
     late : tuple of slice
         Its drives that do not act yet, by the number of the sample modulo their count.
     """
@@ -49,12 +49,12 @@ class SamplingTime(NamedTuple):
 
 
 def common_period(laws: Sequence[LinearLaw]) -> tuple[float, list[int]]:
-    """Return the time (s) after which all controllers are where they were, and how often each samples in it.
+    """Return the common period (s) of all controllers, and the number of samples of each in it.
 
     Raises
     ------
     ModelError
-        If there is no such time of at most 10,000 samples.
+        If there is no such period with at most 10,000 samples.
     """
     first = laws[0].controller
     ratios = []
@@ -81,12 +81,12 @@ def common_period(laws: Sequence[LinearLaw]) -> tuple[float, list[int]]:
 
 
 def late_samples(law: LinearLaw) -> int:
-    """Return of how many samples the drives of a controller do not act yet when the next one is due."""
+    """Return the number of samples whose drives do not act yet at the next sample."""
     return int(np.ceil(law.controller.delay / law.controller.every - COMMON))
 
 
 def places_of(laws: Sequence[LinearLaw], start: int) -> tuple[list[Places], int]:
-    """Return where the states of each controller are, from a number on, and how many states there are."""
+    """Return the places of the states of each controller, from `start` on, and the total number of states."""
     found, at = [], start
 
     def taken(count: int) -> slice:
@@ -102,7 +102,7 @@ def places_of(laws: Sequence[LinearLaw], start: int) -> tuple[list[Places], int]
 
 
 def instants_of(laws: Sequence[LinearLaw], period: float, counts: Sequence[int]) -> list[SamplingTime]:
-    """Return what happens in one period, in order."""
+    """Return the sampling times of one period, in order."""
     events: list[tuple[float, bool, int, int]] = []
     for i, (law, count) in enumerate(zip(laws, counts, strict=True)):
         every, delay = law.controller.every, law.controller.delay
@@ -131,10 +131,10 @@ def instants_of(laws: Sequence[LinearLaw], period: float, counts: Sequence[int])
 def change_at(
     instant: SamplingTime, laws: Sequence[LinearLaw], places: Sequence[Places], reads: Sequence[Matrix], size: int
 ) -> Matrix:
-    """Return what an instant does to the states of the loop, (states, states and inputs).
+    """Return the change of the states of the loop at an instant, (states, states and inputs).
 
-    Samples read the states as they were, drives of before included; `reads` are those of each controller over all
-    states and inputs.
+    Samples read the states before the instant, including the previous drives; `reads` are the derivatives of the
+    readings of each controller by all states and inputs.
     """
     change = np.eye(size, reads[0].shape[1])
     for i, k in instant.acts:
@@ -153,7 +153,7 @@ def change_at(
 
 
 def turned(laws: Sequence[LinearLaw], places: Sequence[Places], counts: Sequence[int], size: int) -> Matrix:
-    """Return the change of names after a period: drives that do not act yet belong to samples of the next one."""
+    """Return the renumbering after a period: drives that do not act yet belong to samples of the next period."""
     change = np.eye(size)
     for at, count in zip(places, counts, strict=True):
         for k in range(len(at.late)):
@@ -164,7 +164,7 @@ def turned(laws: Sequence[LinearLaw], places: Sequence[Places], counts: Sequence
 
 
 def flows(generator: Matrix, digits: float) -> Callable[[float], Matrix]:
-    """Return ``expm(generator t)`` as a function of the time t (s), made once for each up to some digits (s)."""
+    """Return ``expm(generator t)`` as a function of the time t (s), cached for times that agree within `digits` (s)."""
     known: dict[int, Matrix] = {}
 
     def flow(t: float) -> Matrix:

@@ -1,1 +1,1 @@
-"""Factors of loads at which a rest is lost: buckling, divergence and flutter."""
+"""Load factors at which a rest becomes unstable: buckling, divergence and flutter."""

@@ -1,4 +1,4 @@
-"""Buckling of a scene: the factors of its loads at which a motion is resisted no more, and the shapes of these motions.
+"""Buckling of a scene: load factors at which the stiffness along a motion vanishes, and the shapes of these motions.
 
     (K + factor dK) p = 0
 
@@ -30,27 +30,27 @@ if TYPE_CHECKING:
 SYMMETRIC = 1e-7
 """Asymmetry of the scaled dK, relative to its largest entry, that is round-off: differences leave about 1e-10."""
 
-FELT = 1e-9
+AFFECTED = 1e-9
 """Inverse of a load factor, relative to the largest, below which the loads do not affect a motion."""
 
 FAR = 0.1
-"""Displacement before buckling beyond which it is nonlinear, rad or scene lengths."""
+"""Displacement before buckling above which buckling is nonlinear, rad or scene lengths."""
 
 
 @dataclass(frozen=True, eq=False)
 class Buckling(Shapes):
-    """Factors of the loads at which a scene buckles, lowest first, and shapes; ``print`` shows a table.
+    """Load factors at which a scene buckles, lowest first, and shapes; ``print`` shows a table.
 
     Attributes
     ----------
     path : LoadPath
-        The scene at rest, and what is raised.
+        The scene at rest, and the raised loads.
     factors : ndarray, shape (k,)
-        Times the loads of the scene.
+        Multiples of the raised loads.
     vectors : ndarray, shape (p, k)
-        Over the independent coordinates; what moves farthest moves by one rad or one length of the scene.
+        Over the independent coordinates; the largest displacement is one rad or one scene length.
     reversed_factor : float
-        The lowest factor of the loads the other way round; inf: those do not buckle it.
+        The lowest factor for reversed loads; inf if those do not buckle the scene.
     """
 
     path: LoadPath
@@ -86,25 +86,25 @@ def buckling(
     t: float | None = None,
     start: Start = None,
 ) -> Buckling:
-    """Find the factors of a scene's loads at which it buckles, and how it does.
+    """Find the load factors at which a scene buckles, and the buckling shapes.
 
-    Linear: the stiffness at rest under what is kept, and its change as the loads are raised, in the loads and in the
-    displacement that goes with them. Flexible bodies need ``stiffening="full"``. A body of few modes buckles too late;
-    static shapes at loaded interfaces, or several bodies in a chain, take care of that.
+    Linear buckling: the stiffness at rest under the constant loads, and its change with the raised loads and with the
+    displacement that these cause. Flexible bodies need ``stiffening="full"``. With few modes of a body the factors are
+    too high; static shapes at loaded interfaces, or a chain of several bodies, improve them.
 
     Parameters
     ----------
     scene : System or Model
         At rest under its loads.
     loads : str or sequence of str, optional
-        What is raised in proportion: ``"gravity"``, and loads by the names that ``linearise(inputs="load ...")`` takes;
-        all else is kept as it is. Default: gravity and all loads that are no functions of the state.
+        Loads that are raised in proportion: ``"gravity"``, and loads by the names that ``linearise(inputs="load ...")``
+        takes; all others are constant. Default: gravity and all loads that do not depend on the state.
     count : int
-        How many factors at most.
+        Largest number of factors.
     t : float, optional
-        Time at which functions of time are taken, s; default: that of the start, or zero.
+        Time at which functions of time are evaluated, s; default: that of the start, or zero.
     start : state, optional
-        Where the search for the rest under what is kept begins, as `kanefe.System.simulate` takes it.
+        Where the search for the rest under the constant loads begins, as `kanefe.System.simulate` takes it.
 
     Returns
     -------
@@ -113,15 +113,16 @@ def buckling(
     Raises
     ------
     ModelError
-        If a flexible body has no geometric stiffness, nothing is raised, the scene is not held or not stable under what
-        is kept, or loads have no potential, such as forces that follow: `kanefe.stability_limit` is for those.
+        If a flexible body has no geometric stiffness, no load is raised, the scene is not held or not stable under the
+        constant loads, or loads have no potential, such as follower forces, for which there is
+        `kanefe.stability_limit`.
     SimulationError
-        If there is no rest under what is kept.
+        If there is no rest under the constant loads.
 
     Warns
     -----
     AccuracyWarning
-        If the scene moves far before it buckles, so that linear factors mean little.
+        If the displacement before buckling is large, so that linear factors are inaccurate.
 
     Examples
     --------
@@ -143,8 +144,8 @@ def buckling(
     # from L^-1 dK L^-T, K = L L^T: factors are minus the inverse of its eigenvalues
     inverse = np.linalg.inv(np.linalg.cholesky(0.5 * (K + K.T)))
     values, vectors = np.linalg.eigh(inverse @ (0.5 * (dK + dK.T)) @ inverse.T)
-    felt = FELT * np.abs(values).max(initial=0.0)
-    softens, stiffens = values < -felt, values > felt
+    least = AFFECTED * np.abs(values).max(initial=0.0)
+    softens, stiffens = values < -least, values > least
     order = np.flatnonzero(softens)[:count]
     found = scale[:, None] * (inverse.T @ vectors[:, order])
     sizes = np.array([path.moved_by(z) for z in path.along(found).T])
@@ -162,10 +163,10 @@ def buckling(
 def _check_symmetric(path: LoadPath, dK: Matrix) -> None:
     size = np.abs(dK).max(initial=0.0)
     if np.abs(dK - dK.T).max(initial=0.0) > SYMMETRIC * max(size, 1.0e-300):
-        which = " and ".join(path.turning) or "what is raised"
+        which = " and ".join(path.turning) or "a raised load"
         raise ModelError(
-            f"buckling: {which} has no potential (it turns with what it acts on, or is a torque about a fixed axis), "
-            "and what such a load does first may be flutter, which no static shape tells. Remedy: "
+            f"buckling: {which} has no potential (it turns with its body, or is a torque about a fixed axis), and such "
+            "a load may first cause flutter, which static buckling does not show. Remedy: "
             "kanefe.stability_limit(scene)"
         )
 

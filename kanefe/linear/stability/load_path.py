@@ -1,11 +1,11 @@
-"""How the stiffness of a scene changes as its loads are raised in proportion: what buckling and flutter are read from.
+"""The change of the stiffness of a scene with proportionally raised loads, for buckling and flutter.
 
 At rest under ``kept loads + factor x raised loads``, to first order in the factor,
 
     K(factor) = K + factor dK,    dK = dK/df + (dK/dq) dq/df,    dq/df = K^-1 df
 
-K is the tangent stiffness of the scene at rest under what is kept, df the generalised forces of what is raised. Both
-parts of dK come at once, from stiffnesses of the scene itself with its loads raised a little and moved as they move it.
+K is the tangent stiffness of the scene at rest under the kept loads, df the generalised forces of the raised loads.
+Both parts of dK are found together, by differences of the stiffness with slightly raised loads and their displacement.
 (Zienkiewicz & Taylor, The Finite Element Method, vol. 2, on linearised buckling.)
 """
 
@@ -22,10 +22,11 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.loop_closure import project_positions
+from kanefe.linear.equilibrium.balance import step_length
 from kanefe.linear.equilibrium.equilibria import balanced
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.state import Freezable, check_no_rigid_contacts, model_in_state
-from kanefe.linear.tangents import DIFFERENCE_STEP, difference, tangent_names, tangent_steps
+from kanefe.linear.tangents import difference, tangent_names, tangent_steps
 from kanefe.loads.functions import Constant
 from kanefe.tree.load_names import named_loads
 from kanefe.tree.stiffening_check import unstiffened
@@ -41,22 +42,22 @@ RESISTED = 1e-11
 
 @dataclass(frozen=True, eq=False)
 class LoadPath:
-    """A scene at rest, and what its loads do to its stiffness; over its independent coordinates p.
+    """A scene at rest, and the change of its stiffness with the loads, over its independent coordinates p.
 
     Attributes
     ----------
     small : SmallMotions
-        At rest under what is kept.
+        At rest under the kept loads.
     raised, kept : tuple of str
         Names of loads.
     turning : tuple of str
-        Names of the raised loads that may have no potential: those that follow, and torques.
+        Names of the raised loads that may have no potential: follower forces and torques.
     M, C, K : ndarray, shape (p, p)
         Mass, factor of the rates, and stiffness.
     dK : ndarray, shape (p, p)
         Change of the stiffness with the factor of the loads.
     displacement : ndarray, shape (free,)
-        Change of the tangents with it.
+        Change of the tangents with the factor.
     """
 
     small: SmallMotions
@@ -74,10 +75,8 @@ class LoadPath:
         return np.asarray(self.small.positions.N @ p)
 
     def moved_by(self, tangent: Vector) -> float:
-        """Return how far a tangent goes where it goes farthest, in rad or scene lengths."""
-        if not tangent.any():
-            return 0.0
-        return DIFFERENCE_STEP / float(tangent_steps(self.small.model, tangent[:, None])[0])
+        """Return the largest displacement along a tangent, in rad or scene lengths."""
+        return step_length(self.small.model, tangent)
 
     def __str__(self) -> str:
         kept = f"; kept: {', '.join(self.kept)}" if self.kept else ""
@@ -87,7 +86,7 @@ class LoadPath:
 def load_path(
     scene: Freezable | Model, t: float | None, start: Start, loads: str | Sequence[str] | None, what: str
 ) -> LoadPath:
-    """Return what loads do to the stiffness of a scene at rest; a ModelError names what cannot be served."""
+    """Return the change of the stiffness of a scene at rest with its loads; a ModelError names unsupported input."""
     model, time, q, _ = model_in_state(scene, t, start, what)
     check_no_rigid_contacts(model, what)
     raised, kept = _chosen(model, time, loads, what)
@@ -112,7 +111,7 @@ def load_path(
     first = difference(stiffness, min(reach, 1.0))
     scale = 1.0 / np.sqrt(np.diag(K))
     size = float(np.abs(first * np.outer(scale, scale)).max(initial=0.0))
-    # as far as the stiffness itself changes, so that its round-off does not count
+    # a step over which the stiffness changes by its own size, so that round-off is small
     dK = difference(stiffness, min(reach, 1.0 / size)) if size > 0.0 else first
     turning = tuple(name for name, load in raised.items() if load is not None and load.turns)
     return LoadPath(small, tuple(raised), kept, turning, M, C, K, dK, z)
@@ -181,8 +180,12 @@ def _size(model: Model, t: float, load: SceneLoad | None) -> float:
 
 
 def _scaled(model: Model, t: float, raised: dict[str, SceneLoad | None], factor: float) -> Model:
-    """Return the model with loads as they are at time t (s), times a factor."""
-    changed = {id(load): _times(load, t, factor) for load in raised.values() if load is not None}
+    """Return the model with the raised loads at time t (s) times a factor, and constant."""
+    changed: dict[int, Any] = {
+        id(load): replace(load, function=Constant(factor * load.value(t)))
+        for load in raised.values()
+        if load is not None
+    }
     bodies = tuple(
         replace(
             body,
@@ -196,12 +199,8 @@ def _scaled(model: Model, t: float, raised: dict[str, SceneLoad | None], factor:
     return replace(model, bodies=bodies, gravity=gravity)
 
 
-def _times(load: SceneLoad, t: float, factor: float) -> Any:
-    return replace(load, function=Constant(factor * load.value(t)))
-
-
 def _check_stiffening(model: Model, what: str) -> None:
-    """Raise a ModelError naming flexible bodies whose stiffness does not know what they carry."""
+    """Raise a ModelError for flexible bodies whose stiffness does not depend on their loads."""
     for body in model.bodies:
         if body.flexible is not None and body.flexible.body.moments.quadratic_first is None:
             raise ModelError(
@@ -216,7 +215,7 @@ def _check_stiffening(model: Model, what: str) -> None:
 
 
 def _check_resisted(small: SmallMotions, M: Matrix, K: Matrix, what: str) -> None:
-    """Raise a ModelError if the scene is not stable, or not held, under what is kept."""
+    """Raise a ModelError if the scene is not stable, or not held, under the kept loads."""
     scale = 1.0 / np.sqrt(np.maximum(np.diag(M), 1e-300))
     squares, vectors = np.linalg.eigh(0.5 * (K + K.T) * np.outer(scale, scale))
     least, largest = float(squares[0]), float(np.abs(squares).max())

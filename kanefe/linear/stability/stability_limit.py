@@ -1,10 +1,10 @@
-"""The factor of a scene's loads from which on its rest is not stable: divergence, or flutter by loads that follow.
+"""The load factor above which the rest of a scene is unstable: divergence, or flutter due to follower loads.
 
     M d2p/dt2 + C dp/dt + (K + factor dK) p = 0
 
-with what `kanefe.linear.stability.load_path` finds. A load without potential makes dK unsymmetric; two modes may meet
-and grow while the scene is still stiff in every direction. (Bolotin, Nonconservative Problems of the Theory of Elastic
-Stability, 1963.)
+with the matrices of `kanefe.linear.stability.load_path`. A load without potential makes dK unsymmetric; two modes may
+merge and grow while the stiffness is still positive in every direction. (Bolotin, Nonconservative Problems of the
+Theory of Elastic Stability, 1963.)
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from kanefe.linear.state import Freezable
 
 GROWS = 1e-9
-"""Growth of a mode, relative to its eigenvalue, from which it counts: smaller ones are round-off next to eigenvalues
-1e5 times as large."""
+"""Growth of a mode, relative to its eigenvalue, above which it counts: smaller growth may be round-off of eigenvalues
+that are 1e5 times as large."""
 
 FARTHER = 1.05
 """Ratio of successive load factors that are examined."""
@@ -45,20 +45,20 @@ DIGITS = 1e-10
 
 @dataclass(frozen=True, eq=False)
 class StabilityLimit(Shapes):
-    """Factor of the loads beyond which a scene at rest is not stable, and how it leaves; ``print`` shows it.
+    """Load factor above which a scene at rest is unstable, and the growing motion; ``print`` shows them.
 
     Attributes
     ----------
     path : LoadPath
-        The scene at rest, and what is raised.
+        The scene at rest, and the raised loads.
     factor : float
-        Times the loads of the scene; inf: stable up to `looked_at`.
+        Multiple of the raised loads; inf: stable up to `looked_at`.
     eigenvalue : complex
-        Of the motion that begins to grow there, 1/s: zero of a divergence, i 2 pi f of flutter with the frequency f.
+        Of the motion that begins to grow there, 1/s: zero for divergence, i 2 pi f for flutter with the frequency f.
     vector : ndarray of complex, shape (p, 1) or (p, 0)
-        Its shape over the independent coordinates; what moves farthest moves by one rad or one length of the scene.
+        Its shape over the independent coordinates; the largest displacement is one rad or one scene length.
     looked_at : float
-        The largest factor that was looked at.
+        The largest factor that was examined.
     """
 
     path: LoadPath
@@ -102,25 +102,25 @@ def stability_limit(
     t: float | None = None,
     start: Start = None,
 ) -> StabilityLimit:
-    """Find the factor of a scene's loads from which on its rest is not stable: divergence, or flutter.
+    """Find the load factor above which the rest of a scene is unstable: divergence, or flutter.
 
-    For loads that follow what they act on, where `buckling` does not serve. Linear in the factor, as `buckling` is;
-    damping counts, and little of it may lower the limit. Factors are looked at in steps of 5 %, and between the first
-    two that differ the limit is found by halving: a narrower window of instability is not seen.
+    For follower loads, to which `buckling` does not apply. Linear in the factor, as `buckling`; damping is included,
+    and small damping may lower the limit. Factors are examined in steps of 5 %, and the limit between the first two
+    that differ is found by bisection: a narrower window of instability is not detected.
 
     Parameters
     ----------
     scene : System or Model
         At rest under its loads.
     loads, t, start
-        As `buckling` takes them.
+        As for `buckling`.
     up_to : float, optional
-        The largest factor to look at; default: 10,000 times the load that could make a divergence at the earliest.
+        The largest factor to examine; default: 10,000 times the lowest factor at which divergence is possible.
 
     Raises
     ------
     ModelError, SimulationError
-        As `buckling` does, but for loads without potential.
+        As `buckling`, but not for loads without potential.
 
     Examples
     --------
@@ -140,7 +140,7 @@ def stability_limit(
     path = load_path(scene, t, start, loads, "stability_limit")
     scale = 1.0 / np.sqrt(np.diag(path.K))
     K, dK = (X * np.outer(scale, scale) for X in (path.K, path.dK))
-    # up to here K + factor dK has no zero
+    # up to this factor K + factor dK is positive definite
     first = float(np.linalg.eigvalsh(0.5 * (K + K.T))[0]) / max(float(np.linalg.norm(dK, 2)), 1e-300)
     last = FARTHEST * first
     if up_to is not None:
@@ -150,8 +150,8 @@ def stability_limit(
         last = float(given)
     if _growing(path, 0.0) is not None:
         raise ModelError(
-            "stability_limit: a motion grows even without the loads that are raised: something drives it. Remedy: "
-            "linearise(scene).modes() tells which"
+            "stability_limit: a motion grows even without the raised loads. Remedy: linearise(scene).modes() shows "
+            "which one"
         )
     below, above, found = 0.0, min(first, last), None
     while True:
@@ -176,13 +176,13 @@ def stability_limit(
 
 
 def _growing(path: LoadPath, factor: float) -> tuple[complex, np.ndarray] | None:
-    """Return eigenvalue and shape of the motion that grows most at a factor; None: none grows."""
+    """Return eigenvalue and shape of the motion that grows most at a factor; None if none grows."""
     p = len(path.K)
     rates = np.linalg.solve(path.M, np.hstack((path.K + factor * path.dK, path.C)))
     A = np.block([[np.zeros((p, p)), np.eye(p)], [-rates[:, :p], -rates[:, p:]]])
     values, vectors = eigenpairs(A, rate_weights(A, p))
     shares = values.real / np.maximum(np.abs(values), 1e-300)
-    # of a mode at rest, with an eigenvalue of round-off, the share means nothing
+    # the ratio is meaningless for eigenvalues of round-off
     noise = 1e-13 * np.abs(values).max(initial=0.0)
     shares = np.where(np.abs(values.real) > noise, shares, 0.0)
     worst = int(shares.argmax())

@@ -1,1 +1,1 @@
-"""Statistics of the runs of a study: reducers, maxima, operability, and its page."""
+"""Statistics of the runs of a study: reducers, maxima, operability, and its report."""

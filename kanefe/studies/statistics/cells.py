@@ -1,4 +1,4 @@
-"""Cells of a map: the maxima of all runs that differ by chance alone, against a limit."""
+"""Cells of a map: the maxima of all runs that differ only by random seeds, relative to a limit."""
 
 from __future__ import annotations
 
@@ -12,33 +12,33 @@ from kanefe.errors import ModelError
 from kanefe.studies.statistics.gumbel import GumbelFit
 
 LEAST_SPREAD = 5
-"""Least number of different maxima for a fit: if most runs give the same value, such as no slip, there is no law of
-extremes."""
+"""Smallest number of different maxima for a fit: if most runs give the same value, such as no slip, an extreme-value
+distribution does not apply."""
 
 SAME_DIGITS = 9
-"""Number of digits, relative to the largest maximum, in which two are equal: values limited by friction differ by
-round-off."""
+"""Number of digits, relative to the largest maximum, within which two are equal: values limited by friction differ
+only by round-off."""
 
 
 @dataclass(frozen=True)
 class Cell:
-    """One cell of the map: one combination of the parameters that are no seeds.
+    """One cell of the map: one combination of the parameters that are not seeds.
 
     Attributes
     ----------
     parameters : dict
     runs : int
-        With this output.
+        Number of runs with this output.
     failed : int
-        Without.
+        Number of runs without it.
     exceeded : int
         Runs above the limit.
     probability : float
         Share of the runs above the limit.
     band : (float, float)
-        Of that share, by Clopper and Pearson: exact for any number of runs.
+        Confidence interval of that share by Clopper and Pearson, exact for any number of runs.
     fit : GumbelFit or None
-        None where there are too few different maxima.
+        None if there are too few different maxima.
     mean, highest : float
         Of the maxima.
     """
@@ -55,7 +55,7 @@ class Cell:
 
 
 def cell_of(parameters: dict[str, Any], values: list[Any], limit: float, band: float) -> Cell:
-    """Return the cell of some maxima, None of those that failed."""
+    """Return the cell of some maxima, None for failed runs."""
     numbers = [value for value in values if isinstance(value, (int, float)) and math.isfinite(value)]
     if any(isinstance(value, (str, list)) for value in values):
         raise ModelError("operability needs outputs that are numbers: the maximum of each run")
@@ -77,7 +77,7 @@ def cell_of(parameters: dict[str, Any], values: list[Any], limit: float, band: f
 
 
 def share_band(hits: int, count: int, band: float) -> tuple[float, float]:
-    """Return the band of Clopper and Pearson of a share."""
+    """Return the confidence interval of a share by Clopper and Pearson."""
     if count == 0:
         return 0.0, 1.0
     from scipy.stats import beta

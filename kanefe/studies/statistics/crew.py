@@ -1,4 +1,4 @@
-"""Motion-induced interruptions: how often a person on a deck has to hold on, after Graham."""
+"""Motion-induced interruptions: the rate at which a person on a deck loses balance, after Graham."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class Interruptions:
 
     def __call__(self, result: Result) -> dict[str, float]:
         """Return rates of a run by name, 1/min."""
-        felt, times = self._felt(result)
-        if felt[:, 2].min() <= 0.0:
-            raise ModelError(f"{self.body!r} falls as fast as a person on it at times. Remedy: its z axis is up")
+        apparent, times = self._apparent_gravity(result)
+        if apparent[:, 2].min() <= 0.0:
+            raise ModelError(f"the apparent gravity on {self.body!r} is not always downward. Remedy: its z axis upward")
         span = float(times[-1] - times[0]) / 60.0
-        shares = {name: felt[:, AXES[name]] / felt[:, 2] for name in self.limits}
+        shares = {name: apparent[:, AXES[name]] / apparent[:, 2] for name in self.limits}
         most = np.max([np.abs(shares[name]) / limit for name, limit in self.limits.items()], axis=0)
         found = {
             f"{self.name} tipping": _rises(most - 1.0) / span,
@@ -42,12 +42,12 @@ class Interruptions:
             ),
         }
         if self.sliding is not None:
-            along = np.hypot(felt[:, 0], felt[:, 1]) / felt[:, 2]
+            along = np.hypot(apparent[:, 0], apparent[:, 1]) / apparent[:, 2]
             found[f"{self.name} sliding"] = _rises(along - self.sliding) / span
         return found
 
-    def _felt(self, result: Result) -> tuple[np.ndarray, Vector]:
-        """Return the apparent gravity at the point, upward, in axes of the body, m/s2, and when."""
+    def _apparent_gravity(self, result: Result) -> tuple[np.ndarray, Vector]:
+        """Return the apparent gravity at the point, reversed, in axes of the body, m/s2, and the times, s."""
         if result.run is None:
             raise ModelError("interruptions need the gravity of a scene, which a result from a file does not have")
         shown = result.times >= self.after
@@ -57,8 +57,8 @@ class Interruptions:
         w, dw = result.angular_velocity(self.body)[shown], result.angular_acceleration(self.body)[shown]
         at = np.broadcast_to(self.at, w.shape)
         origin = result.acceleration(self.body)[shown] - result.run.model.gravity
-        felt = np.einsum("tji,tj->ti", axes, origin) + np.cross(dw, at) + np.cross(w, np.cross(w, at))
-        return felt, result.times[shown]
+        apparent = np.einsum("tji,tj->ti", axes, origin) + np.cross(dw, at) + np.cross(w, np.cross(w, at))
+        return apparent, result.times[shown]
 
 
 @checked
@@ -74,32 +74,32 @@ def interruptions(
 ) -> Interruptions:
     """Return a reducer to the rates (1/min) at which a person who stands on a deck tips or slides.
 
-    A person tips where what is felt across, over what is felt as weight, passes half the stance over the height of the
-    centre of mass (Graham, "Motion-induced interruptions as ship operability criteria", Naval Engineers Journal 102,
-    1990), and slides where it passes the friction of shoes. Weight and accelerations are those of the point, exactly;
-    what the turning of the person's own body adds is left out. Counted at the output times, of which there should be
-    five or more a second; by Rice as of a Gaussian process with the run's mean, deviation and zero crossings, which
-    tells rates of events that a run is too short for.
+    A person tips when the ratio of the apparent lateral to the apparent vertical gravity exceeds half the stance over
+    the height of the centre of mass (Graham, "Motion-induced interruptions as ship operability criteria", Naval
+    Engineers Journal 102, 1990), and slides when it exceeds the friction coefficient of shoes. The accelerations are
+    exactly those of the point; the rotational inertia of the person is neglected. Events are counted at the output
+    times, of which there should be at least five per second. By Rice, the rate is that of a Gaussian process with the
+    mean, deviation and mean crossings of the run, also for events that are too rare for one run.
 
     Parameters
     ----------
     body : str
-        Whose axes are x forward, y to port, z up: the deck.
+        The deck, with axes x forward, y to port, z up.
     at : array_like, shape (3,)
-        The place, in axes of the body, m: of the person's centre of mass.
+        Position of the person's centre of mass in axes of the body, m.
     lateral, longitudinal : float
         Limits of tipping.
     sliding : float, optional
-        Friction of shoes; None: sliding is not counted.
+        Friction coefficient of shoes; None: sliding is not counted.
     after : float
-        Time from which it counts, s: after the ramp of a sea.
+        Time from which events count, s, such as after the ramp of a sea.
     name : str
-        Of the outputs: "crew tipping", "crew tipping by Rice", "crew sliding".
+        Prefix of the outputs: "crew tipping", "crew tipping by Rice", "crew sliding".
 
     Raises
     ------
     ModelError
-        If an argument makes no sense; when it is called, if the run has no such body, or its z axis is not up.
+        If an argument is not valid; when called, if the run has no such body, or its z axis is not upward.
 
     Examples
     --------
@@ -116,12 +116,12 @@ def interruptions(
 
 
 def _rises(values: Vector) -> int:
-    """Return how often a record rises above zero."""
+    """Return the number of upward zero crossings of a record."""
     return int(np.count_nonzero((values[1:] > 0.0) & (values[:-1] <= 0.0)))
 
 
 def _rate_by_rice(values: Vector, times: Vector, limit: float) -> float:
-    """Return the rate (1/min) at which a Gaussian process like a record passes a limit, either side."""
+    """Return the rate (1/min) at which a Gaussian process with the statistics of a record exceeds +-limit."""
     mean, deviation = float(values.mean()), float(values.std())
     if deviation == 0.0:
         return 0.0

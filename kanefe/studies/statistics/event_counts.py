@@ -1,4 +1,4 @@
-"""How often something happened in a run: a skid slipped or lifted, a lashing broke, an aircraft toppled."""
+"""Counts of events in a run: a skid slipped or lifted, a lashing broke, an aircraft toppled."""
 
 from __future__ import annotations
 
@@ -31,22 +31,22 @@ class EventCounts:
 
 
 def events(*, after: float = 0.0, **patterns: str) -> EventCounts:
-    """Return a reducer to how many events of a run have names like some patterns.
+    """Return a reducer to the numbers of events whose names match patterns.
 
-    With a limit of zero, ``table.operability`` tells how probable it is that there is one: that something slips, lifts
-    or breaks, or does what an event of ``simulate={"events": ...}`` looks at, such as the angle at which it topples.
+    With a limit of zero, ``table.operability`` estimates the probability of at least one event: that something slips,
+    lifts or breaks, or an event of ``simulate={"events": ...}``, such as an angle at which it topples.
 
     Parameters
     ----------
     after : float
-        Time from which they count, s: after the ramp of a sea.
+        Time from which events count, s, such as after the ramp of a sea.
     **patterns : str
-        By name of the output, the name of an event, in which ``*`` stands for anything.
+        Names of events, in which ``*`` matches anything, by name of the output.
 
     Raises
     ------
     ModelError
-        If an argument makes no sense; when it is called, if the run knows no such event.
+        If an argument is not valid; when called, if the run has no such event.
 
     Examples
     --------

@@ -1,10 +1,10 @@
-"""Gumbel's law fitted to maxima, with bands that hold for few of them too.
+"""Gumbel distribution fitted to maxima, with confidence intervals that are also valid for few maxima.
 
-``F(x) = exp(-exp(-(x - mu) / sigma))`` is the law of the largest of many (block maxima). Parameters are those of
-maximum likelihood, as ``scipy.stats.gumbel_r.fit`` finds them. The law has a place and a scale only, so that what the
-fit misses, ``(x_p - mu^) / sigma^``, has a distribution that hangs on the number of maxima alone: it is sampled once,
-with a fixed seed, and gives bands of the right coverage at ten maxima as at a thousand. (Lawless, Statistical Models
-and Methods for Lifetime Data, on pivotal quantities of extreme-value laws.)
+``F(x) = exp(-exp(-(x - mu) / sigma))`` is the distribution of block maxima. The parameters are those of maximum
+likelihood, as ``scipy.stats.gumbel_r.fit`` finds them. It is a location-scale family, so that the distribution of the
+pivot ``(x_p - mu^) / sigma^`` depends on the number of maxima only: it is sampled once, with a fixed seed, and gives
+intervals with the nominal coverage for ten maxima as for a thousand. (Lawless, Statistical Models and Methods for
+Lifetime Data, on pivotal quantities of extreme-value distributions.)
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ LEAST = 3
 """Number of maxima below which nothing is fitted."""
 
 SAMPLES = 4000
-"""Number of fits for the confidence bands: their ends are within 1 % of the nominal probability."""
+"""Number of samples for the confidence intervals: their ends are within 1 % of the nominal probability."""
 
 ITERATIONS = 60
 """Largest number of iterations of Newton's method for the scale; it takes 5 to 10."""
@@ -30,7 +30,7 @@ ITERATIONS = 60
 
 @dataclass(frozen=True)
 class GumbelFit:
-    """Gumbel's law of some maxima.
+    """Gumbel distribution of some maxima.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class GumbelFit:
     scale : float
         sigma.
     count : int
-        Of maxima.
+        Number of maxima.
 
     Examples
     --------
@@ -57,7 +57,7 @@ class GumbelFit:
 
     @classmethod
     def of(cls, maxima: np.ndarray) -> GumbelFit:
-        """Return the most probable law of some maxima, shape (n,).
+        """Return the fit to some maxima, shape (n,), by maximum likelihood.
 
         Raises
         ------
@@ -77,12 +77,12 @@ class GumbelFit:
 
     @checked
     def quantile(self, probability: float) -> float:
-        """Return the value below which a maximum stays with some probability."""
+        """Return the value that a maximum does not exceed with some probability."""
         return self.location + self.scale * _reduced(probability)
 
     @checked
     def quantile_band(self, probability: float, band: float = 0.9) -> tuple[float, float]:
-        """Return the confidence band of a quantile."""
+        """Return the confidence interval of a quantile."""
         mu, sigma = _fits_of_standard(self.count)
         pivot = (_reduced(probability) - mu) / sigma
         low, high = np.quantile(pivot, _ends(band))
@@ -95,7 +95,7 @@ class GumbelFit:
 
     @checked
     def exceedance_band(self, limit: float, band: float = 0.9) -> tuple[float, float]:
-        """Return the confidence band of that probability."""
+        """Return the confidence interval of that probability."""
         mu, sigma = _fits_of_standard(self.count)
         reduced = mu + sigma * (limit - self.location) / self.scale
         low, high = np.quantile(reduced, _ends(band))
@@ -125,7 +125,7 @@ def _fitted(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     low, spread = x.min(axis=1, keepdims=True), x.std(axis=1, keepdims=True)
     z = (x - low) / spread
     mean = z.mean(axis=1)
-    s = np.full(len(z), np.sqrt(6.0) / np.pi)  # by the moments
+    s = np.full(len(z), np.sqrt(6.0) / np.pi)  # from the moments of the distribution
     for _ in range(ITERATIONS):
         w = np.exp(-z / s[:, None])
         total, first, second = w.sum(axis=1), (z * w).sum(axis=1), (z * z * w).sum(axis=1)
@@ -141,7 +141,7 @@ def _fitted(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 @lru_cache(maxsize=64)
 def _fits_of_standard(count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the fits of many samples of the standard law, each of so many maxima."""
+    """Return the fits to many samples of the standard distribution, each of `count` maxima."""
     generator = np.random.default_rng(20260101)
-    parts = [_fitted(generator.gumbel(size=(SAMPLES // 10, count))) for _ in range(10)]  # 10: to spare memory
+    parts = [_fitted(generator.gumbel(size=(SAMPLES // 10, count))) for _ in range(10)]  # in ten parts to save memory
     return np.concatenate([mu for mu, _ in parts]), np.concatenate([sigma for _, sigma in parts])

@@ -1,4 +1,4 @@
-"""How often limits are passed: by counting, and by Gumbel's law of the maxima; as a table, a polar picture, a page."""
+"""Probabilities of exceeding limits, by counting and by Gumbel fits; as a table, a polar plot and a report."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Operability:
-    """How often limits are passed, cell by cell.
+    """Probabilities of exceeding limits, cell by cell.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class Operability:
     cells : dict of str to tuple of Cell
         By output, in the order of the cases.
     band : float
-        Probability of the bands.
+        Probability of the confidence intervals.
     about : dict
         Header of the study.
 
@@ -52,7 +52,7 @@ class Operability:
         return str(self.report())
 
     def rows(self) -> list[dict[str, Any]]:
-        """Return a dict for each cell of each output: its parameters and all numbers, not a number without a fit."""
+        """Return a dict for each cell of each output: its parameters and all numbers, NaN without a fit."""
         return [self._row(output, cell) for output, cells in self.cells.items() for cell in cells]
 
     def frame(self) -> Any:
@@ -63,7 +63,7 @@ class Operability:
         return frame_of({"case": list(range(len(rows))), **{n: [row[n] for row in rows] for n in rows[0]}})
 
     def governing(self) -> list[tuple[dict[str, Any], str, float]]:
-        """Return for each cell which limit is passed most often, and with what probability."""
+        """Return for each cell its parameters, the limit that is exceeded most often, and the probability."""
         found = []
         for cells in zip(*self.cells.values(), strict=True):
             worst = max(range(len(cells)), key=lambda j: cells[j].probability)
@@ -79,20 +79,20 @@ class Operability:
         output: str | None = None,
         path: str | Path | None = None,
     ) -> Figure:
-        """Draw the probability that a limit is passed in a polar picture, and return matplotlib's figure.
+        """Draw the probability that a limit is exceeded in a polar plot, and return matplotlib's figure.
 
-        Ahead is up, and angles run to port (to the left), as `heading_deg` of a ship does.
+        Ahead is up, and angles increase to port (to the left), as `heading_deg` of a ship.
 
         Parameters
         ----------
         angle : str, optional
-            Parameter in degrees; default the first whose name ends in ``_deg``.
+            Parameter in degrees; default: the first whose name ends in ``_deg``.
         radius : str, optional
-            Parameter that runs outward; default the other one, if there is one.
+            Parameter of the rings; default: the other one, if there is one.
         output : str, optional
-            Which limit; default a picture of each.
+            The output of a limit; default: a plot of each.
         path : path, optional
-            File to write (.png, .pdf, .svg); its folder is made.
+            File to write (.png, .pdf, .svg); its folder is created.
 
         Raises
         ------
@@ -118,14 +118,14 @@ class Operability:
         return polar_picture(maps, path)
 
     def report(self) -> Report:
-        """Return a report: what was run, what failed, and a table of each limit; ``to_html``, ``to_markdown``."""
+        """Return a report of the runs, the failures, and each limit, with ``to_html`` and ``to_markdown``."""
         from kanefe.studies.statistics.page import report_of
 
         return report_of(self.limits, self.cells, self.band, self.about, self.governing(), self._pictures)
 
     @checked
     def to_html(self, path: str | Path) -> Path:
-        """Write the report as one HTML page that holds its pictures; errors as of `plot`."""
+        """Write the report as one HTML page with its pictures embedded; errors as of `plot`."""
         return self.report().to_html(path)
 
     def _row(self, output: str, cell: Cell) -> dict[str, Any]:
@@ -160,7 +160,7 @@ class Operability:
         return output
 
     def _pictures(self) -> dict[str, bytes]:
-        """Return a polar picture (.png) of each output; none if the map has no angle, or too many parameters."""
+        """Return a polar plot (.png) of each output; none if there is no angle, or too many parameters."""
         try:
             self._axes(None, None)
         except ModelError:
@@ -186,7 +186,7 @@ class Operability:
         others = [name for name in rest if name != outward]
         if others:
             raise ModelError(
-                f"cells differ in {', '.join(others)} too, which a polar picture cannot show. Remedy: a study with one "
+                f"cells differ in {', '.join(others)} too, which a polar plot cannot show. Remedy: a study with one "
                 "value of it, or operability(over=(..., that))"
             )
         return around, outward
@@ -201,7 +201,7 @@ def operability(
     over: str | tuple[str, ...],
     band: float,
 ) -> Operability:
-    """Return what `StudyTable.operability` describes, of the columns of a table."""
+    """Return the result of `StudyTable.operability` from the columns of a table."""
     limits = _limits(limit, outputs)
     apart = (over,) if isinstance(over, str) else tuple(over)
     unknown = [name for name in apart if name not in parameters]

@@ -1,4 +1,4 @@
-"""The report page of a study: what was run, what failed, and how often each limit is passed."""
+"""The report of a study: its runs, its failures, and the probability of exceeding each limit."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from kanefe.documents.record_tables import record_tables
 from kanefe.studies.statistics.cells import Cell
 
 LEAST_SHARE = 1e-6
-"""Probability below which no digits are shown: no law fitted to tens of runs can resolve them."""
+"""Probability below which no digits are shown: no distribution fitted to tens of runs can resolve them."""
 
 Map = Mapping[str, tuple[Cell, ...]]
 
@@ -29,7 +29,7 @@ def report_of(
     Parameters
     ----------
     limits, cells, band, about, governing
-        Of the operability.
+        Data of the operability.
     draw : function
         Returns a picture (.png) of each output.
     """
@@ -51,7 +51,7 @@ def report_of(
     ]
     lost = sum(cell.failed for cell in next(iter(cells.values())))
     if lost:
-        blocks.append(Paragraph(f"{lost} runs failed and are left out of all that follows.", warning=True))
+        blocks.append(Paragraph(f"{lost} runs failed and are left out of the statistics.", warning=True))
     if about["counts"]["not run"]:
         blocks.append(Paragraph(f"{about['counts']['not run']} cases were not run yet.", warning=True))
     for output, own in cells.items():
@@ -85,9 +85,9 @@ def _section(output: str, limit: float, cells: tuple[Cell, ...], share: float) -
     return [
         Heading(_title(output, limit)),
         Paragraph(
-            "P: share of the runs whose maximum is above the limit, with its exact band. By fit: from Gumbel's law of "
-            "the maxima of a cell, where there are enough different ones; 90 %: what a maximum stays below in nine "
-            "runs of ten."
+            "P: share of the runs whose maximum is above the limit, with its exact confidence interval. By fit: from "
+            "the Gumbel distribution of the maxima of a cell, if enough of them differ; 90 %: the value that the "
+            "maximum of nine out of ten runs does not exceed."
         ),
         Table(header, rows),
     ]
@@ -143,7 +143,7 @@ def _three(value: float) -> str:
 
 
 def _short(value: float) -> str:
-    """Return two digits: what a band of tens of runs knows."""
+    """Return two digits, the accuracy that tens of runs allow."""
     return _share(float(f"{value:.2g}")) if value >= LEAST_SHARE or value == 0.0 else _share(value)
 
 

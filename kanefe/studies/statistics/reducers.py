@@ -1,6 +1,6 @@
-"""Reducers: numbers of a run, so that its histories need not be kept.
+"""Reducers: numbers of a run, so that its histories need not be stored.
 
-Each is a function of a `kanefe.Result` that gives a dict of numbers by name; `kanefe.Study` takes one or several.
+Each is a function of a `kanefe.Result` that returns a dict of numbers by name; `kanefe.Study` takes one or several.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Kind = Literal["absolute", "highest", "lowest"]
 
 @dataclass(frozen=True)
 class History:
-    """A quantity of a run over time, from a time on; see `peak`."""
+    """A quantity over the output times of a run after a time; see `peak`."""
 
     quantity: Quantity
     names: tuple[str, ...]
@@ -37,7 +37,7 @@ class History:
         Raises
         ------
         ModelError
-            If there is no such quantity or component, or nothing is stored after that time.
+            If there is no such quantity or component, or no output time after that time.
         """
         shown = result.times >= self.after
         if not shown.any():
@@ -141,25 +141,25 @@ def peak(
         A quantity such as "position" or "coupling_force" (as ``result.read`` takes it), or ``f(result)``, an array
         with the output times first.
     *names : str
-        Body and, where it applies, interface.
+        Body and, if the quantity has one, interface.
     component : str, optional
-        Such as "x", or "force x" of forces with moments. Default: each of them is an output.
+        Such as "x", or "force x" of forces with moments. Default: all components are outputs.
     kind : "absolute", "highest" or "lowest"
         The largest magnitude, the largest value, or the smallest.
     after : float
-        Time from which it counts, s: after the ramp of a sea, for instance.
+        Time from which values count, s, such as after the ramp of a sea.
     name : str, optional
-        Of the output, in place of one made from the arguments.
+        Name of the output; default: from the arguments.
 
     Returns
     -------
     function of a Result
-        Gives a dict of numbers.
+        It returns a dict of numbers.
 
     Raises
     ------
     ModelError
-        If an argument makes no sense; when it is called, if the run has no such quantity.
+        If an argument is not valid; when called, if the run has no such quantity.
 
     Examples
     --------
@@ -181,9 +181,9 @@ def exceedances(
     after: float = 0.0,
     name: str | None = None,
 ) -> Exceedances:
-    """Return a reducer to the rate (1/s) at which a quantity goes above a level, and the share of the time it is there.
+    """Return a reducer to the rate (1/s) of upcrossings of a level by a quantity, and its share of time above it.
 
-    Crossings between two output times are not seen. Other parameters and errors: `peak`.
+    Crossings between two output times are not detected. Other parameters and errors: `peak`.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ def spectrum(
     after: float = 0.0,
     name: str | None = None,
 ) -> HistorySpectrum:
-    """Return a reducer to the one-sided density of the variance of a quantity, by Welch's method (``scipy.signal``).
+    """Return a reducer to the one-sided spectral density of a quantity, by Welch's method (``scipy.signal``).
 
     The output is an array of values (unit2/Hz) at multiples of "spectrum step" (Hz), from zero. Other parameters and
     errors: `peak`.
@@ -214,7 +214,7 @@ def spectrum(
     Parameters
     ----------
     segment : float, optional
-        Length of the segments that are averaged, s; default an eighth of the record.
+        Length of the averaged segments, s; default: an eighth of the record.
 
     Examples
     --------
@@ -238,7 +238,7 @@ def _magnitude(values: np.ndarray) -> Any:
 
 
 def finite(value: Any, what: str) -> float:
-    """Return a number; a ModelError says what must be one."""
+    """Return a finite number; a ModelError names `what` otherwise."""
     if numbers(value).shape != () or not np.isfinite(numbers(value)):
         raise ModelError(f"{what} must be a finite number, not {value!r}")
     return float(value)

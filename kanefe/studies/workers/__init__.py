@@ -1,1 +1,1 @@
-"""How the cases of a study are run: blocks, pools, time limits."""
+"""Execution of the cases of a study: blocks, pools, time limits."""

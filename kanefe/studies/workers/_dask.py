@@ -9,11 +9,11 @@ On a cluster with Slurm, workers are jobs::
     cluster.scale(jobs=64)
     table = study.run(executor=Client(cluster), store="study/")
 
-Each job needs kanefe in the same version. Kernels come with the wheel, or each user prepares them on the machines of
-the workers (``kanefe prepare``): a folder that others may write is refused, since its files are run. What a study
-sends to its workers is a pickle, which is code: connect to schedulers that you trust. Jobs that end or are killed
-take no case with them: Dask hands their blocks to others. Rows come back to the process that asked, which alone
-writes the store.
+Each job needs the same version of kanefe. Kernels come with the wheel, or each user prepares them on the machines of
+the workers (``kanefe prepare``): a folder that others may write is refused, since its files are executed. A study sends
+pickles to its workers, which can contain code: connect to schedulers that you trust. If jobs end or are killed, no case
+is lost: Dask gives their blocks to other workers. Rows are returned to the calling process, which alone writes the
+store.
 """
 
 from __future__ import annotations
@@ -28,7 +28,6 @@ try:
     from distributed.scheduler import KilledWorker
 except ImportError as _error:
     raise MissingDependency("dask[distributed]", "Study.run", "pip install 'kanefe[study]'") from _error
-
 
 SECONDS_FOR_WORKERS = 120.0
 """Time that a cluster may take to start its first worker, as in the queue of Slurm, s."""
@@ -69,11 +68,11 @@ class DaskPool:
 
     @property
     def workers(self) -> int:
-        """How many blocks run at once now: workers come and go."""
+        """Present number of blocks that run at once, which may change."""
         return max(sum(self._client.ncores().values()), 1)
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Any:
-        """Return Dask's future; blocks with equal arguments are not one."""
+        """Return Dask's future; calls with equal arguments are not merged."""
         future = self._client.submit(function, *arguments, pure=False)
         self._futures.add(future)
         future.add_done_callback(self._futures.discard)
@@ -84,5 +83,5 @@ class DaskPool:
         return False
 
     def abandon(self) -> None:
-        """Take back what is in flight."""
+        """Cancel the running blocks."""
         self._client.cancel(list(self._futures))

@@ -1,4 +1,4 @@
-"""The warnings of a case, also where several run in threads of one process."""
+"""The warnings of a case, also if several cases run in threads of one process."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ _filters: Any = None
 
 
 class CaseWarnings:
-    """Collects the warnings of this thread; the others' go where they went.
+    """Collects the warnings of this thread; those of other threads are shown as before.
 
     Attributes
     ----------
     texts : list of str
-        Each warning once, as ``Category: text``, in the order in which they came. Those of files left open, which
-        depend on when the garbage collector comes by, go where they went.
+        Each warning once, as ``Category: text``, in order. Warnings of unclosed files, which depend on the garbage
+        collector, are shown as before.
 
     Examples
     --------
-    >>> with Told() as told:
+    >>> with CaseWarnings() as collected:
     ...     warnings.warn("it is late", UserWarning, stacklevel=1)
-    >>> told.texts
+    >>> collected.texts
     ['UserWarning: it is late']
     """
 
@@ -44,15 +44,15 @@ class CaseWarnings:
                 _filters.__enter__()
                 warnings.simplefilter("always")
                 _shown, warnings.showwarning = warnings.showwarning, _show
-        _thread.told = self
+        _thread.collector = self
         return self
 
     def __exit__(self, *error: object) -> None:
-        _thread.told = None
+        _thread.collector = None
         self.close()
 
     def close(self) -> None:
-        """Let warnings go where they went; from another thread, too, which leaves this one behind."""
+        """Show warnings as before; also called from another thread that abandons this one."""
         global _users
         with _lock:
             if not self._is_open:
@@ -60,18 +60,18 @@ class CaseWarnings:
             self._is_open = False
             _users -= 1
             if _users == 0:
-                _filters.__exit__(None, None, None)  # which puts showwarning back, too
+                _filters.__exit__(None, None, None)  # which also restores showwarning
 
     def add(self, text: str) -> None:
-        """Take in a warning."""
+        """Record a warning."""
         if text not in self.texts:
             self.texts.append(text)
 
 
 def _show(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
-    told = getattr(_thread, "told", None)
-    # files that are left open are told when the garbage collector comes by, in whichever case that is
-    if told is None or issubclass(category, ResourceWarning):
+    collector = getattr(_thread, "collector", None)
+    # unclosed files are reported when the garbage collector runs, which may be in another case
+    if collector is None or issubclass(category, ResourceWarning):
         _shown(message, category, *place, **more)
     else:
-        told.add(f"{category.__name__}: {message}")
+        collector.add(f"{category.__name__}: {message}")

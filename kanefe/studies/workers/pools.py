@@ -1,4 +1,4 @@
-"""Where blocks of cases run: in this process, in processes of this machine, or on an executor of the user."""
+"""Pools that run blocks of cases: in this process, in processes of this machine, or on an executor of the user."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ OWN = ("serial", "processes")
 
 
 class Pool(Protocol):
-    """What runs blocks.
+    """Runs blocks of cases.
 
     Attributes
     ----------
     pickles : bool
         Whether work is sent to other processes.
     by_value : bool
-        Whether they do not import the script that asks.
+        Whether those processes do not import the calling script.
     takes_blocks : bool
-        Whether several cases at once save something.
+        Whether several cases per block save time.
     deaths : tuple of exception types
-        Of futures whose worker died.
+        Exceptions of futures whose worker died.
     """
 
     pickles: bool
@@ -47,7 +47,7 @@ class Pool(Protocol):
 
     @property
     def workers(self) -> int:
-        """How many blocks run at once."""
+        """Number of blocks that run at once."""
         ...
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Any:
@@ -55,17 +55,17 @@ class Pool(Protocol):
         ...
 
     def renew(self) -> bool:
-        """Continue after the death of a worker; return whether all that was in flight is lost."""
+        """Continue after the death of a worker; return whether all running blocks are lost."""
         ...
 
     def abandon(self) -> None:
-        """Stop what is in flight, where that is possible."""
+        """Stop the running blocks, if possible."""
         ...
 
 
 @contextmanager
 def pool_of(executor: Any, workers: int | None, cases: int) -> Iterator[Pool]:
-    """Have the pool of what the user gave: a name, an `Executor`, or a Dask client; no more processes than cases.
+    """Provide the pool for a name, an `Executor`, or a Dask client; with no more processes than cases.
 
     Raises
     ------
@@ -98,26 +98,26 @@ def pool_of(executor: Any, workers: int | None, cases: int) -> Iterator[Pool]:
 
 
 class SerialPool:
-    """Runs a block when it is handed in."""
+    """Runs each block on submission."""
 
     workers, pickles, by_value, takes_blocks = 1, False, False, False
     deaths: tuple[type[BaseException], ...] = ()
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
-        """Return a future that is done."""
+        """Run the block; return a future that is done."""
         future: Future[Any] = Future()
         try:
             future.set_result(function(*arguments))
-        except Exception as error:  # noqa: BLE001 - the future hands it on
+        except Exception as error:  # noqa: BLE001 - the future passes it on
             future.set_exception(error)
         return future
 
     def renew(self) -> bool:
-        """Return False: there is nobody who could die."""
+        """Return False: there are no workers."""
         return False
 
     def abandon(self) -> None:
-        """Do nothing: nothing is in flight."""
+        """Do nothing: no block is running."""
 
 
 class GivenPool:
@@ -139,17 +139,17 @@ class GivenPool:
         return future
 
     def renew(self) -> bool:
-        """Return False: an executor of the user is not ours to restart."""
+        """Return False: an executor of the user is not restarted."""
         return False
 
     def abandon(self) -> None:
-        """Take back what has not begun."""
+        """Cancel the blocks that have not begun."""
         for future in list(self._futures):
             future.cancel()
 
 
 class ProcessPool:
-    """Processes of this machine, started as new ones (not forked, which is impossible with threads).
+    """Processes of this machine, spawned, because forking is unsafe with threads.
 
     Parameters
     ----------
@@ -165,11 +165,11 @@ class ProcessPool:
 
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         """Return the future of one of the processes."""
-        with _without_file_that_is_none():
+        with _without_file_name_of_pipe():
             return self._executor.submit(function, *arguments)
 
     def renew(self) -> bool:
-        """Start other processes: with one, all of them are gone."""
+        """Start new processes: the death of one ends all of them."""
         self._executor.shutdown(wait=True, cancel_futures=True)
         self._executor = self._made()
         return True
@@ -180,7 +180,7 @@ class ProcessPool:
             process.terminate()
 
     def close(self) -> None:
-        """Let the processes go."""
+        """Wait for the processes to end."""
         self._executor.shutdown(wait=True, cancel_futures=True)
 
     def _made(self) -> ProcessPoolExecutor:
@@ -188,14 +188,14 @@ class ProcessPool:
 
 
 def _script() -> str | None:
-    """Return the file of the script that asks; None of what is typed in, or comes by a pipe."""
+    """Return the file of the calling script; None for interactive input or a pipe."""
     path = getattr(sys.modules.get("__main__"), "__file__", None)
     return None if path is None or path.startswith("<") else str(path)
 
 
 @contextmanager
-def _without_file_that_is_none() -> Iterator[None]:
-    """Keep workers from importing what was piped into Python, which calls its file "<stdin>"."""
+def _without_file_name_of_pipe() -> Iterator[None]:
+    """Keep workers from importing a piped script, whose file name is "<stdin>"."""
     main = sys.modules.get("__main__")
     path = getattr(main, "__file__", None)
     if path is None or _script() is not None:
@@ -209,25 +209,25 @@ def _without_file_that_is_none() -> Iterator[None]:
 
 
 def _begin_worker() -> None:
-    """Leave Ctrl-C to the process that asks, and end with it, however it ends."""
+    """Ignore Ctrl-C, which the calling process handles, and end together with that process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    asking = parent_process()
-    if asking is not None:
+    parent = parent_process()
+    if parent is not None:
 
         def end_with_it() -> None:
-            connection.wait([asking.sentinel])
+            connection.wait([parent.sentinel])
             os._exit(1)
 
         threading.Thread(target=end_with_it, daemon=True).start()
 
 
 def check_main_can_be_imported() -> None:
-    """Refuse a script that would run the study again in each worker, which imports it for its functions.
+    """Refuse a script that would run the study again in each worker when it is imported for its functions.
 
     Raises
     ------
     ModelError
-        If the script calls from outside ``if __name__ == "__main__":``.
+        If the script runs the study outside of ``if __name__ == "__main__":``.
     """
     main, path = sys.modules.get("__main__"), _script()
     if main is None or path is None or not Path(path).is_file():
@@ -247,21 +247,20 @@ def check_main_can_be_imported() -> None:
 
 
 def pickled(work: Work, by_value: bool) -> bytes:
-    """Return the work as it is sent to other processes.
+    """Return the pickle of the work for other processes.
 
-    Functions of scripts and notebooks are sent whole by cloudpickle where workers cannot import them; others by their
-    names.
+    Functions of scripts and notebooks that workers cannot import are pickled by value with cloudpickle, others by name.
 
     Parameters
     ----------
     work : Work
     by_value : bool
-        Whether the workers do not import the script that asks.
+        Whether the workers do not import the calling script.
 
     Raises
     ------
     ModelError
-        If it cannot be sent; the message names what.
+        If a part cannot be sent; the message names it.
     """
     is_typed_in = _script() is None
     dumps: Callable[[Any], bytes] = pickle.dumps
@@ -270,7 +269,7 @@ def pickled(work: Work, by_value: bool) -> bytes:
     for name, part in (("build", work.build), ("outputs", work.outputs), ("the options", work.options)):
         try:
             if dumps is pickle.dumps and is_typed_in and getattr(part, "__module__", None) == "__main__":
-                raise pickle.PicklingError("it was typed in, and no file has it")
+                raise pickle.PicklingError("it is from interactive input, not from a file")
             pickle.loads(dumps(part))
         except Exception as error:
             raise ModelError(
@@ -280,23 +279,23 @@ def pickled(work: Work, by_value: bool) -> bytes:
     return dumps(work)
 
 
-def told(error: BaseException) -> SimulationError:
-    """Return what a worker's trouble means, which is none of a case."""
+def executor_error(error: BaseException) -> SimulationError:
+    """Return the error of the study for an error of a worker that no case has caused."""
     if isinstance(error, SimulationError):
         return error
     if isinstance(error, ModuleNotFoundError) and (error.name or "").partition(".")[0] == "kanefe":
         return SimulationError("a worker has no kanefe. Remedy: pip install it there, in the same version")
     if isinstance(error, (ImportError, AttributeError)):
         return SimulationError(
-            f"a worker cannot import what build and outputs are of: {error}. Remedy: install the module there, or with "
+            f"a worker cannot import a module of build or outputs: {error}. Remedy: install the module there, or with "
             "Dask client.upload_file(...)"
         )
     if isinstance(error, BrokenExecutor):
         return SimulationError(
-            f"processes of the executor died ({error}): as they started, and then they have said why, or out of memory."
-            " What is done is in the store: run the study again to continue"
+            f"processes of the executor died ({error}): on start-up, with a message of their own, or out of memory. "
+            "Finished cases are in the store: run the study again to continue"
         )
     return SimulationError(
-        f"the executor failed: {type(error).__name__}: {error}. What is done is in the store: run the "
-        "study again to go on"
+        f"the executor failed: {type(error).__name__}: {error}. Finished cases are in the store: run "
+        "the study again to continue"
     )

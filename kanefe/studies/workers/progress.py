@@ -1,4 +1,4 @@
-"""How a study gets on, for who waits."""
+"""Progress bar of a study."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from kanefe.storage import watched
 
 
 class Bar:
-    """Counts cases; silent without a bar of tqdm."""
+    """Counts cases; does nothing without a bar of tqdm."""
 
     def __init__(self, bar: Any = None) -> None:
         self._bar = bar
 
     def update(self, cases: int, failures: int) -> None:
-        """Take in cases that are done, and how many failed so far."""
+        """Add cases that are done; `failures` is the total number of failed cases."""
         if self._bar is not None:
             if failures:
                 self._bar.set_postfix_str(f"{failures} failed", refresh=False)
@@ -25,7 +25,7 @@ class Bar:
 
 @contextmanager
 def progress_bar(wanted: bool | None, total: int, done: int) -> Iterator[Bar]:
-    """Show a bar of cases with the time left; none off a terminal, unless it is wanted."""
+    """Show a bar of cases with the time left; without a terminal only if it is wanted."""
     if not (watched.is_watched() if wanted is None else wanted):
         yield Bar()
         return

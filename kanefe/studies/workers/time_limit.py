@@ -1,4 +1,4 @@
-"""A call that may take only so long, in whichever thread or process it is made."""
+"""A call with a time limit, in any thread or process."""
 
 from __future__ import annotations
 
@@ -14,30 +14,30 @@ from types import FrameType
 from typing import Any, TextIO
 
 GRACE = 5.0
-"""Time after its limit in which a case of a worker process may still end by itself, s: then its process is ended."""
+"""Time after its limit in which a case of a worker process may still end, s; then the process is ended."""
 
 
 class TimeIsUp(BaseException):
-    """A call took longer than it may; no ``except Exception`` of the user keeps it."""
+    """A call exceeded its time limit; no ``except Exception`` of the user catches it."""
 
 
 def within(seconds: float | None, call: Callable[[], Any]) -> Any:
     """Return what a call returns.
 
-    In the main thread it is interrupted by an alarm, which all Python code and its pauses obey; in a worker process
-    that does not, because compiled code never returns, the process is ended. In other threads, as in Dask's workers,
-    nothing can be interrupted: the call is left alone in a thread of its own, until the process ends.
+    In the main thread it is interrupted by an alarm signal, which works for Python code and its waits; a worker process
+    that does not respond, because compiled code does not return, is ended. In other threads, as in Dask's workers, a
+    call cannot be interrupted: it is abandoned in a separate thread until the process ends.
 
     Raises
     ------
     TimeIsUp
-        If it has not returned after `seconds`; None: no limit.
+        If it has not returned after `seconds`; None means no limit.
     """
     if seconds is None:
         return call()
     if threading.current_thread() is threading.main_thread() and hasattr(signal, "setitimer"):
         return _with_alarm(seconds, call)
-    return _left_alone(seconds, call)
+    return _in_thread(seconds, call)
 
 
 def _with_alarm(seconds: float, call: Callable[[], Any]) -> Any:
@@ -65,14 +65,14 @@ def _nowhere() -> TextIO:
     return open(os.devnull, "w")
 
 
-def _left_alone(seconds: float, call: Callable[[], Any]) -> Any:
+def _in_thread(seconds: float, call: Callable[[], Any]) -> Any:
     found: list[Any] = []
     raised: list[BaseException] = []
 
     def run() -> None:
         try:
             found.append(call())
-        except BaseException as error:  # noqa: BLE001 - handed on below
+        except BaseException as error:  # noqa: BLE001 - raised below
             raised.append(error)
 
     thread = threading.Thread(target=run, name="a case of a study", daemon=True)

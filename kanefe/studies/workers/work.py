@@ -1,6 +1,6 @@
 """Tasks of workers: build a case, run it, and record its results. They do not depend on the caller.
 
-A row is a line of json: the parameters, the outputs, how the run ended, its warnings and times.
+A row is a line of JSON: the parameters, the outputs, how the run ended, its warnings and times.
 """
 
 from __future__ import annotations
@@ -31,11 +31,10 @@ from kanefe.system import System
 PACKAGE = Path(__file__).parents[2]
 
 OF_STUDIES = ("checkpoint", "resume", "progress")
-"""Options of runs that a study does not pass on: it continues from its store."""
-
+"""Options of runs that a study refuses, because it continues from its store."""
 
 SCREENED = "screened"
-"""Option that makes the runs of a study those of `kanefe.screen`."""
+"""Option with which the runs of a study are those of `kanefe.screen`."""
 
 OF_SCREENED = ("spacing",)
 """Options that screened runs take and others do not."""
@@ -43,18 +42,18 @@ OF_SCREENED = ("spacing",)
 
 @dataclass(frozen=True)
 class Work:
-    """What is done with each case.
+    """The work for each case.
 
     Attributes
     ----------
     build : function
-        Of the parameters, to a System, or to (System, options of simulate).
+        From the parameters to a System, or to (System, options of simulate).
     outputs : function
-        Of the Result, to a dict of numbers.
+        From the Result to a dict of numbers.
     options : dict
-        Of ``System.simulate``.
+        Options of ``System.simulate``.
     most_seconds : float or None
-        That a case may take.
+        Time limit of a case.
     """
 
     build: Callable[..., Any]
@@ -81,20 +80,20 @@ class Work:
         refused = [name for name in OF_STUDIES if name in options]
         if refused:
             raise ModelError(
-                f"{', '.join(refused)} cannot be given to the runs of a study, whose store they go on from"
+                f"{', '.join(refused)} cannot be given to the runs of a study, which continues from its store"
             )
         if "t_span" not in options:
             raise ModelError("the runs have no time span. Remedy: Study(..., duration=...) in s")
         return made, options
 
     def result(self, parameters: Mapping[str, Any], progress: bool | None) -> Result:
-        """Return the run of a case, all of it."""
+        """Return the full result of a case."""
         scene, options = self.built(parameters)
         return simulated(scene, options, progress)
 
 
 def simulated(scene: System, options: Mapping[str, Any], progress: bool | None) -> Result:
-    """Return the run of a scene, whole or screened."""
+    """Return the result of a scene, of a full or a screened run."""
     given = dict(options)
     if not given.pop(SCREENED, False):
         return scene.simulate(**given, progress=progress)
@@ -110,7 +109,7 @@ class Case(NamedTuple):
 
 
 class Done(NamedTuple):
-    """What a block of cases gave: their lines, how many they are, how many failed, and how long they took (s)."""
+    """Result of a block of cases: their lines, their number, the number of failures, and the duration (s)."""
 
     lines: str
     cases: int
@@ -125,20 +124,20 @@ def stamp() -> str:
 
 
 def run_block(work: Work | bytes, expected: str, cases: Sequence[Case]) -> Done:
-    """Run some cases, and return a line of json of each.
+    """Run some cases, and return a line of JSON for each.
 
     Parameters
     ----------
     work : Work or bytes
-        Pickled where it came from another process.
+        Pickled if it came from another process.
     expected : str
-        The stamp of the kanefe that asks.
+        The stamp of the calling kanefe.
     cases : sequence of Case
 
     Raises
     ------
     SimulationError
-        If this worker has another kanefe; no case is run then.
+        If this worker has another kanefe, before any case is run.
     """
     task = ready(work, expected)
     began = time.perf_counter()
@@ -151,7 +150,7 @@ def ready(work: Work | bytes, expected: str) -> Work:
     """Return the work, unpickled; raise a SimulationError on a worker with another kanefe."""
     if stamp() != expected:
         raise SimulationError(
-            f"the worker {worker()} has kanefe {stamp()}, the study is of {expected}. Remedy: the same everywhere"
+            f"the worker {worker()} has kanefe {stamp()}, the study has {expected}. Remedy: the same version everywhere"
         )
     return work if isinstance(work, Work) else _unpickled(work)
 
@@ -163,21 +162,21 @@ def _unpickled(work: bytes) -> Work:
 
 
 def run_case(work: Work, case: Case) -> dict[str, Any]:
-    """Return the row of a case. Any error in it is recorded there, and stops nothing else."""
+    """Return the row of a case. Any error in it is recorded there, and does not stop other cases."""
     row: dict[str, Any] = {"case": case.number, "key": case.key, "parameters": case.parameters}
     wall, cpu = time.perf_counter(), time.thread_time()
-    doing, told = ["build"], CaseWarnings()
+    doing, collected = ["build"], CaseWarnings()
 
     def outcome() -> dict[str, Any]:
-        with told:
+        with collected:
             return _outcome(work, case.parameters, doing)
 
     try:
         row |= within(work.most_seconds, outcome)
     except TimeIsUp:
-        row |= _failed(f"{doing[0]} went on when the case had taken its {work.most_seconds:g} s (most_seconds=)")
-    told.close()
-    row["warnings"] = list(told.texts)
+        row |= _failed(f"{doing[0]} was not done after {work.most_seconds:g} s (most_seconds=)")
+    collected.close()
+    row["warnings"] = list(collected.texts)
     row |= {"wall": time.perf_counter() - wall, "cpu": time.thread_time() - cpu, "worker": worker()}
     return row
 
@@ -189,7 +188,7 @@ def failed_row(case: Case, reason: str) -> dict[str, Any]:
 
 
 def _outcome(work: Work, parameters: Mapping[str, Any], doing: list[str]) -> dict[str, Any]:
-    """Return how a case ends; `doing` says meanwhile how far it has come."""
+    """Return the outcome of a case; `doing` holds the present phase."""
     try:
         scene, options = work.built(parameters)
         doing[0] = "simulate"
@@ -197,11 +196,11 @@ def _outcome(work: Work, parameters: Mapping[str, Any], doing: list[str]) -> dic
         status = result.status
         if status.kind == "stopped" and status.reason == "by Ctrl-C":
             raise KeyboardInterrupt
-        if status.kind == "failed":  # a part of a run has no peak
+        if status.kind == "failed":  # an incomplete run has no valid outputs
             return _failed(str(status), float(status.time))
         doing[0] = "outputs"
         outputs = checked_outputs(work.outputs(result), parameters)
-    except (Exception, SystemExit) as error:  # noqa: BLE001 - what a case raises is its own matter
+    except (Exception, SystemExit) as error:  # noqa: BLE001 - any error of a case is recorded
         return _failed(_reason(doing[0], error))
     reason = "" if status.is_finished else str(status)
     return {"status": status.kind, "reason": reason, "simulated": float(status.time), "outputs": outputs}
@@ -212,7 +211,7 @@ def _failed(reason: str, simulated: float | None = None) -> dict[str, Any]:
 
 
 def _reason(doing: str, error: BaseException) -> str:
-    """Return what was raised, and where if the house did not raise it on purpose."""
+    """Return the error, and its place unless it is an error of kanefe."""
     if isinstance(error, KanefeError):
         return f"{doing}: {error}"
     if isinstance(error, SystemExit):
@@ -232,7 +231,7 @@ def checked_outputs(outputs: Any, parameters: Mapping[str, Any]) -> dict[str, An
     Raises
     ------
     ModelError
-        If they are no dict, have a name of a parameter or column, or a value that is none of these.
+        If they are no dict, have the name of a parameter or column, or a value of another type.
     """
     from kanefe.studies.cases import COLUMNS
 

@@ -1,1 +1,1 @@
-"""What notebooks show of a scene, a body, modes or a run."""
+"""Cards in notebooks of a scene, a body, modes or a run."""

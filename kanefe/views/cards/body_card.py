@@ -1,4 +1,4 @@
-"""A flexible body as a card of a notebook."""
+"""Card of a flexible body."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What notebooks show of a scene, a body or a run: a picture beside tables, in HTML that needs nothing else."""
+"""Cards in notebooks: a picture beside tables, in self-contained HTML."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _CELL = "padding:1px 10px 1px 0;text-align:left;vertical-align:top;background:no
 
 
 def card(title: str, *parts: str) -> str:
-    """Return a card of a title (text) and parts (HTML), side by side where there is room."""
+    """Return a card of a title (text) and parts (HTML), side by side if there is space."""
     inner = "".join(f'<div style="max-width:46em">{part}</div>' for part in parts if part)
     return (
         f'<div style="font-size:90%"><div style="font-weight:600;margin-bottom:4px">{escape(title)}</div>'
@@ -37,6 +37,6 @@ def table(rows: Rows, header: Sequence[str] = ()) -> str:
 
 
 def picture(png: bytes, width: int, label: str) -> str:
-    """Return a picture (.png) so many pixels wide."""
+    """Return a picture (.png), `width` pixels wide."""
     data = base64.b64encode(png).decode("ascii")
     return f'<img width="{width}" alt="{escape(label)}" src="data:image/png;base64,{data}">'

@@ -1,4 +1,4 @@
-"""Modes as a card of a notebook: a table, and the eigenvalues in their plane."""
+"""Card of modes: a table, and the eigenvalues in the complex plane."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ MOST = 20
 """Largest number of modes that are listed."""
 
 LEAST = 1e-6
-"""Width of the plane relative to its height below which a value is on the axis."""
+"""Largest real part, relative to the imaginary parts, that is drawn as zero."""
 
 WIDE, TALL, EDGE = 240, 190, 26
 """Width and height of the picture, and the free margin around it, pixels."""
@@ -26,9 +26,9 @@ def modes_card(eigenvalues: np.ndarray, grows: np.ndarray, rows: Sequence[Sequen
     eigenvalues : ndarray of complex, shape (modes,)
         1/s.
     grows : ndarray of bool, shape (modes,)
-        Which are unstable.
+        Whether each is unstable.
     rows : sequence of (str, str, str, str)
-        Number, frequency, damping, and what moves.
+        Number, frequency, damping, and the moving parts.
     """
     shown = list(rows[:MOST])
     if len(rows) > MOST:
@@ -38,7 +38,7 @@ def modes_card(eigenvalues: np.ndarray, grows: np.ndarray, rows: Sequence[Sequen
 
 
 def _plane(values: np.ndarray, grows: np.ndarray) -> str:
-    """Return the eigenvalues in the complex plane as a picture; those that grow are red."""
+    """Return a picture of the eigenvalues in the complex plane; unstable ones are red."""
     imaginary = float(np.abs(values.imag).max(initial=0.0)) or 1.0
     real = max(float(np.abs(values.real).max(initial=0.0)), LEAST * imaginary)
     right = float(values.real.max(initial=0.0)) > LEAST * imaginary

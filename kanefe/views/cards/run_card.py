@@ -1,4 +1,4 @@
-"""A run as a card of a notebook."""
+"""Card of a run."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ MOST = 12
 
 
 def run_card(result: Reader) -> str:
-    """Return the card of a run: how it ended and by what, its bodies, and where they are at the end."""
+    """Return the card of a run: status, statistics, bodies, and a picture of the end."""
     status, *lines = summary(result.status, result.statistics, result.events).splitlines()
-    told = [(line.split()[0], line.split(maxsplit=1)[1]) for line in lines]
-    told.append(("outputs", f"{len(result.times)}, {result.times[0]:.6g} to {result.times[-1]:.6g} s"))
+    facts = [(line.split()[0], line.split(maxsplit=1)[1]) for line in lines]
+    facts.append(("outputs", f"{len(result.times)}, {result.times[0]:.6g} to {result.times[-1]:.6g} s"))
     rows = [(name, *_body(result, name)) for name in result.bodies[:MOST]]
     if len(result.bodies) > MOST:
         rows.append(("...", f"{len(result.bodies) - MOST} more bodies", ""))
     still = picture_of_run(result)
     shown = picture(still, SIZE[0], f"the scene at {result.times[-1]:.6g} s") if still else ""
-    return card(status, shown, table(told), table(rows, ("body", "", "joint")))
+    return card(status, shown, table(facts), table(rows, ("body", "", "joint")))
 
 
 def _body(result: Reader, name: str) -> tuple[str, str]:

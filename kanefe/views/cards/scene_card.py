@@ -1,4 +1,4 @@
-"""A scene as a card of a notebook: its bodies as a tree, and what acts on them."""
+"""Card of a scene: its tree of bodies, and its loads, constraints and controllers."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ def scene_card(title: str, bodies: Sequence[tuple[int, str, str, str]], others: 
     ----------
     title : str
     bodies : sequence of (int, str, str, str)
-        Depth in the tree, name, what it is, and joint.
+        Depth in the tree, name, description, and joint.
     others : sequence of (str, str)
-        What else there is: kind and description.
+        Kind and description of loads, constraints and controllers.
     """
     shown = bodies[:MOST]
     rows = [(name, what, joint) for _, name, what, joint in shown]
@@ -38,7 +38,7 @@ def scene_card(title: str, bodies: Sequence[tuple[int, str, str, str]], others: 
 
 
 def _tree(bodies: Sequence[tuple[int, str, str]]) -> str:
-    """Return the tree as a picture: each body below its parent, joined to it."""
+    """Return a picture of the tree: each body below its parent and connected to it."""
     places = [(-1, "ground", "massless"), *bodies]
     lines, boxes, last = [], [], dict[int, int]()
     for row, (depth, name, what) in enumerate(places):

@@ -1,9 +1,8 @@
-"""A run as one HTML file that moves: what the browser is given, and the page around it.
+"""A run as an animated HTML file: the data for the browser, and the page around them.
 
-The file holds no pictures: each flexible body is its skin with mode shapes, and moves by modal coordinates in time and
-the motion of its frame; rigid bodies, surfaces and arrows move by frames. The browser interpolates between output times
-(linear, rotations on the unit sphere) and sums the modes on the processor: a sum over 20 modes of 20,000 nodes takes
-some 7 ms, the sums serve normals, edges and colours alike, there is no limit to the number of modes, as morph targets
-of graphics libraries have one, and tests can ask the page where its nodes are. Skins of more than 100,000 nodes would
-want the sum on the graphics processor.
+The file contains no pictures. Each flexible body is its skin with mode shapes, and moves by modal coordinates and with
+its frame; rigid bodies, surfaces and arrows move with frames. The browser interpolates between output times (linearly,
+rotations on the unit sphere) and sums the modes on the CPU: 20 modes of 20,000 nodes take about 7 ms. Normals, edges
+and colours use the same sums, the number of modes has no limit, unlike morph targets of graphics libraries, and tests
+can read the positions of nodes from the page. Skins of more than 100,000 nodes would need the GPU.
 """

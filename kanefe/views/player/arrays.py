@@ -1,4 +1,4 @@
-"""Arrays for a browser: one block of bytes, and where each array stands in it."""
+"""Arrays for the browser: one block of bytes, and the place of each array in it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LEVEL = 6
 
 
 class Arrays:
-    """Arrays one behind the other; the same array given twice is there once."""
+    """Arrays one after the other; equal arrays are stored once."""
 
     def __init__(self) -> None:
         self._parts: list[bytes] = []
@@ -23,7 +23,7 @@ class Arrays:
         self._known: dict[tuple[bytes, str, tuple[int, ...]], dict[str, Any]] = {}
 
     def add(self, array: np.ndarray) -> dict[str, Any]:
-        """Return where an array of float32, float64, int16, uint8 or uint32 stands: "at", "type", "shape"."""
+        """Add an array of float32, float64, int16, uint8 or uint32; return its place: "at", "type", "shape"."""
         data = np.ascontiguousarray(array)
         raw = data.astype(data.dtype.newbyteorder("<"), copy=False).tobytes()
         key = (raw, data.dtype.name, data.shape)
@@ -35,12 +35,12 @@ class Arrays:
         return self._known[key]
 
     def encoded(self) -> str:
-        """Return all of them, deflated, in base64."""
+        """Return all arrays, deflated, in base64."""
         return base64.b64encode(zlib.compress(b"".join(self._parts), LEVEL)).decode("ascii")
 
 
 def quantised(shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return shapes (r, ...) as int16, and the factors (r,) that bring them back, each to half of its own.
+    """Return shapes (r, ...) as int16, and the factors (r,) that restore them, to within half a factor each.
 
     Examples
     --------

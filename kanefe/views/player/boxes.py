@@ -1,4 +1,4 @@
-"""Boxes of mass and inertia that stand for rigid bodies of which no more is known."""
+"""Boxes of mass and inertia that represent rigid bodies without other geometry."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ SMALLEST = 0.012
 """Side of the box that represents a point, relative to the scene's size."""
 
 COVERED = 0.5
-"""Size of a body's surfaces, relative to that of its box, from which they represent the body."""
+"""Size of a body's surfaces, relative to that of its box, above which they represent the body."""
 
 _FACES = np.array([(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)])
 TRIANGLES = np.concatenate((_FACES[:, [0, 1, 2]], _FACES[:, [0, 2, 3]]))
@@ -22,16 +22,16 @@ TRIANGLES = np.concatenate((_FACES[:, [0, 1, 2]], _FACES[:, [0, 2, 3]]))
 
 
 def box_of(shape: BodyShape, surfaces: Sequence[SurfaceOutline], smallest: float = 0.0) -> np.ndarray | None:
-    """Return the corners (8, 3) of the box of a rigid body in its frame; None where its surfaces stand for it.
+    """Return the corners (8, 3) of the box of a rigid body in its frame; None if its surfaces represent it.
 
     Parameters
     ----------
     shape : BodyShape
-        With a mass.
+        A body with mass.
     surfaces : sequence of SurfaceOutline
-        Of the body. A plane of a body that is driven, as a deck is, stands for it.
+        Surfaces of the body. A plane represents a driven body such as a deck.
     smallest : float
-        Least side, m.
+        Smallest side, m.
     """
     sides, axes = equivalent_cuboid(shape.mass, shape.inertia)
     if shape.is_driven and any(surface.is_endless for surface in surfaces):

@@ -1,4 +1,4 @@
-"""Where a surface of triangles is smooth and where it has edges, so that light falls on it as it should."""
+"""Smooth parts and sharp edges of a surface of triangles, for its shading."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ SMOOTH = np.cos(np.radians(35.0))
 
 
 class Shaded(NamedTuple):
-    """Triangles with a vertex for each side of an edge.
+    """Triangles with separate vertices on both sides of a sharp edge.
 
     Attributes
     ----------
     points : ndarray of int, shape (v,)
-        The point at which each vertex is.
+        The point of each vertex.
     triangles : ndarray of int, shape (m, 3)
-        Of vertices.
+        Numbers of vertices.
     creases : ndarray of int, shape (e, 2)
-        Edges, and borders, of points.
+        Sharp edges and borders, by numbers of points.
     """
 
     points: np.ndarray
@@ -31,7 +31,7 @@ class Shaded(NamedTuple):
 
 
 def shaded(places: np.ndarray, triangles: np.ndarray) -> Shaded:
-    """Return a surface of points (p, 3) with its vertices split at edges.
+    """Return a surface of points (p, 3) with its vertices split at sharp edges.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""By which few modes a flexible body is drawn: its own, or of a body of very many coordinates those of its motion."""
+"""The modes by which a flexible body is drawn: its own, or if these are too many the principal ones of its motion."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ MOST_OWN = 100
 """Number of coordinates up to which a body is drawn by its own modes; beyond, by the principal modes of its motion."""
 
 MOST_PRINCIPAL = 48
+"""Largest number of principal modes."""
 
 UNSEEN = 1e-4
-"""Largest motion of a node, and largest stress, by modes left out, relative to the largest values."""
+"""Largest displacement and stress of modes that are left out, relative to the largest values."""
 
 AT_ONCE = 4_000_000
-"""Number of values in one piece of the work."""
+"""Largest number of values that are computed at once."""
 
 
 class StressField(Protocol):
-    """The stress of a flexible body, linear in its coordinates: what ``kanefe_fem.recover(result, name)`` gives."""
+    """The stress of a flexible body, linear in its coordinates, as ``kanefe_fem.recover(result, name)`` returns it."""
 
     @property
     def name(self) -> str:
@@ -38,7 +39,7 @@ class StressField(Protocol):
     def stress_of(self, eta: np.ndarray, /) -> np.ndarray:
         """Return the stress at the nodes (r, n, 6), xx, yy, zz, yz, xz, xy, Pa, of coordinates (r, k).
 
-        Of m beams it is that of p fibres around their sections, at both ends of each, (r, m 2 p, 6).
+        For m beams, the stress of p fibres around their sections, at both ends of each, (r, m 2 p, 6).
         """
         ...
 
@@ -53,7 +54,7 @@ class DrawnModes(NamedTuple):
     shapes : ndarray, shape (r, p, 3)
         Displacements of the points of the skin, m.
     stresses : ndarray, shape (r, p, 6), or None
-        Pa; NaN where there is none.
+        Stresses of the points, Pa; NaN where there is none.
     """
 
     amplitudes: np.ndarray
@@ -109,7 +110,7 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
 
 
 def _seen(amplitudes: np.ndarray, fields: np.ndarray) -> np.ndarray:
-    """Return which modes are needed so that the others together change nothing by more than a small share, (r,)."""
+    """Return a mask (r,) of the modes without which the field would change visibly (`UNSEEN`)."""
     sizes = np.abs(fields).max(axis=tuple(range(1, fields.ndim)), initial=0.0)
     largest = np.abs(amplitudes).max(axis=0, initial=0.0) * sizes
     order = np.argsort(largest)
@@ -120,7 +121,7 @@ def _seen(amplitudes: np.ndarray, fields: np.ndarray) -> np.ndarray:
 
 
 def _principal(shape: BodyShape, skin: Skin, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return amplitudes (S, r) and the coordinates of their modes (r, k), from the products of all instants."""
+    """Return amplitudes (S, r) and the coordinates of their modes (r, k), from the inner products of all instants."""
     at_once = max(1, AT_ONCE // (3 * max(1, len(eta))))
     products = np.zeros((len(eta), len(eta)))
     for start in range(0, len(skin.points), at_once):

@@ -1,4 +1,4 @@
-"""The page that shows a run: its text, as a file, in a notebook and in a browser."""
+"""The page of a run: as text, as a file, in a notebook and in a browser."""
 
 from __future__ import annotations
 
@@ -35,12 +35,12 @@ HEIGHT = 620
 
 @dataclass(frozen=True, eq=False)
 class Page:
-    """A run as one page of HTML that moves; in a notebook it shows itself.
+    """A run as an animated page of HTML; notebooks display it.
 
     Attributes
     ----------
     html : str
-        All of it: nothing is loaded from elsewhere.
+        The complete page, without external files.
     path : Path or None
         The file that it was written to.
     """
@@ -82,13 +82,13 @@ def page_of(
     if title is not None and not isinstance(title, str):
         raise ModelError(f"title of a page must be a text, not {title!r}")
     data = SceneData(result, spread_frames(result.times, fps, every, MOST_FRAMES), fields, forces)
-    told = data.told | {"title": title or "kanefe", "colour": first, "scale": float(scale)}
-    told["stress_name"] = _stress_name(data)
-    return Page(_filled(told["title"], json.dumps(told, separators=(",", ":")), data.arrays.encoded()))
+    content = data.content | {"title": title or "kanefe", "colour": first, "scale": float(scale)}
+    content["stress_name"] = _stress_name(data)
+    return Page(_filled(content["title"], json.dumps(content, separators=(",", ":")), data.arrays.encoded()))
 
 
 def write_page(page: Page, path: str | Path) -> Path:
-    """Write a page to a file, which then holds all of it or what it held before.
+    """Write a page to a file; if that fails, the file is as it was before.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def write_page(page: Page, path: str | Path) -> Path:
 
 
 def checked_path(path: str | Path) -> Path:
-    """Return the path of a page; a ModelError says that its name must end in .html."""
+    """Return the path of a page; raise a ModelError unless its name ends in .html."""
     target = Path(path)
     if target.suffix.lower() not in SUFFIXES:
         raise ModelError(f"cannot write a page to {str(path)!r}: its name must end in .html")
@@ -109,7 +109,7 @@ def checked_path(path: str | Path) -> Path:
 
 
 def shown(page: Page) -> Page:
-    """Show a page: in a notebook by itself; else in the browser, from a temporary file whose path is printed."""
+    """Show a page in the browser, from a temporary file whose path is printed; notebooks display the returned page."""
     if is_notebook():
         return page
     target = write_page(page, Path(tempfile.mkdtemp(prefix="kanefe-view-")) / "run.html")
@@ -125,27 +125,27 @@ def _checked_stresses(result: Reader, stress: StressField | Sequence[StressField
             raise ModelError(f"stress must be what kanefe_fem.recover(result, name) returns, not {field!r}")
         result.body(field.name)
         if field.result is not result:
-            raise ModelError(f"the stress of {field.name!r} is of another run. Remedy: recover(...) of this one")
+            raise ModelError(f"the stress of {field.name!r} is of another run. Remedy: recover(...) of this run")
     return {field.name: field for field in given}
 
 
 def _stress_name(data: SceneData) -> str:
-    """Return what the colours of stress are: of beams the normal stress alone is known."""
+    """Return the name of the stress in colours: for beams it is the normal stress."""
     if not data.beams_stressed:
         return "von Mises stress"
     return "normal stress" if data.beams_stressed == data.stressed else "stress, normal in beams"
 
 
-def _filled(title: str, told: str, arrays: str) -> str:
-    """Return the page with its parts in their places."""
+def _filled(title: str, content: str, arrays: str) -> str:
+    """Return the page with its parts inserted."""
     web = files("kanefe.views.player") / "web"
     parts = {name: (web / name).read_text(encoding="utf-8") for name in ("page.html", "page.css", "player.js")}
     filled = {
         "<!-- title -->": escape(title),
         "/* style */": parts["page.css"],
-        "/* scene */": told.replace("<", "\\u003c"),
+        "/* scene */": content.replace("<", "\\u003c"),
         "/* arrays */": arrays,
         "/* player */": parts["player.js"],
     }
-    # in one pass: what is put in, such as a title, may look like a mark itself
+    # in one pass: an inserted part such as a title may look like a mark
     return re.sub("|".join(map(re.escape, filled)), lambda mark: filled[mark[0]], parts["page.html"])

@@ -1,7 +1,7 @@
-"""The room that a run takes: what the first view of it holds.
+"""The space that a run takes, which determines the first view of it.
 
-That is what moves, with what stands about it if that is not much larger: not the whole of a road. Where all that moves
-travels together, over several times its size, the view goes with it.
+It contains the moving bodies, and the fixed parts if they are not much larger: not all of a road. If the moving bodies
+travel together over several times their size, the view moves with them.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ LOOKED_AT = 100
 """Number of instants at which the extents are evaluated."""
 
 TRAVELS = 3.0
-"""Size of the space that is passed through, relative to that occupied at an instant, from which the view travels."""
+"""Size of the traversed space, relative to that occupied at an instant, above which the view travels."""
 
 ALONG = 0.5
-"""Displacement along an axis, relative to the size of the moving bodies, from which the view travels along that axis.
+"""Displacement along an axis, relative to the size of the moving bodies, above which the view travels along that axis.
 """
 
 WIDE = 3.0
@@ -57,18 +57,18 @@ class Extent(NamedTuple):
 
 
 class Room(NamedTuple):
-    """What a view of a run holds.
+    """The space in view.
 
     Attributes
     ----------
     box : Extent
-        All of it, or what moves where that is much smaller, at all times shown, in N.
+        Extent in N of the whole scene at all times shown, or of the moving bodies if that is much smaller.
     is_whole : bool
-        Whether that is all of it.
+        Whether it is that of the whole scene.
     path : ndarray, shape (S, 3), or None
-        Where the middle of what moves travels in N, at the times shown; None: it does not, or not together.
+        Centre of the moving bodies in N at the times shown; None if they do not travel together.
     about : Extent or None
-        The room of what travels about it, at all times.
+        Extent of the travelling bodies about the path, at all times.
     """
 
     box: Extent
@@ -78,24 +78,24 @@ class Room(NamedTuple):
 
     @property
     def size(self) -> float:
-        """Diagonal of what is in view at once, m; 1 of a single point."""
+        """Diagonal of the space in view at one time, m; 1 for a single point."""
         return (self.about or self.box).size or 1.0
 
     def around(self, row: int) -> np.ndarray:
-        """Return the corners of what is in view at one of the times shown, (8, 3), in N, m."""
+        """Return the corners of the space in view at one of the times shown, (8, 3), in N, m."""
         if self.path is None or self.about is None:
             return self.box.corners
         return self.path[row] + self.about.corners
 
 
 def room_of(result: Reader, tracks: Tracks, skins: Mapping[str, Skin], lines: Sequence[LoadLine]) -> Room:
-    """Return the room of all bodies, of surfaces that have an end, and of the lines of loads."""
+    """Return the space of all bodies, of finite surfaces, and of the lines of loads."""
     count = len(tracks.frames)
     rows = np.unique(np.linspace(0, count - 1, LOOKED_AT).round().astype(int))
     seen: list[tuple[np.ndarray, np.ndarray, bool]] = []
 
     def see(places: np.ndarray, moves: bool = False) -> bool:
-        """Take points (rows, p, 3) into the room; return whether they move, if that is not known."""
+        """Add points (rows, p, 3) to the space; return whether they move."""
         low, high = places.min(axis=1), places.max(axis=1)
         size = np.linalg.norm(high.max(axis=0) - low.min(axis=0))
         moves = moves or bool(np.ptp(places, axis=0).max() > STILL * size)
@@ -135,7 +135,7 @@ def room_of(result: Reader, tracks: Tracks, skins: Mapping[str, Skin], lines: Se
 
 
 def _placed(tracks: Tracks, frame: int, points: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Return the corners of the box about points (p, 3) of a frame in N at some of the times shown, (rows, 8, 3)."""
+    """Return the corners (rows, 8, 3) in N of the box around points (p, 3) of a frame, at some of the times shown."""
     corners = Extent(points.min(axis=0), points.max(axis=0)).corners
     if frame == GROUND:
         return np.broadcast_to(corners, (len(rows), *corners.shape))
@@ -145,7 +145,7 @@ def _placed(tracks: Tracks, frame: int, points: np.ndarray, rows: np.ndarray) ->
 
 
 def _boxes(seen: Sequence[tuple[np.ndarray, np.ndarray, bool]]) -> tuple[np.ndarray, np.ndarray]:
-    """Return lowest and highest corner of all at each instant, (rows, 3) each; of nothing one that is empty."""
+    """Return lowest and highest corner of all points at each instant, (rows, 3) each; zeros if there are none."""
     if not seen:
         return np.zeros((1, 3)), np.zeros((1, 3))
     return np.min([low for low, _, _ in seen], axis=0), np.max([high for _, high, _ in seen], axis=0)

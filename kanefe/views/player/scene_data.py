@@ -36,7 +36,7 @@ class SceneData:
     ----------
     result : Reader
     frames : ndarray of int, shape (S,)
-        Which output times are shown.
+        The output times shown, by number.
     stresses : dict of str to StressField
         By body.
     forces : bool
@@ -44,11 +44,11 @@ class SceneData:
 
     Attributes
     ----------
-    told : dict
-        Json-able; arrays are places in `arrays`.
+    content : dict
+        The scene in types of JSON; arrays are given by their places in `arrays`.
     arrays : Arrays
     stressed, beams_stressed : set of str
-        Bodies whose stress is told, and which of them are made of beams.
+        Bodies with stress, and those among them that are made of beams.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class SceneData:
         if fixed := [self._surface(surface) for surface in self._on("")]:
             bodies.append({"name": "ground", "frame": GROUND, "kind": "ground", "parts": fixed})
         arrows = [*self._contacts(), *(self._reactions() if forces else ())]
-        self.told: dict[str, Any] = {
+        self.content: dict[str, Any] = {
             "times": self.arrays.add(result.times[frames].astype(np.float64)),
             "frames": [
                 {"p": self._places(place), "e": self.arrays.add(turn.astype(np.float32))}
@@ -93,37 +93,37 @@ class SceneData:
         }
         if room.path is not None and room.about is not None:
             about = {"low": room.about.low.tolist(), "high": room.about.high.tolist()}
-            self.told["travel"] = about | {"p": self._places(room.path)}
+            self.content["travel"] = about | {"p": self._places(room.path)}
 
     def _line(self, line: LoadLine) -> dict[str, Any]:
-        told = {"name": line.name, "p": self._places(line.points.reshape(len(line.points), -1, 3))}
-        return told | ({"states": self.arrays.add(line.states)} if line.states.any() else {})
+        found = {"name": line.name, "p": self._places(line.points.reshape(len(line.points), -1, 3))}
+        return found | ({"states": self.arrays.add(line.states)} if line.states.any() else {})
 
     def _on(self, body: str) -> list[SurfaceOutline]:
         """Return the surfaces of a body; "" is the ground."""
         return [surface for surface in self.result.surfaces if surface.body == body]
 
     def _places(self, places: np.ndarray) -> dict[str, Any]:
-        """Return where points (S, ..., 3) in N stand, from the middle of the scene: small numbers keep their digits."""
+        """Add points (S, ..., 3) in N relative to the middle of the scene, where single precision is enough."""
         return self.arrays.add((places - self.origin).astype(np.float32))
 
     def _body(self, shape: BodyShape, stress: StressField | None) -> dict[str, Any]:
         frame = self.tracks.number(shape.name)
-        told: dict[str, Any] = {"name": shape.name, "frame": frame}
+        found: dict[str, Any] = {"name": shape.name, "frame": frame}
         parts = [self._surface(surface) for surface in self._on(shape.name)]
         if shape.is_flexible:
-            return told | {"kind": "flexible", "parts": [self._flexible(shape, stress), *parts]}
+            return found | {"kind": "flexible", "parts": [self._flexible(shape, stress), *parts]}
         if shape.mass <= 0.0:
-            return told | {"kind": "frame", "parts": parts}
+            return found | {"kind": "frame", "parts": parts}
         box = self._boxes[shape.name]
         if box is not None:
             parts.insert(0, self._part(frame, box, TRIANGLES) | {"is_glass": self._holds_others(shape.name, box)})
             if float(np.linalg.norm(shape.com)) > 0.5 * float(np.linalg.norm(np.ptp(box, axis=0))):
-                told["stick"] = shape.com.tolist()  # from the joint to the box
-        return told | {"kind": "rigid", "parts": parts}
+                found["stick"] = shape.com.tolist()  # from the joint to the box
+        return found | {"kind": "rigid", "parts": parts}
 
     def _holds_others(self, name: str, box: np.ndarray) -> bool:
-        """Return whether the middle of another body is inside a box when the run begins."""
+        """Return whether the centre of another body is inside a box at the start of the run."""
         corners = self.tracks.placed(self.tracks.number(name), box)
         points = [
             self.tracks.placed(self.tracks.number(other.name), other.com[None])
@@ -143,7 +143,7 @@ class SceneData:
         return part | {"surface": surface.name, "is_endless": surface.is_endless}
 
     def _square(self, surface: SurfaceOutline, frame: int) -> np.ndarray:
-        """Return the square of a plane below the middle of the scene, or of the box of its body."""
+        """Return the square that represents a plane, below the middle of the scene or of the box of its body."""
         vertices, middle = surface.vertices, surface.vertices.mean(axis=0)
         normal = np.cross(vertices[1] - vertices[0], vertices[2] - vertices[0])
         box = self._boxes.get(surface.body)
@@ -160,7 +160,7 @@ class SceneData:
     def _part(
         self, frame: int, points: np.ndarray, triangles: np.ndarray, creases: np.ndarray | None = None
     ) -> dict[str, Any]:
-        """Return points (p, 3) in a frame with what is between them."""
+        """Return the data of a surface: points (p, 3) in a frame, triangles and sharp edges."""
         split = shaded(points, triangles)
         return {
             "frame": frame,
@@ -199,7 +199,7 @@ class SceneData:
             yield self._arrow(name, "contact", contact.point[self.frames], contact.force[self.frames])
 
     def _reactions(self) -> Iterable[dict[str, Any]]:
-        """Yield the force of each joint on its body, but of joints that hold nothing."""
+        """Yield the force of each joint on its body, unless it is always zero."""
         if not self.result.has_forces:
             raise ModelError(
                 "the result was saved without forces, so that they cannot be shown. Remedy: forces=False, or run again"

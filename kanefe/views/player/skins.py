@@ -1,7 +1,7 @@
 """The skin of a flexible body as points that move by its coordinates, and triangles between them.
 
-Of a solid the points are nodes. A beam is drawn with the outline of its sections where that is known, else as boxes
-with their stiffness to stretch and bending, as far as rectangles can (see `equivalent_sides`). Nodes without cells are
+The points of a solid are nodes. A beam is drawn with the outline of its sections if it is known, else as boxes with the
+same axial and bending stiffness, as far as rectangles can have it (see `equivalent_sides`). Nodes without cells are
 drawn as small octahedra.
 """
 
@@ -23,7 +23,7 @@ THIN = 0.01
 """Side of a beam with unknown section, and size of a node without cells, relative to the body's size."""
 
 FEW = 10
-"""Number of nodes without cells from which these are drawn small."""
+"""Number of nodes without cells above which they are drawn smaller."""
 
 MOST_NODES = 2000
 """Largest number of nodes without cells that are drawn."""
@@ -53,14 +53,14 @@ _OCTAHEDRON = np.array([(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """Points of a body that move with its nodes, and what is drawn between them.
+    """Points of a body that move with its nodes, and triangles and lines between them.
 
     Attributes
     ----------
     nodes : ndarray of int, shape (p,)
         The node with which each point moves.
     arms : ndarray, shape (p, 3), or None
-        From the node to the point, m, where the rotation of the node counts.
+        From the node to the point, m, if the rotation of the node moves the point.
     points : ndarray, shape (p, 3)
         Undeformed, in G, m.
     triangles : ndarray of int, shape (m, 3)
@@ -68,9 +68,9 @@ class Skin:
     lines : ndarray of int, shape (e, 2)
         Edges of the cells.
     creases : ndarray of int, shape (c, 2), or None
-        Edges of the body, where they are known: of beams, which are pieces in a row.
+        Sharp edges, if they are known: for beams, whose elements are separate pieces.
     fibres : int
-        Points of each section of a beam, which come element by element, first those of its first end; 0 of the rest.
+        Number of points of each section of a beam; the points are ordered by element and end. 0 for other bodies.
     """
 
     nodes: np.ndarray
@@ -89,14 +89,13 @@ class Skin:
         return moved + np.cross(_rotations(shape, eta, self.nodes), self.arms)
 
     def part(self, rows: slice) -> Skin:
-        """Return some of the points, with nothing between them."""
-        none = np.zeros((0, 3), dtype=int)
+        """Return some of the points, without triangles."""
         arms = None if self.arms is None else self.arms[rows]
-        return replace(self, nodes=self.nodes[rows], arms=arms, points=self.points[rows], triangles=none)
+        return replace(self, nodes=self.nodes[rows], arms=arms, points=self.points[rows], triangles=self.triangles[:0])
 
 
 class Meshed(Protocol):
-    """What has nodes and cells: a flexible body, or what a result knows of one."""
+    """Nodes and cells of a flexible body or of its `BodyShape`."""
 
     @property
     def nodes(self) -> np.ndarray:
@@ -105,7 +104,7 @@ class Meshed(Protocol):
 
     @property
     def cells(self) -> tuple[Cells, ...]:
-        """Blocks of one shape."""
+        """Blocks of cells, each of one shape."""
         ...
 
     @property
@@ -127,9 +126,9 @@ def skin_of(shape: Meshed) -> Skin:
 
 
 def equivalent_sides(stretch: np.ndarray, about_y: np.ndarray, about_z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the sides along y and z of rectangles with the stiffness of sections to stretch (N) and bending (N m2).
+    """Return the sides along y and z of rectangles with given axial (N) and bending stiffness (N m2).
 
-    From ``EI_z = EA h_y^2 / 12`` and its like about y.
+    From ``EI_z = EA h_y^2 / 12`` and the same about y.
 
     Examples
     --------
@@ -175,7 +174,7 @@ def _of_beams(shape: Meshed, blocks: list[Cells]) -> Skin:
 
 
 def _turns(outline: np.ndarray) -> np.ndarray:
-    """Return at which points (p, 2) of an outline there is a corner, (p,) of bool."""
+    """Return a mask (p,) of the corners among the points (p, 2) of an outline."""
     before, after = outline - np.roll(outline, 1, axis=0), np.roll(outline, -1, axis=0) - outline
     lengths = np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1)
     return np.asarray((before * after).sum(axis=1) < SMOOTH * lengths)

@@ -1,4 +1,4 @@
-"""Where the frames of a run are at the times shown."""
+"""Positions and rotations of the frames of a run at the times shown."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ GROUND = -1
 
 
 class Tracks:
-    """The motion of frames, each read where it is first asked for.
+    """The motion of frames, each read on first use.
 
     Parameters
     ----------
     result : Reader
     frames : ndarray of int, shape (S,)
-        Which output times are shown.
+        The output times shown, by number.
 
     Attributes
     ----------
@@ -33,12 +33,12 @@ class Tracks:
         self._numbers: dict[tuple[str, str], int] = {}
 
     def number(self, body: str, interface: str = "") -> int:
-        """Return the number of a frame; "" is the ground.
+        """Return the number of a frame; body "" is the ground.
 
         Raises
         ------
         ModelError
-            If it is at no place at some time.
+            If its position or rotation is not finite at some time.
         """
         if not body:
             return GROUND
@@ -50,7 +50,7 @@ class Tracks:
             if bad.any():
                 t = self.result.times[self.frames][bad][0]
                 raise ModelError(
-                    f"where body {body!r} is at t = {t:.6g} s is not a finite number, so that it cannot be shown. "
+                    f"the position of body {body!r} is not finite at t = {t:.6g} s, so that it cannot be shown. "
                     "Remedy: print(result.status)"
                 )
             self._numbers[key] = len(self.poses)
@@ -65,7 +65,7 @@ class Tracks:
         return np.asarray(place[row] + points @ rotation_matrix(turn[row]).T)
 
     def tracked(self, frame: int, point: np.ndarray) -> np.ndarray:
-        """Return where a point (3,) of a frame is in N at all times shown, (S, 3)."""
+        """Return a point (3,) of a frame in N at all times shown, (S, 3)."""
         if frame == GROUND:
             return np.tile(point, (len(self.frames), 1))
         place, turn = self.poses[frame]
@@ -75,7 +75,7 @@ class Tracks:
 
 
 def up_axis(result: Reader) -> list[float]:
-    """Return the axis that points up, (3,): against gravity where that is along one, else z."""
+    """Return the axis that points up, (3,): opposite to gravity if that is along an axis, else z."""
     gravity = np.zeros(3) if result.run is None else np.asarray(result.run.model.gravity)
     axis = int(np.argmax(np.abs(gravity)))
     if abs(gravity[axis]) > 0.99 * np.linalg.norm(gravity) > 0.0:

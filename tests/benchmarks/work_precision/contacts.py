@@ -17,7 +17,7 @@ from benchmarks.work_precision.machine import Machine
 from benchmarks.work_precision.scene import Setting
 from benchmarks.work_precision.settings import AUTO, TOLERANCES
 from kanefe.checks.robustness.case import Effort
-from kanefe.checks.verification.contact import late_on_incline
+from kanefe.checks.verification.contact import GRAVITY, INCLINE, block_on_incline, run_of
 from kanefe.integrate.run import integrate
 from robustness.contact import balances, holding
 
@@ -51,6 +51,15 @@ def sticking(machine: Machine) -> list[Figure]:
     worst = max(found, key=lambda finding: finding.worst)
     alike = "all alike" if len({finding.worst for finding in found}) == 1 else "not all alike"
     return [STICKING_GOAL.figure(worst.worst, f"{len(found)} runs, {alike}; worst: {worst.tried}")]
+
+
+def late_on_incline(stiffness: float) -> float:
+    """Return the error of the time at which the block of F01a begins to slip, against a rigid slope, s."""
+    result = run_of(block_on_incline(stiffness), 0.7, 1e-9)
+    (slip,) = (time for time in result.events["c slip"] if time > 0.1)
+    limit = GRAVITY * (0.3 * math.cos(INCLINE) - math.sin(INCLINE))  # m/s2 down the slope
+    rigid = 0.5 + math.asin(limit / (0.1 * (2.0 * math.pi) ** 2)) / (2.0 * math.pi)
+    return abs(float(slip) - rigid)
 
 
 def onset(machine: Machine) -> list[Figure]:

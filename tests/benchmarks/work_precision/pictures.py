@@ -26,7 +26,7 @@ def work_precision_picture(
 
     Time runs to the right and error falls downwards, so that the better curve is the one to the lower left.
     """
-    from kanefe.views.plots import COLORS, Figure, save_figure
+    from kanefe.views.plots import COLORS, Figure, saved_figure
 
     names = list(dict.fromkeys(p.method for s in scenes for p in points[s.name] if p.side == OURS and p.method != AUTO))
     peers = list(dict.fromkeys(p.method for s in scenes for p in points[s.name] if p.side != OURS))
@@ -73,7 +73,7 @@ def work_precision_picture(
         panel.set_visible(False)
     figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, frameon=False, fontsize=9)
     figure.suptitle(f"Error against CPU time of one core: lower left is better\n{about}", fontsize=10)
-    save_figure(figure, path)
+    saved_figure(figure, path)
 
 
 def bodies_picture(scenes: Sequence[tuple[str, str, Mapping[str, Sequence[Any]]]], about: str, path: Path) -> None:
@@ -86,7 +86,7 @@ def bodies_picture(scenes: Sequence[tuple[str, str, Mapping[str, Sequence[Any]]]
     about : str
     path : Path
     """
-    from kanefe.views.plots import COLORS, Figure, save_figure
+    from kanefe.views.plots import COLORS, Figure, saved_figure
 
     figure = Figure(figsize=(9.0, 4.3), layout="constrained")
     panels = figure.subplots(1, len(scenes), squeeze=False).ravel()
@@ -109,7 +109,7 @@ def bodies_picture(scenes: Sequence[tuple[str, str, Mapping[str, Sequence[Any]]]
         panel.legend(frameon=False, fontsize=8.5, loc="best")
         panel.margins(x=0.16, y=0.1)
     figure.suptitle(f"What meshes and modes cost and bring\n{about}", fontsize=10)
-    save_figure(figure, path)
+    saved_figure(figure, path)
 
 
 def _curve(panel: Any, points: Sequence[Point], **style: Any) -> Any:

@@ -84,7 +84,7 @@ def test_long_texts_leave_the_figures_in_their_columns(capsys: pytest.CaptureFix
     table = Table(sys.stdout)
     table.add(row)
     header, line = capsys.readouterr().out.splitlines()
-    for name in ("how many", "worst", "limit"):
+    for name in ("count", "worst", "limit"):
         assert line[: header.index(name) + len(name)].endswith(row.texts[Table.header.index(name)])
 
 

@@ -101,7 +101,7 @@ def test_a_page_has_the_stress_of_beams_as_colours():
 def test_sections_by_numbers_have_no_outer_fibres():
     rest = bent(Section(A=1e-3, I_y=2e-7, I_z=4e-7, J=3e-7))
     fields = recover(rest, "arm")
-    with pytest.raises(kf.ModelError, match=r"'arm' are known by their numbers only.*Tube.*section_forces\(\)"):
+    with pytest.raises(kf.ModelError, match=r"'arm' have section constants but no shape.*Tube.*section_forces\(\)"):
         fields.stress_of(fields.eta)
 
 

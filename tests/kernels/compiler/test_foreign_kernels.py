@@ -225,7 +225,7 @@ def test_a_run_whose_kernels_are_refused_ends_at_once(cache: Path) -> None:
     cache.parent.chmod(0o777)
     variables = os.environ | {"KANEFE_CACHE_DIR": str(cache), "KANEFE_JIT": "1"}
     done = subprocess.run([sys.executable, "-c", SCENE], env=variables, capture_output=True, text=True, timeout=60)
-    assert done.stdout.count("refused: compiled code is not taken from") == 4, done
+    assert done.stdout.count("refused: compiled code is not loaded from") == 4, done
 
 
 def test_a_shared_folder_as_cache_stays_shared(cache: Path) -> None:

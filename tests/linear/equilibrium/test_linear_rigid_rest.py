@@ -101,11 +101,11 @@ def test_what_would_slip_is_told_with_friction_that_it_has_not():
     scene = block(0.0, mu=0.4)
     scene.add_torque(scene.body("block"), (0, 0, 3.0))
     # 3 N m over an arm of 0.224 m; shared in another way a little more
-    message = r"'c' would turn: friction of its probes is asked for 13\.\d+ N and holds 7\.848 N"
+    message = r"'c' would turn: its points need a friction of 13\.\d+ N in sum and hold 7\.848 N"
     with pytest.raises(kf.SimulationError, match=message):
         kf.equilibrium(scene)
     rest = _Rest(scene.freeze(), 0.0, np.zeros(6), lambda model, q: (model, None, (q, q)), 1)
-    rest.asked = {(0, 0): (np.array((6.156e-14, 0, 0)), 18.64)}
+    rest.friction = {(0, 0): (np.array((6.156e-14, 0, 0)), 18.64)}
     assert "'c' would slip: no distribution of the forces is within the friction of each contact point" in str(
         rest._slips([(0, 0)])
     )
@@ -208,7 +208,7 @@ def test_many_balls_are_refused_by_name():
         skins.append(scene.add_surface(f"skin {i}", ball, shapes.Sphere(0.1)))
     scene.add_contacts(skins, normal=kf.Rigid())
     for analysis in (kf.equilibrium, kf.linearise):
-        with pytest.raises(kf.ModelError, match=r"many rigid contacts among each other, here '.*'.* Remedy"):
+        with pytest.raises(kf.ModelError, match=r"granular contacts, here '.*'.* Remedy"):
             analysis(scene)
 
 

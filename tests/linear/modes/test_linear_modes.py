@@ -192,7 +192,7 @@ def flat_whirling() -> kf.System:
         ({"modes": 9}, "has 2 modes that oscillate at 0 rad/s, not 9. Remedy: modes=2"),
         ({"build": 3}, "needs a function of the speed"),
         ({"build": lambda speed: point_on_springs(1.0) if speed < 5 else flat_whirling()}, "same coordinates"),
-        ({"build": lambda speed: oscillator(), "modes": 1}, "nothing turns in the scene of campbell at 10 rad/s"),
+        ({"build": lambda speed: oscillator(), "modes": 1}, "nothing rotates in the scene of campbell at 10 rad/s"),
     ],
 )
 def test_what_is_wrong_with_a_campbell_diagram_is_named(options, words):

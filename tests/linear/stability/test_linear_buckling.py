@@ -206,5 +206,5 @@ def test_what_stability_refuses_is_named():
         kf.stability_limit(ziegler(), up_to=0.0)
     body, scene = rod_and_scene()
     scene.add_motor(body, lambda t, state: 0.1 * state.joint_speeds("rod")[0])
-    with pytest.raises(ModelError, match="grows even without the loads"):
+    with pytest.raises(ModelError, match="grows even without the raised loads"):
         kf.stability_limit(scene)

@@ -82,5 +82,5 @@ def test_runs_that_cannot_tell_are_refused(tmp_path: Any) -> None:
     result.save(tmp_path / "run.h5")
     with pytest.raises(kf.ModelError, match="result from a file"):
         interruptions("deck")(kf.load_result(tmp_path / "run.h5"))
-    with pytest.raises(kf.ModelError, match="its z axis is up"):
+    with pytest.raises(kf.ModelError, match="its z axis upward"):
         interruptions("deck")(run(angle=math.pi))

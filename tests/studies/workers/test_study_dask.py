@@ -63,7 +63,7 @@ def test_a_case_that_kills_its_workers_is_told(client: Any) -> None:
     study = kf.Study(deadly_in_workers, lowest, duration=0.1, seed=range(3), asking=os.getpid())
     table = study.run(client)
     assert table.counts == {"finished": 2, "stopped": 0, "failed": 1, "not run": 0}
-    assert "its worker process died" in table.lists()["reason"][1]
+    assert "two worker processes died" in table.lists()["reason"][1]
 
 
 def test_a_worker_without_kanefe_is_told(client: Any, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -23,7 +23,7 @@ import tqdm
 
 import kanefe as kf
 from kanefe.studies.workers import scheduling
-from kanefe.studies.workers.pools import GivenPool, pickled, told
+from kanefe.studies.workers.pools import GivenPool, executor_error, pickled
 from kanefe.studies.workers.work import Case, Done, Work
 from repository import surroundings
 from study_scenes import GRID, bits, deadly_study, lowest, pendulum, slow_study
@@ -86,7 +86,7 @@ def test_a_worker_that_dies_takes_one_case_with_it(tmp_path: Path, monkeypatch: 
     study = deadly_study()
     table = study.run("processes", workers=2, store=tmp_path)
     assert table.counts == {"finished": 3, "stopped": 0, "failed": 1, "not run": 0}
-    assert "its worker process died" in table.lists()["reason"][2]
+    assert "two worker processes died" in table.lists()["reason"][2]
     monkeypatch.delenv("KANEFE_TEST_KILL")
     table = study.run("serial", store=tmp_path, retry_failed=True)
     assert bits(table) == bits(study.run("serial"))
@@ -212,7 +212,10 @@ print(kf.Study(build, lowest, duration=0.1, angle=[0.0, 0.1]).run(workers=1))
     ("without", "expected"),
     [
         pytest.param(False, "2 cases, 2 finished", marks=pytest.mark.dask),
-        (True, "build cannot be sent to other processes: it was typed in, and no file has it. Remedy: define it"),
+        (
+            True,
+            "build cannot be sent to other processes: it is from interactive input, not from a file. Remedy: define it",
+        ),
     ],
 )
 def test_functions_that_were_typed_in_are_sent_by_cloudpickle(without: bool, expected: str) -> None:
@@ -236,10 +239,12 @@ def test_an_executor_that_is_none_is_told(study: kf.Study, executor: Any, worker
 
 def test_what_a_worker_lacks_is_told() -> None:
     assert "a worker has no kanefe. Remedy: pip install" in str(
-        told(ModuleNotFoundError("none", name="kanefe.studies"))
+        executor_error(ModuleNotFoundError("none", name="kanefe.studies"))
     )
-    assert "cannot import what build and outputs are of" in str(told(ModuleNotFoundError("none", name="my_scene")))
-    assert "the executor failed: OSError: gone" in str(told(OSError("gone")))
+    assert "cannot import a module of build or outputs" in str(
+        executor_error(ModuleNotFoundError("none", name="my_scene"))
+    )
+    assert "the executor failed: OSError: gone" in str(executor_error(OSError("gone")))
 
 
 def test_an_executor_that_was_shut_down_is_told(study: kf.Study) -> None:
