@@ -128,5 +128,5 @@ def test_nothing_in_the_place_of_surfaces_is_named() -> None:
             scene.add_contact("c", wrong, floor, normal=kf.HuntCrossley(1e5))  # type: ignore[arg-type]
         with pytest.raises(kf.ModelError, match="add_contacts needs a list of surfaces"):
             scene.add_contacts(wrong, normal=kf.HuntCrossley(1e5))  # type: ignore[arg-type]
-    with pytest.raises(kf.ModelError, match="a screened run is of a scene, not of None"):
+    with pytest.raises(kf.ModelError, match="a screened run needs a scene, not None"):
         kf.screen(None, 1.0)  # type: ignore[arg-type]
