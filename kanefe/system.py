@@ -160,7 +160,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
 
         A run that cannot be finished returns what it has, with a `RunStatus` that says what failed, when, in which body
         or mode, and what to try, and warns with a `SimulationWarning`; ``result.raise_for_status()`` makes an error of
-        it. Ctrl-C stops a run in the same way.
+        it. Ctrl-C stops a run in the same way, and so does what a function of the user raises once the run has begun.
 
         Parameters
         ----------
