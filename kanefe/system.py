@@ -161,7 +161,7 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
 
         A run that fails returns its results so far, with a `RunStatus` that names the failure, its time, the body or
         mode, and a remedy, and issues a `SimulationWarning`; ``result.raise_for_status()`` raises it as an error.
-        Ctrl-C stops a run in the same way.
+        Ctrl-C stops a run in the same way, and so does an error of a function of the user once the run has begun.
 
         Parameters
         ----------

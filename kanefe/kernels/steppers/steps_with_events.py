@@ -33,6 +33,8 @@ from kanefe.kernels.steppers.step_commands import (
     IS_FIXED,
     NEXT_OUTPUT,
     NEXT_STEP,
+    RELATIVE,
+    SMALLEST,
     STAGE,
     START,
     STATE,
@@ -59,6 +61,10 @@ from kanefe.kernels.sweeps.drives import put_drives
 
 Single = tuple[Lookout, ClosingCall]
 """A lookout with one place, and what closes the loops of the state there."""
+
+LEAST_FORESEEN, LEAST_RTOL = 1e8, 1e-9
+"""Step, in multiples of the shortest, and relative tolerance below which no event is foreseen: where a rate jumps,
+such as that of an anchor, it is crossed by steps so short that only the error finds them."""
 
 AT_TIME = 0
 """Index of the time in a prepared call of `look_at`."""
@@ -136,13 +142,13 @@ def foresee(quiet: Lookout, watched: WatchedRun, run: Run, vectors: RealRows) ->
 
 @exact
 def _foresee(quiet: Lookout, watched: WatchedRun, run: Run) -> None:
-    """Write how far the next step may go, by the values in the last one."""
-    if run.integers[IS_FIXED] == 0:
-        of_events, last_step = (
-            (watched.columns, watched.directions, watched.noise),
-            run.reals[TIME] - run.reals[TIME_OLD],
-        )
-        run.reals[TO_EVENT] = step_to_event(quiet.found, *of_events, last_step, run.reals[NEXT_STEP])
+    """Write how far the next step may go, by the values in the last one; where steps are short the error alone says."""
+    reals = run.reals
+    is_fine = reals[NEXT_STEP] < LEAST_FORESEEN * reals[SMALLEST] or reals[RELATIVE] < LEAST_RTOL
+    if run.integers[IS_FIXED] == 0 and not is_fine:
+        of_events = watched.columns, watched.directions, watched.noise
+        last_step = reals[TIME] - reals[TIME_OLD]
+        reals[TO_EVENT] = step_to_event(quiet.found, *of_events, last_step, reals[NEXT_STEP])
 
 
 @inlined
