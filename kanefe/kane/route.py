@@ -17,7 +17,7 @@ from kanefe.tree.route import Evaluation, Form, MethodNeeds, Obstacle, PreparedR
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
-    from kanefe.kane.rigid_contacts.instant import Instant, InstantAt
+    from kanefe.kane.rigid_contacts.instant import ContactInstant, InstantAt
 
 
 class LiteralRoute:
@@ -165,7 +165,7 @@ class LiteralRoute:
 
         return momenta(self.view(t, y))
 
-    def contact_instant(self, t: float, y: Vector) -> Instant:
+    def contact_instant(self, t: float, y: Vector) -> ContactInstant:
         """Return what the events of rigid contacts ask of a state."""
         from kanefe.kane.rigid_contacts.instant import LiteralInstant
 

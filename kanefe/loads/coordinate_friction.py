@@ -12,7 +12,7 @@ import numpy as np
 from kanefe.bodies.marker import CoordinateMarker
 from kanefe.frames import Matrix, Vector
 from kanefe.joints.joint_friction import RubbingSurfaces
-from kanefe.kernels.contact.laws.falling import still_to_fall
+from kanefe.kernels.contact.falling import still_to_fall
 from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.force_elements.coordinate_friction import (
     MOST_DIRECTIONS,

@@ -44,7 +44,7 @@ from kanefe.tree.route import Evaluation, Form, MethodNeeds, Obstacle, RunSweeps
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
-    from kanefe.kane.rigid_contacts.instant import Instant
+    from kanefe.kane.rigid_contacts.instant import ContactInstant
     from kanefe.order_n.compiled_run import CompiledRun
 
 GROWN = 1e100
@@ -174,7 +174,7 @@ class OrderN(LiteralRoute):
         """The function that computes event values of loads with kernels for them."""
         return Watching(self)
 
-    def contact_instant(self, t: float, y: Vector) -> Instant:
+    def contact_instant(self, t: float, y: Vector) -> ContactInstant:
         """Return what the events of rigid contacts ask; the literal route's where only loops hold something."""
         from kanefe.order_n.contact_instant import OrderNInstant
         from kanefe.order_n.contact_watching import SingleLook

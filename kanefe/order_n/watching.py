@@ -16,7 +16,7 @@ from kanefe.order_n.tables.load_tables import watched_loads
 from kanefe.order_n.tables.reach_tables import far_values
 
 NO_CHANGE = np.array((-1, 0, 0, 0))
-"""Of a call that looks: see `watch_states`."""
+"""Argument `changing` of `watch_states` for a call that looks at values."""
 
 
 class Watching:

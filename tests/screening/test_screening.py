@@ -126,7 +126,7 @@ def test_a_rope_that_breaks_is_seen() -> None:
     screened = screen(scene, 12.0, start=begun)
     assert len(whole.events["rope breaks"]) == 1
     check_same(whole, screened)
-    assert screened.reasons[0] == "rope pull"
+    assert screened.reasons[0] == "rope breaks"
 
 
 def test_a_scene_in_the_plane() -> None:

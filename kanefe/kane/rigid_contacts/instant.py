@@ -34,7 +34,7 @@ Key = tuple[int, int]
 """Number of a contact among the rigid contacts, and number of its contact point."""
 
 
-class Instant(Protocol):
+class ContactInstant(Protocol):
     """The scene at a state (q, u, z); but for `margins`, as if all rigid contacts were open.
 
     Attributes
@@ -74,16 +74,16 @@ class Instant(Protocol):
         ...
 
 
-InstantAt = Callable[[float, Vector], Instant]
+InstantAt = Callable[[float, Vector], ContactInstant]
 """Function of time and state (q, u, z)."""
 
 
-def blurs(instant: Instant, length: float) -> Margins:
+def blurs(instant: ContactInstant, length: float) -> Margins:
     """Return how far each margin of an instant may be below zero by round-off, by the numbers of `Margins`.
 
     Parameters
     ----------
-    instant : Instant
+    instant : ContactInstant
     length : float
         Of the scene, m.
     """

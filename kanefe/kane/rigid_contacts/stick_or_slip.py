@@ -11,7 +11,7 @@ from kanefe.contact.rigid.cone import Cones, solved
 from kanefe.contact.rigid.rigid_contact import OPEN, SLIPS, STICKS, RigidContact
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.rigid_contacts.contact_forces import ROUND_OFF_OF_FORCES, paradox
-from kanefe.kane.rigid_contacts.instant import Instant, InstantAt, Key
+from kanefe.kane.rigid_contacts.instant import ContactInstant, InstantAt, Key
 from kanefe.tree.model_data import ModelData
 
 HOLDS = 1.0 - ROUND_OFF_OF_FORCES
@@ -63,7 +63,7 @@ class StickOrSlip:
     def _own(self, key: Key) -> Vector:
         return self.z[self.model.load_states[self.model.rigid_contacts[key[0]]]]
 
-    def _now(self) -> Instant:
+    def _now(self) -> ContactInstant:
         """Return the instant at the speeds that there are now."""
         return self._at(self.t, np.concatenate((self.q, self.u, self.z)))
 
@@ -117,7 +117,7 @@ class StickOrSlip:
                 kept[i] = problem.slips[at]
         return y, statuses, kept, turning
 
-    def _slipping_soon(self, problem: Cones, x: Vector, now: Instant, active: list[int]) -> dict[int, Vector]:
+    def _slipping_soon(self, problem: Cones, x: Vector, now: ContactInstant, active: list[int]) -> dict[int, Vector]:
         """Return the directions in which begins to slip what is held by all that friction can hold."""
         full = _at_limit(problem, x)
         if not full:
@@ -132,7 +132,9 @@ class StickOrSlip:
                 return new
         return {}
 
-    def _ahead(self, share: float, problem: Cones, x: Vector, now: Instant, active: list[int]) -> tuple[Instant, Cones]:
+    def _ahead(
+        self, share: float, problem: Cones, x: Vector, now: ContactInstant, active: list[int]
+    ) -> tuple[ContactInstant, Cones]:
         """Return the instant a fraction of the span later, and the force problem there."""
         keys, h = [self.keys[i] for i in active], min(share * self.span, self.stop - self.t)
         du = now.accelerations() + now.respond(keys, x)
@@ -141,7 +143,7 @@ class StickOrSlip:
         G, b = later.problem(keys)
         return later, problem._replace(G=G, b=b)
 
-    def _turning(self, problem: Cones, x: Vector, now: Instant, begins: set[int], active: list[int]) -> Matrix:
+    def _turning(self, problem: Cones, x: Vector, now: ContactInstant, begins: set[int], active: list[int]) -> Matrix:
         """Return the rates of the directions of slips that begin, in the axes of the surfaces, 1/s."""
         turning = np.zeros((len(self.keys), 3))
         if not begins or min(self.span, self.stop - self.t) <= 0.0:

@@ -13,7 +13,7 @@ from kanefe.kernels.algebra.least_norm import leave_spare
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW
 from kanefe.kernels.constraints.loop_tables import DIRECTION, KIND_OF, LIVE, POINT, RANK, Loops, UnitResponses
-from kanefe.kernels.contact.laws.falling import AT
+from kanefe.kernels.contact.falling import AT
 from kanefe.kernels.contact.rigid_points import OF_POINT, is_closed, is_slipping
 
 MOST_ROUNDS, ROOM = 2000, 1e-3

@@ -26,7 +26,7 @@ from kanefe.kernels.algebra.vectors import (
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import IntegerRows, RealRows, Reals
 from kanefe.kernels.contact.contact_shapes import PLANE, distance, normal_rate
-from kanefe.kernels.contact.laws.falling import STEADY_NUMBERS, steady_coefficient
+from kanefe.kernels.contact.falling import STEADY_NUMBERS, steady_coefficient
 from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.layout import Y, Z
 from kanefe.kernels.loads.markers import MARKER_NUMBERS, axes_of, lever_of, motion_of
@@ -85,7 +85,7 @@ OF_POINT = places(PointConstants, point=3, axis=3, belt=3)
 POINT_CONSTANTS = int(OF_POINT.friction) + STEADY_NUMBERS
 
 
-class Met(NamedTuple):
+class MetNumbers(NamedTuple):
     """What is known of a point that meets a surface: see `kanefe.contact.rigid.meeting.Meeting`.
 
     Attributes
@@ -105,7 +105,7 @@ class Met(NamedTuple):
     tangential: Any
 
 
-MET = places(Met, place=3, point=3, normal=3, first=3, second=3, rates=3, remainder=3)
+MET = places(MetNumbers, place=3, point=3, normal=3, first=3, second=3, rates=3, remainder=3)
 MET_NUMBERS = int(MET.tangential) + 3
 
 

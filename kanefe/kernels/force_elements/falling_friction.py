@@ -6,7 +6,7 @@ from typing import Any
 
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.addresses import called_by_address
-from kanefe.kernels.contact.laws.falling import slip_speed
+from kanefe.kernels.contact.falling import slip_speed
 from kanefe.kernels.force_elements.coordinate_friction import (
     AT,
     friction_along,

@@ -78,6 +78,7 @@ from kanefe.kernels.steppers.step_commands import (
     IS_FIXED,
     JACOBIAN,
     JACOBIANS,
+    NEXT_OUTPUT,
     NEXT_STEP,
     NO_CONVERGENCE,
     PROJECT,
@@ -135,9 +136,21 @@ def _ask_end(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table
 
 
 @kernel
+def _up_to_output(integers: np.ndarray, reals: np.ndarray, wanted: float) -> float:
+    """Return the step that is wanted, or a shorter one, so that free steps end at outputs.
+
+    Within a step, modes that it does not resolve are not known: their energy there would be that of the interpolation.
+    """
+    rest = reals[NEXT_OUTPUT] - reals[TIME]
+    if integers[IS_FIXED] or not reals[SMALLEST] < rest < np.inf or wanted <= 0.5 * rest:
+        return wanted
+    return rest if wanted >= rest * (1.0 - 1e-9) else 0.5 * rest
+
+
+@kernel
 def _begin_step(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Begin a step, or the same step again with another length; first see to the rate of change of a."""
-    clip(integers, reals, reals[NEXT_STEP])
+    clip(integers, reals, _up_to_output(integers, reals, reals[NEXT_STEP]))
     know_step(integers, reals, vectors, table)
     integers[ITERATION] = integers[IS_FRESH] = integers[HALVINGS] = 0
     if not integers[HAS_JERK] and integers[SPEEDS] > 0:

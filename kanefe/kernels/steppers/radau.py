@@ -25,6 +25,7 @@ from kanefe.kernels.steppers.radau_polynomial import (
     EIGENVALUES,
     ESTIMATE,
     FACTORED,
+    FARTHEST,
     HAS_POLYNOMIAL,
     INVERSE,
     IS_FIRST,
@@ -151,7 +152,9 @@ def _begin_step(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, ta
     _transform(table, INVERSE, vectors, CHANGES, TRANSFORMED)
     integers[ITERATION] = 0
     reals[RATE_OF_CONVERGENCE] = 0.0
-    reals[REMAINING] = max(reals[REMAINING], 1e-15) ** 0.8
+    # of how a much shorter step has converged nothing is known for this one
+    is_like_last = integers[HAS_POLYNOMIAL] and reals[STEP] <= FARTHEST * reals[POLYNOMIAL_STEP]
+    reals[REMAINING] = max(reals[REMAINING], 1e-15) ** 0.8 if is_like_last else 1.0
     return _ask_node(integers, reals, vectors, table, 0)
 
 

@@ -18,8 +18,7 @@ however near its next zero is."""
 
 REPORTS, ENDS_STEP, CHANGES, ACTS, BOUND = range(5)
 """Values for the action of an event: it is only reported; it also ends the step without a change; it also changes
-states of its load; Python has to act; or Python has to act as soon as the function is below zero, however it came there.
-"""
+states of its load; Python has to act; or Python has to act as soon as the function is below zero, by whatever way."""
 
 STORM, STORM_SHARE = 32, 1e-6
 """Number of actions within this fraction of the span from which they count as an infinite sequence."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels.contact.laws.falling import SteadyNumbers
+from kanefe.kernels.contact.falling import SteadyNumbers
 from kanefe.kernels.contact.laws.friction_law import AnchoredFriction
 from kanefe.kernels.contact.rigid_points import (
     POINT_CONSTANTS,

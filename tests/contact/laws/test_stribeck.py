@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 import kanefe as kf
 from acting_loads import WAYS, acted
-from kanefe.kernels.contact.laws.falling import slip_speed
+from kanefe.kernels.contact.falling import slip_speed
 
 MASS, G = 2.0, 9.81
 CURVE = {"mu": 0.2, "breakaway": 0.4, "stribeck_speed": 0.05, "viscous": 0.3}

@@ -83,8 +83,8 @@ def test_compiled_changes_are_those_of_python(name: str, method: str, monkeypatc
     assert asked
     assert happens == {name for name, times in compiled.events.items() if len(times)}
     for event, times in in_python.events.items():
-        # moments are roots to the time tolerance of the search, 4 eps of the run
-        np.testing.assert_allclose(compiled.events[event], times, rtol=0, atol=1e-12, err_msg=event)
+        # the energy of a change is that of Python but for round-off, and each bounce after it begins a little elsewhere
+        np.testing.assert_allclose(compiled.events[event], times, rtol=0, atol=1e-9, err_msg=event)
     # a step that is a root apart in the last digit continues with other rounding
     np.testing.assert_allclose(
         compiled.run.trajectory.coordinates, in_python.run.trajectory.coordinates, rtol=0, atol=1e-10

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Self
 
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
-from kanefe.kernels.contact.laws.falling import SteadyNumbers, steady_coefficient
+from kanefe.kernels.contact.falling import SteadyNumbers, steady_coefficient
 
 STIFFNESS_RATIO = 1.0
 """Default stiffness of an anchor relative to that of the normal law."""

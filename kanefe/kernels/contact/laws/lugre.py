@@ -11,7 +11,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.kernels.algebra.vectors import Numbers, dot, minus, norm, plus, times
 from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.contact.laws.falling import still_to_fall
+from kanefe.kernels.contact.falling import still_to_fall
 from kanefe.kernels.contact.laws.friction_law import FrictionLaw, check_numbers
 from kanefe.kernels.force_elements.blocks import places
 

@@ -9,8 +9,8 @@ from kanefe.arguments import positive
 from kanefe.errors import ModelError
 from kanefe.kernels.algebra.vectors import Numbers, norm
 from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.contact.falling import SteadyNumbers, slip_speed
 from kanefe.kernels.contact.laws.anchoring import given_way, kept_of, pull_of
-from kanefe.kernels.contact.laws.falling import SteadyNumbers, slip_speed
 from kanefe.kernels.contact.laws.friction_law import AnchoredFriction, check_numbers
 from kanefe.kernels.force_elements.blocks import places
 
