@@ -209,7 +209,7 @@ def test_a_ball_joint_is_braked_against_its_spin() -> None:
     assert len(result.events["ball stick"]) >= 1
     assert abs(w[-1]).max() < 1e-3
     assert abs(result.energy.balance_error).max() < 1e-6
-    with pytest.raises(kf.ModelError, match="small motions of those are not supported"):
+    with pytest.raises(kf.ModelError, match="their small motions are not supported"):
         kf.equilibrium(scene)
 
 

@@ -256,6 +256,7 @@ class KernelStepper:
             self.reals = np.empty_like(snapshot["reals"])
             for name in ("_run", "_compiled_run"):
                 vars(self).pop(name, None)
+        self._step_times.places[:] = 0
         for name, array in (("integers", self.integers), ("reals", self.reals), ("vectors", self.vectors)):
             array[:] = snapshot[name]
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels.contact.falling import SteadyNumbers
-from kanefe.kernels.contact.laws.friction_law import AnchoredFriction
 from kanefe.kernels.contact.rigid_points import (
     POINT_CONSTANTS,
     POINT_INTEGERS,
@@ -35,7 +34,7 @@ def rigid_points(builder: FrameOffsets) -> RigidPoints:
             places.append((ends[0][0], ends[end][0], status, len(shapes), *nature, first, number))
             markers += [ends[0][1], ends[end][1]]
             friction = contact.friction
-            steady = friction.steady if isinstance(friction, AnchoredFriction) else SteadyNumbers(0.0, 0.0)
+            steady = SteadyNumbers(0.0, 0.0) if friction is None else friction.steady
             own = probe.point, probe.radius, probe.ring, probe.axis, probe.share, contact.belt, steady
             numbers.append(flat(PointConstants(*own)))
         shapes += [float(contact.shape.kind), *contact.shape.numbers.tolist()]

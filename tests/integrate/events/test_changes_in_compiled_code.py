@@ -83,7 +83,7 @@ def test_compiled_changes_are_those_of_python(name: str, method: str, monkeypatc
     assert asked
     assert happens == {name for name, times in compiled.events.items() if len(times)}
     for event, times in in_python.events.items():
-        # the energy of a change is that of Python but for round-off, and each bounce after it begins a little elsewhere
+        # the energy of a change differs in its last digits, and so does what follows, bounce by bounce
         np.testing.assert_allclose(compiled.events[event], times, rtol=0, atol=1e-9, err_msg=event)
     # a step that is a root apart in the last digit continues with other rounding
     np.testing.assert_allclose(

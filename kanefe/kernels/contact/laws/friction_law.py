@@ -68,6 +68,11 @@ class FrictionLaw(ABC):
     def holding(self) -> float:
         """The coefficient at which it begins to slip, of two the larger."""
 
+    @property
+    def steady(self) -> SteadyNumbers:
+        """Its coefficients in steady sliding, for compiled code: those of Coulomb's law, unless a law has others."""
+        return SteadyNumbers(self.sliding, self.holding)
+
     @abstractmethod
     def coefficient(self, speed: float) -> float:
         """Return the coefficient of friction in steady sliding at a speed, m/s."""
