@@ -55,7 +55,7 @@ class _Answers(NamedTuple):
 
 
 class OrderNInstant:
-    """See `kanefe.kane.rigid_contacts.instant.Instant`.
+    """See `kanefe.kane.rigid_contacts.instant.ContactInstant`.
 
     Parameters
     ----------

@@ -261,7 +261,7 @@ class Route(Protocol):
         ...
 
     def contact_instant(self, t: float, y: Vector) -> Any:
-        """Return what the events of rigid contacts ask of a state: see `kanefe.kane.rigid_contacts.instant.ContactInstant`."""
+        """Return what events of rigid contacts ask of a state: `kanefe.kane.rigid_contacts.instant.ContactInstant`."""
         ...
 
     def energy(self, t: float, y: Vector) -> MechanicalEnergy:
