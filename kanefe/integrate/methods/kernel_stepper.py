@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
@@ -312,15 +312,12 @@ class KernelStepper:
         dynamics, is_done = self.dynamics, False
         is_compiled = dynamics.is_autonomous
         before, evaluations = int(integers[EVALUATIONS]), dynamics.evaluations
-        # of states too far ahead, which are not kept; compiled code says nothing
-        silent: AbstractContextManager[Any] = (
-            nullcontext() if is_compiled else np.errstate(over="ignore", invalid="ignore")
-        )
         if integers[IS_FIXED]:
             self._step_times.start_clock()
         while True:
             try:
-                with silent:
+                # of states too far ahead, which are not kept; compiled code does not warn of them
+                with nullcontext() if is_compiled else np.errstate(over="ignore", invalid="ignore"):
                     command, is_done = self._command(run, is_compiled, watched)
             except (FileError, MissingDependency):
                 raise  # there is no code to go on with: a smaller step is no remedy
