@@ -28,17 +28,18 @@ class Course:
 
     def position(self, t: float) -> float:
         """Return the coordinate at a time, rad or m."""
-        _, x, v, half, _ = self.piece[0].tolist()
-        s = t - float(self.piece[0, SINCE])
-        return float((half * s + v) * s + x)
+        since, x, v, half, _ = self.piece[0].tolist()
+        s = t - since
+        return (half * s + v) * s + x
 
     def velocity(self, t: float) -> float:
         """Return its rate, rad/s or m/s."""
-        return float(self.piece[0, SPEED] + 2.0 * self.piece[0, HALF_ACCELERATION] * (t - self.piece[0, SINCE]))
+        since, _, v, half, _ = self.piece[0].tolist()
+        return v + 2.0 * half * (t - since)
 
     def acceleration(self, t: float) -> float:
         """Return its acceleration, rad/s2 or m/s2."""
-        return float(2.0 * self.piece[0, HALF_ACCELERATION])
+        return 2.0 * float(self.piece[0, HALF_ACCELERATION]) + 0.0 * t  # also of many times
 
     def go_on(self, t: float, acceleration: float) -> None:
         """Continue from time t (s) with another acceleration, rad/s2 or m/s2."""
