@@ -75,21 +75,19 @@ class InPython:
         return out
 
     def changed(self, event: int) -> Vector:
-        """Return the states after an event: see `kanefe.kernels.contact.contact_forces.contact_change`."""
-        after, contact, met = np.array(self._states), self.contact, list(self._met())
+        """Return the states after an event of a contact of one point that is found in Python.
+
+        Of others see `kanefe.kernels.contact.contact_forces.contact_change`.
+        """
+        after, contact, ((i, met),) = np.array(self._states), self.contact, self._met()
         if event == kernels.TOUCHES:
-            deepest, speed = -np.inf, 0.0
-            for i, one in met:
-                deepest, speed = kernels.struck(self._numbers, i, *one, self._ends, deepest, speed)
+            _, speed = kernels.struck(self._numbers, i, *met, self._ends, -np.inf, 0.0)
             law = contact.normal
             after[contact.impact_state] = impact_damping(law.impact_number, law.least_speed, speed)
             return after
         to = float(event == kernels.STICKS)
-        past = [kernels.way_past(self._numbers, i, *one, self._axes, self._ends, self._states, to) for i, one in met]
-        extreme = max(way for way, _ in past)
-        for (i, _), (way, force) in zip(met, past, strict=True):
-            if way > -np.inf and way >= min(extreme, -kernels.AT_THE_LIMIT * force):
-                after[contact.begins + contact.each * i + 3] = to
+        if kernels.way_past(self._numbers, i, *met, self._axes, self._ends, self._states, to)[0] > -np.inf:
+            after[contact.begins + 3] = to
         return after
 
     def touches(self) -> list[Touch]:

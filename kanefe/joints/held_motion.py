@@ -11,8 +11,6 @@ import numpy as np
 from kanefe.joints.base import Joint
 from kanefe.joints.motion import Motion
 
-SINCE, POSITION, SPEED, HALF_ACCELERATION = range(4)
-
 
 class Course:
     """The motion of a coordinate with a constant acceleration from a time on.
@@ -39,7 +37,8 @@ class Course:
 
     def acceleration(self, t: float) -> float:
         """Return its acceleration, rad/s2 or m/s2."""
-        return 2.0 * float(self.piece[0, HALF_ACCELERATION]) + 0.0 * t  # also of many times
+        *_, half, _ = self.piece[0].tolist()
+        return 2.0 * half + 0.0 * t  # also of many times
 
     def go_on(self, t: float, acceleration: float) -> None:
         """Continue from time t (s) with another acceleration, rad/s2 or m/s2."""

@@ -15,13 +15,11 @@ from kanefe.kernels.steppers.integration import JacobianCall, Scene, integrate
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, STATE, TIME_AT, Run
 from kanefe.kernels.steppers.watched_run import WatchedRun
 from kanefe.kernels.sweeps.drives import Drives
-from kanefe.order_n.evaluated import Evaluated
+from kanefe.order_n.evaluated import NOT_CALLED, Evaluated
 from kanefe.order_n.lookouts import Lookouts
 from kanefe.order_n.rates_kernel import RatesKernel
 from kanefe.tree.route import MethodNeeds
 from kanefe.tree.scales import tangents, turning
-
-NOT_CALLED = Prepared(0, np.zeros(1, dtype=np.int64), np.zeros(1))
 
 
 class CompiledRun:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.frames import Matrix
-from kanefe.kernels.compiler.arrays import Prepared
 from kanefe.kernels.compiler.entries import LATER, Bound, Call
 from kanefe.kernels.constraints.contact_margins import (
     GAP,
@@ -19,13 +18,11 @@ from kanefe.kernels.constraints.contact_margins import (
 )
 from kanefe.kernels.evaluation.evaluation import AT_TIME, Workspace, workspace_in
 from kanefe.kernels.steppers.step_commands import SLOPE
-from kanefe.order_n.evaluated import Evaluated
+from kanefe.order_n.evaluated import NOT_CALLED, Evaluated
 from kanefe.tree.model_data import QUADRATURES
 
 COLUMNS = {"never": NEVER, "touch": GAP, "lift": NORMAL, "slip": SLIP_MARGIN, "stick": LEFT_OF_SLIP}
 """Columns of what happens to rigid contacts, see `kanefe.kane.rigid_contacts.impacts`."""
-
-NO_CALL = Prepared(0, np.zeros(1, dtype=np.int64), np.zeros(1))
 
 
 class ContactLook:
@@ -77,7 +74,7 @@ class SingleLook(ContactLook):
         self.times, self.states = np.zeros(1), np.zeros((1, self.vectors.shape[1]))
         arrays = (
             self.looked,
-            NO_CALL,
+            NOT_CALLED,
             self.times,
             self.drives[None],
             self.inputs[None],
@@ -103,7 +100,7 @@ def watching_call(
 ) -> Call:
     """Return the call that writes the values of loads, by a call of their own, and then those of rigid contacts."""
     look = ContactLook(route)
-    of_loads = NO_CALL if loads is None else loads.for_kernels()
+    of_loads = NOT_CALLED if loads is None else loads.for_kernels()
     call = watching_contacts(route).prepared(look.looked, of_loads, times, drives, inputs, states, found)
     call.kept = look.call, loads
     return call

@@ -7,6 +7,7 @@ from typing import Any, NoReturn, Protocol
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
+from kanefe.kernels.compiler.arrays import Prepared
 from kanefe.kernels.compiler.entries import Bound
 from kanefe.kernels.constraints.loop_tables import Loops
 from kanefe.kernels.layout import FlexibleTables, Tables
@@ -18,6 +19,9 @@ from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.inputs import InputLayout
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.route import Evaluation, MethodNeeds, PreparedRun, WatchedEvents
+
+NOT_CALLED = Prepared(0, np.zeros(1, dtype=np.int64), np.zeros(1))
+"""Takes the place of a call that a run does not make."""
 
 
 class Evaluated(Protocol):

@@ -91,6 +91,7 @@ from kanefe.kernels.steppers.step_commands import (
     ask,
     clip,
     move,
+    move_within,
 )
 
 MANY_SWEEPS, MOST_SWEEPS = 30, 60
@@ -266,10 +267,6 @@ def interpolate_keeping(
     n, m, h = integers[COORDINATES], integers[SPEEDS], reals[STEP]
     old, s, part = vectors[STATE_OLD], vectors[MOVE], vectors[SLOPE]
     x = (t - reals[TIME_OLD]) / h
-    for i in range(n, n + m):
-        start, end = h * old[i], h * vectors[STATE, i]
-        part[i] = x * (1.0 - x) ** 2 * start + x * x * (x - 1.0) * end + x * x * (3.0 - 2.0 * x) * s[i]
-        out[i] = ((1.0 - x) * (1.0 - 3.0 * x) * start + x * (3.0 * x - 2.0) * end + 6.0 * x * (1.0 - x) * s[i]) / h
-    move(integers, old, part, n, out)
+    move_within(integers, old, vectors[STATE], s, x, h, part, out)
     for i in range(n + m, len(out)):
         out[i] = (1.0 - x) * old[i] + x * vectors[STATE, i]

@@ -41,6 +41,7 @@ from kanefe.kernels.steppers.step_commands import (
     TIME_AT,
     TIME_OLD,
     move,
+    move_within,
 )
 
 # Columns of the table's one row
@@ -213,11 +214,7 @@ def interpolate_generalised_alpha(
     n, m, h = integers[COORDINATES], integers[SPEEDS], reals[TIME] - reals[TIME_OLD]
     old, s, part = vectors[STATE_OLD], vectors[MOVE], vectors[SLOPE]
     x = (t - reals[TIME_OLD]) / h
-    for i in range(n, n + m):
-        start, end = h * old[i], h * vectors[STATE, i]
-        part[i] = x * (1.0 - x) ** 2 * start + x * x * (x - 1.0) * end + x * x * (3.0 - 2.0 * x) * s[i]
-        out[i] = ((1.0 - x) * (1.0 - 3.0 * x) * start + x * (3.0 * x - 2.0) * end + 6.0 * x * (1.0 - x) * s[i]) / h
-    move(integers, old, part, n, out)
+    move_within(integers, old, vectors[STATE], s, x, h, part, out)
     for i in range(n + m, len(out) - 2):
         out[i] = (1.0 - x) * old[i] + x * vectors[STATE, i]
     for i in range(len(out) - 2, len(out)):

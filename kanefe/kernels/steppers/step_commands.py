@@ -294,6 +294,26 @@ def move(integers: np.ndarray, q: np.ndarray, step: np.ndarray, first: int, move
 
 
 @kernel
+def move_within(
+    integers: np.ndarray,
+    old: np.ndarray,
+    new: np.ndarray,
+    s: np.ndarray,
+    x: float,
+    h: float,
+    part: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Write coordinates and speeds at a share x of a step h of move s: a cubic that meets the speeds at both ends."""
+    n, m = integers[COORDINATES], integers[SPEEDS]
+    for i in range(n, n + m):
+        start, end = h * old[i], h * new[i]
+        part[i] = x * (1.0 - x) ** 2 * start + x * x * (x - 1.0) * end + x * x * (3.0 - 2.0 * x) * s[i]
+        out[i] = ((1.0 - x) * (1.0 - 3.0 * x) * start + x * (3.0 * x - 2.0) * end + 6.0 * x * (1.0 - x) * s[i]) / h
+    move(integers, old, part, n, out)
+
+
+@kernel
 def turn(integers: np.ndarray, q: np.ndarray, h: float, speeds: np.ndarray, first: int, changes: np.ndarray) -> None:
     """Add to small changes of the coordinates q those of speeds ``speeds[first:]`` in a time h, to first order."""
     for row in range(integers[MAP_SIZE]):
