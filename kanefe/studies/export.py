@@ -25,9 +25,9 @@ def save_table(columns: dict[str, list[Any]], header: dict[str, Any], path: str 
     elif kind == ".h5":
         data = _hdf5(columns, header)
     else:
-        from kanefe.studies._pandas import parquet_of
+        from kanefe.storage._pandas import parquet_of
 
-        data = parquet_of(columns)
+        data = parquet_of(columns, "case")
     target = ready_path(path)
     write_whole(target, lambda file: file.write(data))
     return target

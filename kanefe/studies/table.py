@@ -122,7 +122,7 @@ class StudyTable:
             raise ModelError(f"the table has no column {name!r}. It has: {', '.join(columns)}")
         return array_of(columns[name])
 
-    def frame(self) -> Any:
+    def to_dataframe(self) -> Any:
         """Return the cases that are done as a ``pandas.DataFrame`` with their numbers as index.
 
         Raises
@@ -130,9 +130,9 @@ class StudyTable:
         MissingDependency
             If pandas is not installed.
         """
-        from kanefe.studies._pandas import frame_of
+        from kanefe.storage._pandas import frame_of
 
-        return frame_of(self.lists())
+        return frame_of(self.lists(), "case")
 
     def to_xarray(self) -> Any:
         """Return the cases that are done as an ``xarray.Dataset`` over the parameters: numbers and status.
@@ -148,10 +148,10 @@ class StudyTable:
         --------
         ``table.to_xarray()["tension"].sel(sea_state=5).mean("seed").plot()``
         """
-        from kanefe.studies._xarray import data_set
+        from kanefe.studies.grid import over_parameters
 
         kept = {"kanefe": str(self.header["kanefe"]), "built by": str(self.header["build"]["name"])}
-        return data_set(self.lists(), self.parameters, kept)
+        return over_parameters(self.lists(), self.parameters, kept)
 
     def lists(self) -> dict[str, list[Any]]:
         """Return all columns as lists, None where a case has no value."""

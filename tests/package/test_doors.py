@@ -35,8 +35,8 @@ DOORS = {
     "pyyeti": {"kanefe/imports/_pyyeti.py"},
     "mapdl_archive": {"kanefe/imports/_mapdl.py"},
     "control": {"kanefe/linear/_control.py"},
-    "xarray": {"kanefe/environment/rao/_xarray.py", "kanefe/studies/_xarray.py"},
-    "h5netcdf": {"kanefe/environment/rao/_xarray.py"},
+    "xarray": {"kanefe/storage/_xarray.py"},
+    "h5netcdf": {"kanefe/storage/_xarray.py"},
     "wavespectra": {"kanefe/environment/_wavespectra.py"},
     "netCDF4": set(),
     "capytaine": set(),
@@ -46,7 +46,7 @@ DOORS = {
     "yourdfpy": {"kanefe/robots/_yourdfpy.py"},
     "mujoco": {"kanefe/robots/_mujoco.py"},
     "distributed": {"kanefe/studies/workers/_dask.py"},
-    "pandas": {"kanefe/studies/_pandas.py"},
+    "pandas": {"kanefe/storage/_pandas.py"},
     "cloudpickle": {"kanefe/storage/functions_by_value.py"},
 }
 SOURCES = sorted([*ROOT.glob("kanefe/**/*.py"), *ROOT.glob("fem/kanefe_fem/**/*.py")])

@@ -71,6 +71,10 @@ on("kanefe.Result.save", result, path="a.h5", forces=False)
 PAGE = {"colour": None, "stress": (), "forces": False, "fps": None, "every": 2, "scale": 1.0, "title": "x"}
 on("kanefe.Result.to_html", result, path="a.html", **PAGE)
 on("kanefe.Result.view", result, **PAGE)
+for method in ("to_dataframe", "to_xarray"):
+    on(f"kanefe.Result.{method}", result, channels=["position beam/tip", "kinetic_energy"])
+for method, name in (("to_csv", "a.csv"), ("to_matlab", "a.mat")):
+    on(f"kanefe.Result.{method}", result, path=name, channels={"tip": "position beam/tip"})
 on("kanefe.Result.to_vtk", result, path="a.pvd", fps=None, every=2, scale=1.0)
 files("kanefe.load_result", kf.load_result, path="run.h5")
 

@@ -134,7 +134,7 @@ def test_a_frame_and_a_frame_of_parameters() -> None:
 
     rows = pandas.DataFrame({"length": [0.5, 0.7], "angle": [0.1, 0.2]})
     table = kf.Study(pendulum, lowest, table=rows, duration=0.1).run("serial")
-    frame = table.frame()
+    frame = table.to_dataframe()
     assert frame.index.name == "case"
     assert frame["lowest"].to_numpy().tobytes() == table.column("lowest").tobytes()
     assert frame.loc[1, "status"] == "finished"

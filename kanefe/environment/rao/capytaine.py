@@ -18,7 +18,7 @@ MOTIONS = "radiating_dof"
 
 def read_netcdf(path: Path, symmetric: bool | None = None) -> MotionRao:
     """Return the RAO of a file; see `read_capytaine`."""
-    from kanefe.environment.rao._xarray import open_dataset
+    from kanefe.storage._xarray import open_dataset
 
     return read_capytaine(open_dataset(path), symmetric, path)
 

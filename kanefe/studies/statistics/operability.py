@@ -55,12 +55,12 @@ class Operability:
         """Return a dict for each cell of each output: its parameters and all numbers, NaN without a fit."""
         return [self._row(output, cell) for output, cells in self.cells.items() for cell in cells]
 
-    def frame(self) -> Any:
+    def to_dataframe(self) -> Any:
         """Return the same as a ``pandas.DataFrame``; `MissingDependency` without pandas."""
-        from kanefe.studies._pandas import frame_of
+        from kanefe.storage._pandas import frame_of
 
         rows = self.rows()
-        return frame_of({"case": list(range(len(rows))), **{n: [row[n] for row in rows] for n in rows[0]}})
+        return frame_of({"case": range(len(rows)), **{n: [row[n] for row in rows] for n in rows[0]}}, "case")
 
     def governing(self) -> list[tuple[dict[str, Any], str, float]]:
         """Return for each cell its parameters, the limit that is exceeded most often, and the probability."""

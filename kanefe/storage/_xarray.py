@@ -1,12 +1,28 @@
-"""The door to xarray: data sets of netCDF files, read by h5netcdf on the same HDF5 as everything else."""
+"""The door to xarray: arrays with names, and netCDF files, read by h5netcdf on the same HDF5 as everything else."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from kanefe.errors import FileError, MissingDependency
 from kanefe.storage.files import regular_file
+
+
+def data_set_of(arrays: Mapping[str, Any], coordinates: Mapping[str, Any], about: Mapping[str, str]) -> Any:
+    """Return a data set of arrays, each as xarray takes them: dimensions, values and, if any, attributes.
+
+    Raises
+    ------
+    MissingDependency
+        If xarray is not installed.
+    """
+    try:
+        import xarray
+    except ImportError as problem:
+        raise MissingDependency("xarray", "arrays with names", "pip install 'kanefe[sea]'") from problem
+    return xarray.Dataset(dict(arrays), dict(coordinates), dict(about))
 
 
 def open_dataset(path: Path) -> Any:
