@@ -9,6 +9,7 @@ from kanefe._public import SERVED, lazy
 from kanefe._version import __version__
 
 if TYPE_CHECKING:
+    from kanefe import fatigue as fatigue
     from kanefe import studies as studies
     from kanefe.bodies.flexible import FlexibleBody as FlexibleBody
     from kanefe.contact import *  # noqa: F403

@@ -97,6 +97,7 @@ PARTS = (
     Dependency("wavespectra", "wavespectra", "measured seas", _SEA),
     Dependency("distributed", "distributed", "studies on a Dask cluster", _STUDY),
     Dependency("pandas", "pandas", "tables of studies as DataFrames", _STUDY),
+    Dependency("rainflow", "rainflow", "cycles of stress histories", _extra("fatigue")),
     Dependency("pyyeti", "pyyeti", "files of Nastran", _extra("nastran")),
     Dependency("mapdl_archive", "mapdl-archive", "nodes of Ansys", _extra("ansys")),
     Dependency(*COAL, "contact of convex shapes", _extra("collision")),

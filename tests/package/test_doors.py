@@ -46,6 +46,7 @@ DOORS = {
     "yourdfpy": {"kanefe/robots/_yourdfpy.py"},
     "mujoco": {"kanefe/robots/_mujoco.py"},
     "distributed": {"kanefe/studies/workers/_dask.py"},
+    "rainflow": {"kanefe/fatigue/_rainflow.py"},
     "pandas": {"kanefe/storage/_pandas.py"},
     "cloudpickle": {"kanefe/storage/functions_by_value.py"},
 }

@@ -29,7 +29,7 @@ from repository import ROOT
 from whole_signatures import whole_signature
 
 SNAPSHOT = Path(__file__).with_name("public_api.json")
-PACKAGES = ("kanefe", "kanefe.studies", "kanefe_fem")
+PACKAGES = ("kanefe", "kanefe.fatigue", "kanefe.studies", "kanefe_fem")
 
 SPOKEN = {"__call__", "__contains__", "__enter__", "__exit__", "__getitem__", "__iter__", "__len__"}
 """Special methods that users call by writing something else; those that Python makes by itself are left out."""

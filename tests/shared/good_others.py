@@ -62,6 +62,22 @@ def compiled() -> Any:
 CALLS["kanefe.CompiledLaw"] = Call(
     lambda: (kf.CompiledLaw, {"function": compiled(), "depth": 1e-3, "constants": (1e5,), "slopes": False})
 )
+STRESS = 2e8 * np.sin(np.arange(40.0))
+CURVE = kf.fatigue.SNCurve(160e6, 1e6, 5.0, 9.0)
+KNEE = {"cycles": 1e6, "slope": 5.0, "slope_below": 9.0}
+CALLS["kanefe.fatigue.SNCurve"] = Call(lambda: (kf.fatigue.SNCurve, {"amplitude": 160e6, **KNEE}))
+CALLS["kanefe.fatigue.SNCurve.from_range"] = Call(
+    lambda: (kf.fatigue.SNCurve.from_range, {"stress_range": 320e6, **KNEE})
+)
+CALLS["kanefe.fatigue.Goodman"] = Call(lambda: (kf.fatigue.Goodman, {"ultimate": 500e6}))
+CALLS["kanefe.fatigue.Gerber"] = Call(lambda: (kf.fatigue.Gerber, {"ultimate": 500e6}))
+CALLS["kanefe.fatigue.Walker"] = Call(lambda: (kf.fatigue.Walker, {"gamma": 0.5}))
+CALLS["kanefe.fatigue.count_cycles"] = Call(lambda: (kf.fatigue.count_cycles, {"history": STRESS}))
+CALLS["kanefe.fatigue.damage"] = Call(
+    lambda: (kf.fatigue.damage, {"history": STRESS, "curve": CURVE, "mean_stress": kf.fatigue.Walker()})
+)
+on("kanefe.fatigue.SNCurve.life", lambda: CURVE, amplitude=200e6)
+on("kanefe.fatigue.Cycles.histogram", lambda: kf.fatigue.count_cycles(STRESS), bins=8)
 on("kanefe.Study.table", study, store="store")
 
 

@@ -28,6 +28,8 @@ from kanefe_fem.recovery.strain_fields import Place, StrainFields, Tensor, check
 from kanefe_fem.recovery.vtk_arrays import vtk_arrays
 
 if TYPE_CHECKING:
+    from kanefe.fatigue import MeanStress, SNCurve
+    from kanefe_fem.recovery.damage_map import DamageMap
     from kanefe_fem.recovery.expressions import ExpressionTerms
     from kanefe_fem.recovery.section_forces import SectionForces
 
@@ -201,6 +203,39 @@ class Recovery:
         if key not in self._envelopes:
             self._envelopes[key] = envelope_of(self._fields(), self.eta, self.times, quantity, at, self.material)
         return self._envelopes[key]
+
+    def damage(
+        self,
+        curve: SNCurve,
+        *,
+        mean_stress: MeanStress | None = None,
+        quantity: str = "signed_von_mises",
+        floor: float = 1e-3,
+    ) -> DamageMap:
+        """Return the damage by fatigue at the nodes of the surface: rainflow counting and Miner's rule.
+
+        Parameters
+        ----------
+        curve : kanefe.fatigue.SNCurve
+        mean_stress : Goodman, Gerber or Walker of kanefe.fatigue, optional
+            Default: mean stress is not regarded.
+        quantity : str
+            "signed_von_mises" with the sign of the trace, or a component in G: "xx", "yy", "zz", "yz", "xz", "xy".
+        floor : float
+            Share of the largest damage below which nodes are not counted: they get an upper bound.
+
+        Raises
+        ------
+        ModelError
+            If there is no such quantity, the run has one time only, or the mean stress alone breaks the material.
+
+        Examples
+        --------
+        ``print(kanefe_fem.recover(result, "arm").damage(kf.fatigue.SNCurve(160e6, 1e6, 5, 9)))``
+        """
+        from kanefe_fem.recovery.damage_map import damage_map
+
+        return damage_map(self._fields(), self.eta, curve, mean_stress, quantity, floor, self.material)
 
     def gauge(self, position: Sequence[float] | np.ndarray, direction: Sequence[float] | np.ndarray) -> np.ndarray:
         """Return the history of a strain gauge, shape (T,).
