@@ -6,10 +6,10 @@ a body is ``kanefe_fem.recover(result, "arm").damage(curve)``.
 """
 
 from kanefe.fatigue.curve import SNCurve as SNCurve
-from kanefe.fatigue.damage import Cycles as Cycles
-from kanefe.fatigue.damage import Damage as Damage
-from kanefe.fatigue.damage import count_cycles as count_cycles
-from kanefe.fatigue.damage import damage as damage
+from kanefe.fatigue.miner import Cycles as Cycles
+from kanefe.fatigue.miner import Damage as Damage
+from kanefe.fatigue.miner import count_cycles as count_cycles
+from kanefe.fatigue.miner import damage as damage
 from kanefe.fatigue.mean_stress import Gerber as Gerber
 from kanefe.fatigue.mean_stress import Goodman as Goodman
 from kanefe.fatigue.mean_stress import MeanStress as MeanStress

@@ -7,7 +7,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.errors import ModelError
-from kanefe.fatigue.damage import law_of
+from kanefe.fatigue.miner import law_of
 from kanefe.kernels.fatigue.cycle_damage import damage_of_stresses
 
 STEEL = kf.fatigue.SNCurve(amplitude=160e6, cycles=1e6, slope=5, slope_below=9)
