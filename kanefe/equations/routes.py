@@ -32,6 +32,14 @@ def functions_of_route(model: ModelData, has_jacobian: bool) -> list[CompiledFun
     return [] if model.has_unreduced or obstacles_of(model) else functions_of_scene(model, has_jacobian)
 
 
+def directions_of_loads(model: ModelData) -> int:
+    """Return in how many directions loads between frames stiffen sweeps, 0: not in few of them, or there are none."""
+    from kanefe.order_n import stiff_directions
+    from kanefe.order_n.route import obstacles_of
+
+    return 0 if model.has_unreduced or obstacles_of(model) else stiff_directions.directions_of_loads(model)
+
+
 def starting_route(model: ModelData) -> Route:
     """Return a route for the start only, without tables of kernels."""
     if model.has_unreduced:

@@ -41,6 +41,7 @@ from kanefe.kernels.steppers.step_commands import (
     LARGEST_OF_DRIVES,
     MAP,
     MAP_SIZE,
+    MOST_DIRECTIONS,
     NEXT_OUTPUT,
     NEXT_STEP,
     PROJECT,
@@ -384,7 +385,9 @@ class KernelStepper:
 
     @cached_property
     def _compiled_run(self) -> PreparedRun:
-        needs = MethodNeeds(self._kernels.is_implicit, self._kernels.keeps_balance, self._has_jacobian)
+        has_directions = bool(self.integers[MOST_DIRECTIONS])
+        has_derivatives = self._has_jacobian and not has_directions
+        needs = MethodNeeds(self._kernels.is_implicit, self._kernels.keeps_balance, has_derivatives, has_directions)
         return self.dynamics.route.compiled_run(self.integers, self.reals, self.vectors, needs)
 
     @cached_property

@@ -7,8 +7,9 @@ joints, a linearly implicit sweep is a Newton step in order n, with matrices tha
     (M + s C + r K) x = F + (s C + r K) du1,    x the next du1.
 
 What it does not know (gyroscopic terms, functions of the user) converges with the step, and by Anderson's mixing. Else,
-with loads between frames, contacts and their friction, the Newton matrix is made from the Jacobian, and kept over steps
-as long as the iteration converges fast: see `generalised_alpha_systems`.
+with loads between frames, contacts and their friction, the Newton matrix is that sweep with the few directions in which
+loads stiffen it, or it is made from the Jacobian; both are kept over steps as long as the iteration converges fast: see
+`generalised_alpha_systems`.
 
 An iteration has a bounded number of evaluations. One of a fixed step that has come near enough is left there, and
 counted; a free step is shortened. Free steps follow the third-order part of the move, filtered by the same matrix so
@@ -52,7 +53,6 @@ from kanefe.kernels.steppers.generalised_alpha_state import (
     MEMORY,
     NEW,
     RESIDUAL,
-    SHARE_OF_RATES,
     STEP_BEFORE,
     STEP_OF_A,
     TAKES_JACOBIAN,
@@ -70,6 +70,7 @@ from kanefe.kernels.steppers.step_commands import (
     ACCEPTED,
     AT,
     COORDINATES,
+    DIRECTIONS,
     DONE,
     ERROR,
     FAILED,
@@ -78,6 +79,7 @@ from kanefe.kernels.steppers.step_commands import (
     IS_FIXED,
     JACOBIAN,
     JACOBIANS,
+    MOST_DIRECTIONS,
     NEXT_OUTPUT,
     NEXT_STEP,
     NO_CONVERGENCE,
@@ -86,6 +88,7 @@ from kanefe.kernels.steppers.step_commands import (
     REASON,
     REJECTED,
     RELATIVE,
+    SHARE_OF_RATES,
     SHARE_STIFFNESS,
     SLOPE,
     SMALLEST,
@@ -97,10 +100,11 @@ from kanefe.kernels.steppers.step_commands import (
     TIME,
     TIME_AT,
     TOO_SMALL,
-    WORST,
     accept,
     ask,
     clip,
+    even_part,
+    largest_share,
 )
 
 FIRST_SHARE = 1e-4
@@ -125,14 +129,15 @@ MOST_HALVINGS = 4
 """Number of times that a Newton step is halved."""
 
 # Where to go on
-BEGIN, FIRST, AHEAD, OF_JERK, ITERATED, DIFFERENTIATED, FILTERED, AFTER, PROJECTED = range(9)
+BEGIN, FIRST, AHEAD, OF_JERK, MADE, JERK_FILTERED, ITERATED, DIFFERENTIATED, FILTERED, AFTER, PROJECTED = range(11)
 
 
 @kernel
 def _ask_end(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Ask for the accelerations at the end of the step."""
     put_end(integers, reals, vectors, table)
-    return ask(integers, RATES if integers[TAKES_JACOBIAN] else IMPLICIT, ITERATED)
+    is_plain = integers[TAKES_JACOBIAN] and integers[MOST_DIRECTIONS] == 0
+    return ask(integers, RATES if is_plain else IMPLICIT, ITERATED)
 
 
 @kernel
@@ -142,9 +147,7 @@ def _up_to_output(integers: np.ndarray, reals: np.ndarray, wanted: float) -> flo
     Within a step, modes that it does not resolve are not known: their energy there would be that of the interpolation.
     """
     rest = reals[NEXT_OUTPUT] - reals[TIME]
-    if integers[IS_FIXED] or not reals[SMALLEST] < rest < np.inf or wanted <= 0.5 * rest:
-        return wanted
-    return rest if wanted >= rest * (1.0 - 1e-9) else 0.5 * rest
+    return wanted if integers[IS_FIXED] or not reals[SMALLEST] < rest < np.inf else even_part(wanted, rest)
 
 
 @kernel
@@ -166,42 +169,43 @@ def _filter(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, row: i
     The state AT has the accelerations du: with pushes by du - x a linearly implicit evaluation gives
     ``du - x + (M + s C + r K)^-1 M x``.
     """
-    n, m, x = integers[COORDINATES], integers[SPEEDS], vectors[row]
-    if integers[TAKES_JACOBIAN]:
-        for i in range(n + m, n + m + integers[FOLLOWED]):
-            x[i] = 0.0
-        if are_factored(integers, reals) or factorise_newton(integers, reals, vectors):
-            solve_newton(integers, vectors, x)
+    n, m = integers[COORDINATES], integers[SPEEDS]
+    if integers[TAKES_JACOBIAN] and integers[MOST_DIRECTIONS] == 0:
+        _solve_filter(integers, reals, vectors, row)
         return 0
-    if not integers[HAS_STIFFNESS]:
+    if not (integers[TAKES_JACOBIAN] or integers[HAS_STIFFNESS]):
         return 0
     for i in range(n, n + m):
-        vectors[CHANGE, i] = vectors[FOUND, i] - x[i]
+        vectors[CHANGE, i] = vectors[FOUND, i] - vectors[row, i]
     push_by(integers, reals, vectors, vectors[CHANGE])
     return ask(integers, IMPLICIT, stage)
 
 
 @kernel
-def _take_filtered(integers: np.ndarray, vectors: np.ndarray, row: int) -> None:
+def _solve_filter(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, row: int) -> None:
+    end = integers[COORDINATES] + integers[SPEEDS]
+    vectors[row, end : end + integers[FOLLOWED]] = 0.0
+    if are_factored(integers, reals) or factorise_newton(integers, reals, vectors):
+        solve_newton(integers, vectors, vectors[row])
+
+
+@kernel
+def _take_filtered(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, row: int) -> None:
     n = integers[COORDINATES]
     for i in range(n, n + integers[SPEEDS]):
         vectors[row, i] = vectors[SLOPE, i] - vectors[CHANGE, i]
+    if integers[TAKES_JACOBIAN]:
+        _solve_filter(integers, reals, vectors, row)
 
 
 @kernel
 def _size(integers: np.ndarray, vectors: np.ndarray, weight: float, change: np.ndarray) -> float:
     """Write a change of the unknowns, weighted if of accelerations, in what is allowed; return the largest part."""
-    n, m, largest = integers[COORDINATES], integers[SPEEDS], 0.0
-    for i in range(n, n + m + integers[FOLLOWED]):
-        share = (weight if i < n + m else 1.0) * change[i] / vectors[ALLOWED, i]
-        vectors[RESIDUAL, i] = share
-        size = abs(share)
-        if not size <= largest:
-            largest = size
-            integers[WORST] = i
-            if not size < np.inf:
-                return np.inf
-    return largest
+    n, m = integers[COORDINATES], integers[SPEEDS]
+    end = n + m + integers[FOLLOWED]
+    for i in range(n, end):
+        vectors[RESIDUAL, i] = (weight if i < n + m else 1.0) * change[i] / vectors[ALLOWED, i]
+    return largest_share(integers, vectors[RESIDUAL], n, end)
 
 
 @kernel
@@ -274,8 +278,9 @@ def _correct(
     """
     n, m, change = integers[COORDINATES], integers[SPEEDS], vectors[TRIED]
     end = n + m + integers[FOLLOWED]
-    if integers[IS_WANTED] or not integers[HAS_JACOBIAN]:
-        return _ask_jacobian(integers)
+    is_old = integers[MOST_DIRECTIONS] > 0 and not (is_differentiated or are_factored(integers, reals))
+    if integers[IS_WANTED] or is_old or not integers[HAS_JACOBIAN]:  # directions are those of a length of the step
+        return _ask_jacobian(integers, DIFFERENTIATED)
     if not (are_factored(integers, reals) or factorise_newton(integers, reals, vectors)):
         return _shorten(integers, reals, vectors, table, 0.5 * reals[STEP])
     for i in range(n, n + m):
@@ -292,7 +297,7 @@ def _correct(
             integers[HALVINGS] += 1
             share = -0.5
         elif size > SLOW * reals[CORRECTION] and (integers[IS_FIXED] or not integers[IS_FRESH]):
-            return _ask_jacobian(integers)
+            return _ask_jacobian(integers, DIFFERENTIATED)
     if share > 0.0:
         copy(change[n:end], vectors[CHANGE, n:end])
         integers[HALVINGS] = 0
@@ -305,10 +310,16 @@ def _correct(
 
 
 @kernel
-def _ask_jacobian(integers: np.ndarray) -> int:
-    """Ask for the Jacobian of the state that was evaluated last."""
+def _ask_jacobian(integers: np.ndarray, stage: int) -> int:
+    """Ask for the Jacobian, or the directions, of the state that was evaluated last."""
     integers[JACOBIANS] += 1
-    return ask(integers, JACOBIAN, DIFFERENTIATED)
+    return ask(integers, JACOBIAN if integers[MOST_DIRECTIONS] == 0 else DIRECTIONS, stage)
+
+
+@kernel
+def _take_jacobian(integers: np.ndarray, reals: np.ndarray) -> None:
+    integers[HAS_JACOBIAN], integers[IS_FRESH], integers[IS_WANTED] = 1, 1, 0
+    reals[FACTORED] = 0.0
 
 
 @kernel
@@ -404,11 +415,10 @@ def advance_generalised_alpha(integers: np.ndarray, reals: np.ndarray, vectors: 
             return _correct(integers, reals, vectors, table, False)
         return _iterate(integers, reals, vectors, table)
     if stage == DIFFERENTIATED:
-        integers[HAS_JACOBIAN], integers[IS_FRESH], integers[IS_WANTED] = 1, 1, 0
-        reals[FACTORED] = 0.0
+        _take_jacobian(integers, reals)
         return _correct(integers, reals, vectors, table, True)
     if stage == FILTERED:
-        _take_filtered(integers, vectors, TRIED)
+        _take_filtered(integers, reals, vectors, TRIED)
         return _judge(integers, reals, vectors, table)
     if stage == AHEAD:
         for i in range(n, n + m):
@@ -416,17 +426,20 @@ def advance_generalised_alpha(integers: np.ndarray, reals: np.ndarray, vectors: 
             vectors[FOUND, i] = vectors[AT_START, i]
         copy(vectors[STATE], vectors[AT])
         reals[TIME_AT] = reals[TIME]
-        if integers[TAKES_JACOBIAN] and not integers[HAS_JACOBIAN]:
-            integers[JACOBIANS] += 1
-            return ask(integers, JACOBIAN, OF_JERK)
-        asked = _filter(integers, reals, vectors, JERK, OF_JERK)
+        is_made = integers[HAS_JACOBIAN] and (integers[MOST_DIRECTIONS] == 0 or are_factored(integers, reals))
+        if integers[TAKES_JACOBIAN] and not is_made:
+            return _ask_jacobian(integers, OF_JERK)
+        stage = MADE
+    elif stage == OF_JERK:
+        _take_jacobian(integers, reals)
+        integers[IS_FRESH] = 0  # it is that of the start
+        stage = MADE
+    if stage == MADE:
+        asked = _filter(integers, reals, vectors, JERK, JERK_FILTERED)
         if asked != 0:
             return asked
-    elif integers[TAKES_JACOBIAN]:  # OF_JERK
-        integers[HAS_JACOBIAN], integers[IS_WANTED] = 1, 0
-        _filter(integers, reals, vectors, JERK, OF_JERK)
-    else:
-        _take_filtered(integers, vectors, JERK)
+    else:  # JERK_FILTERED
+        _take_filtered(integers, reals, vectors, JERK)
     integers[HAS_JERK] = 1
     know_step(integers, reals, vectors, table)
     return _ask_end(integers, reals, vectors, table)
