@@ -54,10 +54,10 @@ class CompiledRun:
         evaluated = self._for_kernels(kernel.prepared(drives, inputs, vectors, memory))
         closing = balanced = directed = NOT_CALLED
         if needs.directions:
-            tables, speeds = (route.tables, route.flexible, route.between, route.loops), route.model.free_count
-            own = np.empty(directions_memory_size(route.between, speeds + len(drives)))
-            bound = put_directions.bound(*tables, drives, inputs, integers, reals, vectors, memory, own)
-            directed = self._for_kernels(bound.prepared())
+            scene_tables = route.tables, route.flexible, route.between, route.loops
+            own = np.empty(directions_memory_size(route.between, route.model.free_count + len(drives)))
+            directions = put_directions.bound(*scene_tables, drives, inputs, integers, reals, vectors, memory, own)
+            directed = self._for_kernels(directions.prepared())
         if route.has_loops:
             memory = np.empty(closing_memory_size(route.tables, route.elastic, route.loops))
             closing = self._for_kernels(route.closing.prepared(0.0, drives, closed, memory))

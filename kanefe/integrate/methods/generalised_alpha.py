@@ -56,7 +56,8 @@ def compiled_alpha(formula: GeneralisedAlpha) -> CompiledAlpha:
 def _kernels(formula: GeneralisedAlpha, takes_jacobian: bool, directions: int) -> Kernels:
     from kanefe.integrate.methods.kernel_set import Kernels
     from kanefe.kernels.steppers import generalised_alpha, generalised_alpha_state
-    from kanefe.kernels.steppers.step_commands import JACOBIAN_ROW, MOST_DIRECTIONS
+    from kanefe.kernels.steppers.directions_wanted import MOST_DIRECTIONS
+    from kanefe.kernels.steppers.step_commands import JACOBIAN_ROW
 
     rows, rows_per_speed, rows_per_state = generalised_alpha_state.rows_needed(takes_jacobian, directions)
     first = generalised_alpha_state.JACOBIAN_ROWS

@@ -20,6 +20,7 @@ from kanefe.integrate.methods.step_failures import step_failure
 from kanefe.integrate.run_checks.bending_check import bends_in_kernels, bends_of_kernels, watched_bodies
 from kanefe.integrate.step_times import StepTimes
 from kanefe.integrate.stepper import BESIDE, LEAST_STEPS, Unconverged, beyond
+from kanefe.kernels.steppers.directions_wanted import MOST_DIRECTIONS
 from kanefe.kernels.steppers.step_commands import (
     AT,
     BALANCE,
@@ -41,7 +42,6 @@ from kanefe.kernels.steppers.step_commands import (
     LARGEST_OF_DRIVES,
     MAP,
     MAP_SIZE,
-    MOST_DIRECTIONS,
     NEXT_OUTPUT,
     NEXT_STEP,
     PROJECT,

@@ -9,7 +9,6 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import Numbers, cross, dot, matrix, plus, rotated_back, vector
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.layout import (
-    AXES,
     BASIS,
     BENT,
     COUNT,
@@ -66,16 +65,14 @@ def walk_inward(
             J[speed] += dot(v, force) + dot(w, moment)
             reach[speed] += np.sqrt(abs(dot(v, v).real)) * f_size + np.sqrt(abs(dot(w, w).real)) * m_size
         elif kind in (SPHERICAL, FREE):
-            last, turning = speed, rotated_back(matrix(work, i, R), moment)
+            last = speed
             if kind == FREE:
-                fixed, parent = matrix(geometry, i, AXES), rows[i, PARENT]
-                pushing = rotated_back(fixed, force if parent < 0 else rotated_back(matrix(work, parent, R), force))
-                for c in range(3):
-                    J[speed + c] += pushing[c]
+                for c in range(3):  # in N: the length is what matters
+                    J[speed + c] += force[c]
                     reach[speed + c] += f_size
                 last += 3
             for c in range(3):
-                J[last + c] += turning[c]
+                J[last + c] += moment[c]
                 reach[last + c] += m_size
         lever = vector(work, i, OFFSET)
         moment = plus(moment, cross(lever, force))

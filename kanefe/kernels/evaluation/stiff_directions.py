@@ -1,20 +1,20 @@
 """The directions in which loads between frames stiffen a linearly implicit sweep: a change of the tree of low rank.
 
-A sweep gives ``g = (M + s C + r K)^-1 (F + (s C + r K) du)`` with the stiffness of modes and joints. That of loads
-between frames, see `kanefe.kernels.loads.load_tangents`, is a sum of products of a wrench and a row, ``B T B^T``, so
-that Newton's correction of ``du = g`` and ``z = known + p g_z`` is
+A sweep gives ``x = (M + s C + r K)^-1 (F + (s C + r K) du)`` with the stiffness of modes and joints. That of loads
+between frames, see `kanefe.kernels.loads.load_tangents`, is a sum of products of wrenches and rows, so that Newton's
+correction of ``du = x`` and ``z = known + p g`` is
 
-    ddu - Z (W ddu + V rest) = du - g,    dz = X ddu + Y rest,
+    ddu - Z (W ddu + V rest) = du - x,    dz = X ddu + Y rest,    rest = z - known - p g,
 
 where the columns of Z are what the tree answers to the wrenches, a sweep of forces each. Elimination with the largest
-pivot of each load finds as many products as its tangents have: a spring along a line has one, and two if it is taut.
+pivot of each load finds as many products as its tangents have: of a spring one, and three if it is under tension.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import cross, plus, three
+from kanefe.kernels.algebra.vectors import copy, cross, matrix, plus, put_three, rotated_back, three
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import Integers, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
@@ -24,7 +24,20 @@ from kanefe.kernels.constraints.loop_tables import Loops
 from kanefe.kernels.constraints.multipliers import clear_all_forces
 from kanefe.kernels.evaluation.evaluation import Workspace, parts_of, workspace_in
 from kanefe.kernels.force_elements.places import WRENCH
-from kanefe.kernels.layout import FlexibleTables, Tables
+from kanefe.kernels.layout import (
+    AXES,
+    COUNT,
+    DETA,
+    FREE,
+    KIND,
+    PARENT,
+    SPEED,
+    SPHERICAL,
+    TRANSFORM,
+    FlexibleTables,
+    R,
+    Tables,
+)
 from kanefe.kernels.loads.load_tangents import (
     largest_of,
     put_tangents,
@@ -38,23 +51,22 @@ from kanefe.kernels.loads.loads_layout import (
     END_COUNT,
     FIRST_END,
     FIRST_STATE,
-    SPEED,
     STATE_COUNT,
     LoadsBetween,
 )
+from kanefe.kernels.loads.loads_layout import SPEED as SPEED_OF_MARKER
 from kanefe.kernels.loads.markers import lever_of
 from kanefe.kernels.loads.point_and_field_loads import push
 from kanefe.kernels.loads.reach import nearness_at
+from kanefe.kernels.steppers.directions_wanted import MOST_DIRECTIONS, RANK, SHARE_OF_RATES
 from kanefe.kernels.steppers.step_commands import (
     JACOBIAN_ROW,
-    MOST_DIRECTIONS,
-    RANK,
     SHARE_DAMPING,
-    SHARE_OF_RATES,
     SHARE_STIFFNESS,
     TIME_AT,
 )
 from kanefe.kernels.sweeps.accelerations import sweep_accelerations
+from kanefe.kernels.sweeps.elastic import total
 from kanefe.kernels.sweeps.inward import sweep_forces_inward
 
 NEGLIGIBLE = 1e-12
@@ -136,7 +148,7 @@ def _respond(
         end = between.loads[n, FIRST_END] + i
         row, force, moment = between.rows[end], three(wrenches, WRENCH * i), three(wrenches, WRENCH * i + 3)
         if row == COORDINATE:
-            applied[int(between.markers[end, SPEED])] += force[0]
+            applied[int(between.markers[end, SPEED_OF_MARKER])] += force[0]
         elif row >= 0:
             lever = lever_of(between.markers, end, row, work)
             push(tables.rows, flexible, row, force, plus(moment, cross(lever, force)), work, modal)
@@ -165,14 +177,42 @@ def _put_row(
         end = between.loads[n, FIRST_END] + i
         at, force, moment = between.rows[end], three(along, WRENCH * i), three(along, WRENCH * i + 3)
         if at == COORDINATE:
-            row[int(between.markers[end, SPEED])] += force[0]
+            row[int(between.markers[end, SPEED_OF_MARKER])] += force[0]
         elif at >= 0:
             lever = lever_of(between.markers, end, at, work)
             whole = plus(moment, cross(lever, force))
             walk_inward(tables, flexible, at, force, whole, work, workspace.modal, row, reach)
+    _over_speeds(tables, flexible, work, row, reach)
     out[:] = 0.0
     for i in range(free):
         out[i] = share * row[i]
     states = free + between.loads[n, FIRST_STATE]
     for i in range(len(along) - WRENCH * count):
         out[states + i] = share * along[WRENCH * count + i]
+
+
+@kernel
+def _over_speeds(
+    tables: Tables, flexible: FlexibleTables | None, work: np.ndarray, row: np.ndarray, found: np.ndarray
+) -> None:
+    """Replace what a row has in N, and of modes of unit mass, by what it has of the speeds."""
+    rows = tables.rows
+    for i in range(len(rows)):
+        if rows[i, KIND] in (SPHERICAL, FREE):
+            speed, parent = rows[i, SPEED], rows[i, PARENT]
+            if rows[i, KIND] == FREE:
+                force = three(row, speed)
+                if parent >= 0:
+                    force = rotated_back(matrix(work, parent, R), force)
+                put_three(row, speed, rotated_back(matrix(tables.geometry, i, AXES), force))
+                speed += 3
+            put_three(row, speed, rotated_back(matrix(work, i, R), three(row, speed)))
+    if flexible is not None:
+        for f in range(len(flexible.bodies)):
+            body = flexible.bodies[f]
+            k, first = body[COUNT], body[DETA]
+            if body[TRANSFORM] >= 0:
+                transform = flexible.pool[body[TRANSFORM] : body[TRANSFORM] + k * k].reshape(k, k)
+                for j in range(k):
+                    found[j] = total(transform[j], row[first : first + k])
+                copy(found[:k], row[first : first + k])

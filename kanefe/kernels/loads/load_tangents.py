@@ -106,8 +106,8 @@ def put_tangents(
     workspace : ndarray
         Of `add_loads_between`.
     """
-    motion, own, out, T, D, pivots, column = memory
-    count, followed = WRENCH * between.loads[n, END_COUNT], len(D)
+    motion, own, out, T = memory.motion, memory.states, memory.out, memory.T
+    count, followed = WRENCH * between.loads[n, END_COUNT], len(memory.D)
     first, place = between.loads[n, FIRST_STATE], place_of_load(between)
     address, numbers = between.addresses[n, COMPLEX], between.numbers[between.loads[n, FIRST_NUMBER] :]
     given = inputs[between.loads[n, INPUT] :]

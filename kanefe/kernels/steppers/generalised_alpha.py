@@ -6,10 +6,10 @@ joints, a linearly implicit sweep is a Newton step in order n, with matrices tha
 
     (M + s C + r K) x = F + (s C + r K) du1,    x the next du1.
 
-What it does not know (gyroscopic terms, functions of the user) converges with the step, and by Anderson's mixing. Else,
-with loads between frames, contacts and their friction, the Newton matrix is that sweep with the few directions in which
-loads stiffen it, or it is made from the Jacobian; both are kept over steps as long as the iteration converges fast: see
-`generalised_alpha_systems`.
+What it does not know (gyroscopic terms, functions of the user) converges with the step, and by Anderson's mixing. With
+loads between frames the few directions in which they stiffen it are added. Else, with many of them, contacts of
+flexible bodies, or loops and loads, the Newton matrix is made from the Jacobian. Directions and Jacobians are kept over
+steps as long as the iteration converges fast: see `generalised_alpha_systems`.
 
 An iteration has a bounded number of evaluations. One of a fixed step that has come near enough is left there, and
 counted; a free step is shortened. Free steps follow the third-order part of the move, filtered by the same matrix so
@@ -24,6 +24,7 @@ from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import ADVANCE
 from kanefe.kernels.compiler.entries import built_first, pointer
+from kanefe.kernels.steppers.directions_wanted import DIRECTIONS, MOST_DIRECTIONS, SHARE_OF_RATES
 from kanefe.kernels.steppers.generalised_alpha_state import (
     AHEAD_SHARE,
     ALLOWED,
@@ -51,6 +52,7 @@ from kanefe.kernels.steppers.generalised_alpha_state import (
     LAST_UNCONVERGED,
     LEFT,
     MEMORY,
+    MIXED_FROM,
     NEW,
     RESIDUAL,
     STEP_BEFORE,
@@ -70,16 +72,15 @@ from kanefe.kernels.steppers.step_commands import (
     ACCEPTED,
     AT,
     COORDINATES,
-    DIRECTIONS,
     DONE,
     ERROR,
+    EVALUATIONS,
     FAILED,
     HAS_LOOPS,
     IMPLICIT,
     IS_FIXED,
     JACOBIAN,
     JACOBIANS,
-    MOST_DIRECTIONS,
     NEXT_OUTPUT,
     NEXT_STEP,
     NO_CONVERGENCE,
@@ -88,7 +89,6 @@ from kanefe.kernels.steppers.step_commands import (
     REASON,
     REJECTED,
     RELATIVE,
-    SHARE_OF_RATES,
     SHARE_STIFFNESS,
     SLOPE,
     SMALLEST,
@@ -100,11 +100,10 @@ from kanefe.kernels.steppers.step_commands import (
     TIME,
     TIME_AT,
     TOO_SMALL,
+    WORST,
     accept,
     ask,
     clip,
-    even_part,
-    largest_share,
 )
 
 FIRST_SHARE = 1e-4
@@ -147,7 +146,9 @@ def _up_to_output(integers: np.ndarray, reals: np.ndarray, wanted: float) -> flo
     Within a step, modes that it does not resolve are not known: their energy there would be that of the interpolation.
     """
     rest = reals[NEXT_OUTPUT] - reals[TIME]
-    return wanted if integers[IS_FIXED] or not reals[SMALLEST] < rest < np.inf else even_part(wanted, rest)
+    if integers[IS_FIXED] or not reals[SMALLEST] < rest < np.inf or wanted <= 0.5 * rest:
+        return wanted
+    return rest if wanted >= rest * (1.0 - 1e-9) else 0.5 * rest
 
 
 @kernel
@@ -155,7 +156,7 @@ def _begin_step(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, ta
     """Begin a step, or the same step again with another length; first see to the rate of change of a."""
     clip(integers, reals, _up_to_output(integers, reals, reals[NEXT_STEP]))
     know_step(integers, reals, vectors, table)
-    integers[ITERATION] = integers[IS_FRESH] = integers[HALVINGS] = 0
+    integers[ITERATION] = integers[MIXED_FROM] = integers[IS_FRESH] = integers[HALVINGS] = 0
     if not integers[HAS_JERK] and integers[SPEEDS] > 0:
         put_ahead(integers, reals, vectors)
         return ask(integers, RATES, AHEAD)
@@ -201,11 +202,17 @@ def _take_filtered(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray,
 @kernel
 def _size(integers: np.ndarray, vectors: np.ndarray, weight: float, change: np.ndarray) -> float:
     """Write a change of the unknowns, weighted if of accelerations, in what is allowed; return the largest part."""
-    n, m = integers[COORDINATES], integers[SPEEDS]
-    end = n + m + integers[FOLLOWED]
-    for i in range(n, end):
-        vectors[RESIDUAL, i] = (weight if i < n + m else 1.0) * change[i] / vectors[ALLOWED, i]
-    return largest_share(integers, vectors[RESIDUAL], n, end)
+    n, m, largest = integers[COORDINATES], integers[SPEEDS], 0.0
+    for i in range(n, n + m + integers[FOLLOWED]):
+        share = (weight if i < n + m else 1.0) * change[i] / vectors[ALLOWED, i]
+        vectors[RESIDUAL, i] = share
+        size = abs(share)
+        if not size <= largest:
+            largest = size
+            integers[WORST] = i
+            if not size < np.inf:
+                return np.inf
+    return largest
 
 
 @kernel
@@ -216,7 +223,7 @@ def _shorten(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table
         if not integers[TAKES_JACOBIAN] or integers[IS_FRESH]:
             return ask(integers, FAILED, AFTER)
         know_step(integers, reals, vectors, table)  # the Jacobian of an earlier state may be what is wrong
-        integers[ITERATION] = integers[HALVINGS] = 0
+        integers[ITERATION] = integers[MIXED_FROM] = integers[HALVINGS] = 0
         return _ask_end(integers, reals, vectors, table)
     integers[REJECTED] += 1
     integers[REASON] = TOO_SMALL
@@ -249,21 +256,41 @@ def _go_on_or_leave(
 
 
 @kernel
-def _iterate(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
-    """Take the iteration that a linearly implicit evaluation has done."""
-    n, m = integers[COORDINATES], integers[SPEEDS]
+def _needs_jacobian(integers: np.ndarray, reals: np.ndarray, is_differentiated: bool) -> bool:
+    """Return whether there is no Jacobian, or no directions for this length of the step."""
+    is_old = integers[MOST_DIRECTIONS] > 0 and not (is_differentiated or are_factored(integers, reals))
+    return bool(integers[IS_WANTED] or is_old or not integers[HAS_JACOBIAN])
+
+
+@kernel
+def _iterate(
+    integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, is_differentiated: bool
+) -> int:
+    """Take the iteration that a linearly implicit evaluation has done, with what directions of loads add."""
+    n, m, change = integers[COORDINATES], integers[SPEEDS], vectors[CHANGE]
     for i in range(n, n + m):
-        vectors[CHANGE, i] = vectors[SLOPE, i] - vectors[FOUND, i]
-    size = _size(integers, vectors, reals[SHARE_STIFFNESS], vectors[CHANGE])
+        change[i] = vectors[SLOPE, i] - vectors[FOUND, i]
+    if integers[TAKES_JACOBIAN]:
+        if _needs_jacobian(integers, reals, is_differentiated):
+            return _ask_jacobian(integers, DIFFERENTIATED)
+        if not (are_factored(integers, reals) or factorise_newton(integers, reals, vectors)):
+            return _shorten(integers, reals, vectors, table, 0.5 * reals[STEP])
+        solve_newton(integers, vectors, change)
+    size = _size(integers, vectors, reals[SHARE_STIFFNESS], change)
     if not size < np.inf:
         return _shorten(integers, reals, vectors, table, 0.25 * reals[STEP])
-    if size <= CONVERGED:
-        copy(vectors[SLOPE, n : n + m], vectors[FOUND, n : n + m])
-        return _finish(integers, reals, vectors, table)
-    memory = vectors[MEMORY : MEMORY + ROWS_OF_MIXING]
+    is_slow = integers[ITERATION] > 0 and size > max(CONVERGED, SLOW * reals[CORRECTION])
+    if is_slow and integers[TAKES_JACOBIAN] and not integers[IS_FRESH]:
+        integers[MIXED_FROM] = integers[ITERATION]
+        return _ask_jacobian(integers, DIFFERENTIATED)
     copy(vectors[FOUND], vectors[NEW])
-    copy(vectors[SLOPE, n : n + m], vectors[NEW, n : n + m])
-    mix(memory, integers[ITERATION], vectors[RESIDUAL], vectors[NEW], vectors[FOUND])
+    for i in range(n, n + m):
+        vectors[NEW, i] += change[i]
+    if size <= CONVERGED:
+        copy(vectors[NEW, n : n + m], vectors[FOUND, n : n + m])
+        return _finish(integers, reals, vectors, table)
+    memory, call = vectors[MEMORY : MEMORY + ROWS_OF_MIXING], integers[ITERATION] - integers[MIXED_FROM]
+    mix(memory, call, vectors[RESIDUAL], vectors[NEW], vectors[FOUND])
     return _go_on_or_leave(integers, reals, vectors, table, size)
 
 
@@ -278,8 +305,7 @@ def _correct(
     """
     n, m, change = integers[COORDINATES], integers[SPEEDS], vectors[TRIED]
     end = n + m + integers[FOLLOWED]
-    is_old = integers[MOST_DIRECTIONS] > 0 and not (is_differentiated or are_factored(integers, reals))
-    if integers[IS_WANTED] or is_old or not integers[HAS_JACOBIAN]:  # directions are those of a length of the step
+    if _needs_jacobian(integers, reals, is_differentiated):
         return _ask_jacobian(integers, DIFFERENTIATED)
     if not (are_factored(integers, reals) or factorise_newton(integers, reals, vectors)):
         return _shorten(integers, reals, vectors, table, 0.5 * reals[STEP])
@@ -313,7 +339,10 @@ def _correct(
 def _ask_jacobian(integers: np.ndarray, stage: int) -> int:
     """Ask for the Jacobian, or the directions, of the state that was evaluated last."""
     integers[JACOBIANS] += 1
-    return ask(integers, JACOBIAN if integers[MOST_DIRECTIONS] == 0 else DIRECTIONS, stage)
+    if integers[MOST_DIRECTIONS] == 0:
+        return ask(integers, JACOBIAN, stage)
+    integers[EVALUATIONS] += 1
+    return ask(integers, DIRECTIONS, stage)
 
 
 @kernel
@@ -410,13 +439,13 @@ def advance_generalised_alpha(integers: np.ndarray, reals: np.ndarray, vectors: 
         if reals[TIME] >= reals[STOP]:
             return ask(integers, DONE, AFTER)
         return _begin_step(integers, reals, vectors, table)
-    if stage == ITERATED:
-        if integers[TAKES_JACOBIAN]:
-            return _correct(integers, reals, vectors, table, False)
-        return _iterate(integers, reals, vectors, table)
-    if stage == DIFFERENTIATED:
-        _take_jacobian(integers, reals)
-        return _correct(integers, reals, vectors, table, True)
+    if stage in (ITERATED, DIFFERENTIATED):
+        if stage == DIFFERENTIATED:
+            _take_jacobian(integers, reals)
+        # friction that begins to hold is not smooth: nothing is to be learnt for it from the last iterations
+        if integers[TAKES_JACOBIAN] and (integers[MOST_DIRECTIONS] == 0 or integers[FOLLOWED] > 0):
+            return _correct(integers, reals, vectors, table, stage == DIFFERENTIATED)
+        return _iterate(integers, reals, vectors, table, stage == DIFFERENTIATED)
     if stage == FILTERED:
         _take_filtered(integers, reals, vectors, TRIED)
         return _judge(integers, reals, vectors, table)

@@ -6,14 +6,14 @@ stiffness, and the share p of the rates in z1, a correction of the unknowns solv
     (1 - s f_u - r f_q) ddu - f_z dz = du - f,
     (1 - p g_z) dz - p (s g_u + r g_q) ddu = z - known - p g.
 
-from the Jacobian. Derivatives by q are along the speeds. Loops are held by f, whose derivatives know them.
+with derivatives by q along the speeds, all from the Jacobian. Loops are held by f, whose derivatives know them.
 
-Where loads between frames have few directions, a linearly implicit sweep gives g in the place of f and knows the rest:
-with the rows of `kanefe.kernels.evaluation.stiff_directions`,
+Where loads between frames have few directions, a linearly implicit sweep gives x in the place of f, which knows all but
+these loads. With the rows of `kanefe.kernels.evaluation.stiff_directions`,
 
-    ddu = (du - g) + Z lambda,    (1 - W Z) lambda = W (du - g) + V rest,    dz = X ddu + Y rest,
+    ddu = (du - x) + Z y,    (1 - W Z) y = W (du - x) + V rest,    dz = X ddu + Y rest,    rest = z - known - p g,
 
-so that a system of as many unknowns as there are directions is all that is factorised (Woodbury).
+and what is factorised is as large as there are directions (Woodbury 1950).
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ import numpy as np
 from kanefe.kernels.algebra.lu import factorise, solve
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.steppers.directions_wanted import MOST_DIRECTIONS, RANK, SHARE_OF_RATES
 from kanefe.kernels.steppers.generalised_alpha_state import (
     FACTORED,
     FACTORED_SHARE,
@@ -32,10 +33,7 @@ from kanefe.kernels.steppers.generalised_alpha_state import (
 from kanefe.kernels.steppers.step_commands import (
     COORDINATES,
     FACTORISATIONS,
-    MOST_DIRECTIONS,
-    RANK,
     SHARE_DAMPING,
-    SHARE_OF_RATES,
     SHARE_STIFFNESS,
     SPEEDS,
     STEP,

@@ -23,11 +23,11 @@ from kanefe.kernels.evaluation.evaluation import (
 )
 from kanefe.kernels.evaluation.momenta import BALANCE_TIME
 from kanefe.kernels.steppers.closing_call import ClosingCall, close_at
+from kanefe.kernels.steppers.directions_wanted import DIRECTIONS
 from kanefe.kernels.steppers.step_commands import (
     AT,
     BALANCE,
     COORDINATES,
-    DIRECTIONS,
     IMPLICIT,
     IS_LEFT_OPEN,
     JACOBIAN,

@@ -30,7 +30,6 @@ JACOBIAN = 5  # write derivatives of the rates of AT at TIME_AT to the rows from
 FAILED = 6  # no step is small enough, or a solution could not be found
 DONE = 7  # TIME is STOP
 BALANCE = 8  # write energy and, where kept, momenta and rigid motions of the state AT at the time TIME_AT
-DIRECTIONS = 9  # as IMPLICIT, and then write from JACOBIAN_ROW on what loads between frames add: see `stiff_directions`
 NO_INERTIA, NOT_FINITE = -1, -2  # of an evaluation: nothing moves along a joint, or the rates are no numbers
 
 # Places in `integers`
@@ -58,10 +57,8 @@ NO_INERTIA, NOT_FINITE = -1, -2  # of an evaluation: nothing moves along a joint
     IS_LEFT_OPEN,
     BREAKPOINTS,
     BENDS,
-    MOST_DIRECTIONS,
-    RANK,
-) = range(25)
-OF_METHOD = 25  # from here on a method has its own
+) = range(23)
+OF_METHOD = 24  # from here on a method has its own
 MAP = 60  # triples of kind, coordinate and speed: how a coordinate moves
 
 # Behind it, from the place BENDS on where that is not 0: the flexible bodies that are watched, see `kernels.bends`
@@ -98,8 +95,7 @@ ENERGY, ENERGY_SIZE, KINETIC, TOTAL_MASS = range(15, 19)
 CENTRE, MOMENTUM, SPIN, ROTORS, LOCKED = range(19, 32, 3)
 TIME_EXCESS = 37  # by how much TIME is above the sum of fixed steps: taken off the next one
 TO_EVENT = 38  # the longest next step that passes no event that is foreseen, or crosses it at once
-SHARE_OF_RATES = 39  # of internal states in what they are at the end of an implicit step, 0: they are not followed
-REALS_OF_METHOD = 40
+REALS_OF_METHOD = 39
 
 # From the place KNOTS on in `reals`, where it is not 0: the place of the next knot of tables in time, that of the last
 # at which steps have to end, how many these are at a time, the rejected steps at the last look; then all knots, s
@@ -147,7 +143,7 @@ def ask(integers: np.ndarray, command: int, stage: int) -> int:
     """Store where to continue, and return the command."""
     integers[COMMAND] = command
     integers[STAGE] = stage
-    if command in (RATES, IMPLICIT, DIRECTIONS):
+    if command in (RATES, IMPLICIT):
         integers[EVALUATIONS] += 1
     return command
 
@@ -169,20 +165,6 @@ def scaled_size(
             largest = size
             if i < moving:
                 integers[WORST] = i
-            if not size < np.inf:
-                return np.inf
-    return largest
-
-
-@kernel
-def largest_share(integers: np.ndarray, shares: np.ndarray, first: int, end: int) -> float:
-    """Return the largest of some shares of what is allowed, infinite if one is not finite; WORST is where it is."""
-    largest = 0.0
-    for i in range(first, end):
-        size = abs(shares[i])
-        if not size <= largest:
-            largest = size
-            integers[WORST] = i
             if not size < np.inf:
                 return np.inf
     return largest
@@ -283,16 +265,8 @@ def breakpoint_ahead(integers: np.ndarray, reals: np.ndarray, wanted: float) -> 
 
 
 @inlined
-def even_part(wanted: float, rest: float) -> float:
-    """Return the step wanted, or all that is left, or half of it: two even steps are better than one and a sliver."""
-    if wanted >= rest * (1.0 - 1e-9):
-        return rest
-    return wanted if wanted <= 0.5 * rest else 0.5 * rest
-
-
-@inlined
 def clip(integers: np.ndarray, reals: np.ndarray, wanted: float) -> None:
-    """Set the step: the one wanted, or an even part of what is left."""
+    """Set the step: the one wanted, or what is left; two even steps are better than a full one and a sliver."""
     rest, next_break = reals[STOP] - reals[TIME], np.inf
     if not integers[IS_FIXED]:
         wanted = min(wanted, reals[LARGEST], reals[LARGEST_OF_DRIVES], reals[TO_EVENT])
@@ -300,8 +274,12 @@ def clip(integers: np.ndarray, reals: np.ndarray, wanted: float) -> None:
             next_break = breakpoint_ahead(integers, reals, wanted) - reals[TIME]
     integers[LAST_STEP] = 1 if min(wanted, next_break) >= rest * (1.0 - 1e-9) else 0
     rest = min(rest, next_break)
-    is_whole = integers[IS_FIXED] and wanted < rest * (1.0 - 1e-9)
-    reals[STEP] = wanted if is_whole else even_part(wanted, rest)
+    if integers[LAST_STEP] or wanted >= rest * (1.0 - 1e-9):
+        reals[STEP] = rest
+    elif integers[IS_FIXED] or wanted <= 0.5 * rest:
+        reals[STEP] = wanted
+    else:
+        reals[STEP] = 0.5 * rest
 
 
 @kernel
