@@ -184,8 +184,6 @@ def _filter(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, row: i
 
 @kernel
 def _solve_filter(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, row: int) -> None:
-    end = integers[COORDINATES] + integers[SPEEDS]
-    vectors[row, end : end + integers[FOLLOWED]] = 0.0
     if are_factored(integers, reals) or factorise_newton(integers, reals, vectors):
         solve_newton(integers, vectors, vectors[row])
 
@@ -361,8 +359,14 @@ def _finish(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table:
         vectors[FOUND, i] = vectors[SLOPE, i]
     if integers[IS_FIXED]:
         return _accept(integers, reals, vectors)
-    for i in range(n, n + integers[SPEEDS]):
-        vectors[TRIED, i] = vectors[ENDS, i] - vectors[BEGUN, i]
+    end = n + integers[SPEEDS]
+    third = (table[0, BETA] - 1.0 / 6.0) * h * h / reals[SHARE_STIFFNESS]
+    for i in range(n, end):
+        vectors[TRIED, i] = third * (vectors[ENDS, i] - vectors[BEGUN, i])
+    for i in range(end, end + integers[FOLLOWED]):
+        rates = vectors[LEFT, i] + (vectors[FOUND, i] - vectors[KNOWN, i]) / reals[SHARE_OF_RATES]
+        vectors[TRIED, i] = vectors[FOUND, i] - vectors[AT_START, i] - 0.5 * h * rates
+        vectors[CHANGE, i] = np.sqrt(reals[RELATIVE]) * vectors[TRIED, i]
     asked = _filter(integers, reals, vectors, TRIED, FILTERED)
     return asked if asked != 0 else _judge(integers, reals, vectors, table)
 
@@ -371,14 +375,14 @@ def _finish(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table:
 def _judge(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Accept or reject a step by its error, and choose the next one.
 
-    The error is the third-order part of the move, and of internal states the difference to the trapezoidal rule, for
-    which the root of the tolerance will do: they enter the motion through forces that it filters.
+    The error is the third-order part of the move, with what the move has from the errors of internal states, their
+    difference to the trapezoidal rule: both have passed the matrix. States themselves are kept to the root of the
+    tolerance, for those that are of interest and move nothing.
     """
-    n, h, p = integers[COORDINATES], reals[STEP], reals[SHARE_OF_RATES]
-    for i in range(n + integers[SPEEDS], n + integers[SPEEDS] + integers[FOLLOWED]):
-        rates = vectors[LEFT, i] + (vectors[FOUND, i] - vectors[KNOWN, i]) / p
-        vectors[TRIED, i] = np.sqrt(reals[RELATIVE]) * (vectors[FOUND, i] - vectors[AT_START, i] - 0.5 * h * rates)
-    error = _size(integers, vectors, (table[0, BETA] - 1.0 / 6.0) * h * h, vectors[TRIED])
+    n, h = integers[COORDINATES], reals[STEP]
+    end = n + integers[SPEEDS]
+    copy(vectors[CHANGE, end : end + integers[FOLLOWED]], vectors[TRIED, end : end + integers[FOLLOWED]])
+    error = _size(integers, vectors, reals[SHARE_STIFFNESS], vectors[TRIED])
     reals[ERROR] = error
     if not error <= 1.0:
         return _shorten(integers, reals, vectors, table, h * max(0.2, 0.9 * error ** (-1.0 / 3.0)))
@@ -453,6 +457,7 @@ def advance_generalised_alpha(integers: np.ndarray, reals: np.ndarray, vectors: 
         for i in range(n, n + m):
             vectors[JERK, i] = (vectors[SLOPE, i] - vectors[AT_START, i]) / (AHEAD_SHARE * reals[STEP])
             vectors[FOUND, i] = vectors[AT_START, i]
+        vectors[JERK, n + m : n + m + integers[FOLLOWED]] = 0.0
         copy(vectors[STATE], vectors[AT])
         reals[TIME_AT] = reals[TIME]
         is_made = integers[HAS_JACOBIAN] and (integers[MOST_DIRECTIONS] == 0 or are_factored(integers, reals))
