@@ -385,7 +385,7 @@ class KernelStepper:
 
     @cached_property
     def _compiled_run(self) -> PreparedRun:
-        has_directions = bool(self.integers[MOST_DIRECTIONS])
+        has_directions = self._kernels.integers.get(MOST_DIRECTIONS, 0) > 0
         has_derivatives = self._has_jacobian and not has_directions
         needs = MethodNeeds(self._kernels.is_implicit, self._kernels.keeps_balance, has_derivatives, has_directions)
         return self.dynamics.route.compiled_run(self.integers, self.reals, self.vectors, needs)
