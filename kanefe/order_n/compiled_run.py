@@ -10,6 +10,7 @@ from kanefe.kernels.compiler.arrays import Prepared
 from kanefe.kernels.compiler.entries import LATER, Call
 from kanefe.kernels.constraints.closing import closing_memory_size
 from kanefe.kernels.evaluation.momenta import balance
+from kanefe.kernels.evaluation.stiff_directions import directions_memory_size, put_directions
 from kanefe.kernels.steppers.closing_call import ClosingCall
 from kanefe.kernels.steppers.integration import JacobianCall, Scene, integrate
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, STATE, TIME_AT, Run
@@ -49,8 +50,14 @@ class CompiledRun:
         drives, inputs = np.empty((len(route.model.drives), 3)), np.empty_like(route.inputs.constants)
         closed, asked = np.empty(vectors.shape[1]), np.empty(vectors.shape[1])
         self._kept: list[Call] = []  # of which the kernels know the addresses
-        evaluated = self._for_kernels(kernel.prepared(drives, inputs, vectors))
-        closing = balanced = NOT_CALLED
+        memory = np.empty(kernel.memory_size)
+        evaluated = self._for_kernels(kernel.prepared(drives, inputs, vectors, memory))
+        closing = balanced = directed = NOT_CALLED
+        if needs.directions:
+            scene_tables = route.tables, route.flexible, route.between, route.loops
+            own = np.empty(directions_memory_size(route.between, route.model.free_count + len(drives)))
+            directions = put_directions.bound(*scene_tables, drives, inputs, integers, reals, vectors, memory, own)
+            directed = self._for_kernels(directions.prepared())
         if route.has_loops:
             memory = np.empty(closing_memory_size(route.tables, route.elastic, route.loops))
             closing = self._for_kernels(route.closing.prepared(0.0, drives, closed, memory))
@@ -61,7 +68,7 @@ class CompiledRun:
         motions = cast(Drives, route.motion_tables)  # of an autonomous scene
         derivatives = self._derivatives(needs.derivatives)
         loops = ClosingCall(route.has_loops, closing, motions, drives, closed)
-        scene = Scene(evaluated, loops, balanced, derivatives, drives, motions, route.fill, inputs, asked)
+        scene = Scene(evaluated, loops, balanced, directed, derivatives, drives, motions, route.fill, inputs, asked)
         self._inputs, self._integrate = inputs, integrate.bound(scene, LATER, vectors)
         self._lookouts = Lookouts(route, loops, inputs, vectors)
         self._going: Call | None = None

@@ -38,7 +38,8 @@ class ContactLook:
         size = model.coordinate_count + model.free_count + model.state_count + QUADRATURES
         self.drives, self.inputs = np.empty((len(model.drives), 3)), np.empty_like(route.inputs.constants)
         self.vectors = np.zeros((SLOPE + 1, size))
-        self.call = route.kernel_in_space.prepared(self.drives, self.inputs, self.vectors)
+        kernel = route.kernel_in_space
+        self.call = kernel.prepared(self.drives, self.inputs, self.vectors, np.empty(kernel.memory_size))
         memory = self.call.arguments[-1]
         self.workspace = Workspace(*workspace_in(memory, *scene))
         self.looked = Looked(

@@ -80,11 +80,15 @@ class FrameMotions(NamedTuple):
 
 
 class MethodNeeds(NamedTuple):
-    """What a method needs besides rates: linearly implicit evaluations, energy and momenta, derivatives."""
+    """What a method needs besides rates.
+
+    Linearly implicit evaluations, energy and momenta, derivatives, directions in which loads are stiff.
+    """
 
     implicit: bool = False
     balance: bool = False
     derivatives: bool = False
+    directions: bool = False
 
 
 class PreparedRun(Protocol):

@@ -9,6 +9,7 @@ from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.table import ROWS
 from kanefe.integrate.options import RunOptions
 from kanefe.kernels.compiler.compiled_functions import CompiledFunction
+from kanefe.kernels.steppers.directions_wanted import MOST_DIRECTIONS
 from kanefe.kernels.steppers.step_commands import JACOBIAN_ROW
 
 
@@ -19,10 +20,12 @@ def functions_of_run(model: Model, options: RunOptions) -> list[CompiledFunction
     """
     names = method_names(model, options)
     found: list[CompiledFunction] = []
-    has_jacobian = False
+    has_jacobian = has_directions = False
     for row in ROWS:
         if row.name in names and isinstance(row.stepper, Compiled):
             kernels = row.stepper.kernels_for(model)
             found += [kernels.advance.unit, kernels.interpolate.unit]
-            has_jacobian |= JACOBIAN_ROW in kernels.integers
-    return found + functions_of_route(model, has_jacobian)
+            takes_directions = kernels.integers.get(MOST_DIRECTIONS, 0) > 0
+            has_directions |= takes_directions
+            has_jacobian |= JACOBIAN_ROW in kernels.integers and not takes_directions
+    return found + functions_of_route(model, has_jacobian, has_directions)
