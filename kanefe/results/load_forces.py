@@ -30,8 +30,7 @@ def load_forces(run: RunChannels | None, name: str, end: int) -> np.ndarray:
     count = len(load.ends)
     if not isinstance(end, (int, np.integer)) or not -count <= end < count:
         raise ModelError(f"{load.kind} {name!r} has ends 0 to {count - 1}, there is no end {end!r}")
-    states = zip(run.times.tolist(), run.states, strict=True)
-    return np.array([model.route.view(t, y).action(number).wrenches[end] for t, y in states])
+    return run.forces.on_end(number, end % count)
 
 
 def turned_into(vectors: object, rotation: np.ndarray, what: str) -> np.ndarray:
