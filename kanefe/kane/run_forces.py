@@ -11,7 +11,7 @@ import numpy as np
 from kanefe.frames import Matrix, Vector, cross
 from kanefe.kane.coupling import recovered_forces, unit_wrenches
 from kanefe.kane.reactions import held_wrenches, joint_reactions, loop_forces
-from kanefe.kane.state import State, actions
+from kanefe.kane.state import State
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.neighbours import BODY, FORCE, LOAD, LOOP, InterfacePart, Source, parts_of
 
@@ -61,7 +61,7 @@ class LiteralForces:
     def on_end(self, number: int, end: int) -> Matrix:
         """Return the wrench of a load between frames on one of its ends, in N, (T, 6)."""
         if number not in self._on_ends:
-            self._on_ends[number] = np.array([actions(state)[number].wrenches for state, _ in self._acting()])
+            self._on_ends[number] = np.array([state.action(number).wrenches for state, _ in self._acting()])
         return self._on_ends[number][:, end]
 
 
@@ -121,7 +121,7 @@ def _known(state: State, parts: tuple[InterfacePart, ...]) -> Iterator[_Acting]:
             of = next(i for i, load in enumerate(state.model.loads) if load.name == source.name)
             if of not in state.model.rigid_contacts:
                 own = state.load_ends(of)
-                yield _Acting(source, own[source.end].p, actions(state)[of].wrenches[source.end])
+                yield _Acting(source, own[source.end].p, state.action(of).wrenches[source.end])
         elif source.kind == FORCE:
             given, frame = state.model.bodies[number].loads[source.end]
             at = state.placed(number, frame)

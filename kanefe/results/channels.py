@@ -14,7 +14,7 @@ import numpy as np
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
-from kanefe.frames import euler_parameters_from_matrix, rotation_matrix
+from kanefe.frames import euler_parameters_from_matrix, rotation_matrices
 from kanefe.integrate.sampling import ControllerLog
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import Trajectory
@@ -215,7 +215,7 @@ class RunChannels:
             parts = [mass * self.read("center_of_mass", name) for name, mass in masses.items()]
             return {key: np.sum(parts, axis=0) / sum(masses.values())}
         number = self.model.index(body)
-        axes = np.array([rotation_matrix(e) for e in self.read("rotation", body)])
+        axes = rotation_matrices(self.read("rotation", body))
         offsets = (axes @ self._local_centres(number)[:, :, None])[:, :, 0]
         return {key: self.read("position", body) + offsets}
 
@@ -277,12 +277,14 @@ class RunChannels:
         terms = self.model.bodies[self.model.index(body)]
         run, T = self.trajectory, len(self.times)
         q, u = np.empty((T, len(terms.coordinates))), np.empty((T, len(terms.speeds)))
-        if terms.is_driven:
-            for i, t in enumerate(self.times.tolist()):
-                q[i] = terms.joint_coordinates(t, run.coordinates[i])
-                u[i] = self.model.all_speeds(t, run.speeds[i])[terms.speeds]
-        else:
+        if not terms.is_driven:
             q[:], u[:] = run.coordinates[:, terms.coordinates], run.speeds[:, terms.speeds]
+        else:  # as many coordinates as speeds, one by one
+            for i, motion in enumerate(terms.joint.motions):
+                if motion is None:
+                    q[:, i], u[:, i] = run.coordinates[:, terms.coordinates[i]], run.speeds[:, terms.speeds[i]]
+                else:
+                    q[:, i], u[:, i] = motion.over(self.times, body)[:, :2].T
         return {("joint_coordinates", body, ""): q, ("joint_speeds", body, ""): u}
 
     def _modes(self, body: str, interface: str) -> dict[Key, np.ndarray]:
