@@ -98,23 +98,7 @@ class Contact(ContactData):
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return what `columns` say of force, depth, slip, place, work of friction and status."""
-        touches = self.touches(ends, states)
-        pressed = [touch for touch in touches if touch.depth > 0.0]
-        tangential = -sum((touch.tangential for touch in pressed), np.zeros(3))
-        force = sum((touch.normal_force * touch.normal for touch in pressed), np.zeros(3))
-        status = OPEN
-        if pressed:
-            status = SLIPS if self.friction is None or max(touch.slip_margin for touch in pressed) > 0.0 else STICKS
-        slid = (0.0, 0.0) if self.friction is None else (states[0], states[1])
-        depth = max(touch.depth for touch in touches)
-        normal = sum(touch.normal_force for touch in pressed)
-        if normal > 0.0:
-            point = sum((touch.normal_force * touch.point for touch in pressed), np.zeros(3)) / normal
-        else:
-            point = max(touches, key=lambda touch: touch.depth).point
-        return np.array(
-            (*(force + tangential), normal, np.linalg.norm(tangential), depth, slid[0], *point, slid[1], status)
-        )
+        return np.array(InPython(self, ends, states).outputs())
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
         """Return stiffness and damping of closed and of sticking points: anchors stretch as its ends move."""

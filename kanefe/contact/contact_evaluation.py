@@ -11,6 +11,7 @@ from kanefe.contact.contact_data import ContactData, Met
 from kanefe.contact.touching_point import Touch
 from kanefe.frames import Vector
 from kanefe.kernels.contact import contact_forces as kernels
+from kanefe.kernels.contact import contact_outputs
 from kanefe.kernels.contact.contact_places import POINT_NUMBERS, POINTS
 from kanefe.kernels.contact.detection import located, met_by
 from kanefe.kernels.force_elements.bushing import nine
@@ -24,7 +25,8 @@ def kernel_of(contact: ContactData) -> LoadKernel:
     """Return the compiled functions of a contact, with its numbers."""
     changes = contact.normal.has_impact or (contact.friction is not None and contact.friction.has_memory)
     change = kernels.contact_change if changes else None
-    return LoadKernel(kernels.contact, contact.numbers, kernels.contact, kernels.contact_watch, change)
+    looks = kernels.contact_watch, change, contact_outputs.contact_outputs
+    return LoadKernel(kernels.contact, contact.numbers, kernels.contact, *looks)
 
 
 class InPython:
@@ -89,6 +91,22 @@ class InPython:
         if kernels.way_past(self._numbers, i, *met, self._axes, self._ends, self._states, to)[0] > -np.inf:
             after[contact.begins + 3] = to
         return after
+
+    def outputs(self) -> list[float]:
+        """Return what the columns of the contact name."""
+        out: list[Any] = [0.0] * len(self.contact.columns)
+        seen = contact_outputs.nothing_told()
+        for i, met in self._met():
+            seen = contact_outputs.with_point(self._numbers, i, *met, self._axes, self._ends, self._states, seen)
+        contact_outputs.put_told(self._numbers, self._states, seen, out)
+        return out
+
+    def point_outputs(self) -> list[float]:
+        """Return the outputs of each point, one after the other."""
+        out: list[Any] = [0.0] * (contact_outputs.POINT_OUTPUTS * len(self.contact.probes))
+        for i, met in self._met():
+            contact_outputs.tell_point(self._numbers, i, *met, self._axes, self._ends, self._states, out)
+        return out
 
     def touches(self) -> list[Touch]:
         """Return what each point does."""

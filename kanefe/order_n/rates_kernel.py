@@ -53,8 +53,12 @@ class RatesKernel:
         try:
             return self._idle.pop()
         except IndexError:
-            vectors = np.zeros((STIFFNESS_DIRECTION + 1, self._state_size))
-            return RatesCall(self, vectors, np.empty((self._driven, 3)), self._constants.copy())
+            return self.new_call()
+
+    def new_call(self) -> RatesCall:
+        """Return a call that its user keeps."""
+        vectors = np.zeros((STIFFNESS_DIRECTION + 1, self._state_size))
+        return RatesCall(self, vectors, np.zeros((self._driven, 3)), self._constants.copy())
 
 
 class RatesCall:

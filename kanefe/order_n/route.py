@@ -24,13 +24,14 @@ from kanefe.kernels.constraints.least_forces import LEAST_GAIN
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import evaluate, workspace_size
 from kanefe.kernels.evaluation.momenta import balance, balances_of_states
-from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND, FlexibleTables, no_flexible
+from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND, FlexibleTables, Tables, no_flexible
 from kanefe.kernels.loads.loads_layout import COMPLEX
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, SLOPE, TIME_AT, Run
 from kanefe.loads.functions import SPENT
 from kanefe.order_n.derivative_call import DerivativeCall
 from kanefe.order_n.moving_frames import MotionsKernel, MovingFrames
 from kanefe.order_n.rates_kernel import RatesCall, RatesKernel
+from kanefe.order_n.run_forces import ForceKernel
 from kanefe.order_n.sweeps import Sweeps
 from kanefe.order_n.tables.constraint_tables import loop_tables
 from kanefe.order_n.tables.drive_tables import drive_tables
@@ -76,7 +77,7 @@ class OrderN(LiteralRoute):
         self.reason = "all parts of the scene have kernels"
         builder = TableBuilder(model)
         self.tables, self.flexible = builder.tables()
-        self.between, self.loops = loads_between(builder), loop_tables(builder)
+        self.between, self.loops = loads_between(builder)[0], loop_tables(builder)
         self.has_loops = model.is_constrained
         self.memory_size = workspace_size(self.tables, self.flexible, self.between, self.loops)
         self.places: FrameOffsets = builder
@@ -159,6 +160,17 @@ class OrderN(LiteralRoute):
     def sweeps(self, times: np.ndarray, states: Matrix) -> RunSweeps | None:
         """Return what is computed of all states of a run at once."""
         return Sweeps(self, times, states)
+
+    @cached_property
+    def complete(self) -> tuple[FrameOffsets, Tables, FlexibleTables | None]:
+        """Tables in which every body and every interface has a row of its own, and where frames are in them."""
+        builder = TableBuilder(self.model, is_complete=True)
+        return builder, *builder.tables()
+
+    @cached_property
+    def force_kernel(self) -> ForceKernel:
+        """What tells forces of states."""
+        return ForceKernel(self)
 
     def energy(self, t: float, y: Vector) -> MechanicalEnergy:
         """Return the energies of a state."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
     from kanefe.kernels.steppers.step_commands import Run
     from kanefe.kernels.steppers.watched_run import WatchedRun
+
+
+OutputFunction = Callable[..., None] | int
+"""A function of the signature of `kanefe.LoadKernel`, or its address."""
 
 
 class Obstacle(NamedTuple):
@@ -117,6 +121,43 @@ class PreparedRun(Protocol):
         ...
 
 
+class RunForces(Protocol):
+    """Forces of T states of a run: of joints, drives, loops and loads, and parts of those at interfaces.
+
+    Attributes
+    ----------
+    reactions : ndarray, shape (T, bodies, 6)
+        Wrench of each joint on its body, about the origin of the body's frame, in its axes.
+    driving : ndarray, shape (T, driven)
+        Forces on the driven coordinates.
+    loops : ndarray, shape (T, loops, 6)
+        Wrench of each constraint with two ends on its end b, about its origin, in its axes.
+    """
+
+    @property
+    def reactions(self) -> np.ndarray:
+        """See above."""
+        ...
+
+    @property
+    def driving(self) -> Matrix:
+        """See above."""
+        ...
+
+    @property
+    def loops(self) -> np.ndarray:
+        """See above."""
+        ...
+
+    def part(self, number: int) -> Matrix:
+        """Return a part of the force at an interface, by its number among `parts_of`, in axes of G, (T, 6)."""
+        ...
+
+    def on_end(self, number: int, end: int) -> Matrix:
+        """Return the wrench of a load between frames on one of its ends, in N, (T, 6)."""
+        ...
+
+
 class RunSweeps(Protocol):
     """Quantities that a route computes for all states of a run at once."""
 
@@ -128,6 +169,15 @@ class RunSweeps(Protocol):
     @property
     def balances(self) -> Matrix:
         """Kinetic, elastic and gravity energy (J), linear and angular momentum about N's origin, (T, 9)."""
+        ...
+
+    @property
+    def forces(self) -> RunForces | None:
+        """All forces, if they are compiled."""
+        ...
+
+    def outputs_of_loads(self, functions: Mapping[int, tuple[OutputFunction, int]]) -> dict[int, Matrix]:
+        """Return what compiled functions, and how many outputs they write, tell of loads, by their numbers."""
         ...
 
     def frame(self, number: int, interface: InterfaceFrame | None, is_accelerated: bool = False) -> FrameMotions:
