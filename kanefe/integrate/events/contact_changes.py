@@ -12,6 +12,7 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
 from kanefe.integrate.events.event import Event, MarginEvent
+from kanefe.kernels.impacts.contact_changes import LIFT, POINT_CODES, REPORTED, SLIP, STICK, TOUCH
 from kanefe.tree.scales import scene_length
 from kanefe.tree.scene_state import SceneState
 
@@ -27,10 +28,16 @@ AT_ONCE = 1e-9
 
 
 class LastLook:
-    """The margins of rigid contacts at the last moment that was looked at, and how far they may be below zero."""
+    """The margins of rigid contacts at the last moment that was looked at, and how far they may be below zero.
+
+    Attributes
+    ----------
+    length : float
+        Of the scene, m.
+    """
 
     def __init__(self, model: Model) -> None:
-        self._model, self._length = model, scene_length(model)
+        self._model, self.length = model, scene_length(model)
         self._last: tuple[float, Vector, Margins, Margins] | None = None
 
     def at(self, t: float, state: SceneState) -> tuple[Margins, Margins]:
@@ -40,7 +47,7 @@ class LastLook:
         y = state.vector
         if self._last is None or self._last[0] != t or not np.array_equal(self._last[1], y):
             instant = self._model.route.contact_instant(t, y)
-            self._last = t, y, instant.margins(), blurs(instant, self._length)
+            self._last = t, y, instant.margins(), blurs(instant, self.length)
         return self._last[2:]
 
 
@@ -103,6 +110,9 @@ class ReportedContactEvent(Event):
         return False
 
 
+CODES = {"touch": TOUCH, "lift": LIFT, "slip": SLIP, "stick": STICK}
+"""What compiled code is asked for, by the kinds of events."""
+
 STEPS_OVER = "moreau-jean"
 """Method whose steps do not end at impacts."""
 
@@ -111,8 +121,6 @@ def changes_of_contacts(model: Model, method: str, start: float, stop: float, rt
     """Return the events that find what happens to rigid contacts; of scenes without them none."""
     if not model.rigid_contacts or method == STEPS_OVER:
         return ()
-    from kanefe.kane.rigid_contacts.impacts import LIFT, SLIP, STICK, TOUCH
-
     look = LastLook(model)
     return tuple(
         ContactChange(
@@ -126,7 +134,7 @@ def changes_of_contacts(model: Model, method: str, start: float, stop: float, rt
             rtol=rtol,
             look=look,
         )
-        for kind in (TOUCH, LIFT, SLIP, STICK)
+        for kind in CODES
     )
 
 
@@ -181,6 +189,25 @@ class ChangeReports:
             event.points.clear()
         return names
 
+    def take_code(self, model: Model, t: float, code: int) -> None:
+        """Add what compiled code tells: see `kanefe.kernels.impacts.contact_changes.change_contacts`."""
+        from kanefe.contact.rigid.rigid_contact import REPORTED_EVENTS
+
+        contacts = model.rigid_contacts
+        if code < REPORTED * len(contacts):
+            self._times[f"{model.rigid_contact(code // REPORTED).name} {REPORTED_EVENTS[code % REPORTED]}"].append(t)
+            return
+        from kanefe.kane.rigid_contacts.impacts import PointChange
+
+        number, change = divmod(code - REPORTED * len(contacts), POINT_CODES)
+        for k in range(len(contacts)):
+            contact = model.rigid_contact(k)
+            if number < len(contact.probes):
+                before, after, is_struck = change // 6, change // 2 % 3, bool(change % 2)
+                self._told(PointChange(contact.name, number, t, before, after, is_struck, contact.friction is not None))
+                return
+            number -= len(contact.probes)
+
     def _told(self, change: PointChange) -> list[str]:
         key = change.contact, change.point
         last = self._last.get(key)
@@ -203,6 +230,4 @@ def _nearest(kind: str, look: LastLook, t: float, state: SceneState) -> float:
 
 
 def _of_kind(kind: str, found: Margins) -> dict[tuple[int, int], float]:
-    from kanefe.kane.rigid_contacts.impacts import LIFT, SLIP, STICK, TOUCH
-
-    return {TOUCH: found.gaps, LIFT: found.normals, SLIP: found.slip_margins, STICK: found.slips}[kind]
+    return dict(zip(CODES, found, strict=True))[kind]
