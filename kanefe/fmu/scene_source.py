@@ -76,7 +76,9 @@ def obstacle(sim: Simulation) -> str:
         return f"these events are looked for in Python: {named}. Remedy: leave them out"
     if stepper.events_need_python:
         return f"the method {stepper.name!r} begins anew in Python after events. Remedy: method='radau5', or 'dop853'"
-    acting = [event.name for event, kind in zip(watch.events, watch.watched.kinds, strict=True) if kind in (ACTS, BOUND)]
+    acting = [
+        event.name for event, kind in zip(watch.events, watch.watched.kinds, strict=True) if kind in (ACTS, BOUND)
+    ]
     if acting:
         return (
             f"these events act in Python: {', '.join(map(repr, acting[:MOST_NAMED]))}. Remedy: a compliant contact in "

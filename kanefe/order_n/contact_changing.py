@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import cast
+
 import numpy as np
 
 from kanefe.frames import Vector
 from kanefe.kernels.compiler.entries import Call
 from kanefe.kernels.evaluation.momenta import BALANCE_NUMBERS
-from kanefe.kernels.impacts.contact_changes import ASKED, change_contacts, report_count
+from kanefe.kernels.impacts.contact_changes import change_contacts
+from kanefe.kernels.impacts.contact_questions import ASKED, IS_DECIDED, REPORT_COUNT, report_count
 from kanefe.kernels.impacts.decision import decision_of
 from kanefe.kernels.steppers.watched_run import ContactCalls
 from kanefe.kernels.sweeps.drives import Drives
@@ -40,3 +43,36 @@ def contact_calls(route: Evaluated, motions: Drives, held: np.ndarray, y: Vector
     kept = [look.call, changing, balancing]
     calls = ContactCalls(changing.for_kernels(), asked, reports, balancing.for_kernels(), *arrays)
     return calls, kept
+
+
+class ContactChanger:
+    """Events of rigid contacts asked from Python: of one thread at a time.
+
+    Parameters
+    ----------
+    route : Evaluated
+        Of an autonomous scene.
+
+    Attributes
+    ----------
+    y : ndarray
+        The state, which is changed.
+    asked, reports : ndarray
+        See `kanefe.kernels.impacts.contact_changes.change_contacts`.
+    """
+
+    def __init__(self, route: Evaluated) -> None:
+        self._route, model = route, route.model
+        self.y = np.zeros(model.coordinate_count + model.free_count + model.state_count)
+        self._held = route.inputs.constants.copy()
+        motions = cast(Drives, route.motion_tables)
+        calls, (self._look, self._changing, _) = contact_calls(route, motions, self._held, self.y)
+        self.asked, self.reports = calls.asked, calls.reports
+
+    def ask(self, what: int, t: float, y: Vector, span: float, stop: float, rtol: float, length: float) -> bool:
+        """Ask for what follows an event at a state (q, u, z), or for blurs; return whether that is decided."""
+        self.y[:], self._held[:] = y, self._route.inputs.begun(self._route.parts(y)[2])
+        self.asked[:] = 0.0
+        self.asked[:REPORT_COUNT] = what, t, span, stop, rtol, length
+        self._changing()
+        return bool(self.asked[IS_DECIDED])

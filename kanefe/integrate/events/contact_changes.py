@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
 from kanefe.integrate.events.event import Event, MarginEvent
-from kanefe.kernels.impacts.contact_changes import LIFT, POINT_CODES, REPORTED, SLIP, STICK, TOUCH
+from kanefe.kernels.impacts.contact_questions import LIFT, POINT_CODES, REPORTED, SLIP, STICK, TOUCH
 from kanefe.tree.scales import scene_length
 from kanefe.tree.scene_state import SceneState
 
@@ -38,17 +38,21 @@ class LastLook:
 
     def __init__(self, model: Model) -> None:
         self._model, self.length = model, scene_length(model)
-        self._last: tuple[float, Vector, Margins, Margins] | None = None
+        self._last: dict[str, tuple[float, Vector, Any]] = {}
 
-    def at(self, t: float, state: SceneState) -> tuple[Margins, Margins]:
-        """Return both at a time, s."""
-        from kanefe.kane.rigid_contacts.instant import blurs
+    def margins(self, t: float, state: SceneState) -> Margins:
+        """Return the margins at a time, s."""
+        return self._at("margins", t, state, lambda t, y: self._model.route.contact_instant(t, y).margins())  # type: ignore[no-any-return]
 
-        y = state.vector
-        if self._last is None or self._last[0] != t or not np.array_equal(self._last[1], y):
-            instant = self._model.route.contact_instant(t, y)
-            self._last = t, y, instant.margins(), blurs(instant, self.length)
-        return self._last[2:]
+    def blurs(self, t: float, state: SceneState) -> tuple[float, ...]:
+        """Return how far they may be below zero at a time, s."""
+        return self._at("blurs", t, state, self._model.route.contact_blurs)  # type: ignore[no-any-return]
+
+    def _at(self, what: str, t: float, state: SceneState, find: Callable[[float, Vector], Any]) -> Any:
+        y, last = state.vector, self._last.get(what)
+        if last is None or last[0] != t or not np.array_equal(last[1], y):
+            last = self._last[what] = t, y, find(t, y)
+        return last[2]
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +90,7 @@ class ContactChange(MarginEvent):
 
     def blur(self, t: float, state: SceneState) -> float:
         """Return the largest of the margins that are zero but for round-off: their signs what follows decides."""
-        return max(_of_kind(self.kind, self.look.at(t, state)[1]).values(), default=0.0)
+        return self.look.blurs(t, state)[list(CODES).index(self.kind)]
 
     def changed(self, t: float, state: SceneState, y: Vector) -> Vector | None:
         """Return the state after what happens."""
@@ -142,10 +146,7 @@ def begun(events: Sequence[Event], t: float, y: Vector) -> Vector | None:
     """Return the state (q, u, z) of which a run begins, with the directions of slips that begin; None without."""
     for one in events:
         if isinstance(one, ContactChange):
-            from kanefe.kane.rigid_contacts.impacts import START, resolved
-
-            found = resolved(one.model, t, y, START, one.span, one.stop, one.rtol, one.model.route.contact_instant)
-            return np.concatenate((y[: one.model.coordinate_count], found.u, found.z))
+            return one.model.route.touched(t, y, one.span, one.stop, one.rtol)
     return None
 
 
@@ -226,7 +227,7 @@ def _never(t: float, state: SceneState) -> float:
 
 
 def _nearest(kind: str, look: LastLook, t: float, state: SceneState) -> float:
-    return min(_of_kind(kind, look.at(t, state)[0]).values(), default=FAR)
+    return min(_of_kind(kind, look.margins(t, state)).values(), default=FAR)
 
 
 def _of_kind(kind: str, found: Margins) -> dict[tuple[int, int], float]:

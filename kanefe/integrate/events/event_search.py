@@ -14,7 +14,7 @@ from kanefe.integrate.events.contact_changes import CODES, ChangeReports, Contac
 from kanefe.integrate.events.event import Event, MarginEvent
 from kanefe.integrate.events.load_events import EventOfLoad
 from kanefe.integrate.stepper import StepFailure, Stepper, looks_out
-from kanefe.kernels.impacts.contact_changes import report_count
+from kanefe.kernels.impacts.contact_questions import report_count
 from kanefe.kernels.steppers.event_search import (
     find_brackets,
     first_with_sign,

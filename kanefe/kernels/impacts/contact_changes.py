@@ -25,6 +25,30 @@ from kanefe.kernels.contact.rigid_points import (
     STATUS,
     TELLS,
 )
+from kanefe.kernels.impacts.contact_questions import (
+    BEGINS_SLIP,
+    BEGINS_STICK,
+    BLUR,
+    BLURS,
+    IS_DECIDED,
+    LENGTH,
+    LIFT,
+    LIFTS,
+    POINT_CODES,
+    REPORT_COUNT,
+    REPORTED,
+    RESTS,
+    RUN_END,
+    RUN_RTOL,
+    RUN_SPAN,
+    SLIP,
+    START,
+    STICK,
+    TOUCH,
+    TOUCHES,
+    WHAT,
+    WHEN,
+)
 from kanefe.kernels.impacts.decision import (
     ON_GAP,
     ON_LEFT,
@@ -33,8 +57,8 @@ from kanefe.kernels.impacts.decision import (
     OPEN,
     SLIPS,
     STICKS,
-    Decision,
     ContactScene,
+    Decision,
 )
 from kanefe.kernels.impacts.impulses import is_at_rest, stop, strike
 from kanefe.kernels.impacts.moments import put_margins, put_moment
@@ -53,26 +77,6 @@ from kanefe.kernels.impacts.tolerances import (
 )
 from kanefe.kernels.layout import FlexibleTables, Tables
 from kanefe.kernels.sweeps.drives import Drives
-
-START, TOUCH, LIFT, SLIP, STICK, BLURS = range(6)
-"""What a call is asked for: what follows an event, or how far each margin may be below zero by round-off."""
-
-WHAT, WHEN, RUN_SPAN, RUN_END, RUN_RTOL, LENGTH, REPORT_COUNT, IS_DECIDED, BLUR = range(9)
-"""Numbers of a call: what it is asked for; time, span and end of the run (s); its rtol; length of the scene (m). How many
-reports there are. On return: whether it is decided; from there on the four blurs, from TOUCH to STICK."""
-ASKED = BLUR + 4
-
-TOUCHES, LIFTS, BEGINS_SLIP, BEGINS_STICK, RESTS = range(5)
-"""What is reported of a contact, in the order of `kanefe.contact.rigid.rigid_contact.REPORTED_EVENTS`."""
-REPORTED = 5
-
-POINT_CODES = 18
-"""Number of the changes of a point: its status before and after, and whether it was struck."""
-
-
-def report_count(points: int) -> int:
-    """Return how many reports there are at most of a moment: of each kind of event, of each point and its contact."""
-    return 4 * (REPORTED + 2) * points
 
 
 @entry(Variant(has_flexible=True))
@@ -100,8 +104,8 @@ def change_contacts(
     y : ndarray, shape (state,)
         Begins with q, u and z.
     reports : ndarray, shape (R, 2)
-        On return, from the number asked for on: times and codes of what is told: ``REPORTED contact + what``, and behind those of all contacts
-        ``POINT_CODES point + 6 before + 2 after + is struck``.
+        On return, behind those that there are: times and codes of what is told: ``REPORTED contact + what``, and behind
+        those of all contacts ``POINT_CODES point + 6 before + 2 after + is struck``.
     """
     scene = ContactScene(looked, loops, tables, flexible, motions, fill, held)
     if int(asked[WHAT]) == BLURS:

@@ -143,7 +143,9 @@ def decision_of(points: int, free: int, size: int) -> Decision:
 
     def moment() -> Moment:
         square, rows = np.zeros((n, n)), np.zeros((n, free))
-        return Moment(np.zeros((points, MET_NUMBERS)), np.zeros((points, 9)), square, np.zeros(n), rows, np.zeros(points))
+        return Moment(
+            np.zeros((points, MET_NUMBERS)), np.zeros((points, 9)), square, np.zeros(n), rows, np.zeros(points)
+        )
 
     def integers(count: int) -> list[np.ndarray]:
         return [np.zeros(points, dtype=np.int64) for _ in range(count)]

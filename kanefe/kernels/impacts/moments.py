@@ -39,9 +39,9 @@ from kanefe.kernels.impacts.decision import (
     OPEN,
     SLIPS,
     STICKS,
+    ContactScene,
     Decision,
     Moment,
-    ContactScene,
 )
 from kanefe.kernels.loads.markers import axes_of
 from kanefe.kernels.steppers.step_commands import RATES, SLOPE

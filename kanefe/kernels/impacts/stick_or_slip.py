@@ -12,7 +12,7 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.falling import steady_coefficient
 from kanefe.kernels.contact.rigid_points import HAS_FRICTION, MET, OF_POINT
 from kanefe.kernels.impacts.cones import Cones, is_given, largest_of, solve_cones
-from kanefe.kernels.impacts.decision import OPEN, SLIPS, STICKS, Decision, Moment, ContactScene
+from kanefe.kernels.impacts.decision import OPEN, SLIPS, STICKS, ContactScene, Decision, Moment
 from kanefe.kernels.impacts.impulses import HOLDING, is_at_rest, put_active
 from kanefe.kernels.impacts.moments import put_accelerations, put_moment
 from kanefe.kernels.impacts.tolerances import AHEAD, HOLDS, NOT_DETERMINED, ROUND_OFF_OF_FORCES

@@ -15,7 +15,7 @@ from kanefe.kernels.compiler._numba import exact, inlined, kernel
 from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.impacts.contact_changes import (
+from kanefe.kernels.impacts.contact_questions import (
     BLUR,
     BLURS,
     IS_DECIDED,
