@@ -102,6 +102,11 @@ class LiteralRoute:
         started = tuple(load.started(t, state.load_ends(i)) for i, load in enumerate(loads))
         for i, load in enumerate(started):
             check_start(load, t, state.load_ends(i))
+        if model.rigid_contacts:
+            from kanefe.kane.rigid_contacts.contact_forces import check_movable
+
+            for number in range(len(model.rigid_contacts)):
+                check_movable(state, model.rigid_contact(number))
         return started
 
     def evaluate(self, t: float, y: Vector) -> Evaluation:

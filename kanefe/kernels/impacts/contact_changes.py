@@ -187,7 +187,8 @@ def _change(scene: ContactScene, decision: Decision, asked: np.ndarray, y: np.nd
         p = decision.takes[a]
         lifts = what == LIFT and decision.is_concerned[p] != 0
         decision.is_closed[p] = decision.rates[3 * p] <= decision.still[p] and not lifts
-    is_stale, event = strikes, (t, y, span, asked[RUN_END])
+    # of a run that goes on beyond the end that it assumed nothing is known
+    is_stale, event = strikes, (t, y, span, asked[RUN_END] if asked[RUN_END] >= t else np.inf)
     while True:
         is_stale = stop(points, decision, count, u) or is_stale
         if is_stale and not put_moment(scene, decision, count, t, y, decision.now):

@@ -9,10 +9,10 @@ from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.falling import AT
 from kanefe.kernels.contact.rigid_points import HAS_FRICTION, IS_POISSON, OF_POINT, RigidPoints
-from kanefe.kernels.impacts.cones import solve_cones
+from kanefe.kernels.impacts.cones import largest_of, solve_cones
 from kanefe.kernels.impacts.decision import Decision
 from kanefe.kernels.impacts.moments import respond
-from kanefe.kernels.impacts.tolerances import DEPENDENT, STRUCK
+from kanefe.kernels.impacts.tolerances import CLOSE, DEPENDENT, STRUCK
 
 HOLDING = int(OF_POINT.friction) + int(AT.holding)
 
@@ -65,9 +65,10 @@ def strike(points: RigidPoints, decision: Decision, count: int, u: np.ndarray) -
         for i in range(3 * count):
             pressed[i] = x[i] if part == 0 else pressed[i] + x[i]
     decision.forces[:] = 0.0
+    least_struck = CLOSE * largest_of(pressed, 3 * count)
     for a in range(count):
         p = decision.takes[a]
-        decision.is_struck[p] = pressed[3 * a] > 0.0
+        decision.is_struck[p] = pressed[3 * a] > least_struck
         copy(pressed[3 * a : 3 * a + 3], decision.forces[3 * p : 3 * p + 3])
     respond(decision, count, decision.forces, u)
     for a in range(count):
