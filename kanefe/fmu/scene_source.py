@@ -81,8 +81,8 @@ def obstacle(sim: Simulation) -> str:
     ]
     if acting:
         return (
-            f"these events act in Python: {', '.join(map(repr, acting[:MOST_NAMED]))}. Remedy: a compliant contact in "
-            "the place of a rigid one, a bearing without a table"
+            f"these events act in Python: {', '.join(map(repr, acting[:MOST_NAMED]))}. Remedy: leave out what "
+            "ends the run, a bearing without a table"
         )
     return ""
 

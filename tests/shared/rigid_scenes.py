@@ -58,7 +58,8 @@ def rigid_scene(seed: int) -> Model:
     deck = scene.add_rigid_body(
         "deck", 3.0, random_inertia(rng), joint=kf.Revolute(unit_axis(rng), motion=_swing(rng)), at=(0, 0, -20)
     )
-    frames = [deck, scene.ground]  # from below
+    ground = scene.ground
+    frames = [deck, ground]  # from below
     for i in range(int(rng.integers(1, 4))):
         joint = kf.Free(position=(0, 0, 20.0 * (i + 1)))
         frames.append(scene.add_rigid_body(f"thing {i}", 1.0, random_inertia(rng), com=(0.1, 0, 0.05), joint=joint))
@@ -79,7 +80,7 @@ def rigid_scene(seed: int) -> Model:
         frames.append(coupler)
     for number in range(int(rng.integers(1, 5))):
         a, b = sorted(rng.choice(len(frames), 2, replace=False))
-        if frames[a] is deck and frames[b] is scene.ground:
+        if frames[a] is deck and frames[b] is ground:
             b += 1  # neither is free to answer a force
         surface, belt = _touched(rng)
         touched = scene.add_surface(f"surface {number}", frames[a], surface, at=0.1 * rng.standard_normal(3))

@@ -211,8 +211,8 @@ def check_movable(state: State, contact: RigidContact) -> None:
     for i, (end, _) in enumerate(contact.probes):
         if not moves(contact.ends[end]):
             raise ModelError(
-                f"{contact.title}: neither its surface nor the body of probe {i + 1} is free to move: both are fixed or "
-                "driven, and a force between them has no value. Remedy: leave it out, or free one of the two"
+                f"{contact.title}: neither its surface nor the body of probe {i + 1} is free to move: both are fixed "
+                "or driven, and a force between them has no value. Remedy: leave it out, or free one of the two"
             )
 
 

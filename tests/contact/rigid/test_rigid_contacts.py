@@ -252,7 +252,7 @@ def test_what_a_rigid_contact_has_not_is_refused(options, message):
 
 @pytest.mark.parametrize("motion", [None, kf.Motion.steady(0.5)])
 def test_a_contact_between_what_nothing_moves_is_refused(motion):
-    """Of a lever that is fixed, or driven, against the ground: friction is not what leaves its force without a value."""
+    """Of a lever that is fixed, or driven, against the ground: it is not friction that leaves its force open."""
     scene = kf.System(gravity=(0, 0, -G))
     joint = kf.Fixed() if motion is None else kf.Revolute("y", motion=motion)
     lever = scene.add_rigid_body("lever", 1.0, 0.1, joint=joint)
