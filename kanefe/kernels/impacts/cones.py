@@ -45,8 +45,9 @@ class Cones(NamedTuple):
 def cones_of(count: int) -> Cones:
     """Return the memory of a problem of so many contacts at most."""
     n = 3 * count
-    own = np.zeros((n, n)), np.zeros(n), np.zeros(count), np.zeros(count), np.zeros((count, 2)), np.zeros(count)
-    return Cones(*own, *(np.zeros(n) for _ in range(7)), np.zeros((n, n)))
+    given = np.zeros((n, n)), np.zeros(n), np.zeros(count), np.zeros(count), np.zeros((count, 2)), np.zeros(count)
+    rates, projected, tried, F, order, shares, row = (np.zeros(n) for _ in range(7))
+    return Cones(*given, rates, projected, tried, F, order, shares, row, np.zeros((n, n)))
 
 
 @inlined

@@ -147,24 +147,37 @@ def decision_of(points: int, free: int, size: int) -> Decision:
             np.zeros((points, MET_NUMBERS)), np.zeros((points, 9)), square, np.zeros(n), rows, np.zeros(points)
         )
 
-    def integers(count: int) -> list[np.ndarray]:
-        return [np.zeros(points, dtype=np.int64) for _ in range(count)]
-
-    def reals(count: int, *shape: int) -> list[np.ndarray]:
-        return [np.zeros(shape) for _ in range(count)]
+    def integers() -> np.ndarray:
+        return np.zeros(points, dtype=np.int64)
 
     return Decision(
-        *(moment(), moment(), cones_of(points), cones_of(points)),
-        *integers(4),
-        np.zeros((points, 4)),
-        *integers(4),
-        *reals(3, points),
-        *reals(3, n),
-        *reals(1, points, 2),
-        *reals(1, points, 3),
-        *reals(2, n),
-        *integers(2),
-        *reals(1, points, 2),
-        *reals(1, size),
-        *reals(2, free),
+        now=moment(),
+        later=moment(),
+        problem=cones_of(points),
+        ahead=cones_of(points),
+        takes=integers(),
+        active=integers(),
+        before=integers(),
+        after=integers(),
+        margins=np.zeros((points, 4)),
+        is_taking=integers(),
+        is_concerned=integers(),
+        is_struck=integers(),
+        is_closed=integers(),
+        still=np.zeros(points),
+        rest=np.zeros(points),
+        slow=np.zeros(points),
+        rates=np.zeros(n),
+        accelerations=np.zeros(n),
+        forces=np.zeros(n),
+        slips=np.zeros((points, 2)),
+        turning=np.zeros((points, 3)),
+        x=np.zeros(n),
+        other=np.zeros(n),
+        begins=integers(),
+        is_new=integers(),
+        found=np.zeros((points, 2)),
+        state=np.zeros(size),
+        du=np.zeros(free),
+        step=np.zeros(free),
     )
