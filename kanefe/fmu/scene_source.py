@@ -15,7 +15,7 @@ from kanefe.kernels.compiler._numba import IS_COMPILED
 from kanefe.kernels.compiler.entries import Call
 from kanefe.kernels.evaluation.evaluation import AT_TIME
 from kanefe.kernels.steppers import step_commands as stepping
-from kanefe.kernels.steppers.watched_run import ACTS
+from kanefe.kernels.steppers.watched_run import ACTS, BOUND
 from kanefe.kernels.sweeps.drives import PIECE_NUMBERS, Drives
 from kanefe.kernels.sweeps.outward import motion_memory_size, motions_of_rows
 from kanefe.loads.controller import INPUTS
@@ -77,11 +77,13 @@ def obstacle(sim: Simulation) -> str:
         return f"these events are looked for in Python: {named}. Remedy: leave them out"
     if stepper.events_need_python:
         return f"the method {stepper.name!r} begins anew in Python after events. Remedy: method='radau5', or 'dop853'"
-    acting = [event.name for event, kind in zip(watch.events, watch.watched.kinds, strict=True) if kind >= ACTS]
+    acting = [
+        event.name for event, kind in zip(watch.events, watch.watched.kinds, strict=True) if kind in (ACTS, BOUND)
+    ]
     if acting:
         return (
-            f"these events act in Python: {', '.join(map(repr, acting[:MOST_NAMED]))}. Remedy: a compliant contact in "
-            "the place of a rigid one, a bearing without a table"
+            f"these events act in Python: {', '.join(map(repr, acting[:MOST_NAMED]))}. Remedy: leave out what "
+            "ends the run, a bearing without a table"
         )
     return ""
 

@@ -24,6 +24,7 @@ from kanefe.kernels.constraints.least_forces import LEAST_GAIN
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import evaluate, workspace_size
 from kanefe.kernels.evaluation.momenta import balance, balances_of_states
+from kanefe.kernels.impacts.contact_questions import BLUR, BLURS, START
 from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND, FlexibleTables, Tables, no_flexible
 from kanefe.kernels.loads.loads_layout import COMPLEX
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, SLOPE, TIME_AT, Run
@@ -42,11 +43,13 @@ from kanefe.order_n.watching import Watching
 from kanefe.tree.model_data import QUADRATURES, ModelData
 from kanefe.tree.model_outputs import MechanicalEnergy
 from kanefe.tree.route import Evaluation, Form, MethodNeeds, Obstacle, RunSweeps
+from kanefe.tree.scales import scene_length
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
     from kanefe.kane.rigid_contacts.instant import ContactInstant
     from kanefe.order_n.compiled_run import CompiledRun
+    from kanefe.order_n.contact_changing import ContactChanger
 
 GROWN = 1e100
 """Coordinates and speeds beyond which squares overflow, so that no scene is left to explain."""
@@ -196,6 +199,30 @@ class OrderN(LiteralRoute):
             looks["single"] = SingleLook(self)
         instant = OrderNInstant(self, looks["single"], t, y)
         return instant if instant.is_regular else super().contact_instant(t, y)
+
+    def touched(self, t: float, y: Vector, span: float, stop: float, rtol: float) -> Vector:
+        """Return a state with what touches in it known; from Python where that needs it, or names what is not known."""
+        if self.is_autonomous:
+            changer = self._contact_changer()
+            if changer.ask(START, t, y, span, stop, rtol, scene_length(self.model)):
+                return changer.y.copy()
+        return super().touched(t, y, span, stop, rtol)
+
+    def contact_blurs(self, t: float, y: Vector) -> tuple[float, ...]:
+        """Return how far margins of rigid contacts may be below zero by round-off."""
+        if self.is_autonomous:
+            changer = self._contact_changer()
+            if changer.ask(BLURS, t, y, 0.0, t, 0.0, scene_length(self.model)):
+                return tuple(changer.asked[BLUR:].tolist())
+        return super().contact_blurs(t, y)
+
+    def _contact_changer(self) -> ContactChanger:
+        from kanefe.order_n.contact_changing import ContactChanger
+
+        looks = vars(self._looks)
+        if "changer" not in looks:
+            looks["changer"] = ContactChanger(self)
+        return looks["changer"]  # type: ignore[no-any-return]
 
     def evaluate(self, t: float, y: Vector) -> Evaluation:
         """Return the rates at a state; where something has only loops to hold it, those of the literal route."""

@@ -318,6 +318,14 @@ class Route(Protocol):
         """Return what events of rigid contacts ask of a state: `kanefe.kane.rigid_contacts.instant.ContactInstant`."""
         ...
 
+    def touched(self, t: float, y: Vector, span: float, stop: float, rtol: float) -> Vector:
+        """Return a state (q, u, z) with what touches in it known, after impacts, as a run begins."""
+        ...
+
+    def contact_blurs(self, t: float, y: Vector) -> tuple[float, ...]:
+        """Return how far margins of rigid contacts may be below zero by round-off: of gaps, normal forces, ..."""
+        ...
+
     def energy(self, t: float, y: Vector) -> MechanicalEnergy:
         """Return the energies of a state."""
         ...

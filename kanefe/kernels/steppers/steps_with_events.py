@@ -15,6 +15,19 @@ from kanefe.kernels.compiler._numba import exact, inlined, kernel
 from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.impacts.contact_questions import (
+    BLUR,
+    BLURS,
+    IS_DECIDED,
+    LENGTH,
+    REPORT_COUNT,
+    RUN_END,
+    RUN_RTOL,
+    RUN_SPAN,
+    TOUCH,
+    WHAT,
+    WHEN,
+)
 from kanefe.kernels.steppers.closing_call import ClosingCall, close_at
 from kanefe.kernels.steppers.event_search import (
     find_brackets,
@@ -49,6 +62,7 @@ from kanefe.kernels.steppers.step_commands import (
 from kanefe.kernels.steppers.watched_run import (
     ACTS,
     BOUND,
+    BOUND_CHANGES,
     CHANGES,
     ENDS_STEP,
     REPORTS,
@@ -107,7 +121,7 @@ def pass_steps(
     """
     places, numbers = going.call.places, going.call.numbers
     integers = run.integers
-    most = len(watched.records) - len(watched.found)
+    most = len(watched.records) - len(watched.found) - len(single.contacts.reports)
     while True:
         places[going.most_at] = integers[STEPS] + 1
         call_address(going.call.address, (places, numbers))
@@ -193,6 +207,8 @@ def _deal_with(
         found = count
         if _is_storm(watched, acting, found) or not _put_closed(single, run, vectors, acting):
             return False
+        if not _change(single, watched, acting, found):
+            return False
     for i in range(found):
         watched.records[watched.counts[0], 0], watched.records[watched.counts[0], 1] = watched.found[i]
         watched.counts[0] += 1
@@ -201,8 +217,9 @@ def _deal_with(
     for event in range(len(watched.values)):
         watched.values[event] = lookout.found[-1, watched.columns[event]]
     if acting < np.inf:
-        _put_closed(single, run, vectors, acting)
-        _change(single[0], watched, acting, found)
+        copy(watched.after, single[0].states[0])
+        _take_reports(single[0], watched)
+        _mark_action(watched, acting, found)
         _restart(single, run, vectors, acting, restart_share)
         _begin(single, watched, acting, found)
     return True
@@ -229,18 +246,25 @@ def _find_roots(
     total, start = 0, run.reals[TIME_OLD]
     for event in range(len(watched.values)):
         count = _sample(lookout, watched, event, start)
-        is_bound = watched.kinds[event] == BOUND
+        is_bound = watched.kinds[event] >= BOUND
         if is_quiet(watched.times, watched.samples, count) and not (is_bound and watched.samples[0] < 0.0):
             continue
-        if is_quiet_alone or is_bound:
+        if is_quiet_alone or watched.kinds[event] == BOUND:
             return -1
-        data = (single, run, vectors, watched.columns[event])
-        first = first_with_sign(watched.samples, count, watched.noise[event])
-        samples = watched.times, watched.samples, count, first
-        brackets = find_brackets(value_at, data, *samples, watched.directions[event], watched.brackets)
+        noise = watched.noise[event]
+        first = first_with_sign(watched.samples, count, noise)
+        # what must not be below zero happens wherever it is
+        is_below = is_bound and watched.samples[first] < -noise
+        data = (single, run, vectors, watched.columns[event], noise if is_below else 0.0)
+        if is_below:
+            watched.brackets[0, 0], watched.brackets[0, 1] = watched.times[max(first - 1, 0)], watched.times[first]
+            brackets = 1
+        else:
+            samples = watched.times, watched.samples, count, first
+            brackets = find_brackets(value_at, data, *samples, watched.directions[event], watched.brackets)
         for k in range(min(brackets, len(watched.found) - total)):
             a, b = watched.brackets[k, 0], watched.brackets[k, 1]
-            t = root_in(value_at, data, a, b, watched.span, watched.kinds[event] < CHANGES)
+            t = root_in(value_at, data, a, b, watched.span, is_bound or watched.kinds[event] < CHANGES)
             if watched.kinds[event] == REPORTS and is_known(t, watched.last[event], watched.span):
                 continue  # another event ended the step at that moment
             at = total
@@ -269,7 +293,7 @@ def _changes(watched: WatchedRun, event: int, t: float, found: int) -> bool:
     happens = False
     for i in range(found):
         happens = happens or (int(watched.found[i, 1]) == event and watched.found[i, 0] >= t)
-    return happens and watched.kinds[event] == CHANGES
+    return happens and (watched.kinds[event] == CHANGES or watched.kinds[event] == BOUND_CHANGES)
 
 
 @kernel
@@ -282,19 +306,82 @@ def _is_storm(watched: WatchedRun, t: float, found: int) -> bool:
 
 
 @kernel
-def _change(lookout: Lookout, watched: WatchedRun, t: float, found: int) -> None:
-    """Change the state of the lookout by what happens, in the order of the events, and take account of the energy."""
-    y, is_any = lookout.states[0], False
+def _change(single: Single, watched: WatchedRun, t: float, found: int) -> bool:
+    """Write the state after what happens, in the order of the events; return whether it is known.
+
+    The energy that changes is taken into account; the state before is that of the lookout.
+    """
+    lookout, _ = single
+    y = lookout.states[0]
+    lookout.contacts.asked[REPORT_COUNT] = 0.0
     for event in range(len(watched.kinds)):
-        if _changes(watched, event, t, found):
-            is_any = True
-            lookout.times[0] = t
+        if not _changes(watched, event, t, found):
+            continue
+        lookout.times[0] = t
+        if watched.kinds[event] == BOUND_CHANGES:
+            is_known, gained = _change_contacts(single, watched, t, watched.changes[event, 0])
+            if not is_known:
+                return False
+        else:
             for i in range(len(lookout.change)):
                 lookout.change[i] = watched.changes[event, i]
             _look_at_states(lookout)
             lookout.change[0] = -1
             gained = lookout.found[0, 0]
-            y[watched.first_quadrature + (0 if gained < 0.0 else 1)] += abs(gained)
+        y[watched.first_quadrature + (0 if gained < 0.0 else 1)] += abs(gained)
+    copy(y, watched.after)
+    return True
+
+
+@kernel
+def _change_contacts(single: Single, watched: WatchedRun, t: float, what: int) -> tuple[bool, float]:
+    """Change speeds and states of rigid contacts; return whether that is decided, and the energy gained, J."""
+    lookout, closing = single
+    contacts, y = lookout.contacts, lookout.states[0]
+    copy(y, contacts.states[0])
+    if not _ask_contacts(lookout, watched, t, what):
+        return False, 0.0
+    if closing.has_loops and not close_at(closing, t, 0.0, y):
+        return False, 0.0
+    copy(y, contacts.states[1])
+    gained = 0.0
+    for i in range(2):
+        contacts.times[i] = t
+        put_drives(lookout.motions, t, contacts.drives[i])
+        copy(lookout.held, contacts.inputs[i])
+        lookout.fill(t, contacts.states[i], contacts.inputs[i])
+    call_address(contacts.balancing.address, (contacts.balancing.places, contacts.balancing.numbers))
+    for i in range(3):
+        gained += contacts.balances[1, i] - contacts.balances[0, i]
+    return True, gained
+
+
+@kernel
+def _ask_contacts(lookout: Lookout, watched: WatchedRun, t: float, what: int) -> bool:
+    """Ask for what follows an event of rigid contacts, or for blurs; return whether it is decided."""
+    contacts, asked = lookout.contacts, lookout.contacts.asked
+    asked[WHAT], asked[WHEN], asked[RUN_RTOL], asked[LENGTH] = what, t, watched.rtol, watched.length
+    asked[RUN_SPAN], asked[RUN_END] = watched.span, watched.stop
+    call_address(contacts.changing.address, (contacts.changing.places, contacts.changing.numbers))
+    return asked[IS_DECIDED] != 0.0
+
+
+@kernel
+def _take_reports(lookout: Lookout, watched: WatchedRun) -> None:
+    """Write to the records what rigid contacts tell, with negative numbers."""
+    contacts = lookout.contacts
+    for i in range(int(contacts.asked[REPORT_COUNT])):
+        row = watched.counts[0]
+        watched.records[row, 0], watched.records[row, 1] = contacts.reports[i, 0], -1.0 - contacts.reports[i, 1]
+        watched.counts[0] = row + 1
+
+
+@kernel
+def _mark_action(watched: WatchedRun, t: float, found: int) -> None:
+    """Write the time of an action that changes states to the last ones."""
+    is_any = False
+    for event in range(len(watched.kinds)):
+        is_any = is_any or _changes(watched, event, t, found)
     if is_any:
         for i in range(len(watched.actions) - 1):
             watched.actions[i] = watched.actions[i + 1]
@@ -317,7 +404,7 @@ def _set_noise(
             largest = max(largest, abs(watched.samples[k]))
             later = max(later, abs(watched.samples[k])) if k > 0 else 0.0
         if has_acted and root > -np.inf:
-            data = (single, run, vectors, watched.columns[event])
+            data = (single, run, vectors, watched.columns[event], 0.0)
             watched.noise[event] = noise_after(value_at, data, root, start, watched.span, largest)
         elif later > watched.noise[event]:
             watched.noise[event] = 0.0  # also where a step ends by chance just before the next zero
@@ -345,24 +432,28 @@ def _begin(single: Single, watched: WatchedRun, t: float, found: int) -> None:
     lookout, _ = single
     lookout.times[0] = t
     _look_at_states(lookout)
+    if lookout.contacts.changing.address != 0 and not _ask_contacts(lookout, watched, t, BLURS):
+        lookout.contacts.asked[BLUR : BLUR + 4] = 0.0
     for event in range(len(watched.values)):
         value, has_happened = lookout.found[0, watched.columns[event]], False
         for i in range(found):
             has_happened = has_happened or (int(watched.found[i, 1]) == event and watched.found[i, 0] >= t)
         watched.values[event] = value
-        if not has_happened or abs(value) > watched.noise[event]:
+        if watched.kinds[event] == BOUND_CHANGES:
+            watched.noise[event] = lookout.contacts.asked[BLUR + watched.changes[event, 0] - TOUCH]
+        elif not has_happened or abs(value) > watched.noise[event]:
             watched.noise[event] = 0.0
 
 
 @kernel
 def value_at(data: Any, t: float) -> float:
-    """Return the value of a column at a time of the last step."""
-    single, run, vectors, column = data
+    """Return the value of a column at a time of the last step, above a level."""
+    single, run, vectors, column, above = data
     lookout, _ = single
     lookout.times[0] = t
     _put_closed(single, run, vectors, t)
     _look_at_states(lookout)
-    return lookout.found[0, column]
+    return lookout.found[0, column] + above
 
 
 @kernel

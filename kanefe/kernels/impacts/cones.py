@@ -1,0 +1,213 @@
+"""The complementarity problem of contacts with Coulomb's friction in compiled code: see `kanefe.contact.rigid.cone`."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.kernels.algebra.least_norm import factor_least, solve_least
+from kanefe.kernels.algebra.vectors import copy
+from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler.arrays import RealRows, Reals
+from kanefe.kernels.impacts.tolerances import CLOSE, DEPENDENT, ENOUGH, NEWTON_STEPS, ROUNDS, SWEEPS
+
+
+class Cones(NamedTuple):
+    """A problem of k contacts, of the most that there may be, and its workspace.
+
+    Attributes
+    ----------
+    G, b, mu, least, slips : ndarray
+        See `kanefe.contact.rigid.cone.Cones`; the first k count.
+    steps : ndarray, shape (k,)
+        By what the rates of each contact are multiplied.
+    rates, projected, tried, F, order, shares, row : ndarray, shape (3 k,)
+    dF : ndarray, shape (3 k, 3 k)
+    """
+
+    G: RealRows
+    b: Reals
+    mu: Reals
+    least: Reals
+    slips: RealRows
+    steps: Reals
+    rates: Reals
+    projected: Reals
+    tried: Reals
+    F: Reals
+    order: Reals
+    shares: Reals
+    row: Reals
+    dF: RealRows
+
+
+def cones_of(count: int) -> Cones:
+    """Return the memory of a problem of so many contacts at most."""
+    n = 3 * count
+    given = np.zeros((n, n)), np.zeros(n), np.zeros(count), np.zeros(count), np.zeros((count, 2)), np.zeros(count)
+    rates, projected, tried, F, order, shares, row = (np.zeros(n) for _ in range(7))
+    return Cones(*given, rates, projected, tried, F, order, shares, row, np.zeros((n, n)))
+
+
+@inlined
+def is_given(cones: Cones, i: int) -> bool:
+    """Return whether a contact slips in a known direction."""
+    return not np.isnan(cones.slips[i, 0])
+
+
+@kernel
+def solve_cones(cones: Cones, k: int, x: np.ndarray, is_warm: bool) -> bool:
+    """Write the forces of k contacts, from those in x where that is wanted; return whether there are some."""
+    n, all_free, longest, largest, least = 3 * k, True, 0.0, 0.0, 0.0
+    for i in range(k):
+        cones.steps[i] = 1.0 / max(_largest_of_block(cones.G, 3 * i), 1e-300)
+        longest = max(longest, cones.steps[i])
+        least = max(least, abs(cones.least[i]))
+        all_free = all_free and not is_given(cones, i)
+    for i in range(n):
+        largest = max(largest, abs(cones.b[i]))
+        x[i] = x[i] if is_warm else 0.0
+    size = largest * longest + least
+    if size == 0.0:
+        x[:n] = 0.0
+        return True
+    if not is_warm and all_free:  # of what lies and sticks the forces of least norm often are those
+        for i in range(n):
+            cones.F[i] = -cones.b[i]
+            copy(cones.G[i, :n], cones.dF[i, :n])
+        _solve(cones, n)
+        if residual(cones, k, cones.F) <= CLOSE * max(size, largest_of(cones.F, n)):
+            copy(cones.F[:n], x[:n])
+            return True
+    left = np.inf
+    for _ in range(ROUNDS):
+        if _newton(cones, k, x, size):
+            return True
+        for _ in range(SWEEPS):
+            for i in range(k):
+                _project(cones, k, i, x)
+                copy(cones.projected[3 * i : 3 * i + 3], x[3 * i : 3 * i + 3])
+        biggest = largest_of(x, n)
+        if not biggest <= 1e12 * size:
+            return False
+        before, left = left, residual(cones, k, x)
+        if before <= ENOUGH * size and left > 0.5 * before:
+            break
+    return left <= ENOUGH * size
+
+
+@inlined
+def largest_of(x: np.ndarray, n: int) -> float:
+    """Return the largest size of n numbers; NaN if one is."""
+    found = 0.0
+    for i in range(n):
+        found = abs(x[i]) if abs(x[i]) > found or np.isnan(x[i]) else found
+    return found
+
+
+@kernel
+def _largest_of_block(G: np.ndarray, at: int) -> float:
+    """Return the largest eigenvalue of a symmetric block of three rows, in closed form."""
+    a, b, c = G[at, at], G[at + 1, at + 1], G[at + 2, at + 2]
+    p, q, r = G[at + 1, at], G[at + 2, at], G[at + 2, at + 1]
+    beside = p * p + q * q + r * r
+    mean = (a + b + c) / 3.0
+    a, b, c = a - mean, b - mean, c - mean
+    spread = np.sqrt((a * a + b * b + c * c + 2.0 * beside) / 6.0)
+    if spread == 0.0:
+        return mean
+    a, b, c, p, q, r = a / spread, b / spread, c / spread, p / spread, q / spread, r / spread
+    half = 0.5 * (a * (b * c - r * r) - p * (p * c - q * r) + q * (p * r - b * q))
+    return mean + 2.0 * spread * np.cos(np.arccos(min(max(half, -1.0), 1.0)) / 3.0)
+
+
+@kernel
+def residual(cones: Cones, k: int, x: np.ndarray) -> float:
+    """Return how far forces are from a solution: the largest change that a projection makes, in their unit."""
+    worst = 0.0
+    for i in range(k):
+        _project(cones, k, i, x)
+        for row in range(3 * i, 3 * i + 3):
+            change = abs(cones.projected[row] - x[row])
+            worst = change if change > worst or np.isnan(change) else worst
+    return worst
+
+
+@kernel
+def _step(cones: Cones, k: int, i: int, x: np.ndarray) -> None:
+    """Write the forces of a contact less a step along its rates."""
+    for row in range(3 * i, 3 * i + 3):
+        rate = cones.b[row]
+        for j in range(3 * k):
+            rate += cones.G[row, j] * x[j]
+        cones.projected[row] = x[row] - cones.steps[i] * rate
+
+
+@kernel
+def _project(cones: Cones, k: int, i: int, x: np.ndarray) -> None:
+    """Write the nearest force that a contact can have after a step: with the friction of its normal force then."""
+    _step(cones, k, i, x)
+    p, n = cones.projected, 3 * i
+    p[n] = max(p[n], cones.least[i])
+    if is_given(cones, i):
+        p[n + 1], p[n + 2] = -cones.mu[i] * p[n] * cones.slips[i, 0], -cones.mu[i] * p[n] * cones.slips[i, 1]
+        return
+    along, most = np.hypot(p[n + 1], p[n + 2]), cones.mu[i] * max(p[n], 0.0)
+    kept = 1.0 if along <= most else most / along
+    p[n + 1], p[n + 2] = kept * p[n + 1], kept * p[n + 2]
+
+
+@kernel
+def _newton(cones: Cones, k: int, x: np.ndarray, size: float) -> bool:
+    """Write the solution that Newton's method finds from near it, if it does."""
+    n, tried = 3 * k, cones.tried
+    copy(x[:n], tried[:n])
+    for _ in range(NEWTON_STEPS):
+        for i in range(k):
+            _put_equations(cones, k, i)
+        if largest_of(cones.F, n) <= CLOSE * max(size, largest_of(tried, n)):
+            copy(tried[:n], x[:n])
+            return True
+        _solve(cones, n)
+        for i in range(n):
+            tried[i] -= cones.F[i]
+        if not largest_of(tried, n) < np.inf:
+            return False
+    return False
+
+
+@kernel
+def _put_equations(cones: Cones, k: int, i: int) -> None:
+    """Write ``x - projected(x - r y)`` of a contact and its derivative."""
+    G, x, p, F, dF, r, n = cones.G, cones.tried, cones.projected, cones.F, cones.dF, cones.steps[i], 3 * i
+    _step(cones, k, i, x)
+    is_pressed = p[n] > cones.least[i]
+    normal, moves = p[n] if is_pressed else cones.least[i], 1.0 if is_pressed else 0.0
+    mu, along = cones.mu[i], np.hypot(p[n + 1], p[n + 2])
+    most = mu * max(normal, 0.0)
+    holds, slips = along <= most, is_given(cones, i)
+    # the friction of what slips, its change with the normal force, and with its own step
+    c = cones.slips[i, 0] if slips else p[n + 1] / along if along > 0.0 else 0.0
+    s = cones.slips[i, 1] if slips else p[n + 2] / along if along > 0.0 else 0.0
+    by_normal = mu if slips else 0.0 if holds or most == 0.0 else -mu
+    by_step = 0.0 if slips or most == 0.0 else 1.0 if holds else most / along
+    rubs = mu * normal if slips else -most
+    F[n] = x[n] - normal
+    F[n + 1] = x[n + 1] - p[n + 1] if holds and not slips else x[n + 1] + rubs * c
+    F[n + 2] = x[n + 2] - p[n + 2] if holds and not slips else x[n + 2] + rubs * s
+    cc, cs, ss = (1.0, 0.0, 1.0) if holds else (1.0 - c * c, -c * s, 1.0 - s * s)
+    for j in range(3 * k):
+        one, two, three = float(j == n), float(j == n + 1), float(j == n + 2)
+        d_normal = moves * (one - r * G[n, j])
+        d_first, d_second = by_step * (two - r * G[n + 1, j]), by_step * (three - r * G[n + 2, j])
+        dF[n, j] = one - d_normal
+        dF[n + 1, j] = two + by_normal * c * d_normal - (cc * d_first + cs * d_second)
+        dF[n + 2, j] = three + by_normal * s * d_normal - (cs * d_first + ss * d_second)
+
+
+@kernel
+def _solve(cones: Cones, n: int) -> None:
+    """Replace F by the least solution of ``dF x = F``."""
+    rank, _ = factor_least(cones.dF, cones.F, n, DEPENDENT, cones.order, cones.shares, cones.row)
+    solve_least(cones.dF, cones.F, n, rank, cones.order, cones.shares, cones.row)
