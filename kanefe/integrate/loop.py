@@ -308,8 +308,6 @@ class RunLoop:
                 return RunStatus("failed", t, end.reason, end.remedy)
             acting = watch.acting
             if acting is None:
-                if self._looking is not None and watch.watched is not None:
-                    self._looking.foresee(watch.watched)
                 return None
             at_once = [event for t, event in found if t >= acting]
             happened = [event for event in watch.events if event in at_once]  # in the order given

@@ -62,6 +62,11 @@ class WatchedRun(NamedTuple):
         Of those that change states what `Lookout.change` is given.
     actions : ndarray, shape (STORM,)
         Times of the last actions, s; minus infinity where there were fewer.
+    regime : ndarray, shape (3,)
+        What the run went on from at its last restart: the event, below zero for another reason; the time, s; and how
+        many steps had been taken.
+    usual : ndarray, shape (events,)
+        Mean step from each event to the next restart, when it last happened, s; zero before.
     first_quadrature : int
         Where in a state the energy taken and, after it, that given are (J).
     span : float
@@ -82,6 +87,8 @@ class WatchedRun(NamedTuple):
     found: RealRows
     changes: IntegerRows
     actions: Reals
+    regime: Reals
+    usual: Reals
     first_quadrature: int
     span: float
 
