@@ -247,7 +247,7 @@ class RunLoop:
         if self.chunk > 1:
             done = max(int(stepper.statistics["steps"]) - steps, 1)
             wanted = done * CHUNK_SECONDS / max(time.perf_counter() - begun, 1e-9)
-            self.chunk = int(np.clip(wanted, 2, min(CHUNK, 4 * self.chunk)))
+            self.chunk = int(max(2, min(wanted, CHUNK, 4 * self.chunk)))
 
     def _integrate_over_events(self, watch: EventWatch, most: int) -> None:
         """Continue to a step in which an event needs Python; by single steps where one is a function of the user."""

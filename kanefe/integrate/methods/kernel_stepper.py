@@ -90,6 +90,10 @@ SMALLEST_STEP = 16.0 * np.finfo(float).eps
 error proportional to the step, so that a step across a jump may have to be this small; the loop ends runs that do not
 advance."""
 
+OF_STEPS = ("steps", "rejected", "evaluations"), [STEPS, REJECTED, EVALUATIONS]
+OF_JACOBIANS = (*OF_STEPS[0], "factorisations", "jacobians"), [*OF_STEPS[1], FACTORISATIONS, JACOBIANS]
+"""Names in the statistics and places among the integers of what is counted, without and with Jacobians."""
+
 ITERATED = 1e-10, 1e-12
 """Relative and absolute tolerance of the iterations with fixed steps."""
 
@@ -187,10 +191,8 @@ class KernelStepper:
     @property
     def statistics(self) -> dict[str, int | float]:
         """Steps, rejected steps and evaluations; factorisations and Jacobians of methods that make them."""
-        counts = {"steps": STEPS, "rejected": REJECTED, "evaluations": EVALUATIONS}
-        if self._has_jacobian:
-            counts |= {"factorisations": FACTORISATIONS, "jacobians": JACOBIANS}
-        return {name: int(self.integers[place]) for name, place in counts.items()}
+        names, places = OF_JACOBIANS if self._has_jacobian else OF_STEPS
+        return dict(zip(names, self.integers[places].tolist(), strict=True))
 
     @property
     def step_seconds(self) -> list[float]:
