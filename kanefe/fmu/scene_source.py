@@ -75,8 +75,6 @@ def obstacle(sim: Simulation) -> str:
     if watch.watched is None:
         named = ", ".join(map(repr, list(sim.events)[:MOST_NAMED])) or "the end of a joint's range"
         return f"these events are looked for in Python: {named}. Remedy: leave them out"
-    if stepper.events_need_python:
-        return f"the method {stepper.name!r} begins anew in Python after events. Remedy: method='radau5', or 'dop853'"
     acting = [
         event.name for event, kind in zip(watch.events, watch.watched.kinds, strict=True) if kind in (ACTS, BOUND)
     ]
@@ -271,7 +269,8 @@ class _Tables:
             *([scene.motions.pieces] if sim.courses else []),
         ]
         if self.watched is not None:
-            kept += [self.watched.values, self.watched.noise, self.watched.last, self.watched.actions]
+            watched = self.watched
+            kept += [watched.values, watched.noise, watched.last, watched.actions, watched.regime, watched.usual]
         add(c.define("KEPT_COUNT", len(kept)))
         add(c.integers("KEPT", [(image.place(array), array.nbytes) for array in kept], 2))
         add(c.integers("POINTERS", image.pointers, 2))

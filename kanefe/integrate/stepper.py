@@ -190,10 +190,6 @@ class LooksOut(Protocol):
         """
         ...
 
-    def foresee(self, watched: WatchedRun) -> None:
-        """Let the next step end before an event that the last one lets foresee; what follows it has been looked at."""
-        ...
-
     @property
     def has_values(self) -> bool:
         """Whether it provides event values without states that would have to be closed first."""

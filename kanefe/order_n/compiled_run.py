@@ -112,10 +112,6 @@ class CompiledRun:
         command, is_done = self._lookouts.passing(self._begun(run), run, watched, restart_share)()
         return self._explained(int(command), run), bool(is_done)
 
-    def foresee(self, run: Run, watched: WatchedRun) -> None:
-        """Write how far the next step may go, behind a step that Python has looked through."""
-        self._lookouts.foresee(run, watched)
-
     def _begun(self, run: Run) -> Call:
         """Return the call that continues a run; the arrays of outputs may be others each time."""
         route = self._route

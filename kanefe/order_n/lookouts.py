@@ -8,8 +8,9 @@ import numpy as np
 
 from kanefe.kernels.compiler.entries import LATER, Bound, Call
 from kanefe.kernels.steppers.closing_call import ClosingCall
+from kanefe.kernels.steppers.lookout import AT_TIME, look_at
 from kanefe.kernels.steppers.step_commands import Run
-from kanefe.kernels.steppers.steps_with_events import AT_TIME, foresee, look_at, pass_steps
+from kanefe.kernels.steppers.steps_with_events import pass_steps
 from kanefe.kernels.steppers.watched_run import FIRST_SHARES, NO_CONTACTS, SHARES, Going, Lookout, WatchedRun
 from kanefe.order_n.evaluated import Evaluated
 
@@ -56,10 +57,6 @@ class Lookouts:
             self._passing.give(watched, run, restart_share)
         self._given = run
         return self._passing
-
-    def foresee(self, run: Run, watched: WatchedRun) -> None:
-        """Write how far the next step may go, behind a step that Python has looked through."""
-        foresee(self._quiet, watched, run, self._vectors)
 
     def values_at(self, run: Run, t: float) -> np.ndarray:
         """Return the values of all watched loads at a time of the last step."""

@@ -22,8 +22,9 @@ from kanefe.kernels.links import places as of_links
 from kanefe.kernels.loads.watching import watch_states
 from kanefe.kernels.planar.evaluation import evaluate_planar
 from kanefe.kernels.steppers.integration import integrate
+from kanefe.kernels.steppers.lookout import look_at
 from kanefe.kernels.steppers.step_commands import next_command
-from kanefe.kernels.steppers.steps_with_events import foresee, look_at, pass_steps
+from kanefe.kernels.steppers.steps_with_events import pass_steps
 from kanefe.kernels.sweeps.outward import motions_of_rows
 from kanefe.order_n.tables.drive_tables import drive_tables
 from kanefe.order_n.tables.inputs import InputLayout
@@ -64,7 +65,7 @@ def functions_of_scene(model: ModelData, has_jacobian: bool, has_directions: boo
     if model.rigid_contacts:
         found += [watch_contacts.unit(Variant()), change_contacts.unit(Variant(has_flexible=True))]
     if model.rigid_contacts or any(load.kernel is not None and load.kernel.watch is not None for load in model.loads):
-        found += [look_at.unit(Variant()), pass_steps.unit(Variant()), foresee.unit(Variant())]
+        found += [look_at.unit(Variant()), pass_steps.unit(Variant())]
     return found
 
 

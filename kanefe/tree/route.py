@@ -102,10 +102,6 @@ class PreparedRun(Protocol):
         """Continue; return the request of the method that compiled code cannot fulfil."""
         ...
 
-    def foresee(self, run: Run, watched: WatchedRun) -> None:
-        """Write how far the next step may go, behind a step that Python has looked through."""
-        ...
-
     def go_over_events(self, run: Run, watched: WatchedRun, restart_share: float) -> tuple[int, bool]:
         """Continue over events of loads; return the method's request, and whether the last step needs no Python."""
         ...

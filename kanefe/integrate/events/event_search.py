@@ -79,8 +79,11 @@ class EventWatch:
         self._last = np.full(len(self.events), -np.inf)
         self._ways = np.zeros(len(self.events))
         self._actions = np.full(STORM, -np.inf)
+        self._regime, self._usual = np.array([-1.0, 0.0, 0.0]), np.zeros(len(self.events))
         self.acting: float | None = None
         self.times: dict[str, list[float]] = {event.name: [] for event in self.events}
+        self._kept = {"values": self._values, "noise": self._noise, "ways": self._ways, "acted": self._actions}
+        self._kept |= {"regime": self._regime, "usual": self._usual}
         self.telling = ChangeReports(self.times, span)
         self.watched = self._watched() if len(self._compiled) == len(self.events) else None
 
@@ -93,6 +96,7 @@ class EventWatch:
 
     def begin(self, t: float, y: np.ndarray, happened: Sequence[Event] = ()) -> None:
         """Set the state from which the run continues, and the events that just happened there."""
+        self._regime[0] = -1.0
         self._values[:] = self._values_of(np.array([t]), y[None])[0]
         for i, event in enumerate(self.events):
             if isinstance(event, MarginEvent):
@@ -152,6 +156,8 @@ class EventWatch:
             found=np.empty((most, 2)),
             changes=np.array([self._change(event) for event in self.events], dtype=np.int64).reshape(-1, 4),
             actions=self._actions,
+            regime=self._regime,
+            usual=self._usual,
             first_quadrature=first,
             after=np.empty(first + QUADRATURES),
             span=self._span,
@@ -265,13 +271,12 @@ class EventWatch:
     def snapshot(self) -> dict[str, np.ndarray]:
         """Return what is needed to continue."""
         arrays = {f"times {i}": np.array(self.times[event.name]) for i, event in enumerate(self.events)}
-        kept = {"values": self._values, "noise": self._noise, "ways": self._ways}
-        return {"acted": self._actions.copy(), **{name: array.copy() for name, array in kept.items()}, **arrays}
+        return {**{name: array.copy() for name, array in self._kept.items()}, **arrays}
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
         """Continue from a snapshot."""
-        self._values[:], self._noise[:], self._ways[:] = (snapshot[name] for name in ("values", "noise", "ways"))
-        self._actions[:] = snapshot["acted"]
+        for name, array in self._kept.items():
+            array[:] = snapshot[name]
         for i, event in enumerate(self.events):
             self.times[event.name] = snapshot[f"times {i}"].tolist()
             self._last[i] = max(self.times[event.name], default=-np.inf)

@@ -262,7 +262,7 @@ def interpolate_keeping(
 ) -> None:
     """Write the state at a time of the last step: a cubic move that meets the speeds at both ends."""
     copy(vectors[STATE], out)
-    if t >= reals[TIME]:
+    if t == reals[TIME]:
         return
     n, m, h = integers[COORDINATES], integers[SPEEDS], reals[STEP]
     old, s, part = vectors[STATE_OLD], vectors[MOVE], vectors[SLOPE]

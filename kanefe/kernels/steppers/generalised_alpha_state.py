@@ -212,7 +212,7 @@ def interpolate_generalised_alpha(
 ) -> None:
     """Write the state at a time of the last step: of third order, on the rotation group; powers are straight lines."""
     copy(vectors[STATE], out)
-    if t >= reals[TIME]:
+    if t == reals[TIME]:
         return
     n, m, h = integers[COORDINATES], integers[SPEEDS], reals[TIME] - reals[TIME_OLD]
     old, s, part = vectors[STATE_OLD], vectors[MOVE], vectors[SLOPE]

@@ -94,8 +94,10 @@ STRAIGHT, TURNING = 0, 1
 ENERGY, ENERGY_SIZE, KINETIC, TOTAL_MASS = range(15, 19)
 CENTRE, MOMENTUM, SPIN, ROTORS, LOCKED = range(19, 32, 3)
 TIME_EXCESS = 37  # by how much TIME is above the sum of fixed steps: taken off the next one
-TO_EVENT = 38  # the longest next step that passes no event that is foreseen, or crosses it at once
-REALS_OF_METHOD = 39
+TO_EVENT = 38  # the longest next step that passes no event that is foreseen
+REACH = 39  # how far behind the end of a step its polynomial is as good as within, in steps
+LONGEST_RESTART = 40  # the longest first step after an event
+REALS_OF_METHOD = 41
 
 # From the place KNOTS on in `reals`, where it is not 0: the place of the next knot of tables in time, that of the last
 # at which steps have to end, how many these are at a time, the rejected steps at the last look; then all knots, s

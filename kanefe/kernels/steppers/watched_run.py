@@ -64,6 +64,11 @@ class WatchedRun(NamedTuple):
         `kanefe.kernels.impacts.contact_changes`.
     actions : ndarray, shape (STORM,)
         Times of the last actions, s; minus infinity where there were fewer.
+    regime : ndarray, shape (3,)
+        What the run went on from at its last restart: the event, below zero for another reason; the time, s; and how
+        many steps had been taken.
+    usual : ndarray, shape (events,)
+        Mean step from each event to the next restart, when it last happened, s; zero before.
     first_quadrature : int
         Where in a state the energy taken and, after it, that given are (J).
     after : ndarray, shape (state,)
@@ -88,6 +93,8 @@ class WatchedRun(NamedTuple):
     found: RealRows
     changes: IntegerRows
     actions: Reals
+    regime: Reals
+    usual: Reals
     first_quadrature: int
     after: Reals
     span: float
