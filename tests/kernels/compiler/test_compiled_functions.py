@@ -181,6 +181,8 @@ def sizes(array: np.ndarray) -> int:
 def weighed(parts: Parts, vector: np.ndarray, strided: np.ndarray, i: int) -> complex:
     rows, blocks, table = parts
     total, last = 0.0 * vector[0], -1
+    if i > 0:
+        set_once = 2.0 + i
     for row in range(rows.shape[0]):
         if rows[row, 0] > 0:
             last = row
@@ -189,7 +191,10 @@ def weighed(parts: Parts, vector: np.ndarray, strided: np.ndarray, i: int) -> co
             factor = strided[row]
             if last >= 0:
                 factor += last
-        total += factor * vector[row] * blocks[i, row, 1]
+        of_row = factor * vector[row] * blocks[i, row, 1]
+        total += of_row
+    if i > 0:
+        total += set_once + of_row
     count = sizes(blocks) + sizes(blocks[i]) + sizes(blocks[i, 0]) + sizes(rows) + sizes(strided) + sizes(vector[1:])
     while count > 100.0:
         count //= 3
