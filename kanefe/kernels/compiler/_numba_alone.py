@@ -35,8 +35,8 @@ class Change(NamedTuple):
     def fits(self) -> bool:
         """Return whether this version of numba has it, and works as it is known to."""
         original = getattr(self.owner, self.name, None)
-        code = getattr(original, "__code__", None)
-        return original is not None and (not self.uses or (code and {*self.uses.split()} <= {*code.co_names}))
+        names = getattr(getattr(original, "__code__", None), "co_names", ())
+        return original is not None and {*self.uses.split()} <= {*names}
 
 
 _is_alone = False
