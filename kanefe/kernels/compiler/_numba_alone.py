@@ -1,11 +1,10 @@
 """Builds of kernels with less work than numba's own, in a process that does nothing but build.
 
 numba makes machine code of each kernel that another calls, for calls from Python, and links and optimises it with all
-that it calls, once more in each of its callers. It hands each array over as seven numbers and more, and what a scene has
-are dozens of arrays; it keeps each variable in memory, clears it after its last use, and asks the compiler for the size
-of each. None of this serves kernels: they count no references, are called by each other alone, and their arrays are
-contiguous. Here a kernel is translated to the compiler's language and left so until the whole unit is optimised, once.
-What is computed is the same.
+that it calls, once more in each of its callers. It chooses anew among built-in functions at each call, hands an array
+over as seven numbers and more, of which a scene has dozens, and keeps and clears variables for counts of references.
+Kernels count none, are called by each other alone, and most arrays are contiguous: here a kernel is translated without
+all this and left so until the whole unit is optimised, once. What is computed is the same.
 """
 
 from __future__ import annotations
@@ -36,8 +35,8 @@ class Change(NamedTuple):
     def fits(self) -> bool:
         """Return whether this version of numba has it, and works as it is known to."""
         original = getattr(self.owner, self.name, None)
-        code = getattr(original, "__code__", None)
-        return original is not None and (not self.uses or (code and {*self.uses.split()} <= {*code.co_names}))
+        names = getattr(getattr(original, "__code__", None), "co_names", ())
+        return original is not None and {*self.uses.split()} <= {*names}
 
 
 _is_alone = False
@@ -98,7 +97,7 @@ def _leave_apart(library: Any) -> None:
 
 
 def finish(library: Any, symbol: str) -> None:
-    """Link a unit with all that it calls and optimise it, where `build_alone` has kept numba from it; else it is done."""
+    """Link a unit with all that it calls and optimise it, where `build_alone` has kept numba from that."""
     if not _is_alone:
         return
     linked, waiting = {library}, [*library._linking_libraries]
