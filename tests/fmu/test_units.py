@@ -16,6 +16,7 @@ import pytest
 
 import kanefe as kf
 from fmu_units import ERROR, Unit, simulated
+from kanefe.equations.routes import directions_of_loads
 from kanefe_fem.beams.body import beam_body
 from loop_scenes import four_bar
 from steel_beams import steel_beam
@@ -67,6 +68,20 @@ def test_a_unit_has_the_numbers_of_the_simulation(tmp_path: Path, fmi: str, meth
     np.testing.assert_array_equal(found[:, :EXACT], np.array(wanted)[:, :EXACT])
     # what is computed from the state, in another order
     np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-12)
+    unit.free()
+
+
+def test_a_unit_solves_for_directions_of_loads_as_the_simulation_does(tmp_path: Path) -> None:
+    scene = arm()
+    scene.add_spring("stay", scene.ground.frame(at=(0.0, 0.0, 1.0)), scene.body("tip"), stiffness=1e4, damping=3.0)
+    assert directions_of_loads(scene.freeze()) == 6
+    options: dict[str, Any] = {"inputs": "motor hub", "outputs": OUTPUTS[:EXACT], "method": "generalised-alpha"}
+    sim, unit = scene.start(**options), Unit(scene.to_fmu(tmp_path / "arm.fmu", **options))
+    found, wanted = unit.run(TORQUES, DT, sim.output_names), []
+    for torque in TORQUES:
+        sim.step(DT, torque)
+        wanted.append(list(sim.outputs.values()))
+    np.testing.assert_array_equal(found, np.array(wanted))
     unit.free()
 
 

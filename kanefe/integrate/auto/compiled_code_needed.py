@@ -9,7 +9,6 @@ from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.table import ROWS
 from kanefe.integrate.options import RunOptions
 from kanefe.kernels.compiler.compiled_functions import CompiledFunction
-from kanefe.kernels.steppers.directions_wanted import MOST_DIRECTIONS
 from kanefe.kernels.steppers.step_commands import JACOBIAN_ROW
 
 
@@ -25,7 +24,6 @@ def functions_of_run(model: Model, options: RunOptions) -> list[CompiledFunction
         if row.name in names and isinstance(row.stepper, Compiled):
             kernels = row.stepper.kernels_for(model)
             found += [kernels.advance.unit, kernels.interpolate.unit]
-            takes_directions = kernels.integers.get(MOST_DIRECTIONS, 0) > 0
-            has_directions |= takes_directions
-            has_jacobian |= JACOBIAN_ROW in kernels.integers and not takes_directions
+            has_directions |= kernels.takes_directions
+            has_jacobian |= JACOBIAN_ROW in kernels.integers and not kernels.takes_directions
     return found + functions_of_route(model, has_jacobian, has_directions)

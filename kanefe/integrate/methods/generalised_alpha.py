@@ -71,6 +71,7 @@ def _kernels(formula: GeneralisedAlpha, takes_jacobian: bool, directions: int) -
         integers={JACOBIAN_ROW: first, MOST_DIRECTIONS: directions} if takes_jacobian else {},
         table=np.array([[formula.alpha_m, formula.alpha_f, formula.gamma, formula.beta]]),
         is_implicit=not takes_jacobian or directions > 0,
+        takes_directions=directions > 0,
         prepare=_prepare,
         unconverged=_unconverged,
         restart_share=1.0,

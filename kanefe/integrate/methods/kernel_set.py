@@ -52,6 +52,8 @@ class Kernels:
         Its coefficients.
     is_implicit : bool
         Whether it wants linearly implicit evaluations.
+    takes_directions : bool
+        Whether it wants the directions in which loads between frames are stiff, and no Jacobian.
     keeps_balance : bool
         Whether it wants energy and momenta.
     of_tolerance : function
@@ -78,6 +80,7 @@ class Kernels:
     integers: dict[int, int]
     table: Matrix = field(default_factory=lambda: np.zeros((1, 1)))
     is_implicit: bool = False
+    takes_directions: bool = False
     keeps_balance: bool = False
     of_tolerance: Callable[[float], float] = float
     prepare: Callable[[Memory], None] | None = None

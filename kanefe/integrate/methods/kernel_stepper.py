@@ -20,7 +20,6 @@ from kanefe.integrate.methods.step_failures import step_failure
 from kanefe.integrate.run_checks.bending_check import bends_in_kernels, bends_of_kernels, watched_bodies
 from kanefe.integrate.step_times import StepTimes
 from kanefe.integrate.stepper import BESIDE, LEAST_STEPS, Unconverged, beyond
-from kanefe.kernels.steppers.directions_wanted import MOST_DIRECTIONS
 from kanefe.kernels.steppers.step_commands import (
     AT,
     BALANCE,
@@ -378,9 +377,9 @@ class KernelStepper:
 
     @cached_property
     def _compiled_run(self) -> PreparedRun:
-        has_directions = self._kernels.integers.get(MOST_DIRECTIONS, 0) > 0
-        has_derivatives = self._has_jacobian and not has_directions
-        needs = MethodNeeds(self._kernels.is_implicit, self._kernels.keeps_balance, has_derivatives, has_directions)
+        kernels = self._kernels
+        has_derivatives = self._has_jacobian and not kernels.takes_directions
+        needs = MethodNeeds(kernels.is_implicit, kernels.keeps_balance, has_derivatives, kernels.takes_directions)
         return self.dynamics.route.compiled_run(self.integers, self.reals, self.vectors, needs)
 
     def _answer_nothing(self, error: KanefeError) -> None:

@@ -100,10 +100,11 @@ from kanefe.kernels.steppers.step_commands import (
     TIME,
     TIME_AT,
     TOO_SMALL,
-    WORST,
     accept,
     ask,
     clip,
+    even_part,
+    largest_share,
 )
 
 FIRST_SHARE = 1e-4
@@ -146,9 +147,7 @@ def _up_to_output(integers: np.ndarray, reals: np.ndarray, wanted: float) -> flo
     Within a step, modes that it does not resolve are not known: their energy there would be that of the interpolation.
     """
     rest = reals[NEXT_OUTPUT] - reals[TIME]
-    if integers[IS_FIXED] or not reals[SMALLEST] < rest < np.inf or wanted <= 0.5 * rest:
-        return wanted
-    return rest if wanted >= rest * (1.0 - 1e-9) else 0.5 * rest
+    return wanted if integers[IS_FIXED] or not reals[SMALLEST] < rest < np.inf else even_part(wanted, rest)
 
 
 @kernel
@@ -200,17 +199,11 @@ def _take_filtered(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray,
 @kernel
 def _size(integers: np.ndarray, vectors: np.ndarray, weight: float, change: np.ndarray) -> float:
     """Write a change of the unknowns, weighted if of accelerations, in what is allowed; return the largest part."""
-    n, m, largest = integers[COORDINATES], integers[SPEEDS], 0.0
-    for i in range(n, n + m + integers[FOLLOWED]):
-        share = (weight if i < n + m else 1.0) * change[i] / vectors[ALLOWED, i]
-        vectors[RESIDUAL, i] = share
-        size = abs(share)
-        if not size <= largest:
-            largest = size
-            integers[WORST] = i
-            if not size < np.inf:
-                return np.inf
-    return largest
+    n, m = integers[COORDINATES], integers[SPEEDS]
+    end = n + m + integers[FOLLOWED]
+    for i in range(n, end):
+        vectors[RESIDUAL, i] = (weight if i < n + m else 1.0) * change[i] / vectors[ALLOWED, i]
+    return largest_share(integers, vectors[RESIDUAL], n, end)
 
 
 @kernel

@@ -173,6 +173,20 @@ def scaled_size(
 
 
 @kernel
+def largest_share(integers: np.ndarray, shares: np.ndarray, first: int, end: int) -> float:
+    """Return the largest of some shares of what is allowed, infinite if one is not finite; WORST is where it is."""
+    largest = 0.0
+    for i in range(first, end):
+        size = abs(shares[i])
+        if not size <= largest:
+            largest = size
+            integers[WORST] = i
+            if not size < np.inf:
+                return np.inf
+    return largest
+
+
+@kernel
 def first_step(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, rates: np.ndarray) -> float:
     """Return a step that moves the state by a hundredth of what such rates do in one unit of error."""
     largest, span = 0.0, reals[STOP] - reals[TIME]
@@ -267,8 +281,16 @@ def breakpoint_ahead(integers: np.ndarray, reals: np.ndarray, wanted: float) -> 
 
 
 @inlined
+def even_part(wanted: float, rest: float) -> float:
+    """Return the step wanted, or all that is left, or half of it: two even steps are better than one and a sliver."""
+    if wanted >= rest * (1.0 - 1e-9):
+        return rest
+    return wanted if wanted <= 0.5 * rest else 0.5 * rest
+
+
+@inlined
 def clip(integers: np.ndarray, reals: np.ndarray, wanted: float) -> None:
-    """Set the step: the one wanted, or what is left; two even steps are better than a full one and a sliver."""
+    """Set the step: the one wanted, or an even part of what is left; fixed ones are cut at the end alone."""
     rest, next_break = reals[STOP] - reals[TIME], np.inf
     if not integers[IS_FIXED]:
         wanted = min(wanted, reals[LARGEST], reals[LARGEST_OF_DRIVES], reals[TO_EVENT])
@@ -276,12 +298,8 @@ def clip(integers: np.ndarray, reals: np.ndarray, wanted: float) -> None:
             next_break = breakpoint_ahead(integers, reals, wanted) - reals[TIME]
     integers[LAST_STEP] = 1 if min(wanted, next_break) >= rest * (1.0 - 1e-9) else 0
     rest = min(rest, next_break)
-    if integers[LAST_STEP] or wanted >= rest * (1.0 - 1e-9):
-        reals[STEP] = rest
-    elif integers[IS_FIXED] or wanted <= 0.5 * rest:
-        reals[STEP] = wanted
-    else:
-        reals[STEP] = 0.5 * rest
+    is_whole = integers[IS_FIXED] and wanted < rest * (1.0 - 1e-9)
+    reals[STEP] = wanted if is_whole else even_part(wanted, rest)
 
 
 @kernel
