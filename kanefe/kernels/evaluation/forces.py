@@ -102,7 +102,7 @@ from kanefe.kernels.loads.joint_forces import add_joint_forces
 from kanefe.kernels.loads.loads_between import apply_load, evaluate_load
 from kanefe.kernels.loads.loads_layout import END_COUNT, FIRST_END, TEAM, LoadsBetween, place_of_load, span_of_load
 from kanefe.kernels.loads.markers import axes_of, lever_of
-from kanefe.kernels.loads.point_and_field_loads import add_field_loads, add_point_loads, point_load
+from kanefe.kernels.loads.point_and_field_loads import add_field_loads, add_point_loads
 from kanefe.kernels.loads.points import gather_points, push_points
 from kanefe.kernels.loads.reach import find_near, nearness_at
 from kanefe.kernels.steppers.step_commands import AT, RATES, SLOPE
@@ -436,6 +436,21 @@ def unit_wrench(component: int, axis: Numbers, T: Numbers) -> tuple[Numbers, Num
     area = cross(second, third)
     about = plus(times(axis[0], area), plus(times(axis[1], cross(third, first)), times(axis[2], cross(first, second))))
     return none, times(1.0 / dot(first, area), about)
+
+
+@inlined
+def point_load(tables: Tables, n: int, inputs: np.ndarray, work: np.ndarray) -> tuple[Numbers, Numbers]:
+    """Return a force and its moment about the origin of its row, or a torque, in N."""
+    i = tables.loads[n, 0]
+    axes = matrix(work, i, R)
+    zero = 0.0 * axes[0]
+    value = three(inputs, tables.loads[n, 1])
+    value = (zero + value[0], zero + value[1], zero + value[2])
+    if tables.loads[n, 3]:  # follows
+        value = rotated(axes, rotated(matrix(tables.points, n, 3), value))
+    if tables.loads[n, 2]:  # a torque
+        return (zero, zero, zero), value
+    return value, cross(rotated(axes, vector(tables.points, n, 0)), value)
 
 
 @kernel
