@@ -85,6 +85,9 @@ class CompiledForces:
         self._route, self._times, self._drives, self._states = route, times, drives, states
         self._tables = route.force_kernel.told.tables
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return CompiledForces, (self._route, self._times, self._drives, self._states)
+
     @cached_property
     def _found(self) -> tuple[Matrix, Vector]:
         """What the kernel tells of each state, and the numbers of the states of which the literal route has to."""

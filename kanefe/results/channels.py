@@ -132,7 +132,7 @@ class RunChannels:
                 self._kept[new] = array
         return self._kept[key]
 
-    def _accelerations(self) -> np.ndarray:
+    def accelerations(self) -> np.ndarray:
         """Return du of the free speeds at all times, (T, free)."""
         if self._du is None:
             n, m = self.model.coordinate_count, self.model.free_count
@@ -174,7 +174,7 @@ class RunChannels:
     def acting_states(self) -> Iterator[tuple[State, np.ndarray]]:
         """Yield a state of the literal route at each time, also with its loads, and its accelerations."""
         return (
-            self.model.route.acting(t, y, du) for (t, y), du in zip(self._states(), self._accelerations(), strict=True)
+            self.model.route.acting(t, y, du) for (t, y), du in zip(self._states(), self.accelerations(), strict=True)
         )
 
     def _motions(self, body: str, interface: str) -> dict[Key, np.ndarray]:
