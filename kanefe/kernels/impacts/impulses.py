@@ -9,9 +9,20 @@ from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.falling import AT
 from kanefe.kernels.contact.rigid_points import HAS_FRICTION, IS_POISSON, OF_POINT, RigidPoints
-from kanefe.kernels.impacts.cones import largest_of, solve_cones
-from kanefe.kernels.impacts.decision import Decision
-from kanefe.kernels.impacts.moments import respond
+from kanefe.kernels.impacts.cones import LEAST, MU, ORDER, ROW, SHARES, F, largest_of, solve_cones
+from kanefe.kernels.impacts.decision import (
+    ACTIVE,
+    AT_REST_BELOW,
+    FORCES,
+    IS_CLOSED,
+    IS_STRUCK,
+    NOT_MOVING,
+    OTHER,
+    RATES_OF_POINTS,
+    TAKES,
+    Decision,
+    X,
+)
 from kanefe.kernels.impacts.tolerances import CLOSE, DEPENDENT, STRUCK
 
 HOLDING = int(OF_POINT.friction) + int(AT.holding)
@@ -20,13 +31,26 @@ HOLDING = int(OF_POINT.friction) + int(AT.holding)
 @inlined
 def is_at_rest(decision: Decision, p: int) -> bool:
     """Return whether a point slips by round-off only: then its acceleration decides."""
-    return np.hypot(decision.rates[3 * p + 1], decision.rates[3 * p + 2]) <= decision.rest[p]
+    return (
+        np.hypot(decision.vectors[RATES_OF_POINTS, 3 * p + 1], decision.vectors[RATES_OF_POINTS, 3 * p + 2])
+        <= decision.speeds[AT_REST_BELOW, p]
+    )
+
+
+@kernel
+def respond(decision: Decision, count: int, forces: np.ndarray, y: np.ndarray) -> None:
+    """Add to free speeds what forces (3 points,) at the points that take part do."""
+    for a in range(count):
+        for i in range(3 * decision.flags[TAKES, a], 3 * decision.flags[TAKES, a] + 3):
+            if forces[i] != 0.0:
+                for c in range(len(y)):
+                    y[c] += forces[i] * decision.now.responses[i, c]
 
 
 @kernel
 def put_active(decision: Decision, k: int) -> None:
     """Write the unit responses of the active points to the problem."""
-    G, active = decision.now.G, decision.active
+    G, active = decision.now.G, decision.flags[ACTIVE]
     for a in range(k):
         for i in range(3):
             for b in range(k):
@@ -40,18 +64,23 @@ def strike(points: RigidPoints, decision: Decision, count: int, u: np.ndarray) -
 
     Of Poisson's impact the second part follows, in which contacts by Newton's law keep what they have come to.
     """
-    problem, x, pressed, rates = decision.problem, decision.x, decision.other, decision.rates
-    copy(decision.takes[:count], decision.active)
+    problem, x, pressed, rates = (
+        decision.problem,
+        decision.vectors[X],
+        decision.vectors[OTHER],
+        decision.vectors[RATES_OF_POINTS],
+    )
+    copy(decision.flags[TAKES][:count], decision.flags[ACTIVE])
     put_active(decision, count)
     for part in range(2):
         any_least = False
         for a in range(count):
-            p = decision.takes[a]
+            p = decision.flags[TAKES, a]
             e, is_poisson = points.numbers[p, OF_POINT.restitution], points.places[p, IS_POISSON] != 0
-            problem.mu[a] = points.numbers[p, HOLDING] if points.places[p, HAS_FRICTION] != 0 else 0.0
+            problem.of_each[MU, a] = points.numbers[p, HOLDING] if points.places[p, HAS_FRICTION] != 0 else 0.0
             problem.slips[a, 0] = problem.slips[a, 1] = np.nan
-            problem.least[a] = e * pressed[3 * a] if part == 1 and is_poisson else 0.0
-            any_least = any_least or problem.least[a] != 0.0
+            problem.of_each[LEAST, a] = e * pressed[3 * a] if part == 1 and is_poisson else 0.0
+            any_least = any_least or problem.of_each[LEAST, a] != 0.0
             for i in range(3):
                 problem.b[3 * a + i] = rates[3 * p + i]
                 if part == 1:
@@ -64,33 +93,39 @@ def strike(points: RigidPoints, decision: Decision, count: int, u: np.ndarray) -
             return False
         for i in range(3 * count):
             pressed[i] = x[i] if part == 0 else pressed[i] + x[i]
-    decision.forces[:] = 0.0
+    decision.vectors[FORCES][:] = 0.0
     least_struck = CLOSE * largest_of(pressed, 3 * count)
     for a in range(count):
-        p = decision.takes[a]
-        decision.is_struck[p] = pressed[3 * a] > least_struck
-        copy(pressed[3 * a : 3 * a + 3], decision.forces[3 * p : 3 * p + 3])
-    respond(decision, count, decision.forces, u)
+        p = decision.flags[TAKES, a]
+        decision.flags[IS_STRUCK, p] = pressed[3 * a] > least_struck
+        copy(pressed[3 * a : 3 * a + 3], decision.vectors[FORCES][3 * p : 3 * p + 3])
+    respond(decision, count, decision.vectors[FORCES], u)
     for a in range(count):
-        p, size = decision.takes[a], 0.0
+        p, size = decision.flags[TAKES, a], 0.0
         for j in range(3 * count):
             size += abs(problem.G[3 * a, j]) * abs(pressed[j])
         for i in range(3):
             for j in range(3 * count):
                 rates[3 * p + i] += problem.G[3 * a + i, j] * pressed[j]
-        decision.still[p] = max(decision.still[p], STRUCK * size)
+        decision.speeds[NOT_MOVING, p] = max(decision.speeds[NOT_MOVING, p], STRUCK * size)
     return True
 
 
 @kernel
 def stop(points: RigidPoints, decision: Decision, count: int, u: np.ndarray) -> bool:
     """Take the round-off from the speeds of what is closed, and of what does not slip; return whether there was any."""
-    rates, problem, held, n, is_any = decision.rates, decision.problem, decision.other, 0, False
+    rates, problem, held, n, is_any = (
+        decision.vectors[RATES_OF_POINTS],
+        decision.problem,
+        decision.vectors[OTHER],
+        0,
+        False,
+    )
     for a in range(count):
-        p = decision.takes[a]
+        p = decision.flags[TAKES, a]
         sticks = points.places[p, HAS_FRICTION] != 0 and is_at_rest(decision, p)
         for i in range(3):
-            if decision.is_closed[p] != 0 and (i == 0 or sticks):
+            if decision.flags[IS_CLOSED, p] != 0 and (i == 0 or sticks):
                 held[n] = 3 * p + i
                 is_any = is_any or rates[3 * p + i] != 0.0
                 n += 1
@@ -98,19 +133,20 @@ def stop(points: RigidPoints, decision: Decision, count: int, u: np.ndarray) -> 
         return False
     for a in range(n):
         i = int(held[a])
-        problem.F[a] = -rates[i]
+        problem.lines[F, a] = -rates[i]
         for b in range(n):
             problem.dF[a, b] = decision.now.G[i, int(held[b])]
-    rank, _ = factor_least(problem.dF, problem.F, n, DEPENDENT, problem.order, problem.shares, problem.row)
-    solve_least(problem.dF, problem.F, n, rank, problem.order, problem.shares, problem.row)
-    decision.forces[:] = 0.0
+    lines = problem.lines
+    rank, _ = factor_least(problem.dF, problem.lines[F], n, DEPENDENT, lines[ORDER], lines[SHARES], lines[ROW])
+    solve_least(problem.dF, problem.lines[F], n, rank, lines[ORDER], lines[SHARES], lines[ROW])
+    decision.vectors[FORCES][:] = 0.0
     for a in range(n):
-        decision.forces[int(held[a])] = problem.F[a]
-    respond(decision, count, decision.forces, u)
+        decision.vectors[FORCES, int(held[a])] = problem.lines[F, a]
+    respond(decision, count, decision.vectors[FORCES], u)
     for a in range(count):
-        for i in range(3 * decision.takes[a], 3 * decision.takes[a] + 3):
+        for i in range(3 * decision.flags[TAKES, a], 3 * decision.flags[TAKES, a] + 3):
             for b in range(n):
-                rates[i] += decision.now.G[i, int(held[b])] * problem.F[b]
+                rates[i] += decision.now.G[i, int(held[b])] * problem.lines[F, b]
     for a in range(n):
         rates[int(held[a])] = 0.0
     return True
