@@ -63,21 +63,21 @@ class Moment(NamedTuple):
 
 
 TAKES, ACTIVE, BEFORE, AFTER, IS_TAKING, IS_CONCERNED, IS_STRUCK, IS_CLOSED, BEGINS, IS_NEW = range(10)
-"""Rows of `Decision.flags`: numbers of the points that take part, and of those of them that are closed, in order; status
-before and after; whether a point takes part, is one that the event concerns, was struck, is closed; whether an active one
-begins to slip, in this event and in this round."""
+"""Rows of `Decision.flags`: numbers of the points that take part, and of those of them that are closed, in order;
+status before and after; whether a point takes part, is one that the event concerns, was struck, is closed; whether an
+active one begins to slip, in this event and in this round."""
 FLAGS = 10
 
 NOT_MOVING, AT_REST_BELOW, SLOW = range(3)
-"""Rows of `Decision.speeds`: below which a point does not move along the normal, does not slip, and slips in the direction
-of the friction that would hold it, m/s."""
+"""Rows of `Decision.speeds`: below which a point does not move along the normal, does not slip, and slips in the
+direction of the friction that would hold it, m/s."""
 
 RATES_OF_POINTS, ACCELERATIONS, FORCES, X, OTHER = range(5)
 """Rows of `Decision.vectors`: of all points; and forces of the active ones."""
 
 SLIP_OF, FOUND, TURNING = range(3)
-"""Rows of `Decision.directions`: of slips; in which active points begin to slip; and, in axes of the surface, the rates of
-those of slips that begin, 1/s."""
+"""Rows of `Decision.directions`: of slips; in which active points begin to slip; and, in axes of the surface, the rates
+of those of slips that begin, 1/s."""
 
 LOOK, AT_TIME, COUNT, IS_KNOWN = range(4)
 """Numbers of `Decision.question`: what is looked at, when (s), with how many points; and whether that is known."""

@@ -111,7 +111,7 @@ def look_at_points(
     looked, loops, tables, flexible, motions, fill, held
         See `ContactScene`.
     decision : Decision
-        Whose later state has the later speeds on call, and its step the way there.
+        For what is later, its `state` has the speeds of then, and its `motion` the way there.
     y : ndarray, shape (state,)
         Begins with q, u and z.
     """
