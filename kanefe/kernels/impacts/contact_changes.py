@@ -115,18 +115,20 @@ def change_contacts(asking: Asking, decision: Decision, asked: Reals, y: Reals, 
 @kernel
 def _put_blurs(asking: Asking, decision: Decision, asked: np.ndarray, y: np.ndarray) -> bool:
     """Write how far each kind of margin may be below zero by round-off."""
+    now = decision.now
+    flags = decision.flags
     asked[BLUR : BLUR + 4] = 0.0
     if not look(asking, decision, MARGINS_NOW, asked[WHEN], 0):
         return False
     found, largest, slipping = decision.margins, 0.0, 0
     for p in range(len(found)):
         largest = max(largest, abs(found[p, ON_NORMAL]) if found[p, ON_NORMAL] < np.inf else 0.0)
-        decision.flags[IS_TAKING, p] = found[p, ON_LEFT] < np.inf
-        if decision.flags[IS_TAKING, p] != 0:
-            decision.flags[TAKES, slipping] = p
+        flags[IS_TAKING, p] = found[p, ON_LEFT] < np.inf
+        if flags[IS_TAKING, p] != 0:
+            flags[TAKES, slipping] = p
             slipping += 1
     for p in range(len(found)):
-        gap, rate = found[p, ON_GAP], decision.now.met[p, MET.rates]
+        gap, rate = found[p, ON_GAP], now.met[p, MET.rates]
         if gap < np.inf:
             # what has bounced leaves from as deep as the moment of its impact was missed
             deep = DEEPER * -gap if gap < 0.0 and rate > 0.0 else 0.0
@@ -139,10 +141,10 @@ def _put_blurs(asking: Asking, decision: Decision, asked: np.ndarray, y: np.ndar
         if not look(asking, decision, POINTS_NOW, asked[WHEN], slipping):
             return False
         for a in range(slipping):
-            p = decision.flags[TAKES, a]
-            rest = STOPPED * decision.now.sizes[p]
+            p = flags[TAKES, a]
+            rest = STOPPED * now.sizes[p]
             # of a speed v against the slip, 3/2 v is left; for a slipping point the sign is known
-            if np.hypot(decision.now.met[p, MET.rates + 1], decision.now.met[p, MET.rates + 2]) <= rest:
+            if np.hypot(now.met[p, MET.rates + 1], now.met[p, MET.rates + 2]) <= rest:
                 asked[BLUR + STICK - TOUCH] = max(asked[BLUR + STICK - TOUCH], 1.5 * rest)
     return True
 
@@ -150,6 +152,8 @@ def _put_blurs(asking: Asking, decision: Decision, asked: np.ndarray, y: np.ndar
 @kernel
 def _change(asking: Asking, decision: Decision, asked: np.ndarray, y: np.ndarray, reports: np.ndarray) -> bool:
     """Write what follows an event; return whether it is known."""
+    now = decision.now
+    flags, vectors, speeds = decision.flags, decision.vectors, decision.speeds
     t, points, what = asked[WHEN], asking.points, int(asked[WHAT])
     u, span = y[asking.first_state - decision.motion.shape[1] : asking.first_state], asked[RUN_SPAN]
     if not look(asking, decision, MARGINS_NOW, t, 0):
@@ -161,33 +165,31 @@ def _change(asking: Asking, decision: Decision, asked: np.ndarray, y: np.ndarray
         return False
     largest, strikes = 0.0, False
     for a in range(count):
-        p = decision.flags[TAKES, a]
+        p = flags[TAKES, a]
         for i in range(3 * p, 3 * p + 3):
-            largest = max(largest, abs(decision.now.b[i]))
+            largest = max(largest, abs(now.b[i]))
     fallen = largest * MOMENT * span
     for a in range(count):
-        p = decision.flags[TAKES, a]
-        size = decision.now.sizes[p]
+        p = flags[TAKES, a]
+        size = now.sizes[p]
         speed = max(size, asked[LENGTH])
-        decision.speeds[NOT_MOVING, p], decision.speeds[AT_REST_BELOW, p] = (
+        speeds[NOT_MOVING, p], speeds[AT_REST_BELOW, p] = (
             max(STILL * size, fallen),
             max(STOPPED * size, fallen),
         )
-        decision.speeds[SLOW, p] = asked[RUN_RTOL] ** BEGINNING * speed
-        if what == STICK and decision.flags[IS_CONCERNED, p] != 0:
+        speeds[SLOW, p] = asked[RUN_RTOL] ** BEGINNING * speed
+        if what == STICK and flags[IS_CONCERNED, p] != 0:
             # a slip that ends, or turns, within the noise of the run, begins anew or is over
-            decision.speeds[AT_REST_BELOW, p] = max(decision.speeds[AT_REST_BELOW, p], asked[RUN_RTOL] * speed)
-        copy(decision.now.met[p, MET.rates : MET.rates + 3], decision.vectors[RATES_OF_POINTS][3 * p : 3 * p + 3])
-        decision.flags[IS_STRUCK, p] = 0
-        strikes = strikes or decision.vectors[RATES_OF_POINTS, 3 * p] < -decision.speeds[NOT_MOVING, p]
+            speeds[AT_REST_BELOW, p] = max(speeds[AT_REST_BELOW, p], asked[RUN_RTOL] * speed)
+        copy(now.met[p, MET.rates : MET.rates + 3], vectors[RATES_OF_POINTS][3 * p : 3 * p + 3])
+        flags[IS_STRUCK, p] = 0
+        strikes = strikes or vectors[RATES_OF_POINTS, 3 * p] < -speeds[NOT_MOVING, p]
     if strikes and not strike(points, decision, count, u):
         return False
     for a in range(count):
-        p = decision.flags[TAKES, a]
-        lifts = what == LIFT and decision.flags[IS_CONCERNED, p] != 0
-        decision.flags[IS_CLOSED, p] = (
-            decision.vectors[RATES_OF_POINTS, 3 * p] <= decision.speeds[NOT_MOVING, p] and not lifts
-        )
+        p = flags[TAKES, a]
+        lifts = what == LIFT and flags[IS_CONCERNED, p] != 0
+        flags[IS_CLOSED, p] = vectors[RATES_OF_POINTS, 3 * p] <= speeds[NOT_MOVING, p] and not lifts
     # of a run that goes on beyond the end that it assumed nothing is known
     is_stale, event = strikes, (t, y, span, asked[RUN_END] if asked[RUN_END] >= t else np.inf)
     while True:
@@ -207,6 +209,7 @@ def _change(asking: Asking, decision: Decision, asked: np.ndarray, y: np.ndarray
 @kernel
 def _select(decision: Decision, asked: np.ndarray, u: np.ndarray) -> int:
     """Write which points the event concerns and which take part; return how many these are."""
+    flags = decision.flags
     what, margins, count = int(asked[WHAT]), decision.margins, 0
     column, least, scale = max(what - TOUCH, 0), np.inf, 0.0
     for p in range(len(margins)):
@@ -220,13 +223,11 @@ def _select(decision: Decision, asked: np.ndarray, u: np.ndarray) -> int:
             scale = max(scale, abs(u[c]))
     limit = max(least, 0.0) + NEAR * scale if least < np.inf else -np.inf
     for p in range(len(margins)):
-        decision.flags[IS_CONCERNED, p] = what != START and margins[p, column] <= limit
-        touches = what == TOUCH and decision.flags[IS_CONCERNED, p] != 0
-        decision.flags[IS_TAKING, p] = (
-            decision.flags[BEFORE, p] != OPEN or margins[p, ON_GAP] <= NEAR * asked[LENGTH] or touches
-        )
-        if decision.flags[IS_TAKING, p] != 0:
-            decision.flags[TAKES, count] = p
+        flags[IS_CONCERNED, p] = what != START and margins[p, column] <= limit
+        touches = what == TOUCH and flags[IS_CONCERNED, p] != 0
+        flags[IS_TAKING, p] = flags[BEFORE, p] != OPEN or margins[p, ON_GAP] <= NEAR * asked[LENGTH] or touches
+        if flags[IS_TAKING, p] != 0:
+            flags[TAKES, count] = p
             count += 1
     return count
 
@@ -234,19 +235,20 @@ def _select(decision: Decision, asked: np.ndarray, u: np.ndarray) -> int:
 @kernel
 def _let_rest(asking: Asking, decision: Decision, count: int, asked: np.ndarray, reports: np.ndarray) -> bool:
     """Close what returns so soon that its impacts cannot be resolved; return whether there is any."""
+    flags, vectors = decision.flags, decision.vectors
     is_any, span, points = False, asked[RUN_SPAN], asking.points
     for a in range(count):
-        p = decision.flags[TAKES, a]
+        p = flags[TAKES, a]
         rate, fall, e = (
-            decision.vectors[RATES_OF_POINTS, 3 * p],
-            -decision.vectors[ACCELERATIONS, 3 * p],
+            vectors[RATES_OF_POINTS, 3 * p],
+            -vectors[ACCELERATIONS, 3 * p],
             points.numbers[p, OF_POINT.restitution],
         )
-        if decision.flags[IS_CLOSED, p] != 0 or rate <= 0.0 or fall <= 0.0 or e == 1.0:
+        if flags[IS_CLOSED, p] != 0 or rate <= 0.0 or fall <= 0.0 or e == 1.0:
             continue
         flight = 2.0 * rate / fall
         if flight <= SHORT_FLIGHT * span or flight <= (1.0 - e) * CROWDED * span:
-            decision.flags[IS_CLOSED, p], is_any = 1, True
+            flags[IS_CLOSED, p], is_any = 1, True
             _report(asked, reports, asked[WHEN] + flight / (1.0 - e), REPORTED * points.places[p, CONTACT] + RESTS)
     return is_any
 
@@ -254,17 +256,18 @@ def _let_rest(asking: Asking, decision: Decision, count: int, asked: np.ndarray,
 @kernel
 def _write(asking: Asking, decision: Decision, count: int, z: np.ndarray) -> None:
     """Write the status of each point that takes part, and what it keeps."""
+    flags, directions = decision.flags, decision.directions
     for a in range(count):
-        p = decision.flags[TAKES, a]
-        at, after = asking.points.places[p, STATUS], decision.flags[AFTER, p]
-        is_same = after == STICKS and decision.flags[BEFORE, p] == STICKS
+        p = flags[TAKES, a]
+        at, after = asking.points.places[p, STATUS], flags[AFTER, p]
+        is_same = after == STICKS and flags[BEFORE, p] == STICKS
         z[at] = after
         z[at + KEPT_RATE : at + KEPT_RATE + 3] = 0.0
         if after == SLIPS:
             speed = max(AT_REST, decision.speeds[SLOW, p] if is_at_rest(decision, p) else 0.0)
-            along = on_surface(decision.now, p, decision.directions[SLIP_OF, p, 0], decision.directions[SLIP_OF, p, 1])
+            along = on_surface(decision.now, p, directions[SLIP_OF, p, 0], directions[SLIP_OF, p, 1])
             for c in range(3):
-                z[at + KEPT + c], z[at + KEPT_RATE + c] = speed * along[c], speed * decision.directions[TURNING, p, c]
+                z[at + KEPT + c], z[at + KEPT_RATE + c] = speed * along[c], speed * directions[TURNING, p, c]
         elif not is_same:
             for c in range(3):
                 z[at + KEPT + c] = decision.now.met[p, MET.place + c] if after == STICKS else 0.0
@@ -281,15 +284,16 @@ def _report(asked: np.ndarray, reports: np.ndarray, t: float, code: int) -> None
 @kernel
 def _tell(asking: Asking, decision: Decision, count: int, asked: np.ndarray, reports: np.ndarray) -> None:
     """Report what the event has changed, contact by contact."""
+    flags = decision.flags
     places, t, what = asking.points.places, asked[WHEN], int(asked[WHAT])
     contacts, a = places[len(places) - 1, CONTACT] + 1, 0
     while a < count:
-        contact = places[decision.flags[TAKES, a], CONTACT]
+        contact = places[flags[TAKES, a], CONTACT]
         touches = was_closed = is_closed = stuck = slipped = sticks = slips = False
-        while a < count and places[decision.flags[TAKES, a], CONTACT] == contact:
-            p = decision.flags[TAKES, a]
-            before, after, struck = decision.flags[BEFORE, p], decision.flags[AFTER, p], decision.flags[IS_STRUCK, p]
-            is_found = what == TOUCH and decision.flags[IS_CONCERNED, p] != 0 and after != OPEN
+        while a < count and places[flags[TAKES, a], CONTACT] == contact:
+            p = flags[TAKES, a]
+            before, after, struck = flags[BEFORE, p], flags[AFTER, p], flags[IS_STRUCK, p]
+            is_found = what == TOUCH and flags[IS_CONCERNED, p] != 0 and after != OPEN
             touches = touches or (before == OPEN and (struck != 0 or is_found))
             was_closed, is_closed = was_closed or before != OPEN, is_closed or after != OPEN
             stuck, slipped = stuck or before == STICKS, slipped or before == SLIPS
@@ -298,7 +302,7 @@ def _tell(asking: Asking, decision: Decision, count: int, asked: np.ndarray, rep
                 code = REPORTED * contacts + POINT_CODES * p + 6 * before + 2 * after + struck
                 _report(asked, reports, t, code)
             a += 1
-        code, rubs = REPORTED * contact, places[decision.flags[TAKES, a - 1], HAS_FRICTION] != 0
+        code, rubs = REPORTED * contact, places[flags[TAKES, a - 1], HAS_FRICTION] != 0
         if touches:
             _report(asked, reports, t, code + TOUCHES)
         if was_closed and not is_closed:

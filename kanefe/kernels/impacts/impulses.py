@@ -40,8 +40,9 @@ def is_at_rest(decision: Decision, p: int) -> bool:
 @kernel
 def respond(decision: Decision, count: int, forces: np.ndarray, y: np.ndarray) -> None:
     """Add to free speeds what forces (3 points,) at the points that take part do."""
+    flags = decision.flags
     for a in range(count):
-        for i in range(3 * decision.flags[TAKES, a], 3 * decision.flags[TAKES, a] + 3):
+        for i in range(3 * flags[TAKES, a], 3 * flags[TAKES, a] + 3):
             if forces[i] != 0.0:
                 for c in range(len(y)):
                     y[c] += forces[i] * decision.now.responses[i, c]
@@ -64,18 +65,19 @@ def strike(points: RigidPoints, decision: Decision, count: int, u: np.ndarray) -
 
     Of Poisson's impact the second part follows, in which contacts by Newton's law keep what they have come to.
     """
+    flags, vectors, speeds = decision.flags, decision.vectors, decision.speeds
     problem, x, pressed, rates = (
         decision.problem,
-        decision.vectors[X],
-        decision.vectors[OTHER],
-        decision.vectors[RATES_OF_POINTS],
+        vectors[X],
+        vectors[OTHER],
+        vectors[RATES_OF_POINTS],
     )
-    copy(decision.flags[TAKES][:count], decision.flags[ACTIVE])
+    copy(flags[TAKES][:count], flags[ACTIVE])
     put_active(decision, count)
     for part in range(2):
         any_least = False
         for a in range(count):
-            p = decision.flags[TAKES, a]
+            p = flags[TAKES, a]
             e, is_poisson = points.numbers[p, OF_POINT.restitution], points.places[p, IS_POISSON] != 0
             problem.of_each[MU, a] = points.numbers[p, HOLDING] if points.places[p, HAS_FRICTION] != 0 else 0.0
             problem.slips[a, 0] = problem.slips[a, 1] = np.nan
@@ -93,39 +95,41 @@ def strike(points: RigidPoints, decision: Decision, count: int, u: np.ndarray) -
             return False
         for i in range(3 * count):
             pressed[i] = x[i] if part == 0 else pressed[i] + x[i]
-    decision.vectors[FORCES][:] = 0.0
+    vectors[FORCES][:] = 0.0
     least_struck = CLOSE * largest_of(pressed, 3 * count)
     for a in range(count):
-        p = decision.flags[TAKES, a]
-        decision.flags[IS_STRUCK, p] = pressed[3 * a] > least_struck
-        copy(pressed[3 * a : 3 * a + 3], decision.vectors[FORCES][3 * p : 3 * p + 3])
-    respond(decision, count, decision.vectors[FORCES], u)
+        p = flags[TAKES, a]
+        flags[IS_STRUCK, p] = pressed[3 * a] > least_struck
+        copy(pressed[3 * a : 3 * a + 3], vectors[FORCES][3 * p : 3 * p + 3])
+    respond(decision, count, vectors[FORCES], u)
     for a in range(count):
-        p, size = decision.flags[TAKES, a], 0.0
+        p, size = flags[TAKES, a], 0.0
         for j in range(3 * count):
             size += abs(problem.G[3 * a, j]) * abs(pressed[j])
         for i in range(3):
             for j in range(3 * count):
                 rates[3 * p + i] += problem.G[3 * a + i, j] * pressed[j]
-        decision.speeds[NOT_MOVING, p] = max(decision.speeds[NOT_MOVING, p], STRUCK * size)
+        speeds[NOT_MOVING, p] = max(speeds[NOT_MOVING, p], STRUCK * size)
     return True
 
 
 @kernel
 def stop(points: RigidPoints, decision: Decision, count: int, u: np.ndarray) -> bool:
     """Take the round-off from the speeds of what is closed, and of what does not slip; return whether there was any."""
+    now = decision.now
+    flags, vectors = decision.flags, decision.vectors
     rates, problem, held, n, is_any = (
-        decision.vectors[RATES_OF_POINTS],
+        vectors[RATES_OF_POINTS],
         decision.problem,
-        decision.vectors[OTHER],
+        vectors[OTHER],
         0,
         False,
     )
     for a in range(count):
-        p = decision.flags[TAKES, a]
+        p = flags[TAKES, a]
         sticks = points.places[p, HAS_FRICTION] != 0 and is_at_rest(decision, p)
         for i in range(3):
-            if decision.flags[IS_CLOSED, p] != 0 and (i == 0 or sticks):
+            if flags[IS_CLOSED, p] != 0 and (i == 0 or sticks):
                 held[n] = 3 * p + i
                 is_any = is_any or rates[3 * p + i] != 0.0
                 n += 1
@@ -135,18 +139,18 @@ def stop(points: RigidPoints, decision: Decision, count: int, u: np.ndarray) -> 
         i = int(held[a])
         problem.lines[F, a] = -rates[i]
         for b in range(n):
-            problem.dF[a, b] = decision.now.G[i, int(held[b])]
+            problem.dF[a, b] = now.G[i, int(held[b])]
     lines = problem.lines
     rank, _ = factor_least(problem.dF, problem.lines[F], n, DEPENDENT, lines[ORDER], lines[SHARES], lines[ROW])
     solve_least(problem.dF, problem.lines[F], n, rank, lines[ORDER], lines[SHARES], lines[ROW])
-    decision.vectors[FORCES][:] = 0.0
+    vectors[FORCES][:] = 0.0
     for a in range(n):
-        decision.vectors[FORCES, int(held[a])] = problem.lines[F, a]
-    respond(decision, count, decision.vectors[FORCES], u)
+        vectors[FORCES, int(held[a])] = problem.lines[F, a]
+    respond(decision, count, vectors[FORCES], u)
     for a in range(count):
-        for i in range(3 * decision.flags[TAKES, a], 3 * decision.flags[TAKES, a] + 3):
+        for i in range(3 * flags[TAKES, a], 3 * flags[TAKES, a] + 3):
             for b in range(n):
-                rates[i] += decision.now.G[i, int(held[b])] * problem.lines[F, b]
+                rates[i] += now.G[i, int(held[b])] * problem.lines[F, b]
     for a in range(n):
         rates[int(held[a])] = 0.0
     return True

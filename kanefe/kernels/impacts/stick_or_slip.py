@@ -50,17 +50,18 @@ def put_statuses(asking: Asking, decision: Decision, count: int, event: Ahead) -
     What is at rest sticks, unless the accelerations say that it slips; where these are at the limit of friction, those
     a moment later. Each round lets a point more slip, and none stick again, so that they end.
     """
-    points, problem, now, x, k = asking.points, decision.problem, decision.now, decision.vectors[X], 0
+    flags, vectors = decision.flags, decision.vectors
+    points, problem, now, x, k = asking.points, decision.problem, decision.now, vectors[X], 0
     for a in range(count):
-        p = decision.flags[TAKES, a]
-        if decision.flags[IS_CLOSED, p] != 0:
-            decision.flags[ACTIVE, k] = p
+        p = flags[TAKES, a]
+        if flags[IS_CLOSED, p] != 0:
+            flags[ACTIVE, k] = p
             k += 1
     put_active(decision, k)
     for a in range(k):
-        p = decision.flags[ACTIVE, a]
-        along, across = decision.vectors[RATES_OF_POINTS, 3 * p + 1], decision.vectors[RATES_OF_POINTS, 3 * p + 2]
-        problem.of_each[LEAST, a] = problem.of_each[MU, a] = decision.flags[BEGINS, a] = 0
+        p = flags[ACTIVE, a]
+        along, across = vectors[RATES_OF_POINTS, 3 * p + 1], vectors[RATES_OF_POINTS, 3 * p + 2]
+        problem.of_each[LEAST, a] = problem.of_each[MU, a] = flags[BEGINS, a] = 0
         problem.slips[a, 0] = problem.slips[a, 1] = 0.0
         copy(now.b[3 * p : 3 * p + 3], problem.b[3 * a : 3 * a + 3])
         if points.places[p, HAS_FRICTION] == 0:
@@ -82,12 +83,10 @@ def put_statuses(asking: Asking, decision: Decision, count: int, event: Ahead) -
             if not is_any:
                 break
         for a in range(k):
-            if decision.flags[IS_NEW, a] != 0:
-                decision.flags[BEGINS, a] = 1
+            if flags[IS_NEW, a] != 0:
+                flags[BEGINS, a] = 1
                 copy(decision.directions[FOUND, a], problem.slips[a])
-                problem.of_each[MU, a] = steady_coefficient(
-                    points.numbers[decision.flags[ACTIVE, a]], OF_POINT.friction, 0.0
-                )
+                problem.of_each[MU, a] = steady_coefficient(points.numbers[flags[ACTIVE, a]], OF_POINT.friction, 0.0)
     if not _turn(asking, decision, count, k, event):
         return False
     _put_found(decision, count, k)
@@ -97,25 +96,26 @@ def put_statuses(asking: Asking, decision: Decision, count: int, event: Ahead) -
 @kernel
 def _put_found(decision: Decision, count: int, k: int) -> None:
     """Write the accelerations by the forces that were found, and what they say of each point."""
-    now, x, y, problem = decision.now, decision.vectors[X], decision.vectors[ACCELERATIONS], decision.problem
+    flags, vectors = decision.flags, decision.vectors
+    now, x, y, problem = decision.now, vectors[X], vectors[ACCELERATIONS], decision.problem
     largest, biggest = 0.0, largest_of(x, 3 * k)
     for a in range(count):
-        p = decision.flags[TAKES, a]
-        decision.flags[AFTER, p] = OPEN
+        p = flags[TAKES, a]
+        flags[AFTER, p] = OPEN
         for i in range(3 * p, 3 * p + 3):
             y[i] = now.b[i]
             largest = max(largest, abs(now.b[i]))
             for b in range(k):
                 for j in range(3):
-                    y[i] += now.G[i, 3 * decision.flags[ACTIVE, b] + j] * x[3 * b + j]
+                    y[i] += now.G[i, 3 * flags[ACTIVE, b] + j] * x[3 * b + j]
     least = ROUND_OFF_OF_FORCES * largest if biggest > 0.0 else -1.0
     for a in range(k):
-        p, slips = decision.flags[ACTIVE, a], is_given(problem, a)
+        p, slips = flags[ACTIVE, a], is_given(problem, a)
         moved = largest_of(y[3 * p :], 1 if slips else 3)
         # what others carry for it stays closed where it would not move either
         if x[3 * a] <= ROUND_OFF_OF_FORCES * biggest and moved > least:
             continue
-        decision.flags[AFTER, p] = SLIPS if slips else STICKS
+        flags[AFTER, p] = SLIPS if slips else STICKS
         if slips:
             copy(problem.slips[a], decision.directions[SLIP_OF, p])
 
@@ -131,10 +131,11 @@ def _is_at_limit(cones: Cones, a: int, x: np.ndarray, biggest: float) -> bool:
 @kernel
 def _find_slipping(cones: Cones, k: int, x: np.ndarray, decision: Decision) -> bool:
     """Write which contacts should stick and do not, and along what their accelerations are; return if there are any."""
+    flags, directions = decision.flags, decision.directions
     n, biggest, found = 3 * k, largest_of(x, 3 * k), False
     least = ROUND_OFF_OF_FORCES * largest_of(cones.b, n)
     for a in range(k):
-        decision.flags[IS_NEW, a] = 0
+        flags[IS_NEW, a] = 0
         if not _is_at_limit(cones, a, x, biggest):
             continue
         along, across = cones.b[3 * a + 1], cones.b[3 * a + 2]
@@ -143,8 +144,8 @@ def _find_slipping(cones: Cones, k: int, x: np.ndarray, decision: Decision) -> b
             across += cones.G[3 * a + 2, j] * x[j]
         size = np.hypot(along, across)
         if size > least:
-            decision.flags[IS_NEW, a], found = 1, True
-            decision.directions[FOUND, a, 0], decision.directions[FOUND, a, 1] = along / size, across / size
+            flags[IS_NEW, a], found = 1, True
+            directions[FOUND, a, 0], directions[FOUND, a, 1] = along / size, across / size
     return found
 
 
@@ -156,7 +157,8 @@ def _find_slipping_soon(asking: Asking, decision: Decision, count: int, k: int, 
     -------
     is_known, is_any : bool
     """
-    problem, later, x, other = decision.problem, decision.ahead, decision.vectors[X], decision.vectors[OTHER]
+    flags, vectors = decision.flags, decision.vectors
+    problem, later, x, other = decision.problem, decision.ahead, vectors[X], vectors[OTHER]
     biggest, is_any = largest_of(x, 3 * k), False
     for a in range(k):
         is_any = is_any or _is_at_limit(problem, a, x, biggest)
@@ -173,8 +175,8 @@ def _find_slipping_soon(asking: Asking, decision: Decision, count: int, k: int, 
         height = largest_of(other, 3 * k)
         for a in range(k):
             was = _is_at_limit(problem, a, x, biggest)
-            decision.flags[IS_NEW, a] = decision.flags[IS_NEW, a] if was else 0
-            found = found or decision.flags[IS_NEW, a] != 0
+            flags[IS_NEW, a] = flags[IS_NEW, a] if was else 0
+            found = found or flags[IS_NEW, a] != 0
             stays = stays or (was and _is_at_limit(later, a, other, height))
         if found or not stays:
             return True, found
@@ -184,9 +186,10 @@ def _find_slipping_soon(asking: Asking, decision: Decision, count: int, k: int, 
 @kernel
 def _go_ahead(asking: Asking, decision: Decision, count: int, k: int, share: float, event: Ahead) -> bool:
     """Write the problem of the forces a fraction of the span later; return whether there is one."""
+    flags, motion = decision.flags, decision.motion
     t, y, span, stop = event
     now, problem, later = decision.now, decision.problem, decision.ahead
-    h, du, step, state = min(share * span, stop - t), decision.motion[0], decision.motion[1], decision.state
+    h, du, step, state = min(share * span, stop - t), motion[0], motion[1], decision.state
     if not look(asking, decision, FREE_ACCELERATIONS, t, count):
         return False
     free = len(du)
@@ -194,7 +197,7 @@ def _go_ahead(asking: Asking, decision: Decision, count: int, k: int, share: flo
     for a in range(k):
         for i in range(3):
             for c in range(free):
-                du[c] += decision.vectors[X, 3 * a + i] * now.responses[3 * decision.flags[ACTIVE, a] + i, c]
+                du[c] += decision.vectors[X, 3 * a + i] * now.responses[3 * flags[ACTIVE, a] + i, c]
     copy(y[: len(state)], state)
     for c in range(free):
         step[c] = h * (y[first + c] + 0.5 * h * du[c])
@@ -202,47 +205,48 @@ def _go_ahead(asking: Asking, decision: Decision, count: int, k: int, share: flo
     if not look(asking, decision, POINTS_LATER, t + h, count):
         return False
     for a in range(k):
-        p = decision.flags[ACTIVE, a]
+        p = flags[ACTIVE, a]
         later.of_each[MU, a], later.of_each[LEAST, a] = problem.of_each[MU, a], problem.of_each[LEAST, a]
         copy(problem.slips[a], later.slips[a])
         for i in range(3):
             later.b[3 * a + i] = decision.later.b[3 * p + i]
             for b in range(k):
                 for j in range(3):
-                    later.G[3 * a + i, 3 * b + j] = decision.later.G[3 * p + i, 3 * decision.flags[ACTIVE, b] + j]
+                    later.G[3 * a + i, 3 * b + j] = decision.later.G[3 * p + i, 3 * flags[ACTIVE, b] + j]
     return True
 
 
 @kernel
 def _turn(asking: Asking, decision: Decision, count: int, k: int, event: Ahead) -> bool:
     """Write the rates of the directions of slips that begin, in the axes of the surfaces; return if they are known."""
-    decision.directions[TURNING][:, :] = 0.0
+    flags, vectors, directions = decision.flags, decision.vectors, decision.directions
+    directions[TURNING][:, :] = 0.0
     is_any, later, other, h = (
         False,
         decision.ahead,
-        decision.vectors[OTHER],
+        vectors[OTHER],
         min(AHEAD[-1] * event[2], event[3] - event[0]),
     )
     for a in range(k):
-        is_any = is_any or decision.flags[BEGINS, a] != 0
+        is_any = is_any or flags[BEGINS, a] != 0
     if not is_any or h <= 0.0:
         return True
     if not _go_ahead(asking, decision, count, k, AHEAD[-1], event):
         return False
     for a in range(k):
-        if decision.flags[BEGINS, a] != 0:
+        if flags[BEGINS, a] != 0:
             later.slips[a, 0] = later.slips[a, 1] = np.nan
-    copy(decision.vectors[X][: 3 * k], other)
+    copy(vectors[X][: 3 * k], other)
     if not solve_cones(later, k, other, True):
         return True
     for a in range(k):
         size = np.hypot(other[3 * a + 1], other[3 * a + 2])
-        if decision.flags[BEGINS, a] != 0 and size > 0.0:
-            p, slip = decision.flags[ACTIVE, a], decision.problem.slips[a]
+        if flags[BEGINS, a] != 0 and size > 0.0:
+            p, slip = flags[ACTIVE, a], decision.problem.slips[a]
             before = on_surface(decision.now, p, slip[0], slip[1])
             after = on_surface(decision.later, p, -other[3 * a + 1] / size, -other[3 * a + 2] / size)
             for c in range(3):
-                decision.directions[TURNING, p, c] = (after[c] - before[c]) / h
+                directions[TURNING, p, c] = (after[c] - before[c]) / h
     return True
 
 
@@ -260,25 +264,24 @@ def _follow(decision: Decision, k: int) -> bool:
     That is known also where it is all but balanced, and accelerations are the difference of large numbers. Returns
     whether there are forces: in Painleve's paradox there are none, or several.
     """
-    problem, other, is_any = decision.problem, decision.vectors[OTHER], False
+    flags, vectors, directions = decision.flags, decision.vectors, decision.directions
+    problem, other, is_any = decision.problem, vectors[OTHER], False
     for a in range(k):
-        if decision.flags[BEGINS, a] != 0:
+        if flags[BEGINS, a] != 0:
             is_any = True
-            copy(problem.slips[a], decision.directions[FOUND, a])
+            copy(problem.slips[a], directions[FOUND, a])
             problem.slips[a, 0] = problem.slips[a, 1] = np.nan
     if is_any:
         is_free = solve_cones(problem, k, other, False)
         for a in range(k):
-            if decision.flags[BEGINS, a] != 0:
+            if flags[BEGINS, a] != 0:
                 size = np.hypot(other[3 * a + 1], other[3 * a + 2]) if is_free else 0.0
                 for c in range(2):
-                    problem.slips[a, c] = (
-                        -other[3 * a + 1 + c] / size if size > 0.0 else decision.directions[FOUND, a, c]
-                    )
+                    problem.slips[a, c] = -other[3 * a + 1 + c] / size if size > 0.0 else directions[FOUND, a, c]
     for a in range(k):
         if is_given(problem, a):
             row, at = problem.G[3 * a], 3 * a
             rubbed = row[at + 1] * problem.slips[a, 0] + row[at + 2] * problem.slips[a, 1]
             if row[at] - problem.of_each[MU, a] * rubbed <= NOT_DETERMINED * row[at]:
                 return False
-    return solve_cones(problem, k, decision.vectors[X], False)
+    return solve_cones(problem, k, vectors[X], False)
