@@ -9,6 +9,7 @@ import numpy as np
 from kanefe.frames import Vector
 from kanefe.kernels.compiler.entries import Call
 from kanefe.kernels.evaluation.momenta import BALANCE_NUMBERS
+from kanefe.kernels.impacts.cones import solve_one
 from kanefe.kernels.impacts.contact_changes import change_contacts
 from kanefe.kernels.impacts.contact_questions import ASKED, IS_DECIDED, REPORT_COUNT, report_count
 from kanefe.kernels.impacts.decision import Asking, decision_of
@@ -38,14 +39,16 @@ def contact_calls(route: Evaluated, motions: Drives, held: np.ndarray, y: Vector
     scene = look.looked, route.loops, route.tables, route.elastic, motions, route.fill, held
     decision = decision_of(points, route.model.free_count, look.vectors.shape[1])
     looking = look_at_points.bound(*scene, decision, y).prepared()
-    asking = Asking(route.loops.points, looking.for_kernels(), look.looked.first_state)
+    wanted = np.zeros(5)
+    solving = solve_one.bound(decision.problem, decision.ahead, decision.vectors, wanted).prepared()
+    calls = looking.for_kernels(), solving.for_kernels()
+    asking = Asking(route.loops.points, *calls, wanted, look.looked.first_state)
     changing = change_contacts.bound(asking, decision, asked, y, reports).prepared()
     times, drives, inputs = np.zeros(2), np.zeros((2, driven, 3)), np.zeros((2, len(held)))
     arrays = times, drives, inputs, np.zeros((2, size)), np.zeros((2, BALANCE_NUMBERS))
     balancing = route.balances.prepared(*arrays, np.zeros(route.memory_size))
-    kept = [look.call, looking, changing, balancing]
-    calls = ContactCalls(changing.for_kernels(), asked, reports, balancing.for_kernels(), *arrays)
-    return calls, kept
+    kept = [look.call, looking, solving, changing, balancing]
+    return ContactCalls(changing.for_kernels(), asked, reports, balancing.for_kernels(), *arrays), kept
 
 
 class ContactChanger:

@@ -10,6 +10,7 @@ from kanefe.kernels.algebra.least_norm import factor_least, solve_least
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import RealRows, Reals
+from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.impacts.tolerances import CLOSE, DEPENDENT, ENOUGH, NEWTON_STEPS, ROUNDS, SWEEPS
 
 
@@ -52,6 +53,22 @@ def cones_of(count: int) -> Cones:
 def is_given(cones: Cones, i: int) -> bool:
     """Return whether a contact slips in a known direction."""
     return not np.isnan(cones.slips[i, 0])
+
+
+AHEAD_OF_IT, ROW_OF_FORCES, CONTACTS, IS_WARM, IS_SOLVED = range(5)
+"""Numbers of `solve_one`: which of two problems, row of the forces, number of contacts, whether these are a first
+guess; on return, whether there are forces."""
+
+
+@entry()
+def solve_one(problem: Cones, ahead: Cones, vectors: RealRows, wanted: Reals) -> None:
+    """Solve one of two problems, into one of some rows of forces: a unit of its own, called from many places."""
+    x, k, is_warm = vectors[int(wanted[ROW_OF_FORCES])], int(wanted[CONTACTS]), wanted[IS_WARM] != 0.0
+    if wanted[AHEAD_OF_IT] != 0.0:
+        done = solve_cones(ahead, k, x, is_warm)
+    else:
+        done = solve_cones(problem, k, x, is_warm)
+    wanted[IS_SOLVED] = 1.0 if done else 0.0
 
 
 @kernel

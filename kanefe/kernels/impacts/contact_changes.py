@@ -154,7 +154,7 @@ def _change(asking: Asking, decision: Decision, asked: np.ndarray, y: np.ndarray
     """Write what follows an event; return whether it is known."""
     now = decision.now
     flags, vectors, speeds = decision.flags, decision.vectors, decision.speeds
-    t, points, what = asked[WHEN], asking.points, int(asked[WHAT])
+    t, what = asked[WHEN], int(asked[WHAT])
     u, span = y[asking.first_state - decision.motion.shape[1] : asking.first_state], asked[RUN_SPAN]
     if not look(asking, decision, MARGINS_NOW, t, 0):
         return False
@@ -184,7 +184,7 @@ def _change(asking: Asking, decision: Decision, asked: np.ndarray, y: np.ndarray
         copy(now.met[p, MET.rates : MET.rates + 3], vectors[RATES_OF_POINTS][3 * p : 3 * p + 3])
         flags[IS_STRUCK, p] = 0
         strikes = strikes or vectors[RATES_OF_POINTS, 3 * p] < -speeds[NOT_MOVING, p]
-    if strikes and not strike(points, decision, count, u):
+    if strikes and not strike(asking, decision, count, u):
         return False
     for a in range(count):
         p = flags[TAKES, a]
@@ -193,7 +193,7 @@ def _change(asking: Asking, decision: Decision, asked: np.ndarray, y: np.ndarray
     # of a run that goes on beyond the end that it assumed nothing is known
     is_stale, event = strikes, (t, y, span, asked[RUN_END] if asked[RUN_END] >= t else np.inf)
     while True:
-        is_stale = stop(points, decision, count, u) or is_stale
+        is_stale = stop(asking, decision, count, u) or is_stale
         if is_stale and not look(asking, decision, POINTS_NOW, t, count):
             return False
         is_stale = False

@@ -10,7 +10,15 @@ from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import IntegerRows, Prepared, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.contact.rigid_points import MET_NUMBERS, RigidPoints
-from kanefe.kernels.impacts.cones import Cones, cones_of
+from kanefe.kernels.impacts.cones import (
+    AHEAD_OF_IT,
+    CONTACTS,
+    IS_SOLVED,
+    IS_WARM,
+    ROW_OF_FORCES,
+    Cones,
+    cones_of,
+)
 
 OPEN, STICKS, SLIPS = range(3)
 """Status of a point: see `kanefe.contact.contact`."""
@@ -25,14 +33,18 @@ class Asking(NamedTuple):
     Attributes
     ----------
     points : RigidPoints
-    looking : Prepared
-        Call of `kanefe.kernels.impacts.moments.look_at_points`.
+    looking, solving : Prepared
+        Calls of `kanefe.kernels.impacts.moments.look_at_points` and `kanefe.kernels.impacts.cones.solve_one`.
+    wanted : ndarray, shape (5,)
+        Of the latter.
     first_state : int
         Where in a state the internal states begin; the free speeds are before them.
     """
 
     points: RigidPoints
     looking: Prepared
+    solving: Prepared
+    wanted: Reals
     first_state: int
 
 
@@ -151,3 +163,13 @@ def look(asking: Asking, decision: Decision, what: int, t: float, count: int) ->
     question[LOOK], question[AT_TIME], question[COUNT] = what, t, count
     call_address(asking.looking.address, (asking.looking.places, asking.looking.numbers))
     return question[IS_KNOWN] != 0.0
+
+
+@kernel
+def solve(asking: Asking, is_ahead: bool, k: int, row: int, is_warm: bool) -> bool:
+    """Write the forces of k active points to a row of vectors; return whether there are some."""
+    wanted = asking.wanted
+    wanted[AHEAD_OF_IT], wanted[IS_WARM] = 1.0 if is_ahead else 0.0, 1.0 if is_warm else 0.0
+    wanted[CONTACTS], wanted[ROW_OF_FORCES] = k, row
+    call_address(asking.solving.address, (asking.solving.places, asking.solving.numbers))
+    return wanted[IS_SOLVED] != 0.0

@@ -8,8 +8,8 @@ from kanefe.kernels.algebra.least_norm import factor_least, solve_least
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.falling import AT
-from kanefe.kernels.contact.rigid_points import HAS_FRICTION, IS_POISSON, OF_POINT, RigidPoints
-from kanefe.kernels.impacts.cones import LEAST, MU, ORDER, ROW, SHARES, F, largest_of, solve_cones
+from kanefe.kernels.contact.rigid_points import HAS_FRICTION, IS_POISSON, OF_POINT
+from kanefe.kernels.impacts.cones import LEAST, MU, ORDER, ROW, SHARES, F, largest_of
 from kanefe.kernels.impacts.decision import (
     ACTIVE,
     AT_REST_BELOW,
@@ -20,8 +20,10 @@ from kanefe.kernels.impacts.decision import (
     OTHER,
     RATES_OF_POINTS,
     TAKES,
+    Asking,
     Decision,
     X,
+    solve,
 )
 from kanefe.kernels.impacts.tolerances import CLOSE, DEPENDENT, STRUCK
 
@@ -60,12 +62,13 @@ def put_active(decision: Decision, k: int) -> None:
 
 
 @kernel
-def strike(points: RigidPoints, decision: Decision, count: int, u: np.ndarray) -> bool:
+def strike(asking: Asking, decision: Decision, count: int, u: np.ndarray) -> bool:
     """Change free speeds and rates by the impulses of an impact; return whether there are some.
 
     Of Poisson's impact the second part follows, in which contacts by Newton's law keep what they have come to.
     """
     flags, vectors, speeds = decision.flags, decision.vectors, decision.speeds
+    points = asking.points
     problem, x, pressed, rates = (
         decision.problem,
         vectors[X],
@@ -91,7 +94,7 @@ def strike(points: RigidPoints, decision: Decision, count: int, u: np.ndarray) -
             problem.b[3 * a] += 0.0 if is_poisson else e * min(rates[3 * p], 0.0)
         if part == 1 and not any_least:
             break
-        if not solve_cones(problem, count, x, False):
+        if not solve(asking, False, count, X, False):
             return False
         for i in range(3 * count):
             pressed[i] = x[i] if part == 0 else pressed[i] + x[i]
@@ -114,8 +117,9 @@ def strike(points: RigidPoints, decision: Decision, count: int, u: np.ndarray) -
 
 
 @kernel
-def stop(points: RigidPoints, decision: Decision, count: int, u: np.ndarray) -> bool:
+def stop(asking: Asking, decision: Decision, count: int, u: np.ndarray) -> bool:
     """Take the round-off from the speeds of what is closed, and of what does not slip; return whether there was any."""
+    points = asking.points
     now = decision.now
     flags, vectors = decision.flags, decision.vectors
     rates, problem, held, n, is_any = (

@@ -11,7 +11,7 @@ from kanefe.kernels.algebra.vectors import Numbers, copy, matrix, plus, rotated_
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.falling import steady_coefficient
 from kanefe.kernels.contact.rigid_points import HAS_FRICTION, MET, OF_POINT
-from kanefe.kernels.impacts.cones import LEAST, MU, Cones, is_given, largest_of, solve_cones
+from kanefe.kernels.impacts.cones import LEAST, MU, Cones, is_given, largest_of
 from kanefe.kernels.impacts.decision import (
     ACCELERATIONS,
     ACTIVE,
@@ -35,6 +35,7 @@ from kanefe.kernels.impacts.decision import (
     Moment,
     X,
     look,
+    solve,
 )
 from kanefe.kernels.impacts.impulses import HOLDING, is_at_rest, put_active
 from kanefe.kernels.impacts.tolerances import AHEAD, HOLDS, NOT_DETERMINED, ROUND_OFF_OF_FORCES
@@ -74,7 +75,7 @@ def put_statuses(asking: Asking, decision: Decision, count: int, event: Ahead) -
             problem.of_each[MU, a] = steady_coefficient(points.numbers[p], OF_POINT.friction, speed)
             problem.slips[a, 0], problem.slips[a, 1] = along / speed, across / speed
     while True:
-        if not _follow(decision, k):
+        if not _follow(asking, decision, k):
             return False
         if not _find_slipping(problem, k, x, decision):
             known, is_any = _find_slipping_soon(asking, decision, count, k, event)
@@ -168,7 +169,7 @@ def _find_slipping_soon(asking: Asking, decision: Decision, count: int, k: int, 
         if not _go_ahead(asking, decision, count, k, share, event):
             return False, False
         copy(x[: 3 * k], other)
-        if not solve_cones(later, k, other, True):
+        if not solve(asking, True, k, OTHER, True):
             continue
         _find_slipping(later, k, other, decision)
         found = stays = False
@@ -237,7 +238,7 @@ def _turn(asking: Asking, decision: Decision, count: int, k: int, event: Ahead) 
         if flags[BEGINS, a] != 0:
             later.slips[a, 0] = later.slips[a, 1] = np.nan
     copy(vectors[X][: 3 * k], other)
-    if not solve_cones(later, k, other, True):
+    if not solve(asking, True, k, OTHER, True):
         return True
     for a in range(k):
         size = np.hypot(other[3 * a + 1], other[3 * a + 2])
@@ -258,7 +259,7 @@ def on_surface(moment: Moment, p: int, along: float, across: float) -> Numbers:
 
 
 @kernel
-def _follow(decision: Decision, k: int) -> bool:
+def _follow(asking: Asking, decision: Decision, k: int) -> bool:
     """Write the forces, with slips that begin against the friction of what is free to choose its direction.
 
     That is known also where it is all but balanced, and accelerations are the difference of large numbers. Returns
@@ -272,7 +273,7 @@ def _follow(decision: Decision, k: int) -> bool:
             copy(problem.slips[a], directions[FOUND, a])
             problem.slips[a, 0] = problem.slips[a, 1] = np.nan
     if is_any:
-        is_free = solve_cones(problem, k, other, False)
+        is_free = solve(asking, False, k, OTHER, False)
         for a in range(k):
             if flags[BEGINS, a] != 0:
                 size = np.hypot(other[3 * a + 1], other[3 * a + 2]) if is_free else 0.0
@@ -284,4 +285,4 @@ def _follow(decision: Decision, k: int) -> bool:
             rubbed = row[at + 1] * problem.slips[a, 0] + row[at + 2] * problem.slips[a, 1]
             if row[at] - problem.of_each[MU, a] * rubbed <= NOT_DETERMINED * row[at]:
                 return False
-    return solve_cones(problem, k, vectors[X], False)
+    return solve(asking, False, k, X, False)
