@@ -9,9 +9,11 @@ import numpy as np
 from kanefe.frames import Vector
 from kanefe.kernels.compiler.entries import Call
 from kanefe.kernels.evaluation.momenta import BALANCE_NUMBERS
+from kanefe.kernels.impacts.cones import solve_one
 from kanefe.kernels.impacts.contact_changes import change_contacts
 from kanefe.kernels.impacts.contact_questions import ASKED, IS_DECIDED, REPORT_COUNT, report_count
-from kanefe.kernels.impacts.decision import decision_of
+from kanefe.kernels.impacts.decision import Asking, decision_of
+from kanefe.kernels.impacts.moments import look_at_points
 from kanefe.kernels.steppers.watched_run import ContactCalls
 from kanefe.kernels.sweeps.drives import Drives
 from kanefe.order_n.contact_watching import ContactLook
@@ -36,13 +38,17 @@ def contact_calls(route: Evaluated, motions: Drives, held: np.ndarray, y: Vector
     asked, reports = np.zeros(ASKED), np.zeros((report_count(points), 2))
     scene = look.looked, route.loops, route.tables, route.elastic, motions, route.fill, held
     decision = decision_of(points, route.model.free_count, look.vectors.shape[1])
-    changing = change_contacts.bound(*scene, decision, asked, y, reports).prepared()
+    looking = look_at_points.bound(*scene, decision, y).prepared()
+    wanted = np.zeros(5)
+    solving = solve_one.bound(decision.problem, decision.ahead, decision.vectors, wanted).prepared()
+    calls = looking.for_kernels(), solving.for_kernels()
+    asking = Asking(route.loops.points, *calls, wanted, look.looked.first_state)
+    changing = change_contacts.bound(asking, decision, asked, y, reports).prepared()
     times, drives, inputs = np.zeros(2), np.zeros((2, driven, 3)), np.zeros((2, len(held)))
     arrays = times, drives, inputs, np.zeros((2, size)), np.zeros((2, BALANCE_NUMBERS))
     balancing = route.balances.prepared(*arrays, np.zeros(route.memory_size))
-    kept = [look.call, changing, balancing]
-    calls = ContactCalls(changing.for_kernels(), asked, reports, balancing.for_kernels(), *arrays)
-    return calls, kept
+    kept = [look.call, looking, solving, changing, balancing]
+    return ContactCalls(changing.for_kernels(), asked, reports, balancing.for_kernels(), *arrays), kept
 
 
 class ContactChanger:
@@ -66,7 +72,7 @@ class ContactChanger:
         self.y = np.zeros(model.coordinate_count + model.free_count + model.state_count)
         self._held = route.inputs.constants.copy()
         motions = cast(Drives, route.motion_tables)
-        calls, (self._look, self._changing, _) = contact_calls(route, motions, self._held, self.y)
+        calls, (*self._kept, self._changing, _) = contact_calls(route, motions, self._held, self.y)
         self.asked, self.reports = calls.asked, calls.reports
 
     def ask(self, what: int, t: float, y: Vector, span: float, stop: float, rtol: float, length: float) -> bool:

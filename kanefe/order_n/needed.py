@@ -17,7 +17,9 @@ from kanefe.kernels.evaluation.replay import between_states, revisit
 from kanefe.kernels.evaluation.stiff_directions import put_directions
 from kanefe.kernels.force_elements import places as of_loads
 from kanefe.kernels.force_elements.given import given
+from kanefe.kernels.impacts.cones import solve_one
 from kanefe.kernels.impacts.contact_changes import change_contacts
+from kanefe.kernels.impacts.moments import look_at_points
 from kanefe.kernels.links import places as of_links
 from kanefe.kernels.loads.watching import watch_states
 from kanefe.kernels.planar.evaluation import evaluate_planar
@@ -63,7 +65,8 @@ def functions_of_scene(model: ModelData, has_jacobian: bool, has_directions: boo
     if any(load.kernel is not None and load.kernel.watch is not None for load in model.loads):
         found.append(watch_states.unit(own))
     if model.rigid_contacts:
-        found += [watch_contacts.unit(Variant()), change_contacts.unit(Variant(has_flexible=True))]
+        found += [watch_contacts.unit(Variant()), change_contacts.unit(Variant()), solve_one.unit(Variant())]
+        found.append(look_at_points.unit(Variant(has_flexible=True)))
     if model.rigid_contacts or any(load.kernel is not None and load.kernel.watch is not None for load in model.loads):
         found += [look_at.unit(Variant()), pass_steps.unit(Variant())]
     return found

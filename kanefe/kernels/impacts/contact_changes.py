@@ -9,11 +9,8 @@ import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.compiler.arrays import Filler, RealRows, Reals
+from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.compiler.signatures import Variant
-from kanefe.kernels.constraints.contact_margins import Looked
-from kanefe.kernels.constraints.loop_tables import Loops
 from kanefe.kernels.contact.rigid_points import (
     AT_REST,
     CONTACT,
@@ -50,18 +47,34 @@ from kanefe.kernels.impacts.contact_questions import (
     WHEN,
 )
 from kanefe.kernels.impacts.decision import (
+    ACCELERATIONS,
+    AFTER,
+    AT_REST_BELOW,
+    BEFORE,
+    IS_CLOSED,
+    IS_CONCERNED,
+    IS_STRUCK,
+    IS_TAKING,
+    MARGINS_NOW,
+    NOT_MOVING,
     ON_GAP,
     ON_LEFT,
     ON_NORMAL,
     ON_SLIP,
     OPEN,
+    POINTS_NOW,
+    RATES_OF_POINTS,
+    SLIP_OF,
     SLIPS,
+    SLOW,
     STICKS,
-    ContactScene,
+    TAKES,
+    TURNING,
+    Asking,
     Decision,
+    look,
 )
 from kanefe.kernels.impacts.impulses import is_at_rest, stop, strike
-from kanefe.kernels.impacts.moments import put_margins, put_moment
 from kanefe.kernels.impacts.stick_or_slip import on_surface, put_statuses
 from kanefe.kernels.impacts.tolerances import (
     BEGINNING,
@@ -75,30 +88,15 @@ from kanefe.kernels.impacts.tolerances import (
     STILL,
     STOPPED,
 )
-from kanefe.kernels.layout import FlexibleTables, Tables
-from kanefe.kernels.sweeps.drives import Drives
 
 
-@entry(Variant(has_flexible=True))
-def change_contacts(
-    looked: Looked,
-    loops: Loops,
-    tables: Tables,
-    flexible: FlexibleTables,
-    motions: Drives,
-    fill: Filler,
-    held: Reals,
-    decision: Decision,
-    asked: Reals,
-    y: Reals,
-    reports: RealRows,
-) -> None:
+@entry()
+def change_contacts(asking: Asking, decision: Decision, asked: Reals, y: Reals, reports: RealRows) -> None:
     """Write speeds and states of rigid contacts after an event to a state, or how far margins may be below zero.
 
     Parameters
     ----------
-    looked, loops, tables, flexible, motions, fill, held
-        See `kanefe.kernels.impacts.decision.ContactScene`.
+    asking : Asking
     decision : Decision
     asked : ndarray, shape (ASKED,)
     y : ndarray, shape (state,)
@@ -107,29 +105,30 @@ def change_contacts(
         On return, behind those that there are: times and codes of what is told: ``REPORTED contact + what``, and behind
         those of all contacts ``POINT_CODES point + 6 before + 2 after + is struck``.
     """
-    scene = ContactScene(looked, loops, tables, flexible, motions, fill, held)
     if int(asked[WHAT]) == BLURS:
-        done = _put_blurs(scene, decision, asked, y)
+        done = _put_blurs(asking, decision, asked, y)
     else:
-        done = _change(scene, decision, asked, y, reports)
+        done = _change(asking, decision, asked, y, reports)
     asked[IS_DECIDED] = 1.0 if done else 0.0
 
 
 @kernel
-def _put_blurs(scene: ContactScene, decision: Decision, asked: np.ndarray, y: np.ndarray) -> bool:
+def _put_blurs(asking: Asking, decision: Decision, asked: np.ndarray, y: np.ndarray) -> bool:
     """Write how far each kind of margin may be below zero by round-off."""
+    now = decision.now
+    flags = decision.flags
     asked[BLUR : BLUR + 4] = 0.0
-    if not put_margins(scene, decision, asked[WHEN], y):
+    if not look(asking, decision, MARGINS_NOW, asked[WHEN], 0):
         return False
     found, largest, slipping = decision.margins, 0.0, 0
     for p in range(len(found)):
         largest = max(largest, abs(found[p, ON_NORMAL]) if found[p, ON_NORMAL] < np.inf else 0.0)
-        decision.is_taking[p] = found[p, ON_LEFT] < np.inf
-        if decision.is_taking[p] != 0:
-            decision.takes[slipping] = p
+        flags[IS_TAKING, p] = found[p, ON_LEFT] < np.inf
+        if flags[IS_TAKING, p] != 0:
+            flags[TAKES, slipping] = p
             slipping += 1
     for p in range(len(found)):
-        gap, rate = found[p, ON_GAP], decision.now.met[p, MET.rates]
+        gap, rate = found[p, ON_GAP], now.met[p, MET.rates]
         if gap < np.inf:
             # what has bounced leaves from as deep as the moment of its impact was missed
             deep = DEEPER * -gap if gap < 0.0 and rate > 0.0 else 0.0
@@ -139,73 +138,78 @@ def _put_blurs(scene: ContactScene, decision: Decision, asked: np.ndarray, y: np
         if found[p, ON_SLIP] < np.inf:
             asked[BLUR + SLIP - TOUCH] = ROUND_OFF_OF_FORCES * largest
     if slipping > 0:
-        if not put_moment(scene, decision, slipping, asked[WHEN], y, decision.now):
+        if not look(asking, decision, POINTS_NOW, asked[WHEN], slipping):
             return False
         for a in range(slipping):
-            p = decision.takes[a]
-            rest = STOPPED * decision.now.sizes[p]
+            p = flags[TAKES, a]
+            rest = STOPPED * now.sizes[p]
             # of a speed v against the slip, 3/2 v is left; for a slipping point the sign is known
-            if np.hypot(decision.now.met[p, MET.rates + 1], decision.now.met[p, MET.rates + 2]) <= rest:
+            if np.hypot(now.met[p, MET.rates + 1], now.met[p, MET.rates + 2]) <= rest:
                 asked[BLUR + STICK - TOUCH] = max(asked[BLUR + STICK - TOUCH], 1.5 * rest)
     return True
 
 
 @kernel
-def _change(scene: ContactScene, decision: Decision, asked: np.ndarray, y: np.ndarray, reports: np.ndarray) -> bool:
+def _change(asking: Asking, decision: Decision, asked: np.ndarray, y: np.ndarray, reports: np.ndarray) -> bool:
     """Write what follows an event; return whether it is known."""
-    t, points, what = asked[WHEN], scene.loops.points, int(asked[WHAT])
-    first, free = scene.looked.first_state - len(decision.du), len(decision.du)
-    u, span = y[first : first + free], asked[RUN_SPAN]
-    if not put_margins(scene, decision, t, y):
+    now = decision.now
+    flags, vectors, speeds = decision.flags, decision.vectors, decision.speeds
+    t, what = asked[WHEN], int(asked[WHAT])
+    u, span = y[asking.first_state - decision.motion.shape[1] : asking.first_state], asked[RUN_SPAN]
+    if not look(asking, decision, MARGINS_NOW, t, 0):
         return False
     count = _select(decision, asked, u)
     if count == 0:
         return True
-    if not put_moment(scene, decision, count, t, y, decision.now):
+    if not look(asking, decision, POINTS_NOW, t, count):
         return False
     largest, strikes = 0.0, False
     for a in range(count):
-        p = decision.takes[a]
+        p = flags[TAKES, a]
         for i in range(3 * p, 3 * p + 3):
-            largest = max(largest, abs(decision.now.b[i]))
+            largest = max(largest, abs(now.b[i]))
     fallen = largest * MOMENT * span
     for a in range(count):
-        p = decision.takes[a]
-        size = decision.now.sizes[p]
+        p = flags[TAKES, a]
+        size = now.sizes[p]
         speed = max(size, asked[LENGTH])
-        decision.still[p], decision.rest[p] = max(STILL * size, fallen), max(STOPPED * size, fallen)
-        decision.slow[p] = asked[RUN_RTOL] ** BEGINNING * speed
-        if what == STICK and decision.is_concerned[p] != 0:
+        speeds[NOT_MOVING, p], speeds[AT_REST_BELOW, p] = (
+            max(STILL * size, fallen),
+            max(STOPPED * size, fallen),
+        )
+        speeds[SLOW, p] = asked[RUN_RTOL] ** BEGINNING * speed
+        if what == STICK and flags[IS_CONCERNED, p] != 0:
             # a slip that ends, or turns, within the noise of the run, begins anew or is over
-            decision.rest[p] = max(decision.rest[p], asked[RUN_RTOL] * speed)
-        copy(decision.now.met[p, MET.rates : MET.rates + 3], decision.rates[3 * p : 3 * p + 3])
-        decision.is_struck[p] = 0
-        strikes = strikes or decision.rates[3 * p] < -decision.still[p]
-    if strikes and not strike(points, decision, count, u):
+            speeds[AT_REST_BELOW, p] = max(speeds[AT_REST_BELOW, p], asked[RUN_RTOL] * speed)
+        copy(now.met[p, MET.rates : MET.rates + 3], vectors[RATES_OF_POINTS][3 * p : 3 * p + 3])
+        flags[IS_STRUCK, p] = 0
+        strikes = strikes or vectors[RATES_OF_POINTS, 3 * p] < -speeds[NOT_MOVING, p]
+    if strikes and not strike(asking, decision, count, u):
         return False
     for a in range(count):
-        p = decision.takes[a]
-        lifts = what == LIFT and decision.is_concerned[p] != 0
-        decision.is_closed[p] = decision.rates[3 * p] <= decision.still[p] and not lifts
+        p = flags[TAKES, a]
+        lifts = what == LIFT and flags[IS_CONCERNED, p] != 0
+        flags[IS_CLOSED, p] = vectors[RATES_OF_POINTS, 3 * p] <= speeds[NOT_MOVING, p] and not lifts
     # of a run that goes on beyond the end that it assumed nothing is known
     is_stale, event = strikes, (t, y, span, asked[RUN_END] if asked[RUN_END] >= t else np.inf)
     while True:
-        is_stale = stop(points, decision, count, u) or is_stale
-        if is_stale and not put_moment(scene, decision, count, t, y, decision.now):
+        is_stale = stop(asking, decision, count, u) or is_stale
+        if is_stale and not look(asking, decision, POINTS_NOW, t, count):
             return False
         is_stale = False
-        if not put_statuses(scene, decision, count, event):
+        if not put_statuses(asking, decision, count, event):
             return False
-        if not _let_rest(scene, decision, count, asked, reports):
+        if not _let_rest(asking, decision, count, asked, reports):
             break
-    _write(scene, decision, count, y[scene.looked.first_state :])
-    _tell(scene, decision, count, asked, reports)
+    _write(asking, decision, count, y[asking.first_state :])
+    _tell(asking, decision, count, asked, reports)
     return True
 
 
 @kernel
 def _select(decision: Decision, asked: np.ndarray, u: np.ndarray) -> int:
     """Write which points the event concerns and which take part; return how many these are."""
+    flags = decision.flags
     what, margins, count = int(asked[WHAT]), decision.margins, 0
     column, least, scale = max(what - TOUCH, 0), np.inf, 0.0
     for p in range(len(margins)):
@@ -219,45 +223,51 @@ def _select(decision: Decision, asked: np.ndarray, u: np.ndarray) -> int:
             scale = max(scale, abs(u[c]))
     limit = max(least, 0.0) + NEAR * scale if least < np.inf else -np.inf
     for p in range(len(margins)):
-        decision.is_concerned[p] = what != START and margins[p, column] <= limit
-        touches = what == TOUCH and decision.is_concerned[p] != 0
-        decision.is_taking[p] = decision.before[p] != OPEN or margins[p, ON_GAP] <= NEAR * asked[LENGTH] or touches
-        if decision.is_taking[p] != 0:
-            decision.takes[count] = p
+        flags[IS_CONCERNED, p] = what != START and margins[p, column] <= limit
+        touches = what == TOUCH and flags[IS_CONCERNED, p] != 0
+        flags[IS_TAKING, p] = flags[BEFORE, p] != OPEN or margins[p, ON_GAP] <= NEAR * asked[LENGTH] or touches
+        if flags[IS_TAKING, p] != 0:
+            flags[TAKES, count] = p
             count += 1
     return count
 
 
 @kernel
-def _let_rest(scene: ContactScene, decision: Decision, count: int, asked: np.ndarray, reports: np.ndarray) -> bool:
+def _let_rest(asking: Asking, decision: Decision, count: int, asked: np.ndarray, reports: np.ndarray) -> bool:
     """Close what returns so soon that its impacts cannot be resolved; return whether there is any."""
-    is_any, span, points = False, asked[RUN_SPAN], scene.loops.points
+    flags, vectors = decision.flags, decision.vectors
+    is_any, span, points = False, asked[RUN_SPAN], asking.points
     for a in range(count):
-        p = decision.takes[a]
-        rate, fall, e = decision.rates[3 * p], -decision.accelerations[3 * p], points.numbers[p, OF_POINT.restitution]
-        if decision.is_closed[p] != 0 or rate <= 0.0 or fall <= 0.0 or e == 1.0:
+        p = flags[TAKES, a]
+        rate, fall, e = (
+            vectors[RATES_OF_POINTS, 3 * p],
+            -vectors[ACCELERATIONS, 3 * p],
+            points.numbers[p, OF_POINT.restitution],
+        )
+        if flags[IS_CLOSED, p] != 0 or rate <= 0.0 or fall <= 0.0 or e == 1.0:
             continue
         flight = 2.0 * rate / fall
         if flight <= SHORT_FLIGHT * span or flight <= (1.0 - e) * CROWDED * span:
-            decision.is_closed[p], is_any = 1, True
+            flags[IS_CLOSED, p], is_any = 1, True
             _report(asked, reports, asked[WHEN] + flight / (1.0 - e), REPORTED * points.places[p, CONTACT] + RESTS)
     return is_any
 
 
 @kernel
-def _write(scene: ContactScene, decision: Decision, count: int, z: np.ndarray) -> None:
+def _write(asking: Asking, decision: Decision, count: int, z: np.ndarray) -> None:
     """Write the status of each point that takes part, and what it keeps."""
+    flags, directions = decision.flags, decision.directions
     for a in range(count):
-        p = decision.takes[a]
-        at, after = scene.loops.points.places[p, STATUS], decision.after[p]
-        is_same = after == STICKS and decision.before[p] == STICKS
+        p = flags[TAKES, a]
+        at, after = asking.points.places[p, STATUS], flags[AFTER, p]
+        is_same = after == STICKS and flags[BEFORE, p] == STICKS
         z[at] = after
         z[at + KEPT_RATE : at + KEPT_RATE + 3] = 0.0
         if after == SLIPS:
-            speed = max(AT_REST, decision.slow[p] if is_at_rest(decision, p) else 0.0)
-            along = on_surface(decision.now, p, decision.slips[p, 0], decision.slips[p, 1])
+            speed = max(AT_REST, decision.speeds[SLOW, p] if is_at_rest(decision, p) else 0.0)
+            along = on_surface(decision.now, p, directions[SLIP_OF, p, 0], directions[SLIP_OF, p, 1])
             for c in range(3):
-                z[at + KEPT + c], z[at + KEPT_RATE + c] = speed * along[c], speed * decision.turning[p, c]
+                z[at + KEPT + c], z[at + KEPT_RATE + c] = speed * along[c], speed * directions[TURNING, p, c]
         elif not is_same:
             for c in range(3):
                 z[at + KEPT + c] = decision.now.met[p, MET.place + c] if after == STICKS else 0.0
@@ -272,17 +282,18 @@ def _report(asked: np.ndarray, reports: np.ndarray, t: float, code: int) -> None
 
 
 @kernel
-def _tell(scene: ContactScene, decision: Decision, count: int, asked: np.ndarray, reports: np.ndarray) -> None:
+def _tell(asking: Asking, decision: Decision, count: int, asked: np.ndarray, reports: np.ndarray) -> None:
     """Report what the event has changed, contact by contact."""
-    places, t, what = scene.loops.points.places, asked[WHEN], int(asked[WHAT])
+    flags = decision.flags
+    places, t, what = asking.points.places, asked[WHEN], int(asked[WHAT])
     contacts, a = places[len(places) - 1, CONTACT] + 1, 0
     while a < count:
-        contact = places[decision.takes[a], CONTACT]
+        contact = places[flags[TAKES, a], CONTACT]
         touches = was_closed = is_closed = stuck = slipped = sticks = slips = False
-        while a < count and places[decision.takes[a], CONTACT] == contact:
-            p = decision.takes[a]
-            before, after, struck = decision.before[p], decision.after[p], decision.is_struck[p]
-            is_found = what == TOUCH and decision.is_concerned[p] != 0 and after != OPEN
+        while a < count and places[flags[TAKES, a], CONTACT] == contact:
+            p = flags[TAKES, a]
+            before, after, struck = flags[BEFORE, p], flags[AFTER, p], flags[IS_STRUCK, p]
+            is_found = what == TOUCH and flags[IS_CONCERNED, p] != 0 and after != OPEN
             touches = touches or (before == OPEN and (struck != 0 or is_found))
             was_closed, is_closed = was_closed or before != OPEN, is_closed or after != OPEN
             stuck, slipped = stuck or before == STICKS, slipped or before == SLIPS
@@ -291,7 +302,7 @@ def _tell(scene: ContactScene, decision: Decision, count: int, asked: np.ndarray
                 code = REPORTED * contacts + POINT_CODES * p + 6 * before + 2 * after + struck
                 _report(asked, reports, t, code)
             a += 1
-        code, rubs = REPORTED * contact, places[decision.takes[a - 1], HAS_FRICTION] != 0
+        code, rubs = REPORTED * contact, places[flags[TAKES, a - 1], HAS_FRICTION] != 0
         if touches:
             _report(asked, reports, t, code + TOUCHES)
         if was_closed and not is_closed:

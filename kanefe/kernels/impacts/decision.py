@@ -6,13 +6,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.compiler.arrays import Filler, Integers, RealRows, Reals
-from kanefe.kernels.constraints.contact_margins import Looked
-from kanefe.kernels.constraints.loop_tables import Loops
-from kanefe.kernels.contact.rigid_points import MET_NUMBERS
-from kanefe.kernels.impacts.cones import Cones, cones_of
-from kanefe.kernels.layout import FlexibleTables, Tables
-from kanefe.kernels.sweeps.drives import Drives
+from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler.arrays import IntegerRows, Prepared, RealBlocks, RealRows, Reals
+from kanefe.kernels.compiler.calls import call_address
+from kanefe.kernels.contact.rigid_points import MET_NUMBERS, RigidPoints
+from kanefe.kernels.impacts.cones import (
+    AHEAD_OF_IT,
+    CONTACTS,
+    IS_SOLVED,
+    IS_WARM,
+    ROW_OF_FORCES,
+    Cones,
+    cones_of,
+)
 
 OPEN, STICKS, SLIPS = range(3)
 """Status of a point: see `kanefe.contact.contact`."""
@@ -21,28 +27,25 @@ ON_GAP, ON_NORMAL, ON_SLIP, ON_LEFT = range(4)
 """Columns of the margins of points: of gaps, normal forces, friction that is left, and slips."""
 
 
-class ContactScene(NamedTuple):
-    """A scene of which events of rigid contacts ask.
+class Asking(NamedTuple):
+    """Whom the decision asks of the scene.
 
     Attributes
     ----------
-    looked : Looked
-        An evaluation in space.
-    loops, tables, flexible : named tuples
-        Of the scene; without flexible bodies the latter is empty.
-    motions : Drives
-    fill : function (t, y, inputs)
-    held : ndarray, shape (inputs,)
-        Values of loads, those written that do not change in the run.
+    points : RigidPoints
+    looking, solving : Prepared
+        Calls of `kanefe.kernels.impacts.moments.look_at_points` and `kanefe.kernels.impacts.cones.solve_one`.
+    wanted : ndarray, shape (5,)
+        Of the latter.
+    first_state : int
+        Where in a state the internal states begin; the free speeds are before them.
     """
 
-    looked: Looked
-    loops: Loops
-    tables: Tables
-    flexible: FlexibleTables
-    motions: Drives
-    fill: Filler
-    held: Reals
+    points: RigidPoints
+    looking: Prepared
+    solving: Prepared
+    wanted: Reals
+    first_state: int
 
 
 class Moment(NamedTuple):
@@ -71,8 +74,30 @@ class Moment(NamedTuple):
     sizes: Reals
 
 
+TAKES, ACTIVE, BEFORE, AFTER, IS_TAKING, IS_CONCERNED, IS_STRUCK, IS_CLOSED, BEGINS, IS_NEW = range(10)
+"""Rows of `Decision.flags`: numbers of the points that take part, and of those of them that are closed, in order;
+status before and after; whether a point takes part, is one that the event concerns, was struck, is closed; whether an
+active one begins to slip, in this event and in this round."""
+FLAGS = 10
+
+NOT_MOVING, AT_REST_BELOW, SLOW = range(3)
+"""Rows of `Decision.speeds`: below which a point does not move along the normal, does not slip, and slips in the
+direction of the friction that would hold it, m/s."""
+
+RATES_OF_POINTS, ACCELERATIONS, FORCES, X, OTHER = range(5)
+"""Rows of `Decision.vectors`: of all points; and forces of the active ones."""
+
+SLIP_OF, FOUND, TURNING = range(3)
+"""Rows of `Decision.directions`: of slips; in which active points begin to slip; and, in axes of the surface, the rates
+of those of slips that begin, 1/s."""
+
+LOOK, AT_TIME, COUNT, IS_KNOWN = range(4)
+"""Numbers of `Decision.question`: what is looked at, when (s), with how many points; and whether that is known."""
+MARGINS_NOW, POINTS_NOW, POINTS_LATER, FREE_ACCELERATIONS = range(4)
+
+
 class Decision(NamedTuple):
-    """What is decided at an event; by the numbers of the points, but where something else is said.
+    """What is decided at an event.
 
     Attributes
     ----------
@@ -80,61 +105,31 @@ class Decision(NamedTuple):
         At the event, and a little after it.
     problem, ahead : Cones
         Of the forces then.
-    takes, active : ndarray of int, shape (points,)
-        Numbers of the points that take part, and of those of them that are closed, in order.
-    before, after : ndarray of int, shape (points,)
-        OPEN, STICKS or SLIPS.
+    flags : ndarray of int, shape (FLAGS, points)
     margins : ndarray, shape (points, 4)
         Distances from possible events; infinite of others.
-    is_taking, is_concerned, is_struck, is_closed : ndarray of int, shape (points,)
-    still, rest, slow : ndarray, shape (points,)
-        Speeds below which a point does not move along the normal, does not slip, and slips in the direction of the
-        friction that would hold it, m/s.
-    rates, accelerations, forces : ndarray, shape (3 points,)
-    slips : ndarray, shape (points, 2)
-        Directions of slips.
-    turning : ndarray, shape (points, 3)
-        Rates of the directions of slips that begin, in axes of the surface, 1/s.
-    x, other : ndarray, shape (3 points,)
-        Forces of the active ones.
-    begins, is_new : ndarray of int, shape (points,)
-        Which of the active ones begin to slip, in this event and in this round.
-    found : ndarray, shape (points, 2)
-        Directions in which active ones begin to slip.
+    speeds : ndarray, shape (3, points)
+    vectors : ndarray, shape (5, 3 points)
+    directions : ndarray, shape (3, points, 3)
+    motion : ndarray, shape (2, free)
+        Accelerations without contacts, and a step along the speeds.
     state : ndarray, shape (state,)
         A little after the event.
-    du, step : ndarray, shape (free,)
+    question : ndarray, shape (4,)
     """
 
     now: Moment
     later: Moment
     problem: Cones
     ahead: Cones
-    takes: Integers
-    active: Integers
-    before: Integers
-    after: Integers
+    flags: IntegerRows
     margins: RealRows
-    is_taking: Integers
-    is_concerned: Integers
-    is_struck: Integers
-    is_closed: Integers
-    still: Reals
-    rest: Reals
-    slow: Reals
-    rates: Reals
-    accelerations: Reals
-    forces: Reals
-    slips: RealRows
-    turning: RealRows
-    x: Reals
-    other: Reals
-    begins: Integers
-    is_new: Integers
-    found: RealRows
+    speeds: RealRows
+    vectors: RealRows
+    directions: RealBlocks
+    motion: RealRows
     state: Reals
-    du: Reals
-    step: Reals
+    question: Reals
 
 
 def decision_of(points: int, free: int, size: int) -> Decision:
@@ -142,42 +137,39 @@ def decision_of(points: int, free: int, size: int) -> Decision:
     n = 3 * points
 
     def moment() -> Moment:
-        square, rows = np.zeros((n, n)), np.zeros((n, free))
-        return Moment(
-            np.zeros((points, MET_NUMBERS)), np.zeros((points, 9)), square, np.zeros(n), rows, np.zeros(points)
-        )
-
-    def integers() -> np.ndarray:
-        return np.zeros(points, dtype=np.int64)
+        met, axes = np.zeros((points, MET_NUMBERS)), np.zeros((points, 9))
+        return Moment(met, axes, np.zeros((n, n)), np.zeros(n), np.zeros((n, free)), np.zeros(points))
 
     return Decision(
         now=moment(),
         later=moment(),
         problem=cones_of(points),
         ahead=cones_of(points),
-        takes=integers(),
-        active=integers(),
-        before=integers(),
-        after=integers(),
+        flags=np.zeros((FLAGS, points), dtype=np.int64),
         margins=np.zeros((points, 4)),
-        is_taking=integers(),
-        is_concerned=integers(),
-        is_struck=integers(),
-        is_closed=integers(),
-        still=np.zeros(points),
-        rest=np.zeros(points),
-        slow=np.zeros(points),
-        rates=np.zeros(n),
-        accelerations=np.zeros(n),
-        forces=np.zeros(n),
-        slips=np.zeros((points, 2)),
-        turning=np.zeros((points, 3)),
-        x=np.zeros(n),
-        other=np.zeros(n),
-        begins=integers(),
-        is_new=integers(),
-        found=np.zeros((points, 2)),
+        speeds=np.zeros((3, points)),
+        vectors=np.zeros((5, n)),
+        directions=np.zeros((3, points, 3)),
+        motion=np.zeros((2, free)),
         state=np.zeros(size),
-        du=np.zeros(free),
-        step=np.zeros(free),
+        question=np.zeros(4),
     )
+
+
+@kernel
+def look(asking: Asking, decision: Decision, what: int, t: float, count: int) -> bool:
+    """Have something of the scene written to the decision; return whether it is known."""
+    question = decision.question
+    question[LOOK], question[AT_TIME], question[COUNT] = what, t, count
+    call_address(asking.looking.address, (asking.looking.places, asking.looking.numbers))
+    return question[IS_KNOWN] != 0.0
+
+
+@kernel
+def solve(asking: Asking, is_ahead: bool, k: int, row: int, is_warm: bool) -> bool:
+    """Write the forces of k active points to a row of vectors; return whether there are some."""
+    wanted = asking.wanted
+    wanted[AHEAD_OF_IT], wanted[IS_WARM] = 1.0 if is_ahead else 0.0, 1.0 if is_warm else 0.0
+    wanted[CONTACTS], wanted[ROW_OF_FORCES] = k, row
+    call_address(asking.solving.address, (asking.solving.places, asking.solving.numbers))
+    return wanted[IS_SOLVED] != 0.0
