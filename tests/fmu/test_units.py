@@ -273,7 +273,6 @@ IN_PYTHON: dict[str, tuple[Callable[[kf.System], Any], dict[str, Any]]] = {
         {"method": "dop853"},
     ),
     "these events act in Python: 'a rigid contact: touch'": (rigidly_touching, {"method": "radau5"}),
-    "begins anew in Python after events": (touching, {"method": "extrapolation"}),
     "the output 'joint_reaction hub force_x' is a force": (
         lambda scene: None,
         {"outputs": ("joint_coordinates hub", "joint_reaction hub force_x")},
@@ -294,6 +293,15 @@ def test_a_scene_in_python_makes_a_unit_that_says_so(tmp_path: Path, reason: str
         text = archive.read("modelDescription.xml").decode()
     assert "which this unit needs" in text
     assert "canGetAndSet" not in text
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_unit_goes_on_from_events_by_extrapolation_without_python(tmp_path: Path) -> None:
+    scene = arm()
+    touching(scene)
+    path = scene.to_fmu(tmp_path / "arm.fmu", method="extrapolation")
+    with zipfile.ZipFile(path) as archive:
+        assert "which this unit needs" not in archive.read("modelDescription.xml").decode()
 
 
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
