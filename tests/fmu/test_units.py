@@ -310,7 +310,6 @@ IN_PYTHON: dict[str, tuple[Callable[[kf.System], Any], dict[str, Any]]] = {
         lambda scene: scene.add_torque(scene.body("hub"), lambda t: 1.0 * t),
         {"method": "dop853"},
     ),
-    "begins anew in Python after events": (touching, {"method": "extrapolation"}),
     "the output 'load spring tension' of a spring is computed in Python": (
         lambda scene: scene.add_spring("spring", scene.ground.frame(at=(0, 0, -1)), scene.body("tip"), stiffness=1.0),
         {"outputs": ("joint_coordinates hub", "load spring tension")},
@@ -331,6 +330,15 @@ def test_a_scene_in_python_makes_a_unit_that_says_so(tmp_path: Path, reason: str
         text = archive.read("modelDescription.xml").decode()
     assert "which this unit needs" in text
     assert "canGetAndSet" not in text
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_unit_goes_on_from_events_by_extrapolation_without_python(tmp_path: Path) -> None:
+    scene = arm()
+    touching(scene)
+    path = scene.to_fmu(tmp_path / "arm.fmu", method="extrapolation")
+    with zipfile.ZipFile(path) as archive:
+        assert "which this unit needs" not in archive.read("modelDescription.xml").decode()
 
 
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])
