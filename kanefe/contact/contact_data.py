@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from kanefe.frames import Vector
-from kanefe.kernels.contact.contact_places import POINTS, ContactNumbers, PointNumbers
+from kanefe.kernels.contact.contact_forces import contact, contact_change, contact_watch
+from kanefe.kernels.contact.contact_places import POINT_NUMBERS, POINTS, ContactNumbers, PointNumbers
+from kanefe.kernels.contact.detection import located, met_by
 from kanefe.kernels.force_elements.blocks import flat
-from kanefe.loads.action import End
 from kanefe.loads.base import Load
 
 if TYPE_CHECKING:
@@ -26,11 +27,12 @@ LARGE_PATH = 100.0
 
 
 class Met(NamedTuple):
-    """A point of a contact at a state: depth (m), normal and place in N."""
+    """A point of a contact at a state: depth (m), normal and place in N, and its share of the stiffness."""
 
     depth: float
     normal: tuple[float, ...]
     point: tuple[float, ...]
+    share: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,9 +188,22 @@ class ContactData(Load):
     def __getstate__(self) -> dict[str, Any]:
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
-    def found(self, ends: Sequence[End]) -> Met | None:
-        """Return where its only point touches, where that was not found by compiled code."""
-        return None
+    @property
+    def surface_numbers(self) -> Vector:
+        """What compiled code is given of the shape: its kind and numbers."""
+        return np.append(float(self.shape.kind), self.shape.numbers)
+
+    def met(self, ends: list[Any]) -> list[Met]:
+        """Return where its points are to the surface, from the numbers of the ends."""
+        boxes, points = met_by(self.listed, ends), []
+        for i, (_, probe) in enumerate(self.probes):
+            points.append(Met(*located(self.listed, POINTS + POINT_NUMBERS * i, ends, boxes), probe.share))
+        return points
+
+    @property
+    def functions(self) -> tuple[Callable[..., None], Callable[..., None], Callable[..., None]]:
+        """Its kernels: of forces, of event values, and of what events change."""
+        return contact, contact_watch, contact_change
 
 
 def contact_numbers(contact: ContactData) -> Vector:
@@ -209,7 +224,7 @@ def contact_numbers(contact: ContactData) -> Vector:
     head = ContactNumbers(
         points=len(points),
         ends=len(contact.ends),
-        shape=put(np.append(float(contact.shape.kind), contact.shape.numbers)),
+        shape=put(contact.surface_numbers),
         rests_at=rests_at,
         softness=0.0 if rest is None else rest.softness,
         belt=contact.belt,

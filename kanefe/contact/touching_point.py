@@ -38,6 +38,8 @@ class Touch(NamedTuple):
         Pull above what friction can take, N: it slips where this is above zero.
     moment : ndarray, shape (3,)
         Of friction against turning, on what touches, in N, N m.
+    share : float
+        Of the stiffness of the contact.
     """
 
     depth: float
@@ -51,6 +53,7 @@ class Touch(NamedTuple):
     stretch_rate: Vector = np.zeros(3)
     slip_margin: float = 0.0
     moment: Vector = np.zeros(3)
+    share: float = 1.0
 
 
 def velocity_past(surface: End, end: End, point: Vector) -> Vector:
