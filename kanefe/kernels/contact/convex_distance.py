@@ -218,19 +218,21 @@ def gap_and_normal(
             return length - margins, n, minus(place, times(margin + 0.5 * (length - margins), n))
     else:
         n = first_guess(numbers, own, other, R, x, NO_DIRECTION * size)
+    gap = gap_along(numbers, own, other, R, x, n)
     for _ in range(MOST_TURNS):
-        moved = times(aside - gap_along(numbers, own, other, R, x, n), n)
+        moved = times(aside - gap, n)
         is_apart, way, place = way_between(numbers, own, other, R, plus(x, moved), simplex)
         place = minus(place, moved)
         if not is_apart:
             break
         turned = times(1.0 / norm(way), way)
-        change = norm(minus(turned, n))
-        n = turned
+        change, found = norm(minus(turned, n)), gap_along(numbers, own, other, R, x, turned)
+        if found <= gap:
+            break
+        n, gap = turned, found
         if change < SAME_NORMAL:
             break
-    gap = gap_along(numbers, own, other, R, x, n) - margins
-    return gap, n, minus(place, times(margin + 0.5 * gap, n))
+    return gap - margins, n, minus(place, times(margin + 0.5 * (gap - margins), n))
 
 
 @kernel

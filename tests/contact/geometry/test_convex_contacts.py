@@ -121,10 +121,14 @@ def test_a_least_way_out_parts_shapes():
     rng = np.random.default_rng(5)
     for one in CONVEX.values():
         for other in CONVEX.values():
-            pair, R, x = Pair(one, other), turned(rng), 0.1 * rng.standard_normal(3)
+            pair, R, x = Pair(one, other), turned(rng), rng.standard_normal(3)
             gap, normal, _ = pair.gap(R, x)
-            assert gap < 0.0
-            assert pair.gap(R, x + (1e-4 - gap) * normal)[0] == pytest.approx(1e-4, abs=1e-9)
+            x = x - (gap + 5e-3) * normal
+            gap, normal, _ = pair.gap(R, x)
+            assert -6e-3 < gap < -2e-3
+            assert pair.gap(R, x + (1e-4 - gap) * normal)[0] == pytest.approx(
+                1e-4, abs=1e-8
+            )  # normals are known to 1e-8
             for _ in range(5):
                 nearby = normal + 1e-3 * rng.standard_normal(3)
                 assert pair.along(R, x, nearby / np.linalg.norm(nearby)) <= gap + 1e-9
@@ -139,7 +143,7 @@ def test_a_cylinder_that_rocks_on_a_box_changes_its_places_continuously():
         for angle in angles:
             slots = pair.slots(tilted("y", angle), np.array((0.1, 0.2, 0.1 + radius - 1e-3)))[1]
             force = slots[:, SHARE] * np.maximum(slots[:, DEPTH], 0.0)
-            wrenches.append((force.sum(), force @ (slots[:, PLACE] - 0.1)))
+            wrenches.append((force.sum(), force @ (slots[:, PLACE : PLACE + 3] - 0.1)))
         # half the length is 0.1 m, where a turn moves it by as much, and the arm is as long
         assert np.abs(np.diff([w[0] for w in wrenches])).max() < 0.1 * step
         assert np.abs(np.diff([w[1][0] for w in wrenches])).max() < 0.2 * 0.1 * step
@@ -155,7 +159,7 @@ def test_two_faces_share_as_the_polygon_between_them(turn):
     gap, slots = pair.slots(R, np.array((0.1, 0.2, 0.595)))
     assert gap == pytest.approx(-0.005 - half[0] * np.sin(1e-3) + 0.1 * (1.0 - np.cos(1e-3)), abs=1e-6)
     force = slots[:, SHARE] * np.maximum(slots[:, DEPTH], 0.0)
-    offsets = (slots[:, PLACE] - (0.1, 0.2, 0.5)) @ tilted("z", turn)
+    offsets = (slots[:, PLACE : PLACE + 3] - (0.1, 0.2, 0.5)) @ tilted("z", turn)
     assert force.sum() == pytest.approx(0.005, rel=1e-3)
     # corners at half the length are by 1e-3 of that deeper or less deep
     assert abs(force @ offsets[:, 0]) == pytest.approx(1e-3 * half[0] ** 2, rel=2e-2)
