@@ -82,7 +82,7 @@ def put_point(
     own = POINTS + POINT_NUMBERS * i
     if share.real <= 0.0 or (depth.real <= 0.0 and numbers[AT.softness] == 0.0):
         if has_friction and moves:
-            let_go(numbers, numbers[own + OF_POINT.share], place, states, out, rates)
+            let_go(numbers, share, place, states, out, rates)
             if numbers[AT.turning] > 0.0:
                 turned(numbers, i, normal, share, A_s, ends, 0.0 * depth, states, out)
         return
@@ -124,7 +124,7 @@ def place_of(numbers: Any, i: int) -> int:
 
 
 @inlined
-def let_go(numbers: Any, share: float, place: int, states: Any, out: Any, rates: int) -> None:
+def let_go(numbers: Any, share: Any, place: int, states: Any, out: Any, rates: int) -> None:
     """Have the stretch of a point in the air come back; what its spring gives up is taken."""
     relaxation, k = numbers[AT.relaxation], share * numbers[AT.spring]
     for j in range(3):

@@ -177,8 +177,9 @@ def put_slots(numbers: Any, own: int, other: int, R: Numbers, x: Numbers, count:
         at += 3
     put_slot(slots, 0, -gap, (0.0, 0.0, 1.0), in_axes(deepest, axes), 1.0 - total if total < 1.0 - LEAST else 0.0)
     for i in range(count):
-        if slots[OF_SLOT * i + SHARE] == 0.0:
-            slots[OF_SLOT * i + DEPTH] = -abs(gap) - close
+        # where a line only stands for an edge that is round, it may be deeper than the shapes are in each other
+        most = -gap if slots[OF_SLOT * i + SHARE] > 0.0 else -abs(gap) - close
+        slots[OF_SLOT * i + DEPTH] = min(slots[OF_SLOT * i + DEPTH], most)
         turn(slots, OF_SLOT * i + NORMAL, axes)
         turn(slots, OF_SLOT * i + PLACE, axes)
     return gap
