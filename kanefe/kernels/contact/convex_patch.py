@@ -178,8 +178,8 @@ def put_slots(numbers: Any, own: int, other: int, R: Numbers, x: Numbers, count:
     put_slot(slots, 0, -gap, (0.0, 0.0, 1.0), in_axes(deepest, axes), 1.0 - total if total < 1.0 - LEAST else 0.0)
     for i in range(count):
         # where a line only stands for an edge that is round, it may be deeper than the shapes are in each other
-        most = -gap if slots[OF_SLOT * i + SHARE] > 0.0 else -abs(gap) - close
-        slots[OF_SLOT * i + DEPTH] = min(slots[OF_SLOT * i + DEPTH], most)
+        largest = -gap if slots[OF_SLOT * i + SHARE] > 0.0 else -abs(gap) - close
+        slots[OF_SLOT * i + DEPTH] = min(slots[OF_SLOT * i + DEPTH], largest)
         turn(slots, OF_SLOT * i + NORMAL, axes)
         turn(slots, OF_SLOT * i + PLACE, axes)
     return gap
