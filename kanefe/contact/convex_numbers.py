@@ -45,7 +45,7 @@ def _numbers(
     axis: Vector,
     size: float,
     vertices: Matrix,
-    faces: Sequence[tuple[Vector, Sequence[int]]],
+    faces: Sequence[tuple[Vector, Vector]],
     corners: int = 0,
 ) -> Vector:
     firsts = np.cumsum([0, *(len(loop) for _, loop in faces)])

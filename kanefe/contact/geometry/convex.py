@@ -28,6 +28,11 @@ class Convex(Mesh):
     points : array_like, shape (n, 3)
         m, at least four that are not in one plane.
 
+    Attributes
+    ----------
+    faces : tuple of (ndarray, ndarray of int)
+        Normal of each face, and its corners among `vertices`, counter-clockwise seen from outside.
+
     Raises
     ------
     ModelError
