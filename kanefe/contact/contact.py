@@ -83,8 +83,8 @@ class Contact(ContactData):
         if law is None:
             return after
         for i, touch in enumerate(self.touches(ends, states)):
-            share, lever = self.probes[i][1].share, self.probes[i][1].lever
-            k, at = law.anchor(share, max(touch.normal_force, 1e-300))[0], self.begins + self.each * i
+            lever = self.probes[i][1].lever
+            k, at = law.anchor(touch.share, max(touch.normal_force, 1e-300))[0], self.begins + self.each * i
             after[at : at + 3] = ends[0].A.T @ touch.tangential / k if k > 0.0 else 0.0  # without a spring none is bent
             if law.has_memory:
                 after[at + 3] = float(touch.depth > 0.0)
@@ -103,13 +103,12 @@ class Contact(ContactData):
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
         """Return stiffness and damping of closed and of sticking points: anchors stretch as its ends move."""
         rows, stiffness, damping = [], [], []
-        for i, touch in enumerate(self.touches(ends, states)):
+        for touch in self.touches(ends, states):
             if touch.depth <= 0.0:
                 continue
-            probe, law = self.probes[i][1], self.normal
-            directions = [(touch.normal, law.slope(touch.depth, probe.share), 0.0)]
+            directions = [(touch.normal, self.normal.slope(touch.depth, touch.share), 0.0)]
             if self.friction is not None and touch.slip_margin <= 0.0:
-                k, c = self.friction.anchor(probe.share, touch.normal_force)
+                k, c = self.friction.anchor(touch.share, touch.normal_force)
                 directions += [(along, k, c) for along in across(touch.normal)]
             for along, k, c in directions:
                 row = np.zeros((len(ends), 6))

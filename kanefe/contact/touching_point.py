@@ -37,6 +37,8 @@ class Touch(NamedTuple):
         Pull above what friction can take, N: it slips where this is above zero.
     moment : ndarray, shape (3,)
         Of friction against turning, on what touches, in N, N m.
+    share : float
+        Of the stiffness of the contact.
     """
 
     depth: float
@@ -50,3 +52,4 @@ class Touch(NamedTuple):
     stretch_rate: Vector = np.zeros(3)
     slip_margin: float = 0.0
     moment: Vector = np.zeros(3)
+    share: float = 1.0

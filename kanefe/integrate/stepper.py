@@ -243,6 +243,10 @@ def reports_worst(stepper: Stepper) -> TypeGuard[ReportsWorst]:
     return hasattr(type(stepper), "worst")
 
 
+ATOL_SHARE = 0.1
+"""Absolute tolerance, relative to rtol, where none is given."""
+
+
 @dataclass(frozen=True)
 class StepControl:
     """How a stepper chooses its steps.
@@ -261,3 +265,8 @@ class StepControl:
     atol: float
     step: float | None
     changes: Vector | None = None
+
+    @property
+    def looseness(self) -> float:
+        """By how much the absolute tolerance that goes with rtol is larger than the one given, at least 1."""
+        return max(ATOL_SHARE * self.rtol / self.atol, 1.0) if self.atol > 0.0 else 1.0

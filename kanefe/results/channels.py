@@ -398,9 +398,9 @@ def output_function(load: Load, quantity: str) -> tuple[OutputFunction, int] | N
         return None if kernel.tell is None else (kernel.tell, len(load.columns))
     if not is_contact(load.columns):
         return None
-    from kanefe.kernels.contact.contact_outputs import POINT_OUTPUTS, contact_point_outputs
+    from kanefe.kernels.contact.contact_outputs import POINT_OUTPUTS
 
-    return contact_point_outputs, POINT_OUTPUTS * len(load.probes)  # type: ignore[attr-defined]
+    return load.functions.point_outputs, POINT_OUTPUTS * len(load.probes)  # type: ignore[attr-defined]
 
 
 def _in_axes(axes: np.ndarray, vectors: np.ndarray) -> np.ndarray:

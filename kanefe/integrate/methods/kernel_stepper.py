@@ -161,7 +161,10 @@ class KernelStepper:
         self._no_answer: tuple[float, KanefeError] | None = None
         self._step_times = StepTimes()
         self.vectors[STATE] = dynamics.initial_state(start)
-        reals[RELATIVE], self.vectors[SCALE] = rtol, atol * dynamics.scales(start, self.vectors[STATE])
+        reals[RELATIVE], self.vectors[SCALE] = (
+            rtol,
+            atol * dynamics.scales(start, self.vectors[STATE], control.looseness),
+        )
         if kernels.prepare is not None:
             kernels.prepare(self)
         if kernels.first_step is not None and control.step is None:
