@@ -14,8 +14,8 @@ from kanefe.integrate.methods.kernel_stepper import SMALLEST_STEP, KernelStepper
 from kanefe.kernels.compiler._numba import IS_COMPILED
 from kanefe.kernels.compiler.entries import Call
 from kanefe.kernels.evaluation.evaluation import AT_TIME
+from kanefe.kernels.events.watched_run import ACTS, BOUND
 from kanefe.kernels.steppers import step_commands as stepping
-from kanefe.kernels.steppers.watched_run import ACTS, BOUND
 from kanefe.kernels.sweeps.drives import PIECE_NUMBERS, Drives
 from kanefe.kernels.sweeps.outward import motion_memory_size, motions_of_rows
 from kanefe.loads.controller import INPUTS

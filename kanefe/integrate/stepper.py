@@ -13,7 +13,7 @@ from kanefe.frames import Vector
 from kanefe.tree.bending import Bent
 
 if TYPE_CHECKING:
-    from kanefe.kernels.steppers.watched_run import WatchedRun
+    from kanefe.kernels.events.watched_run import WatchedRun
 
 BESIDE = 1e-6
 """Distance from the time at which the equations had no solution, relative to the span, within which a run that ends is

@@ -11,10 +11,10 @@ from kanefe.kernels.compiler.entries import LATER, Call
 from kanefe.kernels.constraints.closing import closing_memory_size
 from kanefe.kernels.evaluation.momenta import balance
 from kanefe.kernels.evaluation.stiff_directions import directions_memory_size, put_directions
-from kanefe.kernels.steppers.closing_call import ClosingCall
+from kanefe.kernels.events.closing_call import ClosingCall
+from kanefe.kernels.events.watched_run import WatchedRun
 from kanefe.kernels.steppers.integration import JacobianCall, Scene, integrate
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, STATE, TIME_AT, Run
-from kanefe.kernels.steppers.watched_run import WatchedRun
 from kanefe.kernels.sweeps.drives import Drives
 from kanefe.order_n.evaluated import NOT_CALLED, Evaluated
 from kanefe.order_n.lookouts import Lookouts

@@ -9,12 +9,12 @@ import numpy as np
 from kanefe.frames import Vector
 from kanefe.kernels.compiler.entries import Call
 from kanefe.kernels.evaluation.momenta import BALANCE_NUMBERS
+from kanefe.kernels.events.watched_run import ContactCalls
 from kanefe.kernels.impacts.cones import solve_one
 from kanefe.kernels.impacts.contact_changes import change_contacts
 from kanefe.kernels.impacts.contact_questions import ASKED, IS_DECIDED, REPORT_COUNT, report_count
 from kanefe.kernels.impacts.decision import Asking, decision_of
 from kanefe.kernels.impacts.moments import look_at_points
-from kanefe.kernels.steppers.watched_run import ContactCalls
 from kanefe.kernels.sweeps.drives import Drives
 from kanefe.order_n.contact_watching import ContactLook
 from kanefe.order_n.evaluated import Evaluated

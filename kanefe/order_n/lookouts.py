@@ -7,11 +7,11 @@ from functools import cached_property
 import numpy as np
 
 from kanefe.kernels.compiler.entries import LATER, Bound, Call
-from kanefe.kernels.steppers.closing_call import ClosingCall
-from kanefe.kernels.steppers.lookout import AT_TIME, look_at
+from kanefe.kernels.events.closing_call import ClosingCall
+from kanefe.kernels.events.lookout import AT_TIME, look_at
+from kanefe.kernels.events.steps_with_events import pass_steps
+from kanefe.kernels.events.watched_run import FIRST_SHARES, NO_CONTACTS, SHARES, Going, Lookout, WatchedRun
 from kanefe.kernels.steppers.step_commands import Run
-from kanefe.kernels.steppers.steps_with_events import pass_steps
-from kanefe.kernels.steppers.watched_run import FIRST_SHARES, NO_CONTACTS, SHARES, Going, Lookout, WatchedRun
 from kanefe.order_n.evaluated import Evaluated
 
 STEP_END = np.ones(1)

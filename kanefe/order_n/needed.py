@@ -15,6 +15,8 @@ from kanefe.kernels.evaluation.evaluation import evaluate
 from kanefe.kernels.evaluation.momenta import balances_of_states
 from kanefe.kernels.evaluation.replay import between_states, revisit
 from kanefe.kernels.evaluation.stiff_directions import put_directions
+from kanefe.kernels.events.lookout import look_at
+from kanefe.kernels.events.steps_with_events import pass_steps
 from kanefe.kernels.force_elements import places as of_loads
 from kanefe.kernels.force_elements.given import given
 from kanefe.kernels.impacts.cones import solve_one
@@ -24,9 +26,7 @@ from kanefe.kernels.links import places as of_links
 from kanefe.kernels.loads.watching import watch_states
 from kanefe.kernels.planar.evaluation import evaluate_planar
 from kanefe.kernels.steppers.integration import integrate
-from kanefe.kernels.steppers.lookout import look_at
 from kanefe.kernels.steppers.step_commands import next_command
-from kanefe.kernels.steppers.steps_with_events import pass_steps
 from kanefe.kernels.sweeps.outward import motions_of_rows
 from kanefe.order_n.tables.drive_tables import drive_tables
 from kanefe.order_n.tables.inputs import InputLayout

@@ -16,8 +16,8 @@ from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
+    from kanefe.kernels.events.watched_run import WatchedRun
     from kanefe.kernels.steppers.step_commands import Run
-    from kanefe.kernels.steppers.watched_run import WatchedRun
 
 
 OutputFunction = Callable[..., None] | int

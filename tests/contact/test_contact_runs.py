@@ -12,7 +12,7 @@ from kanefe.checks.verification.contact import shaken_slope
 from kanefe.integrate.events.event_search import EventWatch
 from kanefe.integrate.methods.kernel_stepper import KernelStepper
 from kanefe.integrate.stepper import StepFailure
-from kanefe.kernels.steppers.event_search import root_in
+from kanefe.kernels.events.event_search import root_in
 
 
 def arrives(law: kf.contact.normal_laws.NormalLaw, method: str, rtol: float) -> kf.Result:

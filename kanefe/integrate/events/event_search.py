@@ -14,8 +14,7 @@ from kanefe.integrate.events.contact_changes import CODES, ChangeReports, Contac
 from kanefe.integrate.events.event import Event, MarginEvent
 from kanefe.integrate.events.load_events import EventOfLoad
 from kanefe.integrate.stepper import StepFailure, Stepper, looks_out
-from kanefe.kernels.impacts.contact_questions import report_count
-from kanefe.kernels.steppers.event_search import (
+from kanefe.kernels.events.event_search import (
     find_brackets,
     first_with_sign,
     is_known,
@@ -25,7 +24,7 @@ from kanefe.kernels.steppers.event_search import (
     root_in,
     time_tolerance,
 )
-from kanefe.kernels.steppers.watched_run import (
+from kanefe.kernels.events.watched_run import (
     ACTS,
     BOUND,
     BOUND_CHANGES,
@@ -36,6 +35,7 @@ from kanefe.kernels.steppers.watched_run import (
     STORM_SHARE,
     WatchedRun,
 )
+from kanefe.kernels.impacts.contact_questions import report_count
 from kanefe.loads.by_kernel import ActionByKernel
 from kanefe.tree.model_data import QUADRATURES
 

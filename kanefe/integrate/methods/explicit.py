@@ -107,7 +107,7 @@ def explicit_method(name: str, about: str, coefficients: Callable[[], Tableau], 
 
 
 REACH = 0.01
-"""How far behind the end of a step its polynomial is as good as within: see `kanefe.kernels.steppers.foreseen_events`.
+"""How far behind the end of a step its polynomial is as good as within: see `kanefe.kernels.events.foreseen_events`.
 """
 
 

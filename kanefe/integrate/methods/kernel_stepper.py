@@ -81,7 +81,7 @@ from kanefe.tree.scales import coordinate_moves
 
 if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
-    from kanefe.kernels.steppers.watched_run import WatchedRun
+    from kanefe.kernels.events.watched_run import WatchedRun
     from kanefe.tree.bending import Bent
     from kanefe.tree.route import PreparedRun
 

@@ -22,7 +22,7 @@ from kanefe.kernels.evaluation.evaluation import (
     SHARE_OF_STIFFNESS,
 )
 from kanefe.kernels.evaluation.momenta import BALANCE_TIME
-from kanefe.kernels.steppers.closing_call import ClosingCall, close_at
+from kanefe.kernels.events.closing_call import ClosingCall, close_at
 from kanefe.kernels.steppers.directions_wanted import DIRECTIONS
 from kanefe.kernels.steppers.step_commands import (
     AT,

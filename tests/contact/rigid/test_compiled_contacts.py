@@ -17,8 +17,8 @@ from kanefe.kane.route import powers, state_rates
 from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW
 from kanefe.kernels.constraints.loop_tables import KIND_OF
 from kanefe.kernels.contact.rigid_points import STATUS
+from kanefe.kernels.events.watched_run import BOUND, BOUND_CHANGES
 from kanefe.kernels.impacts.contact_questions import LIFT, REPORT_COUNT, SLIP, START, STICK, TOUCH
-from kanefe.kernels.steppers.watched_run import BOUND, BOUND_CHANGES
 from kanefe.order_n.contact_changing import ContactChanger
 from kanefe.order_n.contact_watching import SingleLook
 from kanefe.order_n.route import OrderN

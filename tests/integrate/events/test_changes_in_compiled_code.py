@@ -9,7 +9,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.integrate.events import event_search
-from kanefe.kernels.steppers.watched_run import ACTS, CHANGES
+from kanefe.kernels.events.watched_run import ACTS, CHANGES
 
 
 def stop() -> kf.System:

@@ -14,9 +14,9 @@ import numpy as np
 
 from kanefe.kernels.compiler._numba import exact, inlined
 from kanefe.kernels.compiler.arrays import RealRows
-from kanefe.kernels.steppers.event_search import crossing_between, is_over, sign_of
+from kanefe.kernels.events.event_search import crossing_between, is_over, sign_of
+from kanefe.kernels.events.watched_run import ACTS, WatchedRun
 from kanefe.kernels.steppers.step_commands import BREAKPOINTS, NEXT_BREAKPOINT, SMALLEST, STOP, TIME, Run
-from kanefe.kernels.steppers.watched_run import ACTS, WatchedRun
 
 FARTHEST = 16.0
 """Longest time ahead for which values are extrapolated, in multiples of the last step: twice what a step grows by."""

@@ -5,6 +5,9 @@ from __future__ import annotations
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.calls import call_address
+from kanefe.kernels.events.closing_call import close_at
+from kanefe.kernels.events.lookout import Single, look_at_states
+from kanefe.kernels.events.watched_run import BOUND_CHANGES, CHANGES, STORM_SHARE, Lookout, WatchedRun
 from kanefe.kernels.impacts.contact_questions import (
     IS_DECIDED,
     LENGTH,
@@ -15,9 +18,6 @@ from kanefe.kernels.impacts.contact_questions import (
     WHAT,
     WHEN,
 )
-from kanefe.kernels.steppers.closing_call import close_at
-from kanefe.kernels.steppers.lookout import Single, look_at_states
-from kanefe.kernels.steppers.watched_run import BOUND_CHANGES, CHANGES, STORM_SHARE, Lookout, WatchedRun
 from kanefe.kernels.sweeps.drives import put_drives
 
 

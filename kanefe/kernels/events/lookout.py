@@ -9,9 +9,9 @@ from kanefe.kernels.compiler._numba import exact, inlined, kernel
 from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.steppers.closing_call import ClosingCall, close_at
+from kanefe.kernels.events.closing_call import ClosingCall, close_at
+from kanefe.kernels.events.watched_run import Lookout
 from kanefe.kernels.steppers.step_commands import STAGE, STATE, TIME, TIME_OLD, Run
-from kanefe.kernels.steppers.watched_run import Lookout
 from kanefe.kernels.sweeps.drives import put_drives
 
 Single = tuple[Lookout, ClosingCall]

@@ -1,7 +1,7 @@
 """Runs with events of loads: steps, what happened in them, and how they continue, without leaving compiled code.
 
 Python is asked where an event changes the scene or ends the run. What is found where is that of
-`kanefe.kernels.steppers.event_search`, which `kanefe.integrate.events.event_search` takes too, for events of the user.
+`kanefe.kernels.events.event_search`, which `kanefe.integrate.events.event_search` takes too, for events of the user.
 """
 
 from __future__ import annotations
@@ -13,14 +13,9 @@ from kanefe.kernels.compiler._numba import exact, inlined, kernel
 from kanefe.kernels.compiler.arrays import RealRows
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.impacts.contact_questions import (
-    BLUR,
-    BLURS,
-    TOUCH,
-)
-from kanefe.kernels.steppers.closing_call import ClosingCall, close_at
-from kanefe.kernels.steppers.event_changes import ask_contacts, change_states, is_storm, mark_action, take_reports
-from kanefe.kernels.steppers.event_search import (
+from kanefe.kernels.events.closing_call import ClosingCall, close_at
+from kanefe.kernels.events.event_changes import ask_contacts, change_states, is_storm, mark_action, take_reports
+from kanefe.kernels.events.event_search import (
     find_brackets,
     first_with_sign,
     is_known,
@@ -30,8 +25,8 @@ from kanefe.kernels.steppers.event_search import (
     root_in,
     time_tolerance,
 )
-from kanefe.kernels.steppers.foreseen_events import FARTHEST_SHARP, SHARPENED, smooth_until, time_to_event
-from kanefe.kernels.steppers.lookout import (
+from kanefe.kernels.events.foreseen_events import FARTHEST_SHARP, SHARPENED, smooth_until, time_to_event
+from kanefe.kernels.events.lookout import (
     Single,
     look_ahead,
     look_at_states,
@@ -39,6 +34,22 @@ from kanefe.kernels.steppers.lookout import (
     put_closed,
     put_state,
     value_at,
+)
+from kanefe.kernels.events.watched_run import (
+    ACTS,
+    BOUND,
+    BOUND_CHANGES,
+    CHANGES,
+    ENDS_STEP,
+    REPORTS,
+    Going,
+    Lookout,
+    WatchedRun,
+)
+from kanefe.kernels.impacts.contact_questions import (
+    BLUR,
+    BLURS,
+    TOUCH,
 )
 from kanefe.kernels.steppers.step_commands import (
     ACCEPTED,
@@ -60,17 +71,6 @@ from kanefe.kernels.steppers.step_commands import (
     TIME_OLD,
     TO_EVENT,
     Run,
-)
-from kanefe.kernels.steppers.watched_run import (
-    ACTS,
-    BOUND,
-    BOUND_CHANGES,
-    CHANGES,
-    ENDS_STEP,
-    REPORTS,
-    Going,
-    Lookout,
-    WatchedRun,
 )
 
 LEAST_FORESEEN = 1e8
@@ -144,7 +144,7 @@ def _foresee(
 ) -> None:
     """Go on from the next event, if it is just behind the last step; else write how far the next step may go.
 
-    See `kanefe.kernels.steppers.foreseen_events`. Where steps are short the error alone says how far they go.
+    See `kanefe.kernels.events.foreseen_events`. Where steps are short the error alone says how far they go.
     """
     reals = run.reals
     if run.integers[IS_FIXED] != 0 or reals[NEXT_STEP] < LEAST_FORESEEN * reals[SMALLEST]:
