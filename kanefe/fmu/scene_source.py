@@ -14,7 +14,7 @@ from kanefe.integrate.methods.kernel_stepper import SMALLEST_STEP, KernelStepper
 from kanefe.kernels.compiler._numba import IS_COMPILED
 from kanefe.kernels.compiler.entries import Call
 from kanefe.kernels.evaluation.evaluation import AT_TIME
-from kanefe.kernels.events.watched_run import ACTS, BOUND
+from kanefe.kernels.events.watched_run import ACTS
 from kanefe.kernels.steppers import step_commands as stepping
 from kanefe.kernels.sweeps.drives import PIECE_NUMBERS, Drives
 from kanefe.kernels.sweeps.outward import motion_memory_size, motions_of_rows
@@ -75,13 +75,11 @@ def obstacle(sim: Simulation) -> str:
     if watch.watched is None:
         named = ", ".join(map(repr, list(sim.events)[:MOST_NAMED])) or "the end of a joint's range"
         return f"these events are looked for in Python: {named}. Remedy: leave them out"
-    acting = [
-        event.name for event, kind in zip(watch.events, watch.watched.kinds, strict=True) if kind in (ACTS, BOUND)
-    ]
+    acting = [event.name for event, kind in zip(watch.events, watch.watched.kinds, strict=True) if kind >= ACTS]
     if acting:
         return (
-            f"these events act in Python: {', '.join(map(repr, acting[:MOST_NAMED]))}. Remedy: leave out what "
-            "ends the run, a bearing without a table"
+            f"these events act in Python: {', '.join(map(repr, acting[:MOST_NAMED]))}. Remedy: a compliant contact in "
+            "the place of a rigid one, a bearing without a table"
         )
     return ""
 

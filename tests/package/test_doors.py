@@ -29,6 +29,7 @@ DOORS = {
     "pyvista": {"kanefe/views/_pyvista.py"},
     "numba": {
         "kanefe/kernels/compiler/_numba.py",
+        "kanefe/kernels/compiler/_numba_alone.py",
         "kanefe/kernels/compiler/_numba_objects.py",
         "kanefe/kernels/compiler/_numba_functions.py",
         "kanefe/kernels/compiler/local_numbers.py",

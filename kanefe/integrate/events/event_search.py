@@ -137,7 +137,7 @@ class EventWatch:
         most, model = len(FIRST_SHARES) * count, self._model
         first = model.coordinate_count + model.free_count + model.state_count
         changes = [event for event in self.events if isinstance(event, ContactChange)]
-        if any(event.acts and isinstance(event, ReportedContactEvent) for event in self.events):
+        if any(event.terminal and isinstance(event, ReportedContactEvent) for event in self.events):
             kinds = [BOUND if kind == BOUND_CHANGES else kind for kind in kinds]  # Python looks at what they lead to
         of_run = (changes[0].stop, changes[0].rtol, changes[0].look.length) if changes else (np.inf, 0.0, 1.0)
         reports = report_count(sum(len(model.rigid_contact(k).probes) for k in range(len(model.rigid_contacts))))
