@@ -41,6 +41,7 @@ def test_below_the_cap_a_block_stays_where_it_is(rtol: float) -> None:
 @pytest.mark.parametrize("rtol", [1e-5, 1e-8])
 def test_the_anchor_of_a_shaken_block_stays(rtol: float) -> None:
     """With rtol above 1e-4 stages of a long step may lie beyond the cap, and move the anchor by some 1e-8 m."""
+
     def shake(t: float) -> tuple[float, float, float]:
         return (2.0 + 1.5 * math.sin(2 * math.pi * t) * min(t, 1.0), 0.0, 0.0)
 

@@ -14,13 +14,13 @@ from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.impacts.tolerances import CLOSE, DEPENDENT, ENOUGH, NEWTON_STEPS, ROUNDS, SWEEPS
 
 
-class Cones(NamedTuple):
+class ConeMemory(NamedTuple):
     """A problem of k contacts, of the most that there may be, and its workspace.
 
     Attributes
     ----------
     G, b : ndarray
-        See `kanefe.contact.rigid.cone.Cones`; the first k contacts count.
+        See `kanefe.contact.rigid.cone.ConeMemory`; the first k contacts count.
     of_each : ndarray, shape (3, k)
         Friction, least normal force, and by what the rates of each contact are multiplied.
     slips : ndarray, shape (k, 3)
@@ -42,15 +42,17 @@ PROJECTED, TRIED, F, ORDER, SHARES, ROW = range(6)
 LINES = 6
 
 
-def cones_of(count: int) -> Cones:
+def cones_of(count: int) -> ConeMemory:
     """Return the memory of a problem of so many contacts at most."""
     n = 3 * count
     lines = np.zeros((LINES, n))
-    return Cones(np.zeros((n, n)), np.zeros(n), np.zeros((3, count)), np.zeros((count, 3)), lines, np.zeros((n, n)))
+    return ConeMemory(
+        np.zeros((n, n)), np.zeros(n), np.zeros((3, count)), np.zeros((count, 3)), lines, np.zeros((n, n))
+    )
 
 
 @inlined
-def is_given(cones: Cones, i: int) -> bool:
+def is_given(cones: ConeMemory, i: int) -> bool:
     """Return whether a contact slips in a known direction."""
     return not np.isnan(cones.slips[i, 0])
 
@@ -61,7 +63,7 @@ guess; on return, whether there are forces."""
 
 
 @entry()
-def solve_one(problem: Cones, ahead: Cones, vectors: RealRows, wanted: Reals) -> None:
+def solve_one(problem: ConeMemory, ahead: ConeMemory, vectors: RealRows, wanted: Reals) -> None:
     """Solve one of two problems, into one of some rows of forces: a unit of its own, called from many places."""
     x, k, is_warm = vectors[int(wanted[ROW_OF_FORCES])], int(wanted[CONTACTS]), wanted[IS_WARM] != 0.0
     if wanted[AHEAD_OF_IT] != 0.0:
@@ -72,7 +74,7 @@ def solve_one(problem: Cones, ahead: Cones, vectors: RealRows, wanted: Reals) ->
 
 
 @kernel
-def solve_cones(cones: Cones, k: int, x: np.ndarray, is_warm: bool) -> bool:
+def solve_cones(cones: ConeMemory, k: int, x: np.ndarray, is_warm: bool) -> bool:
     """Write the forces of k contacts, from those in x where that is wanted; return whether there are some."""
     n, all_free, longest, largest, least = 3 * k, True, 0.0, 0.0, 0.0
     for i in range(k):
@@ -138,7 +140,7 @@ def _largest_of_block(G: np.ndarray, at: int) -> float:
 
 
 @kernel
-def residual(cones: Cones, k: int, x: np.ndarray) -> float:
+def residual(cones: ConeMemory, k: int, x: np.ndarray) -> float:
     """Return how far forces are from a solution: the largest change that a projection makes, in their unit."""
     worst = 0.0
     for i in range(k):
@@ -150,7 +152,7 @@ def residual(cones: Cones, k: int, x: np.ndarray) -> float:
 
 
 @kernel
-def _step(cones: Cones, k: int, i: int, x: np.ndarray) -> None:
+def _step(cones: ConeMemory, k: int, i: int, x: np.ndarray) -> None:
     """Write the forces of a contact less a step along its rates."""
     for row in range(3 * i, 3 * i + 3):
         rate = cones.b[row]
@@ -160,7 +162,7 @@ def _step(cones: Cones, k: int, i: int, x: np.ndarray) -> None:
 
 
 @kernel
-def _project(cones: Cones, k: int, i: int, x: np.ndarray) -> None:
+def _project(cones: ConeMemory, k: int, i: int, x: np.ndarray) -> None:
     """Write the nearest force that a contact can have after a step: with the friction of its normal force then."""
     _step(cones, k, i, x)
     p, n = cones.lines[PROJECTED], 3 * i
@@ -177,7 +179,7 @@ def _project(cones: Cones, k: int, i: int, x: np.ndarray) -> None:
 
 
 @kernel
-def _newton(cones: Cones, k: int, x: np.ndarray, size: float) -> bool:
+def _newton(cones: ConeMemory, k: int, x: np.ndarray, size: float) -> bool:
     """Write the solution that Newton's method finds from near it, if it does."""
     n, tried = 3 * k, cones.lines[TRIED]
     copy(x[:n], tried[:n])
@@ -196,7 +198,7 @@ def _newton(cones: Cones, k: int, x: np.ndarray, size: float) -> bool:
 
 
 @kernel
-def _put_equations(cones: Cones, k: int, i: int) -> None:
+def _put_equations(cones: ConeMemory, k: int, i: int) -> None:
     """Write ``x - projected(x - r y)`` of a contact and its derivative."""
     G, dF, r, n = cones.G, cones.dF, cones.of_each[STEP, i], 3 * i
     x, p, value = cones.lines[TRIED], cones.lines[PROJECTED], cones.lines[F]
@@ -227,7 +229,7 @@ def _put_equations(cones: Cones, k: int, i: int) -> None:
 
 
 @kernel
-def _solve(cones: Cones, n: int) -> None:
+def _solve(cones: ConeMemory, n: int) -> None:
     """Replace F by the least solution of ``dF x = F``."""
     rank, _ = factor_least(
         cones.dF, cones.lines[F], n, DEPENDENT, cones.lines[ORDER], cones.lines[SHARES], cones.lines[ROW]

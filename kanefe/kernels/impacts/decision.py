@@ -16,7 +16,7 @@ from kanefe.kernels.impacts.cones import (
     IS_SOLVED,
     IS_WARM,
     ROW_OF_FORCES,
-    Cones,
+    ConeMemory,
     cones_of,
 )
 
@@ -103,7 +103,7 @@ class Decision(NamedTuple):
     ----------
     now, later : Moment
         At the event, and a little after it.
-    problem, ahead : Cones
+    problem, ahead : ConeMemory
         Of the forces then.
     flags : ndarray of int, shape (FLAGS, points)
     margins : ndarray, shape (points, 4)
@@ -120,8 +120,8 @@ class Decision(NamedTuple):
 
     now: Moment
     later: Moment
-    problem: Cones
-    ahead: Cones
+    problem: ConeMemory
+    ahead: ConeMemory
     flags: IntegerRows
     margins: RealRows
     speeds: RealRows

@@ -11,7 +11,7 @@ from kanefe.kernels.algebra.vectors import Numbers, copy, matrix, plus, rotated_
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.falling import steady_coefficient
 from kanefe.kernels.contact.rigid_points import HAS_FRICTION, MET, OF_POINT
-from kanefe.kernels.impacts.cones import LEAST, MU, Cones, is_given, largest_of
+from kanefe.kernels.impacts.cones import LEAST, MU, ConeMemory, is_given, largest_of
 from kanefe.kernels.impacts.decision import (
     ACCELERATIONS,
     ACTIVE,
@@ -122,7 +122,7 @@ def _put_found(decision: Decision, count: int, k: int) -> None:
 
 
 @inlined
-def _is_at_limit(cones: Cones, a: int, x: np.ndarray, biggest: float) -> bool:
+def _is_at_limit(cones: ConeMemory, a: int, x: np.ndarray, biggest: float) -> bool:
     """Return whether a contact sticks by all that its friction can hold."""
     normal = x[3 * a]
     is_full = np.hypot(x[3 * a + 1], x[3 * a + 2]) >= HOLDS * cones.of_each[MU, a] * normal
@@ -130,7 +130,7 @@ def _is_at_limit(cones: Cones, a: int, x: np.ndarray, biggest: float) -> bool:
 
 
 @kernel
-def _find_slipping(cones: Cones, k: int, x: np.ndarray, decision: Decision) -> bool:
+def _find_slipping(cones: ConeMemory, k: int, x: np.ndarray, decision: Decision) -> bool:
     """Write which contacts should stick and do not, and along what their accelerations are; return if there are any."""
     flags, directions = decision.flags, decision.directions
     n, biggest, found = 3 * k, largest_of(x, 3 * k), False
