@@ -20,7 +20,7 @@ class ConeMemory(NamedTuple):
     Attributes
     ----------
     G, b : ndarray
-        See `kanefe.contact.rigid.cone.ConeMemory`; the first k contacts count.
+        See `kanefe.contact.rigid.cone.Cones`; the first k contacts count.
     of_each : ndarray, shape (3, k)
         Friction, least normal force, and by what the rates of each contact are multiplied.
     slips : ndarray, shape (k, 3)

@@ -71,6 +71,8 @@ BEGIN, FIRST, AFTER, PROJECTED, CLOSED, NEXT = 0, -1, -2, -3, -4, -5
 # By which the first step may grow, which is a guess far on the safe side: as in CVODE (Hindmarsh et al., ACM Trans.
 # Math. Software 31 (2005) 363-396)
 LARGEST_GROWTH = 1e4
+# Error, relative to the tolerance, below which it is round-off: a first step must not depend on units
+ROUND_OFF = 1e-10
 # Share of the usual pivot below which a step that falls to a tenth creeps up to a singular position
 SINGULAR = 1e-3
 # Share of the usual step below which a mechanism is held for good: at a dead centre its speeds grow without bound
@@ -199,7 +201,7 @@ def advance_explicitly(integers: np.ndarray, reals: np.ndarray, vectors: np.ndar
                 clip(integers, reals, reals[NEXT_STEP])
                 return _stage(integers, reals, vectors, table, 1)
             most = LARGEST_GROWTH if integers[IS_GUESS] else 5.0
-            grown = reals[STEP] * min(most, 0.9 * max(error, 1e-40) ** (-1.0 / integers[ORDER]))
+            grown = reals[STEP] * min(most, 0.9 * max(error, ROUND_OFF) ** (-1.0 / integers[ORDER]))
             if reals[TOO_LONG] > 0.0:  # where errors grow faster than their order says, that length would come again
                 grown = min(grown, np.sqrt(reals[STEP] * reals[TOO_LONG]))
             integers[IS_GUESS], reals[TOO_LONG] = 0, 0.0
