@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.kernels.compiler.arrays import Filler, IntegerRows, Integers, Prepared, RealBlocks, RealRows, Reals
+from kanefe.kernels.impacts.contact_questions import ASKED
 from kanefe.kernels.sweeps.drives import Drives
 
 SHARES = np.arange(1, 5) / 4.0
@@ -133,7 +134,7 @@ NOT_CALLED = Prepared(0, np.zeros(1, dtype=np.int64), np.zeros(1))
 """Takes the place of a call that a run does not make."""
 
 NO_CONTACTS = ContactCalls(
-    *(NOT_CALLED, np.zeros(1), np.zeros((0, 2)), NOT_CALLED, np.zeros(0)),
+    *(NOT_CALLED, np.zeros(ASKED), np.zeros((0, 2)), NOT_CALLED, np.zeros(0)),
     *(np.zeros((0, 0, 3)), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))),
 )
 """Those of a scene without rigid contacts."""
