@@ -17,8 +17,8 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.fatigue.curve import SNCurve
-from kanefe.fatigue.miner import law_of
 from kanefe.fatigue.mean_stress import MeanStress
+from kanefe.fatigue.miner import law_of
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.skin import skin
 from kanefe.kernels.fatigue.cycle_damage import (
