@@ -307,8 +307,8 @@ class Result(Reader):
         from kanefe.storage._pandas import frame_of
 
         found = channels_of(self, channels)
-        columns = {name: values for c in found for name, values in zip(c.columns, c.values.T, strict=True)}
-        units = {name: unit for c in found for name, unit in zip(c.columns, c.units, strict=True)}
+        columns: dict[str, Any] = {name: values for channel in found for name, _, values in channel.each()}
+        units = {name: unit for channel in found for name, unit, _ in channel.each()}
         return frame_of({"time": self.times} | columns, "time", units)
 
     @checked("channels")
@@ -326,7 +326,7 @@ class Result(Reader):
         variables = {
             name: ("time", values.copy(), {"units": unit})
             for channel in channels_of(self, channels)
-            for name, unit, values in zip(channel.columns, channel.units, channel.values.T, strict=True)
+            for name, unit, values in channel.each()
         }
         about = {"kanefe": __version__, "status": str(self.status)}
         return data_set_of(variables, {"time": ("time", self.times.copy(), {"units": "s"})}, about)

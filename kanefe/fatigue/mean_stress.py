@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
@@ -11,11 +12,14 @@ from kanefe.kernels.fatigue.cycle_damage import GERBER, GOODMAN, WALKER
 
 
 class MeanStress:
-    """A correction for mean stress: `Goodman`, `Gerber` or `Walker`."""
+    """A correction for mean stress: `Goodman`, `Gerber` or `Walker`, which have one parameter each."""
+
+    _correction: ClassVar[int]
 
     def numbers(self) -> tuple[int, float]:
         """Return which correction it is in kernels, and its parameter."""
-        raise NotImplementedError
+        (parameter,) = vars(self).values()
+        return self._correction, parameter
 
 
 @checked
@@ -29,14 +33,12 @@ class Goodman(MeanStress):
         Ultimate tensile strength, Pa. (With the yield strength it is Soderberg's correction.)
     """
 
+    _correction: ClassVar[int] = GOODMAN
+
     ultimate: float
 
     def __post_init__(self) -> None:
         _check_strength(self.ultimate)
-
-    def numbers(self) -> tuple[int, float]:
-        """Return which correction it is in kernels, and its parameter."""
-        return GOODMAN, self.ultimate
 
 
 @checked
@@ -50,14 +52,12 @@ class Gerber(MeanStress):
         Ultimate tensile strength, Pa.
     """
 
+    _correction: ClassVar[int] = GERBER
+
     ultimate: float
 
     def __post_init__(self) -> None:
         _check_strength(self.ultimate)
-
-    def numbers(self) -> tuple[int, float]:
-        """Return which correction it is in kernels, and its parameter."""
-        return GERBER, self.ultimate
 
 
 @checked
@@ -71,15 +71,13 @@ class Walker(MeanStress):
         Between 0 and 1; 1: mean stress has no influence.
     """
 
+    _correction: ClassVar[int] = WALKER
+
     gamma: float = 0.5
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.gamma <= 1.0:
             raise ModelError(f"gamma of Walker's correction is between 0 and 1, not {self.gamma:g}")
-
-    def numbers(self) -> tuple[int, float]:
-        """Return which correction it is in kernels, and its parameter."""
-        return WALKER, self.gamma
 
 
 def _check_strength(ultimate: float) -> None:

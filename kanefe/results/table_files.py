@@ -23,11 +23,7 @@ def write_csv(times: np.ndarray, channels: Sequence[Channel], path: str | Path) 
     """Write times and channels as text, a line for each time; numbers have all digits."""
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    names = [
-        f"{column} [{unit}]"
-        for channel in channels
-        for column, unit in zip(channel.columns, channel.units, strict=True)
-    ]
+    names = [f"{name} [{unit}]" for channel in channels for name, unit, _ in channel.each()]
     writer.writerow(["time [s]", *names])
     writer.writerows(np.column_stack([times, *(channel.values for channel in channels)]).tolist())
     return _written(path, ".csv", text.getvalue().encode())

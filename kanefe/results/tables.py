@@ -42,6 +42,10 @@ class Channel(NamedTuple):
         """Names of the columns."""
         return tuple(f"{self.name} {label}" for label in self.labels) or (self.name,)
 
+    def each(self) -> Iterator[tuple[str, str, np.ndarray]]:
+        """Yield name, unit and values (T,) of each column."""
+        yield from zip(self.columns, self.units, self.values.T, strict=True)
+
 
 def channels_of(run: QuantityReader, named: Named | None) -> list[Channel]:
     """Return the requested channels; None: coordinates and speeds of joints, and of the modes of flexible bodies.
