@@ -141,6 +141,17 @@ def rotation_matrix(e: Vector) -> Matrix:
     )
 
 
+def rotation_matrices(e: Matrix) -> np.ndarray:
+    """Return A_ab of many Euler parameters (T, 4), shape (T, 3, 3): see `rotation_matrix`."""
+    e0, e1, e2, e3 = (np.asarray(e, dtype=float) / np.linalg.norm(e, axis=1)[:, None]).T
+    rows = (
+        (e0 * e0 + e1 * e1 - 0.5, e1 * e2 - e0 * e3, e1 * e3 + e0 * e2),
+        (e1 * e2 + e0 * e3, e0 * e0 + e2 * e2 - 0.5, e2 * e3 - e0 * e1),
+        (e1 * e3 - e0 * e2, e2 * e3 + e0 * e1, e0 * e0 + e3 * e3 - 0.5),
+    )
+    return np.ascontiguousarray(2.0 * np.moveaxis(np.array(rows), 2, 0))
+
+
 def euler_parameters_from_matrix(A: Matrix) -> Vector:
     """Return unit Euler parameters of A_ab with e0 >= 0 where e0 is not tiny (inverse of Eq. 6), shape (4,).
 

@@ -251,12 +251,14 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         """
         from kanefe.integrate.options import RunOptions
         from kanefe.integrate.run import run
-        from kanefe.integrate.run_checks.energy_check import accounted
+        from kanefe.integrate.run_checks.energy_check import account
         from kanefe.result import Result
 
         asked = RunOptions(t_span=t_span, **options)
         model = self.freeze(asked.span[0], start)
-        return Result(model, accounted(model, run(model, asked, _poles_in_words)))
+        done = run(model, asked, _poles_in_words)
+        account(model, done)
+        return Result(model, done)
 
     @checked("method")
     def start(

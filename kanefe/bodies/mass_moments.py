@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from kanefe.frames import axial, cross, skew
+from kanefe.frames import axial, skew
 from kanefe.storage.scipy_later import sp
 
 
@@ -156,48 +156,6 @@ class MassMoments:
         if self.quadratic_first is not None and self.quadratic_second is not None:
             add_quadratic_terms(self.quadratic_first, self.quadratic_second, eta, deta, w, mass, bias)
         return mass, bias
-
-    def wrenches(
-        self,
-        eta: np.ndarray,
-        deta: np.ndarray,
-        ddeta: np.ndarray,
-        w: np.ndarray,
-        a: np.ndarray,
-        alpha: np.ndarray,
-    ) -> np.ndarray:
-        """Return the force and the moment about the origin of G that the motion needs at many states, (T, 6).
-
-        ``int rho (1, r x) (a + alpha x r + w x (w x r) + 2 w x r' + r'')``, the first six rows of `terms`.
-
-        Parameters
-        ----------
-        eta, deta, ddeta : ndarray, shape (T, K)
-            Coordinates, their rates and accelerations.
-        w, a, alpha : ndarray, shape (T, 3)
-            Angular velocity of G, acceleration of its origin (less gravity) and angular acceleration, components of G.
-        """
-        by_state = np.tensordot(eta, self.shape_product, axes=(1, 3)).transpose(0, 2, 1, 3)  # (M_ba eta)_i
-        G, N = self.quadratic_first, self.quadratic_second
-
-        def along(x: np.ndarray) -> np.ndarray:  # int rho r_a (Psi x)_b
-            return np.asarray((self.shape_second @ x.T).transpose(2, 0, 1) + np.einsum("tabi,ti->tab", by_state, x))
-
-        c, dc, ddc = self.first_moments(eta), deta @ self.shape_first.T, ddeta @ self.shape_first.T
-        B = self.second + (self.shape_second @ eta.T).transpose(2, 1, 0) + along(eta)
-        if G is not None and N is not None:
-            by_state = by_state + np.tensordot(eta, N, axes=(1, 2))
-            half = 0.5 * np.einsum("abij,ti,tj->tab", N, eta, eta)
-            B = B + half + half.transpose(0, 2, 1)
-            dc = dc + np.einsum("aij,ti,tj->ta", G, eta, deta)
-            ddc = ddc + np.einsum("aij,ti,tj->ta", G, eta, ddeta) + np.einsum("aij,ti,tj->ta", G, deta, deta)
-        W = np.stack([skew(x) for x in w])
-        turn = np.stack([skew(x) for x in alpha]) + W @ W
-        products = B @ turn.transpose(0, 2, 1) + 2.0 * along(deta) @ W.transpose(0, 2, 1) + along(ddeta)
-        if N is not None:
-            products = products + np.einsum("abij,ti,tj->tab", N, deta, deta)
-        force = float(self.mass) * a + (turn @ c[:, :, None])[..., 0] + 2.0 * cross(w, dc) + ddc
-        return np.hstack((force, cross(c, a) + axial(products.transpose(1, 2, 0)).T))
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return the moments by name, for a file."""

@@ -83,8 +83,8 @@ class Contact(ContactData):
         if law is None:
             return after
         for i, touch in enumerate(self.touches(ends, states)):
-            share, lever = self.probes[i][1].share, self.probes[i][1].lever
-            k, at = law.anchor(share, max(touch.normal_force, 1e-300))[0], self.begins + self.each * i
+            lever = self.probes[i][1].lever
+            k, at = law.anchor(touch.share, max(touch.normal_force, 1e-300))[0], self.begins + self.each * i
             after[at : at + 3] = ends[0].A.T @ touch.tangential / k if k > 0.0 else 0.0  # without a spring none is bent
             if law.has_memory:
                 after[at + 3] = float(touch.depth > 0.0)
@@ -98,34 +98,17 @@ class Contact(ContactData):
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return what `columns` say of force, depth, slip, place, work of friction and status."""
-        touches = self.touches(ends, states)
-        pressed = [touch for touch in touches if touch.depth > 0.0]
-        tangential = -sum((touch.tangential for touch in pressed), np.zeros(3))
-        force = sum((touch.normal_force * touch.normal for touch in pressed), np.zeros(3))
-        status = OPEN
-        if pressed:
-            status = SLIPS if self.friction is None or max(touch.slip_margin for touch in pressed) > 0.0 else STICKS
-        slid = (0.0, 0.0) if self.friction is None else (states[0], states[1])
-        depth = max(touch.depth for touch in touches)
-        normal = sum(touch.normal_force for touch in pressed)
-        if normal > 0.0:
-            point = sum((touch.normal_force * touch.point for touch in pressed), np.zeros(3)) / normal
-        else:
-            point = max(touches, key=lambda touch: touch.depth).point
-        return np.array(
-            (*(force + tangential), normal, np.linalg.norm(tangential), depth, slid[0], *point, slid[1], status)
-        )
+        return np.array(InPython(self, ends, states).outputs())
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
         """Return stiffness and damping of closed and of sticking points: anchors stretch as its ends move."""
         rows, stiffness, damping = [], [], []
-        for i, touch in enumerate(self.touches(ends, states)):
+        for touch in self.touches(ends, states):
             if touch.depth <= 0.0:
                 continue
-            probe, law = self.probes[i][1], self.normal
-            directions = [(touch.normal, law.slope(touch.depth, probe.share), 0.0)]
+            directions = [(touch.normal, self.normal.slope(touch.depth, touch.share), 0.0)]
             if self.friction is not None and touch.slip_margin <= 0.0:
-                k, c = self.friction.anchor(probe.share, touch.normal_force)
+                k, c = self.friction.anchor(touch.share, touch.normal_force)
                 directions += [(along, k, c) for along in across(touch.normal)]
             for along, k, c in directions:
                 row = np.zeros((len(ends), 6))

@@ -62,7 +62,7 @@ def _placed(contact: ContactData, ends: Sequence[End], states: Vector) -> Iterat
             axes[0] = first / np.linalg.norm(first)
             axes[1], shares = cross(n, axes[0]), np.array(law.coefficients)
             holds = slides = 1.0
-        k, c = law.anchor(probe.share, touch.normal_force)
+        k, c = law.anchor(touch.share, touch.normal_force)
         at, turning = contact.begins + contact.each * i, contact.turning(i).start
         rows = _slides(axes, touch.point, touch.end, ends)
         slip = axes @ touch.along

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -10,9 +10,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from kanefe.frames import Vector
-from kanefe.kernels.contact.contact_places import POINTS, ContactNumbers, PointNumbers
+from kanefe.kernels.contact.contact_forces import contact, contact_change, contact_watch
+from kanefe.kernels.contact.contact_outputs import contact_outputs, contact_point_outputs
+from kanefe.kernels.contact.contact_places import POINT_NUMBERS, POINTS, ContactNumbers, PointNumbers
+from kanefe.kernels.contact.detection import located, met_by
 from kanefe.kernels.force_elements.blocks import flat
-from kanefe.loads.action import End
 from kanefe.loads.base import Load
 
 if TYPE_CHECKING:
@@ -25,12 +27,23 @@ LARGE_PATH = 100.0
 """Slid path, in multiples of the largest anchor stretch, that counts as large."""
 
 
+class ContactFunctions(NamedTuple):
+    """Kernels of a contact: forces, event values, what events change, and outputs, as a whole and of each point."""
+
+    force: Callable[..., None]
+    watch: Callable[..., None]
+    change: Callable[..., None]
+    outputs: Callable[..., None]
+    point_outputs: Callable[..., None]
+
+
 class Met(NamedTuple):
-    """A point of a contact at a state: depth (m), normal and place in N."""
+    """A point of a contact at a state: depth (m), normal and place in N, and its share of the stiffness."""
 
     depth: float
     normal: tuple[float, ...]
     point: tuple[float, ...]
+    share: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,9 +199,23 @@ class ContactData(Load):
     def __getstate__(self) -> dict[str, Any]:
         return {field.name: getattr(self, field.name) for field in fields(self)}
 
-    def found(self, ends: Sequence[End]) -> Met | None:
-        """Return where its only point touches, where that was not found by compiled code."""
-        return None
+    @property
+    def surface_numbers(self) -> Vector:
+        """What compiled code is given of the shape: its kind and numbers."""
+        return np.append(float(self.shape.kind), self.shape.numbers)
+
+    def met(self, ends: list[Any]) -> list[Met]:
+        """Return where its points are to the surface, from the numbers of the ends."""
+        boxes, points = met_by(self.listed, ends), []
+        for i, (_, probe) in enumerate(self.probes):
+            depth, normal, point = located(self.listed, POINTS + POINT_NUMBERS * i, ends, boxes)
+            points.append(Met(depth, normal, point, probe.share))
+        return points
+
+    @property
+    def functions(self) -> ContactFunctions:
+        """Its kernels."""
+        return ContactFunctions(contact, contact_watch, contact_change, contact_outputs, contact_point_outputs)
 
 
 def contact_numbers(contact: ContactData) -> Vector:
@@ -209,7 +236,7 @@ def contact_numbers(contact: ContactData) -> Vector:
     head = ContactNumbers(
         points=len(points),
         ends=len(contact.ends),
-        shape=put(np.append(float(contact.shape.kind), contact.shape.numbers)),
+        shape=put(contact.surface_numbers),
         rests_at=rests_at,
         softness=0.0 if rest is None else rest.softness,
         belt=contact.belt,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,10 +11,8 @@ from kanefe.contact.contact_data import ContactData, Met
 from kanefe.contact.touching_point import Touch
 from kanefe.frames import Vector
 from kanefe.kernels.contact import contact_forces as kernels
-from kanefe.kernels.contact.contact_places import POINT_NUMBERS, POINTS
-from kanefe.kernels.contact.detection import located, met_by
+from kanefe.kernels.contact import contact_outputs
 from kanefe.kernels.force_elements.bushing import nine
-from kanefe.kernels.force_elements.coordinate_stop import impact_damping
 from kanefe.kernels.force_elements.places import WRENCH, WRENCHES, A
 from kanefe.loads.action import Action, End, LoadKernel
 from kanefe.loads.by_kernel import numbers_of
@@ -23,8 +21,8 @@ from kanefe.loads.by_kernel import numbers_of
 def kernel_of(contact: ContactData) -> LoadKernel:
     """Return the compiled functions of a contact, with its numbers."""
     changes = contact.normal.has_impact or (contact.friction is not None and contact.friction.has_memory)
-    change = kernels.contact_change if changes else None
-    return LoadKernel(kernels.contact, contact.numbers, kernels.contact, kernels.contact_watch, change)
+    of = contact.functions
+    return LoadKernel(of.force, contact.numbers, of.force, of.watch, of.change if changes else None, of.outputs)
 
 
 class InPython:
@@ -43,22 +41,13 @@ class InPython:
         self._ends = numbers_of(ends)
         self._states = np.asarray(states).tolist()
         self._axes = nine(self._ends, A)
-
-    def _met(self) -> Iterator[tuple[int, Met]]:
-        """Yield the points with their numbers, as they are found, or as they were found before."""
-        found = self.contact.found(self.ends)
-        if found is not None:
-            yield 0, found
-            return
-        met = met_by(self._numbers, self._ends)
-        for i in range(len(self.contact.probes)):
-            yield i, Met(*located(self._numbers, POINTS + POINT_NUMBERS * i, self._ends, met))
+        self._met = contact.met(self._ends)
 
     def action(self) -> Action:
         """Return the forces on the surface and on what touches it (Eq. 11)."""
         last = WRENCHES + WRENCH * len(self.ends)
         out: list[Any] = [0.0] * (last + len(self._states))
-        for i, met in self._met():
+        for i, met in enumerate(self._met):
             kernels.put_point(self._numbers, i, *met, self._axes, self._ends, self._states, out)
         potential, taken, given = out[:WRENCHES]
         wrenches = np.array(out[WRENCHES:last]).reshape(-1, WRENCH)
@@ -69,46 +58,45 @@ class InPython:
         points = len(self.contact.probes) if self.contact.reports_points else 0
         out: list[Any] = [0.0] * (self.contact.events_of_each * (1 + points))
         seen = kernels.nothing_seen()
-        for i, met in self._met():
+        for i, met in enumerate(self._met):
             seen = kernels.watched(self._numbers, i, *met, self._axes, self._ends, self._states, out, seen)
         kernels.put_seen(self._numbers, seen, out)
         return out
 
-    def changed(self, event: int) -> Vector:
-        """Return the states after an event of a contact of one point that is found in Python.
+    def outputs(self) -> list[float]:
+        """Return what the columns of the contact name."""
+        out: list[Any] = [0.0] * len(self.contact.columns)
+        seen = contact_outputs.nothing_told()
+        for i, met in enumerate(self._met):
+            seen = contact_outputs.with_point(self._numbers, i, *met, self._axes, self._ends, self._states, seen)
+        contact_outputs.put_told(self._numbers, self._states, seen, out)
+        return out
 
-        Of others see `kanefe.kernels.contact.contact_forces.contact_change`.
-        """
-        after, contact, ((i, met),) = np.array(self._states), self.contact, self._met()
-        if event == kernels.TOUCHES:
-            _, speed = kernels.struck(self._numbers, i, *met, self._ends, -np.inf, 0.0)
-            law = contact.normal
-            after[contact.impact_state] = impact_damping(law.impact_number, law.least_speed, speed)
-            return after
-        to = float(event == kernels.STICKS)
-        if kernels.way_past(self._numbers, i, *met, self._axes, self._ends, self._states, to)[0] > -np.inf:
-            after[contact.begins + 3] = to
-        return after
+    def point_outputs(self) -> list[float]:
+        """Return the outputs of each point, one after the other."""
+        out: list[Any] = [0.0] * (contact_outputs.POINT_OUTPUTS * len(self.contact.probes))
+        for i, met in enumerate(self._met):
+            contact_outputs.tell_point(self._numbers, i, *met, self._axes, self._ends, self._states, out)
+        return out
 
     def touches(self) -> list[Touch]:
         """Return what each point does."""
-        return [self._touch(i, met) for i, met in self._met()]
+        return [self._touch(i, met) for i, met in enumerate(self._met)]
 
     def _touch(self, i: int, met: Met) -> Touch:
         contact, number = self.contact, self.contact.probes[i][0]
         given = self._numbers, i, *met, self._axes, self._ends, self._states
         place, normal = np.array(met.point), np.array(met.normal)
-        if met.depth <= 0.0 and (contact.rest is None or contact.rest.softness == 0.0):
+        if met.share <= 0.0 or (met.depth <= 0.0 and (contact.rest is None or contact.rest.softness == 0.0)):
             at = contact.begins + contact.each * i
             stretch = self._states[at : at + 3] if contact.friction is not None and contact.rest is None else (0, 0, 0)
-            return Touch(met.depth, number, place, normal, stretch=self.ends[0].A @ stretch)
+            return Touch(met.depth, number, place, normal, stretch=self.ends[0].A @ stretch, share=met.share)
         _, along, _, _, pressed, (w, tangential, w_rate, _, _, beyond) = kernels.touching(*given)
         moment = np.zeros(3)
         if contact.friction is not None and contact.friction.turning_states:
             out: list[Any] = [0.0] * (WRENCHES + WRENCH * len(self.ends) + len(self._states))
-            moment = -np.array(
-                kernels.turned(self._numbers, i, met.normal, self._axes, self._ends, pressed[0], self._states, out)
-            )
-        found = Touch(met.depth, number, place, normal, pressed[0], slip_margin=beyond, moment=moment)
+            where = self._numbers, i, met.normal, met.share, self._axes, self._ends
+            moment = -np.array(kernels.turned(*where, pressed[0], self._states, out))
+        found = Touch(met.depth, number, place, normal, pressed[0], slip_margin=beyond, moment=moment, share=met.share)
         slides, friction, stretch, stretch_rate = (np.array(x) for x in (along, tangential, w, w_rate))
         return found._replace(along=slides, tangential=friction, stretch=stretch, stretch_rate=stretch_rate)

@@ -8,7 +8,6 @@ from functools import partial
 from kanefe.contact.contact_data import ContactData
 from kanefe.contact.contact_evaluation import InPython
 from kanefe.frames import Vector
-from kanefe.kernels.contact.contact_forces import contact_change
 from kanefe.loads.action import End
 from kanefe.loads.base import LoadEvent
 from kanefe.loads.by_kernel import ActionByKernel
@@ -56,13 +55,7 @@ class Watched:
         )
 
     def _action(self, k: int) -> Callable[[float, Sequence[End], Vector], Vector]:
-        if self.contact.kernel is None:  # where it touches is found in Python
-            return partial(self.changed, k)
-        return ActionByKernel(self.contact, contact_change, k)
-
-    def changed(self, k: int, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        """Return the states after an event: see `kanefe.kernels.contact.contact_forces.contact_change`."""
-        return InPython(self.contact, ends, states).changed(k)
+        return ActionByKernel(self.contact, self.contact.functions[2], k)
 
     def value(self, k: int, t: float, ends: Sequence[End], states: Vector) -> float:
         """Return an event value: see `kanefe.kernels.contact.contact_forces.watched`."""

@@ -1,69 +1,74 @@
-"""Contacts of convex shapes on each other, by the deepest place of both, which a library finds."""
+"""Contacts of convex shapes on each other, at the places of a patch that are found at each state."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from kanefe.contact.contact import Contact
-from kanefe.contact.contact_data import Met
-from kanefe.contact.geometry._coal import check_library, nearest
+from kanefe.contact.contact_data import ContactFunctions, Met
+from kanefe.contact.convex_numbers import convex_numbers, slots_of
 from kanefe.contact.geometry.convex import Convex
 from kanefe.contact.geometry.shape import Probe, SurfaceShape
-from kanefe.contact.shapes import Box, Capsule, Cylinder, Sphere
-from kanefe.loads.action import End, LoadKernel
+from kanefe.contact.shapes import Box, Capsule, Cylinder
+from kanefe.frames import Vector
+from kanefe.kernels.compiler.local_numbers import local_numbers
+from kanefe.kernels.contact.convex_forces import convex_change, convex_contact, convex_watch, meet, slot
+from kanefe.kernels.contact.convex_outputs import convex_outputs, convex_point_outputs
+from kanefe.kernels.contact.convex_shapes import SIZE
 
 if TYPE_CHECKING:
     from kanefe.contact.wanted_contact import WantedContact
-    from kanefe.loads.reach import LoadReach
+
+PAIR = 9.0
+"""Kind of what the numbers of two shapes stand for, behind those of `kanefe.kernels.contact.contact_shapes`."""
 
 
 @dataclass(frozen=True, eq=False)
 class ConvexContact(Contact):
-    """A contact of two convex shapes at one place: see `Contact`. It is evaluated from Python, on both routes.
+    """A contact of two convex shapes: see `Contact`, and `kanefe.kernels.contact.convex_patch` for its points.
 
     Attributes
     ----------
     touching : SurfaceShape
-        That of the only probe.
+        That of the probes.
     """
 
     touching: Any = None
 
     @classmethod
     def of(cls, wanted: WantedContact) -> Self | None:
-        """Return the contact that a scene wants, if a library has to find where it touches."""
+        """Return the contact that a scene wants, if it is one of two convex shapes."""
         return None if wanted.convex is None else cls.made(wanted, touching=wanted.convex)
 
-    def found(self, ends: Sequence[End]) -> Met:
-        """Return where its only point touches, found by a library."""
-        surface, end = ends[0], ends[self.probes[0][0]]
-        A = surface.A
-        gap, normal, point = nearest(self.touching, A.T @ end.A, A.T @ (end.p - surface.p), self.shape)
-        return Met(-gap, tuple((A @ normal).tolist()), tuple((surface.p + A @ point).tolist()))
+    @property
+    def surface_numbers(self) -> Vector:
+        """The numbers of both shapes, behind where those of the touched one begin."""
+        own = convex_numbers(self.touching)
+        return np.concatenate(((PAIR, 2.0 + len(own)), own, convex_numbers(self.shape)))
 
     @property
-    def reach(self) -> LoadReach | None:
-        """The library tests bounds itself."""
-        return None
+    def functions(self) -> ContactFunctions:
+        """Its kernels."""
+        return ContactFunctions(convex_contact, convex_watch, convex_change, convex_outputs, convex_point_outputs)
 
-    @property
-    def kernel(self) -> LoadKernel | None:
-        """None: no compiled code calls the library."""
-        return None
+    def met(self, ends: list[Any]) -> list[Met]:
+        """Return where its points are, from the numbers of the ends."""
+        slots = local_numbers()
+        found = meet(self.listed, ends, slots, slots, slots)
+        return [Met(*slot(i, ends, found, slots, slots, slots)) for i in range(len(self.probes))]
 
 
 def are_convex(*shapes: SurfaceShape) -> bool:
-    """Return whether a library knows how shapes are to each other."""
-    known = (Sphere, Box, Capsule, Cylinder, Convex)
+    """Return whether it is known how shapes are to each other."""
+    known = (Box, Capsule, Cylinder, Convex)
     return all(isinstance(shape, known) and not getattr(shape, "inside", False) for shape in shapes)
 
 
-def convex_probe(one: SurfaceShape, other: SurfaceShape, label: str) -> Probe:
-    """Return what stands for a convex shape on another; a MissingDependency names the library where there is none."""
-    check_library(f"{label}, of a {one.title} on a {other.title},")
-    radius = one.radius if isinstance(one, (Sphere, Capsule)) else 0.0
-    return Probe(np.zeros(3), radius)
+def convex_probes(one: SurfaceShape, other: SurfaceShape, label: str) -> tuple[Probe, ...]:
+    """Return what stands for the places at which a convex shape touches another; each may be anywhere on it."""
+    count, extent = slots_of(one, other, label), np.array((float(convex_numbers(one)[SIZE]), 0.0, 0.0))
+    radius = one.radius if isinstance(one, Capsule) else 0.0
+    return tuple(Probe(np.zeros(3), radius, 1.0 / count, -1.0 - i, extent) for i in range(count))

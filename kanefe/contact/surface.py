@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from kanefe.contact.box_pair import box_probes
-from kanefe.contact.convex_contact import are_convex, convex_probe
+from kanefe.contact.convex_contact import are_convex, convex_probes
 from kanefe.contact.geometry.convex import Convex
 from kanefe.contact.shapes import Box, Capsule, Cylinder, HeightField, Mesh, Plane, Points, Sphere, Torus
 from kanefe.errors import ModelError
@@ -84,21 +84,19 @@ def spacing_on(one: SurfaceShape, other: SurfaceShape) -> float:
 
 
 def paired(a: Surface, b: Surface, label: str) -> tuple[Surface, Surface, tuple[Probe, ...]]:
-    """Return which of two surfaces touches, which is touched, and by what; a pair of convex ones by one deepest place.
+    """Return which of two surfaces touches, which is touched, and by what; a pair of convex ones by a patch.
 
     Raises
     ------
     ModelError
         If neither order is served; the message says which shapes are.
-    MissingDependency
-        If a library finds where they meet, which is not installed.
     """
     for one, other in ((a, b), (b, a)):
         probes = probes_on(one.shape, other.shape)
         if probes is not None:
             return one, other, probes
     if are_convex(a.shape, b.shape):
-        return a, b, (convex_probe(a.shape, b.shape, label),)
+        return a, b, convex_probes(a.shape, b.shape, label)
     raise ModelError(
         f"{label}: {a.shape.title} {a.name!r} and {b.shape.title} {b.name!r} do not touch by points that are known "
         "beforehand. Remedy: a plane, or points instead of one, shape.sampled(spacing), or two that are convex "

@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.frames import Vector, cross
-from kanefe.loads.action import End
+from kanefe.frames import Vector
 
 
 def along_surface(x: Vector, n: Vector) -> Vector:
@@ -38,6 +37,8 @@ class Touch(NamedTuple):
         Pull above what friction can take, N: it slips where this is above zero.
     moment : ndarray, shape (3,)
         Of friction against turning, on what touches, in N, N m.
+    share : float
+        Of the stiffness of the contact.
     """
 
     depth: float
@@ -51,8 +52,4 @@ class Touch(NamedTuple):
     stretch_rate: Vector = np.zeros(3)
     slip_margin: float = 0.0
     moment: Vector = np.zeros(3)
-
-
-def velocity_past(surface: End, end: End, point: Vector) -> Vector:
-    """Return the velocity of what touches at a point in N, seen from the surface there, m/s, in N."""
-    return end.v + cross(end.w, point - end.p) - surface.v - cross(surface.w, point - surface.p)
+    share: float = 1.0

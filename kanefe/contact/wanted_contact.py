@@ -25,7 +25,7 @@ class WantedContact(NamedTuple):
     probes : tuple of (int, Probe)
         Each with the number of its end.
     convex : SurfaceShape or None
-        What touches, where a library has to find the place.
+        What touches, of two convex shapes whose places of contact are found at each state.
     normal : NormalLaw or Rigid
     friction : FrictionLaw or None
     belt : ndarray, shape (3,)

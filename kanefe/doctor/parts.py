@@ -64,10 +64,6 @@ class Dependency:
     is_needed: bool = False
 
 
-COAL = ("coal", "coal") if sys.version_info >= (3, 12) else ("hppfcl", "hpp-fcl")
-"""Module and distribution of coal: its older name works with the numpy of Debian 12."""
-
-
 def _extra(name: str) -> str:
     return f"pip install 'kanefe[{name}]'"
 
@@ -100,7 +96,6 @@ PARTS = (
     Dependency("rainflow", "rainflow", "cycles of stress histories", _extra("fatigue")),
     Dependency("pyyeti", "pyyeti", "files of Nastran", _extra("nastran")),
     Dependency("mapdl_archive", "mapdl-archive", "nodes of Ansys", _extra("ansys")),
-    Dependency(*COAL, "contact of convex shapes", _extra("collision")),
     Dependency("yourdfpy", "yourdfpy", "robots of URDF files", _extra("robots")),
     Dependency("mujoco", "mujoco", "robots of MJCF files", _extra("robots")),
 )

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
@@ -11,6 +13,18 @@ from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
     from kanefe.equations.model import Model
+    from kanefe.tree.route import RunForces
+
+
+def forces_of(model: Model, t: float, y: Vector) -> RunForces:
+    """Return the forces of a state (q, u, z), as those of a run of one time."""
+    sweeps = model.route.sweeps(np.array((t,)), np.array(y, dtype=float)[None])
+    compiled = None if sweeps is None else sweeps.forces
+    if compiled is not None:
+        return compiled
+    from kanefe.kane.run_forces import LiteralForces
+
+    return LiteralForces(model, lambda: [model.route.acting(t, y, model.parts(model.rhs(t, y))[1])])
 
 
 class ForcesAt:
@@ -29,44 +43,26 @@ class ForcesAt:
         self._model, self._t, self._y = model, t, y
 
     @cached_property
-    def _acting(self) -> tuple[Any, Vector]:
-        model, t, y = self._model, self._t, self._y
-        return model.route.acting(t, y, model.parts(model.rhs(t, y))[1])
-
-    @cached_property
-    def _reactions(self) -> list[Vector]:
-        from kanefe.kane.reactions import joint_reactions
-
-        return joint_reactions(*self._acting)
-
-    @cached_property
-    def _driving(self) -> Vector:
-        from kanefe.kane.coupling import recovered_forces
-
-        return recovered_forces(*self._acting)[0]
-
-    @cached_property
-    def _loops(self) -> dict[str, Vector]:
-        from kanefe.kane.reactions import loop_forces
-
-        return loop_forces(self._acting[0])
+    def _forces(self) -> RunForces:
+        return forces_of(self._model, self._t, self._y)
 
     def joint_reaction(self, name: str) -> Vector:
         """Return force and moment of a body's joint on it, (6,)."""
-        return self._reactions[self._model.index(name)].copy()
+        return self._forces.reactions[0, self._model.index(name)].copy()
 
     def driving_force(self, name: str) -> Vector:
         """Return the forces on the driven coordinates of a body's joint, (driven,)."""
         body = self._model.bodies[self._model.index(name)]
         if not body.is_driven:
             raise ModelError(f"nothing drives the joint of {name!r}: it has no driving force")
-        return self._driving[body.speeds[list(body.driven)] - self._model.free_count]
+        return self._forces.driving[0, body.speeds[list(body.driven)] - self._model.free_count]
 
     def loop_force(self, name: str) -> Vector:
         """Return force and moment of a loop joint on its end b, (6,)."""
-        if name not in self._loops:
-            raise ModelError(f"the scene has no loop joint {name!r}. It has: {', '.join(self._loops) or 'none'}")
-        return self._loops[name].copy()
+        names = [constraint.name for constraint in self._model.constraints if constraint.b is not None]
+        if name not in names:
+            raise ModelError(f"the scene has no loop joint {name!r}. It has: {', '.join(names) or 'none'}")
+        return self._forces.loops[0, names.index(name)].copy()
 
     def rigid_contact(self, number: int) -> Vector:
         """Return the outputs of a rigid contact, by its number among the rigid contacts."""

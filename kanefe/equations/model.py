@@ -160,16 +160,18 @@ class Model(ModelData):
         About the origin of the body's frame, in its axes; motors and drives are included. They are computed only on
         request, for a controller or a sensor.
         """
-        from kanefe.kane.reactions import joint_reactions
+        from kanefe.equations.forces_at import forces_of
 
-        wrenches = joint_reactions(*self._acting(t, y))
+        self._check(y)
+        wrenches = forces_of(self, t, y).reactions[0]
         return {body.name: wrench for body, wrench in zip(self.bodies, wrenches, strict=True)}
 
     def driving_forces(self, t: float, y: Vector) -> dict[str, Vector]:
         """Return the forces (N) and torques (N m) on driven coordinates, by body, each (driven,)."""
-        from kanefe.kane.coupling import recovered_forces
+        from kanefe.equations.forces_at import forces_of
 
-        forces, _ = recovered_forces(*self._acting(t, y))
+        self._check(y)
+        forces = forces_of(self, t, y).driving[0]
         return {b.name: forces[b.speeds[list(b.driven)] - self.free_count] for b in self.bodies if b.is_driven}
 
     def kinematics(self, body: str, t: float, y: Vector, interface: str = "") -> FrameKinematics:
@@ -189,10 +191,6 @@ class Model(ModelData):
             frame = state.motion(number, at).turned(at.axes)
         V, W = (self.route.widened(wide[:, : seen.free_count]) for wide in (frame.V, frame.W))
         return FrameKinematics(frame.p_NoFo_N, frame.A_NF, frame.v, frame.w, V, W)
-
-    def _acting(self, t: float, y: Vector) -> tuple[State, Vector]:
-        """Return a literal state with the same motion and loads, and its accelerations."""
-        return self.route.acting(t, y, self.parts(self.rhs(t, y))[1])
 
     def _dense_state(self, t: float, y: Vector, what: str) -> State:
         from kanefe.kane.state import State

@@ -24,12 +24,23 @@ def route_of(model: ModelData) -> Route:
     return in_space if planar is None else PlanarRoute(in_space, planar)
 
 
-def functions_of_route(model: ModelData, has_jacobian: bool) -> list[CompiledFunction]:
-    """Return the compiled functions for the route of a scene and for its results; `has_jacobian`: with derivatives."""
+def functions_of_route(model: ModelData, has_jacobian: bool, has_directions: bool = False) -> list[CompiledFunction]:
+    """Return the compiled functions for the route of a scene and for its results.
+
+    `has_jacobian`: with derivatives; `has_directions`: with the directions in which loads between frames are stiff.
+    """
     from kanefe.order_n.needed import functions_of_scene
     from kanefe.order_n.route import obstacles_of
 
-    return [] if model.has_unreduced or obstacles_of(model) else functions_of_scene(model, has_jacobian)
+    return [] if model.has_unreduced or obstacles_of(model) else functions_of_scene(model, has_jacobian, has_directions)
+
+
+def directions_of_loads(model: ModelData) -> int:
+    """Return in how many directions loads between frames stiffen sweeps, 0: not in few of them, or there are none."""
+    from kanefe.order_n import stiff_directions
+    from kanefe.order_n.route import obstacles_of
+
+    return 0 if model.has_unreduced or obstacles_of(model) else stiff_directions.directions_of_loads(model)
 
 
 def starting_route(model: ModelData) -> Route:

@@ -1,4 +1,4 @@
-"""Outputs of a simulation as tables in C: the place of each in the state, or a component of the motion of a frame."""
+"""Outputs of a simulation as tables in C: the place of each in the state, in the motion of a frame, among forces."""
 
 from __future__ import annotations
 
@@ -7,13 +7,20 @@ import numpy as np
 from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.fmu import c_text as c
 from kanefe.fmu.image import NeedsPython
+from kanefe.kernels.contact.contact_outputs import POINT_OUTPUTS
 from kanefe.loads.controller import Reading
+from kanefe.order_n.load_outputs import LoadOutputs
+from kanefe.order_n.route import OrderN
 from kanefe.order_n.sweeps import Sweeps
 from kanefe.order_n.tables.frame_offsets import FrameOffset
+from kanefe.results.channels import output_function
+from kanefe.results.contact_points import in_columns
+from kanefe.stepping.outputs import Output
 from kanefe.stepping.simulation import Simulation
+from kanefe.tree.route import OutputFunction
 
 VECTORS = ("position", "rotation", "velocity", "angular_velocity", "acceleration", "angular_acceleration")
-KINDS = ("IN_STATE", "DRIVE", "DEFLECTION", *(what.upper() for what in VECTORS))
+KINDS = ("IN_STATE", "DRIVE", "DEFLECTION", "IN_FORCES", "IN_LOADS", *(what.upper() for what in VECTORS))
 
 TYPES = """
 typedef struct { int row; double axes[9], place[3]; } frame;
@@ -34,7 +41,9 @@ class OutputTables:
     ----------
     frames : list of FrameOffset
         Frames whose motion is needed.
-    has_accelerations : bool
+    has_accelerations, has_forces : bool
+    told : LoadOutputs or None
+        What tells the outputs of loads that are asked for.
 
     Raises
     ------
@@ -46,8 +55,12 @@ class OutputTables:
         self.sweeps, self._model = sweeps, sim.model
         self.frames: list[FrameOffset] = []
         self._numbers: dict[tuple[int, str], int] = {}
-        self.has_accelerations = False
-        self._rows = [self._row(output.name, output.reading) for output in sim.output_list]
+        self.has_accelerations = self.has_forces = False
+        self._route: OrderN = sim.model.route  # type: ignore[assignment]  # of a scene without Python
+        self.told = self._load_outputs(sim)
+        self._rows = [
+            self._force(output) if output.reading is None else self._row(output.reading) for output in sim.output_list
+        ]
 
     def lines(self) -> list[str]:
         """Return the lines of the tables."""
@@ -59,12 +72,44 @@ class OutputTables:
         found.append(f"static const output OUTPUTS[] = {{{', '.join(rows) or '{0}'}}};")
         return found
 
-    def _row(self, name: str, reading: Reading | None) -> tuple[int, int, int, int, int, float]:
-        if reading is None:
+    def _load_outputs(self, sim: Simulation) -> LoadOutputs | None:
+        """Return what tells all outputs of loads that are asked for."""
+        functions: dict[int, tuple[OutputFunction, int]] = {}
+        for output in sim.output_list:
+            what, of, _, _ = output.channel or ("", "", "", 0)
+            if what in ("load", "contact_points"):
+                number = next(i for i, load in enumerate(self._model.loads) if load.name == of)
+                found = output_function(self._model.loads[number], what)
+                if found is None:
+                    raise NeedsPython(
+                        f"the output {output.name!r} of a {self._model.loads[number].kind} is computed in Python. "
+                        "Remedy: motions, reactions, or outputs of contacts"
+                    )
+                if functions.setdefault(number, found) != found:
+                    raise NeedsPython(f"both 'load' and 'contact_points' of {of!r} are outputs. Remedy: one of them")
+        return LoadOutputs(self._route, functions) if functions else None
+
+    def _force(self, output: Output) -> tuple[int, int, int, int, int, float]:
+        """Return where a force is: the first place, and how many wrenches one after the other are added up."""
+        model, (what, of, interface, i) = self._model, output.channel or ("", "", "", 0)
+        if self.told is not None and what in ("load", "contact_points"):
+            number = next(n for n, load in enumerate(model.loads) if load.name == of)
+            at = self.told.columns[number].start
+            if what == "contact_points":
+                points = (self.told.columns[number].stop - at) // POINT_OUTPUTS
+                i = int(in_columns(np.arange(points * POINT_OUTPUTS).reshape(1, points, POINT_OUTPUTS))[0, i])
+            return KINDS.index("IN_LOADS"), at + i, 0, 0, 0, 0.0
+        self.has_forces = True
+        told = self._route.force_kernel.told
+        first, count = told.place(what, of, interface, i)
+        if any(number in told.undetermined for number in told.numbers_of_parts(of, interface)):
             raise NeedsPython(
-                f"the output {name!r} is a force, which is computed in Python. "
-                "Remedy: motions, joint or modal coordinates as outputs"
+                f"the output {output.name!r} is of interfaces that share forces in several ways, which is computed in "
+                "Python. Remedy: reactions, or interfaces with fewer fixed components"
             )
+        return KINDS.index("IN_FORCES"), first, 0, 0, count, 0.0
+
+    def _row(self, reading: Reading) -> tuple[int, int, int, int, int, float]:
         model, i = self._model, reading.component
         number = model.index(reading.body)
         body, n = model.bodies[number], model.coordinate_count

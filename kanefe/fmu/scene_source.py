@@ -12,9 +12,10 @@ from kanefe.fmu.image import CallPlaces, Image, NeedsPython
 from kanefe.fmu.output_tables import OutputTables
 from kanefe.integrate.methods.kernel_stepper import SMALLEST_STEP, KernelStepper
 from kanefe.kernels.compiler._numba import IS_COMPILED
+from kanefe.kernels.compiler.entries import Call
 from kanefe.kernels.evaluation.evaluation import AT_TIME
+from kanefe.kernels.events.watched_run import ACTS
 from kanefe.kernels.steppers import step_commands as stepping
-from kanefe.kernels.steppers.watched_run import ACTS
 from kanefe.kernels.sweeps.drives import PIECE_NUMBERS, Drives
 from kanefe.kernels.sweeps.outward import motion_memory_size, motions_of_rows
 from kanefe.loads.controller import INPUTS
@@ -74,8 +75,6 @@ def obstacle(sim: Simulation) -> str:
     if watch.watched is None:
         named = ", ".join(map(repr, list(sim.events)[:MOST_NAMED])) or "the end of a joint's range"
         return f"these events are looked for in Python: {named}. Remedy: leave them out"
-    if stepper.events_need_python:
-        return f"the method {stepper.name!r} begins anew in Python after events. Remedy: method='radau5', or 'dop853'"
     acting = [event.name for event, kind in zip(watch.events, watch.watched.kinds, strict=True) if kind >= ACTS]
     if acting:
         return (
@@ -120,6 +119,7 @@ class _Tables:
     def made(self) -> SceneSource:
         self._check_jacobian()
         self._add_motions()
+        self._add_forces()
         for call in self.calls:
             _clear(call)
         scene = self.run.arguments[0]
@@ -161,6 +161,41 @@ class _Tables:
             self.evaluated.vectors[:] = 0.0
             self.evaluated(0.0, False, (0.0, 0.0))  # not implicit, as the previous call may have been
             self.calls.append(self.evaluated.call)
+
+    def _add_forces(self) -> None:
+        """Include forces, and outputs of loads, if they are outputs."""
+        route, outputs, kernels = self.route, self.outputs, list[tuple[str, Call]]()
+        shared = np.zeros(1), np.zeros((1, self.driven, 3)), route.inputs.constants[None].copy(), self._state()
+        self.forces: dict[str, np.ndarray] = {}
+        if outputs.has_forces:
+            forces, found, is_told, evaluation = route.force_kernel.prepared(*shared)
+            shared[0][0], shared[1][0] = self.sim.time, route.drives(self.sim.time)
+            forces()
+            if not is_told[0]:
+                raise NeedsPython(
+                    "rows of loop joints depend on each other, or the start is a singular position: their forces are "
+                    "computed in Python. Remedy: loop joints that hold less, or motions as outputs"
+                )
+            is_told[:] = 0
+            self.forces |= {"AT_FORCES": found, "AT_IS_TOLD": is_told}
+            kernels.append(("TELL_FORCES", forces))
+            self.calls.append(evaluation)
+        if outputs.told is not None:
+            loads, found = outputs.told.prepared(*shared)
+            self.forces["AT_LOADS"] = found
+            kernels.append(("TELL_LOADS", loads))
+        for array in shared[:2]:
+            array[...] = 0.0
+        shared[3][...] = 0.0
+        self.force_calls = dict(kernels)
+        self.calls += self.force_calls.values()
+        names = "AT_TOLD_TIME", "AT_TOLD_DRIVES", "AT_TOLD_INPUTS", "AT_TOLD_STATE"
+        if kernels:
+            self.forces |= dict(zip(names, shared, strict=True))
+
+    def _state(self) -> np.ndarray:
+        """Return the state without quadratures, in a row."""
+        return model_state(self.sim)[None, : self.size - QUADRATURES].copy()
 
     def _add_scene(self, image: Image) -> None:
         model, sim, stepper, add = self.model, self.sim, self.stepper, self.lines.append
@@ -218,6 +253,11 @@ class _Tables:
                 self._add_call("EVALUATE", image.call(self.evaluated.call))
                 places |= {"AT_MOTION_RATES": rates, "AT_EVALUATED": self.evaluated.vectors}
                 places |= {"AT_EVALUATED_DRIVES": self.evaluated.drives, "AT_EVALUATED_INPUTS": self.evaluated.inputs}
+        for name in ("TELL_FORCES", "TELL_LOADS"):
+            add(c.define(f"CAN_{name}", int(name in self.force_calls)))
+            if name in self.force_calls:
+                self._add_call(name, image.call(self.force_calls[name]))
+        places |= self.forces
         self.lines += [c.define(name, image.place(array)) for name, array in places.items()]
         kept = [
             stepper.integers,
@@ -227,7 +267,8 @@ class _Tables:
             *([scene.motions.pieces] if sim.courses else []),
         ]
         if self.watched is not None:
-            kept += [self.watched.values, self.watched.noise, self.watched.last, self.watched.actions]
+            watched = self.watched
+            kept += [watched.values, watched.noise, watched.last, watched.actions, watched.regime, watched.usual]
         add(c.define("KEPT_COUNT", len(kept)))
         add(c.integers("KEPT", [(image.place(array), array.nbytes) for array in kept], 2))
         add(c.integers("POINTERS", image.pointers, 2))

@@ -29,20 +29,9 @@ class Clock:
         self.seconds: dict[str, float] = {}
         self._aside = 0.0
 
-    @contextmanager
-    def part(self, name: str) -> Iterator[None]:
-        """Add the time of what is inside to a part."""
-        began, compiled, aside, spent = time.perf_counter(), seconds_compiling(), self._aside, SPENT.seconds
-        try:
-            yield
-        finally:
-            compiled = seconds_compiling() - compiled
-            spent = SPENT.seconds - spent
-            self._add(name, time.perf_counter() - began - compiled - spent - (self._aside - aside))
-            if spent > 0.0:
-                self._add(FUNCTIONS, spent)
-            if compiled > 0.0:
-                self._add("compiling", compiled)
+    def part(self, name: str) -> _Part:
+        """Return what adds the time of what is inside to a part."""
+        return _Part(self, name)
 
     @contextmanager
     def aside(self, name: str) -> Iterator[None]:
@@ -62,3 +51,25 @@ class Clock:
 
     def _add(self, name: str, seconds: float) -> None:
         self.seconds[name] = self.seconds.get(name, 0.0) + seconds
+
+
+class _Part:
+    """The time of a part: a class, since a generator takes three times as long."""
+
+    __slots__ = ("_aside", "_began", "_clock", "_compiled", "_name", "_spent")
+
+    def __init__(self, clock: Clock, name: str) -> None:
+        self._clock, self._name = clock, name
+
+    def __enter__(self) -> None:
+        self._compiled, self._aside, self._spent = seconds_compiling(), self._clock._aside, SPENT.seconds
+        self._began = time.perf_counter()
+
+    def __exit__(self, *error: object) -> None:
+        clock, seconds = self._clock, time.perf_counter() - self._began
+        compiled, spent = seconds_compiling() - self._compiled, SPENT.seconds - self._spent
+        clock._add(self._name, seconds - compiled - spent - (clock._aside - self._aside))
+        if spent > 0.0:
+            clock._add(FUNCTIONS, spent)
+        if compiled > 0.0:
+            clock._add("compiling", compiled)

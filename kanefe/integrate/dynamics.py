@@ -11,7 +11,7 @@ from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.tree.model_data import QUADRATURES
-from kanefe.tree.scales import state_scales, tangents, turning
+from kanefe.tree.scales import coordinate_moves, modal_frequencies, state_scales, tangents, turning
 
 if TYPE_CHECKING:
     from kanefe.kernels.steppers.step_commands import Run
@@ -74,15 +74,22 @@ class Dynamics:
         """Return y at the start, consistent with the loops at that time (s)."""
         return np.concatenate((self.route.start(start), np.zeros(QUADRATURES)))
 
-    def scales(self, t: float, y: Vector) -> Vector:
+    def scales(self, t: float, y: Vector, looseness: float = 1.0) -> Vector:
         """Return what counts as a large value of each component of y, for a run that begins at a state.
 
         Where loads may act at once, their power jumps, and no step is short enough for a small part of the kinetic
-        energy that a small and fast scene has by its `state_scales` alone: that of the start is taken in.
+        energy that a small and fast scene has by its `state_scales` alone: that of the start is taken in. And impacts
+        pass on the energy of all modes, so that modes are as large as their energy is, not as far as they move: times
+        `looseness`, by which the absolute tolerance is below the usual one for the sake of other components.
         """
         found = state_scales(self.model)
         if any(load.acts_at_once for load in self.model.loads):
             found[-QUADRATURES:] = np.maximum(found[-QUADRATURES:], self.model.energy(t, y[:-QUADRATURES]).kinetic)
+            shares = looseness / np.maximum(modal_frequencies(self.model), looseness)  # 1 of joints, whose are zero
+            found[self.model.coordinate_count :][: self.model.free_count] *= shares
+            for turns, at, speed in coordinate_moves(self.model):
+                if not turns:
+                    found[at] *= shares[speed]
         return found
 
     def projected(self, t: float, y: Vector, share: float = 0.0) -> Vector:

@@ -247,7 +247,7 @@ class RunLoop:
         if self.chunk > 1:
             done = max(int(stepper.statistics["steps"]) - steps, 1)
             wanted = done * CHUNK_SECONDS / max(time.perf_counter() - begun, 1e-9)
-            self.chunk = int(np.clip(wanted, 2, min(CHUNK, 4 * self.chunk)))
+            self.chunk = int(max(2, min(wanted, CHUNK, 4 * self.chunk)))
 
     def _integrate_over_events(self, watch: EventWatch, most: int) -> None:
         """Continue to a step in which an event needs Python; by single steps where one is a function of the user."""
@@ -308,8 +308,6 @@ class RunLoop:
                 return RunStatus("failed", t, end.reason, end.remedy)
             acting = watch.acting
             if acting is None:
-                if self._looking is not None and watch.watched is not None:
-                    self._looking.foresee(watch.watched)
                 return None
             at_once = [event for t, event in found if t >= acting]
             happened = [event for event in watch.events if event in at_once]  # in the order given

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 import warnings
 from collections.abc import Callable
@@ -119,7 +120,7 @@ class Pace:
     def check_progress(self) -> None:
         """Raise a StepFailure if the state is not finite or time stands still."""
         state = self._stepper.state()
-        if not np.all(np.isfinite(state)):
+        if not math.isfinite(float(state @ state)) and not np.all(np.isfinite(state)):  # the square may be too large
             worst = int(np.argmin(np.isfinite(state)))
             raise StepFailure("the motion has grown without bound", "check the loads, or take smaller steps", worst)
         steps, t = int(self._stepper.statistics["steps"]), self._stepper.t

@@ -13,7 +13,7 @@ from kanefe.frames import Vector
 from kanefe.tree.bending import Bent
 
 if TYPE_CHECKING:
-    from kanefe.kernels.steppers.watched_run import WatchedRun
+    from kanefe.kernels.events.watched_run import WatchedRun
 
 BESIDE = 1e-6
 """Distance from the time at which the equations had no solution, relative to the span, within which a run that ends is
@@ -190,10 +190,6 @@ class LooksOut(Protocol):
         """
         ...
 
-    def foresee(self, watched: WatchedRun) -> None:
-        """Let the next step end before an event that the last one lets foresee; what follows it has been looked at."""
-        ...
-
     @property
     def has_values(self) -> bool:
         """Whether it provides event values without states that would have to be closed first."""
@@ -247,6 +243,10 @@ def reports_worst(stepper: Stepper) -> TypeGuard[ReportsWorst]:
     return hasattr(type(stepper), "worst")
 
 
+ATOL_SHARE = 0.1
+"""Absolute tolerance, relative to rtol, where none is given."""
+
+
 @dataclass(frozen=True)
 class StepControl:
     """How a stepper chooses its steps.
@@ -265,3 +265,8 @@ class StepControl:
     atol: float
     step: float | None
     changes: Vector | None = None
+
+    @property
+    def looseness(self) -> float:
+        """By how much the absolute tolerance that goes with rtol is larger than the one given, at least 1."""
+        return max(ATOL_SHARE * self.rtol / self.atol, 1.0) if self.atol > 0.0 else 1.0

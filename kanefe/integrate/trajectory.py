@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -94,12 +94,17 @@ def is_finite_number(value: object) -> bool:
 def checked_span(t_span: tuple[float, float]) -> tuple[float, float]:
     """Return start and end in s; a ModelError says what is wrong with them."""
     try:
-        start, stop = map(float, numbers(t_span))
+        start, stop = t_span if _are_floats(t_span) else map(float, numbers(t_span))
     except (TypeError, ValueError) as error:
         raise ModelError(f"t_span must be two times in s, such as (0.0, 5.0), not {t_span!r}") from error
     if not (math.isfinite(start) and math.isfinite(stop) and stop > start):
         raise ModelError(f"t_span {t_span!r} must run forward: two finite times, the end after the start")
     return start, stop
+
+
+def _are_floats(given: object) -> TypeGuard[tuple[float, float]]:
+    """Return whether a span is a pair of plain numbers, as most are."""
+    return type(given) is tuple and len(given) == 2 and type(given[0]) is type(given[1]) is float
 
 
 def wanted_times(

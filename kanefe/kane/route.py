@@ -17,7 +17,7 @@ from kanefe.tree.route import Evaluation, Form, MethodNeeds, Obstacle, PreparedR
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
-    from kanefe.kane.rigid_contacts.instant import ContactInstant, InstantAt
+    from kanefe.kane.rigid_contacts.instant import ContactInstant
 
 
 class LiteralRoute:
@@ -89,7 +89,7 @@ class LiteralRoute:
         if self._found is None or self._found[0] != t:  # a run asks when it chooses a method, and when it begins
             found = np.concatenate((*consistent_start(self.model, t), self.model.initial_states))
             if self.model.rigid_contacts:
-                found = self.projected(t, touched_at_start(self.model, t, found, self.contact_instant))
+                found = self.projected(t, self.touched(t, found, 0.0, np.inf, 0.0))
             self._found = t, found
         return self._found[1].copy()
 
@@ -102,6 +102,11 @@ class LiteralRoute:
         started = tuple(load.started(t, state.load_ends(i)) for i, load in enumerate(loads))
         for i, load in enumerate(started):
             check_start(load, t, state.load_ends(i))
+        if model.rigid_contacts:
+            from kanefe.kane.rigid_contacts.contact_forces import check_movable
+
+            for number in range(len(model.rigid_contacts)):
+                check_movable(state, model.rigid_contact(number))
         return started
 
     def evaluate(self, t: float, y: Vector) -> Evaluation:
@@ -171,6 +176,21 @@ class LiteralRoute:
 
         return LiteralInstant(self.model, t, y)
 
+    def touched(self, t: float, y: Vector, span: float, stop: float, rtol: float) -> Vector:
+        """Return a state with what touches in it known."""
+        from kanefe.kane.rigid_contacts.impacts import START, resolved
+
+        found = resolved(self.model, t, y, START, span, stop, rtol, self.contact_instant)
+        return np.concatenate((y[: self.model.coordinate_count], found.u, found.z))
+
+    def contact_blurs(self, t: float, y: Vector) -> tuple[float, ...]:
+        """Return how far margins of rigid contacts may be below zero by round-off."""
+        from kanefe.kane.rigid_contacts.instant import blurs
+        from kanefe.tree.scales import scene_length
+
+        found = blurs(self.contact_instant(t, y), scene_length(self.model))
+        return tuple(max(kind.values(), default=0.0) for kind in found)
+
     def powers(self, t: float, y: Vector, du: Vector) -> Vector:
         """Return the power taken and given."""
         return powers(self.view(t, y), du)
@@ -221,11 +241,3 @@ def state_rates(state: State) -> Vector:
         contact_rates(state, rates)
     add_load_rates(state, rates)
     return rates
-
-
-def touched_at_start(model: ModelData, t: float, y: Vector, at: InstantAt) -> Vector:
-    """Return a state (q, u, z) with what touches in it known, after impacts if there are."""
-    from kanefe.kane.rigid_contacts.impacts import START, resolved
-
-    found = resolved(model, t, y, START, 0.0, at=at)
-    return np.concatenate((y[: model.coordinate_count], found.u, found.z))

@@ -13,7 +13,6 @@ from kanefe.equations.model import Model
 from kanefe.equations.routes import functions_of_route
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
-from kanefe.kane.route import touched_at_start
 from kanefe.kernels.compiler._numba import IS_COMPILED
 from kanefe.kernels.compiler.compiled_functions import expect
 from kanefe.loads.action import End
@@ -166,7 +165,7 @@ def started_model(scene: object, t: float | None, start: Start, what: str) -> tu
     model = model_of(scene, what, slack_time(start, at))
     time, y = given_state(model, at, start, what)
     if model.rigid_contacts and not (start is not None and knows_states(model, start)):
-        y = touched_at_start(model, time, y, model.literal.contact_instant)
+        y = model.literal.touched(time, y, 0.0, np.inf, 0.0)
     z = model.parts(y)[2]
     if not np.array_equal(z, model.initial_states):
         model = replace(model, initial_states=z)

@@ -94,6 +94,9 @@ class LoadKernel(NamedTuple):
         A function of the same signature, with `watch`, for the actions of its events: `inputs` is the number of an
         event, and `out` has a zero and the states; it writes by how much the potential energy (J) grows, and the
         states after that event. None: actions are called from Python.
+    tell : function, int or None
+        A function of the same signature that writes to `out` what `Load.tell` returns; None: that is called from
+        Python.
     """
 
     real: Callable[..., None] | int
@@ -101,3 +104,4 @@ class LoadKernel(NamedTuple):
     complex_: Callable[..., None] | int | None = None
     watch: Callable[..., None] | int | None = None
     change: Callable[..., None] | int | None = None
+    tell: Callable[..., None] | int | None = None

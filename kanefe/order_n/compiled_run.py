@@ -10,10 +10,11 @@ from kanefe.kernels.compiler.arrays import Prepared
 from kanefe.kernels.compiler.entries import LATER, Call
 from kanefe.kernels.constraints.closing import closing_memory_size
 from kanefe.kernels.evaluation.momenta import balance
-from kanefe.kernels.steppers.closing_call import ClosingCall
+from kanefe.kernels.evaluation.stiff_directions import directions_memory_size, put_directions
+from kanefe.kernels.events.closing_call import ClosingCall
+from kanefe.kernels.events.watched_run import WatchedRun
 from kanefe.kernels.steppers.integration import JacobianCall, Scene, integrate
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, STATE, TIME_AT, Run
-from kanefe.kernels.steppers.watched_run import WatchedRun
 from kanefe.kernels.sweeps.drives import Drives
 from kanefe.order_n.evaluated import NOT_CALLED, Evaluated
 from kanefe.order_n.lookouts import Lookouts
@@ -49,8 +50,14 @@ class CompiledRun:
         drives, inputs = np.empty((len(route.model.drives), 3)), np.empty_like(route.inputs.constants)
         closed, asked = np.empty(vectors.shape[1]), np.empty(vectors.shape[1])
         self._kept: list[Call] = []  # of which the kernels know the addresses
-        evaluated = self._for_kernels(kernel.prepared(drives, inputs, vectors))
-        closing = balanced = NOT_CALLED
+        memory = np.empty(kernel.memory_size)
+        evaluated = self._for_kernels(kernel.prepared(drives, inputs, vectors, memory))
+        closing = balanced = directed = NOT_CALLED
+        if needs.directions:
+            scene_tables = route.tables, route.flexible, route.between, route.loops
+            own = np.empty(directions_memory_size(route.between, route.model.free_count + len(drives)))
+            directions = put_directions.bound(*scene_tables, drives, inputs, integers, reals, vectors, memory, own)
+            directed = self._for_kernels(directions.prepared())
         if route.has_loops:
             memory = np.empty(closing_memory_size(route.tables, route.elastic, route.loops))
             closing = self._for_kernels(route.closing.prepared(0.0, drives, closed, memory))
@@ -61,7 +68,7 @@ class CompiledRun:
         motions = cast(Drives, route.motion_tables)  # of an autonomous scene
         derivatives = self._derivatives(needs.derivatives)
         loops = ClosingCall(route.has_loops, closing, motions, drives, closed)
-        scene = Scene(evaluated, loops, balanced, derivatives, drives, motions, route.fill, inputs, asked)
+        scene = Scene(evaluated, loops, balanced, directed, derivatives, drives, motions, route.fill, inputs, asked)
         self._inputs, self._integrate = inputs, integrate.bound(scene, LATER, vectors)
         self._lookouts = Lookouts(route, loops, inputs, vectors)
         self._going: Call | None = None
@@ -104,10 +111,6 @@ class CompiledRun:
         """Continue over events of loads, until one needs Python: see `pass_steps`."""
         command, is_done = self._lookouts.passing(self._begun(run), run, watched, restart_share)()
         return self._explained(int(command), run), bool(is_done)
-
-    def foresee(self, run: Run, watched: WatchedRun) -> None:
-        """Write how far the next step may go, behind a step that Python has looked through."""
-        self._lookouts.foresee(run, watched)
 
     def _begun(self, run: Run) -> Call:
         """Return the call that continues a run; the arrays of outputs may be others each time."""

@@ -36,9 +36,10 @@ class ContactLook:
     def __init__(self, route: Evaluated) -> None:
         model, scene = route.model, (route.tables, route.flexible, route.between, route.loops)
         size = model.coordinate_count + model.free_count + model.state_count + QUADRATURES
-        self.drives, self.inputs = np.empty((len(model.drives), 3)), np.empty_like(route.inputs.constants)
+        self.drives, self.inputs = np.zeros((len(model.drives), 3)), np.zeros_like(route.inputs.constants)
         self.vectors = np.zeros((SLOPE + 1, size))
-        self.call = route.kernel_in_space.prepared(self.drives, self.inputs, self.vectors)
+        kernel = route.kernel_in_space
+        self.call = kernel.prepared(self.drives, self.inputs, self.vectors, np.empty(kernel.memory_size))
         memory = self.call.arguments[-1]
         self.workspace = Workspace(*workspace_in(memory, *scene))
         self.looked = Looked(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NoReturn, Protocol
+from typing import TYPE_CHECKING, Any, NoReturn, Protocol
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.inputs import InputLayout
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.route import Evaluation, MethodNeeds, PreparedRun, WatchedEvents
+
+if TYPE_CHECKING:
+    from kanefe.order_n.run_forces import ForceKernel
 
 NOT_CALLED = Prepared(0, np.zeros(1, dtype=np.int64), np.zeros(1))
 """Takes the place of a call that a run does not make."""
@@ -74,6 +77,20 @@ class Evaluated(Protocol):
     @property
     def kernel_in_space(self) -> RatesKernel:
         """The kernel that evaluates the rates in space."""
+        ...
+
+    @property
+    def complete(self) -> tuple[FrameOffsets, Tables, FlexibleTables | None]:
+        """Tables with a row for each body and interface."""
+        ...
+
+    @property
+    def force_kernel(self) -> ForceKernel:
+        """What tells forces of states."""
+        ...
+
+    def acting(self, t: float, y: Vector, du: Vector) -> tuple[Any, Vector]:
+        """Return a literal state and its accelerations."""
         ...
 
     @property

@@ -7,10 +7,11 @@ from functools import cached_property
 import numpy as np
 
 from kanefe.kernels.compiler.entries import LATER, Bound, Call
-from kanefe.kernels.steppers.closing_call import ClosingCall
+from kanefe.kernels.events.closing_call import ClosingCall
+from kanefe.kernels.events.lookout import AT_TIME, look_at
+from kanefe.kernels.events.steps_with_events import pass_steps
+from kanefe.kernels.events.watched_run import FIRST_SHARES, NO_CONTACTS, SHARES, Going, Lookout, WatchedRun
 from kanefe.kernels.steppers.step_commands import Run
-from kanefe.kernels.steppers.steps_with_events import AT_TIME, foresee, look_at, pass_steps
-from kanefe.kernels.steppers.watched_run import FIRST_SHARES, SHARES, Going, Lookout, WatchedRun
 from kanefe.order_n.evaluated import Evaluated
 
 STEP_END = np.ones(1)
@@ -57,10 +58,6 @@ class Lookouts:
         self._given = run
         return self._passing
 
-    def foresee(self, run: Run, watched: WatchedRun) -> None:
-        """Write how far the next step may go, behind a step that Python has looked through."""
-        foresee(self._quiet, watched, run, self._vectors)
-
     def values_at(self, run: Run, t: float) -> np.ndarray:
         """Return the values of all watched loads at a time of the last step."""
         lookout, looking = self._at_a_time
@@ -78,6 +75,12 @@ class Lookouts:
     @cached_property
     def _at_a_time(self) -> tuple[Lookout, Bound]:
         lookout = self._lookout(STEP_END)
+        if self._route.model.rigid_contacts:
+            from kanefe.order_n.contact_changing import contact_calls
+
+            contacts, kept = contact_calls(self._route, self._closing.motions, self._inputs, lookout.states[0])
+            self.kept += kept
+            lookout = lookout._replace(contacts=contacts)
         return lookout, look_at.bound(lookout, LATER, self._vectors, LATER)
 
     def _lookout(self, shares: np.ndarray) -> Lookout:
@@ -88,4 +91,4 @@ class Lookouts:
         looking, found = route.watching.prepared(times, drives, inputs, states, change)
         self.kept.append(looking)
         held = self._closing.motions, route.fill, self._inputs
-        return Lookout(looking.for_kernels(), shares, *held, times, drives, inputs, states, found, change)
+        return Lookout(looking.for_kernels(), shares, *held, times, drives, inputs, states, found, change, NO_CONTACTS)

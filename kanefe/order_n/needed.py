@@ -14,14 +14,19 @@ from kanefe.kernels.evaluation.derivatives import derivatives
 from kanefe.kernels.evaluation.evaluation import evaluate
 from kanefe.kernels.evaluation.momenta import balances_of_states
 from kanefe.kernels.evaluation.replay import between_states, revisit
+from kanefe.kernels.evaluation.stiff_directions import put_directions
+from kanefe.kernels.events.lookout import look_at
+from kanefe.kernels.events.steps_with_events import pass_steps
 from kanefe.kernels.force_elements import places as of_loads
 from kanefe.kernels.force_elements.given import given
+from kanefe.kernels.impacts.cones import solve_one
+from kanefe.kernels.impacts.contact_changes import change_contacts
+from kanefe.kernels.impacts.moments import look_at_points
 from kanefe.kernels.links import places as of_links
 from kanefe.kernels.loads.watching import watch_states
 from kanefe.kernels.planar.evaluation import evaluate_planar
 from kanefe.kernels.steppers.integration import integrate
 from kanefe.kernels.steppers.step_commands import next_command
-from kanefe.kernels.steppers.steps_with_events import foresee, look_at, pass_steps
 from kanefe.kernels.sweeps.outward import motions_of_rows
 from kanefe.order_n.tables.drive_tables import drive_tables
 from kanefe.order_n.tables.inputs import InputLayout
@@ -33,10 +38,11 @@ COMPLEX = Variant(has_flexible=True, is_complex=True)
 """Kernel variant that all scenes need."""
 
 
-def functions_of_scene(model: ModelData, has_jacobian: bool) -> list[CompiledFunction]:
+def functions_of_scene(model: ModelData, has_jacobian: bool, has_directions: bool) -> list[CompiledFunction]:
     """Return the units of a run and of the reading of its results, but for those of the method.
 
-    `has_jacobian`: whether the method takes derivatives. Nothing is built or loaded for the answer.
+    `has_jacobian`: whether the method takes derivatives; `has_directions`: directions in which loads are stiff. Nothing
+    is built or loaded for the answer.
     """
     own = Variant(has_flexible=any(body.flexible is not None for body in model.bodies))
     functions = list(_functions(model))
@@ -48,6 +54,8 @@ def functions_of_scene(model: ModelData, has_jacobian: bool) -> list[CompiledFun
     found += [balances_of_states.unit(Variant(has_flexible=True)), motions_of_rows.unit(own)]
     if model.is_constrained:
         found.append(close_state.unit(Variant(has_flexible=True)))
+    if has_directions:
+        found.append(put_directions.unit(own))
     if has_jacobian:
         found += [evaluate.unit(COMPLEX), derivatives.unit(Variant(is_complex=True))]
     if InputLayout(model).calls_python or drive_tables(model) is None:
@@ -57,9 +65,10 @@ def functions_of_scene(model: ModelData, has_jacobian: bool) -> list[CompiledFun
     if any(load.kernel is not None and load.kernel.watch is not None for load in model.loads):
         found.append(watch_states.unit(own))
     if model.rigid_contacts:
-        found.append(watch_contacts.unit(Variant()))
+        found += [watch_contacts.unit(Variant()), change_contacts.unit(Variant()), solve_one.unit(Variant())]
+        found.append(look_at_points.unit(Variant(has_flexible=True)))
     if model.rigid_contacts or any(load.kernel is not None and load.kernel.watch is not None for load in model.loads):
-        found += [look_at.unit(Variant()), pass_steps.unit(Variant()), foresee.unit(Variant())]
+        found += [look_at.unit(Variant()), pass_steps.unit(Variant())]
     return found
 
 

@@ -29,27 +29,36 @@ class RatesKernel:
         Driven coordinates.
     constants : ndarray
         Values of loads, those written that never change.
+
+    Attributes
+    ----------
+    memory_size : int
     """
 
     def __init__(
         self, evaluation: Bound, memory_size: int, state_size: int, driven: int, constants: np.ndarray
     ) -> None:
         self._evaluation = evaluation
-        self._memory_size, self._state_size, self._driven, self._constants = memory_size, state_size, driven, constants
+        self.memory_size = memory_size
+        self._state_size, self._driven, self._constants = state_size, driven, constants
         self._idle: list[RatesCall] = []
         self.give_back = self._idle.append
 
-    def prepared(self, drives: np.ndarray, inputs: np.ndarray, vectors: np.ndarray) -> Call:
-        """Return a call with arrays that stay where they are."""
-        return self._evaluation.prepared(False, 0.0, 0.0, 0.0, drives, inputs, vectors, np.empty(self._memory_size))
+    def prepared(self, drives: np.ndarray, inputs: np.ndarray, vectors: np.ndarray, memory: np.ndarray) -> Call:
+        """Return a call with arrays that stay where they are, the last of `memory_size`."""
+        return self._evaluation.prepared(False, 0.0, 0.0, 0.0, drives, inputs, vectors, memory)
 
     def take(self) -> RatesCall:
         """Return a call that nobody else uses until it is handed to `give_back`."""
         try:
             return self._idle.pop()
         except IndexError:
-            vectors = np.zeros((STIFFNESS_DIRECTION + 1, self._state_size))
-            return RatesCall(self, vectors, np.empty((self._driven, 3)), self._constants.copy())
+            return self.new_call()
+
+    def new_call(self) -> RatesCall:
+        """Return a call that its user keeps."""
+        vectors = np.zeros((STIFFNESS_DIRECTION + 1, self._state_size))
+        return RatesCall(self, vectors, np.zeros((self._driven, 3)), self._constants.copy())
 
 
 class RatesCall:
@@ -70,7 +79,7 @@ class RatesCall:
     def __init__(self, kernel: RatesKernel, vectors: np.ndarray, drives: np.ndarray, inputs: np.ndarray) -> None:
         self.vectors, self.at, self.slope = vectors, vectors[AT], vectors[SLOPE]
         self.drives, self.inputs = drives, inputs
-        self.call = kernel.prepared(drives, inputs, vectors)
+        self.call = kernel.prepared(drives, inputs, vectors, np.empty(kernel.memory_size))
 
     def __call__(self, t: float, is_implicit: bool, shares: tuple[float, float]) -> tuple[int, float]:
         """Evaluate the rates at a time, s; return how it ended and the smallest pivot of the constraints."""

@@ -24,13 +24,15 @@ from kanefe.kernels.constraints.least_forces import LEAST_GAIN
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import evaluate, workspace_size
 from kanefe.kernels.evaluation.momenta import balance, balances_of_states
-from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND, FlexibleTables, no_flexible
+from kanefe.kernels.impacts.contact_questions import BLUR, BLURS, START
+from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND, FlexibleTables, Tables, no_flexible
 from kanefe.kernels.loads.loads_layout import COMPLEX
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, SLOPE, TIME_AT, Run
 from kanefe.loads.functions import SPENT
 from kanefe.order_n.derivative_call import DerivativeCall
 from kanefe.order_n.moving_frames import MotionsKernel, MovingFrames
 from kanefe.order_n.rates_kernel import RatesCall, RatesKernel
+from kanefe.order_n.run_forces import ForceKernel
 from kanefe.order_n.sweeps import Sweeps
 from kanefe.order_n.tables.constraint_tables import loop_tables
 from kanefe.order_n.tables.drive_tables import drive_tables
@@ -41,11 +43,13 @@ from kanefe.order_n.watching import Watching
 from kanefe.tree.model_data import QUADRATURES, ModelData
 from kanefe.tree.model_outputs import MechanicalEnergy
 from kanefe.tree.route import Evaluation, Form, MethodNeeds, Obstacle, RunSweeps
+from kanefe.tree.scales import scene_length
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
     from kanefe.kane.rigid_contacts.instant import ContactInstant
     from kanefe.order_n.compiled_run import CompiledRun
+    from kanefe.order_n.contact_changing import ContactChanger
 
 GROWN = 1e100
 """Coordinates and speeds beyond which squares overflow, so that no scene is left to explain."""
@@ -76,7 +80,7 @@ class OrderN(LiteralRoute):
         self.reason = "all parts of the scene have kernels"
         builder = TableBuilder(model)
         self.tables, self.flexible = builder.tables()
-        self.between, self.loops = loads_between(builder), loop_tables(builder)
+        self.between, self.loops = loads_between(builder)[0], loop_tables(builder)
         self.has_loops = model.is_constrained
         self.memory_size = workspace_size(self.tables, self.flexible, self.between, self.loops)
         self.places: FrameOffsets = builder
@@ -160,6 +164,17 @@ class OrderN(LiteralRoute):
         """Return what is computed of all states of a run at once."""
         return Sweeps(self, times, states)
 
+    @cached_property
+    def complete(self) -> tuple[FrameOffsets, Tables, FlexibleTables | None]:
+        """Tables in which every body and every interface has a row of its own, and where frames are in them."""
+        builder = TableBuilder(self.model, is_complete=True)
+        return builder, *builder.tables()
+
+    @cached_property
+    def force_kernel(self) -> ForceKernel:
+        """What tells forces of states."""
+        return ForceKernel(self)
+
     def energy(self, t: float, y: Vector) -> MechanicalEnergy:
         """Return the energies of a state."""
         return MechanicalEnergy(*Sweeps(self, np.array([t]), np.asarray(y, dtype=float)[None]).balances[0, :3].tolist())
@@ -184,6 +199,30 @@ class OrderN(LiteralRoute):
             looks["single"] = SingleLook(self)
         instant = OrderNInstant(self, looks["single"], t, y)
         return instant if instant.is_regular else super().contact_instant(t, y)
+
+    def touched(self, t: float, y: Vector, span: float, stop: float, rtol: float) -> Vector:
+        """Return a state with what touches in it known; from Python where that needs it, or names what is not known."""
+        if self.is_autonomous:
+            changer = self._contact_changer()
+            if changer.ask(START, t, y, span, stop, rtol, scene_length(self.model)):
+                return changer.y.copy()
+        return super().touched(t, y, span, stop, rtol)
+
+    def contact_blurs(self, t: float, y: Vector) -> tuple[float, ...]:
+        """Return how far margins of rigid contacts may be below zero by round-off."""
+        if self.is_autonomous:
+            changer = self._contact_changer()
+            if changer.ask(BLURS, t, y, 0.0, t, 0.0, scene_length(self.model)):
+                return tuple(changer.asked[BLUR:].tolist())
+        return super().contact_blurs(t, y)
+
+    def _contact_changer(self) -> ContactChanger:
+        from kanefe.order_n.contact_changing import ContactChanger
+
+        looks = vars(self._looks)
+        if "changer" not in looks:
+            looks["changer"] = ContactChanger(self)
+        return looks["changer"]  # type: ignore[no-any-return]
 
     def evaluate(self, t: float, y: Vector) -> Evaluation:
         """Return the rates at a state; where something has only loops to hold it, those of the literal route."""

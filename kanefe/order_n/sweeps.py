@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -44,10 +45,11 @@ from kanefe.kernels.steppers.step_commands import (
 )
 from kanefe.kernels.sweeps.outward import motion_memory_size, motions_of_rows
 from kanefe.order_n.evaluated import Evaluated
+from kanefe.order_n.load_outputs import LoadOutputs
+from kanefe.order_n.run_forces import CompiledForces
 from kanefe.order_n.tables.frame_offsets import FrameOffset, FrameOffsets
-from kanefe.order_n.tables.scene_tables import TableBuilder
 from kanefe.tree.model_data import QUADRATURES
-from kanefe.tree.route import FrameMotions, MethodNeeds
+from kanefe.tree.route import FrameMotions, MethodNeeds, OutputFunction
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
@@ -84,8 +86,7 @@ class Sweeps:
         wanted = {(i, frame.name) for i, terms in flexible for frame in terms.body.interfaces}
         if wanted <= route.places.interfaces.keys():
             return route.places, route.tables, route.flexible
-        builder = TableBuilder(route.model, is_complete=True)
-        return builder, *builder.tables()
+        return route.complete
 
     @cached_property
     def _moving(self) -> np.ndarray:
@@ -180,6 +181,21 @@ class Sweeps:
             if interface is None
             else FrameOffset(frame_offset.row, frame_offset.axes @ interface.axes, frame_offset.place)
         )
+
+    @cached_property
+    def forces(self) -> CompiledForces | None:
+        """The forces of all states; of scenes with rigid contacts the literal route tells them."""
+        if self._route.model.rigid_contacts:
+            return None
+        return CompiledForces(self._route, self._times, self._drives, self._states)
+
+    def outputs_of_loads(self, functions: Mapping[int, tuple[OutputFunction, int]]) -> dict[int, Matrix]:
+        """Return what compiled functions tell of some loads, by their numbers."""
+        outputs = LoadOutputs(self._route, functions)
+        values = self._route.values_over(self._times, self._states)
+        call, found = outputs.prepared(self._times, self._drives, values, self._states)
+        call()
+        return {number: found[:, columns].copy() for number, columns in outputs.columns.items()}
 
     @cached_property
     def rates(self) -> Matrix:

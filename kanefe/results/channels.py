@@ -14,23 +14,22 @@ import numpy as np
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
-from kanefe.frames import euler_parameters_from_matrix, rotation_matrix
+from kanefe.frames import euler_parameters_from_matrix, rotation_matrices
 from kanefe.integrate.sampling import ControllerLog
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import Trajectory
-from kanefe.kane.coupling import recovered_forces
-from kanefe.kane.reactions import joint_reactions, loop_forces
+from kanefe.kane.run_forces import LiteralForces
 from kanefe.kane.state import State
+from kanefe.loads.base import Load
 from kanefe.results.body_shape import BodyShape, body_shape
 from kanefe.results.contact_history import is_contact
 from kanefe.results.contact_points import in_columns
-from kanefe.results.interface_forces import coupling_forces
+from kanefe.results.interface_forces import coupling_force
 from kanefe.results.load_lines import LoadLine, lines_of_run
 from kanefe.results.placed_states import placed_states
 from kanefe.results.quantities import ENERGIES, MODES, MOMENTA
-from kanefe.results.reactions import are_alone, reactions_of_states
 from kanefe.results.surface_outline import SurfaceOutline, outlines
-from kanefe.tree.route import RunSweeps
+from kanefe.tree.route import OutputFunction, RunForces, RunSweeps
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
@@ -125,7 +124,7 @@ class RunChannels:
         key: Key = (quantity, body, interface, of) if of else (quantity, body, interface)
         if key not in self._kept:
             if quantity == "coupling_force":
-                found = coupling_forces(self, body, interface, of)
+                found: dict[Key, np.ndarray] = {key: coupling_force(self, body, interface, of)}
             else:
                 found = getattr(self, _COMPUTE[quantity].__name__)(body, interface)
             for new, array in found.items():
@@ -133,7 +132,7 @@ class RunChannels:
                 self._kept[new] = array
         return self._kept[key]
 
-    def _accelerations(self) -> np.ndarray:
+    def accelerations(self) -> np.ndarray:
         """Return du of the free speeds at all times, (T, free)."""
         if self._du is None:
             n, m = self.model.coordinate_count, self.model.free_count
@@ -175,7 +174,7 @@ class RunChannels:
     def acting_states(self) -> Iterator[tuple[State, np.ndarray]]:
         """Yield a state of the literal route at each time, also with its loads, and its accelerations."""
         return (
-            self.model.route.acting(t, y, du) for (t, y), du in zip(self._states(), self._accelerations(), strict=True)
+            self.model.route.acting(t, y, du) for (t, y), du in zip(self._states(), self.accelerations(), strict=True)
         )
 
     def _motions(self, body: str, interface: str) -> dict[Key, np.ndarray]:
@@ -216,7 +215,7 @@ class RunChannels:
             parts = [mass * self.read("center_of_mass", name) for name, mass in masses.items()]
             return {key: np.sum(parts, axis=0) / sum(masses.values())}
         number = self.model.index(body)
-        axes = np.array([rotation_matrix(e) for e in self.read("rotation", body)])
+        axes = rotation_matrices(self.read("rotation", body))
         offsets = (axes @ self._local_centres(number)[:, :, None])[:, :, 0]
         return {key: self.read("position", body) + offsets}
 
@@ -278,12 +277,14 @@ class RunChannels:
         terms = self.model.bodies[self.model.index(body)]
         run, T = self.trajectory, len(self.times)
         q, u = np.empty((T, len(terms.coordinates))), np.empty((T, len(terms.speeds)))
-        if terms.is_driven:
-            for i, t in enumerate(self.times.tolist()):
-                q[i] = terms.joint_coordinates(t, run.coordinates[i])
-                u[i] = self.model.all_speeds(t, run.speeds[i])[terms.speeds]
-        else:
+        if not terms.is_driven:
             q[:], u[:] = run.coordinates[:, terms.coordinates], run.speeds[:, terms.speeds]
+        else:  # as many coordinates as speeds, one by one
+            for i, motion in enumerate(terms.joint.motions):
+                if motion is None:
+                    q[:, i], u[:, i] = run.coordinates[:, terms.coordinates[i]], run.speeds[:, terms.speeds[i]]
+                else:
+                    q[:, i], u[:, i] = motion.over(self.times, body)[:, :2].T
         return {("joint_coordinates", body, ""): q, ("joint_speeds", body, ""): u}
 
     def _modes(self, body: str, interface: str) -> dict[Key, np.ndarray]:
@@ -320,63 +321,86 @@ class RunChannels:
         return {("linear_momentum", "", ""): found[:, 3:6].copy(), ("angular_momentum", "", ""): found[:, 6:].copy()}
 
     def _reactions(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        if self.swept is not None and are_alone(self.model):
-            wrenches = np.stack(reactions_of_states(self.model, self.swept, self.states), axis=1)
-        else:
-            wrenches = np.array([joint_reactions(state, du) for state, du in self.acting_states()])
-        return {("joint_reaction", b.name, ""): wrenches[:, i].copy() for i, b in enumerate(self.bodies)}
+        wrenches = self.forces.reactions
+        return {("joint_reaction", b.name, ""): wrenches[:, i].copy() for i, b in enumerate(self.model.bodies)}
 
     @cached_property
-    def residual_forces(self) -> np.ndarray:
-        """Driving forces, and F_u of the components fixed in G, from the rows of their speeds, (T, driven + fixed)."""
-        return np.array([np.concatenate(recovered_forces(state, du)) for state, du in self.acting_states()])
+    def forces(self) -> RunForces:
+        """All forces at all times, from one pass."""
+        compiled = None if self.swept is None else self.swept.forces
+        return LiteralForces(self.model, self.acting_states) if compiled is None else compiled
 
     def _drives(self, body: str, interface: str) -> dict[Key, np.ndarray]:
         """Return all driving forces."""
         kept: dict[Key, np.ndarray] = {}
         for terms in self.model.bodies:
             if terms.is_driven:
-                driving = self.residual_forces[:, terms.speeds[list(terms.driven)] - self.model.free_count]
+                driving = self.forces.driving[:, terms.speeds[list(terms.driven)] - self.model.free_count]
                 kept["driving_force", terms.name, ""] = driving[:, 0].copy() if driving.shape[1] == 1 else driving
         return kept
 
     def _loop_forces(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        forces = [loop_forces(state) for state, _ in self.acting_states()]
-        return {("loop_force", name, ""): np.array([force[name] for force in forces]) for name in self.loops}
+        wrenches = self.forces.loops
+        return {("loop_force", name, ""): wrenches[:, i].copy() for i, name in enumerate(self.loops)}
 
     def _loaded_states(self) -> Iterable[SceneState]:
         """Return the states for the outputs of loads; with rigid contacts, states that also have their forces."""
         return self.views() if self.model.rigid_contacts else self.placed(range(len(self.times)))
 
+    def _told(self, quantity: str) -> dict[int, np.ndarray]:
+        """Return outputs of loads at all times by compiled functions, of those that have one, by their numbers."""
+        if self.swept is None or self.model.rigid_contacts:
+            return {}
+        found = {i: output_function(load, quantity) for i, load in enumerate(self.model.loads)}
+        functions = {i: function for i, function in found.items() if function is not None}
+        return self.swept.outputs_of_loads(functions) if functions else {}
+
     def _points(self, name: str, interface: str) -> dict[Key, np.ndarray]:
         from kanefe.contact.contact import compliant_contacts
-        from kanefe.contact.contact_point_outputs import contact_point_outputs
+        from kanefe.contact.contact_point_outputs import POINT_OUTPUTS, contact_point_outputs
         from kanefe.kane.rigid_contacts.contact_forces import rigid_point_outputs
 
+        contacts, told = dict(compliant_contacts(self.model.loads)), self._told("contact_points")
         number = next(i for i, load in enumerate(self.model.loads) if load.name == name)
-        contact, found = dict(compliant_contacts(self.model.loads)).get(number), []
-        for state in self._loaded_states():
-            if contact is not None:
-                outputs = contact_point_outputs(contact, state.load_ends(number), state.load_states(number))
-            elif isinstance(state, State):
-                outputs = rigid_point_outputs(state, self.model.rigid_contacts.index(number))
-            found.append(in_columns(outputs))
-        return {("contact_points", name, ""): np.array(found)}
+        if number not in told:
+            found = []
+            for state in self._loaded_states():
+                if number in contacts:
+                    ends, own = state.load_ends(number), state.load_states(number)
+                    found.append(contact_point_outputs(contacts[number], ends, own))
+                elif isinstance(state, State):
+                    found.append(rigid_point_outputs(state, self.model.rigid_contacts.index(number)))
+            told[number] = np.array(found)
+        shape = len(self.times), -1, POINT_OUTPUTS
+        return {("contact_points", self.model.loads[i].name, ""): in_columns(x.reshape(shape)) for i, x in told.items()}
 
     def _loads(self, name: str, interface: str) -> dict[Key, np.ndarray]:
         from kanefe.kane.rigid_contacts.contact_forces import told as rigid_outputs
 
-        rigid = self.model.rigid_contacts
-        kept: dict[Key, np.ndarray] = {
-            ("load", load.name, ""): np.empty((len(self.times), len(load.columns))) for load in self.model.loads
-        }
-        for row, state in enumerate(self._loaded_states()):
-            for i, (load, outputs) in enumerate(zip(self.model.loads, kept.values(), strict=True)):
+        loads, rigid, told = self.model.loads, self.model.rigid_contacts, self._told("load")
+        rest = [i for i in range(len(loads)) if i not in told]
+        told |= {i: np.empty((len(self.times), len(loads[i].columns))) for i in rest}
+        for row, state in enumerate(self._loaded_states() if rest else ()):
+            for i in rest:
                 if i in rigid and isinstance(state, State):
-                    outputs[row] = rigid_outputs(state, rigid.index(i))
+                    told[i][row] = rigid_outputs(state, rigid.index(i))
                 else:
-                    outputs[row] = load.tell(state.time, state.load_ends(i), state.load_states(i))
-        return kept
+                    told[i][row] = loads[i].tell(state.time, state.load_ends(i), state.load_states(i))
+        return {("load", load.name, ""): told[i] for i, load in enumerate(loads)}
+
+
+def output_function(load: Load, quantity: str) -> tuple[OutputFunction, int] | None:
+    """Return the compiled function that writes outputs of a load, "load" or "contact_points", and their number."""
+    kernel = load.kernel
+    if kernel is None:
+        return None
+    if quantity == "load":
+        return None if kernel.tell is None else (kernel.tell, len(load.columns))
+    if not is_contact(load.columns):
+        return None
+    from kanefe.kernels.contact.contact_outputs import POINT_OUTPUTS
+
+    return load.functions.point_outputs, POINT_OUTPUTS * len(load.probes)  # type: ignore[attr-defined]
 
 
 def _in_axes(axes: np.ndarray, vectors: np.ndarray) -> np.ndarray:

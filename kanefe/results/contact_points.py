@@ -56,9 +56,9 @@ def point_columns(count: int) -> tuple[str, ...]:
 
 
 def in_columns(outputs: np.ndarray) -> np.ndarray:
-    """Reorder outputs of points (P, 12) from the order of `COLUMNS` to that of `point_columns`, (12 P,)."""
+    """Reorder outputs of points (T, P, 12) from the order of `COLUMNS` to that of `point_columns`, (T, 12 P)."""
     ends = np.cumsum([len(names) for _, names in COLUMNS])
-    return np.concatenate([part.ravel() for part in np.split(outputs, ends[:-1], axis=1)])
+    return np.concatenate([part.reshape(len(part), -1) for part in np.split(outputs, ends[:-1], axis=2)], axis=1)
 
 
 def contact_points(outputs: np.ndarray) -> ContactPoints:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import rotation_matrix
+from kanefe.frames import rotation_matrices
 from kanefe.results.channels import RunChannels
 
 
@@ -30,8 +30,7 @@ def load_forces(run: RunChannels | None, name: str, end: int) -> np.ndarray:
     count = len(load.ends)
     if not isinstance(end, (int, np.integer)) or not -count <= end < count:
         raise ModelError(f"{load.kind} {name!r} has ends 0 to {count - 1}, there is no end {end!r}")
-    states = zip(run.times.tolist(), run.states, strict=True)
-    return np.array([model.route.view(t, y).action(number).wrenches[end] for t, y in states])
+    return run.forces.on_end(number, end % count)
 
 
 def turned_into(vectors: object, rotation: np.ndarray, what: str) -> np.ndarray:
@@ -48,6 +47,6 @@ def turned_into(vectors: object, rotation: np.ndarray, what: str) -> np.ndarray:
         raise ModelError(
             f"vectors to be turned into the axes of {what} must have shape {wanted} or 6, not {given.shape}"
         )
-    axes = np.array([rotation_matrix(e) for e in np.atleast_2d(rotation)]).reshape(*rotation.shape[:-1], 3, 3)
+    axes = rotation_matrices(np.atleast_2d(rotation)).reshape(*rotation.shape[:-1], 3, 3)
     parts = given.reshape(*given.shape[:-1], -1, 3)  # one or two vectors of each time
     return np.asarray(parts @ axes).reshape(given.shape)

@@ -14,6 +14,7 @@ from kanefe.results.contact_history import is_contact
 
 if TYPE_CHECKING:
     from kanefe.tree.model_data import ModelData
+    from kanefe.tree.route import RunSweeps
     from kanefe.tree.scene_state import SceneState
 
 TAUT, SLACK, GONE = 0, 1, 2
@@ -53,7 +54,10 @@ class PlacedRun(Protocol):
     def times(self) -> Vector: ...  # noqa: D102
     @property
     def events(self) -> Mapping[str, Vector]: ...  # noqa: D102
+    @property
+    def swept(self) -> RunSweeps | None: ...  # noqa: D102
     def placed(self, rows: np.ndarray) -> Iterator[SceneState]: ...  # noqa: D102
+    def read(self, quantity: str, body: str = "", interface: str = "", of: str = "") -> np.ndarray: ...  # noqa: D102
 
 
 def lines_of_run(run: PlacedRun, rows: np.ndarray) -> tuple[LoadLine, ...]:
@@ -68,13 +72,19 @@ def lines_of_run(run: PlacedRun, rows: np.ndarray) -> tuple[LoadLine, ...]:
         number: LoadLine(load.name, np.empty((len(rows), len(load.ends), 3)), np.zeros(len(rows), dtype=np.uint8))
         for number, load in loads.items()
     }
-    for row, state in enumerate(run.placed(rows)):
-        for number, load in loads.items():
-            ends, line = state.load_ends(number), lines[number]
-            line.points[row] = [end.p for end in ends]
-            if SLACKNESS in load.columns:
-                outputs = load.tell(state.time, ends, state.load_states(number))
-                line.states[row] = SLACK if outputs[load.columns.index(SLACKNESS)] else TAUT
+    for number, load in loads.items():
+        if run.swept is not None:
+            for end, marker in enumerate(load.ends):
+                frame = run.swept.frame(marker.body, marker.interface)
+                turn = np.eye(3) if marker.interface is None else marker.interface.axes.T  # frames have those axes
+                lines[number].points[:, end] = frame.position[rows] + frame.axes[rows] @ (turn @ marker.point)
+        if SLACKNESS in load.columns:
+            is_slack = run.read("load", load.name)[rows, load.columns.index(SLACKNESS)]
+            lines[number].states[:] = np.where(is_slack, SLACK, TAUT)
+    if run.swept is None:
+        for row, state in enumerate(run.placed(rows)):
+            for number in loads:
+                lines[number].points[row] = [end.p for end in state.load_ends(number)]
     for line in lines.values():
         for time in run.events.get(f"{line.name} breaks", ()):
             line.states[run.times[rows] >= time] = GONE

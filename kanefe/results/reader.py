@@ -8,7 +8,7 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
-from kanefe.frames import rotation_matrix
+from kanefe.frames import rotation_matrices, rotation_matrix
 from kanefe.results.force_reader import ForceReader
 from kanefe.results.load_forces import turned_into
 from kanefe.results.quantities import ENERGIES, MOMENTA, Energy, Momentum
@@ -151,7 +151,7 @@ class Reader(ForceReader):
         origin, e = self.position(name)[chosen], self.rotation(name)[chosen]
         if e.ndim == 1:
             return np.asarray(local @ rotation_matrix(e).T + origin)
-        A_NG = np.array([rotation_matrix(row) for row in e]).reshape(-1, 3, 3)
+        A_NG = rotation_matrices(e)
         return np.asarray(local @ A_NG.transpose(0, 2, 1) + origin[:, None])
 
     @property

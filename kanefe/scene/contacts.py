@@ -133,10 +133,9 @@ class ContactMethods(LoadMethods):
             (bodies, nodes, interfaces, frames of them).
         other : Surface
             Touched side. Two surfaces are exchanged if only the other one can touch. Two convex shapes
-            (`shapes.Convex`, capsules, cylinders, boxes) meet at the point of deepest penetration, which a library
-            finds at each evaluation: ``kanefe[collision]``. On height fields and meshes they are represented by points
-            at distances of a quarter of their size, or less on finer ground; ``shape.sampled(spacing)`` sets the
-            distance.
+            (`shapes.Convex`, capsules, cylinders, boxes) meet where their faces, edges and corners do. On height fields
+            and meshes they are represented by points at distances of a quarter of their size, or less on finer ground;
+            ``shape.sampled(spacing)`` sets the distance.
         normal : NormalLaw or Rigid
             `HuntCrossley`, `Hertz`, `KelvinVoigt` or `Restitution`, with the stiffness of all points together. Or
             `Rigid`: a unilateral constraint with instantaneous impacts and Coulomb's set-valued friction.
@@ -256,7 +255,7 @@ class ContactMethods(LoadMethods):
     ) -> tuple[tuple[Frame, ...], Surface, tuple[tuple[int, Probe], ...], SurfaceShape | None]:
         """Return touching frames, touched surface, contact points with the number of their end, and a shape.
 
-        The shape is the touching one if a library has to find the point of contact, else None.
+        The shape is the touching one of two convex shapes, whose places of contact are found at each state, else None.
         """
         from kanefe.contact.geometry.shape import Probe
         from kanefe.contact.surface import Surface, paired, probes_on

@@ -15,7 +15,7 @@ from kanefe.frames import Matrix, Vector, numbers, shaped_numbers
 from kanefe.integrate.events.load_events import events_of_loads
 from kanefe.integrate.options import RunOptions, WindowKeywords
 from kanefe.integrate.run import integrate
-from kanefe.integrate.run_checks.energy_check import accounted
+from kanefe.integrate.run_checks.energy_check import account
 from kanefe.integrate.set_up import check_motions
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import Trajectory, wanted_times
@@ -305,8 +305,10 @@ class _Run:
         return self.wanted[(self.wanted >= begin) & ((self.wanted < end) | is_last)]
 
     def _run(self) -> ScreenedRun:
+        done = self._trajectory()
+        account(self.sticking.model, done)
         return ScreenedRun(
-            Result(self.sticking.model, accounted(self.sticking.model, self._trajectory())),
+            Result(self.sticking.model, done),
             tuple(self.windows),
             tuple(self.reasons),
             dict(zip(self.sticking.names, self.bound.tolist(), strict=True)),

@@ -92,6 +92,24 @@ class Sources(NamedTuple):
     named: dict[str, tuple[Source, ...]]
 
 
+class InterfacePart(NamedTuple):
+    """A part of the force at an interface.
+
+    Attributes
+    ----------
+    body : int
+        Number of the flexible body.
+    interface, name : str
+        Of the interface, and of the part as `Neighbours` has it.
+    sources : tuple of Source
+    """
+
+    body: int
+    interface: str
+    name: str
+    sources: tuple[Source, ...]
+
+
 def interface_at(body: FlexibleBody, frame: InterfaceFrame) -> InterfaceFrame | None:
     """Return the interface that is this frame, or that it moves with as a node of a rigid patch."""
     for n in body.interfaces:
@@ -122,6 +140,12 @@ def sources_of(model: ModelData) -> dict[tuple[int, str], Sources]:
     if model not in _found:
         _found[model] = _sources_of(model)
     return _found[model]
+
+
+def parts_of(model: ModelData) -> tuple[InterfacePart, ...]:
+    """Return all parts of the forces at interfaces of a scene, interface by interface."""
+    found = sources_of(model).items()
+    return tuple(InterfacePart(*place, name, own) for place, of in found for name, own in of.named.items())
 
 
 def _sources_of(model: ModelData) -> dict[tuple[int, str], Sources]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
@@ -16,8 +16,12 @@ from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
+    from kanefe.kernels.events.watched_run import WatchedRun
     from kanefe.kernels.steppers.step_commands import Run
-    from kanefe.kernels.steppers.watched_run import WatchedRun
+
+
+OutputFunction = Callable[..., None] | int
+"""A function of the signature of `kanefe.LoadKernel`, or its address."""
 
 
 class Obstacle(NamedTuple):
@@ -80,11 +84,15 @@ class FrameMotions(NamedTuple):
 
 
 class MethodNeeds(NamedTuple):
-    """What a method needs besides rates: linearly implicit evaluations, energy and momenta, derivatives."""
+    """What a method needs besides rates.
+
+    Linearly implicit evaluations, energy and momenta, derivatives, directions in which loads are stiff.
+    """
 
     implicit: bool = False
     balance: bool = False
     derivatives: bool = False
+    directions: bool = False
 
 
 class PreparedRun(Protocol):
@@ -92,10 +100,6 @@ class PreparedRun(Protocol):
 
     def go_on(self, run: Run) -> int:
         """Continue; return the request of the method that compiled code cannot fulfil."""
-        ...
-
-    def foresee(self, run: Run, watched: WatchedRun) -> None:
-        """Write how far the next step may go, behind a step that Python has looked through."""
         ...
 
     def go_over_events(self, run: Run, watched: WatchedRun, restart_share: float) -> tuple[int, bool]:
@@ -113,6 +117,43 @@ class PreparedRun(Protocol):
         ...
 
 
+class RunForces(Protocol):
+    """Forces of T states of a run: of joints, drives, loops and loads, and parts of those at interfaces.
+
+    Attributes
+    ----------
+    reactions : ndarray, shape (T, bodies, 6)
+        Wrench of each joint on its body, about the origin of the body's frame, in its axes.
+    driving : ndarray, shape (T, driven)
+        Forces on the driven coordinates.
+    loops : ndarray, shape (T, loops, 6)
+        Wrench of each constraint with two ends on its end b, about its origin, in its axes.
+    """
+
+    @property
+    def reactions(self) -> np.ndarray:
+        """See above."""
+        ...
+
+    @property
+    def driving(self) -> Matrix:
+        """See above."""
+        ...
+
+    @property
+    def loops(self) -> np.ndarray:
+        """See above."""
+        ...
+
+    def part(self, number: int) -> Matrix:
+        """Return a part of the force at an interface, by its number among `parts_of`, in axes of G, (T, 6)."""
+        ...
+
+    def on_end(self, number: int, end: int) -> Matrix:
+        """Return the wrench of a load between frames on one of its ends, in N, (T, 6)."""
+        ...
+
+
 class RunSweeps(Protocol):
     """Quantities that a route computes for all states of a run at once."""
 
@@ -124,6 +165,15 @@ class RunSweeps(Protocol):
     @property
     def balances(self) -> Matrix:
         """Kinetic, elastic and gravity energy (J), linear and angular momentum about N's origin, (T, 9)."""
+        ...
+
+    @property
+    def forces(self) -> RunForces | None:
+        """All forces, if they are compiled."""
+        ...
+
+    def outputs_of_loads(self, functions: Mapping[int, tuple[OutputFunction, int]]) -> dict[int, Matrix]:
+        """Return what compiled functions, and how many outputs they write, tell of loads, by their numbers."""
         ...
 
     def frame(self, number: int, interface: InterfaceFrame | None, is_accelerated: bool = False) -> FrameMotions:
@@ -262,6 +312,14 @@ class Route(Protocol):
 
     def contact_instant(self, t: float, y: Vector) -> Any:
         """Return what events of rigid contacts ask of a state: `kanefe.kane.rigid_contacts.instant.ContactInstant`."""
+        ...
+
+    def touched(self, t: float, y: Vector, span: float, stop: float, rtol: float) -> Vector:
+        """Return a state (q, u, z) with what touches in it known, after impacts, as a run begins."""
+        ...
+
+    def contact_blurs(self, t: float, y: Vector) -> tuple[float, ...]:
+        """Return how far margins of rigid contacts may be below zero by round-off: of gaps, normal forces, ..."""
         ...
 
     def energy(self, t: float, y: Vector) -> MechanicalEnergy:

@@ -1,4 +1,4 @@
-/* A program without Python that takes three steps with a unit and prints its first output, to the last bit. */
+/* A program without Python that takes three steps with a unit and prints its first three outputs, to the last bit. */
 #include <dlfcn.h>
 #include <stdio.h>
 
@@ -12,7 +12,7 @@ int main(int count, char **given)
 {
     void *callbacks[5] = {(void *)told}, *library = count == 3 ? dlopen(given[1], RTLD_NOW | RTLD_LOCAL) : NULL, *unit;
     unsigned input = 0, output = 1;
-    double torque = 0.5, angle;
+    double torque = 0.5, value;
 
     if (!library) {
         fprintf(stderr, "%s\n", dlerror());
@@ -28,8 +28,10 @@ int main(int count, char **given)
     for (int k = 0; k < 3; k++)
         if (step(unit, 0.01 * k, 0.01, 1))
             return 3;
-    if (get(unit, &output, 1, &angle))
-        return 4;
-    printf("%a\n", angle);
+    for (; output < 4; output++) {
+        if (get(unit, &output, 1, &value))
+            return 4;
+        printf("%a\n", value);
+    }
     return 0;
 }

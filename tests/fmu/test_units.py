@@ -16,6 +16,7 @@ import pytest
 
 import kanefe as kf
 from fmu_units import ERROR, Unit, simulated
+from kanefe.equations.routes import directions_of_loads
 from kanefe_fem.beams.body import beam_body
 from loop_scenes import four_bar
 from steel_beams import steel_beam
@@ -46,6 +47,8 @@ OUTPUTS = (
     *("position arm/tip", "rotation tip", "velocity arm/tip x'", "angular_velocity tip y'", "acceleration tip y"),
     *("angular_acceleration arm/tip z'", "deflection arm/tip", "acceleration arm/tip"),
     *("position box", "velocity box", "acceleration box y'", "acceleration box x"),
+    *("joint_reaction hub", "joint_reaction box force_z", "joint_reaction tip", "coupling_force arm/root"),
+    "coupling_force arm/tip",
 )
 EXACT = 4
 """The first outputs are numbers of the state."""
@@ -65,6 +68,20 @@ def test_a_unit_has_the_numbers_of_the_simulation(tmp_path: Path, fmi: str, meth
     np.testing.assert_array_equal(found[:, :EXACT], np.array(wanted)[:, :EXACT])
     # what is computed from the state, in another order
     np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-12)
+    unit.free()
+
+
+def test_a_unit_solves_for_directions_of_loads_as_the_simulation_does(tmp_path: Path) -> None:
+    scene = arm()
+    scene.add_spring("stay", scene.ground.frame(at=(0.0, 0.0, 1.0)), scene.body("tip"), stiffness=1e4, damping=3.0)
+    assert directions_of_loads(scene.freeze()) == 6
+    options: dict[str, Any] = {"inputs": "motor hub", "outputs": OUTPUTS[:EXACT], "method": "generalised-alpha"}
+    sim, unit = scene.start(**options), Unit(scene.to_fmu(tmp_path / "arm.fmu", **options))
+    found, wanted = unit.run(TORQUES, DT, sim.output_names), []
+    for torque in TORQUES:
+        sim.step(DT, torque)
+        wanted.append(list(sim.outputs.values()))
+    np.testing.assert_array_equal(found, np.array(wanted))
     unit.free()
 
 
@@ -128,6 +145,8 @@ def test_loops_driven_joints_and_planes_are_in_units(tmp_path: Path, method: str
             "joint_speeds wheel",
             f"position {names[1]} x",
             "joint_speeds disc",
+            "driving_force wheel",
+            f"loop_force {scene.freeze().constraints[0].name}",
         ),
     }
     sim, unit = scene.start(**options), Unit(scene.to_fmu(tmp_path / "bars.fmu", **options))
@@ -160,7 +179,7 @@ def rubbing_and_bouncing() -> kf.System:
 def test_contacts_and_dry_friction_need_no_python(tmp_path: Path, fmi: str) -> None:
     options: dict[str, Any] = {
         "inputs": "motor wheel",
-        "outputs": ("velocity ball", "joint_speeds wheel"),
+        "outputs": ("velocity ball", "joint_speeds wheel", "load touch", "joint_reaction ball", "joint_reaction wheel"),
     }
     sim = rubbing_and_bouncing().start(**options)
     unit = Unit(rubbing_and_bouncing().to_fmu(tmp_path / "ball.fmu", fmi=fmi, **options))
@@ -190,7 +209,11 @@ def test_a_unit_is_the_same_whenever_it_is_written(tmp_path: Path) -> None:
 
 
 def test_a_unit_needs_no_python(tmp_path: Path) -> None:
-    options: dict[str, Any] = {"inputs": "motor hub", "outputs": "joint_coordinates hub", "method": "radau5"}
+    options: dict[str, Any] = {
+        "inputs": "motor hub",
+        "outputs": ("joint_coordinates hub", "joint_reaction box moment_z", "coupling_force arm/root force_z"),
+        "method": "radau5",
+    }
     unit = Unit(arm().to_fmu(tmp_path / "arm.fmu", **options))
     compiler = shutil.which("cc")
     assert compiler is not None
@@ -203,7 +226,10 @@ def test_a_unit_needs_no_python(tmp_path: Path) -> None:
     sim = arm().start(**options)
     for _ in range(3):
         sim.step(DT, {"motor hub": 0.5})
-    assert float.fromhex(told.stdout) == sim.outputs["joint_coordinates hub"]
+    angle, *found = map(float.fromhex, told.stdout.split())
+    assert angle == sim.outputs["joint_coordinates hub"]
+    np.testing.assert_allclose(found, list(sim.outputs.values())[1:], rtol=1e-10)  # the same sums, by other code
+    assert all(found)
     unit.free()
 
 
@@ -273,10 +299,9 @@ IN_PYTHON: dict[str, tuple[Callable[[kf.System], Any], dict[str, Any]]] = {
         {"method": "dop853"},
     ),
     "these events act in Python: 'a rigid contact: touch'": (rigidly_touching, {"method": "radau5"}),
-    "begins anew in Python after events": (touching, {"method": "extrapolation"}),
-    "the output 'joint_reaction hub force_x' is a force": (
-        lambda scene: None,
-        {"outputs": ("joint_coordinates hub", "joint_reaction hub force_x")},
+    "the output 'load spring tension' of a spring is computed in Python": (
+        lambda scene: scene.add_spring("spring", scene.ground.frame(at=(0, 0, -1)), scene.body("tip"), stiffness=1.0),
+        {"outputs": ("joint_coordinates hub", "load spring tension")},
     ),
     "asks for energies. Remedy: method='radau5'": (lambda scene: None, {"method": "energy-momentum", "step": 1e-3}),
 }
@@ -294,6 +319,15 @@ def test_a_scene_in_python_makes_a_unit_that_says_so(tmp_path: Path, reason: str
         text = archive.read("modelDescription.xml").decode()
     assert "which this unit needs" in text
     assert "canGetAndSet" not in text
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_unit_goes_on_from_events_by_extrapolation_without_python(tmp_path: Path) -> None:
+    scene = arm()
+    touching(scene)
+    path = scene.to_fmu(tmp_path / "arm.fmu", method="extrapolation")
+    with zipfile.ZipFile(path) as archive:
+        assert "which this unit needs" not in archive.read("modelDescription.xml").decode()
 
 
 @pytest.mark.parametrize("fmi", ["2.0", "3.0"])

@@ -145,7 +145,7 @@ def test_a_loop_is_carried_by_interfaces_and_joints():
     # sum of forces = rate of the momentum, by differences of a finer run
     model = result._channels.model
     for i, t in enumerate(result.times):
-        du = result._channels._accelerations()[i]
+        du = result._channels.accelerations()[i]
         q, u = result._channels.trajectory.coordinates[i], result._channels.trajectory.speeds[i]
 
         def momentum(s, q=q, u=u, du=du, t=t):

@@ -180,15 +180,15 @@ def test_forces_are_computed_only_when_asked_for_and_kept(monkeypatch):
         raise RuntimeError("computed")
 
     with monkeypatch.context() as patch:
-        patch.setattr(channels, "recovered_forces", refuse)
-        patch.setattr(channels, "joint_reactions", refuse)
+        patch.setattr(channels, "LiteralForces", refuse)
+        patch.setattr("kanefe.order_n.sweeps.CompiledForces", refuse)
         result.position("arm")
         result.acceleration("arm")
         assert result.energy.balance_error.shape == (3,)
         with pytest.raises(RuntimeError, match="computed"):
             result.coupling_force("arm", "root")
     first = result.coupling_force("arm", "root")
-    monkeypatch.setattr(channels, "recovered_forces", refuse)
+    monkeypatch.setattr("kanefe.order_n.run_forces.ForceKernel.prepared", refuse)
     assert result.coupling_force("arm", "root") is first
     with pytest.raises(ValueError, match="read-only"):
         first[0] = 0.0

@@ -11,7 +11,6 @@ from kanefe.integrate.run import integrate
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.results.channels import RunChannels
 from kanefe.results.quantities import ENERGIES, MOMENTA, MOTIONS
-from kanefe.results.reactions import are_alone
 from kanefe_fem.beams.body import straight_beam
 from kanefe_fem.beams.sections import Rectangle
 from loop_scenes import spatial_loop
@@ -139,7 +138,6 @@ def test_reactions_of_all_states_are_those_of_each(name: str, monkeypatch: pytes
     if name == "stiffened":  # bent no beyond the valid range of its stiffening
         run.coordinates[:, model.flexible_terms("arm").eta] *= 0.05
     swept, literal = RunChannels(model, run), RunChannels(model, run)
-    assert are_alone(model)
     monkeypatch.setattr(literal, "swept", None)
     keys = [("joint_reaction", shape.name, "") for shape in swept.bodies]
     keys += [("coupling_force", shape.name, n) for shape in swept.bodies for n in shape.interfaces]
@@ -148,9 +146,3 @@ def test_reactions_of_all_states_are_those_of_each(name: str, monkeypatch: pytes
         size = max(1.0, abs(expected).max())  # round-off of sums, of the largest number in them
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * size, err_msg=" ".join(key))
     assert any(swept.read(*key).any() for key in keys)
-
-
-def test_where_more_acts_each_state_is_asked() -> None:
-    assert not are_alone(random_model(Recipe(4, bodies=8, loads=5)))
-    assert not are_alone(random_model(Recipe(5, bodies=8, loads=0, between=4)))
-    assert not are_alone(spatial_loop(2).freeze())

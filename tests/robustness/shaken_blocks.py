@@ -23,7 +23,7 @@ from kanefe.contact import Coulomb, Rigid
 from kanefe.contact.shapes import Plane
 from kanefe.frames import Vector, rotation_about
 from kanefe.joints import Free, Motion, Prismatic
-from kanefe.kernels.steppers.event_search import crossing_between
+from kanefe.kernels.events.event_search import crossing_between
 from kanefe.result import Result
 from kanefe.storage.scipy_later import scipy
 from kanefe.system import System

@@ -7,7 +7,7 @@ import numpy as np
 import kanefe as kf
 from kanefe import shapes
 from kanefe.equations.model import Model
-from scenes import lattice_body, random_inertia, swing, unit_axis
+from scenes import lattice_body, random_inertia, unit_axis
 
 FRICTION = (
     None,
@@ -46,14 +46,20 @@ def _touching(rng: np.random.Generator, is_flat: bool) -> shapes.SurfaceShape:
     return shapes.Torus(0.3, 0.1)
 
 
+def _swing(rng: np.random.Generator) -> kf.Motion:
+    """Return a motion that compiled code knows, of half a second."""
+    return kf.Motion.table(np.linspace(0.0, 0.5, 6), 0.1 * rng.standard_normal(6))
+
+
 def rigid_scene(seed: int) -> Model:
     """Return a scene of 1 to 4 rigid contacts between random frames, far from each other as it starts."""
     rng = np.random.default_rng(seed)
     scene = kf.System(gravity=rng.standard_normal(3))
     deck = scene.add_rigid_body(
-        "deck", 3.0, random_inertia(rng), joint=kf.Revolute(unit_axis(rng), motion=swing(rng)), at=(0, 0, -20)
+        "deck", 3.0, random_inertia(rng), joint=kf.Revolute(unit_axis(rng), motion=_swing(rng)), at=(0, 0, -20)
     )
-    frames = [deck, scene.ground]  # from below
+    ground = scene.ground
+    frames = [deck, ground]  # from below
     for i in range(int(rng.integers(1, 4))):
         joint = kf.Free(position=(0, 0, 20.0 * (i + 1)))
         frames.append(scene.add_rigid_body(f"thing {i}", 1.0, random_inertia(rng), com=(0.1, 0, 0.05), joint=joint))
@@ -74,7 +80,7 @@ def rigid_scene(seed: int) -> Model:
         frames.append(coupler)
     for number in range(int(rng.integers(1, 5))):
         a, b = sorted(rng.choice(len(frames), 2, replace=False))
-        if frames[a] is deck and frames[b] is scene.ground:
+        if frames[a] is deck and frames[b] is ground:
             b += 1  # neither is free to answer a force
         surface, belt = _touched(rng)
         touched = scene.add_surface(f"surface {number}", frames[a], surface, at=0.1 * rng.standard_normal(3))

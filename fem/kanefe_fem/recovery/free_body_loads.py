@@ -10,8 +10,8 @@ import numpy as np
 from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS
+from kanefe.frames import rotation_matrices
 from kanefe.kane.active import loaded_frames
-from kanefe.kane.assemble import accelerations
 from kanefe.kane.constraints import HeldWrench
 from kanefe.kane.interactions import MarkerWrench, load_wrenches
 from kanefe.kane.kinematics import FrameMotion
@@ -141,25 +141,18 @@ def inertia_forces(result: Reader, name: str, body: FlexibleBody, frames: np.nda
             f"body {name!r} has no mass points that move with its modes. Remedy: inertia=False, or make it with "
             "kanefe_fem.beam_body and a reduction"
         )
-    model, count = run.model, body.free_count
-    number, terms = model.index(name), model.flexible_terms(name)
-    gravity = model.gravity if model.bodies[number].has_gravity else np.zeros(3)
-    basis = body.inertia_basis[:, :count]
-    forces = np.empty((len(frames), len(body.inertia_points), 3))
-    moved = np.empty_like(forces)
-    for row, frame in enumerate(frames):
-        t, q, u = run.times[frame], run.trajectory.coordinates[frame], run.trajectory.speeds[frame]
-        state = State(model, t, q, u, run.trajectory.internal[frame])
-        G, du = state.motion(number, None), accelerations(state)
-        rates = np.concatenate((du, state.driven_rates))
-        a, alpha = G.V @ rates + G.Z - G.A_NF.T @ gravity, G.W @ rates + G.Y
-        deformed, velocity, acceleration = (
-            (basis @ values).reshape(-1, 3) for values in (q[terms.eta], u[terms.speeds], du[terms.speeds])
-        )
-        r = body.inertia_points + deformed
-        turning = np.cross(alpha, r) + np.cross(G.w, np.cross(G.w, r) + 2.0 * velocity)
-        forces[row] = -(body.inertia_mass @ (a + turning + acceleration))
-        moved[row] = r
+    number = run.model.index(name)
+    terms = run.model.flexible_terms(name)
+    gravity = run.model.gravity if run.model.bodies[number].has_gravity else np.zeros(3)
+    basis, axes = body.inertia_basis[:, : body.free_count], rotation_matrices(result.rotation(name)[frames])
+    a = (result.acceleration(name)[frames] - gravity)[:, None] @ axes
+    w, alpha = (x[frames][:, None] for x in (result.angular_velocity(name), result.angular_acceleration(name)))
+    of_modes = result.modal_coordinates(name), result.modal_speeds(name), run.accelerations()[:, terms.speeds]
+    deformed, velocity, acceleration = ((x[frames] @ basis.T).reshape(len(frames), -1, 3) for x in of_modes)
+    moved = body.inertia_points + deformed
+    total = a + np.cross(alpha, moved) + np.cross(w, np.cross(w, moved) + 2.0 * velocity) + acceleration
+    side_by_side = total.transpose(1, 0, 2).reshape(len(body.inertia_points), -1)
+    forces = -(body.inertia_mass @ side_by_side).reshape(-1, len(frames), 3).transpose(1, 0, 2)
     forces[:, :, [a for a, c in enumerate(TRANSLATIONS) if c not in body.components]] = 0.0  # across a planar body
     return forces, moved
 

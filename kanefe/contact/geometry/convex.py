@@ -9,10 +9,10 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.contact.geometry.mesh import Mesh
-from kanefe.contact.geometry.shape import Probe
+from kanefe.contact.geometry.shape import Probe, axes_about
 from kanefe.contact.geometry.stl import read_stl
 from kanefe.errors import ModelError
-from kanefe.frames import numbers
+from kanefe.frames import Matrix, Vector, numbers
 
 SAME_FACE = 1e-9
 """Largest difference between the unit normals of triangles of one face, dimensionless, due to round-off."""
@@ -27,6 +27,11 @@ class Convex(Mesh):
     ----------
     points : array_like, shape (n, 3)
         m, at least four that are not in one plane.
+
+    Attributes
+    ----------
+    faces : tuple of (ndarray, ndarray of int)
+        Normal of each face, and its corners among `vertices`, counter-clockwise seen from outside.
 
     Raises
     ------
@@ -57,9 +62,13 @@ class Convex(Mesh):
         corners[inwards] = corners[inwards][:, ::-1]
         kept, triangles = np.unique(corners, return_inverse=True)
         super().__init__(places[kept], triangles.reshape(-1, 3))
-        faces = np.unique(np.round(hull.equations / SAME_FACE) * SAME_FACE, axis=0, return_inverse=True)[1].ravel()
-        largest = max(len(np.unique(corners[faces == face])) for face in set(faces))
-        object.__setattr__(self, "_corners_of_a_face", largest)
+        planes = np.unique(np.round(hull.equations / SAME_FACE) * SAME_FACE, axis=0, return_inverse=True)[1].ravel()
+        numbered = np.searchsorted(kept, corners)
+        faces = tuple(
+            _face(places[kept], hull.equations[planes == k][0, :3], np.unique(numbered[planes == k]))
+            for k in range(planes.max() + 1)
+        )
+        object.__setattr__(self, "faces", faces)
 
     @classmethod
     @checked
@@ -83,6 +92,14 @@ class Convex(Mesh):
 
     def probes(self) -> tuple[Probe, ...]:
         """Return its corners; those of the face that has most of them have the whole stiffness together."""
-        return tuple(Probe(corner, 0.0, 1.0 / self._corners_of_a_face) for corner in self.vertices)
+        most = max(len(loop) for _, loop in self.faces)
+        return tuple(Probe(corner, 0.0, 1.0 / most) for corner in self.vertices)
 
-    _corners_of_a_face: int
+    faces: tuple[tuple[Vector, Vector], ...]
+
+
+def _face(vertices: Matrix, normal: Vector, corners: Vector) -> tuple[Vector, Vector]:
+    """Return the normal of a face and its corners, going round it counter-clockwise seen from outside."""
+    offsets = vertices[corners] - vertices[corners].mean(axis=0)
+    axes = axes_about(normal)
+    return normal, corners[np.argsort(np.arctan2(offsets @ axes[:, 1], offsets @ axes[:, 0]))]

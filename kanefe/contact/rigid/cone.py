@@ -15,14 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
-
-CLOSE, ENOUGH = 1e-12, 1e-9
-"""Residual relative to the largest force up to which a solution is accepted at once, and up to which it is accepted if
-it no longer improves. If rows are dependent, round-off in b has no solution."""
-
-SWEEPS, ROUNDS, NEWTON_STEPS = 60, 40, 30
-"""Number of sweeps of the Gauss-Seidel iteration between two attempts of Newton's method; largest number of rounds of
-both; largest number of Newton steps."""
+from kanefe.kernels.impacts.tolerances import CLOSE, DEPENDENT, ENOUGH, NEWTON_STEPS, ROUNDS, SWEEPS
 
 
 class Cones(NamedTuple):
@@ -64,7 +57,7 @@ def solved(problem: Cones, first: Vector | None = None) -> Vector | None:
         return np.zeros(3 * k)
     if first is None and np.all(np.isnan(problem.slips)):
         # of what lies and sticks the forces of least norm often are those: each point carries its part
-        held = np.linalg.lstsq(G, -b, rcond=1e-13)[0]
+        held = np.linalg.lstsq(G, -b, rcond=DEPENDENT)[0]
         if residual(problem, held) <= CLOSE * max(size, float(np.abs(held).max())):
             return held
     left = np.inf
@@ -119,7 +112,7 @@ def _newton(problem: Cones, x: Vector, r: Vector, size: float) -> Vector | None:
         F, dF = _equations(problem, x, r)
         if np.abs(F).max() <= CLOSE * max(size, float(np.abs(x).max())):
             return x
-        x = x - np.linalg.lstsq(dF, F, rcond=1e-13)[0]
+        x = x - np.linalg.lstsq(dF, F, rcond=DEPENDENT)[0]
         if not np.all(np.isfinite(x)):
             return None
     return None

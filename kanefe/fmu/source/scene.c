@@ -444,6 +444,30 @@ static int put_motions(engine *e)
 #endif
 }
 
+/* Writes forces and outputs of loads; not 0 where they are not determined. */
+static int put_forces(engine *e)
+{
+#if CAN_TELL_FORCES || CAN_TELL_LOADS
+    double *y = state_of(e), t = engine_time(e);
+
+    *(double *)at(e, AT_TOLD_TIME) = t;
+    put_drives(e, t, AT_TOLD_DRIVES);
+    put_held(e, AT_TOLD_INPUTS, y);
+    memcpy(at(e, AT_TOLD_STATE), y, sizeof(double[SIZE - WORKS]));
+#else
+    (void)e;
+#endif
+#if CAN_TELL_FORCES
+    if (call(e, TELL_FORCES) || !*(int64_t *)at(e, AT_IS_TOLD))
+        return 1;
+#endif
+#if CAN_TELL_LOADS
+    if (call(e, TELL_LOADS))
+        return 1;
+#endif
+    return 0;
+}
+
 const double *engine_outputs(engine *e)
 {
     const double *rows = NULL, *y = state_of(e);
@@ -452,7 +476,7 @@ const double *engine_outputs(engine *e)
         return e->has_numbers ? e->outputs : NULL;
     e->is_read = 1;
     e->has_numbers = 0;
-    if (put_motions(e))
+    if (put_motions(e) || put_forces(e))
         return NULL;
 #if HAS_FRAMES
     rows = at(e, AT_MOTION_FOUND);
@@ -467,6 +491,18 @@ const double *engine_outputs(engine *e)
             e->outputs[i] = y[o->place];
         } else if (o->what == DRIVE) {
             e->outputs[i] = ((double *)at(e, AT_OUTPUT_DRIVES))[o->place];
+#if CAN_TELL_FORCES
+        } else if (o->what == IN_FORCES) { /* of an interface parts are added up */
+            const double *forces = (double *)at(e, AT_FORCES) + o->place;
+
+            e->outputs[i] = 0.0;
+            for (int k = 0; k < o->other; k++)
+                e->outputs[i] += forces[6 * k];
+#endif
+#if CAN_TELL_LOADS
+        } else if (o->what == IN_LOADS) {
+            e->outputs[i] = ((double *)at(e, AT_LOADS))[o->place];
+#endif
         } else {
 #if HAS_FRAMES
             const frame *f = &FRAMES[o->place];

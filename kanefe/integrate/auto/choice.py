@@ -18,15 +18,12 @@ from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.method import LEAST_RTOL, Method
 from kanefe.integrate.methods.table import row_for
 from kanefe.integrate.options import AUTO, RunOptions
-from kanefe.integrate.stepper import StepControl, Stepper
+from kanefe.integrate.stepper import ATOL_SHARE, StepControl, Stepper
 
 if TYPE_CHECKING:
     from kanefe.integrate.methods.kernel_stepper import KernelStepper
 
 DEFAULT_RTOL = 1e-6
-
-ATOL_SHARE = 0.1
-"""Default absolute tolerance relative to rtol."""
 
 
 @dataclass(frozen=True)

@@ -19,10 +19,11 @@ def functions_of_run(model: Model, options: RunOptions) -> list[CompiledFunction
     """
     names = method_names(model, options)
     found: list[CompiledFunction] = []
-    has_jacobian = False
+    has_jacobian = has_directions = False
     for row in ROWS:
         if row.name in names and isinstance(row.stepper, Compiled):
             kernels = row.stepper.kernels_for(model)
             found += [kernels.advance.unit, kernels.interpolate.unit]
-            has_jacobian |= JACOBIAN_ROW in kernels.integers
-    return found + functions_of_route(model, has_jacobian)
+            has_directions |= kernels.takes_directions
+            has_jacobian |= JACOBIAN_ROW in kernels.integers and not kernels.takes_directions
+    return found + functions_of_route(model, has_jacobian, has_directions)

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
 from kanefe.integrate.events.event import Event, MarginEvent
+from kanefe.kernels.impacts.contact_questions import LIFT, POINT_CODES, REPORTED, SLIP, STICK, TOUCH
 from kanefe.tree.scales import scene_length
 from kanefe.tree.scene_state import SceneState
 
@@ -27,21 +28,31 @@ AT_ONCE = 1e-9
 
 
 class LastLook:
-    """The margins of rigid contacts at the last moment that was looked at, and how far they may be below zero."""
+    """The margins of rigid contacts at the last moment that was looked at, and how far they may be below zero.
+
+    Attributes
+    ----------
+    length : float
+        Of the scene, m.
+    """
 
     def __init__(self, model: Model) -> None:
-        self._model, self._length = model, scene_length(model)
-        self._last: tuple[float, Vector, Margins, Margins] | None = None
+        self._model, self.length = model, scene_length(model)
+        self._last: dict[str, tuple[float, Vector, Any]] = {}
 
-    def at(self, t: float, state: SceneState) -> tuple[Margins, Margins]:
-        """Return both at a time, s."""
-        from kanefe.kane.rigid_contacts.instant import blurs
+    def margins(self, t: float, state: SceneState) -> Margins:
+        """Return the margins at a time, s."""
+        return self._at("margins", t, state, lambda t, y: self._model.route.contact_instant(t, y).margins())  # type: ignore[no-any-return]
 
-        y = state.vector
-        if self._last is None or self._last[0] != t or not np.array_equal(self._last[1], y):
-            instant = self._model.route.contact_instant(t, y)
-            self._last = t, y, instant.margins(), blurs(instant, self._length)
-        return self._last[2:]
+    def blurs(self, t: float, state: SceneState) -> tuple[float, ...]:
+        """Return how far they may be below zero at a time, s."""
+        return self._at("blurs", t, state, self._model.route.contact_blurs)  # type: ignore[no-any-return]
+
+    def _at(self, what: str, t: float, state: SceneState, find: Callable[[float, Vector], Any]) -> Any:
+        y, last = state.vector, self._last.get(what)
+        if last is None or last[0] != t or not np.array_equal(last[1], y):
+            last = self._last[what] = t, y, find(t, y)
+        return last[2]
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +90,7 @@ class ContactChange(MarginEvent):
 
     def blur(self, t: float, state: SceneState) -> float:
         """Return the largest of the margins that are zero but for round-off: their signs what follows decides."""
-        return max(_of_kind(self.kind, self.look.at(t, state)[1]).values(), default=0.0)
+        return self.look.blurs(t, state)[list(CODES).index(self.kind)]
 
     def changed(self, t: float, state: SceneState, y: Vector) -> Vector | None:
         """Return the state after what happens."""
@@ -103,6 +114,9 @@ class ReportedContactEvent(Event):
         return False
 
 
+CODES = {"touch": TOUCH, "lift": LIFT, "slip": SLIP, "stick": STICK}
+"""What compiled code is asked for, by the kinds of events."""
+
 STEPS_OVER = "moreau-jean"
 """Method whose steps do not end at impacts."""
 
@@ -111,8 +125,6 @@ def changes_of_contacts(model: Model, method: str, start: float, stop: float, rt
     """Return the events that find what happens to rigid contacts; of scenes without them none."""
     if not model.rigid_contacts or method == STEPS_OVER:
         return ()
-    from kanefe.kane.rigid_contacts.impacts import LIFT, SLIP, STICK, TOUCH
-
     look = LastLook(model)
     return tuple(
         ContactChange(
@@ -126,7 +138,7 @@ def changes_of_contacts(model: Model, method: str, start: float, stop: float, rt
             rtol=rtol,
             look=look,
         )
-        for kind in (TOUCH, LIFT, SLIP, STICK)
+        for kind in CODES
     )
 
 
@@ -134,10 +146,7 @@ def begun(events: Sequence[Event], t: float, y: Vector) -> Vector | None:
     """Return the state (q, u, z) of which a run begins, with the directions of slips that begin; None without."""
     for one in events:
         if isinstance(one, ContactChange):
-            from kanefe.kane.rigid_contacts.impacts import START, resolved
-
-            found = resolved(one.model, t, y, START, one.span, one.stop, one.rtol, one.model.route.contact_instant)
-            return np.concatenate((y[: one.model.coordinate_count], found.u, found.z))
+            return one.model.route.touched(t, y, one.span, one.stop, one.rtol)
     return None
 
 
@@ -181,6 +190,25 @@ class ChangeReports:
             event.points.clear()
         return names
 
+    def take_code(self, model: Model, t: float, code: int) -> None:
+        """Add what compiled code tells: see `kanefe.kernels.impacts.contact_changes.change_contacts`."""
+        from kanefe.contact.rigid.rigid_contact import REPORTED_EVENTS
+
+        contacts = model.rigid_contacts
+        if code < REPORTED * len(contacts):
+            self._times[f"{model.rigid_contact(code // REPORTED).name} {REPORTED_EVENTS[code % REPORTED]}"].append(t)
+            return
+        from kanefe.kane.rigid_contacts.impacts import PointChange
+
+        number, change = divmod(code - REPORTED * len(contacts), POINT_CODES)
+        for k in range(len(contacts)):
+            contact = model.rigid_contact(k)
+            if number < len(contact.probes):
+                before, after, is_struck = change // 6, change // 2 % 3, bool(change % 2)
+                self._told(PointChange(contact.name, number, t, before, after, is_struck, contact.friction is not None))
+                return
+            number -= len(contact.probes)
+
     def _told(self, change: PointChange) -> list[str]:
         key = change.contact, change.point
         last = self._last.get(key)
@@ -199,10 +227,8 @@ def _never(t: float, state: SceneState) -> float:
 
 
 def _nearest(kind: str, look: LastLook, t: float, state: SceneState) -> float:
-    return min(_of_kind(kind, look.at(t, state)[0]).values(), default=FAR)
+    return min(_of_kind(kind, look.margins(t, state)).values(), default=FAR)
 
 
 def _of_kind(kind: str, found: Margins) -> dict[tuple[int, int], float]:
-    from kanefe.kane.rigid_contacts.impacts import LIFT, SLIP, STICK, TOUCH
-
-    return {TOUCH: found.gaps, LIFT: found.normals, SLIP: found.slip_margins, STICK: found.slips}[kind]
+    return dict(zip(CODES, found, strict=True))[kind]

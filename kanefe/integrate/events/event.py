@@ -161,7 +161,7 @@ class MarginEvent(Event):
 
 def checked_events(events: Sequence[Event | str] | Event | str, of_loads: Sequence[Event] = ()) -> tuple[Event, ...]:
     """Return the events of loads and those of a call, names for events; a ModelError says what is wrong with them."""
-    if not isinstance(events, (Event, str, Sequence)):
+    if not isinstance(events, (tuple, Event, str, Sequence)):  # the default first, which takes no time
         raise ModelError(f"events must be a list of kanefe.Event, not {type(events).__name__}")
     given = (events,) if isinstance(events, (Event, str)) else events
     found = (*of_loads, *(Event(one) if isinstance(one, str) else one for one in given))

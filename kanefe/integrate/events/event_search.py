@@ -10,11 +10,11 @@ import numpy as np
 from kanefe.equations.forces_at import seen
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
-from kanefe.integrate.events.contact_changes import ChangeReports, ContactChange, ReportedContactEvent, begun
+from kanefe.integrate.events.contact_changes import CODES, ChangeReports, ContactChange, ReportedContactEvent, begun
 from kanefe.integrate.events.event import Event, MarginEvent
 from kanefe.integrate.events.load_events import EventOfLoad
 from kanefe.integrate.stepper import StepFailure, Stepper, looks_out
-from kanefe.kernels.steppers.event_search import (
+from kanefe.kernels.events.event_search import (
     find_brackets,
     first_with_sign,
     is_known,
@@ -24,9 +24,10 @@ from kanefe.kernels.steppers.event_search import (
     root_in,
     time_tolerance,
 )
-from kanefe.kernels.steppers.watched_run import (
+from kanefe.kernels.events.watched_run import (
     ACTS,
     BOUND,
+    BOUND_CHANGES,
     CHANGES,
     FIRST_SHARES,
     SHARES,
@@ -34,6 +35,7 @@ from kanefe.kernels.steppers.watched_run import (
     STORM_SHARE,
     WatchedRun,
 )
+from kanefe.kernels.impacts.contact_questions import report_count
 from kanefe.loads.by_kernel import ActionByKernel
 from kanefe.tree.model_data import QUADRATURES
 
@@ -77,8 +79,11 @@ class EventWatch:
         self._last = np.full(len(self.events), -np.inf)
         self._ways = np.zeros(len(self.events))
         self._actions = np.full(STORM, -np.inf)
+        self._regime, self._usual = np.array([-1.0, 0.0, 0.0]), np.zeros(len(self.events))
         self.acting: float | None = None
         self.times: dict[str, list[float]] = {event.name: [] for event in self.events}
+        self._kept = {"values": self._values, "noise": self._noise, "ways": self._ways, "acted": self._actions}
+        self._kept |= {"regime": self._regime, "usual": self._usual}
         self.telling = ChangeReports(self.times, span)
         self.watched = self._watched() if len(self._compiled) == len(self.events) else None
 
@@ -91,6 +96,7 @@ class EventWatch:
 
     def begin(self, t: float, y: np.ndarray, happened: Sequence[Event] = ()) -> None:
         """Set the state from which the run continues, and the events that just happened there."""
+        self._regime[0] = -1.0
         self._values[:] = self._values_of(np.array([t]), y[None])[0]
         for i, event in enumerate(self.events):
             if isinstance(event, MarginEvent):
@@ -118,7 +124,9 @@ class EventWatch:
         return None
 
     def _change(self, event: Event) -> tuple[int, int, int, int]:
-        """Return how compiled code does the action of an event: see `Lookout.change`."""
+        """Return how compiled code does the action of an event: see `WatchedRun.changes`."""
+        if isinstance(event, ContactChange):
+            return CODES[event.kind], 0, 0, 0
         if self._watching is None or not isinstance(event, EventOfLoad) or event.number not in self._watching.rows:
             return -1, 0, 0, 0
         return self._watching.rows[event.number], event.index, event.where.start, event.where.stop - event.where.start
@@ -126,7 +134,13 @@ class EventWatch:
     def _watched(self) -> WatchedRun:
         count = len(self.events)
         kinds = [_kind_for_kernels(event) for event in self.events]
-        most = len(FIRST_SHARES) * count
+        most, model = len(FIRST_SHARES) * count, self._model
+        first = model.coordinate_count + model.free_count + model.state_count
+        changes = [event for event in self.events if isinstance(event, ContactChange)]
+        if any(event.terminal and isinstance(event, ReportedContactEvent) for event in self.events):
+            kinds = [BOUND if kind == BOUND_CHANGES else kind for kind in kinds]  # Python looks at what they lead to
+        of_run = (changes[0].stop, changes[0].rtol, changes[0].look.length) if changes else (np.inf, 0.0, 1.0)
+        reports = report_count(sum(len(model.rigid_contact(k).probes) for k in range(len(model.rigid_contacts))))
         return WatchedRun(
             columns=np.array(list(self._compiled.values()), dtype=np.int64),
             directions=np.array([event.direction for event in self.events], dtype=np.int64),
@@ -134,7 +148,7 @@ class EventWatch:
             values=self._values,
             noise=self._noise,
             last=self._last,
-            records=np.empty((2 * most + LEAST_RECORDS, 2)),
+            records=np.empty((2 * (most + reports) + LEAST_RECORDS, 2)),
             counts=np.zeros(1, dtype=np.int64),
             times=np.empty(len(FIRST_SHARES) + 1),
             samples=np.empty(len(FIRST_SHARES) + 1),
@@ -142,8 +156,14 @@ class EventWatch:
             found=np.empty((most, 2)),
             changes=np.array([self._change(event) for event in self.events], dtype=np.int64).reshape(-1, 4),
             actions=self._actions,
-            first_quadrature=self._model.coordinate_count + self._model.free_count + self._model.state_count,
+            regime=self._regime,
+            usual=self._usual,
+            first_quadrature=first,
+            after=np.empty(first + QUADRATURES),
             span=self._span,
+            stop=of_run[0],
+            rtol=of_run[1],
+            length=of_run[2],
         )
 
     def take_records(self) -> None:
@@ -151,7 +171,10 @@ class EventWatch:
         if self.watched is None:
             return
         for t, event in self.watched.records[: self.watched.counts[0]].tolist():
-            self.times[self.events[int(event)].name].append(t)
+            if event < 0.0:
+                self.telling.take_code(self._model, t, int(-1.0 - event))
+            else:
+                self.times[self.events[int(event)].name].append(t)
         self.watched.counts[0] = 0
 
     @property
@@ -248,13 +271,12 @@ class EventWatch:
     def snapshot(self) -> dict[str, np.ndarray]:
         """Return what is needed to continue."""
         arrays = {f"times {i}": np.array(self.times[event.name]) for i, event in enumerate(self.events)}
-        kept = {"values": self._values, "noise": self._noise, "ways": self._ways}
-        return {"acted": self._actions.copy(), **{name: array.copy() for name, array in kept.items()}, **arrays}
+        return {**{name: array.copy() for name, array in self._kept.items()}, **arrays}
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
         """Continue from a snapshot."""
-        self._values[:], self._noise[:], self._ways[:] = (snapshot[name] for name in ("values", "noise", "ways"))
-        self._actions[:] = snapshot["acted"]
+        for name, array in self._kept.items():
+            array[:] = snapshot[name]
         for i, event in enumerate(self.events):
             self.times[event.name] = snapshot[f"times {i}"].tolist()
             self._last[i] = max(self.times[event.name], default=-np.inf)
@@ -315,8 +337,8 @@ def ends_step_alone(event: Event) -> bool:
 
 
 def _kind_for_kernels(event: Event) -> int:
-    if isinstance(event, MarginEvent):
-        return BOUND
+    if isinstance(event, ContactChange):
+        return BOUND_CHANGES
     if isinstance(event, EventOfLoad) and isinstance(event.of.action, ActionByKernel) and not event.acts_as_asked:
         return CHANGES
     return ACTS if event.acts and not ends_step_alone(event) else int(event.acts)

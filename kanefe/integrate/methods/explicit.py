@@ -106,6 +106,11 @@ def explicit_method(name: str, about: str, coefficients: Callable[[], Tableau], 
     )
 
 
+REACH = 0.01
+"""How far behind the end of a step its polynomial is as good as within: see `kanefe.kernels.events.foreseen_events`.
+"""
+
+
 def _kernels(found: Tableau) -> Kernels:
     from kanefe.kernels.steppers import explicit_steps as kernel
 
@@ -122,4 +127,5 @@ def _kernels(found: Tableau) -> Kernels:
             kernel.ORDER: found.order,
         },
         table=found.table,
+        reach=REACH,
     )

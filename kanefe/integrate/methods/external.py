@@ -60,7 +60,7 @@ class PluggedStepper(PythonStepper):
         super().__init__(name, dynamics)
         self._stop = stop
         y = dynamics.initial_state(start)
-        self._rtol, self._atol = control.rtol, control.atol * dynamics.scales(start, y)
+        self._rtol, self._atol = control.rtol, control.atol * dynamics.scales(start, y, control.looseness)
         self._smallest = SMALLEST_STEP * (stop - start)
         self._largest = (stop - start) / LEAST_STEPS if dynamics.calls_functions else stop - start
         self._jacobians = 0

@@ -31,11 +31,17 @@ def _kernels() -> Kernels:
 
 
 def _prepare(memory: Memory) -> None:
-    """Write what the estimate of errors has to know of forces, and the number of columns of fixed steps."""
+    """Write what the estimate of errors has to know of forces, and the number of columns of fixed steps.
+
+    After an event vibrations may begin, of which a long step would damp the estimate: it is followed by a radian of the
+    fastest.
+    """
     from kanefe.kernels.steppers.extrapolation_dense import AIM, HAS_KINKS
-    from kanefe.kernels.steppers.step_commands import IS_FIXED, IS_STIFF
+    from kanefe.kernels.steppers.step_commands import IS_FIXED, IS_STIFF, LONGEST_RESTART
 
     integers, bodies = memory.integers, memory.dynamics.model.bodies
+    if (fastest := _fastest(memory)) > 0.0:
+        memory.reals[LONGEST_RESTART] = 1.0 / fastest
     integers[IS_STIFF] = any(body.flexible is not None or body.has_coordinate_forces for body in bodies)
     integers[HAS_KINKS] = memory.dynamics.has_kinks
     integers[AIM] = COLUMNS_OF_FIXED_STEPS if integers[IS_FIXED] else 0
@@ -45,14 +51,20 @@ def _first_step(memory: Memory) -> float:
     """Return the first step: a long one would damp all vibrations, unseen by the estimate."""
     from kanefe.integrate.auto.vibrations import FIRST_SHARE, are_seen
     from kanefe.kernels.steppers.step_commands import RELATIVE, SCALE, STATE, STOP, TIME
-    from kanefe.tree.scales import modal_frequencies
 
     reals, vectors = memory.reals, memory.vectors
     long = FIRST_SHARE * float(reals[STOP] - reals[TIME])
     tolerances = float(reals[RELATIVE]), vectors[SCALE]
     if are_seen(memory.dynamics, memory.t, vectors[STATE], long, *tolerances):
-        return min(long, 1.0 / float(modal_frequencies(memory.dynamics.model).max()))
+        return min(long, 1.0 / _fastest(memory))
     return long
+
+
+def _fastest(memory: Memory) -> float:
+    """Return the highest frequency of the bodies, rad/s; zero if none is flexible."""
+    from kanefe.tree.scales import modal_frequencies
+
+    return float(modal_frequencies(memory.dynamics.model).max(initial=0.0))
 
 
 METHOD = Method(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kanefe.equations.routes import directions_of_loads
 from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha
 from kanefe.integrate.methods.method import Method, without_rigid_contacts
@@ -32,29 +33,34 @@ class CompiledAlpha(Compiled):
 
     Attributes
     ----------
-    with_jacobian : function
-        Returns kernels as `load` does, for scenes in which sweeps do not know all that is stiff.
+    with_jacobian : function (directions) -> Kernels
+        Returns kernels as `load` does, for scenes in which sweeps alone do not know all that is stiff: with that many
+        directions in which loads are stiff, or 0 for a matrix over all unknowns.
     """
 
-    with_jacobian: Callable[[], Kernels]
+    with_jacobian: Callable[[int], Kernels]
 
     def kernels_for(self, model: Model) -> Kernels:
         """Return the kernels that run a scene."""
-        return self.with_jacobian() if model.loads or model.route.lacks(Form.SWEEPS) else self.load()
+        if model.loads:
+            return self.with_jacobian(directions_of_loads(model))
+        return self.with_jacobian(0) if model.route.lacks(Form.SWEEPS) else self.load()
 
 
 def compiled_alpha(formula: GeneralisedAlpha) -> CompiledAlpha:
     """Return what makes the steppers of a formula."""
-    return CompiledAlpha(partial(_kernels, formula, False), partial(_kernels, formula, True))
+    return CompiledAlpha(partial(_kernels, formula, False, 0), partial(_kernels, formula, True))
 
 
 @cache
-def _kernels(formula: GeneralisedAlpha, takes_jacobian: bool) -> Kernels:
+def _kernels(formula: GeneralisedAlpha, takes_jacobian: bool, directions: int) -> Kernels:
     from kanefe.integrate.methods.kernel_set import Kernels
     from kanefe.kernels.steppers import generalised_alpha, generalised_alpha_state
+    from kanefe.kernels.steppers.directions_wanted import MOST_DIRECTIONS
     from kanefe.kernels.steppers.step_commands import JACOBIAN_ROW
 
-    rows, rows_per_speed, rows_per_state = generalised_alpha_state.rows_needed(takes_jacobian)
+    rows, rows_per_speed, rows_per_state = generalised_alpha_state.rows_needed(takes_jacobian, directions)
+    first = generalised_alpha_state.JACOBIAN_ROWS
     return Kernels(
         advance=generalised_alpha.advance_generalised_alpha,
         interpolate=generalised_alpha_state.interpolate_generalised_alpha,
@@ -62,9 +68,10 @@ def _kernels(formula: GeneralisedAlpha, takes_jacobian: bool) -> Kernels:
         rows_per_speed=rows_per_speed,
         rows_per_state=rows_per_state,
         reals=generalised_alpha_state.REALS,
-        integers={JACOBIAN_ROW: generalised_alpha_state.JACOBIAN_ROWS} if takes_jacobian else {},
+        integers={JACOBIAN_ROW: first, MOST_DIRECTIONS: directions} if takes_jacobian else {},
         table=np.array([[formula.alpha_m, formula.alpha_f, formula.gamma, formula.beta]]),
-        is_implicit=not takes_jacobian,
+        is_implicit=not takes_jacobian or directions > 0,
+        takes_directions=directions > 0,
         prepare=_prepare,
         unconverged=_unconverged,
         restart_share=1.0,

@@ -52,6 +52,8 @@ class Kernels:
         Its coefficients.
     is_implicit : bool
         Whether it wants linearly implicit evaluations.
+    takes_directions : bool
+        Whether it wants the directions in which loads between frames are stiff, and no Jacobian.
     keeps_balance : bool
         Whether it wants energy and momenta.
     of_tolerance : function
@@ -60,10 +62,13 @@ class Kernels:
         Writes what it has to know of the scene to the memory of a new stepper.
     restart_share : float
         Of the step before, with which the method goes on after an event; with 0 it finds a first step itself.
+    reach : float
+        How far behind the end of a step its polynomial is as good as within, in steps. By default what is lost in
+        that is nothing even if the polynomial is of a lower order than the step: it meets the state at its end.
     unconverged : function (memory) -> Unconverged or None, optional
         Of a method that may leave the iteration of a fixed step early: which it has left.
     first_step : function (memory) -> float, optional
-        The longest first step in s, at the start and after an event; else the method itself finds one.
+        The longest first step in s; else the method itself finds one.
     """
 
     advance: Pointer
@@ -75,9 +80,11 @@ class Kernels:
     integers: dict[int, int]
     table: Matrix = field(default_factory=lambda: np.zeros((1, 1)))
     is_implicit: bool = False
+    takes_directions: bool = False
     keeps_balance: bool = False
     of_tolerance: Callable[[float], float] = float
     prepare: Callable[[Memory], None] | None = None
     restart_share: float = 0.1
+    reach: float = 1e-5
     unconverged: Callable[[Memory], Unconverged | None] | None = None
     first_step: Callable[[Memory], float] | None = None

@@ -39,12 +39,14 @@ from kanefe.kernels.steppers.step_commands import (
     JACOBIANS,
     LARGEST,
     LARGEST_OF_DRIVES,
+    LONGEST_RESTART,
     MAP,
     MAP_SIZE,
     NEXT_OUTPUT,
     NEXT_STEP,
     PROJECT,
     RATES,
+    REACH,
     REJECTED,
     RELATIVE,
     SCALE,
@@ -79,7 +81,7 @@ from kanefe.tree.scales import coordinate_moves
 
 if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
-    from kanefe.kernels.steppers.watched_run import WatchedRun
+    from kanefe.kernels.events.watched_run import WatchedRun
     from kanefe.tree.bending import Bent
     from kanefe.tree.route import PreparedRun
 
@@ -87,6 +89,10 @@ SMALLEST_STEP = 16.0 * np.finfo(float).eps
 """Smallest step relative to the largest time: below it, times lose their digits. A jump of a force or a power leaves an
 error proportional to the step, so that a step across a jump may have to be this small; the loop ends runs that do not
 advance."""
+
+OF_STEPS = ("steps", "rejected", "evaluations"), [STEPS, REJECTED, EVALUATIONS]
+OF_JACOBIANS = (*OF_STEPS[0], "factorisations", "jacobians"), [*OF_STEPS[1], FACTORISATIONS, JACOBIANS]
+"""Names in the statistics and places among the integers of what is counted, without and with Jacobians."""
 
 ITERATED = 1e-10, 1e-12
 """Relative and absolute tolerance of the iterations with fixed steps."""
@@ -145,7 +151,8 @@ class KernelStepper:
         reals[STOP], reals[SMALLEST] = stop, SMALLEST_STEP * max(abs(start), abs(stop))
         # what happens between the substeps of a step is not seen: functions of the user are looked at often enough
         reals[LARGEST] = (stop - start) / LEAST_STEPS if dynamics.calls_functions else math.inf
-        reals[LARGEST_OF_DRIVES] = reals[TO_EVENT] = math.inf
+        reals[LARGEST_OF_DRIVES] = reals[TO_EVENT] = reals[LONGEST_RESTART] = math.inf
+        reals[REACH] = kernels.reach
         rtol = max(kernels.of_tolerance(control.rtol), LEAST_RTOL)
         atol = max(rtol * (control.atol / control.rtol), 1e-300)
         if control.step is not None:
@@ -154,7 +161,10 @@ class KernelStepper:
         self._no_answer: tuple[float, KanefeError] | None = None
         self._step_times = StepTimes()
         self.vectors[STATE] = dynamics.initial_state(start)
-        reals[RELATIVE], self.vectors[SCALE] = rtol, atol * dynamics.scales(start, self.vectors[STATE])
+        reals[RELATIVE], self.vectors[SCALE] = (
+            rtol,
+            atol * dynamics.scales(start, self.vectors[STATE], control.looseness),
+        )
         if kernels.prepare is not None:
             kernels.prepare(self)
         if kernels.first_step is not None and control.step is None:
@@ -184,10 +194,8 @@ class KernelStepper:
     @property
     def statistics(self) -> dict[str, int | float]:
         """Steps, rejected steps and evaluations; factorisations and Jacobians of methods that make them."""
-        counts = {"steps": STEPS, "rejected": REJECTED, "evaluations": EVALUATIONS}
-        if self._has_jacobian:
-            counts |= {"factorisations": FACTORISATIONS, "jacobians": JACOBIANS}
-        return {name: int(self.integers[place]) for name, place in counts.items()}
+        names, places = OF_JACOBIANS if self._has_jacobian else OF_STEPS
+        return dict(zip(names, self.integers[places].tolist(), strict=True))
 
     @property
     def step_seconds(self) -> list[float]:
@@ -241,9 +249,7 @@ class KernelStepper:
         self.go_on_with(t, y)
         if integers[IS_FIXED]:
             return
-        reals[NEXT_STEP] *= self._kernels.restart_share
-        if self._kernels.first_step is not None:
-            reals[NEXT_STEP] = min(float(reals[NEXT_STEP]), self._kernels.first_step(self))
+        reals[NEXT_STEP] = min(reals[NEXT_STEP] * self._kernels.restart_share, reals[LONGEST_RESTART])
 
     def snapshot(self) -> dict[str, np.ndarray]:
         """Return copies of the memory of the method."""
@@ -267,12 +273,7 @@ class KernelStepper:
     def prepared(self, times: np.ndarray, states: np.ndarray, watched: WatchedRun | None = None) -> Any:
         """Return the run through some times as calls of kernels: see `CompiledRun.prepared`; of an autonomous scene."""
         run = self._run._replace(times=times, states=states, clock=np.zeros(1, dtype=np.int64))
-        return self._compiled_run.prepared(run, watched, self._restart_share)
-
-    @property
-    def events_need_python(self) -> bool:
-        """Whether it begins anew in Python after an event of an autonomous scene."""
-        return self._restart_share < 0.0
+        return self._compiled_run.prepared(run, watched, self._kernels.restart_share)
 
     @property
     def can_look_out(self) -> bool:
@@ -284,11 +285,6 @@ class KernelStepper:
     ) -> tuple[int, bool]:
         """Continue in the same way over events: see `LooksOut.integrate_over_events`."""
         return self._integrate(times, states, most_steps, watched)
-
-    def foresee(self, watched: WatchedRun) -> None:
-        """Let the next step end before an event that the last one lets foresee: see `LooksOut.foresee`."""
-        if self.dynamics.is_autonomous and self.dynamics.route.watching is not None:
-            self._compiled_run.foresee(self._run, watched)
 
     @property
     def has_values(self) -> bool:
@@ -362,7 +358,7 @@ class KernelStepper:
         is_done = False
         while True:
             if is_compiled and watched is not None:
-                command, is_done = self._compiled_run.go_over_events(run, watched, self._restart_share)
+                command, is_done = self._compiled_run.go_over_events(run, watched, self._kernels.restart_share)
             else:
                 command = following()
             if command == RATES:
@@ -384,14 +380,10 @@ class KernelStepper:
 
     @cached_property
     def _compiled_run(self) -> PreparedRun:
-        needs = MethodNeeds(self._kernels.is_implicit, self._kernels.keeps_balance, self._has_jacobian)
+        kernels = self._kernels
+        has_derivatives = self._has_jacobian and not kernels.takes_directions
+        needs = MethodNeeds(kernels.is_implicit, kernels.keeps_balance, has_derivatives, kernels.takes_directions)
         return self.dynamics.route.compiled_run(self.integers, self.reals, self.vectors, needs)
-
-    @cached_property
-    def _restart_share(self) -> float:
-        """Fraction of the step with which compiled code continues after an event; negative where Python restarts."""
-        is_own = self.can_look_out and (self._kernels.first_step is None or bool(self.integers[IS_FIXED]))
-        return self._kernels.restart_share if is_own else -1.0
 
     def _answer_nothing(self, error: KanefeError) -> None:
         """Have the step tried again with a smaller one: up to where the equations hold there are such."""

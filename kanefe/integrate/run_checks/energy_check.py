@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -26,8 +25,8 @@ ROUND_OFF = 1e-15
 """
 
 
-def accounted(model: Model, run: Trajectory) -> Trajectory:
-    """Return a run with "energy_balance" and "bending" in its statistics; warn of what is far off.
+def account(model: Model, run: Trajectory) -> None:
+    """Add "energy_balance" and "bending" to the statistics of a run; warn of what is far off.
 
     "energy_balance": what is missing at the end, J, and its share of the largest energy of motion and deformation, or
     that was exchanged. "bending": the `Bending` of the body that is nearest to its reach, or farthest beyond.
@@ -35,21 +34,18 @@ def accounted(model: Model, run: Trajectory) -> Trajectory:
     bending = worst_bending(model, run.times, run.coordinates, run.bent)
     found = {"energy_balance": _balance(model, run), "bending": bending}
     # lists, as files give them back
-    of_run = replace(run, statistics=run.statistics | {name: list(told) for name, told in found.items() if told})
-    for text in remarks(of_run.statistics, _doubtful(model)):
+    run.statistics.update((name, list(told)) for name, told in found.items() if told)
+    for text in remarks(run.statistics, model):
         warnings.warn(text, SimulationWarning, stacklevel=outside())
-    return of_run
 
 
-def remarks(statistics: Mapping[str, Any], doubtful: Sequence[str] = ()) -> list[str]:
-    """Return a sentence with a remedy for each thing that is far off.
-
-    `doubtful` is what takes part in the scene and may leave energy out of account at any rtol.
-    """
+def remarks(statistics: Mapping[str, Any], model: Model) -> list[str]:
+    """Return a sentence with a remedy for each thing that is far off."""
     found = []
     missing, share = statistics.get("energy_balance", (0.0, 0.0))
     rtol = statistics.get("rtol")
     if rtol is not None and share > max(NOTED, UNFIT * rtol):
+        doubtful = _doubtful(model)
         found.append(
             f"{statistics['method']} {'lost' if missing < 0.0 else 'gained'} {share:.2g} of the energy, which does not "
             f"fit rtol={rtol:g}. "

@@ -11,7 +11,7 @@ import numpy as np
 from kanefe.errors import SimulationWarning, outside
 from kanefe.loads.base import has_contacts
 from kanefe.tree.model_data import ModelData
-from kanefe.tree.scales import scene_length
+from kanefe.tree.scales import kept_of_scene, scene_length
 
 EPSILON = float(np.finfo(float).eps)
 
@@ -46,6 +46,7 @@ class StiffContact(NamedTuple):
         return f"contact {self.name!r} of {self.stiffness:.3g} N/m"
 
 
+@kept_of_scene
 def stiffest_contact(model: ModelData) -> StiffContact | None:
     """Return the contact with the shortest period; None without one whose law is a straight line."""
     if not has_contacts(model.loads):
@@ -73,16 +74,22 @@ def with_contact(model: ModelData, step: float, reason: str, remedy: str) -> tup
 
 def warn_of_stiff_contacts(model: ModelData) -> None:
     """Warn of a contact that yields less under the weight on it than places are rounded by."""
+    if text := _too_stiff(model):
+        warnings.warn(text, SimulationWarning, stacklevel=outside())
+
+
+@kept_of_scene
+def _too_stiff(model: ModelData) -> str:
+    """Return the text of that warning; empty if there is none."""
     contact, g = stiffest_contact(model), float(np.linalg.norm(model.gravity))
     if contact is None or g == 0.0:
-        return
+        return ""
     weight, rounding = contact.mass * g, EPSILON * scene_length(model)
     depth = weight / contact.stiffness
-    if depth < rounding:
-        warnings.warn(
-            f"{contact} deflects by {depth:.2g} m under the weight on it, less than the round-off of positions in this "
-            f"scene, {rounding:.2g} m: its force is noise, and the run may take very long. Remedy: a stiffness of at "
-            f"most {weight / (SOFT_ENOUGH * rounding):.1g} N/m, or kanefe.Rigid()",
-            SimulationWarning,
-            stacklevel=outside(),
-        )
+    if not depth < rounding:
+        return ""
+    return (
+        f"{contact} deflects by {depth:.2g} m under the weight on it, less than the round-off of positions in this "
+        f"scene, {rounding:.2g} m: its force is noise, and the run may take very long. Remedy: a stiffness of at "
+        f"most {weight / (SOFT_ENOUGH * rounding):.1g} N/m, or kanefe.Rigid()"
+    )

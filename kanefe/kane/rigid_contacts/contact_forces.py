@@ -14,7 +14,7 @@ import numpy as np
 
 from kanefe.contact.contact_point_outputs import POINT_OUTPUTS
 from kanefe.contact.rigid.rigid_contact import OPEN, SLIPS, STICKS, RigidContact
-from kanefe.errors import SimulationError
+from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector, cross
 from kanefe.kane.assemble import held_solver
 from kanefe.kane.constraints import force_rows, held_rows, meetings, motion_in_N, touching_rows
@@ -22,12 +22,8 @@ from kanefe.kane.rigid_contacts.contact_shares import shared_forces
 from kanefe.kane.state import State, once
 
 if TYPE_CHECKING:
+    from kanefe.bodies.marker import Marker
     from kanefe.contact.rigid.meeting import Meeting
-
-
-ROUND_OFF_OF_FORCES = 1e-9
-"""Force relative to the largest below which its sign is round-off: the residual to which the complementarity problem is
-solved."""
 
 
 class ProbeForce(NamedTuple):
@@ -200,6 +196,24 @@ def check_determined(state: State, least: float = 1e-9) -> None:
     if len(lost):
         contact, i = list(slipping.values())[int(lost[0])]
         raise paradox(contact, i, state.t)
+
+
+def check_movable(state: State, contact: RigidContact) -> None:
+    """Raise a ModelError if a point and its surface are on frames that no free speed moves."""
+    n = state.model.free_count
+
+    def moves(marker: Marker) -> bool:
+        frame = state.marker(marker)
+        return bool(frame.V[:, :n].any() or frame.W[:, :n].any())
+
+    if moves(contact.ends[0]):
+        return
+    for i, (end, _) in enumerate(contact.probes):
+        if not moves(contact.ends[end]):
+            raise ModelError(
+                f"{contact.title}: neither its surface nor the body of probe {i + 1} is free to move: both are fixed "
+                "or driven, and a force between them has no value. Remedy: leave it out, or free one of the two"
+            )
 
 
 def paradox(contact: RigidContact, i: int, t: float) -> SimulationError:

@@ -18,31 +18,23 @@ from kanefe.contact.rigid.rigid import POISSON
 from kanefe.contact.rigid.rigid_contact import AT_REST, OPEN, SLIPS, STICKS, RigidContact
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.rigid_contacts.instant import STOPPED, InstantAt, Key, LiteralInstant
+from kanefe.kane.rigid_contacts.instant import InstantAt, Key, LiteralInstant
 from kanefe.kane.rigid_contacts.stick_or_slip import StickOrSlip
+from kanefe.kernels.impacts.tolerances import (
+    BEGINNING,
+    CLOSE,
+    CROWDED,
+    MOMENT,
+    NEAR,
+    SHORT_FLIGHT,
+    STILL,
+    STOPPED,
+    STRUCK,
+)
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import scene_length
 
 TOUCH, LIFT, SLIP, STICK, START = "touch", "lift", "slip", "stick", "start"
-
-NEAR = 1e-9
-"""Gap relative to the scene's length up to which a contact point takes part in an impact; also, relative to the largest
-value of an event function, up to which others have passed it too."""
-
-STILL = 1e-10
-"""Normal speed below which a contact point does not move, relative to the speeds with which it moves."""
-
-MOMENT = 1e-11
-"""Duration, relative to the span, of a fall that reaches a speed below which nothing moves either."""
-
-CROWDED, SHORT_FLIGHT = 1e-6, 5e-8
-"""Time within which successive impacts end, and time of flight below which they are combined and the bouncing body is
-at rest, relative to the span."""
-
-BEGINNING = 2.0 / 3.0
-"""Power of rtol that gives the speed, relative to the speeds of a scene, up to which a starting slip keeps the
-direction of the friction that would hold it. Friction would turn it there the faster the slower it is, and no step is
-short enough. That direction is known to first order in time, and so the speed to the power 3/2: to rtol."""
 
 
 class PointChange(NamedTuple):
@@ -201,10 +193,10 @@ class _Event(StickOrSlip):
         self.struck = np.zeros(len(self.keys), dtype=bool)
         if np.any(rates[::3] < -still):
             impulses = self._impulses(G, rates)
-            self.struck = impulses[::3] > 0.0
+            self.struck = impulses[::3] > CLOSE * np.abs(impulses).max()
             self.u = self.u + self.instant.respond(self.keys, impulses)
             rates = rates + G @ impulses
-            still = np.maximum(still, 1e-11 * (np.abs(G) @ np.abs(impulses))[::3])
+            still = np.maximum(still, STRUCK * (np.abs(G) @ np.abs(impulses))[::3])
         closed = rates[::3] <= still
         if self.kind == LIFT:
             closed &= [key not in self.concerned for key in self.keys]

@@ -10,25 +10,15 @@ import numpy as np
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.constraints import meetings
-from kanefe.kane.rigid_contacts.contact_forces import ROUND_OFF_OF_FORCES, Margins, margins, probe_jacobian
+from kanefe.kane.rigid_contacts.contact_forces import Margins, margins, probe_jacobian
 from kanefe.kane.rigid_contacts.impulses import unit_responses
 from kanefe.kane.state import State
+from kanefe.kernels.impacts.tolerances import DEEPER, ROUND_OFF_OF_FORCES, ROUND_OFF_OF_GAPS, STOPPED
 from kanefe.tree.model_data import ModelData
 
 if TYPE_CHECKING:
     from kanefe.contact.rigid.meeting import Meeting
 
-ROUND_OFF_OF_GAPS = 1e-14
-"""Gap relative to the scene's length below which its sign is round-off. The lowest bounces that are resolved are a
-hundred times as high."""
-
-DEEPER = 10.0
-"""Depth up to which a separating point has not come back, in multiples of the depth at which it separates."""
-
-STOPPED = 1e-7
-"""Slip speed, relative to the speeds with which a contact point moves, below which it does not slip and its
-acceleration decides. Up to this speed, by `kanefe.contact.rigid.rigid_contact.STRAIGHT`, the direction of an ending
-slip is known."""
 
 Key = tuple[int, int]
 """Number of a contact among the rigid contacts, and number of its contact point."""

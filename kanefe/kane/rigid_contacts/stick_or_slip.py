@@ -10,17 +10,10 @@ import numpy as np
 from kanefe.contact.rigid.cone import Cones, solved
 from kanefe.contact.rigid.rigid_contact import OPEN, SLIPS, STICKS, RigidContact
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.rigid_contacts.contact_forces import ROUND_OFF_OF_FORCES, paradox
+from kanefe.kane.rigid_contacts.contact_forces import paradox
 from kanefe.kane.rigid_contacts.instant import ContactInstant, InstantAt, Key
+from kanefe.kernels.impacts.tolerances import AHEAD, HOLDS, NOT_DETERMINED, ROUND_OFF_OF_FORCES
 from kanefe.tree.model_data import ModelData
-
-HOLDS = 1.0 - ROUND_OFF_OF_FORCES
-"""Fraction of the holding friction from which the accelerations an instant later decide whether it continues to hold.
-"""
-
-AHEAD = 1e-9, 1e-8, 1e-7, 1e-6, 1e-5
-"""Instants after an event, relative to the span, at which the accelerations are evaluated if those at the event are at
-the friction limit. The first that exceeds round-off decides."""
 
 
 class StickOrSlip:
@@ -48,7 +41,8 @@ class StickOrSlip:
     """
 
     def __init__(self, model: ModelData, t: float, y: Vector, span: float, stop: float, at: InstantAt) -> None:
-        self.model, self.t, self.span, self.stop, self._at = model, t, span, stop, at
+        # of a run that goes on beyond the end that it assumed nothing is known
+        self.model, self.t, self.span, self.stop, self._at = model, t, span, stop if stop >= t else np.inf, at
         self.q, self.u, self.z = (part.copy() for part in model.parts(y))
         self.instant = at(t, y)
         contacts = range(len(model.rigid_contacts))
@@ -186,7 +180,7 @@ class StickOrSlip:
             if not np.isnan(slip[0]):
                 row = problem.G[3 * at]
                 own = float(row[3 * at] - problem.mu[at] * (row[3 * at + 1 : 3 * at + 3] @ slip))
-                if own <= 1e-9 * row[3 * at]:
+                if own <= NOT_DETERMINED * row[3 * at]:
                     raise paradox(*self._named(active[at]), self.t)
 
     def _named(self, number: int) -> tuple[RigidContact, int]:

@@ -1,19 +1,14 @@
-"""Machine code of kernels from numba, linked to files by `kanefe.kernels.compiler.compiled_functions`.
-
-numba makes machine code of each kernel that another calls, for calls from Python, and optimises it with all that it
-calls, once more in each of its callers. A process that does nothing but build (`build_alone`) leaves both to the whole
-unit, which takes a third of the time.
-"""
+"""Machine code of kernels from numba, linked to files by `kanefe.kernels.compiler.compiled_functions`."""
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable
 from functools import cache
 from typing import Any, NamedTuple
 from warnings import catch_warnings, simplefilter
 
 from kanefe.kernels.compiler._numba import INNER, RELAXED, dispatcher, numba_for, seeing_compiled, timed
+from kanefe.kernels.compiler._numba_alone import finish
 
 SUPPORT = """
 #include <stddef.h>
@@ -104,7 +99,7 @@ def _object_code(function: Callable[..., Any], signature: Any) -> ObjectCode:
         result = made._compile_uncached()  # type: ignore[attr-defined]
         library, symbol = result.library, result.fndesc.llvm_cfunc_wrapper_name
         library._ensure_finalized()
-        _optimise_whole(library, symbol)
+        finish(library, symbol)
     codegen = library._codegen
     # numba's own code is for its process alone: that of a library may be put anywhere
     target = binding.Target.from_triple(binding.get_process_triple()).create_target_machine(
@@ -113,97 +108,6 @@ def _object_code(function: Callable[..., Any], signature: Any) -> ObjectCode:
     with timed():
         code = target.emit_object(library._final_module)
     return ObjectCode(code, symbol, lambda: int(library.get_pointer_to_function(symbol)))
-
-
-def _optimise_whole(library: Any, symbol: str) -> None:
-    """Optimise a unit where `build_alone` has kept numba from it; else it is done."""
-
-
-def build_alone() -> None:
-    """Have this process build kernels with less work. None that it compiles from now on can be called in it.
-
-    What it takes out of numba is looked for by name: a version that has another inside builds as numba does.
-    """
-    global _optimise_whole
-    gc.disable()  # what is made is needed to the end
-    from numba import _dynfunc
-    from numba.core import analysis, codegen, cpu, ir_utils
-
-    def entry_point(context: Any, library: Any, description: Any, environment: Any) -> Any:
-        """Return what stands for a kernel among those that numba knows, each by its own."""
-        return _dynfunc.make_function(description.lookup_module(), description.qualname, "", 1, environment, (library,))
-
-    changes = (
-        (codegen.CPUCodeLibrary, "_optimize_final_module", lambda library: None),
-        (codegen.JITCodeLibrary, "_finalize_specific", lambda library: None),
-        (codegen.JITCPUCodegen, "_add_module", lambda codegen, module: None),
-        (cpu.CPUContext, "get_executable", entry_point),
-        (analysis, "compute_live_map", live_variables),
-        (ir_utils, "compute_live_map", live_variables),
-    )
-    if all(hasattr(owner, name) for owner, name, _ in changes):
-        optimise = codegen.CPUCodeLibrary._optimize_final_module
-
-        def optimise_whole(library: Any, symbol: str) -> None:
-            # each function that stays apart is handed every array of the scene's tables, by up to ten numbers an array:
-            # what only the unit can call is laid in where it is called once
-            for function in library._final_module.functions:
-                if not function.is_declaration and function.name != symbol:
-                    function.linkage = "internal"
-            optimise(library)
-
-        _optimise_whole = optimise_whole
-        for owner, name, instead in changes:
-            setattr(owner, name, instead)
-
-
-Names = Mapping[int, set[str]]
-"""Names of variables, for each block of a function."""
-
-
-def live_variables(graph: Any, blocks: Mapping[int, Any], used: Names, defined: Names) -> dict[int, set[str]]:
-    """Return the variables that are alive at the entry of each block of a function, as numba's `compute_live_map`.
-
-    A variable is alive in a block if it, or one that follows it, uses it before it is defined anew. Sets are the bits
-    of integers: numba's own sets of names grow with the square of the size of a function.
-    """
-    bit_of: dict[str, int] = {}
-
-    def bits(names: Iterable[str]) -> int:
-        return sum(1 << bit_of.setdefault(name, len(bit_of)) for name in names)
-
-    order = list(graph.topo_order())
-    followers, leaders = (
-        {at: [other for other, _ in near(at)] for at in order} for near in (graph.successors, graph.predecessors)
-    )
-    alive, own = {at: bits(used[at]) for at in blocks}, {at: bits(defined[at]) for at in blocks}
-    reached = {at: alive[at] | own[at] for at in blocks}
-
-    def spread(
-        found: dict[int, int], places: Iterable[int], near: dict[int, list[int]], handed: Callable[[int, int], int]
-    ) -> None:
-        """Hand what is found on to neighbours until nothing changes."""
-        is_changed = True
-        while is_changed:
-            is_changed = False
-            for at in places:
-                for other in near[at]:
-                    more = found[other] | handed(at, other)
-                    is_changed |= more != found[other]
-                    found[other] = more
-
-    spread(reached, order, followers, lambda at, other: reached[at])
-    spread(alive, order[::-1], leaders, lambda at, other: alive[at] & reached[other] & ~own[other])
-    names = list(bit_of)
-    return {at: {names[i] for i in _ones(found)} for at, found in alive.items()}
-
-
-def _ones(bits: int) -> Iterator[int]:
-    """Return the places of the ones among bits."""
-    while bits:
-        least = bits & -bits
-        yield least.bit_length() - 1
-        bits ^= least
 
 
 @cache

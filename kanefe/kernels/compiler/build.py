@@ -15,7 +15,7 @@ from types import FunctionType
 
 import kanefe.kernels
 from kanefe.errors import FileError, MissingDependency
-from kanefe.kernels.compiler._numba_objects import build_alone
+from kanefe.kernels.compiler._numba_alone import build_alone
 from kanefe.kernels.compiler.addresses import compiled_functions_of
 from kanefe.kernels.compiler.compiled_functions import (
     BUILT,

@@ -30,7 +30,7 @@ PACKAGE = Path(__file__).parents[1]
 BUILT = PACKAGE / "built"
 """Folder of the compiled functions in a wheel, with a subfolder for each generation of processors."""
 
-ALWAYS = tuple(f"compiler/{name}.py" for name in ("_numba", "_numba_objects", "arrays", "signatures"))
+ALWAYS = tuple(f"compiler/{name}.py" for name in ("_numba", "_numba_alone", "_numba_objects", "arrays", "signatures"))
 """Files of kernels on which every compiled function depends."""
 
 NEVER = tuple(f"compiler/{name}.py" for name in ("entries", "compiled_functions", "side_by_side"))

@@ -13,7 +13,7 @@ from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.constraints.contact_shares import is_head, least_margins, share_otherwise
 from kanefe.kernels.constraints.least_forces import share_forces
-from kanefe.kernels.constraints.loop_tables import LIVE, Loops, unit_responses_in
+from kanefe.kernels.constraints.loop_tables import LIVE, Loops, UnitResponses, unit_responses_in
 from kanefe.kernels.contact.rigid_points import HAS_FRICTION, MET, is_closed, is_slipping, left_of_slip, meet
 
 FAR = 1.0
@@ -120,15 +120,22 @@ def _put_margins(looked: Looked, loops: Loops, gravity: np.ndarray, y: np.ndarra
         found[LEFT_OF_SLIP] = left
     if not touches:
         return
-    if kept.told[LIVE] < 0.0:
-        share_forces(loops, z, False, forces, kept)
-    normal, slip = least_margins(loops, z, forces)
-    if min(normal, slip) < 0.0:
-        share_otherwise(loops, z, forces, kept)
-        normal, slip = least_margins(loops, z, forces)
+    normal, slip = find_forces(loops, z, forces, kept)
     for j in range(len(forces)):
         found[LARGEST] = max(found[LARGEST], abs(forces[j]) if is_head(loops, j, z) else 0.0)
     if abs(normal) < np.inf:
         found[NORMAL] = normal
     if abs(slip) < np.inf:
         found[SLIP_MARGIN] = slip
+
+
+@kernel
+def find_forces(loops: Loops, z: np.ndarray, forces: np.ndarray, kept: UnitResponses) -> tuple[float, float]:
+    """Share the forces of what touches, after an evaluation, so that they can be; return their least margins, N."""
+    if kept.told[LIVE] < 0.0:
+        share_forces(loops, z, False, forces, kept)
+    normal, slip = least_margins(loops, z, forces)
+    if min(normal, slip) < 0.0:
+        share_otherwise(loops, z, forces, kept)
+        normal, slip = least_margins(loops, z, forces)
+    return normal, slip

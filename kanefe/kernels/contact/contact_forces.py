@@ -51,24 +51,42 @@ def contact(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: An
     met, A_s = met_by(numbers, ends), nine(ends, A)
     for i in range(int(numbers[AT.points])):
         depth, normal, point = located(numbers, POINTS + POINT_NUMBERS * i, ends, met)
-        put_point(numbers, i, depth, normal, point, A_s, ends, states, out)
+        put_point(numbers, i, depth, normal, point, share_of(numbers, i), A_s, ends, states, out)
+
+
+@inlined
+def share_of(numbers: Any, i: int) -> float:
+    """Return the share of the stiffness that a point has where nothing else says so."""
+    return float(numbers[POINTS + POINT_NUMBERS * i + OF_POINT.share])
 
 
 @inlined
 def put_point(
-    numbers: Any, i: int, depth: Any, normal: Numbers, point: Numbers, A_s: Numbers, ends: Any, states: Any, out: Any
+    numbers: Any,
+    i: int,
+    depth: Any,
+    normal: Numbers,
+    point: Numbers,
+    share: Any,
+    A_s: Numbers,
+    ends: Any,
+    states: Any,
+    out: Any,
 ) -> None:
-    """Add what a point does: it is so deep in the surface, with a normal and a place."""
+    """Add what a point does: it is so deep in the surface, with a normal and a place, and has a share of the stiffness.
+
+    Without a share it does not touch.
+    """
     rates, place = WRENCHES + WRENCH * int(numbers[AT.ends]), place_of(numbers, i)
     has_friction, moves = numbers[AT.friction] > 0.0, numbers[AT.rests_at] == 0.0
     own = POINTS + POINT_NUMBERS * i
-    if depth.real <= 0.0 and numbers[AT.softness] == 0.0:
+    if share.real <= 0.0 or (depth.real <= 0.0 and numbers[AT.softness] == 0.0):
         if has_friction and moves:
-            let_go(numbers, numbers[own + OF_POINT.share], place, states, out, rates)
+            let_go(numbers, share, place, states, out, rates)
             if numbers[AT.turning] > 0.0:
-                turned(numbers, i, normal, A_s, ends, 0.0 * depth, states, out)
+                turned(numbers, i, normal, share, A_s, ends, 0.0 * depth, states, out)
         return
-    arms, along, carried, rate, pressed, rubbed = touching(numbers, i, depth, normal, point, A_s, ends, states)
+    arms, along, carried, rate, pressed, rubbed = touching(numbers, i, depth, normal, point, share, A_s, ends, states)
     force, elastic, energy, branch_rate = pressed
     out[POTENTIAL] += energy
     out[TAKEN] += (force - elastic) * rate
@@ -81,7 +99,7 @@ def put_point(
         out[TAKEN] += dot(tangential, along) - k * dot(w, w_rate)
         out[GIVEN] -= dot(tangential, carried)
         if moves:
-            out[rates + SLIP] += numbers[own + OF_POINT.share] * slip
+            out[rates + SLIP] += share * slip
             out[rates + WORK] += dot(tangential, minus(along, w_rate))
             in_surface = rotated_back(A_s, w_rate)
             for j in range(3):
@@ -89,7 +107,7 @@ def put_point(
         total = minus(total, tangential)
     moment, moment_s = cross(arms[0], total), cross(arms[1], total)
     if numbers[AT.turning] > 0.0:
-        against = turned(numbers, i, normal, A_s, ends, force, states, out)
+        against = turned(numbers, i, normal, share, A_s, ends, force, states, out)
         moment, moment_s = minus(moment, against), minus(moment_s, against)
     row = WRENCHES + WRENCH * int(numbers[own + OF_POINT.end])
     for j in range(3):
@@ -106,7 +124,7 @@ def place_of(numbers: Any, i: int) -> int:
 
 
 @inlined
-def let_go(numbers: Any, share: float, place: int, states: Any, out: Any, rates: int) -> None:
+def let_go(numbers: Any, share: Any, place: int, states: Any, out: Any, rates: int) -> None:
     """Have the stretch of a point in the air come back; what its spring gives up is taken."""
     relaxation, k = numbers[AT.relaxation], share * numbers[AT.spring]
     for j in range(3):
@@ -118,7 +136,7 @@ def let_go(numbers: Any, share: float, place: int, states: Any, out: Any, rates:
 
 @inlined
 def touching(
-    numbers: Any, i: int, depth: Any, normal: Numbers, point: Numbers, A_s: Numbers, ends: Any, states: Any
+    numbers: Any, i: int, depth: Any, normal: Numbers, point: Numbers, share: Any, A_s: Numbers, ends: Any, states: Any
 ) -> Any:
     """Return what a point does that touches.
 
@@ -136,7 +154,7 @@ def touching(
         Stretch of the anchor (m), and what `rub` returns; all zero without friction.
     """
     own, place = POINTS + POINT_NUMBERS * i, place_of(numbers, i)
-    end, share = END_NUMBERS * int(numbers[own + OF_POINT.end]), numbers[own + OF_POINT.share]
+    end = END_NUMBERS * int(numbers[own + OF_POINT.end])
     arm, arm_s = minus(point, three(ends, end + P)), minus(point, three(ends, P))
     v = velocity(ends, end, arm, arm_s)
     rate = -dot(v, normal)
@@ -195,7 +213,7 @@ def softened(numbers: Any, depth: Any) -> Any:
 
 @kernel
 def turned(
-    numbers: Any, i: int, normal: Numbers, A_s: Numbers, ends: Any, pressed: Any, states: Any, out: Any
+    numbers: Any, i: int, normal: Numbers, share: Any, A_s: Numbers, ends: Any, pressed: Any, states: Any, out: Any
 ) -> Numbers:
     """Return the moment against turning of a point; write the rates of its states, and add what else it does."""
     own, moves = POINTS + POINT_NUMBERS * i, numbers[AT.rests_at] == 0.0
@@ -208,7 +226,7 @@ def turned(
     moment, energy, taken, work = couple(
         numbers,
         int(numbers[AT.friction_at]),
-        numbers[own + OF_POINT.share],
+        share,
         numbers[own + OF_POINT.radius] + max(numbers[own + OF_POINT.ring], 0.0),
         pressed,
         normal,
@@ -237,7 +255,7 @@ def contact_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, o
     seen = nothing_seen()
     for i in range(int(numbers[AT.points])):
         depth, normal, point = located(numbers, POINTS + POINT_NUMBERS * i, ends, met)
-        seen = watched(numbers, i, depth, normal, point, A_s, ends, states, out, seen)
+        seen = watched(numbers, i, depth, normal, point, share_of(numbers, i), A_s, ends, states, out, seen)
     put_seen(numbers, seen, out)
 
 
@@ -255,10 +273,11 @@ def contact_change(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, 
     to, extreme = 1.0 if event == STICKS else 0.0, -np.inf
     for i in range(points):
         depth, normal, point = located(numbers, POINTS + POINT_NUMBERS * i, ends, met)
-        extreme = max(extreme, way_past(numbers, i, depth, normal, point, A_s, ends, states, to)[0])
+        share = share_of(numbers, i)
+        extreme = max(extreme, way_past(numbers, i, depth, normal, point, share, A_s, ends, states, to)[0])
     for i in range(points):
         depth, normal, point = located(numbers, POINTS + POINT_NUMBERS * i, ends, met)
-        past, force = way_past(numbers, i, depth, normal, point, A_s, ends, states, to)
+        past, force = way_past(numbers, i, depth, normal, point, share_of(numbers, i), A_s, ends, states, to)
         if past > -np.inf and past >= min(extreme, -AT_THE_LIMIT * force):
             out[1 + place_of(numbers, i) + 3] = to
 
@@ -282,6 +301,7 @@ def way_past(
     depth: float,
     normal: Numbers,
     point: Numbers,
+    share: Any,
     A_s: Numbers,
     ends: Any,
     states: Any,
@@ -293,7 +313,7 @@ def way_past(
     """
     if depth <= 0.0 or (states[place_of(numbers, i) + 3] > 0.5) == (to > 0.5):
         return -np.inf, 0.0
-    found = touching(numbers, i, depth, normal, point, A_s, ends, states)
+    found = touching(numbers, i, depth, normal, point, share, A_s, ends, states)
     return (1.0 - 2.0 * to) * found[5][5], found[4][0]
 
 
@@ -310,6 +330,7 @@ def watched(
     depth: Any,
     normal: Numbers,
     point: Numbers,
+    share: Any,
     A_s: Numbers,
     ends: Any,
     states: Any,
@@ -332,7 +353,7 @@ def watched(
     deepest, shallowest = max(deepest, depth), min(shallowest, depth)
     if depth <= 0.0 or not holds:
         return deepest, shallowest, most, least, is_any
-    found = touching(numbers, i, depth, normal, point, A_s, ends, states)
+    found = touching(numbers, i, depth, normal, point, share, A_s, ends, states)
     beyond, force, held = found[5][5], found[4][0], is_held(numbers, place_of(numbers, i), states)
     if reports_points:
         near = AT_THE_LIMIT * force if has_memory else 0.0

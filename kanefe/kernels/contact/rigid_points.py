@@ -31,11 +31,12 @@ from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.layout import Y, Z
 from kanefe.kernels.loads.markers import MARKER_NUMBERS, axes_of, lever_of, motion_of
 
-ON_SURFACE, OF_PROBE, STATUS, SHAPE, HAS_FRICTION, HAS_MARK, FIRST_STATE, CONTACT = range(8)
+ON_SURFACE, OF_PROBE, STATUS, SHAPE, HAS_FRICTION, HAS_MARK, FIRST_STATE, CONTACT, IS_POISSON, TELLS = range(10)
 """Columns of the integers of a point: rows of the surface and of the probe (-1: N); where its status is among the
 internal states, followed by what it keeps; where its shape begins; whether it rubs, and sticks at one place; where the
-states of its contact begin; and the number of that among the rigid ones."""
-POINT_INTEGERS = 8
+states of its contact begin; the number of that among the rigid ones; whether it strikes by Poisson's law; and whether a
+run tells what it does."""
+POINT_INTEGERS = 10
 
 SLIP, WORK = range(2)
 """Indices of the states of a contact: the path slid, and the work of friction."""
@@ -66,6 +67,7 @@ class PointConstants(NamedTuple):
 
     Attributes
     ----------
+    restitution : float
     belt : ndarray, shape (3,)
         Velocity of the surface in its axes, m/s.
     friction : ndarray
@@ -77,6 +79,7 @@ class PointConstants(NamedTuple):
     ring: Any
     axis: Any
     share: Any
+    restitution: Any
     belt: Any
     friction: Any
 

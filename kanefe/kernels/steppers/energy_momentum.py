@@ -86,10 +86,10 @@ from kanefe.kernels.steppers.step_commands import (
     TIME,
     TIME_AT,
     TIME_OLD,
-    WORST,
     accept,
     ask,
     clip,
+    largest_share,
     move,
     move_within,
 )
@@ -145,19 +145,13 @@ def _ask_middle(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) ->
 @kernel
 def _take_over(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> float:
     """Write what is found of z, and the residual; return by how much the speeds change by it, of what is round-off."""
-    n, m, largest = integers[COORDINATES], integers[SPEEDS], 0.0
+    n, end = integers[COORDINATES], integers[COORDINATES] + integers[SPEEDS]
     copy(vectors[TRIED], vectors[FOUND])
-    for i in range(n, n + m):
+    for i in range(n, end):
         vectors[FOUND, i] = vectors[SLOPE, i]
         allowed = CLOSE * abs(vectors[STATE, i]) + 0.1 * vectors[SCALE, i]
         vectors[RESIDUAL, i] = reals[STEP] * (vectors[SLOPE, i] - vectors[TRIED, i]) / allowed
-        size = abs(vectors[RESIDUAL, i])
-        if not size <= largest:
-            largest = size
-            integers[WORST] = i
-            if not size < np.inf:
-                return np.inf
-    return largest
+    return largest_share(integers, vectors[RESIDUAL], n, end)
 
 
 @kernel
@@ -262,7 +256,7 @@ def interpolate_keeping(
 ) -> None:
     """Write the state at a time of the last step: a cubic move that meets the speeds at both ends."""
     copy(vectors[STATE], out)
-    if t >= reals[TIME]:
+    if t == reals[TIME]:
         return
     n, m, h = integers[COORDINATES], integers[SPEEDS], reals[STEP]
     old, s, part = vectors[STATE_OLD], vectors[MOVE], vectors[SLOPE]

@@ -54,12 +54,13 @@ from kanefe.kernels.steppers.step_commands import (
     scaled_size,
 )
 
-# Integers of the method
-STAGES, EXTRA, ESTIMATES, DENSE, ORDER = range(OF_METHOD, OF_METHOD + 5)
+# Integers of the method; whether the step is the first one, of which nothing was known
+STAGES, EXTRA, ESTIMATES, DENSE, ORDER, IS_GUESS = range(OF_METHOD, OF_METHOD + 6)
 
-# Reals of the method: usual step and usual pivot of the constraints, and by how much the tolerance has grown
-USUAL_STEP, USUAL_WEAKEST, LOOSER = range(REALS_OF_METHOD, REALS_OF_METHOD + 3)
-REALS = REALS_OF_METHOD + 3
+# Reals of the method: usual step and usual pivot of the constraints, by how much the tolerance has grown, and the
+# length that was rejected before this step, or zero
+USUAL_STEP, USUAL_WEAKEST, LOOSER, TOO_LONG = range(REALS_OF_METHOD, REALS_OF_METHOD + 4)
+REALS = REALS_OF_METHOD + 4
 
 # Rows of the method: the new state, the error, and the rates
 NEW, DIFFERENCE, FIRST_RATE = range(ROWS_OF_METHOD, ROWS_OF_METHOD + 3)
@@ -67,6 +68,11 @@ NEW, DIFFERENCE, FIRST_RATE = range(ROWS_OF_METHOD, ROWS_OF_METHOD + 3)
 # Where to go on, besides the number of a stage
 BEGIN, FIRST, AFTER, PROJECTED, CLOSED, NEXT = 0, -1, -2, -3, -4, -5
 
+# By which the first step may grow, which is a guess far on the safe side: as in CVODE (Hindmarsh et al., ACM Trans.
+# Math. Software 31 (2005) 363-396)
+LARGEST_GROWTH = 1e4
+# Error, relative to the tolerance, below which it is round-off: a first step must not depend on units
+ROUND_OFF = 1e-10
 # Share of the usual pivot below which a step that falls to a tenth creeps up to a singular position
 SINGULAR = 1e-3
 # Share of the usual step below which a mechanism is held for good: at a dead centre its speeds grow without bound
@@ -156,6 +162,7 @@ def advance_explicitly(integers: np.ndarray, reals: np.ndarray, vectors: np.ndar
         copy(vectors[SLOPE], vectors[FIRST_RATE])
         if reals[NEXT_STEP] <= 0.0:
             reals[NEXT_STEP] = first_step(integers, reals, vectors, vectors[FIRST_RATE])
+            integers[IS_GUESS] = 1
         stage = NEXT
     elif stage == PROJECTED:
         copy(vectors[STATE], vectors[AT])
@@ -185,6 +192,7 @@ def advance_explicitly(integers: np.ndarray, reals: np.ndarray, vectors: np.ndar
             reals[ERROR] = error
             if not error <= 1.0:
                 integers[REJECTED] += 1
+                reals[TOO_LONG] = reals[STEP]
                 factor = max(0.2, 0.9 * error ** (-1.0 / integers[ORDER])) if error < np.inf else 0.1
                 reals[NEXT_STEP] = reals[STEP] * factor
                 if reals[NEXT_STEP] < reals[SMALLEST]:
@@ -192,7 +200,11 @@ def advance_explicitly(integers: np.ndarray, reals: np.ndarray, vectors: np.ndar
                     return ask(integers, FAILED, NEXT)
                 clip(integers, reals, reals[NEXT_STEP])
                 return _stage(integers, reals, vectors, table, 1)
-            grown = reals[STEP] * min(5.0, 0.9 * max(error, 1e-10) ** (-1.0 / integers[ORDER]))
+            most = LARGEST_GROWTH if integers[IS_GUESS] else 5.0
+            grown = reals[STEP] * min(most, 0.9 * max(error, ROUND_OFF) ** (-1.0 / integers[ORDER]))
+            if reals[TOO_LONG] > 0.0:  # where errors grow faster than their order says, that length would come again
+                grown = min(grown, np.sqrt(reals[STEP] * reals[TOO_LONG]))
+            integers[IS_GUESS], reals[TOO_LONG] = 0, 0.0
             # a step cut short says little about the next one
             reals[NEXT_STEP] = max(grown, reals[NEXT_STEP]) if reals[STEP] < reals[NEXT_STEP] else grown
         ends = reals[STOP] if integers[LAST_STEP] else reals[TIME] + reals[STEP]
@@ -217,7 +229,7 @@ def interpolate_explicitly(
     Solving Ordinary Differential Equations I, 1993, II.6).
     """
     new = vectors[NEW]
-    if t >= reals[TIME]:
+    if t == reals[TIME]:
         copy(vectors[STATE], out)
         return
     h = reals[STEP]

@@ -74,7 +74,7 @@ def interpolate_extrapolating(
     integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, t: float, out: np.ndarray
 ) -> None:
     """Write the state at a time of the last step: the polynomial of `derive`, in the time before the end."""
-    if t >= reals[TIME]:
+    if t == reals[TIME]:
         copy(vectors[STATE], out)
         return
     x = (t - reals[TIME_OLD]) / reals[STEP] - 1.0

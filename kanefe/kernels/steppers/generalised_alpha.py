@@ -6,9 +6,10 @@ joints, a linearly implicit sweep is a Newton step in order n, with matrices tha
 
     (M + s C + r K) x = F + (s C + r K) du1,    x the next du1.
 
-What it does not know (gyroscopic terms, functions of the user) converges with the step, and by Anderson's mixing. Else,
-with loads between frames, contacts and their friction, the Newton matrix is made from the Jacobian, and kept over steps
-as long as the iteration converges fast: see `generalised_alpha_systems`.
+What it does not know (gyroscopic terms, functions of the user) converges with the step, and by Anderson's mixing. With
+loads between frames the few directions in which they stiffen it are added. Else, with many of them, contacts of
+flexible bodies, or loops and loads, the Newton matrix is made from the Jacobian. Directions and Jacobians are kept over
+steps as long as the iteration converges fast: see `generalised_alpha_systems`.
 
 An iteration has a bounded number of evaluations. One of a fixed step that has come near enough is left there, and
 counted; a free step is shortened. Free steps follow the third-order part of the move, filtered by the same matrix so
@@ -23,6 +24,7 @@ from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import ADVANCE
 from kanefe.kernels.compiler.entries import built_first, pointer
+from kanefe.kernels.steppers.directions_wanted import DIRECTIONS, MOST_DIRECTIONS, SHARE_OF_RATES
 from kanefe.kernels.steppers.generalised_alpha_state import (
     AHEAD_SHARE,
     ALLOWED,
@@ -50,9 +52,9 @@ from kanefe.kernels.steppers.generalised_alpha_state import (
     LAST_UNCONVERGED,
     LEFT,
     MEMORY,
+    MIXED_FROM,
     NEW,
     RESIDUAL,
-    SHARE_OF_RATES,
     STEP_BEFORE,
     STEP_OF_A,
     TAKES_JACOBIAN,
@@ -72,6 +74,7 @@ from kanefe.kernels.steppers.step_commands import (
     COORDINATES,
     DONE,
     ERROR,
+    EVALUATIONS,
     FAILED,
     HAS_LOOPS,
     IMPLICIT,
@@ -97,10 +100,11 @@ from kanefe.kernels.steppers.step_commands import (
     TIME,
     TIME_AT,
     TOO_SMALL,
-    WORST,
     accept,
     ask,
     clip,
+    even_part,
+    largest_share,
 )
 
 FIRST_SHARE = 1e-4
@@ -125,14 +129,15 @@ MOST_HALVINGS = 4
 """Number of times that a Newton step is halved."""
 
 # Where to go on
-BEGIN, FIRST, AHEAD, OF_JERK, ITERATED, DIFFERENTIATED, FILTERED, AFTER, PROJECTED = range(9)
+BEGIN, FIRST, AHEAD, OF_JERK, MADE, JERK_FILTERED, ITERATED, DIFFERENTIATED, FILTERED, AFTER, PROJECTED = range(11)
 
 
 @kernel
 def _ask_end(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Ask for the accelerations at the end of the step."""
     put_end(integers, reals, vectors, table)
-    return ask(integers, RATES if integers[TAKES_JACOBIAN] else IMPLICIT, ITERATED)
+    is_plain = integers[TAKES_JACOBIAN] and integers[MOST_DIRECTIONS] == 0
+    return ask(integers, RATES if is_plain else IMPLICIT, ITERATED)
 
 
 @kernel
@@ -142,9 +147,7 @@ def _up_to_output(integers: np.ndarray, reals: np.ndarray, wanted: float) -> flo
     Within a step, modes that it does not resolve are not known: their energy there would be that of the interpolation.
     """
     rest = reals[NEXT_OUTPUT] - reals[TIME]
-    if integers[IS_FIXED] or not reals[SMALLEST] < rest < np.inf or wanted <= 0.5 * rest:
-        return wanted
-    return rest if wanted >= rest * (1.0 - 1e-9) else 0.5 * rest
+    return wanted if integers[IS_FIXED] or not reals[SMALLEST] < rest < np.inf else even_part(wanted, rest)
 
 
 @kernel
@@ -152,7 +155,7 @@ def _begin_step(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, ta
     """Begin a step, or the same step again with another length; first see to the rate of change of a."""
     clip(integers, reals, _up_to_output(integers, reals, reals[NEXT_STEP]))
     know_step(integers, reals, vectors, table)
-    integers[ITERATION] = integers[IS_FRESH] = integers[HALVINGS] = 0
+    integers[ITERATION] = integers[MIXED_FROM] = integers[IS_FRESH] = integers[HALVINGS] = 0
     if not integers[HAS_JERK] and integers[SPEEDS] > 0:
         put_ahead(integers, reals, vectors)
         return ask(integers, RATES, AHEAD)
@@ -166,42 +169,41 @@ def _filter(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, row: i
     The state AT has the accelerations du: with pushes by du - x a linearly implicit evaluation gives
     ``du - x + (M + s C + r K)^-1 M x``.
     """
-    n, m, x = integers[COORDINATES], integers[SPEEDS], vectors[row]
-    if integers[TAKES_JACOBIAN]:
-        for i in range(n + m, n + m + integers[FOLLOWED]):
-            x[i] = 0.0
-        if are_factored(integers, reals) or factorise_newton(integers, reals, vectors):
-            solve_newton(integers, vectors, x)
+    n, m = integers[COORDINATES], integers[SPEEDS]
+    if integers[TAKES_JACOBIAN] and integers[MOST_DIRECTIONS] == 0:
+        _solve_filter(integers, reals, vectors, row)
         return 0
-    if not integers[HAS_STIFFNESS]:
+    if not (integers[TAKES_JACOBIAN] or integers[HAS_STIFFNESS]):
         return 0
     for i in range(n, n + m):
-        vectors[CHANGE, i] = vectors[FOUND, i] - x[i]
+        vectors[CHANGE, i] = vectors[FOUND, i] - vectors[row, i]
     push_by(integers, reals, vectors, vectors[CHANGE])
     return ask(integers, IMPLICIT, stage)
 
 
 @kernel
-def _take_filtered(integers: np.ndarray, vectors: np.ndarray, row: int) -> None:
+def _solve_filter(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, row: int) -> None:
+    if are_factored(integers, reals) or factorise_newton(integers, reals, vectors):
+        solve_newton(integers, vectors, vectors[row])
+
+
+@kernel
+def _take_filtered(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, row: int) -> None:
     n = integers[COORDINATES]
     for i in range(n, n + integers[SPEEDS]):
         vectors[row, i] = vectors[SLOPE, i] - vectors[CHANGE, i]
+    if integers[TAKES_JACOBIAN]:
+        _solve_filter(integers, reals, vectors, row)
 
 
 @kernel
 def _size(integers: np.ndarray, vectors: np.ndarray, weight: float, change: np.ndarray) -> float:
     """Write a change of the unknowns, weighted if of accelerations, in what is allowed; return the largest part."""
-    n, m, largest = integers[COORDINATES], integers[SPEEDS], 0.0
-    for i in range(n, n + m + integers[FOLLOWED]):
-        share = (weight if i < n + m else 1.0) * change[i] / vectors[ALLOWED, i]
-        vectors[RESIDUAL, i] = share
-        size = abs(share)
-        if not size <= largest:
-            largest = size
-            integers[WORST] = i
-            if not size < np.inf:
-                return np.inf
-    return largest
+    n, m = integers[COORDINATES], integers[SPEEDS]
+    end = n + m + integers[FOLLOWED]
+    for i in range(n, end):
+        vectors[RESIDUAL, i] = (weight if i < n + m else 1.0) * change[i] / vectors[ALLOWED, i]
+    return largest_share(integers, vectors[RESIDUAL], n, end)
 
 
 @kernel
@@ -212,7 +214,7 @@ def _shorten(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table
         if not integers[TAKES_JACOBIAN] or integers[IS_FRESH]:
             return ask(integers, FAILED, AFTER)
         know_step(integers, reals, vectors, table)  # the Jacobian of an earlier state may be what is wrong
-        integers[ITERATION] = integers[HALVINGS] = 0
+        integers[ITERATION] = integers[MIXED_FROM] = integers[HALVINGS] = 0
         return _ask_end(integers, reals, vectors, table)
     integers[REJECTED] += 1
     integers[REASON] = TOO_SMALL
@@ -245,21 +247,41 @@ def _go_on_or_leave(
 
 
 @kernel
-def _iterate(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
-    """Take the iteration that a linearly implicit evaluation has done."""
-    n, m = integers[COORDINATES], integers[SPEEDS]
+def _needs_jacobian(integers: np.ndarray, reals: np.ndarray, is_differentiated: bool) -> bool:
+    """Return whether there is no Jacobian, or no directions for this length of the step."""
+    is_old = integers[MOST_DIRECTIONS] > 0 and not (is_differentiated or are_factored(integers, reals))
+    return bool(integers[IS_WANTED] or is_old or not integers[HAS_JACOBIAN])
+
+
+@kernel
+def _iterate(
+    integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, is_differentiated: bool
+) -> int:
+    """Take the iteration that a linearly implicit evaluation has done, with what directions of loads add."""
+    n, m, change = integers[COORDINATES], integers[SPEEDS], vectors[CHANGE]
     for i in range(n, n + m):
-        vectors[CHANGE, i] = vectors[SLOPE, i] - vectors[FOUND, i]
-    size = _size(integers, vectors, reals[SHARE_STIFFNESS], vectors[CHANGE])
+        change[i] = vectors[SLOPE, i] - vectors[FOUND, i]
+    if integers[TAKES_JACOBIAN]:
+        if _needs_jacobian(integers, reals, is_differentiated):
+            return _ask_jacobian(integers, DIFFERENTIATED)
+        if not (are_factored(integers, reals) or factorise_newton(integers, reals, vectors)):
+            return _shorten(integers, reals, vectors, table, 0.5 * reals[STEP])
+        solve_newton(integers, vectors, change)
+    size = _size(integers, vectors, reals[SHARE_STIFFNESS], change)
     if not size < np.inf:
         return _shorten(integers, reals, vectors, table, 0.25 * reals[STEP])
-    if size <= CONVERGED:
-        copy(vectors[SLOPE, n : n + m], vectors[FOUND, n : n + m])
-        return _finish(integers, reals, vectors, table)
-    memory = vectors[MEMORY : MEMORY + ROWS_OF_MIXING]
+    is_slow = integers[ITERATION] > 0 and size > max(CONVERGED, SLOW * reals[CORRECTION])
+    if is_slow and integers[TAKES_JACOBIAN] and not integers[IS_FRESH]:
+        integers[MIXED_FROM] = integers[ITERATION]
+        return _ask_jacobian(integers, DIFFERENTIATED)
     copy(vectors[FOUND], vectors[NEW])
-    copy(vectors[SLOPE, n : n + m], vectors[NEW, n : n + m])
-    mix(memory, integers[ITERATION], vectors[RESIDUAL], vectors[NEW], vectors[FOUND])
+    for i in range(n, n + m):
+        vectors[NEW, i] += change[i]
+    if size <= CONVERGED:
+        copy(vectors[NEW, n : n + m], vectors[FOUND, n : n + m])
+        return _finish(integers, reals, vectors, table)
+    memory, call = vectors[MEMORY : MEMORY + ROWS_OF_MIXING], integers[ITERATION] - integers[MIXED_FROM]
+    mix(memory, call, vectors[RESIDUAL], vectors[NEW], vectors[FOUND])
     return _go_on_or_leave(integers, reals, vectors, table, size)
 
 
@@ -274,8 +296,8 @@ def _correct(
     """
     n, m, change = integers[COORDINATES], integers[SPEEDS], vectors[TRIED]
     end = n + m + integers[FOLLOWED]
-    if integers[IS_WANTED] or not integers[HAS_JACOBIAN]:
-        return _ask_jacobian(integers)
+    if _needs_jacobian(integers, reals, is_differentiated):
+        return _ask_jacobian(integers, DIFFERENTIATED)
     if not (are_factored(integers, reals) or factorise_newton(integers, reals, vectors)):
         return _shorten(integers, reals, vectors, table, 0.5 * reals[STEP])
     for i in range(n, n + m):
@@ -292,7 +314,7 @@ def _correct(
             integers[HALVINGS] += 1
             share = -0.5
         elif size > SLOW * reals[CORRECTION] and (integers[IS_FIXED] or not integers[IS_FRESH]):
-            return _ask_jacobian(integers)
+            return _ask_jacobian(integers, DIFFERENTIATED)
     if share > 0.0:
         copy(change[n:end], vectors[CHANGE, n:end])
         integers[HALVINGS] = 0
@@ -305,10 +327,19 @@ def _correct(
 
 
 @kernel
-def _ask_jacobian(integers: np.ndarray) -> int:
-    """Ask for the Jacobian of the state that was evaluated last."""
+def _ask_jacobian(integers: np.ndarray, stage: int) -> int:
+    """Ask for the Jacobian, or the directions, of the state that was evaluated last."""
     integers[JACOBIANS] += 1
-    return ask(integers, JACOBIAN, DIFFERENTIATED)
+    if integers[MOST_DIRECTIONS] == 0:
+        return ask(integers, JACOBIAN, stage)
+    integers[EVALUATIONS] += 1
+    return ask(integers, DIRECTIONS, stage)
+
+
+@kernel
+def _take_jacobian(integers: np.ndarray, reals: np.ndarray) -> None:
+    integers[HAS_JACOBIAN], integers[IS_FRESH], integers[IS_WANTED] = 1, 1, 0
+    reals[FACTORED] = 0.0
 
 
 @kernel
@@ -321,8 +352,14 @@ def _finish(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table:
         vectors[FOUND, i] = vectors[SLOPE, i]
     if integers[IS_FIXED]:
         return _accept(integers, reals, vectors)
-    for i in range(n, n + integers[SPEEDS]):
-        vectors[TRIED, i] = vectors[ENDS, i] - vectors[BEGUN, i]
+    end = n + integers[SPEEDS]
+    third = (table[0, BETA] - 1.0 / 6.0) * h * h / reals[SHARE_STIFFNESS]
+    for i in range(n, end):
+        vectors[TRIED, i] = third * (vectors[ENDS, i] - vectors[BEGUN, i])
+    for i in range(end, end + integers[FOLLOWED]):
+        rates = vectors[LEFT, i] + (vectors[FOUND, i] - vectors[KNOWN, i]) / reals[SHARE_OF_RATES]
+        vectors[TRIED, i] = vectors[FOUND, i] - vectors[AT_START, i] - 0.5 * h * rates
+        vectors[CHANGE, i] = np.sqrt(reals[RELATIVE]) * vectors[TRIED, i]
     asked = _filter(integers, reals, vectors, TRIED, FILTERED)
     return asked if asked != 0 else _judge(integers, reals, vectors, table)
 
@@ -331,14 +368,14 @@ def _finish(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table:
 def _judge(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Accept or reject a step by its error, and choose the next one.
 
-    The error is the third-order part of the move, and of internal states the difference to the trapezoidal rule, for
-    which the root of the tolerance will do: they enter the motion through forces that it filters.
+    The error is the third-order part of the move, with what the move has from the errors of internal states, their
+    difference to the trapezoidal rule: both have passed the matrix. States themselves are kept to the root of the
+    tolerance, for those that are of interest and move nothing.
     """
-    n, h, p = integers[COORDINATES], reals[STEP], reals[SHARE_OF_RATES]
-    for i in range(n + integers[SPEEDS], n + integers[SPEEDS] + integers[FOLLOWED]):
-        rates = vectors[LEFT, i] + (vectors[FOUND, i] - vectors[KNOWN, i]) / p
-        vectors[TRIED, i] = np.sqrt(reals[RELATIVE]) * (vectors[FOUND, i] - vectors[AT_START, i] - 0.5 * h * rates)
-    error = _size(integers, vectors, (table[0, BETA] - 1.0 / 6.0) * h * h, vectors[TRIED])
+    n, h = integers[COORDINATES], reals[STEP]
+    end = n + integers[SPEEDS]
+    copy(vectors[CHANGE, end : end + integers[FOLLOWED]], vectors[TRIED, end : end + integers[FOLLOWED]])
+    error = _size(integers, vectors, reals[SHARE_STIFFNESS], vectors[TRIED])
     reals[ERROR] = error
     if not error <= 1.0:
         return _shorten(integers, reals, vectors, table, h * max(0.2, 0.9 * error ** (-1.0 / 3.0)))
@@ -399,34 +436,37 @@ def advance_generalised_alpha(integers: np.ndarray, reals: np.ndarray, vectors: 
         if reals[TIME] >= reals[STOP]:
             return ask(integers, DONE, AFTER)
         return _begin_step(integers, reals, vectors, table)
-    if stage == ITERATED:
-        if integers[TAKES_JACOBIAN]:
-            return _correct(integers, reals, vectors, table, False)
-        return _iterate(integers, reals, vectors, table)
-    if stage == DIFFERENTIATED:
-        integers[HAS_JACOBIAN], integers[IS_FRESH], integers[IS_WANTED] = 1, 1, 0
-        reals[FACTORED] = 0.0
-        return _correct(integers, reals, vectors, table, True)
+    if stage in (ITERATED, DIFFERENTIATED):
+        if stage == DIFFERENTIATED:
+            _take_jacobian(integers, reals)
+        # friction that begins to hold is not smooth: nothing is to be learnt for it from the last iterations
+        if integers[TAKES_JACOBIAN] and (integers[MOST_DIRECTIONS] == 0 or integers[FOLLOWED] > 0):
+            return _correct(integers, reals, vectors, table, stage == DIFFERENTIATED)
+        return _iterate(integers, reals, vectors, table, stage == DIFFERENTIATED)
     if stage == FILTERED:
-        _take_filtered(integers, vectors, TRIED)
+        _take_filtered(integers, reals, vectors, TRIED)
         return _judge(integers, reals, vectors, table)
     if stage == AHEAD:
         for i in range(n, n + m):
             vectors[JERK, i] = (vectors[SLOPE, i] - vectors[AT_START, i]) / (AHEAD_SHARE * reals[STEP])
             vectors[FOUND, i] = vectors[AT_START, i]
+        vectors[JERK, n + m : n + m + integers[FOLLOWED]] = 0.0
         copy(vectors[STATE], vectors[AT])
         reals[TIME_AT] = reals[TIME]
-        if integers[TAKES_JACOBIAN] and not integers[HAS_JACOBIAN]:
-            integers[JACOBIANS] += 1
-            return ask(integers, JACOBIAN, OF_JERK)
-        asked = _filter(integers, reals, vectors, JERK, OF_JERK)
+        is_made = integers[HAS_JACOBIAN] and (integers[MOST_DIRECTIONS] == 0 or are_factored(integers, reals))
+        if integers[TAKES_JACOBIAN] and not is_made:
+            return _ask_jacobian(integers, OF_JERK)
+        stage = MADE
+    elif stage == OF_JERK:
+        _take_jacobian(integers, reals)
+        integers[IS_FRESH] = 0  # it is that of the start
+        stage = MADE
+    if stage == MADE:
+        asked = _filter(integers, reals, vectors, JERK, JERK_FILTERED)
         if asked != 0:
             return asked
-    elif integers[TAKES_JACOBIAN]:  # OF_JERK
-        integers[HAS_JACOBIAN], integers[IS_WANTED] = 1, 0
-        _filter(integers, reals, vectors, JERK, OF_JERK)
-    else:
-        _take_filtered(integers, vectors, JERK)
+    else:  # JERK_FILTERED
+        _take_filtered(integers, reals, vectors, JERK)
     integers[HAS_JERK] = 1
     know_step(integers, reals, vectors, table)
     return _ask_end(integers, reals, vectors, table)

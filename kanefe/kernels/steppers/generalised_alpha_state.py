@@ -21,13 +21,12 @@ from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import INTERPOLATE
 from kanefe.kernels.compiler.entries import built_first, pointer
+from kanefe.kernels.steppers.directions_wanted import BEHIND_DIRECTIONS, REALS_BEHIND_DIRECTIONS, SHARE_OF_RATES
 from kanefe.kernels.steppers.mixing import ROWS_OF_MIXING
 from kanefe.kernels.steppers.step_commands import (
     AT,
     COORDINATES,
     DAMPING_DIRECTION,
-    OF_METHOD,
-    REALS_OF_METHOD,
     ROWS_OF_METHOD,
     SHARE_DAMPING,
     SHARE_STIFFNESS,
@@ -50,7 +49,8 @@ ALPHA_M, ALPHA_F, GAMMA, BETA = range(4)
 # Integers of the method: how many internal states are followed; whether a sweep does not know all that is stiff, so
 # that the Newton matrix comes from the Jacobian; whether modes or joints are stiff at all; iterations of a step;
 # whether a Jacobian is there, was made in this step, and is wanted for the next iteration; whether the jerk is known;
-# how many steps were left before their iteration had converged; how often the last Newton step was halved
+# how many steps were left before their iteration had converged; how often the last Newton step was halved; iterations
+# of the step before its last Jacobian, which are not mixed with others
 (
     FOLLOWED,
     TAKES_JACOBIAN,
@@ -62,30 +62,30 @@ ALPHA_M, ALPHA_F, GAMMA, BETA = range(4)
     HAS_JERK,
     UNCONVERGED,
     HALVINGS,
-) = range(OF_METHOD, OF_METHOD + 10)
+    MIXED_FROM,
+) = range(BEHIND_DIRECTIONS, BEHIND_DIRECTIONS + 11)
 
-# Reals of the method: step after which a was found, step before the last state (0: none), share of dz1/dt in z1, step
-# and share of the factors (0: none), size of the last correction, of what is allowed; times of the first and the last
-# step that was left early, and the largest correction that such a one would have had
+# Reals of the method: step after which a was found, step before the last state (0: none), step and share of the rates
+# of the factors (0: none), size of the last correction, of what is allowed; times of the first and the last step that
+# was left early, and the largest correction that such a one would have had
 (
     STEP_OF_A,
     STEP_BEFORE,
-    SHARE_OF_RATES,
     FACTORED,
     FACTORED_SHARE,
     CORRECTION,
     FIRST_UNCONVERGED,
     LAST_UNCONVERGED,
     LARGEST_LEFT,
-) = range(REALS_OF_METHOD, REALS_OF_METHOD + 9)
-REALS = REALS_OF_METHOD + 9
+) = range(REALS_BEHIND_DIRECTIONS, REALS_BEHIND_DIRECTIONS + 8)
+REALS = REALS_BEHIND_DIRECTIONS + 8
 
 # Rows of the method, most with what belongs to speeds and internal states in their places: what is allowed; the
 # unknowns, those at the start of the step and at the start of the one before; a (and dz/dt) at the start, as the last
 # step left it, and a as the step takes it, and at the end; its rate of change; the move of a step; the known part of
 # z1; the last correction of the unknowns, and the next one or the error, the same of what is allowed; the state at the
-# end; memory of the mixing; the Jacobian. Powers are with the quadratures: at the start of the step in KNOWN, of the
-# one before in BEFORE
+# end; memory of the mixing; the Jacobian, or directions. Powers are with the quadratures: at the start of the step in
+# KNOWN, of the one before in BEFORE
 (
     ALLOWED,
     FOUND,
@@ -106,11 +106,14 @@ REALS = REALS_OF_METHOD + 9
 JACOBIAN_ROWS = MEMORY + ROWS_OF_MIXING
 
 
-def rows_needed(takes_jacobian: bool) -> tuple[int, int, int]:
+def rows_needed(takes_jacobian: bool, directions: int) -> tuple[int, int, int]:
     """Return how many rows of vectors the method takes: so many, and so many for every speed and internal state.
 
-    With a Jacobian a row for each of its rows, and one for each row of the factors, which has two numbers less.
+    With a Jacobian a row for each of its rows, and one for each row of the factors, which has two numbers less. With
+    directions two rows for each, one for each internal state, and the same for the factors and two columns.
     """
+    if directions > 0:
+        return JACOBIAN_ROWS + 3 * directions + 2, 0, 1
     return (JACOBIAN_ROWS + 2, 2, 2) if takes_jacobian else (JACOBIAN_ROWS, 0, 0)
 
 
@@ -142,7 +145,7 @@ def know_step(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, tabl
     reals[SHARE_DAMPING] = table[0, GAMMA] * ratio(table) * h
     reals[SHARE_STIFFNESS] = table[0, BETA] * ratio(table) * h * h
     r = h / last if last > 0.0 else 0.0
-    reals[SHARE_OF_RATES] = (1.0 + r) * h / (1.0 + 2.0 * r)
+    reals[SHARE_OF_RATES] = (1.0 + r) * h / (1.0 + 2.0 * r) if integers[FOLLOWED] > 0 else 0.0
     for i in range(n, end):
         start, before = vectors[AT_START, i], vectors[BEFORE, i]
         vectors[KNOWN, i] = ((1.0 + r) ** 2 * start - r * r * before) / (1.0 + 2.0 * r)
@@ -209,7 +212,7 @@ def interpolate_generalised_alpha(
 ) -> None:
     """Write the state at a time of the last step: of third order, on the rotation group; powers are straight lines."""
     copy(vectors[STATE], out)
-    if t >= reals[TIME]:
+    if t == reals[TIME]:
         return
     n, m, h = integers[COORDINATES], integers[SPEEDS], reals[TIME] - reals[TIME_OLD]
     old, s, part = vectors[STATE_OLD], vectors[MOVE], vectors[SLOPE]

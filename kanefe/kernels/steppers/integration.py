@@ -22,7 +22,8 @@ from kanefe.kernels.evaluation.evaluation import (
     SHARE_OF_STIFFNESS,
 )
 from kanefe.kernels.evaluation.momenta import BALANCE_TIME
-from kanefe.kernels.steppers.closing_call import ClosingCall, close_at
+from kanefe.kernels.events.closing_call import ClosingCall, close_at
+from kanefe.kernels.steppers.directions_wanted import DIRECTIONS
 from kanefe.kernels.steppers.step_commands import (
     AT,
     BALANCE,
@@ -93,6 +94,8 @@ class Scene(NamedTuple):
         of the run.
     closing : ClosingCall
         With `motions` and `drives`.
+    directions : Prepared
+        A call of `put_directions` with the same, and the memory of `evaluation`.
     derivatives : Derivatives
         Of methods that ask for them.
     drives : ndarray, shape (driven, 3)
@@ -109,6 +112,7 @@ class Scene(NamedTuple):
     evaluation: Prepared
     closing: ClosingCall
     balance: Prepared
+    directions: Prepared
     derivatives: JacobianCall
     drives: RealRows
     motions: Drives
@@ -150,7 +154,7 @@ def integrate(scene: Scene, run: Run, vectors: RealRows) -> tuple[int, float]:
                 continue
         if command == JACOBIAN and scene.derivatives.is_there and _put_jacobian(scene, run, vectors):
             continue
-        if command != RATES and command != IMPLICIT and command != BALANCE:
+        if command not in (RATES, IMPLICIT, BALANCE, DIRECTIONS):
             return command, weakest
         t = reals[TIME_AT]
         reals[LARGEST_OF_DRIVES] = put_drives(scene.motions, t, scene.drives)
@@ -158,7 +162,7 @@ def integrate(scene: Scene, run: Run, vectors: RealRows) -> tuple[int, float]:
             scene.balance.numbers[BALANCE_TIME] = t
             call_address(scene.balance.address, (scene.balance.places, scene.balance.numbers))
             continue
-        places[IS_IMPLICIT], numbers[AT_TIME] = command == IMPLICIT, t
+        places[IS_IMPLICIT], numbers[AT_TIME] = command in (IMPLICIT, DIRECTIONS), t
         numbers[SHARE_OF_DAMPING], numbers[SHARE_OF_STIFFNESS] = reals[SHARE_DAMPING], reals[SHARE_STIFFNESS]
         for is_beside in range(2):  # a second time where the loops are nearly singular
             scene.fill(t, at, scene.inputs)
@@ -177,6 +181,8 @@ def integrate(scene: Scene, run: Run, vectors: RealRows) -> tuple[int, float]:
                 return command, weakest
         if not is_regular:
             return NO_INERTIA, weakest
+        if command == DIRECTIONS:
+            call_address(scene.directions.address, (scene.directions.places, scene.directions.numbers))
 
 
 @inlined

@@ -63,7 +63,7 @@ def interpolate_radau(
     integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, t: float, out: np.ndarray
 ) -> None:
     """Write the state at a time of the last step: the collocation polynomial, of order 3."""
-    if t >= reals[TIME]:
+    if t == reals[TIME]:
         copy(vectors[STATE], out)
         return
     x = (t - reals[TIME_OLD]) / reals[POLYNOMIAL_STEP]

@@ -94,8 +94,10 @@ STRAIGHT, TURNING = 0, 1
 ENERGY, ENERGY_SIZE, KINETIC, TOTAL_MASS = range(15, 19)
 CENTRE, MOMENTUM, SPIN, ROTORS, LOCKED = range(19, 32, 3)
 TIME_EXCESS = 37  # by how much TIME is above the sum of fixed steps: taken off the next one
-TO_EVENT = 38  # the longest next step that passes no event that is foreseen, or crosses it at once
-REALS_OF_METHOD = 39
+TO_EVENT = 38  # the longest next step that passes no event that is foreseen
+REACH = 39  # how far behind the end of a step its polynomial is as good as within, in steps
+LONGEST_RESTART = 40  # the longest first step after an event
+REALS_OF_METHOD = 41
 
 # From the place KNOTS on in `reals`, where it is not 0: the place of the next knot of tables in time, that of the last
 # at which steps have to end, how many these are at a time, the rejected steps at the last look; then all knots, s
@@ -165,6 +167,20 @@ def scaled_size(
             largest = size
             if i < moving:
                 integers[WORST] = i
+            if not size < np.inf:
+                return np.inf
+    return largest
+
+
+@kernel
+def largest_share(integers: np.ndarray, shares: np.ndarray, first: int, end: int) -> float:
+    """Return the largest of some shares of what is allowed, infinite if one is not finite; WORST is where it is."""
+    largest = 0.0
+    for i in range(first, end):
+        size = abs(shares[i])
+        if not size <= largest:
+            largest = size
+            integers[WORST] = i
             if not size < np.inf:
                 return np.inf
     return largest
@@ -265,8 +281,16 @@ def breakpoint_ahead(integers: np.ndarray, reals: np.ndarray, wanted: float) -> 
 
 
 @inlined
+def even_part(wanted: float, rest: float) -> float:
+    """Return the step wanted, or all that is left, or half of it: two even steps are better than one and a sliver."""
+    if wanted >= rest * (1.0 - 1e-9):
+        return rest
+    return wanted if wanted <= 0.5 * rest else 0.5 * rest
+
+
+@inlined
 def clip(integers: np.ndarray, reals: np.ndarray, wanted: float) -> None:
-    """Set the step: the one wanted, or what is left; two even steps are better than a full one and a sliver."""
+    """Set the step: the one wanted, or an even part of what is left; fixed ones are cut at the end alone."""
     rest, next_break = reals[STOP] - reals[TIME], np.inf
     if not integers[IS_FIXED]:
         wanted = min(wanted, reals[LARGEST], reals[LARGEST_OF_DRIVES], reals[TO_EVENT])
@@ -274,12 +298,8 @@ def clip(integers: np.ndarray, reals: np.ndarray, wanted: float) -> None:
             next_break = breakpoint_ahead(integers, reals, wanted) - reals[TIME]
     integers[LAST_STEP] = 1 if min(wanted, next_break) >= rest * (1.0 - 1e-9) else 0
     rest = min(rest, next_break)
-    if integers[LAST_STEP] or wanted >= rest * (1.0 - 1e-9):
-        reals[STEP] = rest
-    elif integers[IS_FIXED] or wanted <= 0.5 * rest:
-        reals[STEP] = wanted
-    else:
-        reals[STEP] = 0.5 * rest
+    is_whole = integers[IS_FIXED] and wanted < rest * (1.0 - 1e-9)
+    reals[STEP] = wanted if is_whole else even_part(wanted, rest)
 
 
 @kernel

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -89,15 +89,15 @@ def joint_force_tables(builder: FrameOffsets) -> tuple[np.ndarray, np.ndarray]:
     return np.array(forces, dtype=np.int64).reshape(-1, 4), np.array(laws, dtype=float).reshape(-1, 7)
 
 
-def loads_between(builder: FrameOffsets) -> LoadsBetween:
-    """Return the tables of loads between frames, but for rigid contacts, which hold as loops do."""
+def loads_between(builder: FrameOffsets) -> tuple[LoadsBetween, list[int]]:
+    """Return the tables of loads between frames, and their numbers in the model; without rigid contacts, which hold."""
     kernels = {}
     for number, load in enumerate(builder.model.loads):
         if number in builder.model.rigid_contacts:
             continue
         kernel = load.kernel or LoadKernel(given, np.array((float(load.input_count),)), given)
         kernels[number] = addresses(kernel.real, kernel.complex_, SIGNATURE), kernel.numbers
-    return _tables(builder, kernels)[0]
+    return _tables(builder, kernels)
 
 
 def watched_loads(builder: FrameOffsets) -> tuple[LoadsBetween, list[int]]:
@@ -109,6 +109,22 @@ def watched_loads(builder: FrameOffsets) -> tuple[LoadsBetween, list[int]]:
             kernels[number] = addresses(kernel.watch, kernel.change, WATCH_SIGNATURE), kernel.numbers
             most = max(most, len(load.events))
     return _tables(builder, kernels, most)
+
+
+def told_loads(
+    builder: FrameOffsets, functions: Mapping[int, tuple[Callable[..., None] | int, int]]
+) -> tuple[LoadsBetween, list[int]]:
+    """Return the load tables of loads whose functions write outputs, and their numbers in the model.
+
+    `functions`: of each load by its number, and how many outputs it writes.
+    """
+    kernels = {}
+    for number, (function, _) in functions.items():
+        kernel = builder.model.loads[number].kernel
+        if kernel is None:
+            raise TypeError("a load without a kernel has no compiled outputs")
+        kernels[number] = addresses(function, None, WATCH_SIGNATURE), kernel.numbers
+    return _tables(builder, kernels, max((count for _, count in functions.values()), default=0))
 
 
 def _tables(

@@ -22,6 +22,7 @@ def rigid_points(builder: FrameOffsets) -> RigidPoints:
     model = builder.model
     if not model.rigid_contacts:
         return no_rigid_points()
+    from kanefe.contact.rigid.rigid import POISSON
     from kanefe.contact.rigid.rigid_contact import EACH, REPORTED_CHANGES
 
     places, markers, numbers, shapes = [], list[np.ndarray](), list[np.ndarray](), list[float]()
@@ -31,12 +32,13 @@ def rigid_points(builder: FrameOffsets) -> RigidPoints:
         for i, (end, probe) in enumerate(contact.probes):
             status = first + REPORTED_CHANGES + EACH * i
             nature = int(contact.friction is not None), int(contact.has_mark(i))
-            places.append((ends[0][0], ends[end][0], status, len(shapes), *nature, first, number))
+            told = int(contact.law.impact == POISSON), int(contact.reports_points)
+            places.append((ends[0][0], ends[end][0], status, len(shapes), *nature, first, number, *told))
             markers += [ends[0][1], ends[end][1]]
             friction = contact.friction
             steady = SteadyNumbers(0.0, 0.0) if friction is None else friction.steady
-            own = probe.point, probe.radius, probe.ring, probe.axis, probe.share, contact.belt, steady
-            numbers.append(flat(PointConstants(*own)))
+            own = probe.point, probe.radius, probe.ring, probe.axis, probe.share
+            numbers.append(flat(PointConstants(*own, contact.law.restitution, contact.belt, steady)))
         shapes += [float(contact.shape.kind), *contact.shape.numbers.tolist()]
     return RigidPoints(
         places=np.array(places, dtype=np.int64).reshape(-1, POINT_INTEGERS),

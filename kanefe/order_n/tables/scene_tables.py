@@ -100,7 +100,7 @@ class TableBuilder(FrameOffsets):
     ----------
     model : ModelData
     is_complete : bool
-        Whether interfaces have rows to which nothing is attached.
+        Whether every body has a row of its own, and interfaces have rows to which nothing is attached.
     """
 
     def __init__(self, model: ModelData, is_complete: bool = False) -> None:
@@ -113,6 +113,7 @@ class TableBuilder(FrameOffsets):
         self._carrying: list[int] = []
         self._fields: list[tuple[int, int, int, int, int, int, int]] = []
         self._modal = self._border = 0
+        self._is_complete = is_complete
         wanted = attached_interfaces(model, self.point_bodies, is_complete)
         for number, body in enumerate(model.bodies):
             self._add_body(number, body, wanted[number])
@@ -164,7 +165,7 @@ class TableBuilder(FrameOffsets):
 
     def _melts(self, body: BodyTerms, row: int) -> bool:
         """Return whether a body is a rigid part of the row it is fixed to."""
-        if row < 0 or body.rigid is None or not body.joint.is_fixed:
+        if self._is_complete or row < 0 or body.rigid is None or not body.joint.is_fixed:
             return False
         integers = self._integers[row]
         is_rigid = integers[KIND] != INTERFACE and integers[FLEXIBLE] < 0

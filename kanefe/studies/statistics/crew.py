@@ -10,7 +10,7 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
-from kanefe.frames import Vector, numbers, rotation_matrix, shaped_numbers
+from kanefe.frames import Vector, numbers, rotation_matrices, shaped_numbers
 from kanefe.result import Result
 
 AXES = {"longitudinal": 0, "lateral": 1}
@@ -53,7 +53,7 @@ class Interruptions:
         shown = result.times >= self.after
         if np.count_nonzero(shown) < 3:
             raise ModelError(f"fewer than three output times are after {self.after:g} s")
-        axes = np.array([rotation_matrix(e) for e in result.rotation(self.body)[shown]])
+        axes = rotation_matrices(result.rotation(self.body)[shown])
         w, dw = result.angular_velocity(self.body)[shown], result.angular_acceleration(self.body)[shown]
         at = np.broadcast_to(self.at, w.shape)
         origin = result.acceleration(self.body)[shown] - result.run.model.gravity

@@ -250,6 +250,20 @@ def test_what_a_rigid_contact_has_not_is_refused(options, message):
         scene.add_contact("c", body, floor, **{"normal": kf.Rigid(), **options})
 
 
+@pytest.mark.parametrize("motion", [None, kf.Motion.steady(0.5)])
+def test_a_contact_between_what_nothing_moves_is_refused(motion):
+    """Of a lever that is fixed, or driven, against the ground: it is not friction that leaves its force open."""
+    scene = kf.System(gravity=(0, 0, -G))
+    joint = kf.Fixed() if motion is None else kf.Revolute("y", motion=motion)
+    lever = scene.add_rigid_body("lever", 1.0, 0.1, joint=joint)
+    tip = scene.add_surface("tip", lever, shapes.Sphere(0.1), at=(1, 0, 0))
+    floor = scene.add_surface("floor", scene.ground.frame(at=(0, 0, -0.5)), shapes.Plane("z"))
+    scene.add_rigid_body("other", 1.0, 0.1, joint=kf.Free())
+    scene.add_contact("c", tip, floor, normal=kf.Rigid(), friction=kf.Coulomb(0.3))
+    with pytest.raises(kf.ModelError, match=r"'c'.*neither its surface.*probe 1 is free.*Remedy"):
+        scene.freeze()
+
+
 @pytest.mark.parametrize(
     ("touched", "touching", "message"),
     [

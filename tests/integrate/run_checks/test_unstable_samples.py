@@ -55,7 +55,7 @@ def test_drives_that_grow_otherwise_are_not_taken_for_a_loop() -> None:
 
 
 def test_a_limit_and_a_warning_of_slow_steps_name_it_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    result = arm(3.9).simulate((0.0, 20.0), most_steps=20)
+    result = arm(3.9).simulate((0.0, 20.0), most_steps=14)
     assert result.status.kind == "stopped"
     with pytest.raises(AssertionError, match=f"{NAMED}.*{REMEDY}"):
         raise AssertionError(str(result.status))

@@ -112,12 +112,12 @@ def test_where_nothing_can_be_kept_it_is_built_for_the_process(copy: Copy, troub
 
 
 ALONE = """
-from numba.core import analysis, codegen, ir_utils
-from kanefe.kernels.compiler import _numba_objects as objects
+from numba.core import analysis, codegen
+from kanefe.kernels.compiler import _numba_alone as alone
 from kanefe.kernels.force_elements.bushing import bushing
 from kanefe.kernels.compiler.addresses import compiled_functions_of
 
-of_numba, of_house, seen = analysis.compute_live_map, objects.live_variables, []
+of_numba, of_house, seen = analysis.compute_live_map, alone.live_variables, []
 
 def both(*given):
     ours, theirs = of_house(*given), of_numba(*given)
@@ -125,20 +125,111 @@ def both(*given):
     seen.append(len(ours))
     return ours
 
-objects.live_variables = both
+alone.live_variables = both
 whole, of_machine = [], []
 optimise = codegen.CPUCodeLibrary._optimize_final_module
 codegen.CPUCodeLibrary._optimize_final_module = lambda library: (whole.append(library.name), optimise(library))
 codegen.JITCodeLibrary._finalize_specific = lambda library: of_machine.append(library.name)
-objects.build_alone()
+OTHER
+is_done = alone.build_alone()
 unit, *_ = compiled_functions_of(bushing, bushing.kinds)
-print(len(unit.compile().code) > 1000, len(whole), len(of_machine), max(seen) > 10)
+is_code = len(unit.compile().code) > 1000
+print(is_done, is_code, len(whole) > 1, len(of_machine) > 1, max(seen, default=0) > 10)
 """
 
 
 @pytest.mark.skipif(not IS_COMPILED, reason="kernels are run as Python")
 def test_a_process_that_only_builds_optimises_once_and_makes_no_machine_code_for_itself(copy: Copy) -> None:
-    assert copy.run(ALONE) == ("True 1 0 True", "")
+    assert copy.run(ALONE.replace("OTHER", "")) == ("True True False False True", "")
+
+
+@pytest.mark.skipif(not IS_COMPILED, reason="kernels are run as Python")
+def test_a_numba_with_another_inside_builds_as_it_does(copy: Copy) -> None:
+    other = "link = codegen.CPUCodeLibrary.add_linking_library\n"
+    other += "codegen.CPUCodeLibrary.add_linking_library = lambda self, library: link(self, library)"
+    assert copy.run(ALONE.replace("OTHER", other)) == ("False True True True False", "")
+
+
+PROBE = '''"""A kernel that hands on arrays of all kinds, and variables set in one place and in several."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler.arrays import IntegerRows, RealBlocks, RealRows, ValueRows, Values
+from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.compiler.signatures import Variant
+
+
+class Parts(NamedTuple):
+    rows: IntegerRows
+    blocks: RealBlocks
+    table: RealRows
+
+
+@kernel
+def sizes(array: np.ndarray) -> int:
+    if array.size == 0:
+        return 0
+    return array.size + 10 * array.nbytes + 1000 * array.strides[0] + 100000 * array.shape[0] + 7 * array.itemsize
+
+
+@kernel
+def weighed(parts: Parts, vector: np.ndarray, strided: np.ndarray, i: int) -> complex:
+    rows, blocks, table = parts
+    total, last = 0.0 * vector[0], -1
+    if i > 0:
+        set_once = 2.0 + i
+    for row in range(rows.shape[0]):
+        if rows[row, 0] > 0:
+            last = row
+            factor = table[row, i]
+        else:
+            factor = strided[row]
+            if last >= 0:
+                factor += last
+        of_row = factor * vector[row] * blocks[i, row, 1]
+        total += of_row
+    if i > 0:
+        total += set_once + of_row
+    count = sizes(blocks) + sizes(blocks[i]) + sizes(blocks[i, 0]) + sizes(rows) + sizes(strided) + sizes(vector[1:])
+    while count > 100.0:
+        count //= 3
+    return total + count + last + blocks.reshape(-1, 2)[i, 0]
+
+
+@entry(Variant(), Variant(is_complex=True))
+def probe(parts: Parts, vectors: ValueRows, out: Values) -> int:
+    for i in range(len(out)):
+        out[i] = weighed(parts, vectors[i], parts.table[:, i], i)
+        out[i] += sizes(parts.blocks) + sizes(parts.blocks[1:]) + sizes(vectors) + sizes(vectors[:0])
+    return len(out)
+'''
+
+CALL_PROBE = """
+import numpy as np
+from kanefe.kernels.compiler._numba import IS_COMPILED
+from kanefe.kernels.force_elements.probe import Parts, probe
+number, out = np.random.default_rng(1), []
+parts = Parts(number.integers(-1, 2, (5, 3)), number.random((2, 5, 4)), number.random((5, 2)))
+for kind in (float, complex):
+    vectors = (number.random((2, 5)) + (0.5j if kind is complex else 0.0)).astype(kind)
+    found = np.zeros(2, kind)
+    probe.bound(parts, vectors, found, is_complex=kind is complex)()
+    out += found.tolist()
+print([round(value, 6) if isinstance(value, float) else (round(value.real, 6), round(value.imag, 6)) for value in out])
+"""
+
+
+@pytest.mark.skipif(not IS_COMPILED, reason="kernels are run as Python")
+def test_what_is_built_alone_computes_what_python_does(copy: Copy) -> None:
+    (copy.kernels / "force_elements" / "probe.py").write_text(PROBE)
+    compiled, said = copy.run(CALL_PROBE)
+    assert said.count("(probe") == 2
+    assert (compiled, "") == copy.run(CALL_PROBE, KANEFE_JIT="0")
 
 
 def test_plain_python_builds_nothing(copy: Copy) -> None:

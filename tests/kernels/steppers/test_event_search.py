@@ -7,7 +7,7 @@ import math
 import pytest
 from scipy.optimize import brentq
 
-from kanefe.kernels.steppers.event_search import crossing_between, lowest_between
+from kanefe.kernels.events.event_search import crossing_between, lowest_between
 
 FUNCTIONS = {
     "smooth": lambda x: math.cos(x) - x,

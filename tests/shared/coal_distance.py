@@ -1,4 +1,4 @@
-"""The door to coal, and to hpp-fcl, its older name: how convex shapes are to each other (GJK, EPA)."""
+"""How convex shapes are to each other by coal, or by hpp-fcl, its older name (GJK, EPA): an oracle."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 from kanefe.contact.geometry.convex import Convex
 from kanefe.contact.geometry.shape import axes_about
 from kanefe.contact.shapes import Box, Capsule, Cylinder, Sphere
-from kanefe.errors import MissingDependency
 from kanefe.frames import Matrix, Vector
 
 if TYPE_CHECKING:
@@ -29,14 +28,6 @@ MOST_TURNS, SAME_NORMAL = 30, 1e-8
 over the radius of curvature, and its square enters the depth."""
 
 _geometries: WeakKeyDictionary[SurfaceShape, Any] = WeakKeyDictionary()
-
-
-def check_library(needed_by: str) -> None:
-    """Raise a MissingDependency that says what needs the library, if there is neither name of it."""
-    try:
-        _library()
-    except ImportError as error:
-        raise MissingDependency("coal", needed_by, "pip install 'kanefe[collision]'") from error
 
 
 @cache

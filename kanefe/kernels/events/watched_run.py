@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.kernels.compiler.arrays import Filler, IntegerRows, Integers, Prepared, RealBlocks, RealRows, Reals
+from kanefe.kernels.impacts.contact_questions import ASKED
 from kanefe.kernels.sweeps.drives import Drives
 
 SHARES = np.arange(1, 5) / 4.0
@@ -16,9 +17,10 @@ FIRST_SHARES = np.append(10.0 ** np.arange(-9, -1), SHARES)
 """Positions in a step after an event, relative to its length, for a function that starts at zero: they show its sign
 however near its next zero is."""
 
-REPORTS, ENDS_STEP, CHANGES, ACTS, BOUND = range(5)
+REPORTS, ENDS_STEP, CHANGES, ACTS, BOUND, BOUND_CHANGES = range(6)
 """Values for the action of an event: it is only reported; it also ends the step without a change; it also changes
-states of its load; Python has to act; or Python has to act as soon as the function is below zero, by whatever way."""
+states of its load; Python has to act; Python has to act as soon as the function is below zero, by whatever way; or
+rigid contacts change as soon as it is."""
 
 STORM, STORM_SHARE = 32, 1e-6
 """Number of actions within this fraction of the span from which they count as an infinite sequence."""
@@ -59,13 +61,23 @@ class WatchedRun(NamedTuple):
     found : ndarray, shape (F, 2)
         Roots of a step, in order of time: time and event.
     changes : ndarray of int, shape (events, 4)
-        Of those that change states what `Lookout.change` is given.
+        Of those that change states what `Lookout.change` is given; of rigid contacts first what they are asked for, see
+        `kanefe.kernels.impacts.contact_changes`.
     actions : ndarray, shape (STORM,)
         Times of the last actions, s; minus infinity where there were fewer.
+    regime : ndarray, shape (3,)
+        What the run went on from at its last restart: the event, below zero for another reason; the time, s; and how
+        many steps had been taken.
+    usual : ndarray, shape (events,)
+        Mean step from each event to the next restart, when it last happened, s; zero before.
     first_quadrature : int
         Where in a state the energy taken and, after it, that given are (J).
+    after : ndarray, shape (state,)
+        After changes.
     span : float
         Of the run, s.
+    stop, rtol, length : float
+        Its end (s) and tolerance, and a length of the scene (m).
     """
 
     columns: Integers
@@ -82,8 +94,50 @@ class WatchedRun(NamedTuple):
     found: RealRows
     changes: IntegerRows
     actions: Reals
+    regime: Reals
+    usual: Reals
     first_quadrature: int
+    after: Reals
     span: float
+    stop: float
+    rtol: float
+    length: float
+
+
+class ContactCalls(NamedTuple):
+    """What changes rigid contacts at events.
+
+    Attributes
+    ----------
+    changing : Prepared
+        Call of `kanefe.kernels.impacts.contact_changes.change_contacts` with the two arrays below and the first state
+        of the lookout; address 0: there are none.
+    asked : ndarray
+    reports : ndarray, shape (R, 2)
+    balancing : Prepared
+        Call of `kanefe.kernels.evaluation.momenta.balances_of_states` with the arrays below, of two states.
+    times, drives, inputs, states, balances : ndarray
+    """
+
+    changing: Prepared
+    asked: Reals
+    reports: RealRows
+    balancing: Prepared
+    times: Reals
+    drives: RealBlocks
+    inputs: RealRows
+    states: RealRows
+    balances: RealRows
+
+
+NOT_CALLED = Prepared(0, np.zeros(1, dtype=np.int64), np.zeros(1))
+"""Takes the place of a call that a run does not make."""
+
+NO_CONTACTS = ContactCalls(
+    *(NOT_CALLED, np.zeros(ASKED), np.zeros((0, 2)), NOT_CALLED, np.zeros(0)),
+    *(np.zeros((0, 0, 3)), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))),
+)
+"""Those of a scene without rigid contacts."""
 
 
 class Lookout(NamedTuple):
@@ -107,6 +161,7 @@ class Lookout(NamedTuple):
     change : ndarray of int, shape (4,)
         Of a load whose states the call changes instead of looking: its number in the tables, that of its event, and
         first and number of its states; below zero: it looks.
+    contacts : ContactCalls
     """
 
     looking: Prepared
@@ -120,3 +175,4 @@ class Lookout(NamedTuple):
     states: RealRows
     found: RealRows
     change: Integers
+    contacts: ContactCalls

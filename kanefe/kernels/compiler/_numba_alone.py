@@ -1,0 +1,292 @@
+"""Builds of kernels with less work than numba's own, in a process that does nothing but build.
+
+numba makes machine code of each kernel that another calls, for calls from Python, and links and optimises it with all
+that it calls, once more in each of its callers. It chooses anew among built-in functions at each call, hands an array
+over as seven numbers and more, of which a scene has dozens, and keeps and clears variables for counts of references.
+Kernels count none, are called by each other alone, and most arrays are contiguous: here a kernel is translated without
+all this and left so until the whole unit is optimised, once. What is computed is the same.
+"""
+
+from __future__ import annotations
+
+import gc
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+
+class Change(NamedTuple):
+    """What takes the place of a function inside numba.
+
+    Attributes
+    ----------
+    owner : object
+        Module or class.
+    name : str
+    instead : function (original) -> function
+    uses : str
+        Names that the original refers to and what takes its place relies on.
+    """
+
+    owner: Any
+    name: str
+    instead: Callable[[Any], Callable[..., Any]]
+    uses: str = ""
+
+    def fits(self) -> bool:
+        """Return whether this version of numba has it, and works as it is known to."""
+        original = getattr(self.owner, self.name, None)
+        names = getattr(getattr(original, "__code__", None), "co_names", ())
+        return original is not None and {*self.uses.split()} <= {*names}
+
+
+_is_alone = False
+
+
+def build_alone() -> bool:
+    """Have this process build kernels with less work. None that it compiles from now on can be called in it.
+
+    Returns
+    -------
+    done : bool
+        False if this version of numba has another inside: it builds as numba does.
+    """
+    global _is_alone
+    gc.disable()  # what is made is needed to the end
+    from numba import _dynfunc
+    from numba.core import analysis, base, codegen, cpu, ir_utils, lowering
+    from numba.core.datamodel import models
+    from numba.core.types import functions
+
+    def entry_point(context: Any, library: Any, description: Any, environment: Any) -> Any:
+        """Return what stands for a kernel among those that numba knows, each by its own."""
+        return _dynfunc.make_function(description.lookup_module(), description.qualname, "", 1, environment, (library,))
+
+    library, lower, array = codegen.CPUCodeLibrary, lowering.Lower, models.ArrayModel
+    changes = (
+        Change(library, "_optimize_functions", lambda original: _leave_as_it_is, "data_layout _data_layout"),
+        Change(library, "add_linking_library", lambda original: original, "_linking_libraries"),
+        Change(library, "finalize", lambda original: _leave_apart, "_final_module _finalize_final_module"),
+        Change(cpu.CPUContext, "get_executable", lambda original: entry_point),
+        Change(functions.BaseFunction, "get_call_type", _resolved_once, "templates apply _impl_keys get_impl_key"),
+        Change(base.BaseContext, "get_abi_sizeof", _asked_once, "get_abi_size target_data"),
+        Change(lower, "_find_singly_assigned_variable", _with_dominating, "_singly_assigned_vars _blk_local_varmap"),
+        Change(lower, "storevar", _without_counts_in_store, "_alloca_var _singly_assigned_vars getvar"),
+        Change(lower, "delvar", _without_counts, "_alloca_var _singly_assigned_vars decref"),
+        Change(array, "get_argument_type", lambda original: _short_or(original, _short_type)),
+        Change(array, "as_argument", lambda original: _short_or(original, _as_short)),
+        Change(array, "from_argument", lambda original: _short_or(original, _from_short)),
+        Change(analysis, "compute_live_map", lambda original: live_variables),
+        Change(ir_utils, "compute_live_map", lambda original: live_variables),
+    )
+    _is_alone = all(change.fits() for change in changes)
+    if _is_alone:
+        for owner, name, instead, _ in changes:
+            setattr(owner, name, instead(getattr(owner, name)))
+    return _is_alone
+
+
+def _leave_as_it_is(library: Any, module: Any) -> None:
+    """Add a module to a library without optimising it."""
+    module.data_layout = library._codegen._data_layout
+
+
+def _leave_apart(library: Any) -> None:
+    """Close a library without what it calls, and without machine code."""
+    library._raise_if_finalized()
+    library._finalized = True
+
+
+def finish(library: Any, symbol: str) -> None:
+    """Link a unit with all that it calls and optimise it, where `build_alone` has kept numba from that."""
+    if not _is_alone:
+        return
+    linked, waiting = {library}, [*library._linking_libraries]
+    while waiting:
+        other = waiting.pop()
+        if other not in linked:
+            linked.add(other)
+            waiting += other._linking_libraries
+            library._final_module.link_in(other._final_module, preserve=True)
+    # each function that stays apart is handed every array of the scene's tables: what only the unit can call is laid
+    # in where it is called once
+    for function in library._final_module.functions:
+        if not function.is_declaration and function.name != symbol:
+            function.linkage = "internal"
+    library._optimize_final_module()
+    library._final_module.verify()
+
+
+def _resolved_once(original: Callable[..., Any]) -> Callable[..., Any]:
+    """Return numba's choice of a built-in function for types of arguments with what it chose before."""
+    found: dict[Any, tuple[Any, Any]] = {}
+
+    def choose(function: Any, context: Any, args: tuple[Any, ...], kws: Any) -> Any:
+        if kws:
+            return original(function, context, args, kws)
+        key = function, context, args
+        if key not in found:
+            signature = original(function, context, args, kws)
+            found[key] = signature, function._impl_keys[signature.args]
+        signature, function._impl_keys[signature.args] = found[key]
+        return signature
+
+    return choose
+
+
+def _asked_once(original: Callable[..., int]) -> Callable[..., int]:
+    """Return numba's function of the size of a type, which has the compiler read a text, with what it found before."""
+    found: dict[str, int] = {}
+
+    def size(context: Any, kind: Any) -> int:
+        name = str(kind)
+        if name not in found:
+            found[name] = original(context, kind)
+        return found[name]
+
+    return size
+
+
+def _with_dominating(original: Callable[..., None]) -> Callable[..., None]:
+    """Return numba's search for variables that need no memory, with those that are used beyond their own block.
+
+    They are set once, in a block through which each way to their uses leads: their values are known there.
+    """
+
+    def find(lower: Any) -> None:
+        original(lower)
+        if lower.context.enable_nrt or lower.func_ir.func_id.is_generator:
+            return
+        from numba.core import analysis, ir
+
+        blocks = lower.func_ir.blocks
+        dominators = analysis.compute_cfg_from_blocks(blocks).dominators()
+        places: dict[str, list[int]] = {}
+        for at, block in blocks.items():
+            for statement in block.find_insts(ir.Assign):
+                places.setdefault(statement.target.name, []).append(at)
+        used, ours = analysis.compute_use_defs(blocks), {name for name, at in places.items() if len(at) == 1}
+        ours -= analysis.must_use_alloca(blocks)
+        for at, names in used.usemap.items():
+            ours -= {name for name in names & ours if not (places[name][0] < at and places[name][0] in dominators[at])}
+        lower._singly_assigned_vars |= ours
+
+    return find
+
+
+def _without_counts(original: Callable[..., None]) -> Callable[..., None]:
+    """Return numba's end of a variable without what only counts of references need."""
+
+    def delete(lower: Any, name: str) -> None:
+        if lower.context.enable_nrt:
+            original(lower, name)
+
+    return delete
+
+
+def _without_counts_in_store(original: Callable[..., None]) -> Callable[..., None]:
+    """Return numba's store of a variable without reading the value before it."""
+
+    def store(lower: Any, value: Any, name: str, argidx: Any = None) -> None:
+        is_plain = argidx is None and not lower.context.enable_nrt and name not in lower._singly_assigned_vars
+        if not is_plain:
+            original(lower, value, name, argidx)
+            return
+        lower._alloca_var(name, lower.typeof(name))
+        lower.builder.store(value, lower.getvar(name))
+
+    return store
+
+
+# Of an array all but where its numbers are and how many lie along each axis follows, if it is contiguous and its memory
+# is not its own
+FIELDS = "meminfo", "parent", "nitems", "itemsize", "data", "shape", "strides"
+GIVEN_FIELDS = FIELDS.index("data"), FIELDS.index("shape")
+
+
+def _short_or(original: Callable[..., Any], short: Callable[..., Any]) -> Callable[..., Any]:
+    """Return how an array is handed over: by less, if it is contiguous and of plain numbers."""
+    from numba import types
+
+    def handed(model: Any, *given: Any) -> Any:
+        kind = model._fe_type
+        is_plain = isinstance(kind, types.Array) and isinstance(kind.dtype, (types.Integer, types.Float, types.Complex))
+        is_short = is_plain and kind.layout == "C" and model._fields == FIELDS
+        return short(model, *given) if is_short else original(model, *given)
+
+    return handed
+
+
+def _short_type(model: Any) -> tuple[Any, ...]:
+    return tuple(model._models[i].get_argument_type() for i in GIVEN_FIELDS)
+
+
+def _as_short(model: Any, builder: Any, value: Any) -> tuple[Any, ...]:
+    return tuple(model._models[i].as_argument(builder, model.get(builder, value, i)) for i in GIVEN_FIELDS)
+
+
+def _from_short(model: Any, builder: Any, value: tuple[Any, ...]) -> Any:
+    """Return the whole array of what is handed over."""
+    from llvmlite import ir
+
+    of = [part.get_value_type() for part in model._models]
+    data, shape = (model._models[i].from_argument(builder, part) for i, part in zip(GIVEN_FIELDS, value, strict=True))
+    size = ir.Constant(of[FIELDS.index("itemsize")], model._fe_type.dtype.bitwidth // 8)
+    lengths = [builder.extract_value(shape, [axis]) for axis in range(model._fe_type.ndim)]
+    strides, step, count = ir.Constant(of[FIELDS.index("strides")], ir.Undefined), size, size.type(1)
+    for axis in reversed(range(len(lengths))):
+        strides = builder.insert_value(strides, step, [axis])
+        step, count = builder.mul(step, lengths[axis]), builder.mul(count, lengths[axis])
+    none = [ir.Constant(of[FIELDS.index(name)], None) for name in ("meminfo", "parent")]
+    array = ir.Constant(model.get_value_type(), ir.Undefined)
+    for i, part in enumerate((*none, count, size, data, shape, strides)):
+        array = model.set(builder, array, part, i)
+    return array
+
+
+Names = Mapping[int, set[str]]
+"""Names of variables, for each block of a function."""
+
+
+def live_variables(graph: Any, blocks: Mapping[int, Any], used: Names, defined: Names) -> dict[int, set[str]]:
+    """Return the variables that are alive at the entry of each block of a function, as numba's `compute_live_map`.
+
+    A variable is alive in a block if it, or one that follows it, uses it before it is defined anew. Sets are the bits
+    of integers: numba's own sets of names grow with the square of the size of a function.
+    """
+    bit_of: dict[str, int] = {}
+
+    def bits(names: Iterable[str]) -> int:
+        return sum(1 << bit_of.setdefault(name, len(bit_of)) for name in names)
+
+    order = list(graph.topo_order())
+    followers, leaders = (
+        {at: [other for other, _ in near(at)] for at in order} for near in (graph.successors, graph.predecessors)
+    )
+    alive, own = {at: bits(used[at]) for at in blocks}, {at: bits(defined[at]) for at in blocks}
+    reached = {at: alive[at] | own[at] for at in blocks}
+
+    def spread(
+        found: dict[int, int], places: Iterable[int], near: dict[int, list[int]], handed: Callable[[int, int], int]
+    ) -> None:
+        """Hand what is found on to neighbours until nothing changes."""
+        is_changed = True
+        while is_changed:
+            is_changed = False
+            for at in places:
+                for other in near[at]:
+                    more = found[other] | handed(at, other)
+                    is_changed |= more != found[other]
+                    found[other] = more
+
+    spread(reached, order, followers, lambda at, other: reached[at])
+    spread(alive, order[::-1], leaders, lambda at, other: alive[at] & reached[other] & ~own[other])
+    names = list(bit_of)
+    return {at: {names[i] for i in _ones(found)} for at, found in alive.items()}
+
+
+def _ones(bits: int) -> Iterator[int]:
+    """Return the places of the ones among bits."""
+    while bits:
+        least = bits & -bits
+        yield least.bit_length() - 1
+        bits ^= least

@@ -1,0 +1,316 @@
+"""All forces of states of a run: of joints, drives, loops and loads, and at interfaces of flexible bodies.
+
+Accelerations and multipliers are those of an evaluation. With them the balance of each body, Newton's and Euler's
+equations, gives the wrench of its joint in one inward sweep; no system is solved again. Forces along components that
+are fixed in G follow from the wrench on the body by virtual work (Eq. 31-35).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.kernels.algebra.vectors import (
+    accumulate,
+    copy,
+    cross,
+    dot,
+    matrix,
+    plus,
+    put,
+    rotated,
+    rotated_back,
+    symmetric,
+    symmetric_times,
+    three,
+    vector,
+)
+from kanefe.kernels.compiler._numba import expanded, inlined, kernel
+from kanefe.kernels.compiler.arrays import Integers, Prepared, RealBlocks, RealRows, Reals
+from kanefe.kernels.compiler.calls import call_address
+from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.compiler.signatures import Variant
+from kanefe.kernels.constraints.loop_tables import (
+    Loops,
+    holds,
+    unit_responses_in,
+)
+from kanefe.kernels.constraints.multipliers import push_row, write_row
+from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
+from kanefe.kernels.evaluation.evaluation import AT_TIME, DONE_AS, IS_ERROR, LEAST_PIVOT
+from kanefe.kernels.evaluation.force_tables import (
+    DRIVING,
+    ENDS,
+    LOOP_FORCES,
+    REACTIONS,
+    WRENCH,
+    ForceTables,
+    ForceWorkspace,
+    force_workspace,
+)
+from kanefe.kernels.evaluation.told_forces import hold_components, tell_joints, tell_loops, tell_parts
+from kanefe.kernels.force_elements.places import END_NUMBERS, WRENCHES, P
+from kanefe.kernels.layout import (
+    COORDINATES,
+    COUNT,
+    DRIVE,
+    FLEXIBLE,
+    FORCE,
+    INTERFACE,
+    KIND,
+    MASS,
+    MOMENT,
+    OFFSET,
+    OMEGA,
+    PARENT,
+    SPEED,
+    SPEEDS,
+    STATES,
+    VELOCITY,
+    WORK_DETA,
+    FlexibleTables,
+    H,
+    J,
+    M,
+    R,
+    Tables,
+)
+from kanefe.kernels.loads.joint_forces import add_joint_forces
+from kanefe.kernels.loads.loads_between import apply_load, evaluate_load
+from kanefe.kernels.loads.loads_layout import END_COUNT, FIRST_END, TEAM, LoadsBetween, place_of_load, span_of_load
+from kanefe.kernels.loads.point_and_field_loads import add_field_loads, add_point_loads
+from kanefe.kernels.loads.points import gather_points, push_points
+from kanefe.kernels.loads.reach import find_near, nearness_at
+from kanefe.kernels.steppers.step_commands import AT, RATES, SLOPE
+from kanefe.kernels.sweeps.elastic import project, span
+from kanefe.kernels.sweeps.inertia import set_inertia
+from kanefe.kernels.sweeps.link_motion import partials
+from kanefe.kernels.sweeps.modal_elimination import coupling_span
+from kanefe.kernels.sweeps.outward import sweep_outward
+
+
+@entry(Variant(has_flexible=True))
+def forces_of_states(
+    tables: Tables,
+    flexible: FlexibleTables,
+    between: LoadsBetween,
+    loops: Loops,
+    forces: ForceTables,
+    evaluation: Prepared,
+    vectors: RealRows,
+    drives: RealRows,
+    inputs: Reals,
+    multipliers: Reals,
+    scale: Reals,
+    times: Reals,
+    driven: RealBlocks,
+    values: RealRows,
+    states: RealRows,
+    found: RealRows,
+    is_told: Integers,
+    memory: Reals,
+) -> None:
+    """Write rates and forces of all of some states.
+
+    Parameters
+    ----------
+    tables, flexible, between, loops, forces
+        Of the scene with a row for each body and each interface.
+    evaluation : Prepared
+        A call of `kanefe.kernels.evaluation.evaluation.evaluate`, which is not implicit, with the next five arrays.
+    vectors, drives, inputs : ndarray
+        See there.
+    multipliers, scale : ndarray, shape (m,)
+        Of the constraints, and the scale of their rows, as the evaluation leaves them in its memory.
+    times : ndarray, shape (T,)
+        s.
+    driven : ndarray, shape (T, driven, 3)
+    values : ndarray, shape (T or 1, inputs)
+    states : ndarray, shape (T, state)
+        Each begins with q, u and z.
+    found : ndarray, shape (T, width)
+        See `ForceTables.places`.
+    is_told : ndarray of int, shape (T,)
+        1, or 0 where the literal route has to tell: near singular positions, and where rows depend on each other, so
+        that several multipliers do the same.
+    memory : ndarray, shape (`force_memory_size`,)
+    """
+    workspace = force_workspace(memory, tables, flexible, between, loops, forces)
+    n = tables.sizes[COORDINATES]
+    m = n + tables.sizes[SPEEDS]
+    last = m + tables.sizes[STATES]
+    for k in range(len(states)):
+        y, given = states[k, :last], values[min(k, len(values) - 1)]
+        vectors[AT, :] = 0.0
+        copy(y, vectors[AT, :last])
+        copy(given, inputs)
+        for i in range(len(drives)):
+            copy(driven[k, i], drives[i])
+        evaluation.numbers[AT_TIME] = times[k]
+        call_address(evaluation.address, (evaluation.places, evaluation.numbers))
+        copy(vectors[SLOPE], found[k, : vectors.shape[1]])
+        is_told[k] = 0
+        if evaluation.numbers[IS_ERROR] != 0.0 or evaluation.numbers[DONE_AS] != RATES:
+            continue
+        if evaluation.numbers[LEAST_PIVOT] < NEAR_SINGULAR or not are_independent(loops, y[m:], multipliers, scale):
+            continue
+        is_told[k] = 1
+        put_forces(
+            tables,
+            flexible,
+            between,
+            loops,
+            forces,
+            times[k],
+            drives,
+            given,
+            y,
+            vectors[SLOPE, n:m],
+            multipliers,
+            workspace,
+            found[k],
+        )
+
+
+@inlined
+def are_independent(loops: Loops, z: np.ndarray, multipliers: np.ndarray, scale: np.ndarray) -> bool:
+    """Return whether no row depends on others: the multiplier of such a row is left out, and so is zero."""
+    left_out = 0
+    for j in range(len(multipliers)):
+        if multipliers[j] == 0.0 and scale[j] != 0.0 and holds(loops, j, z):
+            left_out += 1
+    return left_out == 0
+
+
+@expanded
+def put_forces(
+    tables: Tables,
+    flexible: FlexibleTables,
+    between: LoadsBetween,
+    loops: Loops,
+    forces: ForceTables,
+    t: float,
+    drives: np.ndarray,
+    inputs: np.ndarray,
+    y: np.ndarray,
+    du: np.ndarray,
+    multipliers: np.ndarray,
+    workspace: ForceWorkspace,
+    out: np.ndarray,
+) -> None:
+    """Write the forces of a state whose accelerations and multipliers are known."""
+    work, moving, modal, modal_rates = workspace.work, workspace.moving, workspace.modal, workspace.modal_rates
+    applied, still, n, speeds = workspace.applied, workspace.still, tables.sizes[COORDINATES], tables.sizes[SPEEDS]
+    q, u, z = y[:n], y[n : n + speeds], y[n + speeds :]
+    sweep_outward(tables, flexible, drives, q, u, work, modal)
+    set_inertia(tables, flexible, work, modal)
+    applied[:] = 0.0
+    add_point_loads(tables, flexible, inputs, work, modal)
+    add_joint_forces(tables, drives, inputs, q, u, applied)
+    add_field_loads(flexible, inputs, work, modal)
+    if len(between.loads) > 0:
+        add_and_tell_loads(
+            between,
+            tables.rows,
+            flexible,
+            t,
+            inputs,
+            z,
+            drives,
+            q,
+            u,
+            work,
+            modal,
+            workspace,
+            out[forces.places[ENDS] :],
+        )
+    kept = unit_responses_in(workspace.holding, loops, len(applied))
+    for j in range(len(multipliers)):
+        if multipliers[j] != 0.0:
+            write_row(loops, j, tables.gravity, drives, z, speeds, work, kept)
+            push_row(loops, tables, flexible, j, multipliers[j], True, kept, applied, work, modal)
+    still[:, :] = 0.0
+    for i in range(len(still)):
+        still[i, 0] = drives[i, 0]
+    sweep_outward(tables, flexible, still, q, du, moving, modal_rates)
+    add_inertia_forces(tables, flexible, work, moving, modal, modal_rates)
+    sum_inward(tables, applied, work, out[forces.places[DRIVING] :])
+    tell_joints(forces, work, out[forces.places[REACTIONS] :])
+    tell_loops(forces, loops, multipliers, work, kept, out[forces.places[LOOP_FORCES] :])
+    for h in range(len(forces.held)):
+        hold_components(forces, tables.rows, flexible, h, work, modal, workspace)
+    tell_parts(tables, loops, forces, inputs, multipliers, work, kept, workspace, out)
+
+
+@expanded
+def add_and_tell_loads(
+    between: LoadsBetween,
+    rows: np.ndarray,
+    flexible: FlexibleTables,
+    t: float,
+    inputs: np.ndarray,
+    states: np.ndarray,
+    drives: np.ndarray,
+    q: np.ndarray,
+    u: np.ndarray,
+    work: np.ndarray,
+    modal: np.ndarray,
+    workspace: ForceWorkspace,
+    told: np.ndarray,
+) -> None:
+    """Apply loads between frames one by one, and write what each does on its ends, in N, and where these are."""
+    acting, applied, rates, points = workspace.acting, workspace.applied, workspace.load_rates, workspace.points
+    find_near(between.reach, flexible, work, modal, acting)
+    nearness = acting[nearness_at(between.reach) :]
+    told[: WRENCH * len(between.rows)] = 0.0
+    points[:, :] = 0.0
+    for i in range(len(between.loads)):
+        if nearness[i] <= 0.0:
+            continue
+        team, first = between.loads[i, TEAM], between.loads[i, FIRST_END]
+        gather_points(between, flexible, team, i, i + 1, work, modal, acting)
+        evaluate_load(between, i, i, flexible, t, inputs, states, drives, q, u, work, acting)
+        ends, done = acting[place_of_load(between) :], acting[span_of_load(between, i)]
+        for e in range(between.loads[i, END_COUNT]):
+            put(points, first + e, 0, three(ends, END_NUMBERS * e + P))
+            for c in range(WRENCH):
+                told[WRENCH * (first + e) + c] = done[WRENCHES + WRENCH * e + c]
+        apply_load(between, i, i, rows, flexible, rates, applied, work, modal, acting)
+        push_points(between, flexible, team, i, i + 1, modal, acting)
+
+
+@kernel
+def add_inertia_forces(
+    tables: Tables,
+    flexible: FlexibleTables,
+    work: np.ndarray,
+    moving: np.ndarray,
+    modal: np.ndarray,
+    modal_rates: np.ndarray,
+) -> None:
+    """Add what du needs to the forces of all rows; velocities of `moving` are accelerations (Eq. 15, 16)."""
+    for i in range(len(tables.rows)):
+        f = tables.rows[i, FLEXIBLE]
+        if tables.rows[i, KIND] == INTERFACE or (f < 0 and tables.geometry[i, MASS] == 0.0):
+            continue
+        a, alpha, h = vector(moving, i, VELOCITY), vector(moving, i, OMEGA), matrix(work, i, H)
+        accumulate(work, i, FORCE, plus(symmetric_times(symmetric(work, i, M), a), rotated(h, alpha)))
+        accumulate(work, i, MOMENT, plus(rotated_back(h, a), symmetric_times(symmetric(work, i, J), alpha)))
+        if f >= 0 and flexible.bodies[f, COUNT] > 0:
+            body, G = flexible.bodies[f], matrix(work, i, R)
+            coupling, ddeta = modal[coupling_span(body)].reshape(6, body[COUNT]), modal_rates[span(body, WORK_DETA)]
+            accumulate(work, i, FORCE, rotated(G, project(coupling, 0, ddeta)))
+            accumulate(work, i, MOMENT, rotated(G, project(coupling, 3, ddeta)))
+
+
+@kernel
+def sum_inward(tables: Tables, applied: np.ndarray, work: np.ndarray, driving: np.ndarray) -> None:
+    """Hand the forces that rows need to what carries them, and write what drives give beyond what is applied."""
+    rows, geometry = tables.rows, tables.geometry
+    for i in range(len(rows) - 1, -1, -1):
+        force, moment, parent = vector(work, i, FORCE), vector(work, i, MOMENT), rows[i, PARENT]
+        if rows[i, DRIVE] >= 0:
+            v, w = partials(rows, geometry, i, work)
+            driving[rows[i, DRIVE]] = dot(v, force) + dot(w, moment) - applied[rows[i, SPEED]]
+        if parent >= 0:
+            accumulate(work, parent, FORCE, force)
+            accumulate(work, parent, MOMENT, plus(moment, cross(vector(work, i, OFFSET), force)))

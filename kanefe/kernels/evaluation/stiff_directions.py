@@ -1,0 +1,218 @@
+"""The directions in which loads between frames stiffen a linearly implicit sweep: a change of the tree of low rank.
+
+A sweep gives ``x = (M + s C + r K)^-1 (F + (s C + r K) du)`` with the stiffness of modes and joints. That of loads
+between frames, see `kanefe.kernels.loads.load_tangents`, is a sum of products of wrenches and rows, so that Newton's
+correction of ``du = x`` and ``z = known + p g`` is
+
+    ddu - Z (W ddu + V rest) = du - x,    dz = X ddu + Y rest,    rest = z - known - p g,
+
+where the columns of Z are what the tree answers to the wrenches, a sweep of forces each. Elimination with the largest
+pivot of each load finds as many products as its tangents have: of a spring one, and three if it is under tension.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.kernels.algebra.vectors import copy, cross, matrix, plus, put_three, rotated_back, three
+from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler.arrays import Integers, RealRows, Reals
+from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.compiler.signatures import Variant
+from kanefe.kernels.constraints.constraint_jacobian import walk_inward
+from kanefe.kernels.constraints.loop_tables import Loops
+from kanefe.kernels.constraints.multipliers import clear_all_forces
+from kanefe.kernels.evaluation.evaluation import Workspace, parts_of, workspace_in
+from kanefe.kernels.force_elements.places import WRENCH
+from kanefe.kernels.layout import (
+    AXES,
+    COUNT,
+    DETA,
+    FREE,
+    KIND,
+    PARENT,
+    SPEED,
+    SPHERICAL,
+    TRANSFORM,
+    FlexibleTables,
+    R,
+    Tables,
+)
+from kanefe.kernels.loads.load_tangents import (
+    largest_of,
+    put_tangents,
+    take_off,
+    tangent_memory,
+    tangent_size,
+)
+from kanefe.kernels.loads.loads_between import evaluate_load
+from kanefe.kernels.loads.loads_layout import (
+    COORDINATE,
+    END_COUNT,
+    FIRST_END,
+    FIRST_STATE,
+    STATE_COUNT,
+    LoadsBetween,
+)
+from kanefe.kernels.loads.loads_layout import SPEED as SPEED_OF_MARKER
+from kanefe.kernels.loads.markers import lever_of
+from kanefe.kernels.loads.point_and_field_loads import push
+from kanefe.kernels.loads.reach import nearness_at
+from kanefe.kernels.steppers.directions_wanted import MOST_DIRECTIONS, RANK, SHARE_OF_RATES
+from kanefe.kernels.steppers.step_commands import (
+    JACOBIAN_ROW,
+    SHARE_DAMPING,
+    SHARE_STIFFNESS,
+    TIME_AT,
+)
+from kanefe.kernels.sweeps.accelerations import sweep_accelerations
+from kanefe.kernels.sweeps.elastic import total
+from kanefe.kernels.sweeps.inward import sweep_forces_inward
+
+NEGLIGIBLE = 1e-12
+"""Share of the largest tangent of a load below which what is left of them is round-off."""
+
+
+def directions_memory_size(between: LoadsBetween, speeds: int) -> int:
+    """Return how many numbers the memory of `put_directions` has, with so many free and driven speeds."""
+    return 2 * speeds + max(tangent_size(int(row[END_COUNT]), int(row[STATE_COUNT])) for row in between.loads)
+
+
+@entry(Variant(), Variant(has_flexible=True))
+def put_directions(
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    between: LoadsBetween,
+    loops: Loops,
+    drives: RealRows,
+    inputs: Reals,
+    integers: Integers,
+    reals: Reals,
+    vectors: RealRows,
+    memory: Reals,
+    own: Reals,
+) -> None:
+    """Write the rows Z, then those of W and V, then X and Y, from JACOBIAN_ROW on, and how many there are of the first.
+
+    The state AT has been evaluated, linearly implicit, with the same `memory`. `own` is of `directions_memory_size`.
+    States are followed where SHARE_OF_RATES is above zero.
+    """
+    workspace, parts = workspace_in(memory, tables, flexible, between, loops), parts_of(tables, vectors)
+    work, acting, q, u, z = workspace.work, workspace.acting, parts.q, parts.u, parts.z
+    speeds, m, most = len(workspace.applied), len(u), integers[MOST_DIRECTIONS]
+    row, reach, rest = own[:speeds], own[speeds : 2 * speeds], own[2 * speeds :]
+    shares = reals[SHARE_DAMPING], reals[SHARE_STIFFNESS], reals[SHARE_OF_RATES]
+    first = integers[JACOBIAN_ROW]
+    Z, W, X = vectors[first : first + most], vectors[first + most : first + 2 * most], vectors[first + 2 * most :]
+    nearness, rank = acting[nearness_at(between.reach) :], 0
+    for n in range(len(between.loads)):
+        followed = between.loads[n, STATE_COUNT] if shares[2] > 0.0 else 0
+        count, states = WRENCH * between.loads[n, END_COUNT], between.loads[n, FIRST_STATE]
+        if nearness[n] <= 0.0:  # its states decay
+            for i in range(states, states + followed):
+                X[i] = 0.0
+                X[i, m + i] = 1.0 / (1.0 + shares[2] * between.decay_rates[i])
+            continue
+        evaluate_load(between, n, n, flexible, reals[TIME_AT], inputs, z, drives, q, u, work, acting)
+        tangents = tangent_memory(between, n, followed, rest)
+        if not put_tangents(between, n, reals[TIME_AT], shares, inputs, z, acting, tangents):
+            tangents.T[:] = 0.0  # a step between growth and decay: the iteration will not converge, and tells it
+        T = tangents.T
+        for i in range(followed):
+            _put_row(between, n, tables, flexible, 1.0, T[count + i], m, workspace, row, reach, X[states + i])
+        largest, a, b = largest_of(T, count)
+        least = NEGLIGIBLE * largest
+        while largest > least and rank < most:
+            _respond(between, n, tables, flexible, T[:count, b], workspace, Z[rank, :m])
+            _put_row(between, n, tables, flexible, 1.0 / T[a, b], T[a], m, workspace, row, reach, W[rank])
+            take_off(T, count, a, b)
+            rank += 1
+            largest, a, b = largest_of(T, count)
+    integers[RANK] = rank
+
+
+@kernel
+def _respond(
+    between: LoadsBetween,
+    n: int,
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    wrenches: np.ndarray,
+    workspace: Workspace,
+    du: np.ndarray,
+) -> None:
+    """Write what the tree answers to wrenches on the ends of a load."""
+    work, modal, applied = workspace.work, workspace.modal, workspace.applied
+    clear_all_forces(tables, flexible, applied, work, modal)
+    for i in range(between.loads[n, END_COUNT]):
+        end = between.loads[n, FIRST_END] + i
+        row, force, moment = between.rows[end], three(wrenches, WRENCH * i), three(wrenches, WRENCH * i + 3)
+        if row == COORDINATE:
+            applied[int(between.markers[end, SPEED_OF_MARKER])] += force[0]
+        elif row >= 0:
+            lever = lever_of(between.markers, end, row, work)
+            push(tables.rows, flexible, row, force, plus(moment, cross(lever, force)), work, modal)
+    sweep_forces_inward(tables, flexible, applied, work, modal, workspace.border, True)
+    sweep_accelerations(tables, flexible, applied, work, modal, workspace.border, True, du)
+
+
+@kernel
+def _put_row(
+    between: LoadsBetween,
+    n: int,
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    share: float,
+    along: np.ndarray,
+    free: int,
+    workspace: Workspace,
+    row: np.ndarray,
+    reach: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Write a share of a row over the motions of the ends of a load, and its states, over all unknowns."""
+    work, count = workspace.work, between.loads[n, END_COUNT]
+    row[:] = 0.0
+    for i in range(count):
+        end = between.loads[n, FIRST_END] + i
+        at, force, moment = between.rows[end], three(along, WRENCH * i), three(along, WRENCH * i + 3)
+        if at == COORDINATE:
+            row[int(between.markers[end, SPEED_OF_MARKER])] += force[0]
+        elif at >= 0:
+            lever = lever_of(between.markers, end, at, work)
+            whole = plus(moment, cross(lever, force))
+            walk_inward(tables, flexible, at, force, whole, work, workspace.modal, row, reach)
+    _over_speeds(tables, flexible, work, row, reach)
+    out[:] = 0.0
+    for i in range(free):
+        out[i] = share * row[i]
+    states = free + between.loads[n, FIRST_STATE]
+    for i in range(len(along) - WRENCH * count):
+        out[states + i] = share * along[WRENCH * count + i]
+
+
+@kernel
+def _over_speeds(
+    tables: Tables, flexible: FlexibleTables | None, work: np.ndarray, row: np.ndarray, found: np.ndarray
+) -> None:
+    """Replace what a row has in N, and of modes of unit mass, by what it has of the speeds."""
+    rows = tables.rows
+    for i in range(len(rows)):
+        if rows[i, KIND] in (SPHERICAL, FREE):
+            speed, parent = rows[i, SPEED], rows[i, PARENT]
+            if rows[i, KIND] == FREE:
+                force = three(row, speed)
+                if parent >= 0:
+                    force = rotated_back(matrix(work, parent, R), force)
+                put_three(row, speed, rotated_back(matrix(tables.geometry, i, AXES), force))
+                speed += 3
+            put_three(row, speed, rotated_back(matrix(work, i, R), three(row, speed)))
+    if flexible is not None:
+        for f in range(len(flexible.bodies)):
+            body = flexible.bodies[f]
+            k, first = body[COUNT], body[DETA]
+            if body[TRANSFORM] >= 0:
+                transform = flexible.pool[body[TRANSFORM] : body[TRANSFORM] + k * k].reshape(k, k)
+                for j in range(k):
+                    found[j] = total(transform[j], row[first : first + k])
+                copy(found[:k], row[first : first + k])

@@ -1,0 +1,219 @@
+"""Forces of a state that are told: of joints and loops, along fixed components, and at interfaces."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.kernels.algebra.lu import factorise, solve
+from kanefe.kernels.algebra.vectors import (
+    Numbers,
+    cross,
+    dot,
+    matrix,
+    minus,
+    plus,
+    product,
+    put_three,
+    rotated,
+    rotated_back,
+    three,
+    times,
+    vector,
+)
+from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.constraints.loop_tables import FORCE_B, MOMENT_B, ROW_A, ROW_B, Loops, UnitResponses
+from kanefe.kernels.evaluation.force_tables import (
+    AT_ROW,
+    COMPONENT,
+    ENDS,
+    FIRST_SOURCE,
+    OF_CARRIER,
+    OF_CHILD,
+    OF_LOAD,
+    OF_LOOP,
+    PART_ROW,
+    PARTS,
+    SOURCE_COUNT,
+    WRENCH,
+    ForceTables,
+    ForceWorkspace,
+)
+from kanefe.kernels.layout import (
+    BASIS,
+    BENT,
+    COUNT,
+    FLEXIBLE,
+    FORCE,
+    MOMENT,
+    OFFSET,
+    PARENT,
+    POSITION,
+    TANGENT,
+    FlexibleTables,
+    R,
+    Tables,
+)
+from kanefe.kernels.loads.markers import axes_of, lever_of
+from kanefe.kernels.sweeps.elastic import project
+
+
+@kernel
+def tell_joints(forces: ForceTables, work: np.ndarray, told: np.ndarray) -> None:
+    """Write the wrench of each joint on its body, about the origin of the body's frame, in its axes."""
+    for b in range(len(forces.bodies)):
+        i = forces.bodies[b]
+        axes, force = matrix(work, i, R), vector(work, i, FORCE)
+        moment = minus(vector(work, i, MOMENT), cross(rotated(axes, vector(forces.frames, b, 0)), force))
+        own = product(axes, matrix(forces.frames, b, 3))
+        put_three(told, WRENCH * b, rotated_back(own, force))
+        put_three(told, WRENCH * b + 3, rotated_back(own, moment))
+
+
+@kernel
+def tell_loops(
+    forces: ForceTables,
+    loops: Loops,
+    multipliers: np.ndarray,
+    work: np.ndarray,
+    kept: UnitResponses,
+    told: np.ndarray,
+) -> None:
+    """Write what each loop joint exerts on its end b, about the origin of b, in its axes."""
+    for c in range(len(forces.loops)):
+        force, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        first = forces.loops[c, 0]
+        row = loops.rows[first, ROW_B]
+        lever, axes = (
+            lever_of(loops.markers, 2 * first + 1, row, work),
+            axes_of(loops.markers, 2 * first + 1, row, work),
+        )
+        for j in range(first, first + forces.loops[c, 1]):
+            if multipliers[j] != 0.0:
+                own = times(multipliers[j], vector(kept.wrenches, j, FORCE_B))
+                turning = times(multipliers[j], vector(kept.wrenches, j, MOMENT_B))
+                force, moment = plus(force, own), plus(moment, minus(turning, cross(lever, own)))
+        put_three(told, WRENCH * c, rotated_back(axes, force))
+        put_three(told, WRENCH * c + 3, rotated_back(axes, moment))
+
+
+@kernel
+def hold_components(
+    forces: ForceTables,
+    rows: np.ndarray,
+    flexible: FlexibleTables,
+    h: int,
+    work: np.ndarray,
+    modal: np.ndarray,
+    workspace: ForceWorkspace,
+) -> None:
+    """Write the forces along the components of a body that are fixed in G, from the wrench on it.
+
+    A displacement along one of them moves G and, against it, the modes, which are in balance: the wrench on G does the
+    same work as these forces where the interfaces are.
+    """
+    row, first, count, at = forces.held[h]
+    body = flexible.bodies[rows[row, FLEXIBLE]]
+    k = body[COUNT]
+    size = WRENCH + k
+    G = matrix(work, row, R)
+    force, moment = rotated_back(G, vector(work, row, FORCE)), rotated_back(G, vector(work, row, MOMENT))
+    own = workspace.components[first : first + count]
+    system, pivots = workspace.system[: count * count].reshape(count, count), workspace.pivots[:count]
+    for c in range(count):
+        constants = forces.pool[at + size * c : at + size * (c + 1)]
+        shift, turn, elastic = three(constants, 0), three(constants, 3), constants[WRENCH:]
+        own[c] = dot(shift, force) + dot(turn, moment)
+        for d in range(count):
+            i, component = forces.components[first + d, AT_ROW], forces.components[first + d, COMPONENT]
+            arm = rotated_back(G, vector(work, i, OFFSET))
+            velocity, spin = plus(shift, cross(turn, arm)), turn
+            if k > 0:
+                basis_at, bent = rows[i, BASIS], rows[i, BENT]
+                if bent < 0:
+                    basis = flexible.pool[basis_at : basis_at + 6 * k].reshape(6, k)
+                    v, w = project(basis, 0, elastic), project(basis, 3, elastic)
+                else:
+                    basis = modal[bent : bent + 6 * k].reshape(6, k)
+                    v, w = project(basis, 0, elastic), project(basis, 3, elastic)
+                velocity, spin = plus(velocity, v), plus(spin, rotated(matrix(work, i, TANGENT), w))
+            along, about = unit_wrench(component, vector(forces.axes, first + d, 0), matrix(work, i, TANGENT))
+            system[c, d] = dot(velocity, along) + dot(spin, about)
+    factorise(system, pivots)
+    solve(system, pivots, own)
+
+
+@inlined
+def unit_wrench(component: int, axis: Numbers, T: Numbers) -> tuple[Numbers, Numbers]:
+    """Return force and moment in G of a unit force along a component: see `kanefe.kane.coupling.unit_wrenches`."""
+    none = (0.0, 0.0, 0.0)
+    if component < 3:
+        return axis, none
+    first, second, third = (T[0], T[3], T[6]), (T[1], T[4], T[7]), (T[2], T[5], T[8])
+    area = cross(second, third)
+    about = plus(times(axis[0], area), plus(times(axis[1], cross(third, first)), times(axis[2], cross(first, second))))
+    return none, times(1.0 / dot(first, area), about)
+
+
+@inlined
+def point_load(tables: Tables, n: int, inputs: np.ndarray, work: np.ndarray) -> tuple[Numbers, Numbers]:
+    """Return a force and its moment about the origin of its row, or a torque, in N."""
+    i = tables.loads[n, 0]
+    axes = matrix(work, i, R)
+    zero = 0.0 * axes[0]
+    value = three(inputs, tables.loads[n, 1])
+    value = (zero + value[0], zero + value[1], zero + value[2])
+    if tables.loads[n, 3]:  # follows
+        value = rotated(axes, rotated(matrix(tables.points, n, 3), value))
+    if tables.loads[n, 2]:  # a torque
+        return (zero, zero, zero), value
+    return value, cross(rotated(axes, vector(tables.points, n, 0)), value)
+
+
+@kernel
+def tell_parts(
+    tables: Tables,
+    loops: Loops,
+    forces: ForceTables,
+    inputs: np.ndarray,
+    multipliers: np.ndarray,
+    work: np.ndarray,
+    kept: UnitResponses,
+    workspace: ForceWorkspace,
+    out: np.ndarray,
+) -> None:
+    """Write the parts of the forces at interfaces, about their deformed positions, in G (Eq. 30)."""
+    told, of_ends = out[forces.places[PARTS] :], out[forces.places[ENDS] :]
+    for p in range(len(forces.parts)):
+        target = forces.parts[p, PART_ROW]
+        place, G = vector(work, target, POSITION), matrix(work, tables.rows[target, PARENT], R)
+        force, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+        for s in range(forces.parts[p, FIRST_SOURCE], forces.parts[p, FIRST_SOURCE] + forces.parts[p, SOURCE_COUNT]):
+            kind, first, count, end = forces.sources[s]
+            if kind == OF_CARRIER:
+                for d in range(first, first + count):
+                    axis, T = vector(forces.axes, d, 0), matrix(work, target, TANGENT)
+                    along, about = unit_wrench(forces.components[d, COMPONENT], axis, T)
+                    force = plus(force, rotated(G, times(workspace.components[d], along)))
+                    moment = plus(moment, rotated(G, times(workspace.components[d], about)))
+            elif kind == OF_CHILD:
+                i = forces.bodies[first]
+                pull = times(-1.0, vector(work, i, FORCE))
+                force, arm = plus(force, pull), minus(vector(work, i, POSITION), place)
+                moment = plus(moment, minus(cross(arm, pull), vector(work, i, MOMENT)))
+            elif kind == OF_LOOP:
+                for j in range(first, first + count):
+                    if multipliers[j] != 0.0:
+                        pull = times(multipliers[j], vector(kept.wrenches, j, WRENCH * end))
+                        turning = times(multipliers[j], vector(kept.wrenches, j, WRENCH * end + 3))
+                        arm = minus(vector(work, loops.rows[j, ROW_A + end], POSITION), place)
+                        force, moment = plus(force, pull), plus(moment, plus(turning, cross(arm, pull)))
+            elif kind == OF_LOAD:
+                pull, arm = three(of_ends, WRENCH * first), minus(vector(workspace.points, first, 0), place)
+                force = plus(force, pull)
+                moment = plus(moment, plus(three(of_ends, WRENCH * first + 3), cross(arm, pull)))
+            else:
+                pull, turning = point_load(tables, first, inputs, work)
+                arm = minus(vector(work, tables.loads[first, 0], POSITION), place)
+                force, moment = plus(force, pull), plus(moment, plus(turning, cross(arm, pull)))
+        put_three(told, WRENCH * p, rotated_back(G, force))
+        put_three(told, WRENCH * p + 3, rotated_back(G, moment))

@@ -1,0 +1,1 @@
+"""Events in compiled code: search, what they change, and steps that end at them."""

@@ -1,0 +1,122 @@
+"""What events change: states by loads and rigid contacts, in compiled code, and what is told of it."""
+
+from __future__ import annotations
+
+from kanefe.kernels.algebra.vectors import copy
+from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler.calls import call_address
+from kanefe.kernels.events.closing_call import close_at
+from kanefe.kernels.events.lookout import Single, look_at_states
+from kanefe.kernels.events.watched_run import BOUND_CHANGES, CHANGES, STORM_SHARE, Lookout, WatchedRun
+from kanefe.kernels.impacts.contact_questions import (
+    IS_DECIDED,
+    LENGTH,
+    REPORT_COUNT,
+    RUN_END,
+    RUN_RTOL,
+    RUN_SPAN,
+    WHAT,
+    WHEN,
+)
+from kanefe.kernels.sweeps.drives import put_drives
+
+
+@kernel
+def _changes(watched: WatchedRun, event: int, t: float, found: int) -> bool:
+    """Return whether an event changes states at the time at which the step ends."""
+    happens = False
+    for i in range(found):
+        happens = happens or (int(watched.found[i, 1]) == event and watched.found[i, 0] >= t)
+    return happens and (watched.kinds[event] == CHANGES or watched.kinds[event] == BOUND_CHANGES)
+
+
+@kernel
+def is_storm(watched: WatchedRun, t: float, found: int) -> bool:
+    """Return whether changes follow each other without end, which Python tells."""
+    is_any = False
+    for event in range(len(watched.kinds)):
+        is_any = is_any or _changes(watched, event, t, found)
+    return is_any and t - watched.actions[1] <= STORM_SHARE * watched.span
+
+
+@kernel
+def change_states(single: Single, watched: WatchedRun, t: float, found: int) -> bool:
+    """Write the state after what happens, in the order of the events; return whether it is known.
+
+    The energy that changes is taken into account; the state before is that of the lookout.
+    """
+    lookout, _ = single
+    y = lookout.states[0]
+    lookout.contacts.asked[REPORT_COUNT] = 0.0
+    for event in range(len(watched.kinds)):
+        if not _changes(watched, event, t, found):
+            continue
+        lookout.times[0] = t
+        if watched.kinds[event] == BOUND_CHANGES:
+            is_known, gained = _change_contacts(single, watched, t, watched.changes[event, 0])
+            if not is_known:
+                return False
+        else:
+            for i in range(len(lookout.change)):
+                lookout.change[i] = watched.changes[event, i]
+            look_at_states(lookout)
+            lookout.change[0] = -1
+            gained = lookout.found[0, 0]
+        y[watched.first_quadrature + (0 if gained < 0.0 else 1)] += abs(gained)
+    copy(y, watched.after)
+    return True
+
+
+@kernel
+def _change_contacts(single: Single, watched: WatchedRun, t: float, what: int) -> tuple[bool, float]:
+    """Change speeds and states of rigid contacts; return whether that is decided, and the energy gained, J."""
+    lookout, closing = single
+    contacts, y = lookout.contacts, lookout.states[0]
+    copy(y, contacts.states[0])
+    if not ask_contacts(lookout, watched, t, what):
+        return False, 0.0
+    if closing.has_loops and not close_at(closing, t, 0.0, y):
+        return False, 0.0
+    copy(y, contacts.states[1])
+    gained = 0.0
+    for i in range(2):
+        contacts.times[i] = t
+        put_drives(lookout.motions, t, contacts.drives[i])
+        copy(lookout.held, contacts.inputs[i])
+        lookout.fill(t, contacts.states[i], contacts.inputs[i])
+    call_address(contacts.balancing.address, (contacts.balancing.places, contacts.balancing.numbers))
+    for i in range(3):
+        gained += contacts.balances[1, i] - contacts.balances[0, i]
+    return True, gained
+
+
+@kernel
+def ask_contacts(lookout: Lookout, watched: WatchedRun, t: float, what: int) -> bool:
+    """Ask for what follows an event of rigid contacts, or for blurs; return whether it is decided."""
+    contacts, asked = lookout.contacts, lookout.contacts.asked
+    asked[WHAT], asked[WHEN], asked[RUN_RTOL], asked[LENGTH] = what, t, watched.rtol, watched.length
+    asked[RUN_SPAN], asked[RUN_END] = watched.span, watched.stop
+    call_address(contacts.changing.address, (contacts.changing.places, contacts.changing.numbers))
+    return asked[IS_DECIDED] != 0.0
+
+
+@kernel
+def take_reports(lookout: Lookout, watched: WatchedRun) -> None:
+    """Write to the records what rigid contacts tell, with negative numbers."""
+    contacts = lookout.contacts
+    for i in range(int(contacts.asked[REPORT_COUNT])):
+        row = watched.counts[0]
+        watched.records[row, 0], watched.records[row, 1] = contacts.reports[i, 0], -1.0 - contacts.reports[i, 1]
+        watched.counts[0] = row + 1
+
+
+@kernel
+def mark_action(watched: WatchedRun, t: float, found: int) -> None:
+    """Write the time of an action that changes states to the last ones."""
+    is_any = False
+    for event in range(len(watched.kinds)):
+        is_any = is_any or _changes(watched, event, t, found)
+    if is_any:
+        for i in range(len(watched.actions) - 1):
+            watched.actions[i] = watched.actions[i + 1]
+        watched.actions[-1] = t

@@ -1,0 +1,381 @@
+"""Runs with events of loads: steps, what happened in them, and how they continue, without leaving compiled code.
+
+Python is asked where an event changes the scene or ends the run. What is found where is that of
+`kanefe.kernels.events.event_search`, which `kanefe.integrate.events.event_search` takes too, for events of the user.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.kernels.algebra.vectors import copy
+from kanefe.kernels.compiler._numba import exact, inlined, kernel
+from kanefe.kernels.compiler.arrays import RealRows
+from kanefe.kernels.compiler.calls import call_address
+from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.events.closing_call import ClosingCall, close_at
+from kanefe.kernels.events.event_changes import ask_contacts, change_states, is_storm, mark_action, take_reports
+from kanefe.kernels.events.event_search import (
+    find_brackets,
+    first_with_sign,
+    is_known,
+    is_over,
+    is_quiet,
+    noise_after,
+    root_in,
+    time_tolerance,
+)
+from kanefe.kernels.events.foreseen_events import FARTHEST_SHARP, SHARPENED, smooth_until, time_to_event
+from kanefe.kernels.events.lookout import (
+    Single,
+    look_ahead,
+    look_at_states,
+    look_through,
+    put_closed,
+    put_state,
+    value_at,
+)
+from kanefe.kernels.events.watched_run import (
+    ACTS,
+    BOUND,
+    BOUND_CHANGES,
+    CHANGES,
+    ENDS_STEP,
+    REPORTS,
+    Going,
+    Lookout,
+    WatchedRun,
+)
+from kanefe.kernels.impacts.contact_questions import (
+    BLUR,
+    BLURS,
+    TOUCH,
+)
+from kanefe.kernels.steppers.step_commands import (
+    ACCEPTED,
+    COMMAND,
+    IS_FIXED,
+    IS_LEFT_OPEN,
+    LONGEST_RESTART,
+    NEXT_OUTPUT,
+    NEXT_STEP,
+    REACH,
+    SMALLEST,
+    STAGE,
+    START,
+    STATE,
+    STEPS,
+    STORED,
+    TIME,
+    TIME_EXCESS,
+    TIME_OLD,
+    TO_EVENT,
+    Run,
+)
+
+LEAST_FORESEEN = 1e8
+"""Step, in multiples of the shortest, below which no event is foreseen: values in it differ by round-off."""
+
+
+@entry()
+def pass_steps(
+    going: Going,
+    quiet: Lookout,
+    fresh: Lookout,
+    single: Lookout,
+    closing: ClosingCall,
+    watched: WatchedRun,
+    run: Run,
+    vectors: RealRows,
+    restart_share: float,
+) -> tuple[int, bool]:
+    """Continue with a run over its events, until one of the last step needs Python, or as `integrate` does.
+
+    Parameters
+    ----------
+    going : Going
+    quiet, fresh, single : Lookout
+        With SHARES, FIRST_SHARES, and one place.
+    closing : ClosingCall
+        What closes the loops of states at which values are looked for one by one.
+    watched : WatchedRun
+    run : Run
+    vectors : ndarray, shape (vectors of the method, state)
+    restart_share : float
+        Of the step before, with which the method begins after an event that has not happened before; with 0 it finds a
+        first step itself, whenever states may have changed.
+
+    Returns
+    -------
+    command : int
+        What the method wants.
+    is_done : bool
+        Whether all that happened in the last step is dealt with.
+    """
+    places, numbers = going.call.places, going.call.numbers
+    integers = run.integers
+    most = len(watched.records) - len(watched.found) - len(single.contacts.reports)
+    while True:
+        places[going.most_at] = integers[STEPS] + 1
+        call_address(going.call.address, (places, numbers))
+        run.reals[TO_EVENT] = np.inf
+        if numbers[-1] != 0.0:  # what is raised in there is raised here
+            raise ZeroDivisionError
+        command = int(numbers[going.command_at])
+        if command != ACCEPTED:
+            return command, False
+        is_at_zero = _is_at_zero(watched)
+        lookout = fresh if is_at_zero else quiet
+        look_through(lookout, run, vectors)
+        if not _deal_with(lookout, (single, closing), watched, run, vectors, run.reals[TIME_OLD], restart_share):
+            return command, False
+        if integers[STAGE] != 0:  # it goes on behind the step
+            if is_at_zero:
+                look_through(quiet, run, vectors)
+            _foresee(quiet, (single, closing), watched, run, vectors, restart_share)
+        is_full = watched.counts[0] > most
+        if integers[STORED] == len(run.times) or integers[STEPS] >= run.most_steps or is_full:
+            return command, True
+
+
+@exact
+def _foresee(
+    quiet: Lookout, single: Single, watched: WatchedRun, run: Run, vectors: RealRows, restart_share: float
+) -> None:
+    """Go on from the next event, if it is just behind the last step; else write how far the next step may go.
+
+    See `kanefe.kernels.events.foreseen_events`. Where steps are short the error alone says how far they go.
+    """
+    reals = run.reals
+    if run.integers[IS_FIXED] != 0 or reals[NEXT_STEP] < LEAST_FORESEEN * reals[SMALLEST]:
+        return
+    start, last_step = reals[TIME], reals[TIME] - reals[TIME_OLD]
+    left = time_to_event(quiet.found, watched, start, last_step, reals[NEXT_STEP])
+    reach = reals[REACH] * last_step
+    if reach < left < FARTHEST_SHARP * last_step:
+        near = SHARPENED * left
+        look_ahead(quiet, run, vectors, start + near)
+        rest = time_to_event(quiet.found, watched, start + near, near, left)
+        left = near + rest if rest < np.inf else left
+    if left > reach:
+        reals[TO_EVENT] = left / (1.0 + 0.5 * reals[REACH])
+        return
+    end = min(start + reach, smooth_until(run))
+    if end > start:
+        look_ahead(quiet, run, vectors, end)
+        _deal_with(quiet, single, watched, run, vectors, start, restart_share)
+
+
+@inlined
+def _is_at_zero(watched: WatchedRun) -> bool:
+    """Return whether a function is at a zero, so that its sign is not known."""
+    found = False
+    for event in range(len(watched.values)):
+        found = found or watched.noise[event] != 0.0 or watched.values[event] == 0.0
+    return found
+
+
+@exact
+def _deal_with(
+    lookout: Lookout,
+    single: Single,
+    watched: WatchedRun,
+    run: Run,
+    vectors: RealRows,
+    start: float,
+    restart_share: float,
+) -> bool:
+    """Take in what happened from a time on, up to the end of the lookout; return whether nothing of it needs Python.
+
+    What is reported is written to the records, up to and with the first event that ends the step; there the run goes
+    on anew. Behind the last step each event does that, and without one nothing is taken in.
+    """
+    is_ahead = start == run.reals[TIME]
+    found = _find_roots(lookout, single, watched, run, vectors, start)
+    if found < 0:
+        return False
+    acting = _first_acting(watched, found, is_ahead)
+    if is_ahead and not acting < np.inf:
+        return True
+    if acting < np.inf:
+        limit = acting + 2.0 * time_tolerance(watched.span, acting)
+        count = 0
+        while count < found and watched.found[count, 0] <= limit:
+            if watched.found[count, 0] >= acting and watched.kinds[int(watched.found[count, 1])] == ACTS:
+                return False
+            count += 1
+        found = count
+        if is_storm(watched, acting, found) or not put_closed(single, run, vectors, acting):
+            return False
+        if not change_states(single, watched, acting, found):
+            return False
+    for i in range(found):
+        watched.records[watched.counts[0], 0], watched.records[watched.counts[0], 1] = watched.found[i]
+        watched.counts[0] += 1
+        watched.last[int(watched.found[i, 1])] = watched.found[i, 0]
+    _set_noise(lookout, single, watched, run, vectors, start, found, acting < np.inf)
+    for event in range(len(watched.values)):
+        watched.values[event] = lookout.found[-1, watched.columns[event]]
+    if acting < np.inf:
+        copy(watched.after, single[0].states[0])
+        take_reports(single[0], watched)
+        mark_action(watched, acting, found)
+        _restart(single, watched, run, vectors, acting, found, restart_share)
+        _begin(single, watched, acting, found)
+    return True
+
+
+@exact
+def _sample(lookout: Lookout, watched: WatchedRun, event: int, start: float) -> int:
+    """Write the samples of an event from the start of the step on, each time once; return how many there are."""
+    watched.times[0], watched.samples[0] = start, watched.values[event]
+    count = 1
+    for i in range(len(lookout.times)):
+        is_new = watched.times[count - 1] < lookout.times[i] < lookout.times[-1]
+        if is_new or i == len(lookout.times) - 1:
+            watched.times[count], watched.samples[count] = lookout.times[i], lookout.found[i, watched.columns[event]]
+            count += 1
+    return count
+
+
+@exact
+def _find_roots(
+    lookout: Lookout, single: Single, watched: WatchedRun, run: Run, vectors: RealRows, start: float
+) -> int:
+    """Write what happened from a time on, in order of time; return how much that is, -1 if it is not looked for."""
+    total = 0
+    for event in range(len(watched.values)):
+        count = _sample(lookout, watched, event, start)
+        is_bound = watched.kinds[event] >= BOUND
+        if is_quiet(watched.times, watched.samples, count) and not (is_bound and watched.samples[0] < 0.0):
+            continue
+        if watched.kinds[event] == BOUND:
+            return -1
+        noise = watched.noise[event]
+        first = first_with_sign(watched.samples, count, noise)
+        # what must not be below zero happens wherever it is
+        is_below = is_bound and watched.samples[first] < -noise
+        data = (single, run, vectors, watched.columns[event], noise if is_below else 0.0)
+        if is_below:
+            watched.brackets[0, 0], watched.brackets[0, 1] = watched.times[max(first - 1, 0)], watched.times[first]
+            brackets = 1
+        else:
+            samples = watched.times, watched.samples, count, first
+            brackets = find_brackets(value_at, data, *samples, watched.directions[event], watched.brackets)
+        for k in range(min(brackets, len(watched.found) - total)):
+            a, b = watched.brackets[k, 0], watched.brackets[k, 1]
+            t = root_in(value_at, data, a, b, watched.span, is_bound or watched.kinds[event] < CHANGES)
+            if watched.kinds[event] == REPORTS and is_known(t, watched.last[event], watched.span):
+                continue  # another event ended the step at that moment
+            at = total
+            while at > 0 and watched.found[at - 1, 0] > t:
+                watched.found[at, 0], watched.found[at, 1] = watched.found[at - 1, 0], watched.found[at - 1, 1]
+                at -= 1
+            watched.found[at, 0], watched.found[at, 1] = t, event
+            total += 1
+    return total
+
+
+@exact
+def _first_acting(watched: WatchedRun, found: int, is_any: bool) -> float:
+    """Return the time of the first event, on request of any that does more than to be reported; infinity without."""
+    for i in range(found):
+        t, event = watched.found[i, 0], int(watched.found[i, 1])
+        is_again = watched.kinds[event] == ENDS_STEP and is_over(t, watched.last[event], watched.span)
+        if is_any or (watched.kinds[event] != REPORTS and not is_again):
+            return t
+    return np.inf
+
+
+@exact
+def _set_noise(
+    lookout: Lookout,
+    single: Single,
+    watched: WatchedRun,
+    run: Run,
+    vectors: RealRows,
+    start: float,
+    found: int,
+    has_acted: bool,
+) -> None:
+    """Write below what functions have no sign: after roots at which a step ended, and else not any more."""
+    for event in range(len(watched.values)):
+        count, root = _sample(lookout, watched, event, start), -np.inf
+        for i in range(found):
+            if int(watched.found[i, 1]) == event:
+                root = watched.found[i, 0]
+        largest, later = 0.0, 0.0
+        for k in range(count):
+            largest = max(largest, abs(watched.samples[k]))
+            later = max(later, abs(watched.samples[k])) if k > 0 else 0.0
+        if has_acted and root > -np.inf:
+            data = (single, run, vectors, watched.columns[event], 0.0)
+            watched.noise[event] = noise_after(value_at, data, root, start, watched.span, largest)
+        elif later > watched.noise[event]:
+            watched.noise[event] = 0.0  # also where a step ends by chance just before the next zero
+
+
+@kernel
+def _restart(
+    single: Single,
+    watched: WatchedRun,
+    run: Run,
+    vectors: RealRows,
+    t: float,
+    found: int,
+    restart_share: float,
+) -> None:
+    """Continue from the state at a time of the last step or just behind it, and write the outputs up to there."""
+    integers, reals, (lookout, closing) = run.integers, run.reals, single
+    stored = integers[STORED]
+    while stored > 0 and run.times[stored - 1] > t:
+        stored -= 1
+    while stored < len(run.times) and run.times[stored] <= t:
+        put_state(run, vectors, run.times[stored], run.states[stored])
+        if closing.has_loops and not close_at(closing, run.times[stored], 0.0, run.states[stored]):
+            integers[IS_LEFT_OPEN] = 1
+        stored += 1
+    integers[STORED] = stored
+    reals[NEXT_OUTPUT] = run.times[stored] if stored < len(run.times) else np.inf
+    copy(lookout.states[0], vectors[STATE])  # where it has been put
+    reals[TIME], reals[TIME_OLD], reals[TIME_EXCESS] = t, t, 0.0
+    integers[COMMAND], integers[STAGE] = START, 0
+    if integers[IS_FIXED] == 0:
+        reals[NEXT_STEP] = _step_after(watched, run, t, found, restart_share)
+
+
+@kernel
+def _step_after(watched: WatchedRun, run: Run, t: float, found: int, restart_share: float) -> float:
+    """Return the step with which a run goes on after an event: the mean one up to the next when it last happened.
+
+    The same forces act between the same events again and again: what their errors allowed is the best guess. The first
+    time it is a share of the step before, or that itself where the event is only reported.
+    """
+    event, steps, regime = int(watched.found[found - 1, 1]), float(run.integers[STEPS]), watched.regime
+    before = int(regime[0])
+    if before >= 0 and steps > regime[2]:
+        watched.usual[before] = (t - regime[1]) / (steps - regime[2])
+    regime[0], regime[1], regime[2] = float(event), t, steps
+    share = 1.0 if watched.kinds[event] == REPORTS else restart_share
+    usual = watched.usual[event]
+    wanted = usual if usual > 0.0 and share > 0.0 else share * run.reals[NEXT_STEP]
+    return min(wanted, run.reals[LONGEST_RESTART])
+
+
+@kernel
+def _begin(single: Single, watched: WatchedRun, t: float, found: int) -> None:
+    """Set the state from which a run continues, and the events that just happened there."""
+    lookout, _ = single
+    lookout.times[0] = t
+    look_at_states(lookout)
+    if lookout.contacts.changing.address != 0 and not ask_contacts(lookout, watched, t, BLURS):
+        lookout.contacts.asked[BLUR : BLUR + 4] = 0.0
+    for event in range(len(watched.values)):
+        value, has_happened = lookout.found[0, watched.columns[event]], False
+        for i in range(found):
+            has_happened = has_happened or (int(watched.found[i, 1]) == event and watched.found[i, 0] >= t)
+        watched.values[event] = value
+        if watched.kinds[event] == BOUND_CHANGES:
+            watched.noise[event] = lookout.contacts.asked[BLUR + watched.changes[event, 0] - TOUCH]
+        elif not has_happened or abs(value) > watched.noise[event]:
+            watched.noise[event] = 0.0

@@ -1,0 +1,23 @@
+"""What events of rigid contacts are asked for in compiled code, and what they tell: the numbers of a call."""
+
+from __future__ import annotations
+
+START, TOUCH, LIFT, SLIP, STICK, BLURS = range(6)
+"""What a call is asked for: what follows an event, or how far each margin may be below zero by round-off."""
+
+WHAT, WHEN, RUN_SPAN, RUN_END, RUN_RTOL, LENGTH, REPORT_COUNT, IS_DECIDED, BLUR = range(9)
+"""Numbers of a call: what it is asked for; time, span and end of the run (s); its rtol; length of the scene (m); how
+many reports there are. On return: whether it is decided; from there on the four blurs, from TOUCH to STICK."""
+ASKED = BLUR + 4
+
+TOUCHES, LIFTS, BEGINS_SLIP, BEGINS_STICK, RESTS = range(5)
+"""What is reported of a contact, in the order of `kanefe.contact.rigid.rigid_contact.REPORTED_EVENTS`."""
+REPORTED = 5
+
+POINT_CODES = 18
+"""Number of the changes of a point: its status before and after, and whether it was struck."""
+
+
+def report_count(points: int) -> int:
+    """Return how many reports there are at most of a moment: of each kind of event, of each point and its contact."""
+    return 4 * (REPORTED + 2) * points

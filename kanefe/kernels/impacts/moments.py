@@ -1,0 +1,252 @@
+"""A scene with rigid contacts at a moment: what unit forces at its points do, and how far they are from events."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.kernels.algebra.pivoted import factor, solve
+from kanefe.kernels.algebra.vectors import copy
+from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler.arrays import Filler, Reals
+from kanefe.kernels.compiler.calls import call_address
+from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.compiler.signatures import Variant
+from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW
+from kanefe.kernels.constraints.contact_margins import Looked, find_forces
+from kanefe.kernels.constraints.loop_tables import (
+    KIND_OF,
+    RANK_TOLERANCE,
+    Loops,
+    UnitResponses,
+    has_loops,
+    unit_responses_in,
+)
+from kanefe.kernels.contact.falling import AT
+from kanefe.kernels.contact.rigid_points import (
+    HAS_FRICTION,
+    MET,
+    OF_POINT,
+    ON_SURFACE,
+    STATUS,
+    is_closed,
+    is_slipping,
+    left_of_slip,
+    meet,
+)
+from kanefe.kernels.evaluation.evaluation import DONE_AS
+from kanefe.kernels.impacts.decision import (
+    AT_TIME,
+    BEFORE,
+    COUNT,
+    FREE_ACCELERATIONS,
+    IS_KNOWN,
+    IS_TAKING,
+    LOOK,
+    MARGINS_NOW,
+    ON_GAP,
+    ON_LEFT,
+    ON_NORMAL,
+    ON_SLIP,
+    OPEN,
+    POINTS_LATER,
+    POINTS_NOW,
+    SLIPS,
+    STICKS,
+    TAKES,
+    Decision,
+    Moment,
+)
+from kanefe.kernels.layout import FlexibleTables, Tables
+from kanefe.kernels.loads.markers import axes_of
+from kanefe.kernels.steppers.step_commands import RATES, SLOPE
+from kanefe.kernels.sweeps.advance import advance
+from kanefe.kernels.sweeps.drives import Drives, put_drives
+
+AS_THEY_ARE, TAKING_PART, NONE = range(3)
+"""Which points touch in an evaluation: those that do, those that take part, or none."""
+
+
+class ContactScene(NamedTuple):
+    """A scene of which events of rigid contacts ask.
+
+    Attributes
+    ----------
+    looked : Looked
+        An evaluation in space.
+    loops, tables, flexible : named tuples
+        Of the scene; without flexible bodies the latter is empty.
+    motions : Drives
+    fill : function (t, y, inputs)
+    held : ndarray, shape (inputs,)
+        Values of loads, those written that do not change in the run.
+    """
+
+    looked: Looked
+    loops: Loops
+    tables: Tables
+    flexible: FlexibleTables
+    motions: Drives
+    fill: Filler
+    held: Reals
+
+
+@entry(Variant(has_flexible=True))
+def look_at_points(
+    looked: Looked,
+    loops: Loops,
+    tables: Tables,
+    flexible: FlexibleTables,
+    motions: Drives,
+    fill: Filler,
+    held: Reals,
+    decision: Decision,
+    y: Reals,
+) -> None:
+    """Write what the question of a decision asks for, of a state, or of one a little later.
+
+    Parameters
+    ----------
+    looked, loops, tables, flexible, motions, fill, held
+        See `ContactScene`.
+    decision : Decision
+        For what is later, its `state` has the speeds of then, and its `motion` the way there.
+    y : ndarray, shape (state,)
+        Begins with q, u and z.
+    """
+    scene, question = ContactScene(looked, loops, tables, flexible, motions, fill, held), decision.question
+    what, t, count = int(question[LOOK]), question[AT_TIME], int(question[COUNT])
+    first = looked.first_state - decision.motion.shape[1]
+    state, touching = y, TAKING_PART
+    if what == POINTS_LATER:
+        advance(tables, flexible, y[:first], decision.motion[1], 1.0, decision.state[:first])
+        state = decision.state
+    if what == MARGINS_NOW:
+        touching = AS_THEY_ARE
+    if what == FREE_ACCELERATIONS:
+        touching = NONE
+    done = _evaluate(scene, decision.flags, t, state, touching)
+    question[IS_KNOWN] = 1.0 if done else 0.0
+    if not done:
+        return
+    if what == MARGINS_NOW:
+        _put_margins(scene, decision, y)
+    elif what == FREE_ACCELERATIONS:
+        copy(looked.vectors[SLOPE, first : looked.first_state], decision.motion[0])
+    elif what == POINTS_NOW:
+        _put_moment(scene, decision.flags, count, state[first:], decision.now)
+    else:
+        _put_moment(scene, decision.flags, count, state[first:], decision.later)
+
+
+@kernel
+def _evaluate(scene: ContactScene, flags: np.ndarray, t: float, y: np.ndarray, touching: int) -> bool:
+    """Evaluate the scene at a state; return whether it has rates."""
+    looked, points = scene.looked, scene.loops.points
+    width = min(len(y), looked.vectors.shape[1])
+    copy(y[:width], looked.vectors[0, :width])
+    put_drives(scene.motions, t, looked.drives)
+    copy(scene.held, looked.inputs)
+    scene.fill(t, y, looked.inputs)
+    if touching != AS_THEY_ARE:
+        for p in range(len(points.places)):
+            is_held = touching == TAKING_PART and flags[IS_TAKING, p] != 0
+            looked.vectors[0, looked.first_state + points.places[p, STATUS]] = STICKS if is_held else OPEN
+    looked.evaluation.numbers[looked.time_at] = t
+    call_address(looked.evaluation.address, (looked.evaluation.places, looked.evaluation.numbers))
+    return int(looked.evaluation.numbers[DONE_AS]) == RATES
+
+
+@kernel
+def _put_margins(scene: ContactScene, decision: Decision, y: np.ndarray) -> None:
+    """Write the status of each point, where it meets its surface, and its margins."""
+    loops, looked = scene.loops, scene.looked
+    points, kept = loops.points, unit_responses_in(looked.holding, loops, looked.speeds)
+    z, forces = y[looked.first_state :], looked.multipliers
+    first, touches = len(loops.rows) - 3 * len(points.places), False
+    for p in range(len(points.places)):
+        touches = touches or is_closed(points, p, z)
+    if touches:
+        find_forces(loops, z, forces, kept)
+    decision.margins[:, :] = np.inf
+    for p in range(len(points.places)):
+        row, normal = decision.margins[p], forces[first + 3 * p]
+        decision.flags[BEFORE, p] = OPEN
+        if not is_closed(points, p, z):
+            meet(points, p, scene.tables.gravity, looked.work, kept.met)
+            row[ON_GAP] = kept.met[p, MET.gap]
+        else:
+            row[ON_NORMAL] = normal
+            decision.flags[BEFORE, p] = SLIPS if is_slipping(points, p, z) else STICKS
+            if decision.flags[BEFORE, p] == STICKS:
+                holding = points.numbers[p, int(OF_POINT.friction) + int(AT.holding)]
+                row[ON_SLIP] = holding * normal - np.hypot(forces[first + 3 * p + 1], forces[first + 3 * p + 2])
+            elif points.places[p, HAS_FRICTION] != 0:
+                row[ON_LEFT] = left_of_slip(points, p, z, looked.work, kept.met)
+        copy(kept.met[p], decision.now.met[p])
+
+
+@kernel
+def _put_moment(scene: ContactScene, flags: np.ndarray, count: int, u: np.ndarray, moment: Moment) -> None:
+    """Write what unit forces at the points that take part do; speeds u are followed by the rest of the state."""
+    loops, looked, free = scene.loops, scene.looked, moment.responses.shape[1]
+    kept = unit_responses_in(looked.holding, loops, looked.speeds)
+    first = len(loops.rows) - 3 * len(loops.points.places)
+    for a in range(count):
+        p = flags[TAKES, a]
+        copy(kept.met[p], moment.met[p])
+        axes = axes_of(loops.points.markers, 2 * p, loops.points.places[p, ON_SURFACE], looked.work)
+        for c in range(9):
+            moment.axes[p, c] = axes[c]
+        for i in range(3 * p, 3 * p + 3):
+            j = first + i
+            moment.b[i] = -kept.rest[j]
+            for c in range(free):
+                moment.responses[i, c] = kept.unit_responses[j, c] if kept.scale[j] != 0.0 else 0.0
+            for other in range(a + 1):
+                q = flags[TAKES, other]
+                for k in range(3 * q, min(3 * q + 3, i + 1)):
+                    moves = kept.scale[j] != 0.0 and kept.scale[first + k] != 0.0
+                    moment.G[i, k] = moment.G[k, i] = kept.A[j, first + k] if moves else 0.0
+        moment.sizes[p] = _size(kept, first + 3 * p, u, looked.drives, free)
+    if has_loops(loops, kept):
+        _hold_loops(loops, kept, flags, count, moment)
+
+
+@inlined
+def _size(kept: UnitResponses, j: int, u: np.ndarray, drives: np.ndarray, free: int) -> float:
+    """Return the sum of the speeds with which the point of three rows moves."""
+    total = 0.0
+    for c in range(free + len(drives)):
+        largest = max(abs(kept.J[j, c]), max(abs(kept.J[j + 1, c]), abs(kept.J[j + 2, c])))
+        total += largest * abs(u[c] if c < free else drives[c - free, 1])
+    return total
+
+
+@kernel
+def _hold_loops(loops: Loops, kept: UnitResponses, flags: np.ndarray, count: int, moment: Moment) -> None:
+    """Take from what unit forces do what the loops take up."""
+    first = len(loops.rows) - 3 * len(loops.points.places)
+    for j in range(len(loops.rows)):
+        kept.spare[j] = kept.scale[j] if loops.rows[j, KIND_OF] != CONTACT_ROW else 0.0
+    tolerance = loops.limits[RANK_TOLERANCE]
+    rank, _ = factor(kept.A, kept.spare, tolerance, kept.L, kept.inverses, kept.order, kept.column)
+    right, share = kept.live, kept.plain
+    for a in range(count):
+        for i in range(3 * flags[TAKES, a], 3 * flags[TAKES, a] + 3):
+            if kept.scale[first + i] == 0.0:
+                continue
+            for j in range(first):
+                right[j] = kept.A[first + i, j] if kept.spare[j] != 0.0 else 0.0
+            solve(kept.L, kept.inverses, kept.order, rank, kept.spare, right, kept.column, share)
+            for j in range(first):
+                if kept.spare[j] == 0.0:
+                    continue
+                moment.b[i] += share[j] * kept.rest[j]
+                for c in range(moment.responses.shape[1]):
+                    moment.responses[i, c] -= share[j] * kept.unit_responses[j, c]
+                for other in range(count):
+                    for k in range(3 * flags[TAKES, other], 3 * flags[TAKES, other] + 3):
+                        if kept.scale[first + k] != 0.0:
+                            moment.G[k, i] -= share[j] * kept.A[first + k, j]

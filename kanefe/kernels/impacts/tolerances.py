@@ -1,0 +1,63 @@
+"""From where on numbers count at events of rigid contacts: the same for both routes."""
+
+from __future__ import annotations
+
+ROUND_OFF_OF_GAPS = 1e-14
+"""Gap relative to the scene's length below which its sign is round-off. The lowest bounces that are resolved are a
+hundred times as high."""
+
+DEEPER = 10.0
+"""Depth up to which a separating point has not come back, in multiples of the depth at which it separates."""
+
+ROUND_OFF_OF_FORCES = 1e-9
+"""Force relative to the largest below which its sign is round-off: the residual to which the complementarity problem is
+solved."""
+
+STOPPED = 1e-7
+"""Slip speed, relative to the speeds with which a contact point moves, below which it does not slip and its
+acceleration decides. Up to this speed, by `kanefe.kernels.contact.rigid_points.STRAIGHT`, the direction of an ending
+slip is known."""
+
+NEAR = 1e-9
+"""Gap relative to the scene's length up to which a contact point takes part in an impact; also, relative to the largest
+value of an event function, up to which others have passed it too."""
+
+STILL = 1e-10
+"""Normal speed below which a contact point does not move, relative to the speeds with which it moves."""
+
+STRUCK = 1e-11
+"""Normal speed below which a contact point does not move after an impact, relative to what its impulses change."""
+
+MOMENT = 1e-11
+"""Duration, relative to the span, of a fall that reaches a speed below which nothing moves either."""
+
+CROWDED, SHORT_FLIGHT = 1e-6, 5e-8
+"""Time within which successive impacts end, and time of flight below which they are combined and the bouncing body is
+at rest, relative to the span."""
+
+BEGINNING = 2.0 / 3.0
+"""Power of rtol that gives the speed, relative to the speeds of a scene, up to which a starting slip keeps the
+direction of the friction that would hold it. Friction would turn it there the faster the slower it is, and no step is
+short enough. That direction is known to first order in time, and so the speed to the power 3/2: to rtol."""
+
+HOLDS = 1.0 - ROUND_OFF_OF_FORCES
+"""Fraction of the holding friction from which the accelerations an instant later decide whether it continues to hold.
+"""
+
+AHEAD = 1e-9, 1e-8, 1e-7, 1e-6, 1e-5
+"""Instants after an event, relative to the span, at which the accelerations are evaluated if those at the event are at
+the friction limit. The first that exceeds round-off decides."""
+
+NOT_DETERMINED = 1e-9
+"""Share of what a normal force does without friction, below which friction takes away all that it does."""
+
+CLOSE, ENOUGH = 1e-12, 1e-9
+"""Residual relative to the largest force up to which a solution is accepted at once, and up to which it is accepted if
+it no longer improves. If rows are dependent, round-off in b has no solution."""
+
+SWEEPS, ROUNDS, NEWTON_STEPS = 60, 40, 30
+"""Number of sweeps of the Gauss-Seidel iteration between two attempts of Newton's method; largest number of rounds of
+both; largest number of Newton steps."""
+
+DEPENDENT = 1e-13
+"""Pivot, of the largest, below which equations of contact points depend on others."""

@@ -1,0 +1,161 @@
+"""All forces of states of a run from one compiled call: see `kanefe.kernels.evaluation.forces`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from kanefe.frames import Matrix, Vector
+from kanefe.kane.run_forces import LiteralForces
+from kanefe.kernels.compiler.entries import LATER, Call
+from kanefe.kernels.constraints.loop_tables import unit_responses_in
+from kanefe.kernels.evaluation.evaluation import workspace_in
+from kanefe.kernels.evaluation.force_tables import (
+    DRIVING,
+    ENDS,
+    LOOP_FORCES,
+    PARTS,
+    REACTIONS,
+    WIDTH,
+    WRENCH,
+    force_memory_size,
+)
+from kanefe.kernels.evaluation.forces import forces_of_states
+from kanefe.kernels.layout import DRIVES, SPEEDS, no_flexible
+from kanefe.order_n.evaluated import Evaluated
+from kanefe.order_n.tables.constraint_tables import loop_tables
+from kanefe.order_n.tables.force_tables import ForceTableBuilder
+from kanefe.order_n.tables.load_tables import loads_between
+
+
+class ForceKernel:
+    """The kernel of forces with the tables of a scene; several threads may use it.
+
+    Parameters
+    ----------
+    route : Evaluated
+
+    Attributes
+    ----------
+    told : ForceTableBuilder
+    """
+
+    def __init__(self, route: Evaluated) -> None:
+        self._route = route
+        builder, tables, flexible = route.complete
+        between, order = loads_between(builder)
+        loops = loop_tables(builder)
+        self.told = ForceTableBuilder(builder, between, order, loops)
+        self._scene = tables, flexible or no_flexible(), between, loops, self.told.tables
+        self._bound = forces_of_states.bound(*self._scene, *(LATER,) * 13)
+
+    def prepared(
+        self, times: Vector, driven: np.ndarray, values: Matrix, states: Matrix
+    ) -> tuple[Call, Matrix, Vector, Call]:
+        """Return the call for some states, what it writes, whether that is told, and the evaluation that it calls."""
+        route, places = self._route, self.told.tables.places
+        call = route.kernel_in_space.new_call()
+        sizes, memory = route.tables.sizes, call.call.arguments[-1]
+        workspace = workspace_in(memory, route.tables, route.flexible, route.between, route.loops)
+        scale = unit_responses_in(workspace.holding, route.loops, int(sizes[SPEEDS] + sizes[DRIVES])).scale
+        found, is_told = np.zeros((len(states), int(places[WIDTH]))), np.zeros(len(states), dtype=np.int64)
+        evaluation = call.call.for_kernels(), call.vectors, call.drives, call.inputs, workspace.multipliers, scale
+        given = times, driven, values, states, found, is_told
+        prepared = self._bound.prepared(*evaluation, *given, np.zeros(force_memory_size(*self._scene)))
+        prepared.kept = (call.call,)
+        return prepared, found, is_told, call.call
+
+
+class CompiledForces:
+    """Forces of T states of a scene: see `kanefe.tree.route.RunForces`.
+
+    Parameters
+    ----------
+    route : Evaluated
+    times : ndarray, shape (T,)
+        s.
+    drives : ndarray, shape (T, driven, 3)
+    states : ndarray, shape (T, state)
+    """
+
+    def __init__(self, route: Evaluated, times: Vector, drives: np.ndarray, states: Matrix) -> None:
+        self._route, self._times, self._drives, self._states = route, times, drives, states
+        self._tables = route.force_kernel.told.tables
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return CompiledForces, (self._route, self._times, self._drives, self._states)
+
+    @cached_property
+    def _found(self) -> tuple[Matrix, Vector]:
+        """What the kernel tells of each state, and the numbers of the states of which the literal route has to."""
+        route = self._route
+        values = route.values_over(self._times, self._states)
+        call, found, is_told, _ = route.force_kernel.prepared(self._times, self._drives, values, self._states)
+        call()
+        return found, np.flatnonzero(is_told == 0)
+
+    def _literally(self, rows: Vector) -> LiteralForces:
+        route, n, m = self._route, self._route.model.coordinate_count, self._route.model.free_count
+
+        def acting() -> Iterator[tuple[Any, Vector]]:
+            for row in rows.tolist():
+                t, y = float(self._times[row]), self._states[row]
+                yield route.acting(t, y, route.evaluate(t, y).rates[n : n + m])
+
+        return LiteralForces(route.model, acting)
+
+    @cached_property
+    def _of_rest(self) -> LiteralForces:
+        """The forces of the states that the kernel leaves."""
+        return self._literally(self._found[1])
+
+    @cached_property
+    def _of_all(self) -> LiteralForces:
+        return self._literally(np.arange(len(self._times)))
+
+    def _block(self, first: int, last: int) -> Matrix:
+        return self._found[0][:, int(self._tables.places[first]) : int(self._tables.places[last])]
+
+    @cached_property
+    def reactions(self) -> np.ndarray:
+        """Wrench of each joint on its body, (T, bodies, 6)."""
+        found = self._block(REACTIONS, DRIVING).reshape(len(self._times), -1, WRENCH)
+        if len(rest := self._found[1]):
+            found[rest] = self._of_rest.reactions
+        return found
+
+    @cached_property
+    def driving(self) -> Matrix:
+        """Forces on the driven coordinates, (T, driven)."""
+        found = self._block(DRIVING, LOOP_FORCES)
+        if len(rest := self._found[1]):
+            found[rest] = self._of_rest.driving
+        return found
+
+    @cached_property
+    def loops(self) -> np.ndarray:
+        """Wrench of each constraint with two ends on its end b, (T, loops, 6)."""
+        found = self._block(LOOP_FORCES, PARTS).reshape(len(self._times), -1, WRENCH)
+        if len(rest := self._found[1]):
+            found[rest] = self._of_rest.loops
+        return found
+
+    def part(self, number: int) -> Matrix:
+        """Return a part of the force at an interface, by its number among `parts_of`, (T, 6)."""
+        if number in self._route.force_kernel.told.undetermined:
+            return self._of_all.part(number)
+        found = self._block(PARTS, ENDS)[:, WRENCH * number : WRENCH * (number + 1)].copy()
+        if len(rest := self._found[1]):
+            found[rest] = self._of_rest.part(number)
+        return found
+
+    def on_end(self, number: int, end: int) -> Matrix:
+        """Return the wrench of a load between frames on one of its ends, in N, (T, 6)."""
+        first = WRENCH * (self._route.force_kernel.told.first_ends[number] + end)
+        found = self._block(ENDS, WIDTH)[:, first : first + WRENCH].copy()
+        if len(rest := self._found[1]):
+            found[rest] = self._of_rest.on_end(number, end)
+        return found
