@@ -16,7 +16,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.kernels.compiler.compiled_functions import loaded_files
-from kanefe.kernels.compiler.entries import Call
+from kanefe.kernels.compiler.entries import Call, calls_in
 from kanefe.kernels.compiler.signatures import Group, Part
 
 ALIGNMENT = 64
@@ -49,8 +49,8 @@ class Image:
 
     Parameters
     ----------
-    calls : sequence of Call
-        Also those that other calls refer to by address.
+    calls : list of Call
+        Those that they make by address are found.
 
     Attributes
     ----------
@@ -68,6 +68,7 @@ class Image:
     """
 
     def __init__(self, calls: list[Call]) -> None:
+        calls = with_nested(calls)
         self._arrays: list[np.ndarray] = [array for call in calls for array in _arrays_of_call(call)]
         self._blocks = _merged([_block(array) for array in self._arrays if array.size])
         self._first = np.array([a for a, _ in self._blocks], dtype=np.int64)
@@ -144,6 +145,17 @@ class Image:
                 if first + 8 * i not in done:
                     self.called.append((first + 8 * i, self._function(int(flat[i]))))
                     done.add(first + 8 * i)
+
+
+def with_nested(calls: list[Call]) -> list[Call]:
+    """Return calls with those that they make by address, each once."""
+    found, waiting = dict[int, Call](), calls[::-1]
+    while waiting:
+        call = waiting.pop()
+        if id(call) not in found:
+            found[id(call)] = call
+            waiting += calls_in(call.arguments)
+    return list(found.values())
 
 
 def _own_arrays(call: Call) -> tuple[np.ndarray, np.ndarray]:

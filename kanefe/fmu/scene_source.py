@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.fmu import c_text as c
-from kanefe.fmu.image import CallPlaces, Image, NeedsPython
+from kanefe.fmu.image import CallPlaces, Image, NeedsPython, with_nested
 from kanefe.fmu.output_tables import OutputTables
 from kanefe.integrate.methods.kernel_stepper import SMALLEST_STEP, KernelStepper
 from kanefe.kernels.compiler._numba import IS_COMPILED
 from kanefe.kernels.compiler.entries import Call
 from kanefe.kernels.evaluation.evaluation import AT_TIME
-from kanefe.kernels.events.watched_run import ACTS
+from kanefe.kernels.events.watched_run import ACTS, BOUND
 from kanefe.kernels.steppers import step_commands as stepping
 from kanefe.kernels.sweeps.drives import PIECE_NUMBERS, Drives
 from kanefe.kernels.sweeps.outward import motion_memory_size, motions_of_rows
@@ -75,11 +75,13 @@ def obstacle(sim: Simulation) -> str:
     if watch.watched is None:
         named = ", ".join(map(repr, list(sim.events)[:MOST_NAMED])) or "the end of a joint's range"
         return f"these events are looked for in Python: {named}. Remedy: leave them out"
-    acting = [event.name for event, kind in zip(watch.events, watch.watched.kinds, strict=True) if kind >= ACTS]
+    acting = [
+        event.name for event, kind in zip(watch.events, watch.watched.kinds, strict=True) if kind in (ACTS, BOUND)
+    ]
     if acting:
         return (
-            f"these events act in Python: {', '.join(map(repr, acting[:MOST_NAMED]))}. Remedy: a compliant contact in "
-            "the place of a rigid one, a bearing without a table"
+            f"these events act in Python: {', '.join(map(repr, acting[:MOST_NAMED]))}. Remedy: leave out what "
+            "ends the run, a bearing without a table"
         )
     return ""
 
@@ -111,8 +113,8 @@ class _Tables:
         self.outputs = OutputTables(sim, Sweeps(route, np.zeros(1), model_state(sim)[None]))
         self.times, self.states = np.zeros(1), np.zeros((1, self.size))
         self.watched = None if sim.event_watch is None else sim.event_watch.watched
-        run, passing, kept, self.inputs = stepper.prepared(self.times, self.states, self.watched)
-        self.calls = [run, *kept] if passing is None else [run, passing, *kept]
+        run, passing, self.inputs = stepper.prepared(self.times, self.states, self.watched)
+        self.calls = [run] if passing is None else [run, passing]
         self.run, self.passing = run, passing
         self.lines: list[str] = []
 
@@ -120,7 +122,7 @@ class _Tables:
         self._check_jacobian()
         self._add_motions()
         self._add_forces()
-        for call in self.calls:
+        for call in with_nested(self.calls):
             _clear(call)
         scene = self.run.arguments[0]
         scene.closing.closed[:] = scene.asked[:] = scene.derivatives.state[:] = 0.0
@@ -168,7 +170,7 @@ class _Tables:
         shared = np.zeros(1), np.zeros((1, self.driven, 3)), route.inputs.constants[None].copy(), self._state()
         self.forces: dict[str, np.ndarray] = {}
         if outputs.has_forces:
-            forces, found, is_told, evaluation = route.force_kernel.prepared(*shared)
+            forces, found, is_told = route.force_kernel.prepared(*shared)
             shared[0][0], shared[1][0] = self.sim.time, route.drives(self.sim.time)
             forces()
             if not is_told[0]:
@@ -179,7 +181,6 @@ class _Tables:
             is_told[:] = 0
             self.forces |= {"AT_FORCES": found, "AT_IS_TOLD": is_told}
             kernels.append(("TELL_FORCES", forces))
-            self.calls.append(evaluation)
         if outputs.told is not None:
             loads, found = outputs.told.prepared(*shared)
             self.forces["AT_LOADS"] = found

@@ -6,7 +6,6 @@ from typing import cast
 
 import numpy as np
 
-from kanefe.kernels.compiler.arrays import Prepared
 from kanefe.kernels.compiler.entries import LATER, Call
 from kanefe.kernels.constraints.closing import closing_memory_size
 from kanefe.kernels.evaluation.momenta import balance
@@ -49,22 +48,21 @@ class CompiledRun:
         self._route, self._vectors = route, vectors
         drives, inputs = np.empty((len(route.model.drives), 3)), np.empty_like(route.inputs.constants)
         closed, asked = np.empty(vectors.shape[1]), np.empty(vectors.shape[1])
-        self._kept: list[Call] = []  # of which the kernels know the addresses
         memory = np.empty(kernel.memory_size)
-        evaluated = self._for_kernels(kernel.prepared(drives, inputs, vectors, memory))
+        evaluated = kernel.prepared(drives, inputs, vectors, memory).for_kernels()
         closing = balanced = directed = NOT_CALLED
         if needs.directions:
             scene_tables = route.tables, route.flexible, route.between, route.loops
             own = np.empty(directions_memory_size(route.between, route.model.free_count + len(drives)))
             directions = put_directions.bound(*scene_tables, drives, inputs, integers, reals, vectors, memory, own)
-            directed = self._for_kernels(directions.prepared())
+            directed = directions.prepared().for_kernels()
         if route.has_loops:
             memory = np.empty(closing_memory_size(route.tables, route.elastic, route.loops))
-            closing = self._for_kernels(route.closing.prepared(0.0, drives, closed, memory))
+            closing = route.closing.prepared(0.0, drives, closed, memory).for_kernels()
         if needs.balance:
             tables, memory = (route.tables, route.elastic, route.between), np.empty(route.memory_size)
             bound = balance.bound(0.0, *tables, drives, inputs, integers, reals, vectors, memory)
-            balanced = self._for_kernels(bound.prepared())
+            balanced = bound.prepared().for_kernels()
         motions = cast(Drives, route.motion_tables)  # of an autonomous scene
         derivatives = self._derivatives(needs.derivatives)
         loops = ClosingCall(route.has_loops, closing, motions, drives, closed)
@@ -85,16 +83,12 @@ class CompiledRun:
         call, directions = route.derivative_call(size), tangents(route.model).copy()
         found = np.zeros_like(directions)
         done = call.prepared(directions, found)
-        evaluation, derivatives = self._for_kernels(call.evaluation), self._for_kernels(done)
+        evaluation, derivatives = call.evaluation.for_kernels(), done.for_kernels()
         turns = np.array(turning(route.model), dtype=np.int64).reshape(-1, 2)
         state, at = call.vectors.view(float), done.signature.number_count
         return JacobianCall(
             True, derivatives, evaluation, at, state, call.drives, call.inputs, turns, directions, found
         )
-
-    def _for_kernels(self, call: Call) -> Prepared:
-        self._kept.append(call)
-        return call.for_kernels()
 
     def go_on(self, run: Run) -> int:
         """Continue without leaving compiled code; return what the method wants that is not to be had there.
@@ -125,16 +119,12 @@ class CompiledRun:
 
     def prepared(
         self, run: Run, watched: WatchedRun | None, restart_share: float
-    ) -> tuple[Call, Call | None, list[Call], np.ndarray]:
-        """Return the call of a run, that of a run over events, where it has any, and what both need.
-
-        That is the calls that they make by their address, and the values of loads that they read.
-        """
+    ) -> tuple[Call, Call | None, np.ndarray]:
+        """Return the call of a run, that of a run over events, where it has any, and the values of loads they read."""
         call = self._begun(run)
         if watched is None:
-            return call, None, list(self._kept), self._inputs
-        passing = self._lookouts.passing(call, run, watched, restart_share)
-        return call, passing, [*self._kept, *self._lookouts.kept], self._inputs
+            return call, None, self._inputs
+        return call, self._lookouts.passing(call, run, watched, restart_share), self._inputs
 
     def values_at(self, run: Run, t: float) -> np.ndarray:
         """Return event values of loads at a time of the last step."""

@@ -20,8 +20,8 @@ from kanefe.order_n.contact_watching import ContactLook
 from kanefe.order_n.evaluated import Evaluated
 
 
-def contact_calls(route: Evaluated, motions: Drives, held: np.ndarray, y: Vector) -> tuple[ContactCalls, list[Call]]:
-    """Return the calls that change a state, which are to be kept, and these alone.
+def contact_calls(route: Evaluated, motions: Drives, held: np.ndarray, y: Vector) -> tuple[ContactCalls, Call]:
+    """Return the calls that change a state, and the first of them alone.
 
     Parameters
     ----------
@@ -47,8 +47,7 @@ def contact_calls(route: Evaluated, motions: Drives, held: np.ndarray, y: Vector
     times, drives, inputs = np.zeros(2), np.zeros((2, driven, 3)), np.zeros((2, len(held)))
     arrays = times, drives, inputs, np.zeros((2, size)), np.zeros((2, BALANCE_NUMBERS))
     balancing = route.balances.prepared(*arrays, np.zeros(route.memory_size))
-    kept = [look.call, looking, solving, changing, balancing]
-    return ContactCalls(changing.for_kernels(), asked, reports, balancing.for_kernels(), *arrays), kept
+    return ContactCalls(changing.for_kernels(), asked, reports, balancing.for_kernels(), *arrays), changing
 
 
 class ContactChanger:
@@ -72,7 +71,7 @@ class ContactChanger:
         self.y = np.zeros(model.coordinate_count + model.free_count + model.state_count)
         self._held = route.inputs.constants.copy()
         motions = cast(Drives, route.motion_tables)
-        calls, (*self._kept, self._changing, _) = contact_calls(route, motions, self._held, self.y)
+        calls, self._changing = contact_calls(route, motions, self._held, self.y)
         self.asked, self.reports = calls.asked, calls.reports
 
     def ask(self, what: int, t: float, y: Vector, span: float, stop: float, rtol: float, length: float) -> bool:

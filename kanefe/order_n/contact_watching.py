@@ -102,6 +102,4 @@ def watching_call(
     """Return the call that writes the values of loads, by a call of their own, and then those of rigid contacts."""
     look = ContactLook(route)
     of_loads = NOT_CALLED if loads is None else loads.for_kernels()
-    call = watching_contacts(route).prepared(look.looked, of_loads, times, drives, inputs, states, found)
-    call.kept = look.call, loads
-    return call
+    return watching_contacts(route).prepared(look.looked, of_loads, times, drives, inputs, states, found)

@@ -29,17 +29,10 @@ class Lookouts:
         Of the run: values of loads, with those that controllers hold.
     vectors : ndarray
         Memory of the method.
-
-    Attributes
-    ----------
-    kept : list of Call
-        Of which kernels know the addresses.
     """
 
     def __init__(self, route: Evaluated, closing: ClosingCall, inputs: np.ndarray, vectors: np.ndarray) -> None:
         self._route, self._closing, self._inputs, self._vectors = route, closing, inputs, vectors
-        self.kept: list[Call] = []
-        self._going: Call | None = None
         self._passing: Call | None = None
         self._given: Run | None = None
         self._looking: Call | None = None
@@ -51,7 +44,6 @@ class Lookouts:
             step = Going(going.for_kernels(), signature.place_of("run", "most_steps"), signature.number_count)
             lookouts = self._quiet, self._lookout(FIRST_SHARES), self._at_a_time[0]
             bound = pass_steps.bound(step, *lookouts, self._closing, LATER, LATER, self._vectors, LATER)
-            self._going = going
             self._passing = bound.prepared(watched, run, restart_share)
         elif self._given is not run:
             self._passing.give(watched, run, restart_share)
@@ -78,8 +70,7 @@ class Lookouts:
         if self._route.model.rigid_contacts:
             from kanefe.order_n.contact_changing import contact_calls
 
-            contacts, kept = contact_calls(self._route, self._closing.motions, self._inputs, lookout.states[0])
-            self.kept += kept
+            contacts, _ = contact_calls(self._route, self._closing.motions, self._inputs, lookout.states[0])
             lookout = lookout._replace(contacts=contacts)
         return lookout, look_at.bound(lookout, LATER, self._vectors, LATER)
 
@@ -89,6 +80,5 @@ class Lookouts:
         inputs, states = np.empty((count, len(self._inputs))), np.empty((count, size))
         change = np.array((-1, 0, 0, 0))
         looking, found = route.watching.prepared(times, drives, inputs, states, change)
-        self.kept.append(looking)
         held = self._closing.motions, route.fill, self._inputs
         return Lookout(looking.for_kernels(), shares, *held, times, drives, inputs, states, found, change, NO_CONTACTS)

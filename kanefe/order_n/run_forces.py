@@ -54,8 +54,8 @@ class ForceKernel:
 
     def prepared(
         self, times: Vector, driven: np.ndarray, values: Matrix, states: Matrix
-    ) -> tuple[Call, Matrix, Vector, Call]:
-        """Return the call for some states, what it writes, whether that is told, and the evaluation that it calls."""
+    ) -> tuple[Call, Matrix, Vector]:
+        """Return the call for some states, what it writes, and whether that is told."""
         route, places = self._route, self.told.tables.places
         call = route.kernel_in_space.new_call()
         sizes, memory = route.tables.sizes, call.call.arguments[-1]
@@ -65,8 +65,7 @@ class ForceKernel:
         evaluation = call.call.for_kernels(), call.vectors, call.drives, call.inputs, workspace.multipliers, scale
         given = times, driven, values, states, found, is_told
         prepared = self._bound.prepared(*evaluation, *given, np.zeros(force_memory_size(*self._scene)))
-        prepared.kept = (call.call,)
-        return prepared, found, is_told, call.call
+        return prepared, found, is_told
 
 
 class CompiledForces:
@@ -93,7 +92,7 @@ class CompiledForces:
         """What the kernel tells of each state, and the numbers of the states of which the literal route has to."""
         route = self._route
         values = route.values_over(self._times, self._states)
-        call, found, is_told, _ = route.force_kernel.prepared(self._times, self._drives, values, self._states)
+        call, found, is_told = route.force_kernel.prepared(self._times, self._drives, values, self._states)
         call()
         return found, np.flatnonzero(is_told == 0)
 

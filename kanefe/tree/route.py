@@ -108,8 +108,8 @@ class PreparedRun(Protocol):
 
     def prepared(
         self, run: Run, watched: WatchedRun | None, restart_share: float
-    ) -> tuple[Any, Any | None, list[Any], Vector]:
-        """Return the call of a run, the call of a run over events if there are any, and what both need."""
+    ) -> tuple[Any, Any | None, Vector]:
+        """Return the call of a run, the call of a run over events if there are any, and the values of loads they read."""
         ...
 
     def values_at(self, run: Run, t: float) -> Vector:

@@ -8,7 +8,7 @@ with arrays that stay where they are.
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from enum import Enum, auto
 from functools import cached_property
 from typing import Any, TypeVar
@@ -181,11 +181,7 @@ class Call:
     ----------
     places, numbers : ctypes arrays
         See `kanefe.kernels.compiler.signatures`: scalars among them may be written before each call.
-    kept : tuple
-        Calls that the kernel makes by their addresses.
     """
-
-    kept: tuple[Call | None, ...] = ()
 
     def __init__(self, bound: Bound, later: tuple[Any, ...], places: Any, numbers: Any) -> None:
         self._bound, self._later = bound, later  # which keep the memory of the arrays
@@ -233,14 +229,36 @@ class Call:
         return self._bound.code.address
 
     def for_kernels(self) -> Prepared:
-        """Return the call as kernels take it; it is to be kept as long as they use that."""
+        """Return the call as kernels take it: what is returned keeps it."""
         if IS_COMPILED:
             address = self._bound.code.address
         else:
             from kanefe.kernels.compiler.addresses import stand_in
 
             address = stand_in(lambda places, numbers: self._bound.in_python(self._later, places, numbers))
-        return Prepared(address, np.frombuffer(self.places, np.int64), np.frombuffer(self.numbers, np.float64))
+        places, numbers = (
+            np.asarray(_Memory(self, array, kind)) for array, kind in ((self.places, "<i8"), (self.numbers, "<f8"))
+        )
+        return Prepared(address, places, numbers)
+
+
+class _Memory:
+    """Memory of a call as numpy takes it: an array made from it keeps the call, and knows it."""
+
+    def __init__(self, call: Call, array: Any, kind: str) -> None:
+        self.call = call
+        where = ctypes.addressof(array), False
+        self.__array_interface__ = {"version": 3, "data": where, "shape": (len(array),), "typestr": kind}
+
+
+def calls_in(value: Any) -> Iterator[Call]:
+    """Return the calls that a kernel makes by their addresses, of an argument of its own."""
+    if isinstance(value, Prepared):
+        if isinstance(value.places.base, _Memory):  # else it is the one that stands for none
+            yield value.places.base.call
+    elif isinstance(value, tuple):
+        for item in value:
+            yield from calls_in(item)
 
 
 CHARACTERS = {kind: np.dtype(kind).char for kind in ("int64", "float64", "complex128")}
