@@ -116,7 +116,7 @@ def crossing_between(value: Value, data: Any, a: float, b: float, fa: float, fb:
             c, fc, b, fb = b, fb, a, fa
         a, fa = x, fx
         best, least_value = (a, fa) if abs(fa) < abs(fb) else (b, fb)
-        if least_value == 0.0 or abs(b - a) <= width:
+        if least_value == 0.0 or not abs(b - a) > width:
             return best
         least = 0.5 * width / abs(b - a)
         place, height = (a - b) / (c - b), (fa - fb) / (fc - fb)

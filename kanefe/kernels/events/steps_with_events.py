@@ -74,7 +74,8 @@ from kanefe.kernels.steppers.step_commands import (
 )
 
 LEAST_FORESEEN = 1e8
-"""Step, in multiples of the shortest, below which no event is foreseen: values in it differ by round-off."""
+"""Step, in multiples of the shortest, below which no event is foreseen, and which none is made shorter for: values in
+it differ by round-off."""
 
 
 @entry()
@@ -147,9 +148,9 @@ def _foresee(
     See `kanefe.kernels.events.foreseen_events`. Where steps are short the error alone says how far they go.
     """
     reals = run.reals
-    if run.integers[IS_FIXED] != 0 or reals[NEXT_STEP] < LEAST_FORESEEN * reals[SMALLEST]:
+    start, last_step, least = reals[TIME], reals[TIME] - reals[TIME_OLD], LEAST_FORESEEN * reals[SMALLEST]
+    if run.integers[IS_FIXED] != 0 or min(last_step, reals[NEXT_STEP]) < least:
         return
-    start, last_step = reals[TIME], reals[TIME] - reals[TIME_OLD]
     left = time_to_event(quiet.found, watched, start, last_step, reals[NEXT_STEP])
     reach = reals[REACH] * last_step
     if reach < left < FARTHEST_SHARP * last_step:
@@ -158,7 +159,7 @@ def _foresee(
         rest = time_to_event(quiet.found, watched, start + near, near, left)
         left = near + rest if rest < np.inf else left
     if left > reach:
-        reals[TO_EVENT] = left / (1.0 + 0.5 * reals[REACH])
+        reals[TO_EVENT] = max(left / (1.0 + 0.5 * reals[REACH]), least)
         return
     end = min(start + reach, smooth_until(run))
     if end > start:

@@ -56,3 +56,9 @@ def test_it_ends_between_neighbours():
     """As after a touch, of which the next is looked for at once."""
     a = 0.3238293233259115
     assert lowest_between(called, lambda x: 1.0 + x, 1.0, a, math.nextafter(a, 1.0), 1e-20)[0] == pytest.approx(a)
+
+
+@pytest.mark.parametrize(("b", "width"), [(1.0, math.nan), (math.nan, 1e-12)])
+def test_a_search_without_a_width_or_an_end_ends(b: float, width: float) -> None:
+    """A step too short to move time on made both 0 / 0 once, and the run never returned."""
+    assert not math.isinf(crossing_between(called, lambda x: x - 0.5, 0.0, b, -0.5, 0.5, width))
