@@ -106,10 +106,8 @@ class PreparedRun(Protocol):
         """Continue over events of loads; return the method's request, and whether the last step needs no Python."""
         ...
 
-    def prepared(
-        self, run: Run, watched: WatchedRun | None, restart_share: float
-    ) -> tuple[Any, Any | None, Vector]:
-        """Return the call of a run, the call of a run over events if there are any, and the values of loads they read."""
+    def prepared(self, run: Run, watched: WatchedRun | None, restart_share: float) -> tuple[Any, Any | None, Vector]:
+        """Return the call of a run, that of a run over events if there are any, and the values of loads they read."""
         ...
 
     def values_at(self, run: Run, t: float) -> Vector:

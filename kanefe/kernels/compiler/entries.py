@@ -254,8 +254,9 @@ class _Memory:
 def calls_in(value: Any) -> Iterator[Call]:
     """Return the calls that a kernel makes by their addresses, of an argument of its own."""
     if isinstance(value, Prepared):
-        if isinstance(value.places.base, _Memory):  # else it is the one that stands for none
-            yield value.places.base.call
+        memory: Any = value.places.base
+        if isinstance(memory, _Memory):  # else it is the one that stands for none
+            yield memory.call
     elif isinstance(value, tuple):
         for item in value:
             yield from calls_in(item)
