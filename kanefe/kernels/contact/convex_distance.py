@@ -37,8 +37,10 @@ SLIVER = 1e-6
 OVERLAP = 1e-9
 """Distance of the cores, relative to their size, below which they count as overlapping."""
 
-ASIDE = 1e-3
-"""Distance by which overlapping cores are moved apart, relative to their size."""
+ASIDE = 1e-4
+"""Distance by which overlapping cores are moved apart, relative to their size: beyond OVERLAP, below which they count as
+overlapping, and short, since a turn of the normal is known to the depth over this distance and the radius of a round
+place."""
 
 MOST_TURNS, SAME_NORMAL = 30, 1e-10
 """Largest number of guesses of the normal, and difference of two of them that counts as none."""
@@ -76,7 +78,8 @@ def way_between(
         place = place_between(simplex, count, v)
         put_three(simplex, 6 * count, w)
         put_three(simplex, 6 * count + 3, a)
-        count, nearer = reduce_simplex(simplex, count + 1)
+        # where the new vertex lies ahead, the origin is not all around, whatever a tetrahedron that is flat says
+        count, nearer = reduce_simplex(simplex, count + 1, dot(v, w) > 0.0)
         if count == 0:
             return False, v, a
         if dot(nearer, nearer) >= square:  # by round-off
@@ -92,15 +95,18 @@ def difference(numbers: Any, own: int, other: int, R: Numbers, x: Numbers, v: Nu
 
 
 @kernel
-def reduce_simplex(simplex: Any, count: int) -> tuple[int, Numbers]:
-    """Keep the vertices that the place nearest to the origin lies between; return how many, and it; 0: all around."""
+def reduce_simplex(simplex: Any, count: int, is_outside: bool) -> tuple[int, Numbers]:
+    """Keep the vertices that the place nearest to the origin lies between; return how many, and it; 0: all around.
+
+    `is_outside`: whether it is known that they do not lie all around.
+    """
     a, b = three(simplex, 0), three(simplex, 6)
     if count == 2:
         v, kept = on_segment(a, b)
     elif count == 3:
         v, kept = on_triangle(a, b, three(simplex, 12))
     else:
-        v, kept, least, is_around = a, 0, np.inf, True
+        v, kept, least, is_around = a, 0, np.inf, not is_outside
         for left_out in range(4):
             i, j, k = (0 if left_out > 0 else 1), (1 if left_out > 1 else 2), (2 if left_out > 2 else 3)
             p, q, r = three(simplex, 6 * i), three(simplex, 6 * j), three(simplex, 6 * k)

@@ -133,6 +133,19 @@ def test_a_least_way_out_parts_shapes():
                 assert pair.along(R, x, nearby / np.linalg.norm(nearby)) <= gap + 1e-9
 
 
+@pytest.mark.parametrize("depth", [1e-6, 1e-4, 5e-3])
+def test_no_way_out_is_longer_than_the_one_that_is_known(depth):
+    """Three shapes in a hundred once were 0.03 m in each other: a flat tetrahedron seemed to be all around."""
+    for seed in range(6):
+        rng = np.random.default_rng(100 + seed)
+        for one in CONVEX.values():
+            for other in CONVEX.values():
+                pair, R, x = Pair(one, other), turned(rng), rng.standard_normal(3)
+                gap, normal, _ = pair.gap(R, x)
+                gap, _, _ = pair.gap(R, x - (gap + depth) * normal)
+                assert -gap < depth + 3e-7  # of 0.5 m, between rims
+
+
 def test_a_cylinder_that_rocks_on_a_box_changes_its_places_continuously():
     """It lies, tilts both ways and rolls: force and moment of a stiffness of one have no jumps."""
     pair, radius = Pair(shapes.Cylinder(0.05, 0.2, "x"), shapes.Box((1.0, 1.0, 0.2))), 0.05
