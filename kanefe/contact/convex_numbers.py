@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from kanefe.contact.geometry.shape import SurfaceShape
 
 DISC_CORNERS = 4
-"""Corners by which the end of a cylinder is represented."""
+"""Number of corners by which the end of a cylinder is represented."""
 
 
 def convex_numbers(shape: SurfaceShape) -> Vector:

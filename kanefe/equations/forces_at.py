@@ -5,8 +5,7 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-import numpy as np
-
+from kanefe.equations.state_forces import forces_of
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.tree.scene_state import SceneState
@@ -14,17 +13,6 @@ from kanefe.tree.scene_state import SceneState
 if TYPE_CHECKING:
     from kanefe.equations.model import Model
     from kanefe.tree.route import RunForces
-
-
-def forces_of(model: Model, t: float, y: Vector) -> RunForces:
-    """Return the forces of a state (q, u, z), as those of a run of one time."""
-    sweeps = model.route.sweeps(np.array((t,)), np.array(y, dtype=float)[None])
-    compiled = None if sweeps is None else sweeps.forces
-    if compiled is not None:
-        return compiled
-    from kanefe.kane.run_forces import LiteralForces
-
-    return LiteralForces(model, lambda: [model.route.acting(t, y, model.parts(model.rhs(t, y))[1])])
 
 
 class ForcesAt:
@@ -44,7 +32,7 @@ class ForcesAt:
 
     @cached_property
     def _forces(self) -> RunForces:
-        return forces_of(self._model, self._t, self._y)
+        return forces_of(self._model.route, self._t, self._y)
 
     def joint_reaction(self, name: str) -> Vector:
         """Return force and moment of a body's joint on it, (6,)."""

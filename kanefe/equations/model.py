@@ -160,18 +160,18 @@ class Model(ModelData):
         About the origin of the body's frame, in its axes; motors and drives are included. They are computed only on
         request, for a controller or a sensor.
         """
-        from kanefe.equations.forces_at import forces_of
+        from kanefe.equations.state_forces import forces_of
 
         self._check(y)
-        wrenches = forces_of(self, t, y).reactions[0]
+        wrenches = forces_of(self.route, t, y).reactions[0]
         return {body.name: wrench for body, wrench in zip(self.bodies, wrenches, strict=True)}
 
     def driving_forces(self, t: float, y: Vector) -> dict[str, Vector]:
         """Return the forces (N) and torques (N m) on driven coordinates, by body, each (driven,)."""
-        from kanefe.equations.forces_at import forces_of
+        from kanefe.equations.state_forces import forces_of
 
         self._check(y)
-        forces = forces_of(self, t, y).driving[0]
+        forces = forces_of(self.route, t, y).driving[0]
         return {b.name: forces[b.speeds[list(b.driven)] - self.free_count] for b in self.bodies if b.is_driven}
 
     def kinematics(self, body: str, t: float, y: Vector, interface: str = "") -> FrameKinematics:

@@ -21,7 +21,7 @@ from kanefe.tree.model_data import ModelData
 from kanefe.tree.route import Evaluation, MethodNeeds, PreparedRun, WatchedEvents
 
 if TYPE_CHECKING:
-    from kanefe.order_n.run_forces import ForceKernel
+    from kanefe.order_n.force_kernel import ForceKernel
 
 NOT_CALLED = Prepared(0, np.zeros(1, dtype=np.int64), np.zeros(1))
 """Takes the place of a call that a run does not make."""

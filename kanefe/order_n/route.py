@@ -32,7 +32,6 @@ from kanefe.loads.functions import SPENT
 from kanefe.order_n.derivative_call import DerivativeCall
 from kanefe.order_n.moving_frames import MotionsKernel, MovingFrames
 from kanefe.order_n.rates_kernel import RatesCall, RatesKernel
-from kanefe.order_n.run_forces import ForceKernel
 from kanefe.order_n.sweeps import Sweeps
 from kanefe.order_n.tables.constraint_tables import loop_tables
 from kanefe.order_n.tables.drive_tables import drive_tables
@@ -50,6 +49,7 @@ if TYPE_CHECKING:
     from kanefe.kane.rigid_contacts.instant import ContactInstant
     from kanefe.order_n.compiled_run import CompiledRun
     from kanefe.order_n.contact_changing import ContactChanger
+    from kanefe.order_n.force_kernel import ForceKernel
 
 GROWN = 1e100
 """Coordinates and speeds beyond which squares overflow, so that no scene is left to explain."""
@@ -173,7 +173,10 @@ class OrderN(LiteralRoute):
     @cached_property
     def force_kernel(self) -> ForceKernel:
         """What tells forces of states."""
-        return ForceKernel(self)
+        from kanefe.order_n.force_kernel import ForceKernel
+
+        scene = self.tables, self.flexible, self.between, self.loops
+        return ForceKernel(self.kernel_in_space, scene, self.complete)
 
     def energy(self, t: float, y: Vector) -> MechanicalEnergy:
         """Return the energies of a state."""

@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.run_forces import LiteralForces
-from kanefe.kernels.compiler.entries import LATER, Call
-from kanefe.kernels.constraints.loop_tables import unit_responses_in
-from kanefe.kernels.evaluation.evaluation import workspace_in
 from kanefe.kernels.evaluation.force_tables import (
     DRIVING,
     ENDS,
@@ -21,51 +17,11 @@ from kanefe.kernels.evaluation.force_tables import (
     REACTIONS,
     WIDTH,
     WRENCH,
-    force_memory_size,
 )
-from kanefe.kernels.evaluation.forces import forces_of_states
-from kanefe.kernels.layout import DRIVES, SPEEDS, no_flexible
 from kanefe.order_n.evaluated import Evaluated
-from kanefe.order_n.tables.constraint_tables import loop_tables
-from kanefe.order_n.tables.force_tables import ForceTableBuilder
-from kanefe.order_n.tables.load_tables import loads_between
 
-
-class ForceKernel:
-    """The kernel of forces with the tables of a scene; several threads may use it.
-
-    Parameters
-    ----------
-    route : Evaluated
-
-    Attributes
-    ----------
-    told : ForceTableBuilder
-    """
-
-    def __init__(self, route: Evaluated) -> None:
-        self._route = route
-        builder, tables, flexible = route.complete
-        between, order = loads_between(builder)
-        loops = loop_tables(builder)
-        self.told = ForceTableBuilder(builder, between, order, loops)
-        self._scene = tables, flexible or no_flexible(), between, loops, self.told.tables
-        self._bound = forces_of_states.bound(*self._scene, *(LATER,) * 13)
-
-    def prepared(
-        self, times: Vector, driven: np.ndarray, values: Matrix, states: Matrix
-    ) -> tuple[Call, Matrix, Vector]:
-        """Return the call for some states, what it writes, and whether that is told."""
-        route, places = self._route, self.told.tables.places
-        call = route.kernel_in_space.new_call()
-        sizes, memory = route.tables.sizes, call.call.arguments[-1]
-        workspace = workspace_in(memory, route.tables, route.flexible, route.between, route.loops)
-        scale = unit_responses_in(workspace.holding, route.loops, int(sizes[SPEEDS] + sizes[DRIVES])).scale
-        found, is_told = np.zeros((len(states), int(places[WIDTH]))), np.zeros(len(states), dtype=np.int64)
-        evaluation = call.call.for_kernels(), call.vectors, call.drives, call.inputs, workspace.multipliers, scale
-        given = times, driven, values, states, found, is_told
-        prepared = self._bound.prepared(*evaluation, *given, np.zeros(force_memory_size(*self._scene)))
-        return prepared, found, is_told
+if TYPE_CHECKING:
+    from kanefe.kane.run_forces import LiteralForces
 
 
 class CompiledForces:
@@ -103,6 +59,8 @@ class CompiledForces:
             for row in rows.tolist():
                 t, y = float(self._times[row]), self._states[row]
                 yield route.acting(t, y, route.evaluate(t, y).rates[n : n + m])
+
+        from kanefe.kane.run_forces import LiteralForces
 
         return LiteralForces(route.model, acting)
 

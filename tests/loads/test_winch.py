@@ -48,8 +48,8 @@ def test_a_rest_is_found_and_stays():
     rest = kf.equilibrium(scene)
     assert rest.load("winch")[3] == pytest.approx(300.0, rel=1e-9)
     result = scene.simulate((0.0, 0.5), start=rest.state, rtol=1e-8)
-    # 1e-8 of what the cable gives way by at the start is 3e-6 N; the run has some hundred steps
-    np.testing.assert_allclose(result.load("winch")[:, 3], 300.0, atol=1e-3)
+    # steps grow until what they amplify comes to the tolerance: 1e-8 of 2 m, in 1e5 N/m
+    np.testing.assert_allclose(result.load("winch")[:, 3], 300.0, atol=2e-3)
     np.testing.assert_allclose(np.ptp(result.position("block")[:, 2]), 0.0, atol=1e-8)
 
 

@@ -188,7 +188,7 @@ def test_forces_are_computed_only_when_asked_for_and_kept(monkeypatch):
         with pytest.raises(RuntimeError, match="computed"):
             result.coupling_force("arm", "root")
     first = result.coupling_force("arm", "root")
-    monkeypatch.setattr("kanefe.order_n.run_forces.ForceKernel.prepared", refuse)
+    monkeypatch.setattr("kanefe.order_n.force_kernel.ForceKernel.prepared", refuse)
     assert result.coupling_force("arm", "root") is first
     with pytest.raises(ValueError, match="read-only"):
         first[0] = 0.0

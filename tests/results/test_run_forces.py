@@ -12,6 +12,7 @@ import kanefe.order_n.run_forces as compiled
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.run_forces import LiteralForces
+from kanefe.order_n.force_kernel import ForceKernel
 from kanefe.tree.neighbours import BODY, FORCE, LOAD, LOOP, parts_of
 from kanefe.tree.route import RunForces
 from kanefe_fem.beams.body import straight_beam
@@ -110,7 +111,7 @@ def test_a_bent_root_that_lets_turn_holds_where_it_is(monkeypatch: pytest.Monkey
     model = stiffened()
     times, states = wandering(model)
     states[:, model.flexible_terms("arm").eta] *= 0.05  # bent no beyond the valid range of its stiffening
-    monkeypatch.setattr(compiled, "LiteralForces", None)
+    monkeypatch.setattr("kanefe.kane.run_forces.LiteralForces", None)
     wanted = assert_alike(model, times, states)
     assert all(array.any() for name, array in wanted.items() if name.startswith("part"))
 
@@ -136,10 +137,8 @@ def test_interfaces_that_share_forces_in_several_ways_are_told() -> None:
 def test_all_channels_of_a_run_come_from_one_pass(monkeypatch: pytest.MonkeyPatch) -> None:
     result = four_bar().simulate((0.0, 0.1), output_step=0.01)
     passes = []
-    prepared = compiled.ForceKernel.prepared
-    monkeypatch.setattr(
-        compiled.ForceKernel, "prepared", lambda self, *given: passes.append(given) or prepared(self, *given)
-    )
+    prepared = ForceKernel.prepared
+    monkeypatch.setattr(ForceKernel, "prepared", lambda self, *given: passes.append(given) or prepared(self, *given))
     for body in result.bodies:
         result.joint_reaction(body)
     for loop in result.loops:

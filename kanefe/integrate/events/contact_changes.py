@@ -115,7 +115,7 @@ class ReportedContactEvent(Event):
 
 
 CODES = {"touch": TOUCH, "lift": LIFT, "slip": SLIP, "stick": STICK}
-"""What compiled code is asked for, by the kinds of events."""
+"""Questions to compiled code, by the kinds of events."""
 
 STEPS_OVER = "moreau-jean"
 """Method whose steps do not end at impacts."""

@@ -107,8 +107,8 @@ def explicit_method(name: str, about: str, coefficients: Callable[[], Tableau], 
 
 
 REACH = 0.01
-"""How far behind the end of a step its polynomial is as good as within: see `kanefe.kernels.events.foreseen_events`.
-"""
+"""Fraction of a step behind its end up to which its polynomial is as good as within: see
+`kanefe.kernels.events.foreseen_events`."""
 
 
 def _kernels(found: Tableau) -> Kernels:

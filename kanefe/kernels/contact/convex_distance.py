@@ -38,9 +38,8 @@ OVERLAP = 1e-9
 """Distance of the cores, relative to their size, below which they count as overlapping."""
 
 ASIDE = 1e-4
-"""Distance by which overlapping cores are moved apart, relative to their size: beyond OVERLAP, below which they count as
-overlapping, and short, since a turn of the normal is known to the depth over this distance and the radius of a round
-place."""
+"""Distance by which overlapping cores are moved apart, relative to their size: well above OVERLAP, and short, since a
+turn of the normal is known up to the depth and this distance over the radius of a round place."""
 
 MOST_TURNS, SAME_NORMAL = 30, 1e-10
 """Largest number of guesses of the normal, and difference of two of them that counts as none."""

@@ -35,7 +35,7 @@ from kanefe.kernels.force_elements.coordinate_stop import impact_damping
 from kanefe.kernels.force_elements.places import END_NUMBERS, SIGNATURE, WATCH_SIGNATURE, A, P
 
 OTHER, OWN = 1, 2
-"""Of the numbers at `AT.shape`: where the numbers of the other shape begin, after those of the own one."""
+"""Indices at `AT.shape`: where the numbers of the other shape begin, after those of the own one."""
 
 DIFFERENCE = 1e-5
 """Change of the pose by which derivatives are found, rad, and relative to the size of the shapes."""

@@ -68,7 +68,7 @@ MISSED = 0.1
 """Difference of the largest depth of some places and that of the contact, relative to it, by which they carry less."""
 
 LEAST = 1e-9
-"""Share below which a place carries nothing."""
+"""Fraction of the force below which a place carries nothing."""
 
 UNTURNED = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 UNMOVED = (0.0, 0.0, 0.0)

@@ -15,8 +15,8 @@ from kanefe.kernels.loads.loads_layout import WHOLE, LoadsBetween
 WRENCH = 6
 
 RATES, REACTIONS, DRIVING, LOOP_FORCES, PARTS, ENDS, WIDTH = range(7)
-"""Where in a row of what is told the rates of the state begin, and forces: of joints on their bodies, of drives, of
-loops on their ends b, parts of the forces at interfaces, of loads between frames on their ends; and its width."""
+"""Columns at which the rates of the state begin in a row of what is told, and forces: of joints on their bodies, of
+drives, of loops on their ends b, parts of those at interfaces, of loads between frames on their ends; its width."""
 
 # Columns of the integers of a held body
 HELD_ROW, FIRST_COMPONENT, COMPONENT_COUNT, HELD_POOL = range(4)

@@ -70,7 +70,7 @@ from kanefe.kernels.sweeps.elastic import total
 from kanefe.kernels.sweeps.inward import sweep_forces_inward
 
 NEGLIGIBLE = 1e-12
-"""Share of the largest tangent of a load below which what is left of them is round-off."""
+"""Fraction of the largest tangent of a load below which what is left of them is round-off."""
 
 
 def directions_memory_size(between: LoadsBetween, speeds: int) -> int:

@@ -137,7 +137,7 @@ NO_CONTACTS = ContactCalls(
     *(NOT_CALLED, np.zeros(ASKED), np.zeros((0, 2)), NOT_CALLED, np.zeros(0)),
     *(np.zeros((0, 0, 3)), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))),
 )
-"""Those of a scene without rigid contacts."""
+"""Calls of a scene without rigid contacts: none."""
 
 
 class Lookout(NamedTuple):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 START, TOUCH, LIFT, SLIP, STICK, BLURS = range(6)
-"""What a call is asked for: what follows an event, or how far each margin may be below zero by round-off."""
+"""Questions of a call: what follows an event, or how far each margin may be below zero by round-off."""
 
 WHAT, WHEN, RUN_SPAN, RUN_END, RUN_RTOL, LENGTH, REPORT_COUNT, IS_DECIDED, BLUR = range(9)
 """Numbers of a call: what it is asked for; time, span and end of the run (s); its rtol; length of the scene (m); how
@@ -11,7 +11,7 @@ many reports there are. On return: whether it is decided; from there on the four
 ASKED = BLUR + 4
 
 TOUCHES, LIFTS, BEGINS_SLIP, BEGINS_STICK, RESTS = range(5)
-"""What is reported of a contact, in the order of `kanefe.contact.rigid.rigid_contact.REPORTED_EVENTS`."""
+"""Reports of a contact, in the order of `kanefe.contact.rigid.rigid_contact.REPORTED_EVENTS`."""
 REPORTED = 5
 
 POINT_CODES = 18

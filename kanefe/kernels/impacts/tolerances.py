@@ -49,7 +49,7 @@ AHEAD = 1e-9, 1e-8, 1e-7, 1e-6, 1e-5
 the friction limit. The first that exceeds round-off decides."""
 
 NOT_DETERMINED = 1e-9
-"""Share of what a normal force does without friction, below which friction takes away all that it does."""
+"""Fraction of what a normal force does without friction, below which friction takes away all that it does."""
 
 CLOSE, ENOUGH = 1e-12, 1e-9
 """Residual relative to the largest force up to which a solution is accepted at once, and up to which it is accepted if

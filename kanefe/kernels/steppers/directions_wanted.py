@@ -8,7 +8,7 @@ from __future__ import annotations
 from kanefe.kernels.steppers.step_commands import OF_METHOD, REALS_OF_METHOD
 
 DIRECTIONS = 9
-"""Command: as IMPLICIT, and then write Z, W and X from JACOBIAN_ROW on."""
+"""Number of a command: as IMPLICIT, and then write Z, W and X from JACOBIAN_ROW on."""
 
 MOST_DIRECTIONS, RANK = OF_METHOD, OF_METHOD + 1
 """Integers: how many directions there is room for, 0 if none are wanted, and how many were found."""

@@ -1,0 +1,24 @@
+"""Forces of one state, as those of a run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kanefe.frames import Vector
+
+if TYPE_CHECKING:
+    from kanefe.tree.route import Route, RunForces
+
+
+def forces_of(route: Route, t: float, y: Vector) -> RunForces:
+    """Return the forces of a state (q, u, z), as those of a run of one time."""
+    sweeps = route.sweeps(np.array((t,)), np.array(y, dtype=float)[None])
+    compiled = None if sweeps is None else sweeps.forces
+    if compiled is not None:
+        return compiled
+    from kanefe.kane.run_forces import LiteralForces
+
+    n, m = route.model.coordinate_count, route.model.free_count
+    return LiteralForces(route.model, lambda: [route.acting(t, y, route.evaluate(t, y).rates[n : n + m])])

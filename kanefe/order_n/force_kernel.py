@@ -1,0 +1,65 @@
+"""The kernel that tells forces of states, with the tables of a scene."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.frames import Matrix, Vector
+from kanefe.kernels.compiler.entries import LATER, Call
+from kanefe.kernels.constraints.loop_tables import Loops, unit_responses_in
+from kanefe.kernels.evaluation.evaluation import workspace_in
+from kanefe.kernels.evaluation.force_tables import WIDTH, force_memory_size
+from kanefe.kernels.evaluation.forces import forces_of_states
+from kanefe.kernels.layout import DRIVES, SPEEDS, FlexibleTables, Tables, no_flexible
+from kanefe.kernels.loads.loads_layout import LoadsBetween
+from kanefe.order_n.rates_kernel import RatesKernel
+from kanefe.order_n.tables.constraint_tables import loop_tables
+from kanefe.order_n.tables.force_tables import ForceTableBuilder
+from kanefe.order_n.tables.frame_offsets import FrameOffsets
+from kanefe.order_n.tables.load_tables import loads_between
+
+
+class ForceKernel:
+    """The kernel of forces with the tables of a scene; several threads may use it.
+
+    Parameters
+    ----------
+    evaluation : RatesKernel
+        In space: what computes accelerations and multipliers.
+    scene : tuple
+        Its tables: of links, of flexible bodies or None, of loads, of loops.
+    complete : tuple
+        Tables with a row for each body and interface, and their builder.
+
+    Attributes
+    ----------
+    told : ForceTableBuilder
+    """
+
+    def __init__(
+        self,
+        evaluation: RatesKernel,
+        scene: tuple[Tables, FlexibleTables | None, LoadsBetween, Loops],
+        complete: tuple[FrameOffsets, Tables, FlexibleTables | None],
+    ) -> None:
+        self._evaluation, self._evaluated = evaluation, scene
+        builder, tables, flexible = complete
+        between, order = loads_between(builder)
+        loops = loop_tables(builder)
+        self.told = ForceTableBuilder(builder, between, order, loops)
+        self._scene = tables, flexible or no_flexible(), between, loops, self.told.tables
+        self._bound = forces_of_states.bound(*self._scene, *(LATER,) * 13)
+
+    def prepared(
+        self, times: Vector, driven: np.ndarray, values: Matrix, states: Matrix
+    ) -> tuple[Call, Matrix, Vector]:
+        """Return the call for some states, what it writes, and whether that is told."""
+        places, call = self.told.tables.places, self._evaluation.new_call()
+        tables, _, _, loops = self._evaluated
+        workspace = workspace_in(call.call.arguments[-1], *self._evaluated)
+        scale = unit_responses_in(workspace.holding, loops, int(tables.sizes[SPEEDS] + tables.sizes[DRIVES])).scale
+        found, is_told = np.zeros((len(states), int(places[WIDTH]))), np.zeros(len(states), dtype=np.int64)
+        evaluation = call.call.for_kernels(), call.vectors, call.drives, call.inputs, workspace.multipliers, scale
+        given = times, driven, values, states, found, is_told
+        prepared = self._bound.prepared(*evaluation, *given, np.zeros(force_memory_size(*self._scene)))
+        return prepared, found, is_told
