@@ -79,7 +79,7 @@ class GranularSteps:
                 shapes.append(np.concatenate((end.point, end.axes.ravel(), (float(shape.kind),), shape.numbers)))
         self.shapes = np.concatenate(shapes)
         self._out = granular.left_out
-        self._counts, self._control = np.zeros(4, dtype=np.int64), np.zeros(kernel.CONTROL_SIZE)
+        self._counts, self._control = np.zeros(5, dtype=np.int64), np.zeros(kernel.CONTROL_SIZE)
         self._control[kernel.GRAVITY : kernel.GRAVITY + 3] = model.gravity
         self._control[kernel.RESTITUTION], self._control[kernel.FRICTION] = granular.law.restitution, granular.friction
         self._control[kernel.ENOUGH] = ENOUGH
@@ -102,6 +102,11 @@ class GranularSteps:
     def sweeps(self) -> int:
         """Over the contacts, of all steps."""
         return int(self._counts[kernel.SWEEPS])
+
+    @property
+    def contacts(self) -> int:
+        """Contacts of all steps together."""
+        return int(self._counts[kernel.TOUCHED])
 
     @property
     def friction(self) -> float:

@@ -1,4 +1,4 @@
-"""Rigid contacts: a box that slides, and a stack of boxes that lies still; CPU time of all of `simulate`."""
+"""Rigid contacts: a box that slides, a stack of boxes that lies still, many balls; CPU time of all of `simulate`."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from rigid_scenes import stack
 SLIDE = Goal("rigid contact, a box that slides for a second: simulate [ms]", 10.0)
 EVALUATION = Goal("rigid contact, a box that slides: evaluation [us]", 10.0)
 STACK = Goal("rigid contacts, a stack of ten boxes for 2 s: simulate [s]", 0.2)
+POURED = Goal("rigid contacts, 1,000 balls poured for 1 s: a contact and step [us]", 2.0)
 
 MU, SPEED, GRAVITY = 0.2, 2.5, 9.81
 
@@ -55,5 +56,38 @@ def lying(rounds: int) -> list[Figure]:
     return [STACK.figure(median(times), f"{happened} events")]
 
 
-GROUPS = {sliding: [SLIDE, EVALUATION], lying: [STACK]}
+def poured_balls(count: int = 1000, radius: float = 0.02) -> kf.System:
+    """Return balls that fall in layers of a hundred into a box without a lid."""
+    scene, rng = kf.System(gravity=(0, 0, -GRAVITY)), np.random.default_rng(1)
+    mass, across = 4.0 / 3.0 * np.pi * radius**3 * 2500.0, 12.7 * radius
+    room = [scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))]
+    for name, place, normal in (("left", -across, "x"), ("right", across, "-x")):
+        room.append(scene.add_surface(name, scene.ground.frame(at=(place, 0, 0)), kf.shapes.Plane(normal)))
+    for name, place, normal in (("front", -across, "y"), ("back", across, "-y")):
+        room.append(scene.add_surface(name, scene.ground.frame(at=(0, place, 0)), kf.shapes.Plane(normal)))
+    for i in range(count):
+        layer, place = divmod(i, 100)
+        at = 2.2 * radius * np.array((place // 10 - 4.5, place % 10 - 4.5, layer + 1.0))
+        at[:2] += 0.1 * radius * rng.standard_normal(2)
+        ball = scene.add_rigid_body(f"ball {i}", mass, 0.4 * mass * radius**2, joint=kf.Free(position=tuple(at)))
+        room.append(scene.add_surface(f"skin {i}", ball, kf.shapes.Sphere(radius)))
+    scene.add_contacts(room, normal=kf.Rigid(0.3), friction=kf.Coulomb(0.4))
+    return scene
+
+
+def pouring(rounds: int) -> list[Figure]:
+    """Measure a thousand balls, of which each step has some contacts; once, since it takes long."""
+    scene, told = poured_balls(), {}
+
+    def run() -> None:
+        told.update(scene.simulate((0.0, 1.0), progress=False).statistics)
+
+    scene.simulate((0.0, 1e-3), progress=False)
+    time = seconds(run)
+    contacts, sweeps = told["contacts_of_steps"], told["sweeps"] / told["steps"]
+    remark = f"{time:.3g} s, {contacts / told['steps']:.0f} contacts and {sweeps:.0f} sweeps a step"
+    return [POURED.figure(1e6 * time / contacts, remark)]
+
+
+GROUPS = {sliding: [SLIDE, EVALUATION], lying: [STACK], pouring: [POURED]}
 """Goals of each group, which stand in its place where it cannot be measured."""

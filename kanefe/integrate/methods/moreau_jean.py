@@ -93,7 +93,10 @@ class MoreauJeanStepper(PythonStepper):
         return self._deepest, self._residual
 
     def _counted(self) -> dict[str, int | float]:
-        return {"penetration": self._deepest, "contact_residual": self._residual}
+        told: dict[str, int | float] = {"penetration": self._deepest, "contact_residual": self._residual}
+        if self._granular is not None:
+            told |= {"contacts_of_steps": self._granular.contacts, "sweeps": self._granular.sweeps}
+        return told
 
     def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
         """Continue until all times or so many steps are passed; many contacts take one call up to an output."""

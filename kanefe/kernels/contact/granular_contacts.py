@@ -20,13 +20,14 @@ from kanefe.kernels.algebra.vectors import (
     minus,
     norm,
     plus,
+    put_three,
     rotated,
     rotated_back,
     rotation,
     three,
     times,
 )
-from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.contact.contact_shapes import distance
@@ -45,16 +46,19 @@ IS_FLAT, PLACE, OFFSET, WALL_SIZE = 0, 1, 4, 5
 AXES, SHAPE = 3, 12
 """Numbers of a wall in `shapes`: place and axes in N, and its shape."""
 
-NORMAL, ARMS, OTHER_ARMS, IMPULSE, BEFORE, INVERSE_NORMAL, INVERSE_ALONG, CONTACT_SIZE = 0, 9, 18, 27, 30, 33, 34, 35
+NORMAL, ARMS, OTHER_ARMS, SPINS, OTHER_SPINS, LIGHTNESS, IMPULSE, BEFORE = 0, 9, 18, 27, 36, 45, 47, 50
+INVERSE_NORMAL, INVERSE_ALONG, CONTACT_SIZE = 53, 54, 55
 """Columns of contacts: normal and two tangential directions in N; the moments of unit forces along these about the body
-and about the other body, in their axes; impulses; rates at the start of the step; inverses of their effective inertias.
+and about the other body, in their axes, and the angular velocities that unit impulses add; inverses of both masses;
+impulses; rates at the start of the step; inverses of their effective inertias. Of a wall what would move is zero.
 """
 
 FIRST, SECOND, KEY = 0, 1, 2
 """Columns of pairs: the body of the ball, the other body (-1: a wall), and a number of the pair."""
 
-STEPS, TOUCHING, SWEEPS, MOST_SWEEPS = 0, 1, 2, 3
-"""Indices of counts: remaining steps, contacts of the last step, sweeps in total, and most sweeps in a step."""
+STEPS, TOUCHING, SWEEPS, MOST_SWEEPS, TOUCHED = range(5)
+"""Indices of counts: remaining steps, contacts of the last step, sweeps in total, most sweeps in a step, contacts of all
+steps together."""
 
 STEP, GRAVITY, RESTITUTION, FRICTION, ENOUGH, DEEPEST, RESIDUAL, TAKEN, CONTROL_SIZE = 0, 1, 4, 5, 6, 7, 8, 9, 10
 """Indices of control values: s, m/s2, dimensionless fractions, and the change of speeds in a sweep, relative to the
@@ -62,6 +66,9 @@ largest, that counts as none; deepest penetration (m), largest relative change o
 energy taken (J)."""
 
 DONE, TOO_MANY = 0, 1
+
+Speeds = tuple[Numbers, Numbers, Numbers, Numbers]
+"""Velocity and angular velocity of a body and of another one."""
 
 
 @entry()
@@ -116,11 +123,12 @@ def march_granular(
         _recall(found, contacts, pairs, slots, kept, kept_keys)
         _accelerate(control, bodies, u, h)
         if found > 0:
-            counts[SWEEPS] += _solve(found, counts[MOST_SWEEPS], control, bodies, u, contacts, pairs)
+            counts[SWEEPS] += _solve(found, counts[MOST_SWEEPS], control, u, contacts, pairs)
             _account(found, control, u, contacts, pairs)
         _keep(found, contacts, pairs, kept, kept_keys)
         _advance(q, u, 0.5 * h)
         counts[TOUCHING] = found
+        counts[TOUCHED] += found
         counts[STEPS] -= 1
     return DONE
 
@@ -286,108 +294,95 @@ def _meet(
     for k in range(3):
         e = n if k == 0 else first if k == 1 else second
         about = rotated_back(A, cross(arm, e))
-        row[3 * k], row[3 * k + 1], row[3 * k + 2] = e
-        row[ARMS + 3 * k], row[ARMS + 3 * k + 1], row[ARMS + 3 * k + 2] = about
-        row[OTHER_ARMS + 3 * k], row[OTHER_ARMS + 3 * k + 1], row[OTHER_ARMS + 3 * k + 2] = 0.0, 0.0, 0.0
+        put_three(row, 3 * k, e)
+        put_three(row, ARMS + 3 * k, about)
+        put_three(row, SPINS + 3 * k, rotated(matrix(bodies, body, INVERSE), about))
+        put_three(row, OTHER_ARMS + 3 * k, (0.0, 0.0, 0.0))
+        put_three(row, OTHER_SPINS + 3 * k, (0.0, 0.0, 0.0))
+    row[LIGHTNESS], row[LIGHTNESS + 1] = 1.0 / bodies[body, MASS], 0.0
     if other >= 0:
         A, arm = rotation(q[other], 3), minus(point, three(q[other], 0))
         for k in range(3):
             about = rotated_back(A, cross(arm, three(row, 3 * k)))
-            row[OTHER_ARMS + 3 * k], row[OTHER_ARMS + 3 * k + 1], row[OTHER_ARMS + 3 * k + 2] = about
+            put_three(row, OTHER_ARMS + 3 * k, about)
+            put_three(row, OTHER_SPINS + 3 * k, rotated(matrix(bodies, other, INVERSE), about))
+        row[LIGHTNESS + 1] = 1.0 / bodies[other, MASS]
+    both = _speeds(u, body, other)
     for k in range(3):
-        row[BEFORE + k] = _rate(row, k, body, other, u)
-    a, b = _answer(row, 1, 1, body, other, bodies), _answer(row, 1, 2, body, other, bodies)
-    c = _answer(row, 2, 2, body, other, bodies)
-    row[INVERSE_NORMAL] = 1.0 / _answer(row, 0, 0, body, other, bodies)
+        row[BEFORE + k] = _rate(row, k, both)
+    a, b, c = _answer(row, 1, 1), _answer(row, 1, 2), _answer(row, 2, 2)
+    row[INVERSE_NORMAL] = 1.0 / _answer(row, 0, 0)
     row[INVERSE_ALONG] = 1.0 / (0.5 * (a + c) + math.sqrt(0.25 * (a - c) * (a - c) + b * b))
 
 
-@kernel
-def _rate(row: np.ndarray, k: int, body: int, other: int, u: np.ndarray) -> float:
+@inlined
+def _speeds(u: np.ndarray, body: int, other: int) -> Speeds:
+    """Return velocity and angular velocity of the body of a contact and of the other one; zero of a wall."""
+    v, w = three(u[body], 0), three(u[body], 3)
+    if other < 0:
+        return v, w, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    return v, w, three(u[other], 0), three(u[other], 3)
+
+
+@inlined
+def _put_speeds(u: np.ndarray, body: int, other: int, both: Speeds) -> None:
+    put_three(u[body], 0, both[0])
+    put_three(u[body], 3, both[1])
+    if other >= 0:
+        put_three(u[other], 0, both[2])
+        put_three(u[other], 3, both[3])
+
+
+@inlined
+def _rate(row: np.ndarray, k: int, both: Speeds) -> float:
     """Return the rate of a contact along one of its directions, m/s."""
-    rate = dot(three(row, 3 * k), three(u[body], 0)) + dot(three(row, ARMS + 3 * k), three(u[body], 3))
-    if other >= 0:
-        rate -= dot(three(row, 3 * k), three(u[other], 0)) + dot(three(row, OTHER_ARMS + 3 * k), three(u[other], 3))
-    return float(rate)
+    v, w, other_v, other_w = both
+    turning = dot(three(row, ARMS + 3 * k), w) - dot(three(row, OTHER_ARMS + 3 * k), other_w)
+    return dot(three(row, 3 * k), minus(v, other_v)) + turning
 
 
-@kernel
-def _answer(row: np.ndarray, j: int, k: int, body: int, other: int, bodies: np.ndarray) -> float:
+@inlined
+def _answer(row: np.ndarray, j: int, k: int) -> float:
     """Return by what a unit impulse along one direction changes the rate along another, 1/kg."""
-    along = dot(three(row, 3 * j), three(row, 3 * k))
-    found = along / bodies[body, MASS]
-    found += dot(three(row, ARMS + 3 * j), rotated(matrix(bodies, body, INVERSE), three(row, ARMS + 3 * k)))
-    if other >= 0:
-        found += along / bodies[other, MASS]
-        found += dot(
-            three(row, OTHER_ARMS + 3 * j), rotated(matrix(bodies, other, INVERSE), three(row, OTHER_ARMS + 3 * k))
-        )
-    return float(found)
+    along = dot(three(row, 3 * j), three(row, 3 * k)) * (row[LIGHTNESS] + row[LIGHTNESS + 1])
+    turning = dot(three(row, ARMS + 3 * j), three(row, SPINS + 3 * k))
+    return along + turning + dot(three(row, OTHER_ARMS + 3 * j), three(row, OTHER_SPINS + 3 * k))
 
 
-@kernel
-def _push(row: np.ndarray, k: int, body: int, other: int, bodies: np.ndarray, u: np.ndarray, impulse: float) -> None:
-    """Change speeds by an impulse along one of the directions of a contact."""
+@inlined
+def _pushed(row: np.ndarray, k: int, both: Speeds, impulse: float) -> Speeds:
+    """Return the speeds after an impulse along one of the directions of a contact."""
+    v, w, other_v, other_w = both
     e = three(row, 3 * k)
-    spin = rotated(matrix(bodies, body, INVERSE), three(row, ARMS + 3 * k))
-    for i in range(3):
-        u[body, i] += impulse / bodies[body, MASS] * e[i]
-        u[body, 3 + i] += impulse * spin[i]
-    if other >= 0:
-        spin = rotated(matrix(bodies, other, INVERSE), three(row, OTHER_ARMS + 3 * k))
-        for i in range(3):
-            u[other, i] -= impulse / bodies[other, MASS] * e[i]
-            u[other, 3 + i] -= impulse * spin[i]
+    return (
+        plus(v, times(impulse * row[LIGHTNESS], e)),
+        plus(w, times(impulse, three(row, SPINS + 3 * k))),
+        minus(other_v, times(impulse * row[LIGHTNESS + 1], e)),
+        minus(other_w, times(impulse, three(row, OTHER_SPINS + 3 * k))),
+    )
 
 
 @kernel
-def _solve(
-    found: int,
-    most: int,
-    control: np.ndarray,
-    bodies: np.ndarray,
-    u: np.ndarray,
-    contacts: np.ndarray,
-    pairs: np.ndarray,
-) -> int:
+def _solve(found: int, most: int, control: np.ndarray, u: np.ndarray, contacts: np.ndarray, pairs: np.ndarray) -> int:
     """Write impulses, and the speeds that they lead to; return the number of sweeps."""
     e, mu = control[RESTITUTION], control[FRICTION]
     largest = 0.0
     for c in range(found):
         row = contacts[c]
-        body, other = pairs[c, FIRST], pairs[c, SECOND]
-        largest = max(largest, abs(_rate(row, 0, body, other, u) + e * row[BEFORE]))
+        both = _speeds(u, pairs[c, FIRST], pairs[c, SECOND])
+        largest = max(largest, abs(_rate(row, 0, both) + e * row[BEFORE]))
     for c in range(found):  # from the impulses of the step before
         row = contacts[c]
-        for k in range(3):
-            if row[IMPULSE + k] != 0.0:
-                _push(row, k, pairs[c, FIRST], pairs[c, SECOND], bodies, u, row[IMPULSE + k])
+        if row[IMPULSE] != 0.0:
+            both = _speeds(u, pairs[c, FIRST], pairs[c, SECOND])
+            for k in range(3):
+                both = _pushed(row, k, both, row[IMPULSE + k])
+            _put_speeds(u, pairs[c, FIRST], pairs[c, SECOND], both)
     change = 0.0
     for sweep in range(most):
         change = 0.0
         for c in range(found):
-            row = contacts[c]
-            body, other = pairs[c, FIRST], pairs[c, SECOND]
-            rate = _rate(row, 0, body, other, u) + e * row[BEFORE]
-            normal = max(0.0, row[IMPULSE] - row[INVERSE_NORMAL] * rate)
-            more = normal - row[IMPULSE]
-            if more != 0.0:
-                row[IMPULSE] = normal
-                _push(row, 0, body, other, bodies, u, more)
-                change = max(change, abs(more) / row[INVERSE_NORMAL])
-            if mu == 0.0:
-                continue
-            s = row[IMPULSE + 1] - row[INVERSE_ALONG] * _rate(row, 1, body, other, u)
-            t = row[IMPULSE + 2] - row[INVERSE_ALONG] * _rate(row, 2, body, other, u)
-            size = math.sqrt(s * s + t * t)
-            if size > mu * normal:
-                s, t = mu * normal / size * s, mu * normal / size * t
-            for k in range(1, 3):
-                more = (s if k == 1 else t) - row[IMPULSE + k]
-                if more != 0.0:
-                    row[IMPULSE + k] += more
-                    _push(row, k, body, other, bodies, u, more)
-                    change = max(change, abs(more) / row[INVERSE_ALONG])
+            change = max(change, _improve(e, mu, u, contacts[c], pairs[c, FIRST], pairs[c, SECOND]))
         if change <= control[ENOUGH] * largest:
             control[RESIDUAL] = max(control[RESIDUAL], change / largest if largest > 0.0 else 0.0)
             return sweep + 1
@@ -395,14 +390,39 @@ def _solve(
     return most
 
 
+@inlined
+def _improve(e: float, mu: float, u: np.ndarray, row: np.ndarray, body: int, other: int) -> float:
+    """Set the impulses of a contact by the speeds that the others leave; return by how much rates change, m/s."""
+    both = _speeds(u, body, other)
+    normal = max(0.0, row[IMPULSE] - row[INVERSE_NORMAL] * (_rate(row, 0, both) + e * row[BEFORE]))
+    more = normal - row[IMPULSE]
+    if normal == 0.0 and more == 0.0:
+        return 0.0  # open, and friction has ended with it
+    both = _pushed(row, 0, both, more)
+    row[IMPULSE] = normal
+    change = abs(more) / row[INVERSE_NORMAL]
+    if mu > 0.0:
+        s = row[IMPULSE + 1] - row[INVERSE_ALONG] * _rate(row, 1, both)
+        t = row[IMPULSE + 2] - row[INVERSE_ALONG] * _rate(row, 2, both)
+        size = math.sqrt(s * s + t * t)
+        if size > mu * normal:
+            s, t = mu * normal / size * s, mu * normal / size * t
+        more_s, more_t = s - row[IMPULSE + 1], t - row[IMPULSE + 2]
+        both = _pushed(row, 2, _pushed(row, 1, both, more_s), more_t)
+        row[IMPULSE + 1], row[IMPULSE + 2] = s, t
+        change = max(change, max(abs(more_s), abs(more_t)) / row[INVERSE_ALONG])
+    _put_speeds(u, body, other, both)
+    return change
+
+
 @kernel
 def _account(found: int, control: np.ndarray, u: np.ndarray, contacts: np.ndarray, pairs: np.ndarray) -> None:
     """Add the energy that contacts took in a step: impulses times the mean of the rates before and after it."""
     for c in range(found):
         row = contacts[c]
+        both = _speeds(u, pairs[c, FIRST], pairs[c, SECOND])
         for k in range(3):
-            after = _rate(row, k, pairs[c, FIRST], pairs[c, SECOND], u)
-            control[TAKEN] -= row[IMPULSE + k] * 0.5 * (row[BEFORE + k] + after)
+            control[TAKEN] -= row[IMPULSE + k] * 0.5 * (row[BEFORE + k] + _rate(row, k, both))
 
 
 @kernel
