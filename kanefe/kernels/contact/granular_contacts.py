@@ -57,8 +57,8 @@ FIRST, SECOND, KEY = 0, 1, 2
 """Columns of pairs: the body of the ball, the other body (-1: a wall), and a number of the pair."""
 
 STEPS, TOUCHING, SWEEPS, MOST_SWEEPS, TOUCHED = range(5)
-"""Indices of counts: remaining steps, contacts of the last step, sweeps in total, most sweeps in a step, contacts of all
-steps together."""
+"""Indices of counts: remaining steps, contacts of the last step, sweeps in total, most sweeps in a step, contacts of
+all steps."""
 
 STEP, GRAVITY, RESTITUTION, FRICTION, ENOUGH, DEEPEST, RESIDUAL, TAKEN, CONTROL_SIZE = 0, 1, 4, 5, 6, 7, 8, 9, 10
 """Indices of control values: s, m/s2, dimensionless fractions, and the change of speeds in a sweep, relative to the
