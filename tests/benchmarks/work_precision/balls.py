@@ -1,4 +1,4 @@
-"""Balls on a plane: one that bounces and slips, and one that slides down a slope until it rolls, for both programs.
+"""Balls on a plane for both programs: one that drops, one that slips as it bounces, one that slides until it rolls.
 
 The bouncing ball has a backspin with which it slips at each bounce, so that friction is the same force in both.
 The one on a slope is compared with rigid contact, which both programs come near by their stiffness, and Exudyn by the
@@ -19,8 +19,8 @@ from kanefe.system import System
 
 RADIUS, MASS, INERTIA, FRICTION, STIFFNESS = 0.1, 1.0, 4e-3, 0.3, 1e6
 
-BOUNCING, ROLLING = 1.0, 2.0
-"""Durations of the runs with bouncing and rolling balls, s."""
+DROPPED, BOUNCING, ROLLING = 3.0, 1.0, 2.0
+"""Durations of the runs with balls that are dropped, slip, and roll, s."""
 
 SLOPE = math.radians(20.0)
 DOWN, INTO = 9.81 * math.sin(SLOPE), 9.81 * math.cos(SLOPE)
@@ -36,6 +36,10 @@ class Ball(NamedTuple):
         Of its centre (m, m/s), rad/s, and m/s2.
     stiffness : float
         Of the plane, N/m.
+    friction : float
+        Coefficient.
+    longest : float
+        Step above which the peer's adaptive method would take the ball through the plane unseen, s.
     """
 
     position: Sequence[float]
@@ -43,6 +47,8 @@ class Ball(NamedTuple):
     omega: Sequence[float]
     gravity: Sequence[float]
     stiffness: float
+    friction: float = FRICTION
+    longest: float = 0.05
 
     def model(self) -> Model:
         """Return it as kanefe has it, by defaults."""
@@ -50,14 +56,20 @@ class Ball(NamedTuple):
         plane = scene.add_surface("plane", scene.ground, Plane("z"))
         joint = Free(position=self.position, velocity=self.velocity, angular_velocity=self.omega)
         skin = scene.add_surface("skin", scene.add_rigid_body("ball", MASS, INERTIA, joint=joint), Sphere(RADIUS))
-        scene.add_contact("contact", skin, plane, normal=HuntCrossley(self.stiffness), friction=Coulomb(FRICTION))
+        friction = Coulomb(self.friction) if self.friction else None
+        scene.add_contact("contact", skin, plane, normal=HuntCrossley(self.stiffness), friction=friction)
         return scene.freeze()
 
     @property
     def request(self) -> dict[str, Any]:
         """Return it as the peer is told."""
-        own = {"radius": RADIUS, "mass": MASS, "inertia": INERTIA, "friction": FRICTION}
+        own = {"radius": RADIUS, "mass": MASS, "inertia": INERTIA}
         return {**own, **self._asdict()}
+
+
+def dropped_ball() -> Ball:
+    """Return a ball that falls by 0.9 m and bounces three times within 3 s, without friction, on 1e5 N/m."""
+    return Ball((0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, -9.81), 1e5, 0.0, 0.02)
 
 
 def bouncing_ball() -> Ball:

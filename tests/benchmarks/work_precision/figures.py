@@ -16,12 +16,14 @@ from benchmarks.work_precision.contact_costs import (
 )
 from benchmarks.work_precision.contacts import (
     BOUNCING_GOALS,
+    DROPPED_GOALS,
     ENERGY_GOALS,
     ONSET_GOAL,
     RATE_GOAL,
     ROLLING_GOALS,
     STICKING_GOAL,
     bouncing,
+    dropped,
     energy,
     onset,
     rolling,
@@ -48,6 +50,7 @@ GROUPS: dict[Callable[[Machine], list[Figure]], list[Goal]] = {
     spin_up: [SPIN_UP_GOAL],
     tumbling: [TUMBLING_GOAL],
     free_flight: [FLIGHT_GOAL],
+    dropped: list(DROPPED_GOALS.values()),
     bouncing: list(BOUNCING_GOALS.values()),
     rolling: list(ROLLING_GOALS.values()),
     sticking: [STICKING_GOAL],

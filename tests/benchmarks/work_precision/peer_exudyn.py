@@ -166,8 +166,8 @@ class Runs:
 
         def tune(settings: Any) -> None:
             run = settings.timeIntegration
-            if run.automaticStepSize:  # longer ones pass through the plane unseen
-                run.numberOfSteps = round(run.endTime / LARGEST_ABOVE_A_PLANE)
+            if run.automaticStepSize:
+                run.numberOfSteps = round(run.endTime / ball["longest"])
 
         self.scenes[name] = Scene(lambda: _ball(zone, ball), end, tune=tune)
         return {}
@@ -270,9 +270,6 @@ def _chain(links: list[Answer], gravity: list[float], q: list[float]) -> tuple[A
     )
     return mbs, node
 
-
-LARGEST_ABOVE_A_PLANE = 0.05
-"""Largest adaptive step where a ball may bounce, s."""
 
 LARGE = 100.0
 """Size of the triangle below a ball, m."""
