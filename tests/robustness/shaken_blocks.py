@@ -245,7 +245,8 @@ class Compared(NamedTuple):
     Attributes
     ----------
     instants : float
-        Largest error of an event, s; infinite where there is another number of them.
+        Largest error of an event, s; infinite where there is another number of them. That of an end of a slip counts
+        by the deceleration there, at most 1 m/s2: when a slip ends that hardly slows down is known as well as speeds.
     drift : float
         Error of the way on the plate, m.
     friction : float
@@ -267,7 +268,11 @@ def compared(block: Shaken) -> Compared:
     for name, times in (("slip", known.slips), ("stick", known.sticks)):
         told = result.events[f"c {name}"]
         times = [t for t in times if t > 0.0]
-        instants = max(instants, float(np.abs(told - times).max(initial=0.0)) if len(told) == len(times) else math.inf)
+        if len(told) != len(times):
+            instants = math.inf
+            continue
+        slowing = [min(_slip_margin(block)(t), 1.0) if name == "stick" else 1.0 for t in times]
+        instants = max(instants, float(np.abs((told - times) * slowing).max(initial=0.0)))
     off = result.position("block")[-1] - np.append(block.plate(block.span, 0), 0.0)
     along = np.array((math.cos(block.slope), 0.0, -math.sin(block.slope)))
     drift = float(np.hypot(along @ off - known.moved[0], off[1] - known.moved[1]))
