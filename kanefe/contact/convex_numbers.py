@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from kanefe.contact.geometry.shape import SurfaceShape
 
-DISC_CORNERS = 4
+DISC_CORNERS = 6
 """Number of corners by which the end of a cylinder is represented."""
 
 

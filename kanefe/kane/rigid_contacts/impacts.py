@@ -282,12 +282,15 @@ class _Event(StickOrSlip):
         return rates
 
     def _is_crowded(self, key: Key, rate: float, acceleration: float) -> bool:
-        """Return whether a point that has just separated returns so soon that its impacts cannot be resolved."""
+        """Return whether a point that has just separated returns so soon that its impacts cannot be resolved.
+
+        Or before it has left the surface, in which it was found a little late.
+        """
         e = self._contact(key).law.restitution
         if acceleration >= 0.0 or e == 1.0:
             return False
-        flight = 2.0 * rate / -acceleration
-        return flight <= SHORT_FLIGHT * self.span or flight <= (1.0 - e) * CROWDED * self.span
+        flight, stays_in = 2.0 * rate / -acceleration, rate * rate <= 2.0 * acceleration * self.met[key].gap
+        return stays_in or flight <= SHORT_FLIGHT * self.span or flight <= (1.0 - e) * CROWDED * self.span
 
     def _tell(self) -> None:
         """Record the reported events of each contact."""

@@ -5,6 +5,7 @@ Numbers of a shape: see `kanefe.contact.convex_numbers`.
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -93,10 +94,10 @@ def face_along(numbers: Any, at: int, direction: Numbers) -> int:
 
 @kernel
 def put_corners(numbers: Any, at: int, R: Numbers, x: Numbers, direction: Numbers, axes: Numbers, out: Any) -> Any:
-    """Write the corners of the face, or of the square in the disc, that looks most along a direction.
+    """Write the corners of the face, or of the polygon in the disc, that looks most along a direction.
 
-    One corner of the square is the highest place of the disc: all four have the stiffness of the edge, however they are
-    turned about the axis.
+    The polygon is fixed in the disc. Turned to the highest place of the disc it would follow round-off where that lies
+    flat, and a moment with it; that place is the deepest of the contact, and carries what the polygon misses.
 
     Parameters
     ----------
@@ -116,20 +117,17 @@ def put_corners(numbers: Any, at: int, R: Numbers, x: Numbers, direction: Number
     """
     along = rotated_back(R, direction)
     if numbers[at + DISC] > 0.0:
-        axis, count = three(numbers, at + AXIS), 4
+        axis, count = three(numbers, at + AXIS), int(numbers[at + CORNERS])
         normal = axis if dot(axis, along) >= 0.0 else times(-1.0, axis)
         end = vertex(numbers, at, 0)
         other = vertex(numbers, at, 1)
         end = end if dot(end, normal) >= dot(other, normal) else other
-        u = outward(numbers, at, along)
-        if dot(u, u) == 0.0:
-            helper = (0.0, 0.0, 1.0) if abs(axis[2]) < 0.5 else (1.0, 0.0, 0.0)
-            u = outward(numbers, at, helper)
+        u = outward(numbers, at, (0.0, 0.0, 1.0) if abs(axis[2]) < 0.5 else (1.0, 0.0, 0.0))
         w = cross(normal, u)
-        for i in range(4):
-            side = u if i % 2 == 0 else w
-            p = plus(end, times(numbers[at + DISC] if i < 2 else -numbers[at + DISC], side))
-            put_place(plus(x, rotated(R, p)), axes, out, 3 * i)
+        for i in range(count):
+            angle = 2.0 * math.pi / count * i
+            side = plus(times(math.cos(angle), u), times(math.sin(angle), w))
+            put_place(plus(x, rotated(R, plus(end, times(numbers[at + DISC], side)))), axes, out, 3 * i)
     else:
         face = face_along(numbers, at, along)
         normal, count = three(numbers, face), int(numbers[face + 4])

@@ -234,7 +234,11 @@ def _select(decision: Decision, asked: np.ndarray, u: np.ndarray) -> int:
 
 @kernel
 def _let_rest(asking: Asking, decision: Decision, count: int, asked: np.ndarray, reports: np.ndarray) -> bool:
-    """Close what returns so soon that its impacts cannot be resolved; return whether there is any."""
+    """Close what returns so soon that its impacts cannot be resolved, or before it has left the surface.
+
+    What was found at a depth, as a moment is found, and separates by less than that is never seen to return: each time
+    it would be found deeper. Return whether there is any.
+    """
     flags, vectors = decision.flags, decision.vectors
     is_any, span, points = False, asked[RUN_SPAN], asking.points
     for a in range(count):
@@ -246,8 +250,8 @@ def _let_rest(asking: Asking, decision: Decision, count: int, asked: np.ndarray,
         )
         if flags[IS_CLOSED, p] != 0 or rate <= 0.0 or fall <= 0.0 or e == 1.0:
             continue
-        flight = 2.0 * rate / fall
-        if flight <= SHORT_FLIGHT * span or flight <= (1.0 - e) * CROWDED * span:
+        flight, stays_in = 2.0 * rate / fall, rate * rate <= -2.0 * fall * decision.now.met[p, MET.gap]
+        if stays_in or flight <= SHORT_FLIGHT * span or flight <= (1.0 - e) * CROWDED * span:
             flags[IS_CLOSED, p], is_any = 1, True
             _report(asked, reports, asked[WHEN] + flight / (1.0 - e), REPORTED * points.places[p, CONTACT] + RESTS)
     return is_any
