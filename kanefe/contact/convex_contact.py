@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -35,6 +35,8 @@ class ConvexContact(Contact):
     touching : SurfaceShape
         That of the probes.
     """
+
+    unbooked: ClassVar[str] = "where the face that both shapes share changes while they press on each other"
 
     touching: Any = None
 

@@ -92,6 +92,8 @@ class Load(ABC):
         Whether it uses the axes of its ends or has moments; then a scene refuses nodes of a mesh without rotations.
     acts_at_once : bool
         Whether it may become stiff during a run, as a contact does, so that its tangent at the start is no measure.
+    unbooked : str
+        Where it does work that it has no name for, neither stored nor dissipated, as the end of a sentence; or "".
     may_part : bool
         Whether it acts only when its ends meet, so that a search for equilibrium has to bring them together.
     runs_over_ends : bool
@@ -138,6 +140,7 @@ class Load(ABC):
     columns: ClassVar[tuple[str, ...]] = ()
     needs_rotation: ClassVar[bool] = True
     acts_at_once: ClassVar[bool] = False
+    unbooked: ClassVar[str] = ""
     may_part: ClassVar[bool] = False
     runs_over_ends: ClassVar[bool] = False
     pull_column: ClassVar[str] = ""

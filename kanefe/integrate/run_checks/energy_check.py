@@ -58,8 +58,9 @@ def remarks(statistics: Mapping[str, Any], model: Model) -> list[str]:
 
 
 def _doubtful(model: Model) -> list[str]:
-    """Return what takes part in a scene whose energy the run cannot know: it is the user's to say."""
-    found = [
+    """Return what takes part in a scene whose energy the run cannot know, or which only the user can tell."""
+    found = [f"{load.kind} {load.name!r}, {load.unbooked}" for load in model.loads if load.unbooked]
+    found += [
         f"load {load.name!r}, where its action does not tell all the power that it dissipates or gives"
         for load in model.loads
         if type(load).__module__.partition(".")[0] != "kanefe"
