@@ -54,6 +54,7 @@ from kanefe.kernels.layout import (
     Tables,
 )
 from kanefe.kernels.loads.markers import axes_of, lever_of
+from kanefe.kernels.loads.point_and_field_loads import point_load
 from kanefe.kernels.sweeps.elastic import project
 
 
@@ -129,13 +130,13 @@ def hold_components(
             velocity, spin = plus(shift, cross(turn, arm)), turn
             if k > 0:
                 basis_at, bent = rows[i, BASIS], rows[i, BENT]
+                # one name for both, since `modal` is real here: in other kernels it may be complex, unlike the pool
                 if bent < 0:
                     basis = flexible.pool[basis_at : basis_at + 6 * k].reshape(6, k)
-                    v, w = project(basis, 0, elastic), project(basis, 3, elastic)
                 else:
                     basis = modal[bent : bent + 6 * k].reshape(6, k)
-                    v, w = project(basis, 0, elastic), project(basis, 3, elastic)
-                velocity, spin = plus(velocity, v), plus(spin, rotated(matrix(work, i, TANGENT), w))
+                velocity = plus(velocity, project(basis, 0, elastic))
+                spin = plus(spin, rotated(matrix(work, i, TANGENT), project(basis, 3, elastic)))
             along, about = unit_wrench(component, vector(forces.axes, first + d, 0), matrix(work, i, TANGENT))
             system[c, d] = dot(velocity, along) + dot(spin, about)
     factorise(system, pivots)
@@ -152,21 +153,6 @@ def unit_wrench(component: int, axis: Numbers, T: Numbers) -> tuple[Numbers, Num
     area = cross(second, third)
     about = plus(times(axis[0], area), plus(times(axis[1], cross(third, first)), times(axis[2], cross(first, second))))
     return none, times(1.0 / dot(first, area), about)
-
-
-@inlined
-def point_load(tables: Tables, n: int, inputs: np.ndarray, work: np.ndarray) -> tuple[Numbers, Numbers]:
-    """Return a force and its moment about the origin of its row, or a torque, in N."""
-    i = tables.loads[n, 0]
-    axes = matrix(work, i, R)
-    zero = 0.0 * axes[0]
-    value = three(inputs, tables.loads[n, 1])
-    value = (zero + value[0], zero + value[1], zero + value[2])
-    if tables.loads[n, 3]:  # follows
-        value = rotated(axes, rotated(matrix(tables.points, n, 3), value))
-    if tables.loads[n, 2]:  # a torque
-        return (zero, zero, zero), value
-    return value, cross(rotated(axes, vector(tables.points, n, 0)), value)
 
 
 @kernel

@@ -19,7 +19,7 @@ from kanefe.kernels.algebra.vectors import (
     times,
     vector,
 )
-from kanefe.kernels.compiler._numba import kernel, vector_kernel
+from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
 from kanefe.kernels.layout import (
     BASIS,
     BENT,
@@ -104,6 +104,21 @@ def _add_share(basis: np.ndarray, a: Numbers, b: Numbers, p: np.ndarray) -> None
         )
 
 
+@inlined
+def point_load(tables: Tables, n: int, inputs: np.ndarray, work: np.ndarray) -> tuple[Numbers, Numbers]:
+    """Return a force and its moment about the origin of its row, or a torque, in N."""
+    i = tables.loads[n, 0]
+    axes = matrix(work, i, R)
+    zero = 0.0 * axes[0]
+    value = three(inputs, tables.loads[n, 1])
+    value = (zero + value[0], zero + value[1], zero + value[2])
+    if tables.loads[n, 3]:  # follows
+        value = rotated(axes, rotated(matrix(tables.points, n, 3), value))
+    if tables.loads[n, 2]:  # a torque
+        return (zero, zero, zero), value
+    return value, cross(rotated(axes, vector(tables.points, n, 0)), value)
+
+
 @kernel
 def add_point_loads(
     tables: Tables, flexible: FlexibleTables | None, inputs: np.ndarray, work: np.ndarray, modal: np.ndarray
@@ -111,20 +126,10 @@ def add_point_loads(
     """Apply forces and torques; return their power."""
     power = 0.0 * work[0, R]
     for n in range(len(tables.loads)):
-        i, at = tables.loads[n, 0], tables.loads[n, 1]
-        axes = matrix(work, i, R)
-        zero = 0.0 * axes[0]
-        value = three(inputs, at)
-        value = (zero + value[0], zero + value[1], zero + value[2])
-        if tables.loads[n, 3]:  # follows
-            value = rotated(axes, rotated(matrix(tables.points, n, 3), value))
-        if tables.loads[n, 2]:  # a torque
-            power += dot(value, vector(work, i, OMEGA))
-            push(tables.rows, flexible, i, (zero, zero, zero), value, work, modal)
-        else:
-            moment = cross(rotated(axes, vector(tables.points, n, 0)), value)
-            power += dot(value, vector(work, i, VELOCITY)) + dot(moment, vector(work, i, OMEGA))
-            push(tables.rows, flexible, i, value, moment, work, modal)
+        i = tables.loads[n, 0]
+        force, moment = point_load(tables, n, inputs, work)
+        power += dot(force, vector(work, i, VELOCITY)) + dot(moment, vector(work, i, OMEGA))
+        push(tables.rows, flexible, i, force, moment, work, modal)
     return power
 
 
