@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
 def forces_of(route: Route, t: float, y: Vector) -> RunForces:
     """Return the forces of a state (q, u, z), as those of a run of one time."""
-    sweeps = route.sweeps(np.array((t,)), np.array(y, dtype=float)[None])
+    times, states = np.array((t,)), np.array(y, dtype=float)[None]
+    sweeps = route.sweeps(times, states)
     compiled = None if sweeps is None else sweeps.forces
     if compiled is not None:
         return compiled
     from kanefe.kane.run_forces import LiteralForces
 
-    n, m = route.model.coordinate_count, route.model.free_count
-    return LiteralForces(route.model, lambda: [route.acting(t, y, route.evaluate(t, y).rates[n : n + m])])
+    return LiteralForces.of_states(route, times, states)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from kanefe.kane.reactions import held_wrenches, joint_reactions, loop_forces
 from kanefe.kane.state import State
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.neighbours import BODY, FORCE, LOAD, LOOP, InterfacePart, Source, parts_of
+
+if TYPE_CHECKING:
+    from kanefe.tree.route import Evaluates
 
 
 class LiteralForces:
@@ -30,6 +33,17 @@ class LiteralForces:
     def __init__(self, model: ModelData, acting: Callable[[], Iterable[tuple[State, Vector]]]) -> None:
         self._model, self._acting = model, acting
         self._on_ends: dict[int, np.ndarray] = {}
+
+    @classmethod
+    def of_states(cls, route: Evaluates, times: Vector, states: Matrix) -> Self:
+        """Return the forces of states (q, u, z), (T, state), at times (T,), whose accelerations a route gives."""
+        n, m = route.model.coordinate_count, route.model.free_count
+
+        def acting() -> Iterator[tuple[State, Vector]]:
+            for t, y in zip(times.tolist(), states, strict=True):
+                yield route.acting(t, y, route.evaluate(t, y).rates[n : n + m])
+
+        return cls(route.model, acting)
 
     @cached_property
     def reactions(self) -> np.ndarray:

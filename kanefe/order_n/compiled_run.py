@@ -6,6 +6,7 @@ from typing import cast
 
 import numpy as np
 
+from kanefe.kernels.compiler.arrays import NOT_CALLED
 from kanefe.kernels.compiler.entries import LATER, Call
 from kanefe.kernels.constraints.closing import closing_memory_size
 from kanefe.kernels.evaluation.momenta import balance
@@ -15,7 +16,7 @@ from kanefe.kernels.events.watched_run import WatchedRun
 from kanefe.kernels.steppers.integration import JacobianCall, Scene, integrate
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, STATE, TIME_AT, Run
 from kanefe.kernels.sweeps.drives import Drives
-from kanefe.order_n.evaluated import NOT_CALLED, Evaluated
+from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.lookouts import Lookouts
 from kanefe.order_n.rates_kernel import RatesKernel
 from kanefe.tree.route import MethodNeeds

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.frames import Matrix
+from kanefe.kernels.compiler.arrays import NOT_CALLED
 from kanefe.kernels.compiler.entries import LATER, Bound, Call
 from kanefe.kernels.constraints.contact_margins import (
     GAP,
@@ -18,7 +19,7 @@ from kanefe.kernels.constraints.contact_margins import (
 )
 from kanefe.kernels.evaluation.evaluation import AT_TIME, Workspace, workspace_in
 from kanefe.kernels.steppers.step_commands import SLOPE
-from kanefe.order_n.evaluated import NOT_CALLED, Evaluated
+from kanefe.order_n.evaluated import Evaluated
 from kanefe.tree.model_data import QUADRATURES
 
 COLUMNS = {"never": NEVER, "touch": GAP, "lift": NORMAL, "slip": SLIP_MARGIN, "stick": LEFT_OF_SLIP}

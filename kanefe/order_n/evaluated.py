@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, NoReturn, Protocol
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
-from kanefe.kernels.compiler.arrays import Prepared
 from kanefe.kernels.compiler.entries import Bound
 from kanefe.kernels.constraints.loop_tables import Loops
 from kanefe.kernels.layout import FlexibleTables, Tables
@@ -17,17 +16,13 @@ from kanefe.order_n.derivative_call import DerivativeCall
 from kanefe.order_n.rates_kernel import RatesKernel
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.inputs import InputLayout
-from kanefe.tree.model_data import ModelData
-from kanefe.tree.route import Evaluation, MethodNeeds, PreparedRun, WatchedEvents
+from kanefe.tree.route import Evaluates, MethodNeeds, PreparedRun, WatchedEvents
 
 if TYPE_CHECKING:
     from kanefe.order_n.force_kernel import ForceKernel
 
-NOT_CALLED = Prepared(0, np.zeros(1, dtype=np.int64), np.zeros(1))
-"""Takes the place of a call that a run does not make."""
 
-
-class Evaluated(Protocol):
+class Evaluated(Evaluates, Protocol):
     """A scene as tables of the kernels, and questions to it: see `kanefe.order_n.route.OrderN`.
 
     Attributes
@@ -47,7 +42,6 @@ class Evaluated(Protocol):
         Numbers that an evaluation in space writes on its way.
     """
 
-    model: ModelData
     places: FrameOffsets
     inputs: InputLayout
     tables: Tables
@@ -89,10 +83,6 @@ class Evaluated(Protocol):
         """What tells forces of states."""
         ...
 
-    def acting(self, t: float, y: Vector, du: Vector) -> tuple[Any, Vector]:
-        """Return a literal state and its accelerations."""
-        ...
-
     @property
     def is_complex(self) -> bool:
         """Whether derivatives are exact, by complex numbers."""
@@ -130,10 +120,6 @@ class Evaluated(Protocol):
 
     def values(self, t: float, y: Vector) -> np.ndarray:
         """Return the values of all loads."""
-        ...
-
-    def evaluate(self, t: float, y: Vector) -> Evaluation:
-        """Return the rates at a state."""
         ...
 
     def compiled_run(

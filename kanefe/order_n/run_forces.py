@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -53,16 +52,9 @@ class CompiledForces:
         return found, np.flatnonzero(is_told == 0)
 
     def _literally(self, rows: Vector) -> LiteralForces:
-        route, n, m = self._route, self._route.model.coordinate_count, self._route.model.free_count
-
-        def acting() -> Iterator[tuple[Any, Vector]]:
-            for row in rows.tolist():
-                t, y = float(self._times[row]), self._states[row]
-                yield route.acting(t, y, route.evaluate(t, y).rates[n : n + m])
-
         from kanefe.kane.run_forces import LiteralForces
 
-        return LiteralForces(route.model, acting)
+        return LiteralForces.of_states(self._route, self._times[rows], self._states[rows])
 
     @cached_property
     def _of_rest(self) -> LiteralForces:

@@ -212,7 +212,27 @@ class WatchedEvents(Protocol):
         ...
 
 
-class Route(Protocol):
+class Evaluates(Protocol):
+    """What evaluates states of a scene, and gives them to the literal route."""
+
+    model: ModelData
+
+    def evaluate(self, t: float, y: Vector) -> Evaluation:
+        """Return the rates at a state; near a singular position those of the nearest one whose loops are closed.
+
+        Raises
+        ------
+        SimulationError
+            If the mass matrix is singular; the message names the speeds without inertia.
+        """
+        ...
+
+    def acting(self, t: float, y: Vector, du: Vector) -> tuple[Any, Vector]:
+        """Return a literal state, `kanefe.kane.state.State`, of a scene with the same loads, and its accelerations."""
+        ...
+
+
+class Route(Evaluates, Protocol):
     """The interface of all routes. States are ``y = (q, u, z, ...)``; entries after z are not used.
 
     Attributes
@@ -228,7 +248,6 @@ class Route(Protocol):
         Whether no load is a function of the user.
     """
 
-    model: ModelData
     name: str
     reason: str
     obstacles: tuple[Obstacle, ...]
@@ -264,16 +283,6 @@ class Route(Protocol):
 
     def started(self, t: float, loads: Sequence[Load]) -> tuple[Load, ...]:
         """Return loads between frames in their state at the start, time t (s)."""
-        ...
-
-    def evaluate(self, t: float, y: Vector) -> Evaluation:
-        """Return the rates at a state; near a singular position those of the nearest one whose loops are closed.
-
-        Raises
-        ------
-        SimulationError
-            If the mass matrix is singular; the message names the speeds without inertia.
-        """
         ...
 
     def derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:
@@ -352,10 +361,6 @@ class Route(Protocol):
 
     def view(self, t: float, y: Vector) -> Any:
         """Return a literal state, `kanefe.kane.state.State`, of a scene with the same motion of frames."""
-        ...
-
-    def acting(self, t: float, y: Vector, du: Vector) -> tuple[Any, Vector]:
-        """Return such a state of a scene with the same loads too, and its accelerations."""
         ...
 
     def widened(self, partial: Matrix) -> Matrix:

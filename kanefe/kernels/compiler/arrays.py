@@ -47,3 +47,7 @@ class Prepared(NamedTuple):
     address: int
     places: Integers
     numbers: Reals
+
+
+NOT_CALLED = Prepared(0, np.zeros(1, dtype=np.int64), np.zeros(1))
+"""Takes the place of a call that a run does not make."""

@@ -6,7 +6,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.compiler.arrays import Filler, IntegerRows, Integers, Prepared, RealBlocks, RealRows, Reals
+from kanefe.kernels.compiler.arrays import (
+    NOT_CALLED,
+    Filler,
+    IntegerRows,
+    Integers,
+    Prepared,
+    RealBlocks,
+    RealRows,
+    Reals,
+)
 from kanefe.kernels.impacts.contact_questions import ASKED
 from kanefe.kernels.sweeps.drives import Drives
 
@@ -129,9 +138,6 @@ class ContactCalls(NamedTuple):
     states: RealRows
     balances: RealRows
 
-
-NOT_CALLED = Prepared(0, np.zeros(1, dtype=np.int64), np.zeros(1))
-"""Takes the place of a call that a run does not make."""
 
 NO_CONTACTS = ContactCalls(
     *(NOT_CALLED, np.zeros(ASKED), np.zeros((0, 2)), NOT_CALLED, np.zeros(0)),
