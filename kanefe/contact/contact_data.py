@@ -12,7 +12,7 @@ import numpy as np
 from kanefe.frames import Vector
 from kanefe.kernels.contact.contact_forces import contact, contact_change, contact_watch
 from kanefe.kernels.contact.contact_outputs import contact_outputs, contact_point_outputs
-from kanefe.kernels.contact.contact_places import POINT_NUMBERS, POINTS, ContactNumbers, PointNumbers
+from kanefe.kernels.contact.contact_places import POINTS, ContactNumbers, PointNumbers
 from kanefe.kernels.contact.detection import located, met_by
 from kanefe.kernels.force_elements.blocks import flat
 from kanefe.loads.base import Load
@@ -206,11 +206,8 @@ class ContactData(Load):
 
     def met(self, ends: list[Any]) -> list[Met]:
         """Return where its points are to the surface, from the numbers of the ends."""
-        boxes, points = met_by(self.listed, ends), []
-        for i, (_, probe) in enumerate(self.probes):
-            depth, normal, point = located(self.listed, POINTS + POINT_NUMBERS * i, ends, boxes)
-            points.append(Met(depth, normal, point, probe.share))
-        return points
+        boxes = met_by(self.listed, ends)
+        return [Met(*located(self.listed, i, ends, boxes)) for i in range(len(self.probes))]
 
     @property
     def functions(self) -> ContactFunctions:

@@ -25,6 +25,11 @@ def kernel_of(contact: ContactData) -> LoadKernel:
     return LoadKernel(of.force, contact.numbers, of.force, of.watch, of.change if changes else None, of.outputs)
 
 
+def _one_of(numbers: Any, i: int, ends: Any, met: list[Met]) -> Met:
+    """Return the place of a point among those that are known."""
+    return met[i]
+
+
 class InPython:
     """The functions of a contact, called in Python with its ends and states as lists of numbers.
 
@@ -42,13 +47,13 @@ class InPython:
         self._states = np.asarray(states).tolist()
         self._axes = nine(self._ends, A)
         self._met = contact.met(self._ends)
+        self._given = self._met, self._numbers, self._ends, self._states
 
     def action(self) -> Action:
         """Return the forces on the surface and on what touches it (Eq. 11)."""
         last = WRENCHES + WRENCH * len(self.ends)
         out: list[Any] = [0.0] * (last + len(self._states))
-        for i, met in enumerate(self._met):
-            kernels.put_point(self._numbers, i, *met, self._axes, self._ends, self._states, out)
+        kernels.put_points(_one_of, *self._given, out)
         potential, taken, given = out[:WRENCHES]
         wrenches = np.array(out[WRENCHES:last]).reshape(-1, WRENCH)
         return Action(wrenches, potential, taken, given, np.array(out[last:]))
@@ -57,26 +62,19 @@ class InPython:
         """Return the event values of the contact, in order."""
         points = len(self.contact.probes) if self.contact.reports_points else 0
         out: list[Any] = [0.0] * (self.contact.events_of_each * (1 + points))
-        seen = kernels.nothing_seen()
-        for i, met in enumerate(self._met):
-            seen = kernels.watched(self._numbers, i, *met, self._axes, self._ends, self._states, out, seen)
-        kernels.put_seen(self._numbers, seen, out)
+        kernels.watch_points(_one_of, *self._given, out)
         return out
 
     def outputs(self) -> list[float]:
         """Return what the columns of the contact name."""
         out: list[Any] = [0.0] * len(self.contact.columns)
-        seen = contact_outputs.nothing_told()
-        for i, met in enumerate(self._met):
-            seen = contact_outputs.with_point(self._numbers, i, *met, self._axes, self._ends, self._states, seen)
-        contact_outputs.put_told(self._numbers, self._states, seen, out)
+        contact_outputs.tell_whole(_one_of, *self._given, out)
         return out
 
     def point_outputs(self) -> list[float]:
         """Return the outputs of each point, one after the other."""
         out: list[Any] = [0.0] * (contact_outputs.POINT_OUTPUTS * len(self.contact.probes))
-        for i, met in enumerate(self._met):
-            contact_outputs.tell_point(self._numbers, i, *met, self._axes, self._ends, self._states, out)
+        contact_outputs.tell_points(_one_of, *self._given, out)
         return out
 
     def touches(self) -> list[Touch]:
@@ -85,7 +83,7 @@ class InPython:
 
     def _touch(self, i: int, met: Met) -> Touch:
         contact, number = self.contact, self.contact.probes[i][0]
-        given = self._numbers, i, *met, self._axes, self._ends, self._states
+        given = self._numbers, i, met, self._axes, self._ends, self._states
         place, normal = np.array(met.point), np.array(met.normal)
         if met.share <= 0.0 or (met.depth <= 0.0 and (contact.rest is None or contact.rest.softness == 0.0)):
             at = contact.begins + contact.each * i

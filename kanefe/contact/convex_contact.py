@@ -60,7 +60,7 @@ class ConvexContact(Contact):
         """Return where its points are, from the numbers of the ends."""
         slots = local_numbers()
         found = meet(self.listed, ends, slots, slots, slots)
-        return [Met(*slot(i, ends, found, slots, slots, slots)) for i in range(len(self.probes))]
+        return [Met(*slot(self.listed, i, ends, found)) for i in range(len(self.probes))]
 
 
 def are_convex(*shapes: SurfaceShape) -> bool:

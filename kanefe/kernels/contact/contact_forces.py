@@ -48,50 +48,39 @@ AT_THE_LIMIT = 1e-9
 @called_by_address(*SIGNATURE)
 def contact(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write the forces on the surface, the first end, and on the others, and the rates of the states."""
-    met, A_s = met_by(numbers, ends), nine(ends, A)
-    for i in range(int(numbers[AT.points])):
-        depth, normal, point = located(numbers, POINTS + POINT_NUMBERS * i, ends, met)
-        put_point(numbers, i, depth, normal, point, share_of(numbers, i), A_s, ends, states, out)
+    put_points(located, met_by(numbers, ends), numbers, ends, states, out)
 
 
 @inlined
-def share_of(numbers: Any, i: int) -> float:
-    """Return the share of the stiffness that a point has where nothing else says so."""
-    return float(numbers[POINTS + POINT_NUMBERS * i + OF_POINT.share])
+def put_points(placed: Any, met: Any, numbers: Any, ends: Any, states: Any, out: Any) -> None:
+    """Add what all points do.
 
-
-@inlined
-def put_point(
-    numbers: Any,
-    i: int,
-    depth: Any,
-    normal: Numbers,
-    point: Numbers,
-    share: Any,
-    A_s: Numbers,
-    ends: Any,
-    states: Any,
-    out: Any,
-) -> None:
-    """Add what a point does: it is so deep in the surface, with a normal and a place, and has a share of the stiffness.
-
-    Without a share it does not touch.
+    `placed` returns the place of a point, as `located` does, from what is known of all of them, `met`.
     """
-    rates, place = WRENCHES + WRENCH * int(numbers[AT.ends]), place_of(numbers, i)
+    A_s = nine(ends, A)
+    for i in range(int(numbers[AT.points])):
+        put_point(numbers, i, placed(numbers, i, ends, met), A_s, ends, states, out)
+
+
+@inlined
+def put_point(numbers: Any, i: int, place: Any, A_s: Numbers, ends: Any, states: Any, out: Any) -> None:
+    """Add what a point does at its place, see `located`; without a share of the stiffness it does not touch."""
+    depth, normal, _, share = place
+    rates, first = WRENCHES + WRENCH * int(numbers[AT.ends]), first_state_of(numbers, i)
     has_friction, moves = numbers[AT.friction] > 0.0, numbers[AT.rests_at] == 0.0
     own = POINTS + POINT_NUMBERS * i
     if share.real <= 0.0 or (depth.real <= 0.0 and numbers[AT.softness] == 0.0):
         if has_friction and moves:
-            let_go(numbers, share, place, states, out, rates)
+            let_go(numbers, share, first, states, out, rates)
             if numbers[AT.turning] > 0.0:
                 turned(numbers, i, normal, share, A_s, ends, 0.0 * depth, states, out)
         return
-    arms, along, carried, rate, pressed, rubbed = touching(numbers, i, depth, normal, point, share, A_s, ends, states)
+    arms, along, carried, rate, pressed, rubbed = touching(numbers, i, place, A_s, ends, states)
     force, elastic, energy, branch_rate = pressed
     out[POTENTIAL] += energy
     out[TAKEN] += (force - elastic) * rate
     if numbers[AT.branches] > 0.0 and moves:
-        out[rates + place + int(numbers[AT.each]) - 1] = branch_rate
+        out[rates + first + int(numbers[AT.each]) - 1] = branch_rate
     total = times(force, normal)
     if has_friction:
         w, tangential, w_rate, k, slip, _ = rubbed
@@ -103,7 +92,7 @@ def put_point(
             out[rates + WORK] += dot(tangential, minus(along, w_rate))
             in_surface = rotated_back(A_s, w_rate)
             for j in range(3):
-                out[rates + place + j] = in_surface[j]
+                out[rates + first + j] = in_surface[j]
         total = minus(total, tangential)
     moment, moment_s = cross(arms[0], total), cross(arms[1], total)
     if numbers[AT.turning] > 0.0:
@@ -118,27 +107,31 @@ def put_point(
 
 
 @inlined
-def place_of(numbers: Any, i: int) -> int:
+def end_of(numbers: Any, i: int) -> int:
+    """Return where the motion of the end of a point begins."""
+    return END_NUMBERS * int(numbers[POINTS + POINT_NUMBERS * i + OF_POINT.end])
+
+
+@inlined
+def first_state_of(numbers: Any, i: int) -> int:
     """Return the first of the internal states of a point."""
     return int(numbers[AT.first]) + int(numbers[AT.each]) * i
 
 
 @inlined
-def let_go(numbers: Any, share: Any, place: int, states: Any, out: Any, rates: int) -> None:
+def let_go(numbers: Any, share: Any, first: int, states: Any, out: Any, rates: int) -> None:
     """Have the stretch of a point in the air come back; what its spring gives up is taken."""
     relaxation, k = numbers[AT.relaxation], share * numbers[AT.spring]
     for j in range(3):
-        stretch = states[place + j]
-        out[rates + place + j] = -relaxation * stretch
+        stretch = states[first + j]
+        out[rates + first + j] = -relaxation * stretch
         out[POTENTIAL] += 0.5 * k * stretch * stretch
         out[TAKEN] += k * relaxation * stretch * stretch
 
 
 @inlined
-def touching(
-    numbers: Any, i: int, depth: Any, normal: Numbers, point: Numbers, share: Any, A_s: Numbers, ends: Any, states: Any
-) -> Any:
-    """Return what a point does that touches.
+def touching(numbers: Any, i: int, place: Any, A_s: Numbers, ends: Any, states: Any) -> Any:
+    """Return what a point does that touches at its place.
 
     Returns
     -------
@@ -153,8 +146,8 @@ def touching(
     rubbed : tuple
         Stretch of the anchor (m), and what `rub` returns; all zero without friction.
     """
-    own, place = POINTS + POINT_NUMBERS * i, place_of(numbers, i)
-    end = END_NUMBERS * int(numbers[own + OF_POINT.end])
+    depth, normal, point, share = place
+    first, end = first_state_of(numbers, i), end_of(numbers, i)
     arm, arm_s = minus(point, three(ends, end + P)), minus(point, three(ends, P))
     v = velocity(ends, end, arm, arm_s)
     rate = -dot(v, normal)
@@ -163,7 +156,7 @@ def touching(
     if numbers[AT.impact] >= 0.0:
         more = zero + states[int(numbers[AT.impact])]
     if numbers[AT.branches] > 0.0:
-        branch = zero + states[place + int(numbers[AT.each]) - 1]
+        branch = zero + states[first + int(numbers[AT.each]) - 1]
     law = normal_force(
         numbers[AT.normal], numbers, int(numbers[AT.normal_at]), share, softened(numbers, depth), rate, more, branch
     )
@@ -171,13 +164,13 @@ def touching(
     along, carried, w, tangential, w_rate, k, slip, beyond = none, none, none, none, none, 0.0, zero, zero
     if numbers[AT.friction] > 0.0:
         rests = numbers[AT.rests_at] > 0.0
-        w = rotated(A_s, three(states, place))
+        w = rotated(A_s, three(states, first))
         if rests:
             w = plus(w, gone_since(numbers, int(numbers[AT.rests_at]) + REST_NUMBERS * i, ends, end))
         belt = rotated(A_s, three(numbers, AT.belt))
         carried = minus(belt, times(dot(belt, normal), normal))
         along = minus(plus(v, times(rate, normal)), carried)
-        held = is_held(numbers, place, states)
+        held = is_held(numbers, first, states)
         tangential, w_rate, k, slip, beyond = rub(
             numbers[AT.friction],
             numbers,
@@ -196,9 +189,9 @@ def touching(
 
 
 @inlined
-def is_held(numbers: Any, place: int, states: Any) -> bool:
+def is_held(numbers: Any, first: int, states: Any) -> bool:
     """Return whether a point sticks, as far as that is remembered."""
-    return numbers[AT.has_memory] == 0.0 or states[place + 3].real > 0.5
+    return numbers[AT.has_memory] == 0.0 or states[first + 3].real > 0.5
 
 
 @inlined
@@ -217,12 +210,12 @@ def turned(
 ) -> Numbers:
     """Return the moment against turning of a point; write the rates of its states, and add what else it does."""
     own, moves = POINTS + POINT_NUMBERS * i, numbers[AT.rests_at] == 0.0
-    end, rates = END_NUMBERS * int(numbers[own + OF_POINT.end]), WRENCHES + WRENCH * int(numbers[AT.ends])
+    end, rates = end_of(numbers, i), WRENCHES + WRENCH * int(numbers[AT.ends])
     zero = 0.0 * pressed
     gone = (zero, zero, zero)
     if not moves:
         gone = turned_since(numbers, int(numbers[AT.rests_at]) + REST_NUMBERS * i + TURNED, ends, end)
-    first = place_of(numbers, i) + int(numbers[AT.each]) - int(numbers[AT.branches]) - int(numbers[AT.turning])
+    first = first_state_of(numbers, i) + int(numbers[AT.each]) - int(numbers[AT.branches]) - int(numbers[AT.turning])
     moment, energy, taken, work = couple(
         numbers,
         int(numbers[AT.friction_at]),
@@ -251,69 +244,63 @@ def turned(
 @called_by_address(*WATCH_SIGNATURE)
 def contact_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write its event values: see `kanefe.contact.contact_events.Watched`."""
-    met, A_s = met_by(numbers, ends), nine(ends, A)
-    seen = nothing_seen()
-    for i in range(int(numbers[AT.points])):
-        depth, normal, point = located(numbers, POINTS + POINT_NUMBERS * i, ends, met)
-        seen = watched(numbers, i, depth, normal, point, share_of(numbers, i), A_s, ends, states, out, seen)
-    put_seen(numbers, seen, out)
+    watch_points(located, met_by(numbers, ends), numbers, ends, states, out)
 
 
 @called_by_address(*WATCH_SIGNATURE)
 def contact_change(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write the states after an event: the damping of an impact, or that points at their limit slip or stick."""
-    met, A_s, points, event = met_by(numbers, ends), nine(ends, A), int(numbers[AT.points]), int(inputs[0])
+    change_points(located, met_by(numbers, ends), int(inputs[0]), numbers, ends, states, out)
+
+
+@inlined
+def watch_points(placed: Any, met: Any, numbers: Any, ends: Any, states: Any, out: Any) -> None:
+    """Write the event values of all points and of the contact; for `placed` and `met` see `put_points`."""
+    A_s, seen = nine(ends, A), nothing_seen()
+    for i in range(int(numbers[AT.points])):
+        seen = watched(numbers, i, placed(numbers, i, ends, met), A_s, ends, states, out, seen)
+    put_seen(numbers, seen, out)
+
+
+@inlined
+def change_points(placed: Any, met: Any, event: int, numbers: Any, ends: Any, states: Any, out: Any) -> None:
+    """Write the states after an event; for `placed` and `met` see `put_points`."""
+    A_s, points = nine(ends, A), int(numbers[AT.points])
     if event == TOUCHES:
         deepest, speed = -np.inf, 0.0
         for i in range(points):
-            place = located(numbers, POINTS + POINT_NUMBERS * i, ends, met)
-            deepest, speed = struck(numbers, i, place[0], place[1], place[2], ends, deepest, speed)
+            deepest, speed = struck(numbers, i, placed(numbers, i, ends, met), ends, deepest, speed)
         out[1 + int(numbers[AT.impact])] = impact_damping(numbers[AT.impact_number], numbers[AT.least_speed], speed)
         return
     to, extreme = 1.0 if event == STICKS else 0.0, -np.inf
     for i in range(points):
-        depth, normal, point = located(numbers, POINTS + POINT_NUMBERS * i, ends, met)
-        share = share_of(numbers, i)
-        extreme = max(extreme, way_past(numbers, i, depth, normal, point, share, A_s, ends, states, to)[0])
+        extreme = max(extreme, way_past(numbers, i, placed(numbers, i, ends, met), A_s, ends, states, to)[0])
     for i in range(points):
-        depth, normal, point = located(numbers, POINTS + POINT_NUMBERS * i, ends, met)
-        past, force = way_past(numbers, i, depth, normal, point, share_of(numbers, i), A_s, ends, states, to)
+        past, force = way_past(numbers, i, placed(numbers, i, ends, met), A_s, ends, states, to)
         if past > -np.inf and past >= min(extreme, -AT_THE_LIMIT * force):
-            out[1 + place_of(numbers, i) + 3] = to
+            out[1 + first_state_of(numbers, i) + 3] = to
 
 
 @inlined
-def struck(
-    numbers: Any, i: int, depth: float, normal: Numbers, point: Numbers, ends: Any, deepest: float, speed: float
-) -> tuple[float, float]:
+def struck(numbers: Any, i: int, place: Any, ends: Any, deepest: float, speed: float) -> tuple[float, float]:
     """Return the depth of the deepest point up to this one, and the speed into the surface there."""
+    depth, normal, point, _ = place
     if depth <= deepest:
         return deepest, speed
-    end = END_NUMBERS * int(numbers[POINTS + POINT_NUMBERS * i + OF_POINT.end])
+    end = end_of(numbers, i)
     v = velocity(ends, end, minus(point, three(ends, end + P)), minus(point, three(ends, P)))
     return depth, -dot(v, normal)
 
 
 @inlined
-def way_past(
-    numbers: Any,
-    i: int,
-    depth: float,
-    normal: Numbers,
-    point: Numbers,
-    share: Any,
-    A_s: Numbers,
-    ends: Any,
-    states: Any,
-    to: float,
-) -> tuple[float, float]:
+def way_past(numbers: Any, i: int, place: Any, A_s: Numbers, ends: Any, states: Any, to: float) -> tuple[float, float]:
     """Return the force by which a point is past its limit to slip (0) or to stick (1), and its normal force, N.
 
     Minus infinity: it does not touch, or does so already.
     """
-    if depth <= 0.0 or (states[place_of(numbers, i) + 3] > 0.5) == (to > 0.5):
+    if place[0] <= 0.0 or (states[first_state_of(numbers, i) + 3] > 0.5) == (to > 0.5):
         return -np.inf, 0.0
-    found = touching(numbers, i, depth, normal, point, share, A_s, ends, states)
+    found = touching(numbers, i, place, A_s, ends, states)
     return (1.0 - 2.0 * to) * found[5][5], found[4][0]
 
 
@@ -324,25 +311,13 @@ def nothing_seen() -> Any:
 
 
 @inlined
-def watched(
-    numbers: Any,
-    i: int,
-    depth: Any,
-    normal: Numbers,
-    point: Numbers,
-    share: Any,
-    A_s: Numbers,
-    ends: Any,
-    states: Any,
-    out: Any,
-    seen: Any,
-) -> Any:
+def watched(numbers: Any, i: int, place: Any, A_s: Numbers, ends: Any, states: Any, out: Any, seen: Any) -> Any:
     """Write the event values of a point, and return those of all points with it.
 
     That of a slip rises above zero where it slips that was held, that of a stick falls below where it sticks that
     slipped; both have their sign where it does not touch.
     """
-    deepest, shallowest, most, least, is_any = seen
+    depth, (deepest, shallowest, most, least, is_any) = place[0], seen
     has_memory, reports_points = numbers[AT.has_memory] > 0.0, numbers[AT.reports_points] > 0.0
     holds, stiffness = numbers[AT.holds] > 0.0, numbers[AT.stiffness]
     at = (4 if holds else 2) * (i + 1)  # after those of the contact
@@ -353,8 +328,8 @@ def watched(
     deepest, shallowest = max(deepest, depth), min(shallowest, depth)
     if depth <= 0.0 or not holds:
         return deepest, shallowest, most, least, is_any
-    found = touching(numbers, i, depth, normal, point, share, A_s, ends, states)
-    beyond, force, held = found[5][5], found[4][0], is_held(numbers, place_of(numbers, i), states)
+    found = touching(numbers, i, place, A_s, ends, states)
+    beyond, force, held = found[5][5], found[4][0], is_held(numbers, first_state_of(numbers, i), states)
     if reports_points:
         near = AT_THE_LIMIT * force if has_memory else 0.0
         if held:

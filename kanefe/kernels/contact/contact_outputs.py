@@ -9,11 +9,11 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import Numbers, dot, minus, norm, plus, rotated, rotated_back, three, times
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import called_by_address
-from kanefe.kernels.contact.contact_forces import place_of, share_of, touching
-from kanefe.kernels.contact.contact_places import AT, OF_POINT, POINT_NUMBERS, POINTS, SLIP, WORK
+from kanefe.kernels.contact.contact_forces import end_of, first_state_of, touching
+from kanefe.kernels.contact.contact_places import AT, SLIP, WORK
 from kanefe.kernels.contact.detection import located, met_by, velocity
 from kanefe.kernels.force_elements.bushing import nine
-from kanefe.kernels.force_elements.places import END_NUMBERS, WATCH_SIGNATURE, A
+from kanefe.kernels.force_elements.places import WATCH_SIGNATURE, A
 
 OPEN, STICKS, SLIPS = range(3)
 
@@ -25,21 +25,30 @@ vectors in axes of the surface."""
 @called_by_address(*WATCH_SIGNATURE)
 def contact_outputs(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write what `kanefe.contact.contact.Contact.columns` name."""
-    met, A_s = met_by(numbers, ends), nine(ends, A)
-    seen = nothing_told()
-    for i in range(int(numbers[AT.points])):
-        depth, normal, point = located(numbers, POINTS + POINT_NUMBERS * i, ends, met)
-        seen = with_point(numbers, i, depth, normal, point, share_of(numbers, i), A_s, ends, states, seen)
-    put_told(numbers, states, seen, out)
+    tell_whole(located, met_by(numbers, ends), numbers, ends, states, out)
 
 
 @called_by_address(*WATCH_SIGNATURE)
 def contact_point_outputs(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write `POINT_OUTPUTS` of each point."""
-    met, A_s = met_by(numbers, ends), nine(ends, A)
+    tell_points(located, met_by(numbers, ends), numbers, ends, states, out)
+
+
+@inlined
+def tell_whole(placed: Any, met: Any, numbers: Any, ends: Any, states: Any, out: Any) -> None:
+    """Write the outputs of a contact; for `placed` and `met` see `kanefe.kernels.contact.contact_forces.put_points`."""
+    A_s, seen = nine(ends, A), nothing_told()
     for i in range(int(numbers[AT.points])):
-        depth, normal, point = located(numbers, POINTS + POINT_NUMBERS * i, ends, met)
-        tell_point(numbers, i, depth, normal, point, share_of(numbers, i), A_s, ends, states, out)
+        seen = with_point(numbers, i, placed(numbers, i, ends, met), A_s, ends, states, seen)
+    put_told(numbers, states, seen, out)
+
+
+@inlined
+def tell_points(placed: Any, met: Any, numbers: Any, ends: Any, states: Any, out: Any) -> None:
+    """Write the outputs of each point, likewise."""
+    A_s = nine(ends, A)
+    for i in range(int(numbers[AT.points])):
+        tell_point(numbers, i, placed(numbers, i, ends, met), A_s, ends, states, out)
 
 
 @inlined
@@ -50,24 +59,14 @@ def nothing_told() -> Any:
 
 
 @inlined
-def with_point(
-    numbers: Any,
-    i: int,
-    depth: Any,
-    normal: Numbers,
-    point: Numbers,
-    share: Any,
-    A_s: Numbers,
-    ends: Any,
-    states: Any,
-    seen: Any,
-) -> Any:
+def with_point(numbers: Any, i: int, place: Any, A_s: Numbers, ends: Any, states: Any, seen: Any) -> Any:
     """Return the sums with those of a point."""
+    depth, normal, point, share = place
     force, rubbed, moved, pressed, deepest, nearest, margin, is_any = seen
     if depth > deepest:
         deepest, nearest = depth, point
     if depth > 0.0 and share > 0.0:
-        found = touching(numbers, i, depth, normal, point, share, A_s, ends, states)
+        found = touching(numbers, i, place, A_s, ends, states)
         own, friction = found[4][0], found[5][1]
         force, rubbed = plus(force, times(own, normal)), plus(rubbed, friction)
         moved, pressed = plus(moved, times(own, point)), pressed + own
@@ -96,34 +95,21 @@ def put_told(numbers: Any, states: Any, seen: Any, out: Any) -> None:
 
 
 @inlined
-def tell_point(
-    numbers: Any,
-    i: int,
-    depth: Any,
-    normal: Numbers,
-    point: Numbers,
-    share: Any,
-    A_s: Numbers,
-    ends: Any,
-    states: Any,
-    out: Any,
-) -> None:
+def tell_point(numbers: Any, i: int, place: Any, A_s: Numbers, ends: Any, states: Any, out: Any) -> None:
     """Write the outputs of a point."""
+    depth, normal, _, share = place
     at, has_friction = POINT_OUTPUTS * i, numbers[AT.friction] > 0.0
     for c in range(POINT_OUTPUTS):
         out[at + c] = 0.0
     out[at + 4] = depth
     if depth <= 0.0 or share <= 0.0:
         if has_friction and numbers[AT.rests_at] == 0.0:
-            stretch = along_surface(rotated(A_s, three(states, place_of(numbers, i))), normal, A_s)
+            stretch = along_surface(rotated(A_s, three(states, first_state_of(numbers, i))), normal, A_s)
             out[at + 5], out[at + 6], out[at + 7] = stretch[0], stretch[1], stretch[2]
         return
-    arms, along, _, _, pressed, (w, tangential, w_rate, _, _, beyond) = touching(
-        numbers, i, depth, normal, point, share, A_s, ends, states
-    )
+    arms, along, _, _, pressed, (w, tangential, w_rate, _, _, beyond) = touching(numbers, i, place, A_s, ends, states)
     sticks = has_friction and beyond <= 0.0
-    end = END_NUMBERS * int(numbers[POINTS + POINT_NUMBERS * i + OF_POINT.end])
-    passed = minus(along, w_rate) if has_friction else velocity(ends, end, arms[0], arms[1])
+    passed = minus(along, w_rate) if has_friction else velocity(ends, end_of(numbers, i), arms[0], arms[1])
     rubbed, stretch = rotated_back(A_s, tangential), along_surface(w, normal, A_s)
     slip = along_surface(passed, normal, A_s)
     out[at] = pressed[0]

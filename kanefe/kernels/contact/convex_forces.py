@@ -8,30 +8,16 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from kanefe.kernels.algebra.vectors import Numbers, minus, plus, product, rotated, rotated_back, three, transposed
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.compiler.local_numbers import local_numbers
-from kanefe.kernels.contact.contact_forces import (
-    AT_THE_LIMIT,
-    STICKS,
-    TOUCHES,
-    nothing_seen,
-    place_of,
-    put_point,
-    put_seen,
-    struck,
-    watched,
-    way_past,
-)
+from kanefe.kernels.contact.contact_forces import change_points, put_points, watch_points
 from kanefe.kernels.contact.contact_places import AT
 from kanefe.kernels.contact.convex_edges import DEPTH, NORMAL, OF_SLOT, PLACE, SHARE
 from kanefe.kernels.contact.convex_patch import put_slots
 from kanefe.kernels.contact.convex_shapes import SIZE
 from kanefe.kernels.force_elements.bushing import nine
-from kanefe.kernels.force_elements.coordinate_stop import impact_damping
 from kanefe.kernels.force_elements.places import END_NUMBERS, SIGNATURE, WATCH_SIGNATURE, A, P
 
 OTHER, OWN = 1, 2
@@ -50,8 +36,8 @@ def pose_of(ends: Any) -> Any:
 
 
 @kernel
-def put_at(numbers: Any, R: Numbers, x: Numbers, turns: Numbers, moves: Numbers, step: float, slots: Any) -> float:
-    """Write where the shapes of a contact touch some steps along a change of their pose; return the gap."""
+def put_at(numbers: Any, R: Numbers, x: Numbers, turns: Numbers, moves: Numbers, step: float, slots: Any) -> None:
+    """Write where the shapes of a contact touch some steps along a change of their pose."""
     shape = int(numbers[AT.shape])
     R_there = (
         R[0].real + step * turns[0],
@@ -66,21 +52,21 @@ def put_at(numbers: Any, R: Numbers, x: Numbers, turns: Numbers, moves: Numbers,
     )
     there = (x[0].real + step * moves[0], x[1].real + step * moves[1], x[2].real + step * moves[2])
     own, other = shape + OWN, shape + int(numbers[shape + OTHER])
-    return put_slots(numbers, own, other, R_there, there, int(numbers[AT.points]), slots)
+    put_slots(numbers, own, other, R_there, there, int(numbers[AT.points]), slots)
 
 
 @kernel
 def meet(numbers: Any, ends: Any, slots: Any, ahead: Any, behind: Any) -> Any:
     """Write where the shapes touch, ahead and behind a small change of the pose too, if there is one.
 
-    Returns the gap, and what the difference of ahead and behind is multiplied by.
+    Returns what the difference of ahead and behind is multiplied by, and what was written to: see `slot`.
     """
     R, x = pose_of(ends)
     shape = int(numbers[AT.shape])
     size = numbers[shape + OWN + SIZE] + numbers[shape + int(numbers[shape + OTHER]) + SIZE]
     turns = (R[0].imag, R[1].imag, R[2].imag, R[3].imag, R[4].imag, R[5].imag, R[6].imag, R[7].imag, R[8].imag)
     moves = (x[0].imag, x[1].imag, x[2].imag)
-    gap = put_at(numbers, R, x, turns, moves, 0.0, slots)
+    put_at(numbers, R, x, turns, moves, 0.0, slots)
     most, changed = 0.0, R[0]
     for i in range(9):
         if abs(turns[i]) > most:
@@ -89,17 +75,17 @@ def meet(numbers: Any, ends: Any, slots: Any, ahead: Any, behind: Any) -> Any:
         if abs(moves[i]) / size > most:
             most, changed = abs(moves[i]) / size, x[i]
     if most == 0.0:
-        return gap, changed - changed.real
+        return changed - changed.real, slots, ahead, behind
     step = DIFFERENCE / most
     put_at(numbers, R, x, turns, moves, step, ahead)
     put_at(numbers, R, x, turns, moves, -step, behind)
-    return gap, (changed - changed.real) / (2.0 * step * changed.imag)
+    return (changed - changed.real) / (2.0 * step * changed.imag), slots, ahead, behind
 
 
 @inlined
-def slot(i: int, ends: Any, met: Any, slots: Any, ahead: Any, behind: Any) -> Any:
-    """Return depth, normal and place in N, and share of a place where shapes touch."""
-    at, factor = OF_SLOT * i, met[1]
+def slot(numbers: Any, i: int, ends: Any, met: Any) -> Any:
+    """Return a place where shapes touch, as `kanefe.kernels.contact.detection.located` does that of a point."""
+    at, (factor, slots, ahead, behind) = OF_SLOT * i, met
     if factor.imag == 0.0:
         return posed(
             ends,
@@ -142,42 +128,18 @@ def posed(ends: Any, depth: Any, normal: Numbers, place: Numbers, share: Any) ->
 def convex_contact(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write the forces on the other shape, the first end, and on the own one, and the rates of the states."""
     slots, ahead, behind = local_numbers(), local_numbers(), local_numbers()
-    met, A_s = meet(numbers, ends, slots, ahead, behind), nine(ends, A)
-    for i in range(int(numbers[AT.points])):
-        depth, normal, place, share = slot(i, ends, met, slots, ahead, behind)
-        put_point(numbers, i, depth, normal, place, share, A_s, ends, states, out)
+    put_points(slot, meet(numbers, ends, slots, ahead, behind), numbers, ends, states, out)
 
 
 @called_by_address(*WATCH_SIGNATURE)
 def convex_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write its event values: see `kanefe.contact.contact_events.Watched`."""
     slots = local_numbers()
-    met, A_s = meet(numbers, ends, slots, slots, slots), nine(ends, A)
-    seen = nothing_seen()
-    for i in range(int(numbers[AT.points])):
-        depth, normal, place, share = slot(i, ends, met, slots, slots, slots)
-        seen = watched(numbers, i, depth, normal, place, share, A_s, ends, states, out, seen)
-    put_seen(numbers, seen, out)
+    watch_points(slot, meet(numbers, ends, slots, slots, slots), numbers, ends, states, out)
 
 
 @called_by_address(*WATCH_SIGNATURE)
 def convex_change(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write the states after an event: see `kanefe.kernels.contact.contact_forces.contact_change`."""
-    slots, points, event = local_numbers(), int(numbers[AT.points]), int(inputs[0])
-    met, A_s = meet(numbers, ends, slots, slots, slots), nine(ends, A)
-    if event == TOUCHES:
-        deepest, speed = -np.inf, 0.0
-        for i in range(points):
-            depth, normal, place, share = slot(i, ends, met, slots, slots, slots)
-            deepest, speed = struck(numbers, i, depth, normal, place, ends, deepest, speed)
-        out[1 + int(numbers[AT.impact])] = impact_damping(numbers[AT.impact_number], numbers[AT.least_speed], speed)
-        return
-    to, extreme = 1.0 if event == STICKS else 0.0, -np.inf
-    for i in range(points):
-        depth, normal, place, share = slot(i, ends, met, slots, slots, slots)
-        extreme = max(extreme, way_past(numbers, i, depth, normal, place, share, A_s, ends, states, to)[0])
-    for i in range(points):
-        depth, normal, place, share = slot(i, ends, met, slots, slots, slots)
-        past, force = way_past(numbers, i, depth, normal, place, share, A_s, ends, states, to)
-        if past > -np.inf and past >= min(extreme, -AT_THE_LIMIT * force):
-            out[1 + place_of(numbers, i) + 3] = to
+    slots = local_numbers()
+    change_points(slot, meet(numbers, ends, slots, slots, slots), int(inputs[0]), numbers, ends, states, out)

@@ -20,7 +20,7 @@ from kanefe.kernels.algebra.vectors import (
 )
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.contact_boxes import box_slot, boxes_meet
-from kanefe.kernels.contact.contact_places import AT, OF_POINT, POINTS
+from kanefe.kernels.contact.contact_places import AT, OF_POINT, POINT_NUMBERS, POINTS
 from kanefe.kernels.contact.contact_shapes import PLANE, distance
 from kanefe.kernels.force_elements.bushing import nine
 from kanefe.kernels.force_elements.places import END_NUMBERS, A, P, V, W
@@ -47,21 +47,23 @@ def met_by(numbers: Any, ends: Any) -> Any:
 
 
 @inlined
-def located(numbers: Any, own: int, ends: Any, met: Numbers) -> Any:
-    """Return depth, normal and place of a point whose numbers begin at `own`."""
+def located(numbers: Any, i: int, ends: Any, met: Numbers) -> Any:
+    """Return the place of a point: depth, normal, where it is in N, and its share of the stiffness."""
+    own = POINTS + POINT_NUMBERS * i
+    share = float(numbers[own + OF_POINT.share])
     at, ring = END_NUMBERS * int(numbers[own + OF_POINT.end]), numbers[own + OF_POINT.ring]
     shape = int(numbers[AT.shape])
     if ring < 0.0:
         axis, other = three(numbers, own + OF_POINT.axis), times(0.5, three(numbers, shape + 1))
         found = box_slot(met, -1 - int(ring), ends, at, axis, other)
-        return found[0], (met[0], met[1], met[2]), (found[1], found[2], found[3])
+        return found[0], (met[0], met[1], met[2]), (found[1], found[2], found[3]), share
     A_s, p_s, A_p = nine(ends, A), three(ends, P), nine(ends, at + A)
     centre = plus(three(ends, at + P), rotated(A_p, three(numbers, own + OF_POINT.point)))
     radius = numbers[own + OF_POINT.radius]
     if int(numbers[shape]) == PLANE and ring == 0.0:  # most often
         normal = rotated(A_s, three(numbers, shape + 1))
         phi = dot(normal, minus(centre, p_s))
-        return radius - phi, normal, minus(centre, times(radius, normal))
+        return radius - phi, normal, minus(centre, times(radius, normal)), share
     found = distance(numbers, shape, rotated_back(A_s, minus(centre, p_s)))
     normal, phi = rotated(A_s, (found[1], found[2], found[3])), found[0]
     if ring > 0.0:
@@ -77,7 +79,7 @@ def located(numbers: Any, own: int, ends: Any, met: Numbers) -> Any:
             turned = minus(normal, before)
             if dot(turned, turned).real <= SAME_NORMAL * SAME_NORMAL:
                 break
-    return radius - phi, normal, minus(centre, times(radius, normal))
+    return radius - phi, normal, minus(centre, times(radius, normal)), share
 
 
 @inlined
