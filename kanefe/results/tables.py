@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,9 @@ from kanefe.errors import ModelError
 from kanefe.results.quantities import DRIVES, LOADS, LOOPS, OF_SCENE, POINTS, QUANTITIES
 from kanefe.results.quantity_reader import QuantityReader
 from kanefe.scene.targets import Named, asked_for
+
+Parts = tuple[tuple[str, str, tuple[str, ...]], ...]
+"""Label, unit and column names of the columns of a quantity, see `kanefe.results.quantities.resolved_parts`."""
 
 WITH_OWN_NAMES = ("joint_coordinates", "joint_speeds", *DRIVES, *LOADS, *POINTS)
 """Quantities whose columns have names of their own: of the joint or the load."""
@@ -30,17 +33,23 @@ class Channel(NamedTuple):
     units : tuple of str
         Of the columns.
     values : ndarray, shape (T, columns)
+    place : (str, str, str)
+        Quantity, body or load, and interface.
+    numbers : tuple of int
+        Of the columns among those of the quantity.
     """
 
     name: str
     labels: tuple[str, ...]
     units: tuple[str, ...]
     values: np.ndarray
+    place: tuple[str, str, str]
+    numbers: tuple[int, ...]
 
     @property
     def columns(self) -> tuple[str, ...]:
         """Names of the columns."""
-        return tuple(f"{self.name} {label}" for label in self.labels) or (self.name,)
+        return tuple(f"{self.name} {label}" for label in self.labels) or (self.name,) * len(self.units)
 
     def each(self) -> Iterator[tuple[str, str, np.ndarray]]:
         """Yield name, unit and values (T,) of each column."""
@@ -56,7 +65,7 @@ def channels_of(run: QuantityReader, named: Named | None) -> list[Channel]:
         If there is no such channel (the message lists what there is), or two columns have the same name.
     """
     asked = [("", text) for text in _coordinates(run)] if named is None else asked_for(named)
-    found = [_channel(run, name, text) for name, text in asked]
+    found = [channel_of(run, name, text) for name, text in asked]
     counts = Counter(column for one in found for column in one.columns)
     repeated = [column for column, count in counts.items() if count > 1]
     if repeated:
@@ -72,46 +81,62 @@ def _coordinates(run: QuantityReader) -> Iterator[str]:
         yield from (f"{quantity} {shape.name}" for shape in shapes if shape.basis.shape[1])
 
 
-def _channel(run: QuantityReader, name: str, text: str) -> Channel:
+def channel_of(
+    run: QuantityReader,
+    name: str,
+    text: str,
+    kind: str = "channel",
+    parts_of: Callable[[str, str], Parts] | None = None,
+) -> Channel:
+    """Return the channel of a text, as a script names it; messages call it a `kind`.
+
+    `parts_of` returns label, unit and column names of a quantity of a body or load; default: ``run.parts``.
+    """
     what, _, rest = text.strip().partition(" ")
     if what not in QUANTITIES:
         near = difflib.get_close_matches(what, QUANTITIES, 1)
         did = f"Did you mean {near[0]!r}? " if near else ""
-        raise ModelError(f"channel {text!r}: there is no {what!r}. {did}Remedy: one of {', '.join(QUANTITIES)}")
+        raise ModelError(f"{kind} {text!r}: there is no {what!r}. {did}Remedy: one of {', '.join(QUANTITIES)}")
     rest = rest.strip()
     head, _, last = rest.rpartition(" ")
     failure: ModelError | None = None
-    for place, component in ((rest, ""), (head.strip(), last)):
+    for given, component in ((rest, ""), (head.strip(), last)):
         try:
-            values, columns = _columns(run, what, place)
+            place = _place(what, given)
+            values = np.asarray(run.read(what, place[1], place[2] or None)).reshape(len(run.times), -1)
+            columns = _columns(what, (parts_of or run.parts)(what, place[1]))
         except ModelError as error:
             failure = failure or error
             continue
-        return _chosen(name or text.strip(), text, component, columns, values)
-    raise ModelError(f"channel {text!r}: {failure}") from failure
+        labels, units, numbers = _chosen(f"{kind} {text!r}", component, columns)
+        return Channel(name or text.strip(), labels, units, values[:, numbers], place, numbers)
+    raise ModelError(f"{kind} {text!r}: {failure}") from failure
 
 
-def _columns(run: QuantityReader, what: str, place: str) -> tuple[np.ndarray, list[tuple[str, str]]]:
-    """Return the values of a quantity, and label and unit of each column."""
+def _place(what: str, place: str) -> tuple[str, str, str]:
     if what in OF_SCENE and place:
         raise ModelError(f"{what} is that of the whole scene, not of {place!r}")
     is_whole = what in LOADS or what in LOOPS or what in POINTS
     of, _, interface = (place, "", "") if is_whole else place.partition("/")
-    values = np.asarray(run.read(what, of, interface or None))
-    parts = run.parts(what, of)
-    columns = [
+    return what, of, interface
+
+
+def _columns(what: str, parts: Parts) -> list[tuple[str, str]]:
+    """Return label and unit of each column of a quantity."""
+    return [
         (column or label if what in WITH_OWN_NAMES or len(parts) == 1 else f"{label} {column}", unit)
         for label, unit, names in parts
         for column in names or ("",)
     ]
-    return values.reshape(len(run.times), -1), columns
 
 
-def _chosen(name: str, text: str, component: str, columns: list[tuple[str, str]], values: np.ndarray) -> Channel:
+def _chosen(
+    asked: str, component: str, columns: list[tuple[str, str]]
+) -> tuple[tuple[str, ...], tuple[str, ...], tuple[int, ...]]:
+    """Return labels, none if there is one column, units and numbers of the columns that are a component, or of all."""
     labels = [label.replace(" ", "_") for label, _ in columns]
-    chosen = [i for i, label in enumerate(labels) if component in ("", label, columns[i][0], str(i))]
+    chosen = tuple(i for i, label in enumerate(labels) if component in ("", label, columns[i][0], str(i)))
     if not chosen:
-        raise ModelError(f"channel {text!r}: there is no component {component!r}. There are: {', '.join(labels)}")
+        raise ModelError(f"{asked}: there is no component {component!r}. There are: {', '.join(labels)}")
     one = bool(component) or len(columns) == 1
-    units = tuple(columns[i][1] for i in chosen)
-    return Channel(name, () if one else tuple(labels[i] for i in chosen), units, values[:, chosen])
+    return () if one else tuple(labels[i] for i in chosen), tuple(columns[i][1] for i in chosen), chosen

@@ -15,17 +15,15 @@ from kanefe.frames import Vector
 from kanefe.instants.instant import Instant
 from kanefe.integrate.sampling import reader
 from kanefe.loads.controller import Reading
-from kanefe.results.contact_points import COLUMNS as POINT_COLUMNS
-from kanefe.results.contact_points import point_columns
-from kanefe.results.quantities import QUANTITIES, resolved_parts
+from kanefe.results.quantities import resolved_parts
+from kanefe.results.reader import Reader
+from kanefe.results.tables import Parts, channel_of
 from kanefe.scene.controllers import READS
 from kanefe.scene.targets import Named, asked_for
 from kanefe.stepping.steppable import Steppable
 
 FORCES = ("coupling_force", "joint_reaction", "driving_force", "loop_force", "load", "contact_points")
 """Further outputs of an instant; each reads more than the motion of one frame."""
-
-WRENCH = ("force x", "force y", "force z", "moment x", "moment y", "moment z")
 
 
 class Output(NamedTuple):
@@ -56,13 +54,13 @@ def outputs_of(scene: Steppable, model: Model, named: Named | None) -> tuple[Out
     """
     found: list[Output] = []
     for name, text in _asked(model, named):
-        what, _, rest = text.strip().partition(" ")
+        what = text.strip().partition(" ")[0]
         if what in READS:
             for reading in scene._readings("the simulation", name, text):
                 title, _, unit = reading.label.partition(" [")
                 found.append(Output(title, unit.removesuffix("]"), reading))
         elif what in FORCES:
-            found += _forces(model, name or text.strip(), what, rest.strip())
+            found += _forces(model, name, text)
         else:
             near = difflib.get_close_matches(what, (*READS, *FORCES), 1)
             did = f"Did you mean {near[0]!r}? " if near else ""
@@ -89,60 +87,24 @@ def _asked(model: Model, named: Named | None) -> list[tuple[str, str]]:
     return found
 
 
-def _forces(model: Model, name: str, what: str, rest: str) -> list[Output]:
+def _forces(model: Model, name: str, text: str) -> list[Output]:
     """Return the components of a force."""
-    instant = Instant(model, model.slack_time, np.concatenate(_start(model)))
-    head, _, last = rest.rpartition(" ")
-    failure: ModelError | None = None
-    for place, axis in ((rest, ""), (head.strip(), last)):
-        of, _, interface = place.partition("/")
-        try:
-            values = np.atleast_1d(instant.read(what, of, interface or None))
-        except ModelError as error:
-            failure = failure or error
-            continue
-        columns = _columns(model, what, of, len(values))
-        chosen = [i for i, (label, _) in enumerate(columns) if axis in ("", label, label.replace(" ", "_"), str(i))]
-        if not chosen:
-            listed = ", ".join(label.replace(" ", "_") for label, _ in columns)
-            raise ModelError(f"output '{what} {rest}': there is no component {axis!r}. There are: {listed}")
-        one = len(values) == 1 or bool(axis)
-        return [
-            Output(
-                name if one else f"{name} {columns[i][0].replace(' ', '_')}",
-                columns[i][1],
-                None,
-                (what, of, interface, i),
-            )
-            for i in chosen
-        ]
-    raise ModelError(f"output '{what} {rest}': {failure}")
-
-
-def _start(model: Model) -> tuple[Vector, Vector, Vector]:
-    return model.initial_coordinates, model.initial_speeds, model.initial_states
-
-
-def _columns(model: Model, what: str, of: str, count: int) -> list[tuple[str, str]]:
-    """Return name and unit of each component of a force."""
-    if what == "contact_points":
-        named = point_columns(count // sum(len(names) for _, names in POINT_COLUMNS))
-    elif what == "load":
-        named = next(load.columns for load in model.loads if load.name == of)
-    elif what == "driving_force":
-        joint = model.bodies[model.index(of)].joint
-        named = tuple(
-            title for title, motion in zip(joint.speed_names, joint.motions, strict=True) if motion is not None
-        )
-    else:
-        named = ()
-    parts = resolved_parts(what, tuple(named)) if named else QUANTITIES[what].parts
-    titles = [
-        (f"{label} {c}" if what not in ("load", "driving_force", "contact_points") else c, u)
-        for label, u, cs in parts
-        for c in cs or (label,)
+    start = np.concatenate((model.initial_coordinates, model.initial_speeds, model.initial_states))
+    run = Instant(model, model.slack_time, start).history
+    found = channel_of(run, name, text, "output", partial(_parts, model, run))
+    return [
+        Output(column, unit, None, (*found.place, i))
+        for column, unit, i in zip(found.columns, found.units, found.numbers, strict=True)
     ]
-    return titles if len(titles) == count else [(str(i), parts[0][1]) for i in range(count)]
+
+
+def _parts(model: Model, run: Reader, what: str, of: str) -> Parts:
+    """Return label, unit and column names of a force; those of drives are the names of their speeds."""
+    if what != "driving_force":
+        return run.parts(what, of)
+    joint = model.bodies[model.index(of)].joint
+    driven = [title for title, motion in zip(joint.speed_names, joint.motions, strict=True) if motion is not None]
+    return resolved_parts(what, driven)
 
 
 def readers(model: Model, outputs: tuple[Output, ...]) -> Callable[[float, Vector], list[float]]:

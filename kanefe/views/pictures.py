@@ -18,6 +18,7 @@ import numpy as np
 
 from kanefe.errors import MissingDependency
 from kanefe.fe_model.model import CELL_TYPES, Cells
+from kanefe.storage.files import write_whole
 from kanefe.views.artist import ARTIST
 
 
@@ -42,7 +43,8 @@ class Drawing:
     options: dict[str, Any] = field(default_factory=dict)
 
 
-def field_drawing(
+def write_field(
+    path: str | Path,
     points: np.ndarray,
     cells: tuple[Cells, ...],
     values: np.ndarray,
@@ -52,11 +54,13 @@ def field_drawing(
     title: str | None = None,
     limit: float | None = None,
     size: tuple[int, int] = (1200, 800),
-) -> Drawing:
-    """Return the drawing of a mesh, coloured by a field.
+) -> Path:
+    """Write a picture of a mesh, coloured by a field; return its path.
 
     Parameters
     ----------
+    path : path
+        Of the picture (.png).
     points : ndarray, shape (n, 3)
     cells : tuple of Cells
     values : ndarray, shape (n,)
@@ -70,9 +74,16 @@ def field_drawing(
         Value of the last colour. Default: the largest value.
     size : tuple of int
         In pixels.
+
+    Raises
+    ------
+    FileError, MissingDependency
+        If the file cannot be written, or see `drawn`.
     """
     options = {"label": label, "view": [float(x) for x in view], "title": title, "limit": limit, "size": list(size)}
-    return Drawing("field", points, cells, values, options)
+    (image,) = drawn([Drawing("field", points, cells, values, options)])
+    write_whole(path, lambda file: file.write(image))
+    return Path(path)
 
 
 def shape_drawing(

@@ -119,19 +119,13 @@ class DamageMap:
         ModelError, FileError, MissingDependency
             If nothing is damaged, the file cannot be written, or pyvista is not installed.
         """
-        from kanefe.storage.files import write_whole
-        from kanefe.views.pictures import drawn, field_drawing
+        from kanefe.views.pictures import write_field
 
         if not self.peak > 0.0:
             raise ModelError("nothing of the body is damaged: all cycles are below the endurance limit")
         values = np.log10(np.maximum(self.values, max(self.floor, LEAST_SHOWN) * self.peak))
-        last = float(np.log10(self.peak))
-        drawing = field_drawing(
-            self.positions, self.cells, values, "log10 of the damage", view=view, title=title, limit=last
-        )
-        (image,) = drawn([drawing])
-        write_whole(path, lambda file: file.write(image))
-        return Path(path)
+        label, last = "log10 of the damage", float(np.log10(self.peak))
+        return write_field(path, self.positions, self.cells, values, label, view=view, title=title, limit=last)
 
     def __str__(self) -> str:
         counted = int(np.isfinite(self.values).sum() - self.is_bound.sum())

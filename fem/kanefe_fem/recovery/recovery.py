@@ -394,8 +394,7 @@ class Recovery:
         MissingDependency
             If pyvista is not installed: ``pip install 'kanefe[report]'``.
         """
-        from kanefe.storage.files import write_whole
-        from kanefe.views.pictures import drawn, field_drawing
+        from kanefe.views.pictures import write_field
 
         if quantity not in SCALARS:
             raise ModelError(f"there is no picture of {quantity!r}. There are: {', '.join(SCALARS)}")
@@ -410,10 +409,7 @@ class Recovery:
             points = fields.nodes + factor * moved
         label = f"{TITLES[quantity]} [MPa]"
         last = None if limit is None else limit / 1e6
-        drawing = field_drawing(points, fields.cells, values / 1e6, label, view=view, title=title, limit=last)
-        (image,) = drawn([drawing])
-        write_whole(path, lambda file: file.write(image))
-        return Path(path)
+        return write_field(path, points, fields.cells, values / 1e6, label, view=view, title=title, limit=last)
 
     def _fields(self) -> StrainFields:
         return StrainFields.of_body(self.name, self.result.body(self.name))
