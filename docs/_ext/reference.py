@@ -34,6 +34,7 @@ ROOMS = {
     "linear": "Equilibria and small motions",
     "screening": "Screened runs",
     "studies": "Studies",
+    "fatigue": "Fatigue",
     "frames": "Rotations",
     "errors": "Errors and warnings",
 }
@@ -47,7 +48,7 @@ FEM_ROOMS = {
     "recovery": "Stresses and strains",
 }
 # Public modules, whose names are used through them.
-MODULES = {"contact": ("shapes",), "studies": ("studies",)}
+MODULES = {"contact": ("shapes",), "studies": ("studies",), "fatigue": ("fatigue",)}
 
 
 def rooms_of(package, titles: dict[str, str]) -> dict[str, list[str]]:
@@ -86,7 +87,7 @@ def _page(package, room: str, title: str, names: list[str]) -> str:
         parts += [name, "-" * len(name), "", _entry(stem, name, getattr(package, name)), ""]
     for module in MODULES.get(room, ()) if package is kanefe else ():
         members = getattr(package, module)
-        parts += [f"{stem}.{module}", "-" * len(f"{stem}.{module}"), ""]
+        parts += [f"{stem}.{module}", "-" * len(f"{stem}.{module}"), "", f".. py:module:: {stem}.{module}", ""]
         for name in _names_of(members):
             if name not in names:
                 parts += [_entry(f"{stem}.{module}", name, getattr(members, name)), ""]
