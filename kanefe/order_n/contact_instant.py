@@ -120,7 +120,7 @@ class OrderNInstant:
         for p, row in enumerate(points.places[:, ON_SURFACE].tolist()):
             own = points.markers[2 * p, MARKER_AXES : MARKER_AXES + 9].reshape(3, 3)
             axes.append(own if row < 0 else work[row, R : R + 9].reshape(3, 3) @ own)
-        return _Answers(kept.met.copy(), kept.J[c].copy(), G, b, responses.copy(), axes, self._look.drives.copy())
+        return _Answers(kept.exerted.met.copy(), kept.J[c].copy(), G, b, responses.copy(), axes, self._look.drives.copy())
 
     @property
     def _found(self) -> _Answers:

@@ -6,7 +6,8 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.compiler.entries import LATER, Call
-from kanefe.kernels.constraints.loop_tables import Loops, unit_responses_in
+from kanefe.kernels.constraints.loop_multipliers import scale_of_rows
+from kanefe.kernels.constraints.loop_tables import Loops
 from kanefe.kernels.evaluation.evaluation import workspace_in
 from kanefe.kernels.evaluation.force_tables import WIDTH, force_memory_size
 from kanefe.kernels.evaluation.forces import forces_of_states
@@ -45,7 +46,7 @@ class ForceKernel:
         self._evaluation, self._evaluated = evaluation, scene
         builder, tables, flexible = complete
         between, order = loads_between(builder)
-        loops = loop_tables(builder)
+        loops = loop_tables(builder, tables, flexible)
         self.told = ForceTableBuilder(builder, between, order, loops)
         self._scene = tables, flexible or no_flexible(), between, loops, self.told.tables
         self._bound = forces_of_states.bound(*self._scene, *(LATER,) * 13)
@@ -57,7 +58,7 @@ class ForceKernel:
         places, call = self.told.tables.places, self._evaluation.new_call()
         tables, _, _, loops = self._evaluated
         workspace = workspace_in(call.call.arguments[-1], *self._evaluated)
-        scale = unit_responses_in(workspace.holding, loops, int(tables.sizes[SPEEDS] + tables.sizes[DRIVES])).scale
+        scale = scale_of_rows(workspace.holding, loops, int(tables.sizes[SPEEDS] + tables.sizes[DRIVES]))
         found, is_told = np.zeros((len(states), int(places[WIDTH]))), np.zeros(len(states), dtype=np.int64)
         evaluation = call.call.for_kernels(), call.vectors, call.drives, call.inputs, workspace.multipliers, scale
         given = times, driven, values, states, found, is_told

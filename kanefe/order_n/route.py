@@ -80,7 +80,8 @@ class OrderN(LiteralRoute):
         self.reason = "all parts of the scene have kernels"
         builder = TableBuilder(model)
         self.tables, self.flexible = builder.tables()
-        self.between, self.loops = loads_between(builder)[0], loop_tables(builder)
+        self.between = loads_between(builder)[0]
+        self.loops = loop_tables(builder, self.tables, self.flexible)
         self.has_loops = model.is_constrained
         self.memory_size = workspace_size(self.tables, self.flexible, self.between, self.loops)
         self.places: FrameOffsets = builder

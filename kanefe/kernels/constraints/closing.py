@@ -1,9 +1,9 @@
 """Closing of loops in order n: the nearest coordinates at which they are closed, and speeds that keep them so.
 
 The nearest in the metric of the inertias that the sweeps eliminate. Newton's step is ``-M^-1 J^T lambda`` with
-``J M^-1 J^T lambda = g``: the answers to the rows' multipliers are those that also hold the accelerations. They are
-kept while the loops close fast, so that what a step of an integrator leaves open costs one set of them and a few
-outward sweeps. `kanefe.kane.loop_closure` is the same in dense matrices.
+``J M^-1 J^T lambda = g``: the system is that which also holds the accelerations. Its factors and the eliminated inertias
+are kept while the loops close fast, so that what a step of an integrator leaves open costs one elimination and a few
+sweeps. `kanefe.kane.loop_closure` is the same in dense matrices.
 """
 
 from __future__ import annotations
@@ -12,23 +12,29 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.pivoted import factor, solve
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.compiler.signatures import Variant
+from kanefe.kernels.constraints.loop_multipliers import respond, solve_loops
+from kanefe.kernels.constraints.loop_system import (
+    LoopFactors,
+    factor_loops,
+    factors_size,
+    loop_factors_in,
+    put_loop_system,
+)
 from kanefe.kernels.constraints.loop_tables import (
     HOLDS_PLACE,
-    RANK_TOLERANCE,
     Loops,
-    UnitResponses,
-    hold_size,
+    RowWrenches,
     holds,
-    unit_responses_in,
+    wrenches_in,
+    wrenches_size,
 )
-from kanefe.kernels.constraints.multipliers import respond_to_rows, write_row
 from kanefe.kernels.constraints.openings import openings, rate_of_row
+from kanefe.kernels.constraints.row_wrenches import write_row
 from kanefe.kernels.constraints.tolerances import LARGEST_ITERATIONS, LARGEST_OPENING, MOST_HALVINGS, TOLERANCE
 from kanefe.kernels.layout import (
     BORDER_SIZE,
@@ -52,7 +58,7 @@ CLOSED, LEFT_OPEN, WITHOUT_INERTIA = range(3)
 the same holds for a tree in which something has no inertia of its own."""
 
 SLOW = 0.1
-"""Fraction of the gaps left by a step above which the unit responses are computed again."""
+"""Fraction of the gaps left by a step above which the inertias are eliminated again."""
 
 UNKNOWN, LARGEST_UNKNOWN = 100.0, 1e-6
 """Pivot below which a row may in fact depend on others, in multiples of the square of the largest gap, and its largest
@@ -60,8 +66,7 @@ value."""
 
 NEAR, FAR = 1e-10, 1e-6
 """Gap at the start, relative to the weakest pivot: up to the first value speeds are accurate to round-off after one
-solution with the unit responses of the start, up to the second after two; beyond, the unit responses are computed
-again."""
+solution with the inertias of the start, up to the second after two; beyond, they are eliminated again."""
 
 
 class Closing(NamedTuple):
@@ -71,9 +76,13 @@ class Closing(NamedTuple):
     ----------
     applied, added : ndarray, shape (free + driven,)
     residuals, trial_residuals, multipliers, scale : ndarray, shape (m,)
-    step, speeds : ndarray, shape (free,)
+    speeds : ndarray, shape (free,)
     place, trial : ndarray, shape (coordinates,)
         Coordinates reached, and those tried.
+    exerted : RowWrenches
+        At these, while those of the factors are kept.
+    work, modal : ndarray
+        Of outward sweeps there.
     """
 
     applied: np.ndarray
@@ -82,23 +91,29 @@ class Closing(NamedTuple):
     trial_residuals: np.ndarray
     multipliers: np.ndarray
     scale: np.ndarray
-    step: np.ndarray
     speeds: np.ndarray
     place: np.ndarray
     trial: np.ndarray
+    exerted: RowWrenches
+    work: np.ndarray
+    modal: np.ndarray
 
 
 @kernel
-def close_size(loops: Loops, n: int, coordinates: int) -> int:
-    """Return how many numbers the workspace of `close` has, with n free and driven speeds."""
-    m = len(loops.rows)
-    return hold_size(loops, n) + 4 * n + 4 * m + 2 * coordinates
+def close_size(tables: Tables, flexible: FlexibleTables, loops: Loops) -> int:
+    """Return how many numbers the workspace of `close` has."""
+    m, n = len(loops.rows), tables.sizes[SPEEDS] + tables.sizes[DRIVES]
+    size = factors_size(loops, n) + 2 * n + 4 * m + tables.sizes[SPEEDS] + 2 * tables.sizes[COORDINATES]
+    return size + wrenches_size(loops) + WORK * len(tables.rows) + flexible.sizes[MODAL_SIZE]
 
 
 @inlined
-def _closing_in(workspace: np.ndarray, m: int, n: int, count: int, coordinates: int) -> Closing:
-    a, b = 2 * n + 4 * m, 2 * n + 4 * m + 2 * count
-    rows = workspace[2 * n : a]
+def _closing_in(workspace: np.ndarray, tables: Tables, loops: Loops, n: int) -> Closing:
+    m, count, coordinates = len(loops.rows), tables.sizes[SPEEDS], tables.sizes[COORDINATES]
+    rows, rest = workspace[2 * n : 2 * n + 4 * m], workspace[2 * n + 4 * m :]
+    places, exerted = rest[count : count + 2 * coordinates], rest[count + 2 * coordinates :]
+    work = exerted[wrenches_size(loops) :]
+    size = WORK * len(tables.rows)
     return Closing(
         workspace[:n],
         workspace[n : 2 * n],
@@ -106,10 +121,12 @@ def _closing_in(workspace: np.ndarray, m: int, n: int, count: int, coordinates: 
         rows[m : 2 * m],
         rows[2 * m : 3 * m],
         rows[3 * m :],
-        workspace[a : a + count],
-        workspace[a + count : b],
-        workspace[b : b + coordinates],
-        workspace[b + coordinates : b + 2 * coordinates],
+        rest[:count],
+        places[:coordinates],
+        places[coordinates:],
+        wrenches_in(exerted, loops),
+        work[:size].reshape(len(tables.rows), WORK),
+        work[size:],
     )
 
 
@@ -145,83 +162,80 @@ def close(
     workspace : ndarray, shape (`close_size`,)
     """
     m, count, n = len(loops.rows), len(u), len(u) + len(drives)
-    kept = unit_responses_in(workspace, loops, n)
-    at = _closing_in(workspace[hold_size(loops, n) :], m, n, count, len(q))
+    kept = loop_factors_in(workspace, loops, n)
+    at = _closing_in(workspace[factors_size(loops, n) :], tables, loops, n)
+    is_implicit, step = share_stiffness > 0.0, kept.response[:count]
     copy(q, at.place)
     sweep_outward(tables, flexible, drives, at.place, u, work, modal)
-    worst, total = openings(loops, tables, drives, at.place, z, work, kept.met, at.residuals)
-    start, rank, weakest = worst, 0, 1.0
-    has_responses = is_here = False  # whether there are answers, and whether they are those of the place
-    is_swept = True
+    worst, total = openings(loops, tables, drives, at.place, z, work, kept.exerted.met, at.residuals)
+    start, weakest = worst, 1.0
+    # whether there are factors, whether they are those of the place, and which sweep is that of the place
+    is_factored = is_here = False
+    is_swept, is_tried = True, False
     for _ in range(LARGEST_ITERATIONS):
         if worst == 0.0:
             break
-        if not has_responses:
+        if not is_factored:
             if not is_swept:
                 sweep_outward(tables, flexible, drives, at.place, u, work, modal)
-            if not _unit_responses(
-                loops, tables, flexible, drives, share_stiffness, u, z, work, modal, border, at, kept
-            ):
+            if not _eliminate(loops, tables, flexible, drives, share_stiffness, u, z, work, modal, border, at, kept):
                 return WITHOUT_INERTIA, 0.0
-            rank, weakest = _factor_places(loops, worst, at, kept)
+            weakest = _factor_places(loops, worst, at, kept)
             if weakest == 0.0:
                 return WITHOUT_INERTIA, 0.0
-            has_responses = is_here = True
-        solve(kept.L, kept.inverses, kept.order, rank, at.scale, at.residuals, kept.column, at.multipliers)
-        _combine(kept, at.multipliers, at.step)
+            is_factored = is_here = True
+        solve_loops(loops, at.scale, at.residuals, kept, at.multipliers)
+        respond(loops, tables, flexible, at.multipliers, at.applied, work, modal, border, is_implicit, kept, count)
         shrink = 1.0
         for i in range(count):
-            shrink = max(shrink, abs(at.step[i]) / loops.moves[i])
+            shrink = max(shrink, abs(step[i]) / loops.moves[i])
         share = -1.0 / shrink
         # what is closed but for round-off gets better by a whole step or not at all
         tries = MOST_HALVINGS if is_here and worst > TOLERANCE else 1
-        is_better, is_swept = False, False
+        is_better, is_tried = False, False
         for _half in range(tries):
-            advance(tables, flexible, at.place, at.step, share, at.trial)
-            sweep_outward(tables, flexible, drives, at.trial, u, work, modal)
-            opening, square = openings(loops, tables, drives, at.trial, z, work, kept.met, at.trial_residuals)
+            advance(tables, flexible, at.place, step, share, at.trial)
+            sweep_outward(tables, flexible, drives, at.trial, u, at.work, at.modal)
+            opening, square = openings(
+                loops, tables, drives, at.trial, z, at.work, at.exerted.met, at.trial_residuals
+            )
             if square < total:
                 is_better = True
                 break
             share *= 0.5
         if is_better:
-            has_responses = opening <= TOLERANCE or square <= SLOW * SLOW * total
-            worst, total, is_here, is_swept = opening, square, False, True
+            is_factored = opening <= TOLERANCE or square <= SLOW * SLOW * total
+            worst, total, is_here, is_swept, is_tried = opening, square, False, False, True
             copy(at.trial, at.place)
             copy(at.trial_residuals, at.residuals)
         elif is_here or worst <= TOLERANCE:
             break
         else:
-            has_responses = False
+            is_factored = False
     if not worst <= LARGEST_OPENING:
         return LEFT_OPEN, weakest
-    if not is_swept:
-        sweep_outward(tables, flexible, drives, at.place, u, work, modal)
-    if not has_responses or (start > FAR * weakest and not is_here):
-        if not _unit_responses(loops, tables, flexible, drives, share_stiffness, u, z, work, modal, border, at, kept):
+    if not is_factored or (start > FAR * weakest and not is_here):
+        if not is_here and not is_swept:
+            sweep_outward(tables, flexible, drives, at.place, u, work, modal)
+        if not _eliminate(loops, tables, flexible, drives, share_stiffness, u, z, work, modal, border, at, kept):
             return WITHOUT_INERTIA, 0.0
-        rank, weakest = factor(
-            kept.A, kept.scale, loops.limits[RANK_TOLERANCE], kept.L, kept.inverses, kept.order, kept.column
-        )
+        weakest = factor_loops(loops, kept.scale, 0.0, kept)
         is_here = True
     elif loops.rows[:, HOLDS_PLACE].sum() < m:
-        rank, weakest = factor(
-            kept.A, kept.scale, loops.limits[RANK_TOLERANCE], kept.L, kept.inverses, kept.order, kept.column
-        )
+        weakest = factor_loops(loops, kept.scale, 0.0, kept)
     copy(u, at.speeds)
-    for _again in range(1 if is_here or start <= NEAR * weakest else 2):
-        if _again > 0:
-            sweep_outward(tables, flexible, drives, at.place, at.speeds, work, modal)
+    for again in range(1 if is_here or start <= NEAR * weakest else 2):
+        if again > 0 or not is_tried:
+            sweep_outward(tables, flexible, drives, at.place, at.speeds, at.work, at.modal)
         for j in range(m):
             at.residuals[j] = 0.0
-            if not holds(loops, j, z):
-                continue
-            write_row(loops, j, tables.gravity, drives, z, count, work, kept)
-            at.residuals[j] = rate_of_row(loops, j, drives, work, kept, at.speeds)
-        solve(kept.L, kept.inverses, kept.order, rank, kept.scale, at.residuals, kept.column, at.multipliers)
-        _combine(kept, at.multipliers, at.step)
+            if holds(loops, j, z):
+                write_row(loops, j, tables.gravity, drives, z, count, at.work, at.exerted)
+                at.residuals[j] = rate_of_row(loops, j, drives, at.work, at.exerted, at.speeds)
+        solve_loops(loops, kept.scale, at.residuals, kept, at.multipliers)
+        respond(loops, tables, flexible, at.multipliers, at.applied, work, modal, border, is_implicit, kept, count)
         for i in range(count):
-            at.speeds[i] -= at.step[i]
+            at.speeds[i] -= step[i]
     copy(at.place, q)
     copy(at.speeds, u)
     return CLOSED, weakest
@@ -267,15 +281,14 @@ def close_state(
 def closing_memory_size(tables: Tables, flexible: FlexibleTables, loops: Loops) -> int:
     """Return how many numbers the memory of `close_state` has."""
     size = WORK * len(tables.rows) + int(flexible.sizes[MODAL_SIZE] + flexible.sizes[BORDER_SIZE])
-    speeds = int(tables.sizes[SPEEDS] + tables.sizes[DRIVES])
-    return size + close_size(loops, speeds, int(tables.sizes[COORDINATES]))
+    return size + int(close_size(tables, flexible, loops))
 
 
 @kernel
-def _unit_responses(
+def _eliminate(
     loops: Loops,
     tables: Tables,
-    flexible: FlexibleTables,
+    flexible: FlexibleTables | None,
     drives: np.ndarray,
     share_stiffness: float,
     u: np.ndarray,
@@ -284,13 +297,13 @@ def _unit_responses(
     modal: np.ndarray,
     border: np.ndarray,
     at: Closing,
-    kept: UnitResponses,
+    kept: LoopFactors,
 ) -> bool:
-    """Write the rows and their unit responses after an outward sweep; return whether everything has inertia."""
-    count, is_implicit, none = len(u), share_stiffness > 0.0, at.step
+    """Write the rows and their system after an outward sweep; return whether everything has inertia."""
+    count, is_implicit, none = len(u), share_stiffness > 0.0, kept.response[: len(u)]
     for j in range(len(loops.rows)):
         if holds(loops, j, z):
-            write_row(loops, j, tables.gravity, drives, z, count, work, kept)
+            write_row(loops, j, tables.gravity, drives, z, count, work, kept.exerted)
     set_inertia(tables, flexible, work, modal)
     at.applied[:] = 0.0
     if is_implicit:
@@ -299,25 +312,14 @@ def _unit_responses(
         stiffen_modes(flexible, 0.0, share_stiffness, none, none, modal)
     if not sweep_inward(tables, flexible, at.applied, work, modal, border, is_implicit, at.added):
         return False
-    respond_to_rows(loops, tables, flexible, z, at.applied, work, modal, border, is_implicit, False, count, kept)
+    put_loop_system(loops, tables, flexible, z, work, modal, border, is_implicit, kept)
     return True
 
 
 @kernel
-def _factor_places(loops: Loops, worst: float, at: Closing, kept: UnitResponses) -> tuple[int, Any]:
-    """Factor the rows that hold places, with openings of `worst` at most; return rank and weakest pivot."""
+def _factor_places(loops: Loops, worst: float, at: Closing, kept: LoopFactors) -> Any:
+    """Factor the rows that hold places, with openings of `worst` at most; return the weakest pivot."""
     for j in range(len(loops.rows)):
         at.scale[j] = kept.scale[j] if loops.rows[j, HOLDS_PLACE] else 0.0
     # rows that depend on each other where the loops are closed seem not to, by the square of how far they are open
-    tolerance = max(loops.limits[RANK_TOLERANCE], min(UNKNOWN * worst * worst, LARGEST_UNKNOWN))
-    return factor(kept.A, at.scale, tolerance, kept.L, kept.inverses, kept.order, kept.column)
-
-
-@kernel
-def _combine(kept: UnitResponses, multipliers: np.ndarray, step: np.ndarray) -> None:
-    """Write what all multipliers cause together."""
-    step[:] = 0.0
-    for j in range(len(multipliers)):
-        if multipliers[j] != 0.0:
-            for i in range(len(step)):
-                step[i] += multipliers[j] * kept.unit_responses[j, i]
+    return factor_loops(loops, at.scale, min(UNKNOWN * worst * worst, LARGEST_UNKNOWN), kept)

@@ -95,12 +95,16 @@ def _add_modal_row(
 
 
 @inlined
-def row_scale(J: np.ndarray, reach: np.ndarray, extents: np.ndarray, work: np.ndarray) -> Any:
-    """Return the square of how much of its reach a row has, between 0 and 1, over displacements of the scene's size."""
-    own = full = 0.0
-    for i in range(len(extents)):
+def row_scale_over(
+    J: np.ndarray, reach: np.ndarray, extents: np.ndarray, first: int, count: int, own: Any, full: Any
+) -> tuple[Any, Any]:
+    """Add the squares of a row and of its reach over some of the free speeds; return both sums.
+
+    Their ratio, over displacements of the scene's size, is between 0 and 1: the square of how much of its reach a row
+    has.
+    """
+    for i in range(first, first + count):
         moved, reached = extents[i] * J[i].real, extents[i] * reach[i].real
         own += moved * moved
         full += reached * reached
-    share = 0.0 * work[0, R]
-    return share + (own / full if full > 0.0 else 0.0)
+    return own, full

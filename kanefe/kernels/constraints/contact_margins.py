@@ -108,12 +108,12 @@ def _put_margins(looked: Looked, loops: Loops, gravity: np.ndarray, y: np.ndarra
     touches = False
     for p in range(len(points.places)):
         if not is_closed(points, p, z):
-            meet(points, p, gravity, looked.work, kept.met)
-            gap = min(gap, kept.met[p, MET.gap])
+            meet(points, p, gravity, looked.work, kept.exerted.met)
+            gap = min(gap, kept.exerted.met[p, MET.gap])
             continue
         touches = True
         if is_slipping(points, p, z) and points.places[p, HAS_FRICTION] != 0:
-            left = min(left, left_of_slip(points, p, z, looked.work, kept.met))
+            left = min(left, left_of_slip(points, p, z, looked.work, kept.exerted.met))
     if gap < np.inf:
         found[GAP] = gap
     if left < np.inf:

@@ -35,7 +35,7 @@ def put_contact_rates(
     powers: np.ndarray,
 ) -> None:
     """Write the rates of the paths slid and of the work of friction, and add the power of that, taken and given."""
-    points, met = loops.points, kept.met
+    points, met = loops.points, kept.exerted.met
     for j in range(len(loops.rows)):
         if loops.rows[j, KIND_OF] != CONTACT_ROW or loops.rows[j, DIRECTION] > 0:
             continue

@@ -9,6 +9,7 @@ import numpy as np
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
 from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW, ROW_NUMBERS
+from kanefe.kernels.constraints.row_paths import RowPaths, no_paths
 from kanefe.kernels.constraints.tolerances import HALF_ON
 from kanefe.kernels.contact.rigid_points import (
     HAS_FRICTION,
@@ -32,6 +33,8 @@ WRENCHES = 12
 RANK_TOLERANCE, LENGTH = range(2)
 # What is told of the rows that `share_forces` had in the last evaluation: how many hold (-1: it had none), their rank
 LIVE, RANK = range(2)
+# Square of the share of its reach below which a row moves nothing: below the square of round-off, 1e-31, for all rows
+LEAST_SHARE = 1e-29
 
 
 class Loops(NamedTuple):
@@ -60,6 +63,7 @@ class Loops(NamedTuple):
     points : RigidPoints
         Of rigid contacts, three rows each behind those of constraints: along the normal, and in both directions along
         the surface.
+    paths : RowPaths
     """
 
     rows: IntegerRows
@@ -72,6 +76,7 @@ class Loops(NamedTuple):
     moves: Reals
     limits: Reals
     points: RigidPoints
+    paths: RowPaths
 
 
 def no_loops() -> Loops:
@@ -79,16 +84,44 @@ def no_loops() -> Loops:
     integers, numbers = np.zeros(0, dtype=np.int64), np.zeros(0)
     rows, markers = np.zeros((0, CONSTRAINT_INTEGERS), dtype=np.int64), np.zeros((0, MARKER_NUMBERS))
     couplers = np.zeros((0, ROW_NUMBERS)), integers, numbers, integers, numbers, numbers
-    return Loops(rows, markers, *couplers, np.zeros(2), no_rigid_points())
+    return Loops(rows, markers, *couplers, np.zeros(2), no_rigid_points(), no_paths())
 
 
-class UnitResponses(NamedTuple):
-    """What the constraints do to the speeds at one configuration.
+class RowWrenches(NamedTuple):
+    """What rows exert at one configuration.
 
     Attributes
     ----------
     wrenches : ndarray, shape (m, WRENCHES)
         Of each row's unit multiplier, about the origins of its rows.
+    met : ndarray, shape (points, MET_NUMBERS)
+        Of the points of rigid contacts.
+    """
+
+    wrenches: np.ndarray
+    met: np.ndarray
+
+
+@kernel
+def wrenches_size(loops: Loops) -> int:
+    """Return how many numbers the memory of `wrenches_in` has."""
+    return WRENCHES * len(loops.rows) + MET_NUMBERS * len(loops.points.places)
+
+
+@inlined
+def wrenches_in(memory: np.ndarray, loops: Loops) -> RowWrenches:
+    """Return the parts of a memory of `wrenches_size`."""
+    m, points = len(loops.rows), len(loops.points.places)
+    at, size = WRENCHES * m, wrenches_size(loops)
+    return RowWrenches(memory[:at].reshape(m, WRENCHES), memory[at:size].reshape(points, MET_NUMBERS))
+
+
+class UnitResponses(NamedTuple):
+    """What the constraints do to the speeds at one configuration, row by row.
+
+    Attributes
+    ----------
+    exerted : RowWrenches
     unit_responses : ndarray, shape (m, n)
         Accelerations that they cause, and driving forces.
     A : ndarray, shape (m, m)
@@ -107,12 +140,10 @@ class UnitResponses(NamedTuple):
         Of rows of contacts: what the normal force alone would do along the row.
     live, spare : ndarray, shape (m,)
         Rows that hold where points touch; workspace.
-    met : ndarray, shape (points, MET_NUMBERS)
-        Of the points of rigid contacts.
     told : ndarray, shape (2,)
     """
 
-    wrenches: np.ndarray
+    exerted: RowWrenches
     unit_responses: np.ndarray
     A: np.ndarray
     L: np.ndarray
@@ -126,23 +157,20 @@ class UnitResponses(NamedTuple):
     plain: np.ndarray
     live: np.ndarray
     spare: np.ndarray
-    met: np.ndarray
     told: np.ndarray
 
 
 @kernel
-def hold_size(loops: Loops, n: int) -> int:
-    """Return how many numbers the workspace of `hold` has, with n free and driven speeds."""
+def unit_responses_size(loops: Loops, n: int) -> int:
+    """Return how many numbers the workspace of `unit_responses_in` has, with n free and driven speeds."""
     m = len(loops.rows)
-    return m * (WRENCHES + 2 * n + 2 * m + 8) + n + MET_NUMBERS * len(loops.points.places) + 2
+    return wrenches_size(loops) + m * (2 * n + 2 * m + 8) + n + 2
 
 
 @inlined
 def unit_responses_in(workspace: np.ndarray, loops: Loops, n: int) -> UnitResponses:
-    """Return the parts of a workspace of `hold_size`."""
-    m, points = len(loops.rows), len(loops.points.places)
-    at = m * WRENCHES
-    wrenches = workspace[:at].reshape(m, WRENCHES)
+    """Return the parts of a workspace of `unit_responses_size`."""
+    m, at = len(loops.rows), wrenches_size(loops)
     unit_responses = workspace[at : at + m * n].reshape(m, n)
     at += m * n
     A = workspace[at : at + m * m].reshape(m, m)
@@ -150,26 +178,23 @@ def unit_responses_in(workspace: np.ndarray, loops: Loops, n: int) -> UnitRespon
     L = workspace[at : at + m * m].reshape(m, m)
     at += m * m
     J = workspace[at : at + m * n].reshape(m, n)
-    at += m * n
-    met = workspace[at : at + MET_NUMBERS * points].reshape(points, MET_NUMBERS)
-    workspace = workspace[at + MET_NUMBERS * points :]
+    rest = workspace[at + m * n :]
     return UnitResponses(
-        wrenches,
+        wrenches_in(workspace, loops),
         unit_responses,
         A,
         L,
-        workspace[:m],
-        workspace[m : 2 * m],
-        workspace[2 * m : 3 * m],
-        workspace[3 * m : 4 * m],
-        workspace[4 * m : 5 * m],
+        rest[:m],
+        rest[m : 2 * m],
+        rest[2 * m : 3 * m],
+        rest[3 * m : 4 * m],
+        rest[4 * m : 5 * m],
         J,
-        workspace[8 * m : 8 * m + n],
-        workspace[5 * m : 6 * m],
-        workspace[6 * m : 7 * m],
-        workspace[7 * m : 8 * m],
-        met,
-        workspace[8 * m + n : 8 * m + n + 2],
+        rest[8 * m : 8 * m + n],
+        rest[5 * m : 6 * m],
+        rest[6 * m : 7 * m],
+        rest[7 * m : 8 * m],
+        rest[8 * m + n : 8 * m + n + 2],
     )
 
 

@@ -20,7 +20,7 @@ from kanefe.kernels.constraints.loop_tables import (
     ROW_B,
     TERM_COUNT,
     Loops,
-    UnitResponses,
+    RowWrenches,
     holds,
 )
 from kanefe.kernels.contact.rigid_points import KEPT, MET, ON_SURFACE, STATUS, meet
@@ -98,12 +98,12 @@ def _place(markers: np.ndarray, n: int, row: int, work: np.ndarray) -> tuple[Num
 
 @inlined
 def rate_of_row(
-    loops: Loops, j: int, drives: np.ndarray, work: np.ndarray, kept: UnitResponses, u: np.ndarray
+    loops: Loops, j: int, drives: np.ndarray, work: np.ndarray, exerted: RowWrenches, u: np.ndarray
 ) -> float:
     """Return dg/dt of a row from the velocities of its ends."""
     if loops.rows[j, KIND_OF] == CONTACT_ROW:
-        return kept.met[loops.rows[j, POINT], int(MET.rates) + loops.rows[j, DIRECTION]]
-    total, wrenches = 0.0, kept.wrenches
+        return exerted.met[loops.rows[j, POINT], int(MET.rates) + loops.rows[j, DIRECTION]]
+    total, wrenches = 0.0, exerted.wrenches
     if loops.rows[j, KIND_OF] == COUPLER_ROW:
         for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
             speed = loops.speeds[term]

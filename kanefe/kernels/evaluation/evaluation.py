@@ -12,7 +12,8 @@ from kanefe.kernels.compiler.arrays import RealRows, Reals, ValueRows, Values
 from kanefe.kernels.compiler.entries import built_first, entry
 from kanefe.kernels.compiler.signatures import Variant
 from kanefe.kernels.constraints.contact_rates import put_contact_rates
-from kanefe.kernels.constraints.loop_tables import Loops, hold_size, unit_responses_in
+from kanefe.kernels.constraints.loop_multipliers import hold_loops, hold_size
+from kanefe.kernels.constraints.loop_tables import Loops, unit_responses_in
 from kanefe.kernels.constraints.multipliers import hold, respond_to_multipliers
 from kanefe.kernels.layout import (
     BORDER_SIZE,
@@ -77,7 +78,7 @@ class Workspace(NamedTuple):
     multipliers : ndarray, shape (m,)
         Of the constraints.
     holding : ndarray, shape (`hold_size`,)
-        Of `hold`.
+        Of `hold_loops`, or of `hold` where there are rigid contacts.
     reactions : ndarray, shape (bearings, REACTION)
         Of joints whose load is followed.
     acting : ndarray
@@ -279,7 +280,7 @@ def put_rates(
         add_reactions(between, work, reactions)
 
     pivot = 1.0
-    if len(loops.rows) > 0:
+    if len(loops.points.places) > 0:
         pivot = hold(
             loops,
             tables,
@@ -301,8 +302,26 @@ def put_rates(
                 loops, tables, flexible, applied, work, modal, border, is_implicit, len(du), multipliers, holding
             )
             add_reactions(between, work, reactions)
-        if len(loops.points.places) > 0:
-            put_contact_rates(loops, z, multipliers, unit_responses_in(holding, loops, len(applied)), work, dz, powers)
+        put_contact_rates(loops, z, multipliers, unit_responses_in(holding, loops, len(applied)), work, dz, powers)
+    elif len(loops.rows) > 0:
+        pivot = hold_loops(
+            loops,
+            tables,
+            flexible,
+            drives,
+            z,
+            applied,
+            work,
+            modal,
+            border,
+            du,
+            driving,
+            multipliers,
+            holding,
+            is_implicit,
+        )
+        if len(reactions) > 0:
+            add_reactions(between, work, reactions)
     if len(reactions) > 0:
         follow_reactions(between, drives, q, u, z, work, reactions, acting, dz)
     for i in range(len(driving)):

@@ -8,7 +8,7 @@ import numpy as np
 
 from kanefe.kernels.compiler._numba import expanded
 from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
-from kanefe.kernels.constraints.loop_tables import Loops, hold_size
+from kanefe.kernels.constraints.loop_tables import Loops, wrenches_size
 from kanefe.kernels.layout import DRIVES, MODAL_SIZE, SPEEDS, STATES, WORK, FlexibleTables, Tables
 from kanefe.kernels.loads.loads_layout import WHOLE, LoadsBetween
 
@@ -83,7 +83,7 @@ class ForceWorkspace(NamedTuple):
         Forces along the components fixed in G.
     system, pivots : ndarray, shapes (c c,), (c,)
     holding, acting : ndarray
-        Of `hold` and of `add_loads_between`.
+        Of what rows exert, and of `add_loads_between`.
     """
 
     work: np.ndarray
@@ -110,7 +110,7 @@ def force_memory_size(
     speeds = int(tables.sizes[SPEEDS]) + driven
     size = 2 * (WORK * len(tables.rows) + modes) + speeds + int(tables.sizes[STATES]) + 3 * driven
     of_loads = 3 * len(between.rows) + int(between.workspace_size[WHOLE])
-    return size + of_loads + c * (2 + c) + hold_size(loops, speeds)
+    return size + of_loads + c * (2 + c) + wrenches_size(loops)
 
 
 @expanded
@@ -130,7 +130,7 @@ def force_workspace(
         flexible.sizes[MODAL_SIZE],
         len(between.rows),
     )
-    holds = hold_size(loops, speeds)
+    holds = wrenches_size(loops)
     work, moving, rest = memory[:rows], memory[rows : 2 * rows], memory[2 * rows :]
     modal, modal_rates, rest = rest[:modes], rest[modes : 2 * modes], rest[2 * modes :]
     applied, load_rates, rest = rest[:speeds], rest[speeds : speeds + states], rest[speeds + states :]

@@ -32,9 +32,9 @@ from kanefe.kernels.compiler.signatures import Variant
 from kanefe.kernels.constraints.loop_tables import (
     Loops,
     holds,
-    unit_responses_in,
+    wrenches_in,
 )
-from kanefe.kernels.constraints.multipliers import push_row, write_row
+from kanefe.kernels.constraints.row_wrenches import push_row, write_row
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import AT_TIME, DONE_AS, IS_ERROR, LEAST_PIVOT
 from kanefe.kernels.evaluation.force_tables import (
@@ -223,11 +223,11 @@ def put_forces(
             workspace,
             out[forces.places[ENDS] :],
         )
-    kept = unit_responses_in(workspace.holding, loops, len(applied))
+    exerted = wrenches_in(workspace.holding, loops)
     for j in range(len(multipliers)):
         if multipliers[j] != 0.0:
-            write_row(loops, j, tables.gravity, drives, z, speeds, work, kept)
-            push_row(loops, tables, flexible, j, multipliers[j], True, kept, applied, work, modal)
+            write_row(loops, j, tables.gravity, drives, z, speeds, work, exerted)
+            push_row(loops, tables, flexible, j, multipliers[j], True, exerted, applied, work, modal)
     still[:, :] = 0.0
     for i in range(len(still)):
         still[i, 0] = drives[i, 0]
@@ -235,10 +235,10 @@ def put_forces(
     add_inertia_forces(tables, flexible, work, moving, modal, modal_rates)
     sum_inward(tables, applied, work, out[forces.places[DRIVING] :])
     tell_joints(forces, work, out[forces.places[REACTIONS] :])
-    tell_loops(forces, loops, multipliers, work, kept, out[forces.places[LOOP_FORCES] :])
+    tell_loops(forces, loops, multipliers, work, exerted, out[forces.places[LOOP_FORCES] :])
     for h in range(len(forces.held)):
         hold_components(forces, tables.rows, flexible, h, work, modal, workspace)
-    tell_parts(tables, loops, forces, inputs, multipliers, work, kept, workspace, out)
+    tell_parts(tables, loops, forces, inputs, multipliers, work, exerted, workspace, out)
 
 
 @expanded

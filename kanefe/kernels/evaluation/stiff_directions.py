@@ -21,7 +21,7 @@ from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.compiler.signatures import Variant
 from kanefe.kernels.constraints.constraint_jacobian import walk_inward
 from kanefe.kernels.constraints.loop_tables import Loops
-from kanefe.kernels.constraints.multipliers import clear_all_forces
+from kanefe.kernels.constraints.row_wrenches import clear_all_forces
 from kanefe.kernels.evaluation.evaluation import Workspace, parts_of, workspace_in
 from kanefe.kernels.force_elements.places import WRENCH
 from kanefe.kernels.layout import (

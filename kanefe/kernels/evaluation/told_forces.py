@@ -21,7 +21,7 @@ from kanefe.kernels.algebra.vectors import (
     vector,
 )
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.constraints.loop_tables import FORCE_B, MOMENT_B, ROW_A, ROW_B, Loops, UnitResponses
+from kanefe.kernels.constraints.loop_tables import FORCE_B, MOMENT_B, ROW_A, ROW_B, Loops, RowWrenches
 from kanefe.kernels.evaluation.force_tables import (
     AT_ROW,
     COMPONENT,
@@ -76,7 +76,7 @@ def tell_loops(
     loops: Loops,
     multipliers: np.ndarray,
     work: np.ndarray,
-    kept: UnitResponses,
+    exerted: RowWrenches,
     told: np.ndarray,
 ) -> None:
     """Write what each loop joint exerts on its end b, about the origin of b, in its axes."""
@@ -90,8 +90,8 @@ def tell_loops(
         )
         for j in range(first, first + forces.loops[c, 1]):
             if multipliers[j] != 0.0:
-                own = times(multipliers[j], vector(kept.wrenches, j, FORCE_B))
-                turning = times(multipliers[j], vector(kept.wrenches, j, MOMENT_B))
+                own = times(multipliers[j], vector(exerted.wrenches, j, FORCE_B))
+                turning = times(multipliers[j], vector(exerted.wrenches, j, MOMENT_B))
                 force, moment = plus(force, own), plus(moment, minus(turning, cross(lever, own)))
         put_three(told, WRENCH * c, rotated_back(axes, force))
         put_three(told, WRENCH * c + 3, rotated_back(axes, moment))
@@ -163,7 +163,7 @@ def tell_parts(
     inputs: np.ndarray,
     multipliers: np.ndarray,
     work: np.ndarray,
-    kept: UnitResponses,
+    exerted: RowWrenches,
     workspace: ForceWorkspace,
     out: np.ndarray,
 ) -> None:
@@ -189,8 +189,8 @@ def tell_parts(
             elif kind == OF_LOOP:
                 for j in range(first, first + count):
                     if multipliers[j] != 0.0:
-                        pull = times(multipliers[j], vector(kept.wrenches, j, WRENCH * end))
-                        turning = times(multipliers[j], vector(kept.wrenches, j, WRENCH * end + 3))
+                        pull = times(multipliers[j], vector(exerted.wrenches, j, WRENCH * end))
+                        turning = times(multipliers[j], vector(exerted.wrenches, j, WRENCH * end + 3))
                         arm = minus(vector(work, loops.rows[j, ROW_A + end], POSITION), place)
                         force, moment = plus(force, pull), plus(moment, plus(turning, cross(arm, pull)))
             elif kind == OF_LOAD:

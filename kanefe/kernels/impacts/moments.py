@@ -174,8 +174,8 @@ def _put_margins(scene: ContactScene, decision: Decision, y: np.ndarray) -> None
         row, normal = decision.margins[p], forces[first + 3 * p]
         decision.flags[BEFORE, p] = OPEN
         if not is_closed(points, p, z):
-            meet(points, p, scene.tables.gravity, looked.work, kept.met)
-            row[ON_GAP] = kept.met[p, MET.gap]
+            meet(points, p, scene.tables.gravity, looked.work, kept.exerted.met)
+            row[ON_GAP] = kept.exerted.met[p, MET.gap]
         else:
             row[ON_NORMAL] = normal
             decision.flags[BEFORE, p] = SLIPS if is_slipping(points, p, z) else STICKS
@@ -183,8 +183,8 @@ def _put_margins(scene: ContactScene, decision: Decision, y: np.ndarray) -> None
                 holding = points.numbers[p, int(OF_POINT.friction) + int(AT.holding)]
                 row[ON_SLIP] = holding * normal - np.hypot(forces[first + 3 * p + 1], forces[first + 3 * p + 2])
             elif points.places[p, HAS_FRICTION] != 0:
-                row[ON_LEFT] = left_of_slip(points, p, z, looked.work, kept.met)
-        copy(kept.met[p], decision.now.met[p])
+                row[ON_LEFT] = left_of_slip(points, p, z, looked.work, kept.exerted.met)
+        copy(kept.exerted.met[p], decision.now.met[p])
 
 
 @kernel
@@ -195,7 +195,7 @@ def _put_moment(scene: ContactScene, flags: np.ndarray, count: int, u: np.ndarra
     first = len(loops.rows) - 3 * len(loops.points.places)
     for a in range(count):
         p = flags[TAKES, a]
-        copy(kept.met[p], moment.met[p])
+        copy(kept.exerted.met[p], moment.met[p])
         axes = axes_of(loops.points.markers, 2 * p, loops.points.places[p, ON_SURFACE], looked.work)
         for c in range(9):
             moment.axes[p, c] = axes[c]

@@ -61,7 +61,8 @@ def push(
         return
     if flexible is not None and rows[i, KIND] == INTERFACE and not rows[i, CARRIES]:
         parent = rows[i, PARENT]
-        _push_modes(flexible, rows, i, force, moment, work, modal)
+        body = flexible.bodies[rows[i, FLEXIBLE]]
+        share_of_modes(flexible, rows, i, force, moment, work, modal, modal[span(body, WORK_FORCE)])
         moment = plus(moment, cross(vector(work, i, OFFSET), force))
         i = parent
     accumulate(work, i, FORCE, (-force[0], -force[1], -force[2]))
@@ -69,7 +70,7 @@ def push(
 
 
 @kernel
-def _push_modes(
+def share_of_modes(
     flexible: FlexibleTables,
     rows: np.ndarray,
     i: int,
@@ -77,14 +78,14 @@ def _push_modes(
     moment: Numbers,
     work: np.ndarray,
     modal: np.ndarray,
+    p: np.ndarray,
 ) -> None:
-    """Add the share of the modes in what acts on an interface."""
+    """Add the share of the modes in what acts on an interface to the forces p on them."""
     body = flexible.bodies[rows[i, FLEXIBLE]]
     k, at, bent = body[COUNT], rows[i, BASIS], rows[i, BENT]
     G = matrix(work, rows[i, PARENT], R)
     a = rotated_back(G, force)
     b = rotated_back(matrix(work, i, TANGENT), rotated_back(G, moment))
-    p = modal[span(body, WORK_FORCE)]
     if bent < 0:
         _add_share(flexible.pool[at : at + 6 * k].reshape(6, k), a, b, p)
     else:

@@ -6,6 +6,8 @@ du in the parent's acceleration. (Featherstone 1983 for rigid bodies; the elasti
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import (
@@ -186,6 +188,25 @@ def at_point(m: Numbers, h: Numbers, inverse: Numbers, force: Numbers, turning: 
     return kept, minus(force, (dot(x, turning), dot(y, turning), dot(z, turning)))
 
 
+@inlined
+def through_axis(
+    rows: np.ndarray, geometry: np.ndarray, i: int, applied: Any, force: Numbers, moment: Numbers, work: np.ndarray
+) -> tuple[Any, Numbers, Numbers]:
+    """Return the acceleration along a link's coordinate by what it needs from its parent, and what is left of that."""
+    v, w = partials(rows, geometry, i, work)
+    rest = work[i, PIVOT] * (applied - dot(v, force) - dot(w, moment))
+    return rest, plus(force, times(rest, vector(work, i, U))), plus(moment, times(rest, vector(work, i, U + 3)))
+
+
+@inlined
+def through_ball(
+    i: int, torque: Numbers, force: Numbers, moment: Numbers, work: np.ndarray
+) -> tuple[Numbers, Numbers, Numbers]:
+    """Return the same for a spherical joint: its turning is against its angular acceleration."""
+    turning = symmetric_times(symmetric(work, i, U), minus(moment, torque))
+    return turning, minus(force, rotated(matrix(work, i, H), turning)), torque
+
+
 @kernel
 def sweep_forces_inward(
     tables: Tables,
@@ -209,14 +230,10 @@ def sweep_forces_inward(
         force, moment = vector(work, i, FORCE), vector(work, i, MOMENT)
         if kind == SPHERICAL:
             torque = rotated(matrix(work, i, R), three(applied, speed))
-            turning = symmetric_times(symmetric(work, i, U), minus(moment, torque))
-            force, moment = minus(force, rotated(matrix(work, i, H), turning)), torque
+            _, force, moment = through_ball(i, torque, force, moment, work)
         elif kind != FIXED and rows[i, DRIVE] < 0:
-            v, w = partials(rows, geometry, i, work)
-            rest = work[i, PIVOT] * (applied[speed] - dot(v, force) - dot(w, moment))
+            rest, force, moment = through_axis(rows, geometry, i, applied[speed], force, moment, work)
             work[i, DRIVING] = rest
-            force = plus(force, times(rest, vector(work, i, U)))
-            moment = plus(moment, times(rest, vector(work, i, U + 3)))
         if parent >= 0:
             accumulate(work, parent, FORCE, force)
             accumulate(work, parent, MOMENT, plus(moment, cross(vector(work, i, OFFSET), force)))

@@ -10,9 +10,11 @@ from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW, ROW_NUMBERS
 from kanefe.kernels.constraints.loop_tables import CONSTRAINT_INTEGERS, Loops, no_loops
 from kanefe.kernels.constraints.tolerances import LARGEST_STEP
 from kanefe.kernels.contact.rigid_points import HAS_MARK, OF_PROBE, ON_SURFACE, STATUS
+from kanefe.kernels.layout import FlexibleTables, Tables, no_flexible
 from kanefe.kernels.loads.markers import MARKER_NUMBERS
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.rigid_point_tables import rigid_points
+from kanefe.order_n.tables.row_path_tables import row_paths
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import displacement_scales, joint_scales, scene_length
 
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
     from kanefe.constraints.rows import Constraint, Row
 
 
-def loop_tables(builder: FrameOffsets) -> Loops:
+def loop_tables(builder: FrameOffsets, tables: Tables, flexible: FlexibleTables | None) -> Loops:
     """Return the tables of the rows of all constraints."""
     model = builder.model
     if not model.is_constrained:
@@ -54,8 +56,9 @@ def loop_tables(builder: FrameOffsets) -> Loops:
             integers.append((CONTACT_ROW, a, b, direction, p, 0, holds_place, 0, status))
             markers += [points.markers[2 * p], points.markers[2 * p + 1]]
             numbers.append(np.zeros(ROW_NUMBERS))
+    rows = np.array(integers, dtype=np.int64).reshape(-1, CONSTRAINT_INTEGERS)
     return Loops(
-        rows=np.array(integers, dtype=np.int64).reshape(-1, CONSTRAINT_INTEGERS),
+        rows=rows,
         markers=np.array(markers).reshape(-1, MARKER_NUMBERS),
         numbers=np.array(numbers).reshape(-1, ROW_NUMBERS),
         speeds=np.array(speeds, dtype=np.int64),
@@ -65,6 +68,7 @@ def loop_tables(builder: FrameOffsets) -> Loops:
         moves=LARGEST_STEP * joint_scales(model, length),
         limits=np.array([RANK_TOLERANCE, length]),
         points=points,
+        paths=row_paths(rows, speeds, tables, flexible or no_flexible()),
     )
 
 

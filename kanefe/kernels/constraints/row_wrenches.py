@@ -1,0 +1,147 @@
+"""What rows of constraints exert on the two things they are between, and what acts along them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from kanefe.kernels.algebra.vectors import cross, dot, minus, plus, put, times, vector
+from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW, COUPLER_ROW, row_terms
+from kanefe.kernels.constraints.loop_tables import (
+    DIRECTION,
+    FIRST_TERM,
+    FORCE_A,
+    FORCE_B,
+    IS_BALL,
+    KIND_OF,
+    MOMENT_A,
+    MOMENT_B,
+    POINT,
+    ROW_A,
+    ROW_B,
+    TERM_COUNT,
+    Loops,
+    RowWrenches,
+)
+from kanefe.kernels.contact.rigid_points import MET, meet, motion_of_marker, rub_along
+from kanefe.kernels.layout import ACCELERATION, ALPHA, POSITION, WORK_FORCE, FlexibleTables, R, Tables
+from kanefe.kernels.loads.markers import lever_of
+from kanefe.kernels.loads.point_and_field_loads import push
+from kanefe.kernels.sweeps.body_inertia import clear_forces
+from kanefe.kernels.sweeps.elastic import span
+
+
+@kernel
+def write_row(
+    loops: Loops,
+    j: int,
+    gravity: np.ndarray,
+    drives: np.ndarray,
+    z: np.ndarray,
+    count: int,
+    work: np.ndarray,
+    exerted: RowWrenches,
+) -> Any:
+    """Write the wrenches of a row that holds about the origins of its links; return its bias acceleration.
+
+    Of a contact point that touches its normal row comes first.
+    """
+    zero, wrenches, met = 0.0 * work[0, R], exerted.wrenches, exerted.met
+    if loops.rows[j, KIND_OF] == CONTACT_ROW:
+        p, direction = loops.rows[j, POINT], loops.rows[j, DIRECTION]
+        if direction == 0:
+            meet(loops.points, p, gravity, work, met)
+            rub_along(loops.points, p, z, work, met)
+        along = vector(met, p, int(MET.normal) + 3 * direction)
+        for end in range(2):
+            row, force = loops.rows[j, ROW_A + end], times(1.0 if end else -1.0, along)
+            arm = vector(met, p, MET.point)
+            if row >= 0:
+                arm = minus(arm, vector(work, row, POSITION))
+            put(wrenches, j, 6 * end, force)
+            put(wrenches, j, 6 * end + 3, cross(arm, force))
+        return met[p, int(MET.remainder) + direction]
+    if loops.rows[j, KIND_OF] == COUPLER_ROW:
+        remainder = zero
+        for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
+            speed = loops.speeds[term]
+            if speed >= count:
+                remainder += loops.coefficients[term] * drives[speed - count, 2]
+        return remainder
+    a, b = loops.rows[j, ROW_A], loops.rows[j, ROW_B]
+    lever_a, lever_b = lever_of(loops.markers, 2 * j, a, work), lever_of(loops.markers, 2 * j + 1, b, work)
+    force_a, moment_a, force_b, moment_b, remainder = row_terms(
+        loops.rows[j, KIND_OF],
+        loops.numbers,
+        j,
+        loops.rows[j, IS_BALL] != 0,
+        motion_of_marker(loops.markers, 2 * j, a, lever_a, gravity, work),
+        motion_of_marker(loops.markers, 2 * j + 1, b, lever_b, gravity, work),
+    )
+    put(wrenches, j, FORCE_A, force_a)
+    put(wrenches, j, MOMENT_A, plus(moment_a, cross(lever_a, force_a)))
+    put(wrenches, j, FORCE_B, force_b)
+    put(wrenches, j, MOMENT_B, plus(moment_b, cross(lever_b, force_b)))
+    return remainder
+
+
+@inlined
+def along_row(loops: Loops, j: int, work: np.ndarray, wrenches: np.ndarray, du: np.ndarray) -> Any:
+    """Return J_j du from the share of du in the acceleration of the rows, after a sweep of accelerations."""
+    total = 0.0 * work[0, R]
+    if loops.rows[j, KIND_OF] == COUPLER_ROW:
+        for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
+            if loops.speeds[term] < len(du):
+                total += loops.coefficients[term] * du[loops.speeds[term]]
+        return total
+    for end in range(2):
+        row = loops.rows[j, ROW_A + end]
+        if row >= 0:
+            total += dot(vector(wrenches, j, 6 * end), vector(work, row, ACCELERATION))
+            total += dot(vector(wrenches, j, 6 * end + 3), vector(work, row, ALPHA))
+    return total
+
+
+@kernel
+def push_row(
+    loops: Loops,
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    j: int,
+    multiplier: Any,
+    rubs: bool,
+    exerted: RowWrenches,
+    applied: np.ndarray,
+    work: np.ndarray,
+    modal: np.ndarray,
+) -> None:
+    """Apply what a multiplier of a row exerts, with what it rubs where that is asked for."""
+    if loops.rows[j, KIND_OF] == COUPLER_ROW:
+        for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
+            applied[loops.speeds[term]] += multiplier * loops.coefficients[term]
+        return
+    is_contact = loops.rows[j, KIND_OF] == CONTACT_ROW
+    for end in range(2):
+        row = loops.rows[j, ROW_A + end]
+        force, moment = vector(exerted.wrenches, j, 6 * end), vector(exerted.wrenches, j, 6 * end + 3)
+        if rubs and is_contact and row >= 0 and loops.rows[j, DIRECTION] == 0:
+            p = loops.rows[j, POINT]
+            rubbed = times(1.0 if end else -1.0, vector(exerted.met, p, MET.tangential))
+            arm = minus(vector(exerted.met, p, MET.point), vector(work, row, POSITION))
+            force, moment = plus(force, rubbed), plus(moment, cross(arm, rubbed))
+        push(tables.rows, flexible, row, times(multiplier, force), times(multiplier, moment), work, modal)
+
+
+@kernel
+def clear_all_forces(
+    tables: Tables, flexible: FlexibleTables | None, applied: np.ndarray, work: np.ndarray, modal: np.ndarray
+) -> None:
+    """Write no forces on rows, modes and joints."""
+    for i in range(len(tables.rows)):
+        clear_forces(work, i)
+    if flexible is not None:
+        for f in range(len(flexible.bodies)):
+            modal[span(flexible.bodies[f], WORK_FORCE)][:] = 0.0
+    applied[:] = 0.0
