@@ -22,13 +22,15 @@ def factor_envelope(
     order: np.ndarray,
     scale: np.ndarray,
     tolerance: float,
+    begin: int,
+    end: int,
     L: np.ndarray,
     inverses: np.ndarray,
     column: np.ndarray,
 ) -> Any:
-    """Factor the rows of A whose scale is not zero; return the least pivot that counts, of the largest.
+    """Factor the rows of a block of A whose scale is not zero; return the least pivot that counts, of the largest.
 
-    It is 0 if A is indefinite. Pivots below `tolerance` of the largest fade as those of
+    It is 0 if the block is indefinite. Pivots below `tolerance` of the largest fade as those of
     `kanefe.kernels.algebra.pivoted.factor`.
 
     Parameters
@@ -41,17 +43,19 @@ def factor_envelope(
         Which unknown is at each place of the envelope.
     scale : ndarray, shape (m,)
         Of each unknown.
+    begin, end : int
+        Places of the block, which has nothing in common with others.
     inverses : ndarray, shape (m,)
         On return: of the pivots, for `solve_envelope`.
     column : ndarray, shape (m,)
         Workspace: inverses that do not fade.
     """
-    m, largest, weakest = len(order), ROUND_OFF, 1.0
-    for a in range(m):
+    largest, weakest = ROUND_OFF, 1.0
+    for a in range(begin, end):
         size = scale[order[a]]
         largest = max(largest, (size * size * A[ends[a + 1] - 1]).real)
     least = tolerance * largest
-    for a in range(m):
+    for a in range(begin, end):
         start, first = ends[a], a + 1 - (ends[a + 1] - ends[a])
         own = scale[order[a]]
         if own == 0.0:
@@ -89,22 +93,23 @@ def solve_envelope(
     inverses: np.ndarray,
     scale: np.ndarray,
     right: np.ndarray,
+    begin: int,
+    end: int,
     column: np.ndarray,
     x: np.ndarray,
 ) -> None:
-    """Write x of ``A x = right`` (m,), zero for rows that were left out; `column` is workspace."""
-    m = len(order)
-    for a in range(m):
+    """Write x of ``A x = right`` for a block, zero for rows that were left out; `column` (m,) is workspace."""
+    for a in range(begin, end):
         start, first = ends[a], a + 1 - (ends[a + 1] - ends[a])
         total = scale[order[a]] * right[order[a]]
         for c in range(first, a):
             total -= L[start + c - first] * column[c]
         column[a] = total
-    for a in range(m):
+    for a in range(begin, end):
         column[a] *= inverses[a]
-    for a in range(m - 1, -1, -1):
+    for a in range(end - 1, begin - 1, -1):
         start, first = ends[a], a + 1 - (ends[a + 1] - ends[a])
         for c in range(first, a):
             column[c] -= L[start + c - first] * column[a]
-    for a in range(m):
+    for a in range(begin, end):
         x[order[a]] = scale[order[a]] * column[a]

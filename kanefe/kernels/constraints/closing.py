@@ -8,7 +8,7 @@ sweeps. `kanefe.kane.loop_closure` is the same in dense matrices.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,14 +17,12 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.compiler.signatures import Variant
-from kanefe.kernels.constraints.loop_multipliers import respond, solve_loops
-from kanefe.kernels.constraints.loop_system import (
-    LoopFactors,
-    factor_loops,
-    factors_size,
-    loop_factors_in,
-    put_loop_system,
+from kanefe.kernels.constraints.held_sweeps import (
+    sweep_accelerations_held,
+    sweep_forces_inward_held,
+    sweep_inward_held,
 )
+from kanefe.kernels.constraints.loop_system import LoopFactors, factors_size, loop_factors_in
 from kanefe.kernels.constraints.loop_tables import (
     HOLDS_PLACE,
     Loops,
@@ -34,7 +32,7 @@ from kanefe.kernels.constraints.loop_tables import (
     wrenches_size,
 )
 from kanefe.kernels.constraints.openings import openings, rate_of_row
-from kanefe.kernels.constraints.row_wrenches import write_row
+from kanefe.kernels.constraints.row_wrenches import clear_all_forces, write_row
 from kanefe.kernels.constraints.tolerances import LARGEST_ITERATIONS, LARGEST_OPENING, MOST_HALVINGS, TOLERANCE
 from kanefe.kernels.layout import (
     BORDER_SIZE,
@@ -50,7 +48,6 @@ from kanefe.kernels.layout import (
 from kanefe.kernels.sweeps.advance import advance
 from kanefe.kernels.sweeps.implicit import stiffen_joints, stiffen_modes
 from kanefe.kernels.sweeps.inertia import set_inertia
-from kanefe.kernels.sweeps.inward import sweep_inward
 from kanefe.kernels.sweeps.outward import sweep_outward
 
 CLOSED, LEFT_OPEN, WITHOUT_INERTIA = range(3)
@@ -75,8 +72,8 @@ class Closing(NamedTuple):
     Attributes
     ----------
     applied, added : ndarray, shape (free + driven,)
-    residuals, trial_residuals, multipliers, scale : ndarray, shape (m,)
-    speeds : ndarray, shape (free,)
+    residuals, trial_residuals, multipliers : ndarray, shape (m,)
+    step, speeds : ndarray, shape (free,)
     place, trial : ndarray, shape (coordinates,)
         Coordinates reached, and those tried.
     exerted : RowWrenches
@@ -90,7 +87,7 @@ class Closing(NamedTuple):
     residuals: np.ndarray
     trial_residuals: np.ndarray
     multipliers: np.ndarray
-    scale: np.ndarray
+    step: np.ndarray
     speeds: np.ndarray
     place: np.ndarray
     trial: np.ndarray
@@ -103,15 +100,15 @@ class Closing(NamedTuple):
 def close_size(tables: Tables, flexible: FlexibleTables, loops: Loops) -> int:
     """Return how many numbers the workspace of `close` has."""
     m, n = len(loops.rows), tables.sizes[SPEEDS] + tables.sizes[DRIVES]
-    size = factors_size(loops, n) + 2 * n + 4 * m + tables.sizes[SPEEDS] + 2 * tables.sizes[COORDINATES]
+    size = factors_size(loops, n) + 2 * n + 3 * m + 2 * (tables.sizes[SPEEDS] + tables.sizes[COORDINATES])
     return size + wrenches_size(loops) + WORK * len(tables.rows) + flexible.sizes[MODAL_SIZE]
 
 
 @inlined
 def _closing_in(workspace: np.ndarray, tables: Tables, loops: Loops, n: int) -> Closing:
     m, count, coordinates = len(loops.rows), tables.sizes[SPEEDS], tables.sizes[COORDINATES]
-    rows, rest = workspace[2 * n : 2 * n + 4 * m], workspace[2 * n + 4 * m :]
-    places, exerted = rest[count : count + 2 * coordinates], rest[count + 2 * coordinates :]
+    rows, rest = workspace[2 * n : 2 * n + 3 * m], workspace[2 * n + 3 * m :]
+    places, exerted = rest[2 * count : 2 * (count + coordinates)], rest[2 * (count + coordinates) :]
     work = exerted[wrenches_size(loops) :]
     size = WORK * len(tables.rows)
     return Closing(
@@ -119,9 +116,9 @@ def _closing_in(workspace: np.ndarray, tables: Tables, loops: Loops, n: int) -> 
         workspace[n : 2 * n],
         rows[:m],
         rows[m : 2 * m],
-        rows[2 * m : 3 * m],
-        rows[3 * m :],
+        rows[2 * m :],
         rest[:count],
+        rest[count : 2 * count],
         places[:coordinates],
         places[coordinates:],
         wrenches_in(exerted, loops),
@@ -164,7 +161,6 @@ def close(
     m, count, n = len(loops.rows), len(u), len(u) + len(drives)
     kept = loop_factors_in(workspace, loops, n)
     at = _closing_in(workspace[factors_size(loops, n) :], tables, loops, n)
-    is_implicit, step = share_stiffness > 0.0, kept.response[:count]
     copy(q, at.place)
     sweep_outward(tables, flexible, drives, at.place, u, work, modal)
     worst, total = openings(loops, tables, drives, at.place, z, work, kept.exerted.met, at.residuals)
@@ -178,23 +174,24 @@ def close(
         if not is_factored:
             if not is_swept:
                 sweep_outward(tables, flexible, drives, at.place, u, work, modal)
-            if not _eliminate(loops, tables, flexible, drives, share_stiffness, u, z, work, modal, border, at, kept):
-                return WITHOUT_INERTIA, 0.0
-            weakest = _factor_places(loops, worst, at, kept)
+            # rows that depend on each other where the loops are closed seem not to, by the square of how far they are open
+            tolerance = min(UNKNOWN * worst * worst, LARGEST_UNKNOWN)
+            weakest = _eliminate(
+                loops, tables, flexible, drives, share_stiffness, u, z, True, tolerance, work, modal, border, at, kept
+            )
             if weakest == 0.0:
                 return WITHOUT_INERTIA, 0.0
             is_factored = is_here = True
-        solve_loops(loops, at.scale, at.residuals, kept, at.multipliers)
-        respond(loops, tables, flexible, at.multipliers, at.applied, work, modal, border, is_implicit, kept, count)
+        _move(loops, tables, flexible, share_stiffness, at.residuals, work, modal, border, at, kept)
         shrink = 1.0
         for i in range(count):
-            shrink = max(shrink, abs(step[i]) / loops.moves[i])
+            shrink = max(shrink, abs(at.step[i]) / loops.moves[i])
         share = -1.0 / shrink
         # what is closed but for round-off gets better by a whole step or not at all
         tries = MOST_HALVINGS if is_here and worst > TOLERANCE else 1
         is_better, is_tried = False, False
         for _half in range(tries):
-            advance(tables, flexible, at.place, step, share, at.trial)
+            advance(tables, flexible, at.place, at.step, share, at.trial)
             sweep_outward(tables, flexible, drives, at.trial, u, at.work, at.modal)
             opening, square = openings(
                 loops, tables, drives, at.trial, z, at.work, at.exerted.met, at.trial_residuals
@@ -214,15 +211,16 @@ def close(
             is_factored = False
     if not worst <= LARGEST_OPENING:
         return LEFT_OPEN, weakest
-    if not is_factored or (start > FAR * weakest and not is_here):
-        if not is_here and not is_swept:
+    holds_speeds = loops.rows[:, HOLDS_PLACE].sum() < m
+    if not is_factored or holds_speeds or (start > FAR * weakest and not is_here):
+        if is_tried or not is_swept or is_factored:
             sweep_outward(tables, flexible, drives, at.place, u, work, modal)
-        if not _eliminate(loops, tables, flexible, drives, share_stiffness, u, z, work, modal, border, at, kept):
+        weakest = _eliminate(
+            loops, tables, flexible, drives, share_stiffness, u, z, False, 0.0, work, modal, border, at, kept
+        )
+        if weakest == 0.0:
             return WITHOUT_INERTIA, 0.0
-        weakest = factor_loops(loops, kept.scale, 0.0, kept)
         is_here = True
-    elif loops.rows[:, HOLDS_PLACE].sum() < m:
-        weakest = factor_loops(loops, kept.scale, 0.0, kept)
     copy(u, at.speeds)
     for again in range(1 if is_here or start <= NEAR * weakest else 2):
         if again > 0 or not is_tried:
@@ -232,10 +230,9 @@ def close(
             if holds(loops, j, z):
                 write_row(loops, j, tables.gravity, drives, z, count, at.work, at.exerted)
                 at.residuals[j] = rate_of_row(loops, j, drives, at.work, at.exerted, at.speeds)
-        solve_loops(loops, kept.scale, at.residuals, kept, at.multipliers)
-        respond(loops, tables, flexible, at.multipliers, at.applied, work, modal, border, is_implicit, kept, count)
+        _move(loops, tables, flexible, share_stiffness, at.residuals, work, modal, border, at, kept)
         for i in range(count):
-            at.speeds[i] -= step[i]
+            at.speeds[i] -= at.step[i]
     copy(at.place, q)
     copy(at.speeds, u)
     return CLOSED, weakest
@@ -293,15 +290,18 @@ def _eliminate(
     share_stiffness: float,
     u: np.ndarray,
     z: np.ndarray,
+    places_only: bool,
+    tolerance: float,
     work: np.ndarray,
     modal: np.ndarray,
     border: np.ndarray,
     at: Closing,
     kept: LoopFactors,
-) -> bool:
-    """Write the rows and their system after an outward sweep; return whether everything has inertia."""
-    count, is_implicit, none = len(u), share_stiffness > 0.0, kept.response[: len(u)]
+) -> float:
+    """Eliminate tree and loops after an outward sweep; return the weakest pivot, 0 where something has no inertia."""
+    count, is_implicit, none = len(u), share_stiffness > 0.0, at.step
     for j in range(len(loops.rows)):
+        kept.rest[j] = 0.0
         if holds(loops, j, z):
             write_row(loops, j, tables.gravity, drives, z, count, work, kept.exerted)
     set_inertia(tables, flexible, work, modal)
@@ -310,16 +310,45 @@ def _eliminate(
         none[:] = 0.0
         stiffen_joints(tables, 0.0, share_stiffness, none, none, at.place, u, at.applied, at.added)
         stiffen_modes(flexible, 0.0, share_stiffness, none, none, modal)
-    if not sweep_inward(tables, flexible, at.applied, work, modal, border, is_implicit, at.added):
-        return False
-    put_loop_system(loops, tables, flexible, z, work, modal, border, is_implicit, kept)
-    return True
+    is_regular, weakest = sweep_inward_held(
+        loops,
+        tables,
+        flexible,
+        z,
+        at.applied,
+        work,
+        modal,
+        border,
+        is_implicit,
+        at.added,
+        places_only,
+        tolerance,
+        kept,
+        at.multipliers,
+    )
+    return weakest if is_regular else 0.0
 
 
 @kernel
-def _factor_places(loops: Loops, worst: float, at: Closing, kept: LoopFactors) -> Any:
-    """Factor the rows that hold places, with openings of `worst` at most; return the weakest pivot."""
-    for j in range(len(loops.rows)):
-        at.scale[j] = kept.scale[j] if loops.rows[j, HOLDS_PLACE] else 0.0
-    # rows that depend on each other where the loops are closed seem not to, by the square of how far they are open
-    return factor_loops(loops, at.scale, min(UNKNOWN * worst * worst, LARGEST_UNKNOWN), kept)
+def _move(
+    loops: Loops,
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    share_stiffness: float,
+    rest: np.ndarray,
+    work: np.ndarray,
+    modal: np.ndarray,
+    border: np.ndarray,
+    at: Closing,
+    kept: LoopFactors,
+) -> None:
+    """Write the nearest step that moves the rows by `rest`, (m,)."""
+    is_implicit = share_stiffness > 0.0
+    copy(rest, kept.rest)
+    clear_all_forces(tables, flexible, at.applied, work, modal)
+    sweep_forces_inward_held(
+        loops, tables, flexible, at.applied, work, modal, border, is_implicit, kept, at.multipliers
+    )
+    sweep_accelerations_held(
+        loops, tables, flexible, at.applied, work, modal, border, is_implicit, kept, at.multipliers, at.step
+    )

@@ -36,6 +36,7 @@ def walk_inward(
     tables: Tables,
     flexible: FlexibleTables | None,
     i: int,
+    end: int,
     force: Numbers,
     moment: Numbers,
     work: np.ndarray,
@@ -43,11 +44,11 @@ def walk_inward(
     J: np.ndarray,
     reach: np.ndarray,
 ) -> None:
-    """Add the generalised forces of a wrench on a row, and the largest they could be, on the way to N."""
+    """Add the generalised forces of a wrench on row i, and the largest they could be, on the way to row `end` (-1: N)."""
     rows, geometry = tables.rows, tables.geometry
     # of a vector whose real part is zero, the square of a complex step is negative
     f_size, m_size = np.sqrt(abs(dot(force, force).real)), np.sqrt(abs(dot(moment, moment).real))
-    while i >= 0:
+    while i != end:
         kind, speed = rows[i, KIND], rows[i, SPEED]
         if flexible is not None and kind == INTERFACE:
             body = flexible.bodies[rows[i, FLEXIBLE]]

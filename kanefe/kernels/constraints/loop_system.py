@@ -1,12 +1,12 @@
-"""The system of the multipliers of loops by the ways of their rows to N: what loops have in common, and nothing else.
+"""The system of the multipliers of loops by the ways of their rows: what loops have in common, and nothing else.
 
 A wrench on its way inward leaves at each joint, and at the modes of each body, a force that is given way to. With
 ``k`` that force, ``D`` the inertia that `kanefe.kernels.sweeps.inward` has eliminated there, and ``e = D^-1 k``,
 
     J_i M^-1 J_j^T = sum of k_i e_j over all joints and modes that both rows visit,
 
-since the sweeps are a factorisation ``M^-1 = Psi^T D^-1 Psi`` (Rodriguez 1987, Jain 1991). Rows without a joint in
-common do not meet in the system.
+since the sweeps are a factorisation ``M^-1 = Psi^T D^-1 Psi`` (Rodriguez 1987, Jain 1991). Rows that share nothing
+do not meet in the system. It is that of the links between their ends, with the link that carries them all at rest.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.envelope import factor_envelope
 from kanefe.kernels.algebra.vectors import (
     Numbers,
     accumulate,
@@ -40,9 +39,9 @@ from kanefe.kernels.constraints.constraint_jacobian import row_scale_over, walk_
 from kanefe.kernels.constraints.constraint_rows import COUPLER_ROW
 from kanefe.kernels.constraints.loop_tables import (
     FIRST_TERM,
+    HOLDS_PLACE,
     KIND_OF,
     LEAST_SHARE,
-    RANK_TOLERANCE,
     ROW_A,
     TERM_COUNT,
     Loops,
@@ -51,7 +50,17 @@ from kanefe.kernels.constraints.loop_tables import (
     wrenches_in,
     wrenches_size,
 )
-from kanefe.kernels.constraints.row_paths import OF_JOINT, OF_MODES, ROW_OF_LOOPS, VISIT, VISITED
+from kanefe.kernels.constraints.row_paths import (
+    FIRST_GUEST,
+    GUEST,
+    GUEST_VISIT,
+    IS_MODES,
+    MET_AT,
+    OF_JOINT,
+    OF_MODES,
+    OF_WRENCH,
+    VISITED,
+)
 from kanefe.kernels.layout import (
     AXES,
     CARRIED_COUNT,
@@ -86,16 +95,13 @@ from kanefe.kernels.sweeps.inward import through_axis, through_ball
 from kanefe.kernels.sweeps.modal_elimination import coupling_span
 
 TURN = 3
-"""Place of the second vector of a joint that has two."""
-
-ACCELERATED = 6
-"""Place of the accelerations among the numbers of a free joint."""
+"""Place of the second vector of a wrench, and of the accelerations of a free joint."""
 
 WRENCH = 6
 
 
 class LoopFactors(NamedTuple):
-    """What loops do to the speeds at one configuration, without rubbing contacts.
+    """How loops hold the tree at one configuration, without rubbing contacts.
 
     Attributes
     ----------
@@ -104,15 +110,16 @@ class LoopFactors(NamedTuple):
         Of all visits, see `put_visits`.
     A, L : ndarray, shape (envelope,)
         ``J M^-1 J^T`` in its envelope, and its factors.
-    inverses, scale, rest, column : ndarray, shape (m,)
+    inverses, scale, rest, right, column, solved : ndarray, shape (m,)
         Of pivots; with which a row is of unit length if it points along the motion of its ends (0: it moves nothing,
-        or does not hold); right-hand side; workspace.
+        or does not hold); acceleration that each row needs; workspace.
+    felt, asked : ndarray, shape (m, WRENCH)
+        What the row of the scene that carries the loops feels of a unit multiplier, and the multipliers that its unit
+        accelerations ask for.
     J, reach : ndarray, shape (n,)
         A row and the largest it could be: workspace.
     carried : ndarray, shape (rows of the scene, WRENCH)
         Wrenches on their way.
-    response : ndarray, shape (n,)
-        What all multipliers cause: accelerations, and driving forces.
     """
 
     exerted: RowWrenches
@@ -122,30 +129,34 @@ class LoopFactors(NamedTuple):
     inverses: np.ndarray
     scale: np.ndarray
     rest: np.ndarray
+    right: np.ndarray
     column: np.ndarray
+    solved: np.ndarray
+    felt: np.ndarray
+    asked: np.ndarray
     J: np.ndarray
     reach: np.ndarray
     carried: np.ndarray
-    response: np.ndarray
 
 
 @kernel
 def factors_size(loops: Loops, n: int) -> int:
     """Return how many numbers the workspace of `loop_factors_in` has, with n free and driven speeds."""
     m, paths = len(loops.rows), loops.paths
-    rows, envelope = len(paths.met_first) - 1, paths.ends[m]
-    return wrenches_size(loops) + paths.sizes[0] + 2 * envelope + 4 * m + 3 * n + WRENCH * rows
+    rows = max(0, len(paths.places) - 2)
+    return wrenches_size(loops) + paths.sizes[0] + 2 * paths.ends[m] + (6 + 2 * WRENCH) * m + 2 * n + WRENCH * rows
 
 
 @inlined
 def loop_factors_in(workspace: np.ndarray, loops: Loops, n: int) -> LoopFactors:
     """Return the parts of a workspace of `factors_size`."""
-    m, rows = len(loops.rows), len(loops.paths.met_first) - 1
+    m, rows = len(loops.rows), max(0, len(loops.paths.places) - 2)
     envelope, size = loops.paths.ends[m], loops.paths.sizes[0]
     rest = workspace[wrenches_size(loops) :]
     numbers, rest = rest[:size], rest[size:]
     A, L, rest = rest[:envelope], rest[envelope : 2 * envelope], rest[2 * envelope :]
-    of_rows, of_speeds, carried = rest[: 4 * m], rest[4 * m : 4 * m + 3 * n], rest[4 * m + 3 * n :]
+    of_rows, sixes = rest[: 6 * m], rest[6 * m : (6 + 2 * WRENCH) * m].reshape(2 * m, WRENCH)
+    of_speeds, carried = rest[(6 + 2 * WRENCH) * m :], rest[(6 + 2 * WRENCH) * m + 2 * n :]
     return LoopFactors(
         wrenches_in(workspace, loops),
         numbers,
@@ -154,11 +165,14 @@ def loop_factors_in(workspace: np.ndarray, loops: Loops, n: int) -> LoopFactors:
         of_rows[:m],
         of_rows[m : 2 * m],
         of_rows[2 * m : 3 * m],
-        of_rows[3 * m :],
+        of_rows[3 * m : 4 * m],
+        of_rows[4 * m : 5 * m],
+        of_rows[5 * m :],
+        sixes[:m],
+        sixes[m:],
         of_speeds[:n],
         of_speeds[n : 2 * n],
         carried[: WRENCH * rows].reshape(rows, WRENCH),
-        of_speeds[2 * n :],
     )
 
 
@@ -167,42 +181,45 @@ def put_loop_system(
     loops: Loops,
     tables: Tables,
     flexible: FlexibleTables | None,
+    at: int,
     z: np.ndarray,
+    places_only: bool,
     work: np.ndarray,
     modal: np.ndarray,
     border: np.ndarray,
     is_implicit: bool,
     kept: LoopFactors,
 ) -> None:
-    """Write A and the scales of all rows; their wrenches are written and the inertias eliminated.
+    """Write A and the scales of the rows that are eliminated at a row of the scene; all they visit is.
 
-    A row that does not hold is left out: its scale is zero.
+    A row that does not hold, or no place where `places_only` is asked for, is left out: its scale is zero.
+
+    Parameters
+    ----------
+    at : int
+        -1: N.
     """
-    kept.A[:] = 0.0
-    for j in range(len(loops.rows)):
+    paths = loops.paths
+    begin, end = paths.places[at + 1], paths.places[at + 2]
+    for place in range(begin, end):
+        j = paths.order[place]
+        kept.A[paths.ends[place] : paths.ends[place + 1]] = 0.0
         kept.scale[j] = 0.0
-        if not holds(loops, j, z):
+        if not holds(loops, j, z) or (places_only and not loops.rows[j, HOLDS_PLACE]):
             continue
-        share = _share_of_reach(loops, tables, flexible, j, work, modal, kept)
+        share = _share_of_reach(loops, tables, flexible, j, at, work, modal, kept)
         # its pivot would be below all that count, and its way would be for nothing
         if share.real > LEAST_SHARE:
             kept.scale[j] = share
             _put_visits(loops, tables, flexible, j, work, modal, border, is_implicit, kept)
-    _sum_meetings(loops, tables, flexible, work, kept)
-    ends, place = loops.paths.ends, loops.paths.place
-    for j in range(len(loops.rows)):
+    for meeting in range(paths.meetings_at[at + 1], paths.meetings_at[at + 2]):
+        _sum_meeting(loops, tables, flexible, meeting, work, kept)
+    for place in range(begin, end):
+        j = paths.order[place]
         # a row of unit length if it pointed along the motion of its ends
         if kept.scale[j] != 0.0:
-            size = kept.A[ends[place[j] + 1] - 1]
+            size = kept.A[paths.ends[place + 1] - 1]
             kept.scale[j] = np.sqrt(kept.scale[j] / size) if size.real > 0.0 else 0.0 * kept.scale[j]
-
-
-@kernel
-def factor_loops(loops: Loops, scale: np.ndarray, tolerance: float, kept: LoopFactors) -> Any:
-    """Factor the rows whose scale is not zero; return the weakest pivot that counts."""
-    paths = loops.paths
-    tolerance = max(tolerance, loops.limits[RANK_TOLERANCE])
-    return factor_envelope(kept.A, paths.ends, paths.order, scale, tolerance, kept.L, kept.inverses, kept.column)
 
 
 @kernel
@@ -211,6 +228,7 @@ def _share_of_reach(
     tables: Tables,
     flexible: FlexibleTables | None,
     j: int,
+    at: int,
     work: np.ndarray,
     modal: np.ndarray,
     kept: LoopFactors,
@@ -219,7 +237,7 @@ def _share_of_reach(
     paths, rows, J, reach = loops.paths, tables.rows, kept.J, kept.reach
     for s in range(paths.first[j], paths.first[j + 1]):
         i = paths.visits[s, VISITED]
-        for c in range(rows[i, SPEED], rows[i, SPEED] + _speed_count(rows[i, KIND])):
+        for c in range(rows[i, SPEED], rows[i, SPEED] + speed_count(rows[i, KIND])):
             J[c] = reach[c] = 0.0
         if flexible is not None and rows[i, KIND] != INTERFACE and paths.visits[s, OF_MODES] >= 0:
             body = flexible.bodies[rows[i, FLEXIBLE]]
@@ -232,7 +250,7 @@ def _share_of_reach(
     else:
         for end in range(2):
             force, moment = vector(kept.exerted.wrenches, j, 6 * end), vector(kept.exerted.wrenches, j, 6 * end + 3)
-            walk_inward(tables, flexible, loops.rows[j, ROW_A + end], force, moment, work, modal, J, reach)
+            walk_inward(tables, flexible, loops.rows[j, ROW_A + end], at, force, moment, work, modal, J, reach)
     own, full = 0.0 * work[0, R], 0.0 * work[0, R]
     for s in range(paths.first[j], min(paths.common[j] + 1, paths.first[j + 1])):
         i = paths.visits[s, VISITED]
@@ -240,7 +258,7 @@ def _share_of_reach(
             continue
         if s < paths.common[j] and rows[i, DRIVE] < 0:
             first = rows[i, SPEED]
-            own, full = row_scale_over(J, reach, loops.extents, first, _speed_count(rows[i, KIND]), own, full)
+            own, full = row_scale_over(J, reach, loops.extents, first, speed_count(rows[i, KIND]), own, full)
         if flexible is not None and paths.visits[s, OF_MODES] >= 0:  # of a link that carries both: through its modes
             body = flexible.bodies[rows[i, FLEXIBLE]]
             own, full = row_scale_over(J, reach, loops.extents, body[DETA], body[COUNT], own, full)
@@ -248,7 +266,7 @@ def _share_of_reach(
 
 
 @inlined
-def _speed_count(kind: int) -> int:
+def speed_count(kind: int) -> int:
     """Return how many speeds a joint of a row has."""
     if kind == SPHERICAL:
         return 3
@@ -271,12 +289,12 @@ def _put_visits(
 ) -> None:
     """Write what a unit multiplier of a row does at all it visits.
 
-    Of a joint of one coordinate: e. Of a spherical one: moment and e. Of a free one: force and moment, and the
-    accelerations they cause. Of k modes and n numbers of what the body carries: the forces p on the modes, their
-    accelerations x, what acts on the carried interfaces and how these move. Wrenches are those that the row needs from
-    its parent, against what acts on it.
+    Of a joint: e; of a free one the accelerations of its body. Of k modes and n numbers of what the body carries: the
+    forces p on the modes, their accelerations x, what acts on the carried interfaces, how these move, and y. Wrenches
+    are those that a link needs from its parent, against what acts on it.
     """
     paths, rows, geometry, carried, numbers = loops.paths, tables.rows, tables.geometry, kept.carried, kept.numbers
+    kept.felt[j, :] = 0.0
     begin, end = paths.first[j], paths.first[j + 1]
     for s in range(begin, end):
         i = paths.visits[s, VISITED]
@@ -297,10 +315,11 @@ def _put_visits(
                 accumulate(carried, i, 0, times(-1.0, force))
                 accumulate(carried, i, TURN, times(-1.0, moment))
     for s in range(begin, end):
-        i, at, of_modes = paths.visits[s]
+        i, at, of_modes, of_wrench = paths.visits[s]
         kind, parent = rows[i, KIND], rows[i, PARENT]
         force, moment = vector(carried, i, 0), vector(carried, i, TURN)
-        if flexible is not None and kind == INTERFACE:
+        is_end = s == end - 1 and at < 0 and of_wrench < 0
+        if flexible is not None and kind == INTERFACE and not is_end:
             body = flexible.bodies[rows[i, FLEXIBLE]]
             if body[COUNT] > 0:
                 G = matrix(work, body[ROW], R)
@@ -313,20 +332,24 @@ def _put_visits(
         elif flexible is not None and of_modes >= 0:
             a, b = _give_way(flexible, rows[i, FLEXIBLE], of_modes, work, modal, border, is_implicit, numbers)
             force, moment = plus(force, a), plus(moment, b)
+        if is_end:
+            put(kept.felt, j, 0, force)
+            put(kept.felt, j, TURN, moment)
+            return
+        if of_wrench >= 0:
+            put_three(numbers, of_wrench, force)
+            put_three(numbers, of_wrench + TURN, moment)
         if kind == FREE:
-            put_three(numbers, at, force)
-            put_three(numbers, at + TURN, moment)
             h, inverse = matrix(work, i, H), symmetric(work, i, U)
             pull, turn = times(-1.0, force), times(-1.0, moment)
             alpha = symmetric_times(symmetric(work, i, J), minus(turn, rotated_back(h, symmetric_times(inverse, pull))))
-            put_three(numbers, at + ACCELERATED, symmetric_times(inverse, minus(pull, rotated(h, alpha))))
-            put_three(numbers, at + ACCELERATED + TURN, alpha)
+            put_three(numbers, at, symmetric_times(inverse, minus(pull, rotated(h, alpha))))
+            put_three(numbers, at + TURN, alpha)
             continue
         if kind == SPHERICAL:
-            put_three(numbers, at, moment)
             none = times(0.0, moment)
             turning, force, moment = through_ball(i, none, force, moment, work)
-            put_three(numbers, at + TURN, turning)
+            put_three(numbers, at, turning)
         elif at >= 0:
             e, force, moment = through_axis(rows, geometry, i, numbers[at], force, moment, work)
             numbers[at] = e
@@ -343,7 +366,7 @@ def _apply_coupler(loops: Loops, tables: Tables, j: int, work: np.ndarray, kept:
         speed, coefficient = loops.speeds[term], loops.coefficients[term]
         for s in range(paths.first[j], paths.first[j + 1]):
             i, at = paths.visits[s, VISITED], paths.visits[s, OF_JOINT]
-            if at < 0 or not rows[i, SPEED] <= speed < rows[i, SPEED] + _speed_count(rows[i, KIND]):
+            if at < 0 or not rows[i, SPEED] <= speed < rows[i, SPEED] + speed_count(rows[i, KIND]):
                 continue
             if rows[i, KIND] == FREE:  # one of its displacements: its turns have no coordinates
                 c = speed - rows[i, SPEED]
@@ -410,37 +433,41 @@ def _give_way(
 
 
 @kernel
-def _sum_meetings(
-    loops: Loops, tables: Tables, flexible: FlexibleTables | None, work: np.ndarray, kept: LoopFactors
+def _sum_meeting(
+    loops: Loops,
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    meeting: int,
+    work: np.ndarray,
+    kept: LoopFactors,
 ) -> None:
-    """Add what rows have in common at each joint and each body to A."""
+    """Add what rows of constraints have in common at a joint, or at the modes of a body, to A."""
     paths, rows, numbers, A = loops.paths, tables.rows, kept.numbers, kept.A
-    for i in range(len(rows)):
-        kind, size = rows[i, KIND], _speed_count(rows[i, KIND])
-        for a in range(paths.met_first[i], paths.met_first[i + 1]):
-            row, s = paths.met[a]
-            if kept.scale[row] == 0.0:
+    i, kind = paths.meetings[meeting, MET_AT], rows[paths.meetings[meeting, MET_AT], KIND]
+    first, last = paths.meetings[meeting, FIRST_GUEST], paths.meetings[meeting + 1, FIRST_GUEST]
+    for a in range(first, last):
+        row = paths.guests[a, GUEST]
+        if kept.scale[row] == 0.0:
+            continue
+        place, own = paths.place[row], paths.visits[paths.guests[a, GUEST_VISIT]]
+        diagonal = paths.ends[place + 1] - 1
+        for b in range(first, a + 1):
+            other = paths.guests[b, GUEST]
+            if kept.scale[other] == 0.0:
                 continue
-            place, at, of_modes = paths.place[row], paths.visits[s, OF_JOINT], paths.visits[s, OF_MODES]
-            diagonal = paths.ends[place + 1] - 1
-            for b in range(paths.met_first[i], a + 1):
-                other, t = paths.met[b]
-                if kept.scale[other] == 0.0:
-                    continue
-                by, shared = paths.visits[t, OF_JOINT], 0.0 * work[0, R]
-                if at < 0:
-                    pass
-                elif kind == SPHERICAL:
-                    shared += dot(three(numbers, at), three(numbers, by + TURN))
-                elif kind == FREE:
-                    shared -= dot(three(numbers, at), three(numbers, by + ACCELERATED))
-                    shared -= dot(three(numbers, at + TURN), three(numbers, by + ACCELERATED + TURN))
-                elif size == 1:
-                    shared += numbers[at] * numbers[by] / work[i, PIVOT]
-                if flexible is not None and of_modes >= 0 and paths.visits[t, OF_MODES] >= 0:
-                    body, their = flexible.bodies[rows[i, FLEXIBLE]], paths.visits[t, OF_MODES]
-                    k, n = body[COUNT], 6 * body[CARRIED_COUNT]
-                    shared += total(numbers[of_modes : of_modes + k], numbers[their + k : their + 2 * k])
-                    on, moved = of_modes + 2 * k, their + 2 * k + n
-                    shared -= total(numbers[on : on + n], numbers[moved : moved + n])
-                A[diagonal - place + paths.place[other]] += shared
+            their = paths.visits[paths.guests[b, GUEST_VISIT]]
+            if flexible is not None and paths.meetings[meeting, IS_MODES]:
+                body, p, x = flexible.bodies[rows[i, FLEXIBLE]], own[OF_MODES], their[OF_MODES]
+                k, n = body[COUNT], 6 * body[CARRIED_COUNT]
+                on, moved = p + 2 * k, x + 2 * k + n
+                shared = total(numbers[p : p + k], numbers[x + k : x + 2 * k])
+                shared -= total(numbers[on : on + n], numbers[moved : moved + n])
+            elif kind == SPHERICAL:
+                shared = dot(three(numbers, own[OF_WRENCH] + TURN), three(numbers, their[OF_JOINT]))
+            elif kind == FREE:
+                at, by = own[OF_WRENCH], their[OF_JOINT]
+                shared = -dot(three(numbers, at), three(numbers, by))
+                shared -= dot(three(numbers, at + TURN), three(numbers, by + TURN))
+            else:
+                shared = numbers[own[OF_JOINT]] * numbers[their[OF_JOINT]] / work[i, PIVOT]
+            A[diagonal - place + paths.place[other]] += shared

@@ -145,7 +145,7 @@ def respond_to_rows(
         else:
             for end in range(2):
                 force, moment = vector(kept.exerted.wrenches, j, 6 * end), vector(kept.exerted.wrenches, j, 6 * end + 3)
-                walk_inward(tables, flexible, loops.rows[j, ROW_A + end], force, moment, work, modal, J, reach)
+                walk_inward(tables, flexible, loops.rows[j, ROW_A + end], -1, force, moment, work, modal, J, reach)
         own, full = row_scale_over(J, reach, loops.extents, 0, count, 0.0 * work[0, R], 0.0 * work[0, R])
         share = own / full if full.real > 0.0 else full
         # its pivot would be below all that count, and its sweeps would be for nothing

@@ -12,9 +12,11 @@ from kanefe.kernels.compiler.arrays import RealRows, Reals, ValueRows, Values
 from kanefe.kernels.compiler.entries import built_first, entry
 from kanefe.kernels.compiler.signatures import Variant
 from kanefe.kernels.constraints.contact_rates import put_contact_rates
-from kanefe.kernels.constraints.loop_multipliers import hold_loops, hold_size
-from kanefe.kernels.constraints.loop_tables import Loops, unit_responses_in
+from kanefe.kernels.constraints.held_sweeps import hold_size, sweep_accelerations_held, sweep_inward_held
+from kanefe.kernels.constraints.loop_system import loop_factors_in
+from kanefe.kernels.constraints.loop_tables import Loops, holds, unit_responses_in
 from kanefe.kernels.constraints.multipliers import hold, respond_to_multipliers
+from kanefe.kernels.constraints.row_wrenches import write_row
 from kanefe.kernels.layout import (
     BORDER_SIZE,
     COORDINATE,
@@ -78,7 +80,7 @@ class Workspace(NamedTuple):
     multipliers : ndarray, shape (m,)
         Of the constraints.
     holding : ndarray, shape (`hold_size`,)
-        Of `hold_loops`, or of `hold` where there are rigid contacts.
+        Of the sweeps with loops, or of `hold` where there are rigid contacts.
     reactions : ndarray, shape (bearings, REACTION)
         Of joints whose load is followed.
     acting : ndarray
@@ -271,15 +273,25 @@ def put_rates(
         if flexible is not None:
             stiffen_modes(flexible, shares[0], shares[1], directions[0], directions[1], modal)
 
-    is_regular = sweep_inward(tables, flexible, applied, work, modal, border, is_implicit, added)
-    sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, du)
+    if len(loops.rows) > 0 and len(loops.points.places) == 0:
+        kept = loop_factors_in(holding, loops, len(applied))
+        for j in range(len(loops.rows)):
+            if holds(loops, j, z):
+                kept.rest[j] = -write_row(loops, j, tables.gravity, drives, z, len(u), work, kept.exerted)
+        is_regular, pivot = sweep_inward_held(
+            loops, tables, flexible, z, applied, work, modal, border, is_implicit, added, False, 0.0, kept, multipliers
+        )
+        sweep_accelerations_held(
+            loops, tables, flexible, applied, work, modal, border, is_implicit, kept, multipliers, du
+        )
+    else:
+        is_regular, pivot = sweep_inward(tables, flexible, applied, work, modal, border, is_implicit, added), 1.0
+        sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, du)
     if len(driving) > 0:
         put_driving_forces(tables, applied, work, driving)
     if len(reactions) > 0:
         reactions[:] = 0.0
         add_reactions(between, work, reactions)
-
-    pivot = 1.0
     if len(loops.points.places) > 0:
         pivot = hold(
             loops,
@@ -303,25 +315,6 @@ def put_rates(
             )
             add_reactions(between, work, reactions)
         put_contact_rates(loops, z, multipliers, unit_responses_in(holding, loops, len(applied)), work, dz, powers)
-    elif len(loops.rows) > 0:
-        pivot = hold_loops(
-            loops,
-            tables,
-            flexible,
-            drives,
-            z,
-            applied,
-            work,
-            modal,
-            border,
-            du,
-            driving,
-            multipliers,
-            holding,
-            is_implicit,
-        )
-        if len(reactions) > 0:
-            add_reactions(between, work, reactions)
     if len(reactions) > 0:
         follow_reactions(between, drives, q, u, z, work, reactions, acting, dz)
     for i in range(len(driving)):

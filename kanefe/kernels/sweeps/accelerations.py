@@ -21,7 +21,7 @@ from kanefe.kernels.algebra.vectors import (
     times,
     vector,
 )
-from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.layout import (
     ACCELERATION,
     ALPHA,
@@ -65,52 +65,59 @@ def sweep_accelerations(
     du: np.ndarray,
 ) -> None:
     """Write du of the free speeds, and the share of du in the acceleration of every row."""
-    rows, geometry = tables.rows, tables.geometry
+    rows = tables.rows
     for i in range(len(rows)):
-        kind, parent, speed = rows[i, KIND], rows[i, PARENT], rows[i, SPEED]
-        if kind == INTERFACE:  # its body has written it
+        if rows[i, KIND] == INTERFACE:  # its body has written it
             continue
-        zero = 0.0 * work[i, R]
-        a, alpha = (zero, zero, zero), (zero, zero, zero)
-        if parent >= 0:
-            alpha = vector(work, parent, ALPHA)
-            a = plus(vector(work, parent, ACCELERATION), cross(alpha, vector(work, i, OFFSET)))
-        if kind == FIXED or (kind <= GIVEN and rows[i, DRIVE] >= 0):
-            pass
-        elif kind <= GIVEN:
-            linear, angular = vector(work, i, U), vector(work, i, U + 3)
-            rate = work[i, DRIVING] - work[i, PIVOT] * (dot(linear, a) + dot(angular, alpha))
-            du[speed] = rate
-            if kind == REVOLUTE:
-                alpha = plus(alpha, times(rate, (work[i, R + 2], work[i, R + 5], work[i, R + 8])))
-            else:
-                v, w = partials(rows, geometry, i, work)
-                a, alpha = plus(a, times(rate, v)), plus(alpha, times(rate, w))
-        elif kind == SPHERICAL:
-            axes, carried = matrix(work, i, R), alpha
-            turning = minus(rotated(axes, three(applied, speed)), vector(work, i, MOMENT))
-            turning = minus(turning, rotated_back(matrix(work, i, H), a))
-            alpha = symmetric_times(symmetric(work, i, U), turning)
-            put_three(du, speed, rotated_back(axes, minus(alpha, carried)))
-        else:  # FREE: the body moves as if alone
-            axes, carried, moving = matrix(work, i, R), alpha, a
-            h, inverse = matrix(work, i, H), symmetric(work, i, U)
-            fixed = (
-                product(matrix(work, parent, R), matrix(geometry, i, AXES))
-                if parent >= 0
-                else matrix(geometry, i, AXES)
-            )
-            force = minus(rotated(fixed, three(applied, speed)), vector(work, i, FORCE))
-            moment = minus(rotated(axes, three(applied, speed + 3)), vector(work, i, MOMENT))
-            rest = minus(moment, rotated_back(h, symmetric_times(inverse, force)))
-            alpha = symmetric_times(symmetric(work, i, J), rest)
-            a = symmetric_times(inverse, minus(force, rotated(h, alpha)))
-            put_three(du, speed, rotated_back(fixed, minus(a, moving)))
-            put_three(du, speed + 3, rotated_back(axes, minus(alpha, carried)))
-        put(work, i, ACCELERATION, a)
-        put(work, i, ALPHA, alpha)
+        accelerate_link(tables, i, applied, work, du)
         if flexible is not None and rows[i, FLEXIBLE] >= 0:
             modal_accelerations(flexible, rows[i, FLEXIBLE], work, modal, border, is_implicit, du)
+
+
+@inlined
+def accelerate_link(tables: Tables, i: int, applied: np.ndarray, work: np.ndarray, du: np.ndarray) -> None:
+    """Write du of the joint of a link, and the share of du in the acceleration of the link."""
+    rows, geometry = tables.rows, tables.geometry
+    kind, parent, speed = rows[i, KIND], rows[i, PARENT], rows[i, SPEED]
+    zero = 0.0 * work[i, R]
+    a, alpha = (zero, zero, zero), (zero, zero, zero)
+    if parent >= 0:
+        alpha = vector(work, parent, ALPHA)
+        a = plus(vector(work, parent, ACCELERATION), cross(alpha, vector(work, i, OFFSET)))
+    if kind == FIXED or (kind <= GIVEN and rows[i, DRIVE] >= 0):
+        pass
+    elif kind <= GIVEN:
+        linear, angular = vector(work, i, U), vector(work, i, U + 3)
+        rate = work[i, DRIVING] - work[i, PIVOT] * (dot(linear, a) + dot(angular, alpha))
+        du[speed] = rate
+        if kind == REVOLUTE:
+            alpha = plus(alpha, times(rate, (work[i, R + 2], work[i, R + 5], work[i, R + 8])))
+        else:
+            v, w = partials(rows, geometry, i, work)
+            a, alpha = plus(a, times(rate, v)), plus(alpha, times(rate, w))
+    elif kind == SPHERICAL:
+        axes, carried = matrix(work, i, R), alpha
+        turning = minus(rotated(axes, three(applied, speed)), vector(work, i, MOMENT))
+        turning = minus(turning, rotated_back(matrix(work, i, H), a))
+        alpha = symmetric_times(symmetric(work, i, U), turning)
+        put_three(du, speed, rotated_back(axes, minus(alpha, carried)))
+    else:  # FREE: the body moves as if alone
+        axes, carried, moving = matrix(work, i, R), alpha, a
+        h, inverse = matrix(work, i, H), symmetric(work, i, U)
+        fixed = (
+            product(matrix(work, parent, R), matrix(geometry, i, AXES))
+            if parent >= 0
+            else matrix(geometry, i, AXES)
+        )
+        force = minus(rotated(fixed, three(applied, speed)), vector(work, i, FORCE))
+        moment = minus(rotated(axes, three(applied, speed + 3)), vector(work, i, MOMENT))
+        rest = minus(moment, rotated_back(h, symmetric_times(inverse, force)))
+        alpha = symmetric_times(symmetric(work, i, J), rest)
+        a = symmetric_times(inverse, minus(force, rotated(h, alpha)))
+        put_three(du, speed, rotated_back(fixed, minus(a, moving)))
+        put_three(du, speed + 3, rotated_back(axes, minus(alpha, carried)))
+    put(work, i, ACCELERATION, a)
+    put(work, i, ALPHA, alpha)
 
 
 @kernel

@@ -92,76 +92,85 @@ def sweep_inward(
     added : ndarray, shape (free + driven,)
         Inertia added along the joints.
     """
-    rows, geometry = tables.rows, tables.geometry
-    is_regular = True
+    rows, is_regular = tables.rows, True
     for i in range(len(rows) - 1, -1, -1):
-        kind, parent, speed = rows[i, KIND], rows[i, PARENT], rows[i, SPEED]
-        if kind == INTERFACE:  # its body takes what it carries
+        if rows[i, KIND] == INTERFACE:  # its body takes what it carries
             continue
         if flexible is not None and rows[i, FLEXIBLE] >= 0:
             eliminate_modes(rows, flexible, rows[i, FLEXIBLE], work, modal, border, is_implicit)
-        if kind == FREE:
-            m, h, j = symmetric(work, i, M), matrix(work, i, H), symmetric(work, i, J)
-            inverse = symmetric_inverse(m)
-            put_symmetric(work, i, U, inverse)
-            kept = about_freely(j, h, inverse)
-            turning = symmetric_inverse(kept)
-            put_symmetric(work, i, J, turning)  # from here on
-            is_regular = is_regular and has_inverse(m, inverse) and has_inverse(kept, turning)
-            continue
+        is_regular = eliminate_joint(tables, i, applied, work, is_implicit, added) and is_regular
+    return is_regular
+
+
+@inlined
+def eliminate_joint(
+    tables: Tables, i: int, applied: np.ndarray, work: np.ndarray, is_implicit: bool, added: np.ndarray
+) -> bool:
+    """Eliminate the joint of a link and hand what is left inward; return whether it has inertia along the joint."""
+    rows, geometry, is_regular = tables.rows, tables.geometry, True
+    kind, parent, speed = rows[i, KIND], rows[i, PARENT], rows[i, SPEED]
+    if kind == FREE:
         m, h, j = symmetric(work, i, M), matrix(work, i, H), symmetric(work, i, J)
-        force, moment = vector(work, i, FORCE), vector(work, i, MOMENT)
-        if kind == SPHERICAL:
-            inverse = symmetric_inverse(j)
-            put_symmetric(work, i, U, inverse)
-            is_regular = is_regular and has_inverse(j, inverse)
-            if parent >= 0:
-                torque = rotated(matrix(work, i, R), three(applied, speed))
-                m, force = at_point(m, h, inverse, force, minus(moment, torque))
-                hand_force_inward(work, parent, vector(work, i, OFFSET), m, force, torque)
-            continue
-        if kind != FIXED and rows[i, DRIVE] < 0:
-            if kind == REVOLUTE:
-                axis = (work[i, R + 2], work[i, R + 5], work[i, R + 8])
-                linear, angular = rotated(h, axis), symmetric_times(j, axis)
-                inertia = dot(axis, angular)
-                rest = applied[speed] - dot(axis, moment)
-                largest = j[0] + j[3] + j[5]
-            else:
-                v, w = partials(rows, geometry, i, work)
-                linear = plus(symmetric_times(m, v), rotated(h, w))
-                angular = plus(rotated_back(h, v), symmetric_times(j, w))
-                inertia = dot(v, linear) + dot(w, angular)
-                rest = applied[speed] - dot(v, force) - dot(w, moment)
-                largest = dot(v, v) * (m[0] + m[3] + m[5]) + dot(w, w) * (j[0] + j[3] + j[5])
-            if is_implicit:
-                inertia += added[speed]
-            is_regular = is_regular and inertia.real > ROUND_OFF * largest.real
-            pivot = 1.0 / inertia
-            rest = rest * pivot
-            put(work, i, U, linear)
-            put(work, i, U + 3, angular)
-            work[i, PIVOT] = pivot
-            work[i, DRIVING] = rest
-            if parent < 0:
-                continue
-            e, d = times(pivot, linear), times(pivot, angular)
-            m = (
-                m[0] - linear[0] * e[0], m[1] - linear[0] * e[1], m[2] - linear[0] * e[2],
-                m[3] - linear[1] * e[1], m[4] - linear[1] * e[2], m[5] - linear[2] * e[2],
-            )  # fmt: skip
-            h = (
-                h[0] - linear[0] * d[0], h[1] - linear[0] * d[1], h[2] - linear[0] * d[2],
-                h[3] - linear[1] * d[0], h[4] - linear[1] * d[1], h[5] - linear[1] * d[2],
-                h[6] - linear[2] * d[0], h[7] - linear[2] * d[1], h[8] - linear[2] * d[2],
-            )  # fmt: skip
-            j = (
-                j[0] - angular[0] * d[0], j[1] - angular[0] * d[1], j[2] - angular[0] * d[2],
-                j[3] - angular[1] * d[1], j[4] - angular[1] * d[2], j[5] - angular[2] * d[2],
-            )  # fmt: skip
-            force, moment = plus(force, times(rest, linear)), plus(moment, times(rest, angular))
+        inverse = symmetric_inverse(m)
+        put_symmetric(work, i, U, inverse)
+        kept = about_freely(j, h, inverse)
+        turning = symmetric_inverse(kept)
+        put_symmetric(work, i, J, turning)  # from here on
+        is_regular = has_inverse(m, inverse) and has_inverse(kept, turning)
+        return is_regular
+    m, h, j = symmetric(work, i, M), matrix(work, i, H), symmetric(work, i, J)
+    force, moment = vector(work, i, FORCE), vector(work, i, MOMENT)
+    if kind == SPHERICAL:
+        inverse = symmetric_inverse(j)
+        put_symmetric(work, i, U, inverse)
+        is_regular = has_inverse(j, inverse)
         if parent >= 0:
-            hand_inward(work, parent, vector(work, i, OFFSET), m, h, j, force, moment)
+            torque = rotated(matrix(work, i, R), three(applied, speed))
+            m, force = at_point(m, h, inverse, force, minus(moment, torque))
+            hand_force_inward(work, parent, vector(work, i, OFFSET), m, force, torque)
+        return is_regular
+    if kind != FIXED and rows[i, DRIVE] < 0:
+        if kind == REVOLUTE:
+            axis = (work[i, R + 2], work[i, R + 5], work[i, R + 8])
+            linear, angular = rotated(h, axis), symmetric_times(j, axis)
+            inertia = dot(axis, angular)
+            rest = applied[speed] - dot(axis, moment)
+            largest = j[0] + j[3] + j[5]
+        else:
+            v, w = partials(rows, geometry, i, work)
+            linear = plus(symmetric_times(m, v), rotated(h, w))
+            angular = plus(rotated_back(h, v), symmetric_times(j, w))
+            inertia = dot(v, linear) + dot(w, angular)
+            rest = applied[speed] - dot(v, force) - dot(w, moment)
+            largest = dot(v, v) * (m[0] + m[3] + m[5]) + dot(w, w) * (j[0] + j[3] + j[5])
+        if is_implicit:
+            inertia += added[speed]
+        is_regular = inertia.real > ROUND_OFF * largest.real
+        pivot = 1.0 / inertia
+        rest = rest * pivot
+        put(work, i, U, linear)
+        put(work, i, U + 3, angular)
+        work[i, PIVOT] = pivot
+        work[i, DRIVING] = rest
+        if parent < 0:
+            return is_regular
+        e, d = times(pivot, linear), times(pivot, angular)
+        m = (
+            m[0] - linear[0] * e[0], m[1] - linear[0] * e[1], m[2] - linear[0] * e[2],
+            m[3] - linear[1] * e[1], m[4] - linear[1] * e[2], m[5] - linear[2] * e[2],
+        )  # fmt: skip
+        h = (
+            h[0] - linear[0] * d[0], h[1] - linear[0] * d[1], h[2] - linear[0] * d[2],
+            h[3] - linear[1] * d[0], h[4] - linear[1] * d[1], h[5] - linear[1] * d[2],
+            h[6] - linear[2] * d[0], h[7] - linear[2] * d[1], h[8] - linear[2] * d[2],
+        )  # fmt: skip
+        j = (
+            j[0] - angular[0] * d[0], j[1] - angular[0] * d[1], j[2] - angular[0] * d[2],
+            j[3] - angular[1] * d[1], j[4] - angular[1] * d[2], j[5] - angular[2] * d[2],
+        )  # fmt: skip
+        force, moment = plus(force, times(rest, linear)), plus(moment, times(rest, angular))
+    if parent >= 0:
+        hand_inward(work, parent, vector(work, i, OFFSET), m, h, j, force, moment)
     return is_regular
 
 
@@ -218,22 +227,29 @@ def sweep_forces_inward(
     is_implicit: bool,
 ) -> None:
     """Hand other forces inward over the inertias that `sweep_inward` has left: what follows are their accelerations."""
-    rows, geometry = tables.rows, tables.geometry
+    rows = tables.rows
     for i in range(len(rows) - 1, -1, -1):
-        kind, parent, speed = rows[i, KIND], rows[i, PARENT], rows[i, SPEED]
-        if kind == INTERFACE:
+        if rows[i, KIND] == INTERFACE:
             continue
         if flexible is not None and rows[i, FLEXIBLE] >= 0:
             eliminate_modal_forces(flexible, rows[i, FLEXIBLE], work, modal, border, is_implicit)
-        if kind == FREE:
-            continue
-        force, moment = vector(work, i, FORCE), vector(work, i, MOMENT)
-        if kind == SPHERICAL:
-            torque = rotated(matrix(work, i, R), three(applied, speed))
-            _, force, moment = through_ball(i, torque, force, moment, work)
-        elif kind != FIXED and rows[i, DRIVE] < 0:
-            rest, force, moment = through_axis(rows, geometry, i, applied[speed], force, moment, work)
-            work[i, DRIVING] = rest
-        if parent >= 0:
-            accumulate(work, parent, FORCE, force)
-            accumulate(work, parent, MOMENT, plus(moment, cross(vector(work, i, OFFSET), force)))
+        hand_through_joint(tables, i, applied, work)
+
+
+@inlined
+def hand_through_joint(tables: Tables, i: int, applied: np.ndarray, work: np.ndarray) -> None:
+    """Hand the force of a link inward through its joint, which gives way."""
+    rows, geometry = tables.rows, tables.geometry
+    kind, parent, speed = rows[i, KIND], rows[i, PARENT], rows[i, SPEED]
+    if kind == FREE:
+        return
+    force, moment = vector(work, i, FORCE), vector(work, i, MOMENT)
+    if kind == SPHERICAL:
+        torque = rotated(matrix(work, i, R), three(applied, speed))
+        _, force, moment = through_ball(i, torque, force, moment, work)
+    elif kind != FIXED and rows[i, DRIVE] < 0:
+        rest, force, moment = through_axis(rows, geometry, i, applied[speed], force, moment, work)
+        work[i, DRIVING] = rest
+    if parent >= 0:
+        accumulate(work, parent, FORCE, force)
+        accumulate(work, parent, MOMENT, plus(moment, cross(vector(work, i, OFFSET), force)))

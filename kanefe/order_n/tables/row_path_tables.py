@@ -1,4 +1,4 @@
-"""Tables of the ways of constraint rows to N, and the order in which their multipliers are eliminated."""
+"""Tables of the ways of constraint rows, and where and in which order their multipliers are eliminated."""
 
 from __future__ import annotations
 
@@ -10,7 +10,14 @@ import numpy as np
 from kanefe.kernels.constraints.constraint_rows import COUPLER_ROW
 from kanefe.kernels.constraints.loop_system import WRENCH, modes_size
 from kanefe.kernels.constraints.loop_tables import FIRST_TERM, KIND_OF, ROW_A, ROW_B, TERM_COUNT
-from kanefe.kernels.constraints.row_paths import OF_AXIS, OF_BALL, OF_FREE, VISIT_INTEGERS, RowPaths
+from kanefe.kernels.constraints.row_paths import (
+    MEETING_INTEGERS,
+    OF_AXIS,
+    OF_BALL,
+    OF_FREE,
+    VISIT_INTEGERS,
+    RowPaths,
+)
 from kanefe.kernels.layout import (
     CARRIED,
     CARRIED_COUNT,
@@ -29,6 +36,8 @@ from kanefe.kernels.layout import (
     Tables,
 )
 
+NONE = -1
+
 
 def row_paths(constraints: np.ndarray, speeds: Sequence[int], tables: Tables, flexible: FlexibleTables) -> RowPaths:
     """Return what constraint rows visit.
@@ -42,28 +51,25 @@ def row_paths(constraints: np.ndarray, speeds: Sequence[int], tables: Tables, fl
     tables, flexible
         Of the scene.
     """
+    ways = [_Way(constraint, speeds, tables, flexible) for constraint in constraints]
+    ends_at = _eliminated_at(ways)
     first, common, visits, numbers = [0], [], [], 0
-    met: dict[int, list[tuple[int, int]]] = defaultdict(list)
-    row_of_speed = _rows_of_speeds(tables.rows)
-    for j, constraint in enumerate(constraints):
-        is_coupler = constraint[KIND_OF] == COUPLER_ROW
-        if is_coupler:
-            at = int(constraint[FIRST_TERM])
-            ends = [row_of_speed.get(speed, -1) for speed in speeds[at : at + int(constraint[TERM_COUNT])]]
-        else:
-            ends = [int(constraint[ROW_A]), int(constraint[ROW_B])]
-        path = _ancestors(tables.rows, ends)
-        shared = set() if is_coupler else set(_ancestors(tables.rows, ends[:1])) & set(_ancestors(tables.rows, ends[1:]))
-        common.append(len(visits) + len(path) - len(shared))
+    guests: dict[tuple[int, int, bool], list[tuple[int, int]]] = defaultdict(list)
+    for j, (way, end) in enumerate(zip(ways, ends_at, strict=True)):
         modes: dict[int, int] = {}
-        for i in path:
-            row = tables.rows[i]
-            body = flexible.bodies[row[FLEXIBLE]] if row[FLEXIBLE] >= 0 else None
-            of_joint = of_modes = -1
-            if row[KIND] == INTERFACE:
-                assert body is not None
-                link = int(row[PARENT])
-                if body[COUNT] > 0:
+        path = [i for i in way.path if i > end]
+        common.append(len(visits) + sum(i not in way.shared for i in path))
+        for i in path if end < 0 else (*path, end):
+            row, body = tables.rows[i], flexible.bodies[tables.rows[i][FLEXIBLE]] if i in way.bent else None
+            of_joint = of_modes = of_wrench = NONE
+            if body is not None and row[KIND] != INTERFACE:
+                of_modes = modes[i]
+                guests[end, i, True].append((j, len(visits)))
+            if i == end:
+                pass
+            elif row[KIND] == INTERFACE:
+                if body is not None:
+                    link = int(row[PARENT])
                     if link not in modes:
                         modes[link] = numbers
                         numbers += modes_size(int(body[COUNT]), int(body[CARRIED_COUNT]))
@@ -72,27 +78,96 @@ def row_paths(constraints: np.ndarray, speeds: Sequence[int], tables: Tables, fl
                         carrying = flexible.carrying[body[CARRIED] : body[CARRIED] + body[CARRIED_COUNT]].tolist()
                         of_modes += 2 * int(body[COUNT]) + WRENCH * carrying.index(i)
             else:
-                of_modes = modes.get(i, -1)
+                of_wrench, numbers = numbers, numbers + WRENCH
                 if row[KIND] != FIXED and row[DRIVE] < 0:
                     of_joint, numbers = numbers, numbers + _size(int(row[KIND]))
-                if of_joint >= 0 or of_modes >= 0:
-                    met[i].append((j, len(visits)))
-            visits.append((i, of_joint, of_modes))
+                    guests[end, i, False].append((j, len(visits)))
+            visits.append((i, of_joint, of_modes, of_wrench))
         first.append(len(visits))
-    order, ends_of = _elimination(len(constraints), [[j for j, _ in at] for at in met.values()])
+    order, ends = _elimination(ends_at, [[j for j, _ in at] for at in guests.values()])
     place = np.argsort(order)
-    meetings = [sorted(met.get(i, []), key=lambda row: place[row[0]]) for i in range(len(tables.rows))]
+    rows = np.arange(-1, len(tables.rows) + 1)
+    places = np.searchsorted(np.asarray(ends_at)[order], rows)
+    meetings, invited = [], []
+    for (_, i, is_modes), at in sorted(guests.items()):
+        meetings.append((i, int(is_modes), len(invited)))
+        invited += sorted(at, key=lambda guest: place[guest[0]])
+    meetings.append((NONE, 0, len(invited)))
     return RowPaths(
         first=np.array(first, dtype=np.int64),
         common=np.array(common, dtype=np.int64),
         visits=np.array(visits, dtype=np.int64).reshape(-1, VISIT_INTEGERS),
-        met_first=np.cumsum([0, *(len(at) for at in meetings)], dtype=np.int64),
-        met=np.array([pair for at in meetings for pair in at], dtype=np.int64).reshape(-1, 2),
         order=order,
         place=place.astype(np.int64),
-        ends=ends_of,
+        places=places.astype(np.int64),
+        meetings_at=np.searchsorted([end for end, _, _ in sorted(guests)], rows).astype(np.int64),
+        meetings=np.array(meetings, dtype=np.int64).reshape(-1, MEETING_INTEGERS),
+        guests=np.array(invited, dtype=np.int64).reshape(-1, 2),
+        ends=ends,
         sizes=np.array([numbers], dtype=np.int64),
     )
+
+
+class _Way:
+    """The way of a row of constraints.
+
+    Attributes
+    ----------
+    path : list of int
+        Rows of the scene that carry its ends, with these, children before parents.
+    shared : set of int
+        Those that carry both.
+    meets : int
+        The last of these; -1: N.
+    bent : set of int
+        Interfaces on the way whose body has modes, and the links of these bodies.
+    held : set
+        The joints that move, and the links whose modes do, of what the ends do not share.
+    """
+
+    def __init__(
+        self, constraint: np.ndarray, speeds: Sequence[int], tables: Tables, flexible: FlexibleTables
+    ) -> None:
+        rows = tables.rows
+        if constraint[KIND_OF] == COUPLER_ROW:
+            at = int(constraint[FIRST_TERM])
+            joints = _rows_of_speeds(rows)
+            ends = [joints[speed] for speed in speeds[at : at + int(constraint[TERM_COUNT])] if speed in joints]
+            carriers = [int(rows[i, PARENT]) for i in ends]
+        else:
+            ends = carriers = [int(constraint[ROW_A]), int(constraint[ROW_B])]
+        self.path = sorted(set().union(*(_ancestors(rows, i) for i in ends)), reverse=True)
+        self.shared = set.intersection(*(_ancestors(rows, i) for i in carriers)) if carriers else set()
+        self.meets = max(self.shared, default=-1)
+        interfaces = [
+            i for i in self.path if rows[i, KIND] == INTERFACE and flexible.bodies[rows[i, FLEXIBLE], COUNT] > 0
+        ]
+        self.bent = {*interfaces, *(int(rows[i, PARENT]) for i in interfaces)}
+        self.held: set[tuple[int, bool]] = set()
+        for i in self.path:
+            if i in self.bent and rows[i, KIND] == INTERFACE and i not in self.shared:
+                self.held.add((int(rows[i, PARENT]), True))
+            if i not in self.shared and rows[i, KIND] not in (FIXED, INTERFACE) and rows[i, DRIVE] < 0:
+                self.held.add((i, False))
+
+
+def _eliminated_at(ways: Sequence[_Way]) -> list[int]:
+    """Return at which row of the scene each way is complete, with all those that share a joint or modes with it."""
+    group = list(range(len(ways)))
+
+    def root(j: int) -> int:
+        while group[j] != j:
+            group[j] = j = group[group[j]]
+        return j
+
+    owner: dict[tuple[int, bool], int] = {}
+    for j, way in enumerate(ways):
+        for held in way.held:
+            group[root(j)] = root(owner.setdefault(held, j))
+    found: dict[int, int] = {}
+    for j, way in enumerate(ways):
+        found[root(j)] = min(found.get(root(j), way.meets), way.meets)
+    return [found[root(j)] for j in range(len(ways))]
 
 
 def _rows_of_speeds(rows: np.ndarray) -> dict[int, int]:
@@ -105,46 +180,48 @@ def _rows_of_speeds(rows: np.ndarray) -> dict[int, int]:
     return found
 
 
-def _ancestors(rows: np.ndarray, ends: Sequence[int]) -> list[int]:
-    """Return some rows and all that carry them, children before parents."""
+def _ancestors(rows: np.ndarray, i: int) -> set[int]:
+    """Return a row and all that carry it."""
     found = set()
-    for i in ends:
-        while i >= 0 and i not in found:
-            found.add(i)
-            i = int(rows[i, PARENT])
-    return sorted(found, reverse=True)
+    while i >= 0:
+        found.add(i)
+        i = int(rows[i, PARENT])
+    return found
 
 
 def _size(kind: int) -> int:
     return {SPHERICAL: OF_BALL, FREE: OF_FREE}.get(kind, OF_AXIS)
 
 
-def _elimination(m: int, meetings: list[list[int]]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the order of m rows, of which those of a meeting have something in common, and the ends of its envelope.
+def _elimination(at: Sequence[int], meetings: list[list[int]]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the order of rows that are eliminated at some rows of the scene, and the ends of its envelope.
 
-    The given order, if nothing is filled in; else that of Cuthill and McKee, reversed, which keeps neighbours close.
+    Those of a meeting have something in common. Rows of the same place keep their order if nothing is filled in; else
+    they take that of Cuthill and McKee, reversed, which keeps neighbours close.
     """
-    order = np.arange(m)
-    neighbours: list[set[int]] = [{j} for j in range(m)]
+    neighbours: list[set[int]] = [{j} for j in range(len(at))]
     for rows in meetings:
         for j in rows:
             neighbours[j].update(rows)
+    order = sorted(range(len(at)), key=lambda j: (at[j], j))
     widths = _widths(order, neighbours)
-    if any(width > sum(other <= j for other in neighbours[j]) for j, width in enumerate(widths)):
+    place = {j: a for a, j in enumerate(order)}
+    if any(width > sum(place[o] <= a for o in neighbours[order[a]]) for a, width in enumerate(widths)):
         from scipy.sparse import csr_matrix
         from scipy.sparse.csgraph import reverse_cuthill_mckee
 
         ends = np.cumsum([0, *map(len, neighbours)])
         columns = np.array([other for own in neighbours for other in sorted(own)])
-        graph = csr_matrix((np.ones(len(columns)), columns, ends), shape=(m, m))
-        closer = np.asarray(reverse_cuthill_mckee(graph, symmetric_mode=True), dtype=np.int64)
-        closer_widths = _widths(closer, neighbours)
-        if sum(closer_widths) < sum(widths):
-            order, widths = closer, closer_widths
-    return order.astype(np.int64), np.cumsum([0, *widths], dtype=np.int64)
+        graph = csr_matrix((np.ones(len(columns)), columns, ends), shape=(len(at), len(at)))
+        closer = reverse_cuthill_mckee(graph, symmetric_mode=True).tolist()
+        nearest = {j: a for a, j in enumerate(closer)}
+        closer = sorted(closer, key=lambda j: (at[j], nearest[j]))
+        if sum(_widths(closer, neighbours)) < sum(widths):
+            order, widths = closer, _widths(closer, neighbours)
+    return np.array(order, dtype=np.int64), np.cumsum([0, *widths], dtype=np.int64)
 
 
-def _widths(order: np.ndarray, neighbours: list[set[int]]) -> list[int]:
+def _widths(order: Sequence[int], neighbours: list[set[int]]) -> list[int]:
     """Return how far each row of an order is from its first neighbour, with itself."""
-    place = {int(j): a for a, j in enumerate(order)}
-    return [a - min(place[other] for other in neighbours[int(j)]) + 1 for a, j in enumerate(order)]
+    place = {j: a for a, j in enumerate(order)}
+    return [a - min(place[other] for other in neighbours[j]) + 1 for a, j in enumerate(order)]
