@@ -120,7 +120,8 @@ class OrderNInstant:
         for p, row in enumerate(points.places[:, ON_SURFACE].tolist()):
             own = points.markers[2 * p, MARKER_AXES : MARKER_AXES + 9].reshape(3, 3)
             axes.append(own if row < 0 else work[row, R : R + 9].reshape(3, 3) @ own)
-        return _Answers(kept.exerted.met.copy(), kept.J[c].copy(), G, b, responses.copy(), axes, self._look.drives.copy())
+        met, J = kept.exerted.met.copy(), kept.J[c].copy()
+        return _Answers(met, J, G, b, responses.copy(), axes, self._look.drives.copy())
 
     @property
     def _found(self) -> _Answers:
@@ -177,7 +178,7 @@ class OrderNInstant:
     @cached_property
     def _margins(self) -> Margins:
         self._evaluate(None)
-        forces, gaps = self._look.workspace.multipliers.copy(), self._kept().met[:, MET.gap].copy()
+        forces, gaps = self._look.workspace.multipliers.copy(), self._kept().exerted.met[:, MET.gap].copy()
         forces = forces[self._route.loops.rows[:, KIND_OF] == CONTACT_ROW].reshape(-1, 3)
         model, found = self._route.model, Margins({}, {}, {}, {})
         z = self._route.parts(self._y)[2]

@@ -113,3 +113,38 @@ def solve_envelope(
             column[c] -= L[start + c - first] * column[a]
     for a in range(begin, end):
         x[order[a]] = scale[order[a]] * column[a]
+
+
+@kernel
+def solve_envelope_columns(
+    L: np.ndarray,
+    ends: np.ndarray,
+    order: np.ndarray,
+    inverses: np.ndarray,
+    scale: np.ndarray,
+    right: np.ndarray,
+    begin: int,
+    end: int,
+    x: np.ndarray,
+) -> None:
+    """Write x of ``A x = right`` for several columns, (m, columns), of a block."""
+    count = right.shape[1]
+    for a in range(begin, end):
+        start, first, i = ends[a], a + 1 - (ends[a + 1] - ends[a]), order[a]
+        for d in range(count):
+            x[i, d] = scale[i] * right[i, d] if scale[i] != 0.0 else 0.0 * scale[i]
+        for c in range(first, a):
+            share = L[start + c - first]
+            for d in range(count):
+                x[i, d] -= share * x[order[c], d]
+    for a in range(begin, end):
+        for d in range(count):
+            x[order[a], d] *= inverses[a]
+    for a in range(end - 1, begin - 1, -1):
+        start, first, i = ends[a], a + 1 - (ends[a + 1] - ends[a]), order[a]
+        for c in range(first, a):
+            share = L[start + c - first]
+            for d in range(count):
+                x[order[c], d] -= share * x[i, d]
+        for d in range(count):
+            x[i, d] *= scale[i]

@@ -1,9 +1,9 @@
 """Closing of loops in order n: the nearest coordinates at which they are closed, and speeds that keep them so.
 
 The nearest in the metric of the inertias that the sweeps eliminate. Newton's step is ``-M^-1 J^T lambda`` with
-``J M^-1 J^T lambda = g``: the system is that which also holds the accelerations. Its factors and the eliminated inertias
-are kept while the loops close fast, so that what a step of an integrator leaves open costs one elimination and a few
-sweeps. `kanefe.kane.loop_closure` is the same in dense matrices.
+``J M^-1 J^T lambda = g``: the system that also holds the accelerations. What is eliminated is kept while the loops
+close fast, so that what a step of an integrator leaves open costs one elimination and a few sweeps.
+`kanefe.kane.loop_closure` is the same in dense matrices.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ from kanefe.kernels.constraints.loop_tables import (
     wrenches_size,
 )
 from kanefe.kernels.constraints.openings import openings, rate_of_row
-from kanefe.kernels.constraints.row_wrenches import clear_all_forces, write_row
+from kanefe.kernels.constraints.row_wrenches import clear_all_forces, write_rows
 from kanefe.kernels.constraints.tolerances import LARGEST_ITERATIONS, LARGEST_OPENING, MOST_HALVINGS, TOLERANCE
 from kanefe.kernels.layout import (
     BORDER_SIZE,
@@ -56,6 +56,9 @@ the same holds for a tree in which something has no inertia of its own."""
 
 SLOW = 0.1
 """Fraction of the gaps left by a step above which the inertias are eliminated again."""
+
+ROUND_OFF = 4.0 * float(np.finfo(float).eps)
+"""Gap, relative to the scene's length or in rad, that no step closes further."""
 
 UNKNOWN, LARGEST_UNKNOWN = 100.0, 1e-6
 """Pivot below which a row may in fact depend on others, in multiples of the square of the largest gap, and its largest
@@ -100,7 +103,7 @@ class Closing(NamedTuple):
 def close_size(tables: Tables, flexible: FlexibleTables, loops: Loops) -> int:
     """Return how many numbers the workspace of `close` has."""
     m, n = len(loops.rows), tables.sizes[SPEEDS] + tables.sizes[DRIVES]
-    size = factors_size(loops, n) + 2 * n + 3 * m + 2 * (tables.sizes[SPEEDS] + tables.sizes[COORDINATES])
+    size = factors_size(loops) + 2 * n + 3 * m + 2 * (tables.sizes[SPEEDS] + tables.sizes[COORDINATES])
     return size + wrenches_size(loops) + WORK * len(tables.rows) + flexible.sizes[MODAL_SIZE]
 
 
@@ -159,8 +162,8 @@ def close(
     workspace : ndarray, shape (`close_size`,)
     """
     m, count, n = len(loops.rows), len(u), len(u) + len(drives)
-    kept = loop_factors_in(workspace, loops, n)
-    at = _closing_in(workspace[factors_size(loops, n) :], tables, loops, n)
+    kept = loop_factors_in(workspace, loops)
+    at = _closing_in(workspace[factors_size(loops) :], tables, loops, n)
     copy(q, at.place)
     sweep_outward(tables, flexible, drives, at.place, u, work, modal)
     worst, total = openings(loops, tables, drives, at.place, z, work, kept.exerted.met, at.residuals)
@@ -169,12 +172,12 @@ def close(
     is_factored = is_here = False
     is_swept, is_tried = True, False
     for _ in range(LARGEST_ITERATIONS):
-        if worst == 0.0:
+        if worst <= ROUND_OFF:
             break
         if not is_factored:
             if not is_swept:
                 sweep_outward(tables, flexible, drives, at.place, u, work, modal)
-            # rows that depend on each other where the loops are closed seem not to, by the square of how far they are open
+            # rows that depend on each other in closed loops seem not to, by the square of how far these are open
             tolerance = min(UNKNOWN * worst * worst, LARGEST_UNKNOWN)
             weakest = _eliminate(
                 loops, tables, flexible, drives, share_stiffness, u, z, True, tolerance, work, modal, border, at, kept
@@ -193,9 +196,7 @@ def close(
         for _half in range(tries):
             advance(tables, flexible, at.place, at.step, share, at.trial)
             sweep_outward(tables, flexible, drives, at.trial, u, at.work, at.modal)
-            opening, square = openings(
-                loops, tables, drives, at.trial, z, at.work, at.exerted.met, at.trial_residuals
-            )
+            opening, square = openings(loops, tables, drives, at.trial, z, at.work, at.exerted.met, at.trial_residuals)
             if square < total:
                 is_better = True
                 break
@@ -225,10 +226,10 @@ def close(
     for again in range(1 if is_here or start <= NEAR * weakest else 2):
         if again > 0 or not is_tried:
             sweep_outward(tables, flexible, drives, at.place, at.speeds, at.work, at.modal)
+        write_rows(loops, tables.gravity, drives, z, count, at.work, at.exerted)
         for j in range(m):
             at.residuals[j] = 0.0
             if holds(loops, j, z):
-                write_row(loops, j, tables.gravity, drives, z, count, at.work, at.exerted)
                 at.residuals[j] = rate_of_row(loops, j, drives, at.work, at.exerted, at.speeds)
         _move(loops, tables, flexible, share_stiffness, at.residuals, work, modal, border, at, kept)
         for i in range(count):
@@ -285,7 +286,7 @@ def closing_memory_size(tables: Tables, flexible: FlexibleTables, loops: Loops) 
 def _eliminate(
     loops: Loops,
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     drives: np.ndarray,
     share_stiffness: float,
     u: np.ndarray,
@@ -299,11 +300,9 @@ def _eliminate(
     kept: LoopFactors,
 ) -> float:
     """Eliminate tree and loops after an outward sweep; return the weakest pivot, 0 where something has no inertia."""
-    count, is_implicit, none = len(u), share_stiffness > 0.0, at.step
-    for j in range(len(loops.rows)):
-        kept.rest[j] = 0.0
-        if holds(loops, j, z):
-            write_row(loops, j, tables.gravity, drives, z, count, work, kept.exerted)
+    is_implicit, none = share_stiffness > 0.0, at.step
+    write_rows(loops, tables.gravity, drives, z, len(u), work, kept.exerted)
+    kept.rest[:] = 0.0
     set_inertia(tables, flexible, work, modal)
     at.applied[:] = 0.0
     if is_implicit:
@@ -333,7 +332,7 @@ def _eliminate(
 def _move(
     loops: Loops,
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     share_stiffness: float,
     rest: np.ndarray,
     work: np.ndarray,

@@ -36,7 +36,6 @@ def walk_inward(
     tables: Tables,
     flexible: FlexibleTables | None,
     i: int,
-    end: int,
     force: Numbers,
     moment: Numbers,
     work: np.ndarray,
@@ -44,11 +43,11 @@ def walk_inward(
     J: np.ndarray,
     reach: np.ndarray,
 ) -> None:
-    """Add the generalised forces of a wrench on row i, and the largest they could be, on the way to row `end` (-1: N)."""
+    """Add the generalised forces of a wrench on a row, and the largest they could be, on the way to N."""
     rows, geometry = tables.rows, tables.geometry
     # of a vector whose real part is zero, the square of a complex step is negative
     f_size, m_size = np.sqrt(abs(dot(force, force).real)), np.sqrt(abs(dot(moment, moment).real))
-    while i != end:
+    while i >= 0:
         kind, speed = rows[i, KIND], rows[i, SPEED]
         if flexible is not None and kind == INTERFACE:
             body = flexible.bodies[rows[i, FLEXIBLE]]
@@ -96,16 +95,12 @@ def _add_modal_row(
 
 
 @inlined
-def row_scale_over(
-    J: np.ndarray, reach: np.ndarray, extents: np.ndarray, first: int, count: int, own: Any, full: Any
-) -> tuple[Any, Any]:
-    """Add the squares of a row and of its reach over some of the free speeds; return both sums.
-
-    Their ratio, over displacements of the scene's size, is between 0 and 1: the square of how much of its reach a row
-    has.
-    """
-    for i in range(first, first + count):
+def row_scale(J: np.ndarray, reach: np.ndarray, extents: np.ndarray, work: np.ndarray) -> Any:
+    """Return the square of how much of its reach a row has, between 0 and 1, over displacements of the scene's size."""
+    own = full = 0.0
+    for i in range(len(extents)):
         moved, reached = extents[i] * J[i].real, extents[i] * reach[i].real
         own += moved * moved
         full += reached * reached
-    return own, full
+    share = 0.0 * work[0, R]
+    return share + (own / full if full > 0.0 else 0.0)

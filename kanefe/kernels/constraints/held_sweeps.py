@@ -17,14 +17,12 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.envelope import factor_envelope, solve_envelope
+from kanefe.kernels.algebra.envelope import factor_envelope, solve_envelope, solve_envelope_columns
 from kanefe.kernels.algebra.vectors import (
     accumulate,
-    cross,
     dot,
     matrix,
     minus,
-    plus,
     product,
     rotated,
     rotated_back,
@@ -36,7 +34,6 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.constraints.constraint_rows import COUPLER_ROW
 from kanefe.kernels.constraints.loop_system import (
     TURN,
-    WRENCH,
     LoopFactors,
     factors_size,
     loop_factors_in,
@@ -51,7 +48,7 @@ from kanefe.kernels.constraints.loop_tables import (
     unit_responses_in,
     unit_responses_size,
 )
-from kanefe.kernels.constraints.row_paths import OF_JOINT, OF_MODES, OF_WRENCH, VISITED
+from kanefe.kernels.constraints.row_paths import OF_JOINT, OF_MODES, VISITED
 from kanefe.kernels.layout import (
     ACCELERATION,
     ALPHA,
@@ -209,20 +206,14 @@ def sweep_accelerations_held(
             modal_accelerations(flexible, rows[i, FLEXIBLE], work, modal, border, is_implicit, du)
 
 
-@kernel
+@inlined
 def _add_inertia(loops: Loops, i: int, work: np.ndarray, kept: LoopFactors) -> None:
     """Add what the loops that a link carries make it feel of its own acceleration: K A^-1 K^T."""
     paths = loops.paths
     begin, end = paths.places[i + 1], paths.places[i + 2]
-    for c in range(WRENCH):
-        for place in range(begin, end):
-            j = paths.order[place]
-            kept.right[j] = kept.felt[j, c] if kept.scale[j] != 0.0 else 0.0 * work[i, M]
-        solve_envelope(
-            kept.L, paths.ends, paths.order, kept.inverses, kept.scale, kept.right, begin, end, kept.column, kept.solved
-        )
-        for place in range(begin, end):
-            kept.asked[paths.order[place], c] = kept.solved[paths.order[place]]
+    solve_envelope_columns(
+        kept.L, paths.ends, paths.order, kept.inverses, kept.scale, kept.felt, begin, end, kept.asked
+    )
     for place in range(begin, end):
         j = paths.order[place]
         if kept.scale[j] == 0.0:
@@ -238,7 +229,7 @@ def _add_inertia(loops: Loops, i: int, work: np.ndarray, kept: LoopFactors) -> N
                 work[i, H + 3 * a + b] += felt[a] * asked[TURN + b]
 
 
-@kernel
+@inlined
 def _hold(
     loops: Loops,
     tables: Tables,
@@ -270,7 +261,7 @@ def _hold(
             accumulate(work, i, MOMENT, times(multipliers[j], vector(kept.felt, j, TURN)))
 
 
-@kernel
+@inlined
 def _acceleration(
     loops: Loops,
     tables: Tables,
@@ -285,7 +276,7 @@ def _acceleration(
     paths, rows, numbers = loops.paths, tables.rows, kept.numbers
     along = 0.0 * work[0, R]
     for s in range(paths.first[j], paths.first[j + 1]):
-        i, at, of_modes, of_wrench = paths.visits[s]
+        i, at, of_modes = paths.visits[s, VISITED], paths.visits[s, OF_JOINT], paths.visits[s, OF_MODES]
         kind, speed = rows[i, KIND], rows[i, SPEED]
         if flexible is not None and of_modes >= 0 and kind != INTERFACE:
             along += _modal_acceleration(flexible, rows[i, FLEXIBLE], of_modes, work, modal, numbers)
@@ -313,7 +304,8 @@ def _modal_acceleration(
     """Return the same of the modes of a body and of what it carries."""
     body = flexible.bodies[f]
     k, G = body[COUNT], matrix(work, body[ROW], R)
-    along, moved = total(numbers[at + k : at + 2 * k], modal[span(body, WORK_FORCE)]), at + 2 * k + 6 * body[CARRIED_COUNT]
+    along = total(numbers[at + k : at + 2 * k], modal[span(body, WORK_FORCE)])
+    moved = at + 2 * k + 6 * body[CARRIED_COUNT]
     for c in range(body[CARRIED_COUNT]):
         i = flexible.carrying[body[CARRIED] + c]
         along -= dot(three(numbers, moved + 6 * c), rotated_back(G, vector(work, i, FORCE)))
@@ -321,7 +313,7 @@ def _modal_acceleration(
     return along
 
 
-@kernel
+@inlined
 def _exert(
     loops: Loops,
     tables: Tables,
@@ -365,7 +357,7 @@ def hold_size(loops: Loops, n: int) -> int:
 
     `LoopFactors`, or `UnitResponses` where there are rigid contacts.
     """
-    return unit_responses_size(loops, n) if len(loops.points.places) > 0 else factors_size(loops, n)
+    return unit_responses_size(loops, n) if len(loops.points.places) > 0 else factors_size(loops)
 
 
 @inlined
@@ -373,4 +365,4 @@ def scale_of_rows(workspace: np.ndarray, loops: Loops, n: int) -> np.ndarray:
     """Return the scales of rows in a workspace of `hold_size`."""
     if len(loops.points.places) > 0:
         return unit_responses_in(workspace, loops, n).scale
-    return loop_factors_in(workspace, loops, n).scale
+    return loop_factors_in(workspace, loops).scale

@@ -35,7 +35,6 @@ from kanefe.kernels.algebra.vectors import (
     vector,
 )
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.constraints.constraint_jacobian import row_scale_over, walk_inward
 from kanefe.kernels.constraints.constraint_rows import COUPLER_ROW
 from kanefe.kernels.constraints.loop_tables import (
     FIRST_TERM,
@@ -63,11 +62,11 @@ from kanefe.kernels.constraints.row_paths import (
 )
 from kanefe.kernels.layout import (
     AXES,
+    BASIS,
+    BENT,
     CARRIED_COUNT,
     CARRIES,
     COUNT,
-    DETA,
-    DRIVE,
     FIXED,
     FLEXIBLE,
     FREE,
@@ -92,6 +91,7 @@ from kanefe.kernels.loads.point_and_field_loads import share_of_modes
 from kanefe.kernels.sweeps.border import border_in
 from kanefe.kernels.sweeps.elastic import project, span, total
 from kanefe.kernels.sweeps.inward import through_axis, through_ball
+from kanefe.kernels.sweeps.link_motion import partials
 from kanefe.kernels.sweeps.modal_elimination import coupling_span
 
 TURN = 3
@@ -110,14 +110,12 @@ class LoopFactors(NamedTuple):
         Of all visits, see `put_visits`.
     A, L : ndarray, shape (envelope,)
         ``J M^-1 J^T`` in its envelope, and its factors.
-    inverses, scale, rest, right, column, solved : ndarray, shape (m,)
-        Of pivots; with which a row is of unit length if it points along the motion of its ends (0: it moves nothing,
-        or does not hold); acceleration that each row needs; workspace.
+    inverses, scale, rest, right, column : ndarray, shape (m,)
+        Of pivots; with which a row is of unit length if its wrench points along all motions on its way (0: it moves
+        nothing, or does not hold); acceleration that each row needs; workspace.
     felt, asked : ndarray, shape (m, WRENCH)
         What the row of the scene that carries the loops feels of a unit multiplier, and the multipliers that its unit
         accelerations ask for.
-    J, reach : ndarray, shape (n,)
-        A row and the largest it could be: workspace.
     carried : ndarray, shape (rows of the scene, WRENCH)
         Wrenches on their way.
     """
@@ -131,32 +129,29 @@ class LoopFactors(NamedTuple):
     rest: np.ndarray
     right: np.ndarray
     column: np.ndarray
-    solved: np.ndarray
     felt: np.ndarray
     asked: np.ndarray
-    J: np.ndarray
-    reach: np.ndarray
     carried: np.ndarray
 
 
 @kernel
-def factors_size(loops: Loops, n: int) -> int:
-    """Return how many numbers the workspace of `loop_factors_in` has, with n free and driven speeds."""
+def factors_size(loops: Loops) -> int:
+    """Return how many numbers the workspace of `loop_factors_in` has."""
     m, paths = len(loops.rows), loops.paths
     rows = max(0, len(paths.places) - 2)
-    return wrenches_size(loops) + paths.sizes[0] + 2 * paths.ends[m] + (6 + 2 * WRENCH) * m + 2 * n + WRENCH * rows
+    return wrenches_size(loops) + paths.sizes[0] + 2 * paths.ends[m] + (5 + 2 * WRENCH) * m + WRENCH * rows
 
 
 @inlined
-def loop_factors_in(workspace: np.ndarray, loops: Loops, n: int) -> LoopFactors:
+def loop_factors_in(workspace: np.ndarray, loops: Loops) -> LoopFactors:
     """Return the parts of a workspace of `factors_size`."""
     m, rows = len(loops.rows), max(0, len(loops.paths.places) - 2)
     envelope, size = loops.paths.ends[m], loops.paths.sizes[0]
     rest = workspace[wrenches_size(loops) :]
     numbers, rest = rest[:size], rest[size:]
     A, L, rest = rest[:envelope], rest[envelope : 2 * envelope], rest[2 * envelope :]
-    of_rows, sixes = rest[: 6 * m], rest[6 * m : (6 + 2 * WRENCH) * m].reshape(2 * m, WRENCH)
-    of_speeds, carried = rest[(6 + 2 * WRENCH) * m :], rest[(6 + 2 * WRENCH) * m + 2 * n :]
+    of_rows, sixes = rest[: 5 * m], rest[5 * m : (5 + 2 * WRENCH) * m].reshape(2 * m, WRENCH)
+    carried = rest[(5 + 2 * WRENCH) * m :]
     return LoopFactors(
         wrenches_in(workspace, loops),
         numbers,
@@ -166,17 +161,14 @@ def loop_factors_in(workspace: np.ndarray, loops: Loops, n: int) -> LoopFactors:
         of_rows[m : 2 * m],
         of_rows[2 * m : 3 * m],
         of_rows[3 * m : 4 * m],
-        of_rows[4 * m : 5 * m],
-        of_rows[5 * m :],
+        of_rows[4 * m :],
         sixes[:m],
         sixes[m:],
-        of_speeds[:n],
-        of_speeds[n : 2 * n],
         carried[: WRENCH * rows].reshape(rows, WRENCH),
     )
 
 
-@kernel
+@inlined
 def put_loop_system(
     loops: Loops,
     tables: Tables,
@@ -205,64 +197,12 @@ def put_loop_system(
         j = paths.order[place]
         kept.A[paths.ends[place] : paths.ends[place + 1]] = 0.0
         kept.scale[j] = 0.0
-        if not holds(loops, j, z) or (places_only and not loops.rows[j, HOLDS_PLACE]):
-            continue
-        share = _share_of_reach(loops, tables, flexible, j, at, work, modal, kept)
-        # its pivot would be below all that count, and its way would be for nothing
-        if share.real > LEAST_SHARE:
-            kept.scale[j] = share
-            _put_visits(loops, tables, flexible, j, work, modal, border, is_implicit, kept)
+        if holds(loops, j, z) and not (places_only and not loops.rows[j, HOLDS_PLACE]):
+            own, reach = _put_visits(loops, tables, flexible, j, work, modal, border, is_implicit, kept)
+            if own.real > LEAST_SHARE * reach.real:  # else its pivot would be below all that count
+                kept.scale[j] = 1.0 / np.sqrt(reach)
     for meeting in range(paths.meetings_at[at + 1], paths.meetings_at[at + 2]):
         _sum_meeting(loops, tables, flexible, meeting, work, kept)
-    for place in range(begin, end):
-        j = paths.order[place]
-        # a row of unit length if it pointed along the motion of its ends
-        if kept.scale[j] != 0.0:
-            size = kept.A[paths.ends[place + 1] - 1]
-            kept.scale[j] = np.sqrt(kept.scale[j] / size) if size.real > 0.0 else 0.0 * kept.scale[j]
-
-
-@kernel
-def _share_of_reach(
-    loops: Loops,
-    tables: Tables,
-    flexible: FlexibleTables | None,
-    j: int,
-    at: int,
-    work: np.ndarray,
-    modal: np.ndarray,
-    kept: LoopFactors,
-) -> Any:
-    """Return the square of how much of its reach a row has, see `row_scale_over`, from what its ends do not share."""
-    paths, rows, J, reach = loops.paths, tables.rows, kept.J, kept.reach
-    for s in range(paths.first[j], paths.first[j + 1]):
-        i = paths.visits[s, VISITED]
-        for c in range(rows[i, SPEED], rows[i, SPEED] + speed_count(rows[i, KIND])):
-            J[c] = reach[c] = 0.0
-        if flexible is not None and rows[i, KIND] != INTERFACE and paths.visits[s, OF_MODES] >= 0:
-            body = flexible.bodies[rows[i, FLEXIBLE]]
-            J[body[DETA] : body[DETA] + body[COUNT]] = 0.0
-            reach[body[DETA] : body[DETA] + body[COUNT]] = 0.0
-    if loops.rows[j, KIND_OF] == COUPLER_ROW:
-        for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
-            J[loops.speeds[term]] += loops.coefficients[term]
-            reach[loops.speeds[term]] += abs(loops.coefficients[term])
-    else:
-        for end in range(2):
-            force, moment = vector(kept.exerted.wrenches, j, 6 * end), vector(kept.exerted.wrenches, j, 6 * end + 3)
-            walk_inward(tables, flexible, loops.rows[j, ROW_A + end], at, force, moment, work, modal, J, reach)
-    own, full = 0.0 * work[0, R], 0.0 * work[0, R]
-    for s in range(paths.first[j], min(paths.common[j] + 1, paths.first[j + 1])):
-        i = paths.visits[s, VISITED]
-        if rows[i, KIND] == INTERFACE:
-            continue
-        if s < paths.common[j] and rows[i, DRIVE] < 0:
-            first = rows[i, SPEED]
-            own, full = row_scale_over(J, reach, loops.extents, first, speed_count(rows[i, KIND]), own, full)
-        if flexible is not None and paths.visits[s, OF_MODES] >= 0:  # of a link that carries both: through its modes
-            body = flexible.bodies[rows[i, FLEXIBLE]]
-            own, full = row_scale_over(J, reach, loops.extents, body[DETA], body[COUNT], own, full)
-    return own / full if full.real > 0.0 else 0.0 * full
 
 
 @inlined
@@ -275,7 +215,7 @@ def speed_count(kind: int) -> int:
     return 1 if FIXED < kind <= GIVEN else 0
 
 
-@kernel
+@inlined
 def _put_visits(
     loops: Loops,
     tables: Tables,
@@ -286,8 +226,11 @@ def _put_visits(
     border: np.ndarray,
     is_implicit: bool,
     kept: LoopFactors,
-) -> None:
-    """Write what a unit multiplier of a row does at all it visits.
+) -> tuple[Any, Any]:
+    """Write what a unit multiplier of a row does at all it visits; return what it moves of itself, and could at most.
+
+    ``J M^-1 J^T``, and what it would be if its wrench pointed along all motions on its way: their ratio, the pivot of a
+    scaled row, is independent of units, zero for a row that moves nothing, and 2 at most.
 
     Of a joint: e; of a free one the accelerations of its body. Of k modes and n numbers of what the body carries: the
     forces p on the modes, their accelerations x, what acts on the carried interfaces, how these move, and y. Wrenches
@@ -296,6 +239,7 @@ def _put_visits(
     paths, rows, geometry, carried, numbers = loops.paths, tables.rows, tables.geometry, kept.carried, kept.numbers
     kept.felt[j, :] = 0.0
     begin, end = paths.first[j], paths.first[j + 1]
+    own = reach = 0.0 * work[0, R]
     for s in range(begin, end):
         i = paths.visits[s, VISITED]
         carried[i, :] = 0.0
@@ -323,6 +267,7 @@ def _put_visits(
             body = flexible.bodies[rows[i, FLEXIBLE]]
             if body[COUNT] > 0:
                 G = matrix(work, body[ROW], R)
+                reach += _modal_reach(flexible, rows, i, force, moment, work, modal)
                 if rows[i, CARRIES]:
                     put_three(numbers, of_modes, rotated_back(G, force))
                     put_three(numbers, of_modes + 3, rotated_back(G, moment))
@@ -330,12 +275,12 @@ def _put_visits(
                 p = numbers[of_modes : of_modes + body[COUNT]]
                 share_of_modes(flexible, rows, i, times(-1.0, force), times(-1.0, moment), work, modal, p)
         elif flexible is not None and of_modes >= 0:
-            a, b = _give_way(flexible, rows[i, FLEXIBLE], of_modes, work, modal, border, is_implicit, numbers)
-            force, moment = plus(force, a), plus(moment, b)
+            a, b, moved = _give_way(flexible, rows[i, FLEXIBLE], of_modes, work, modal, border, is_implicit, numbers)
+            force, moment, own = plus(force, a), plus(moment, b), own + moved
         if is_end:
             put(kept.felt, j, 0, force)
             put(kept.felt, j, TURN, moment)
-            return
+            break
         if of_wrench >= 0:
             put_three(numbers, of_wrench, force)
             put_three(numbers, of_wrench + TURN, moment)
@@ -343,22 +288,55 @@ def _put_visits(
             h, inverse = matrix(work, i, H), symmetric(work, i, U)
             pull, turn = times(-1.0, force), times(-1.0, moment)
             alpha = symmetric_times(symmetric(work, i, J), minus(turn, rotated_back(h, symmetric_times(inverse, pull))))
-            put_three(numbers, at, symmetric_times(inverse, minus(pull, rotated(h, alpha))))
+            a = symmetric_times(inverse, minus(pull, rotated(h, alpha)))
+            put_three(numbers, at, a)
             put_three(numbers, at + TURN, alpha)
+            moved = dot(pull, a) + dot(turn, alpha)
+            own, reach = own + moved, reach + moved
             continue
         if kind == SPHERICAL:
-            none = times(0.0, moment)
-            turning, force, moment = through_ball(i, none, force, moment, work)
+            turning, force, torque = through_ball(i, times(0.0, moment), force, moment, work)
             put_three(numbers, at, turning)
+            moved = dot(moment, turning)
+            own, reach, moment = own + moved, reach + moved, torque
         elif at >= 0:
-            e, force, moment = through_axis(rows, geometry, i, numbers[at], force, moment, work)
+            v, w = partials(rows, geometry, i, work)
+            applied, pivot = numbers[at], work[i, PIVOT]
+            most = applied * applied + dot(v, v) * dot(force, force) + dot(w, w) * dot(moment, moment)
+            e, force, moment = through_axis(rows, geometry, i, applied, force, moment, work)
             numbers[at] = e
+            own, reach = own + e * e / pivot, reach + pivot * most
         if parent >= 0:
             accumulate(carried, parent, 0, force)
             accumulate(carried, parent, TURN, plus(moment, cross(vector(work, i, OFFSET), force)))
+    return own, reach
 
 
-@kernel
+@inlined
+def _modal_reach(
+    flexible: FlexibleTables,
+    rows: np.ndarray,
+    i: int,
+    force: Numbers,
+    moment: Numbers,
+    work: np.ndarray,
+    modal: np.ndarray,
+) -> Any:
+    """Return what a wrench on an interface would move of the modes if it pointed along their motions there."""
+    k, at, bent = flexible.bodies[rows[i, FLEXIBLE], COUNT], rows[i, BASIS], rows[i, BENT]
+    shift = turn = 0.0 * work[0, R]
+    if bent < 0:
+        for c in range(at, at + 3 * k):
+            shift += flexible.pool[c] * flexible.pool[c]
+            turn += flexible.pool[3 * k + c] * flexible.pool[3 * k + c]
+    else:
+        for c in range(bent, bent + 3 * k):
+            shift += modal[c] * modal[c]
+            turn += modal[3 * k + c] * modal[3 * k + c]
+    return shift * dot(force, force) + turn * dot(moment, moment)
+
+
+@inlined
 def _apply_coupler(loops: Loops, tables: Tables, j: int, work: np.ndarray, kept: LoopFactors) -> None:
     """Apply the terms of a coupler at their joints: its driven coordinates do not give way."""
     paths, rows = loops.paths, tables.rows
@@ -389,7 +367,7 @@ def modes_size(k: int, carried: int) -> int:
     return 2 * k + 3 * WRENCH * carried
 
 
-@kernel
+@inlined
 def _give_way(
     flexible: FlexibleTables,
     f: int,
@@ -399,8 +377,8 @@ def _give_way(
     border: np.ndarray,
     is_implicit: bool,
     numbers: np.ndarray,
-) -> tuple[Numbers, Numbers]:
-    """Write how the modes of a body give way to a row; return the wrench that its link feels more, in N.
+) -> tuple[Numbers, Numbers, Any]:
+    """Write how the modes of a body give way to a row; return what its link feels more, in N, and what the row moves.
 
     See `kanefe.kernels.sweeps.modal_elimination`: with G at rest ``x = p - B^T y``, and y as there.
     """
@@ -429,10 +407,11 @@ def _give_way(
                 x[d] -= held[c] * parts.basis[c, d]
         for c in range(n):
             moved[c] = total(parts.basis[c], x)
-    return rotated(G, a), rotated(G, b)
+        return rotated(G, a), rotated(G, b), total(p, x) - total(on, moved)
+    return rotated(G, a), rotated(G, b), total(p, x)
 
 
-@kernel
+@inlined
 def _sum_meeting(
     loops: Loops,
     tables: Tables,

@@ -22,8 +22,8 @@ from kanefe.kernels.contact.rigid_points import (
 from kanefe.kernels.loads.markers import MARKER_NUMBERS
 
 # Columns of the integers of a row
-KIND_OF, ROW_A, ROW_B, IS_BALL, FIRST_TERM, TERM_COUNT, HOLDS_PLACE, IS_ANGLE, SWITCH = range(9)
-CONSTRAINT_INTEGERS = 9
+KIND_OF, ROW_A, ROW_B, IS_BALL, FIRST_TERM, TERM_COUNT, HOLDS_PLACE, IS_ANGLE, SWITCH, GOES_ON = range(10)
+CONSTRAINT_INTEGERS = 10
 # Of a row of a contact point in place of them: which of its directions, 0: the normal, and the number of the point
 DIRECTION, POINT = IS_BALL, FIRST_TERM
 # Columns of the workspace of a row
@@ -45,7 +45,7 @@ class Loops(NamedTuple):
     rows : ndarray of int, shape (m, CONSTRAINT_INTEGERS)
         Kind, rows of both markers (-1: N), is a ball, first term and number of terms of a coupler, whether it holds
         coordinates and not speeds alone, whether its residual is an angle, its switch among the internal states (-1:
-        it always holds).
+        it always holds), whether it is of the same constraint as the row before, between the same markers.
     markers : ndarray, shape (2 m, MARKER_NUMBERS)
     numbers : ndarray, shape (m, ROW_NUMBERS)
         See `kanefe.kernels.constraints.constraint_rows.RowNumbers`.
@@ -96,16 +96,19 @@ class RowWrenches(NamedTuple):
         Of each row's unit multiplier, about the origins of its rows.
     met : ndarray, shape (points, MET_NUMBERS)
         Of the points of rigid contacts.
+    remainders : ndarray, shape (m,)
+        Accelerations along the rows that are not linear in du.
     """
 
     wrenches: np.ndarray
     met: np.ndarray
+    remainders: np.ndarray
 
 
 @kernel
 def wrenches_size(loops: Loops) -> int:
     """Return how many numbers the memory of `wrenches_in` has."""
-    return WRENCHES * len(loops.rows) + MET_NUMBERS * len(loops.points.places)
+    return (WRENCHES + 1) * len(loops.rows) + MET_NUMBERS * len(loops.points.places)
 
 
 @inlined
@@ -113,7 +116,8 @@ def wrenches_in(memory: np.ndarray, loops: Loops) -> RowWrenches:
     """Return the parts of a memory of `wrenches_size`."""
     m, points = len(loops.rows), len(loops.points.places)
     at, size = WRENCHES * m, wrenches_size(loops)
-    return RowWrenches(memory[:at].reshape(m, WRENCHES), memory[at:size].reshape(points, MET_NUMBERS))
+    met = memory[at : size - m].reshape(points, MET_NUMBERS)
+    return RowWrenches(memory[:at].reshape(m, WRENCHES), met, memory[size - m : size])
 
 
 class UnitResponses(NamedTuple):

@@ -16,7 +16,7 @@ import numpy as np
 from kanefe.kernels.algebra.pivoted import factor, solve
 from kanefe.kernels.algebra.vectors import vector
 from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.constraints.constraint_jacobian import row_scale_over, walk_inward
+from kanefe.kernels.constraints.constraint_jacobian import row_scale, walk_inward
 from kanefe.kernels.constraints.constraint_rows import COUPLER_ROW
 from kanefe.kernels.constraints.least_forces import share_forces
 from kanefe.kernels.constraints.loop_tables import (
@@ -34,8 +34,8 @@ from kanefe.kernels.constraints.loop_tables import (
     is_rubbing,
     unit_responses_in,
 )
-from kanefe.kernels.constraints.row_wrenches import along_row, clear_all_forces, push_row, write_row
-from kanefe.kernels.layout import FlexibleTables, R, Tables
+from kanefe.kernels.constraints.row_wrenches import along_row, clear_all_forces, push_row, write_rows
+from kanefe.kernels.layout import FlexibleTables, Tables
 from kanefe.kernels.sweeps.accelerations import put_driving_forces, sweep_accelerations
 from kanefe.kernels.sweeps.inward import sweep_forces_inward
 
@@ -74,12 +74,11 @@ def hold(
     m, count = len(loops.rows), len(du)
     kept = unit_responses_in(workspace, loops, len(applied))
     is_skew = False
+    write_rows(loops, tables.gravity, drives, z, count, work, kept.exerted)
     for j in range(m):
-        if not holds(loops, j, z):
-            continue
-        remainder = write_row(loops, j, tables.gravity, drives, z, count, work, kept.exerted)
-        kept.rest[j] = -remainder - along_row(loops, j, work, kept.exerted.wrenches, du)
-        is_skew = is_skew or is_rubbing(loops, j, z)
+        if holds(loops, j, z):
+            kept.rest[j] = -kept.exerted.remainders[j] - along_row(loops, j, work, kept.exerted.wrenches, du)
+            is_skew = is_skew or is_rubbing(loops, j, z)
     respond_to_rows(loops, tables, flexible, z, applied, work, modal, border, is_implicit, True, count, kept)
     if is_skew:
         weakest = share_forces(loops, z, True, multipliers, kept)
@@ -145,9 +144,8 @@ def respond_to_rows(
         else:
             for end in range(2):
                 force, moment = vector(kept.exerted.wrenches, j, 6 * end), vector(kept.exerted.wrenches, j, 6 * end + 3)
-                walk_inward(tables, flexible, loops.rows[j, ROW_A + end], -1, force, moment, work, modal, J, reach)
-        own, full = row_scale_over(J, reach, loops.extents, 0, count, 0.0 * work[0, R], 0.0 * work[0, R])
-        share = own / full if full.real > 0.0 else full
+                walk_inward(tables, flexible, loops.rows[j, ROW_A + end], force, moment, work, modal, J, reach)
+        share = row_scale(J, reach, loops.extents, work)
         # its pivot would be below all that count, and its sweeps would be for nothing
         kept.scale[j] = share if share.real > LEAST_SHARE else 0.0 * share
     for j in range(m):

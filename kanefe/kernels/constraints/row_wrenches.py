@@ -14,6 +14,7 @@ from kanefe.kernels.constraints.loop_tables import (
     FIRST_TERM,
     FORCE_A,
     FORCE_B,
+    GOES_ON,
     IS_BALL,
     KIND_OF,
     MOMENT_A,
@@ -24,6 +25,7 @@ from kanefe.kernels.constraints.loop_tables import (
     TERM_COUNT,
     Loops,
     RowWrenches,
+    holds,
 )
 from kanefe.kernels.contact.rigid_points import MET, meet, motion_of_marker, rub_along
 from kanefe.kernels.layout import ACCELERATION, ALPHA, POSITION, WORK_FORCE, FlexibleTables, R, Tables
@@ -34,57 +36,86 @@ from kanefe.kernels.sweeps.elastic import span
 
 
 @kernel
-def write_row(
+def write_rows(
     loops: Loops,
-    j: int,
     gravity: np.ndarray,
     drives: np.ndarray,
     z: np.ndarray,
     count: int,
     work: np.ndarray,
     exerted: RowWrenches,
-) -> Any:
-    """Write the wrenches of a row that holds about the origins of its links; return its bias acceleration.
+) -> None:
+    """Write the wrenches of the rows that hold about the origins of their links, and their bias accelerations.
 
-    Of a contact point that touches its normal row comes first.
+    Parameters
+    ----------
+    count : int
+        Of free speeds.
     """
-    zero, wrenches, met = 0.0 * work[0, R], exerted.wrenches, exerted.met
-    if loops.rows[j, KIND_OF] == CONTACT_ROW:
-        p, direction = loops.rows[j, POINT], loops.rows[j, DIRECTION]
-        if direction == 0:
-            meet(loops.points, p, gravity, work, met)
-            rub_along(loops.points, p, z, work, met)
-        along = vector(met, p, int(MET.normal) + 3 * direction)
-        for end in range(2):
-            row, force = loops.rows[j, ROW_A + end], times(1.0 if end else -1.0, along)
-            arm = vector(met, p, MET.point)
-            if row >= 0:
-                arm = minus(arm, vector(work, row, POSITION))
-            put(wrenches, j, 6 * end, force)
-            put(wrenches, j, 6 * end + 3, cross(arm, force))
-        return met[p, int(MET.remainder) + direction]
-    if loops.rows[j, KIND_OF] == COUPLER_ROW:
-        remainder = zero
-        for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
-            speed = loops.speeds[term]
-            if speed >= count:
-                remainder += loops.coefficients[term] * drives[speed - count, 2]
-        return remainder
-    a, b = loops.rows[j, ROW_A], loops.rows[j, ROW_B]
-    lever_a, lever_b = lever_of(loops.markers, 2 * j, a, work), lever_of(loops.markers, 2 * j + 1, b, work)
-    force_a, moment_a, force_b, moment_b, remainder = row_terms(
-        loops.rows[j, KIND_OF],
-        loops.numbers,
-        j,
-        loops.rows[j, IS_BALL] != 0,
-        motion_of_marker(loops.markers, 2 * j, a, lever_a, gravity, work),
-        motion_of_marker(loops.markers, 2 * j + 1, b, lever_b, gravity, work),
-    )
-    put(wrenches, j, FORCE_A, force_a)
-    put(wrenches, j, MOMENT_A, plus(moment_a, cross(lever_a, force_a)))
-    put(wrenches, j, FORCE_B, force_b)
-    put(wrenches, j, MOMENT_B, plus(moment_b, cross(lever_b, force_b)))
+    m, j = len(loops.rows), 0
+    while j < m:
+        last = j + 1
+        while last < m and loops.rows[last, GOES_ON]:
+            last += 1
+        if holds(loops, j, z):
+            kind = loops.rows[j, KIND_OF]
+            if kind == CONTACT_ROW:
+                _write_contact(loops, j, gravity, z, work, exerted)
+            elif kind == COUPLER_ROW:
+                exerted.remainders[j] = _coupled(loops, j, drives, count, work)
+            else:
+                _write_joint(loops, j, last, gravity, work, exerted)
+        j = last
+
+
+@inlined
+def _write_contact(
+    loops: Loops, j: int, gravity: np.ndarray, z: np.ndarray, work: np.ndarray, exerted: RowWrenches
+) -> None:
+    """Write a row of a contact point that touches: its normal row comes first."""
+    met, p, direction = exerted.met, loops.rows[j, POINT], loops.rows[j, DIRECTION]
+    if direction == 0:
+        meet(loops.points, p, gravity, work, met)
+        rub_along(loops.points, p, z, work, met)
+    along = vector(met, p, int(MET.normal) + 3 * direction)
+    for end in range(2):
+        row, force = loops.rows[j, ROW_A + end], times(1.0 if end else -1.0, along)
+        arm = vector(met, p, MET.point)
+        if row >= 0:
+            arm = minus(arm, vector(work, row, POSITION))
+        put(exerted.wrenches, j, 6 * end, force)
+        put(exerted.wrenches, j, 6 * end + 3, cross(arm, force))
+    exerted.remainders[j] = met[p, int(MET.remainder) + direction]
+
+
+@inlined
+def _coupled(loops: Loops, j: int, drives: np.ndarray, count: int, work: np.ndarray) -> Any:
+    """Return the bias acceleration of a coupler: of its driven coordinates."""
+    remainder = 0.0 * work[0, R]
+    for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
+        if loops.speeds[term] >= count:
+            remainder += loops.coefficients[term] * drives[loops.speeds[term] - count, 2]
     return remainder
+
+
+@inlined
+def _write_joint(
+    loops: Loops, first: int, last: int, gravity: np.ndarray, work: np.ndarray, exerted: RowWrenches
+) -> None:
+    """Write the rows of a constraint between two markers."""
+    wrenches, a, b = exerted.wrenches, loops.rows[first, ROW_A], loops.rows[first, ROW_B]
+    lever_a, lever_b = lever_of(loops.markers, 2 * first, a, work), lever_of(loops.markers, 2 * first + 1, b, work)
+    motion_a = motion_of_marker(loops.markers, 2 * first, a, lever_a, gravity, work)
+    motion_b = motion_of_marker(loops.markers, 2 * first + 1, b, lever_b, gravity, work)
+    for j in range(first, last):
+        force_a, moment_a, force_b, moment_b, remainder = row_terms(
+            loops.rows[j, KIND_OF], loops.numbers, j, loops.rows[j, IS_BALL] != 0, motion_a, motion_b
+        )
+        put(wrenches, j, FORCE_A, force_a)
+        put(wrenches, j, MOMENT_A, plus(moment_a, cross(lever_a, force_a)))
+        put(wrenches, j, FORCE_B, force_b)
+        put(wrenches, j, MOMENT_B, plus(moment_b, cross(lever_b, force_b)))
+        exerted.remainders[j] = remainder
 
 
 @inlined

@@ -14,9 +14,9 @@ from kanefe.kernels.compiler.signatures import Variant
 from kanefe.kernels.constraints.contact_rates import put_contact_rates
 from kanefe.kernels.constraints.held_sweeps import hold_size, sweep_accelerations_held, sweep_inward_held
 from kanefe.kernels.constraints.loop_system import loop_factors_in
-from kanefe.kernels.constraints.loop_tables import Loops, holds, unit_responses_in
+from kanefe.kernels.constraints.loop_tables import Loops, unit_responses_in
 from kanefe.kernels.constraints.multipliers import hold, respond_to_multipliers
-from kanefe.kernels.constraints.row_wrenches import write_row
+from kanefe.kernels.constraints.row_wrenches import write_rows
 from kanefe.kernels.layout import (
     BORDER_SIZE,
     COORDINATE,
@@ -274,10 +274,10 @@ def put_rates(
             stiffen_modes(flexible, shares[0], shares[1], directions[0], directions[1], modal)
 
     if len(loops.rows) > 0 and len(loops.points.places) == 0:
-        kept = loop_factors_in(holding, loops, len(applied))
+        kept = loop_factors_in(holding, loops)
+        write_rows(loops, tables.gravity, drives, z, len(u), work, kept.exerted)
         for j in range(len(loops.rows)):
-            if holds(loops, j, z):
-                kept.rest[j] = -write_row(loops, j, tables.gravity, drives, z, len(u), work, kept.exerted)
+            kept.rest[j] = -kept.exerted.remainders[j]
         is_regular, pivot = sweep_inward_held(
             loops, tables, flexible, z, applied, work, modal, border, is_implicit, added, False, 0.0, kept, multipliers
         )

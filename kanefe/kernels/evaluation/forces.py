@@ -34,7 +34,7 @@ from kanefe.kernels.constraints.loop_tables import (
     holds,
     wrenches_in,
 )
-from kanefe.kernels.constraints.row_wrenches import push_row, write_row
+from kanefe.kernels.constraints.row_wrenches import push_row, write_rows
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import AT_TIME, DONE_AS, IS_ERROR, LEAST_PIVOT
 from kanefe.kernels.evaluation.force_tables import (
@@ -224,9 +224,9 @@ def put_forces(
             out[forces.places[ENDS] :],
         )
     exerted = wrenches_in(workspace.holding, loops)
+    write_rows(loops, tables.gravity, drives, z, speeds, work, exerted)
     for j in range(len(multipliers)):
         if multipliers[j] != 0.0:
-            write_row(loops, j, tables.gravity, drives, z, speeds, work, exerted)
             push_row(loops, tables, flexible, j, multipliers[j], True, exerted, applied, work, modal)
     still[:, :] = 0.0
     for i in range(len(still)):

@@ -181,7 +181,7 @@ def _put_row(
         elif at >= 0:
             lever = lever_of(between.markers, end, at, work)
             whole = plus(moment, cross(lever, force))
-            walk_inward(tables, flexible, at, -1, force, whole, work, workspace.modal, row, reach)
+            walk_inward(tables, flexible, at, force, whole, work, workspace.modal, row, reach)
     _over_speeds(tables, flexible, work, row, reach)
     out[:] = 0.0
     for i in range(free):

@@ -105,9 +105,7 @@ def accelerate_link(tables: Tables, i: int, applied: np.ndarray, work: np.ndarra
         axes, carried, moving = matrix(work, i, R), alpha, a
         h, inverse = matrix(work, i, H), symmetric(work, i, U)
         fixed = (
-            product(matrix(work, parent, R), matrix(geometry, i, AXES))
-            if parent >= 0
-            else matrix(geometry, i, AXES)
+            product(matrix(work, parent, R), matrix(geometry, i, AXES)) if parent >= 0 else matrix(geometry, i, AXES)
         )
         force = minus(rotated(fixed, three(applied, speed)), vector(work, i, FORCE))
         moment = minus(rotated(axes, three(applied, speed + 3)), vector(work, i, MOMENT))

@@ -19,6 +19,7 @@ from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import displacement_scales, joint_scales, scene_length
 
 if TYPE_CHECKING:
+    from kanefe.bodies.marker import Marker
     from kanefe.constraints.rows import Constraint, Row
 
 
@@ -35,9 +36,10 @@ def loop_tables(builder: FrameOffsets, tables: Tables, flexible: FlexibleTables 
     speeds: list[int] = []
     coefficients: list[float] = []
     coordinates: list[int] = []
+    before: tuple[Constraint, Marker, Marker] | None = None
     for constraint, row in ((c, row) for c in model.constraints for row in c.rows):
         if isinstance(row, CouplerRow):
-            integers.append((row.kind, -1, -1, 0, len(speeds), len(row.terms), *_nature(constraint, row)))
+            integers.append((row.kind, -1, -1, 0, len(speeds), len(row.terms), *_nature(constraint, row), 0))
             speeds += [int(model.bodies[body].speeds[coordinate]) for body, coordinate, _ in row.terms]
             coefficients += [coefficient for _, _, coefficient in row.terms]
             coordinates += [_coordinate(model, body, coordinate) for body, coordinate, _ in row.terms]
@@ -46,14 +48,17 @@ def loop_tables(builder: FrameOffsets, tables: Tables, flexible: FlexibleTables 
             continue
         ends = [builder.marker_numbers(marker) for marker in (row.a, row.b)]
         markers += [place for _, place in ends]
-        integers.append((row.kind, ends[0][0], ends[1][0], int(row.is_ball), 0, 0, *_nature(constraint, row)))
+        between = constraint, row.a, row.b
+        nature = (*_nature(constraint, row), int(between == before))
+        integers.append((row.kind, ends[0][0], ends[1][0], int(row.is_ball), 0, 0, *nature))
+        before = between
         numbers.append(row.numbers)
     points = rigid_points(builder)
     for p, place in enumerate(points.places):
         for direction in range(3):
             holds_place = int(direction == 0 or place[HAS_MARK])
             a, b, status = int(place[ON_SURFACE]), int(place[OF_PROBE]), int(place[STATUS])
-            integers.append((CONTACT_ROW, a, b, direction, p, 0, holds_place, 0, status))
+            integers.append((CONTACT_ROW, a, b, direction, p, 0, holds_place, 0, status, 0))
             markers += [points.markers[2 * p], points.markers[2 * p + 1]]
             numbers.append(np.zeros(ROW_NUMBERS))
     rows = np.array(integers, dtype=np.int64).reshape(-1, CONSTRAINT_INTEGERS)

@@ -53,12 +53,12 @@ def row_paths(constraints: np.ndarray, speeds: Sequence[int], tables: Tables, fl
     """
     ways = [_Way(constraint, speeds, tables, flexible) for constraint in constraints]
     ends_at = _eliminated_at(ways)
-    first, common, visits, numbers = [0], [], [], 0
+    first, numbers = [0], 0
+    visits: list[tuple[int, int, int, int]] = []
     guests: dict[tuple[int, int, bool], list[tuple[int, int]]] = defaultdict(list)
     for j, (way, end) in enumerate(zip(ways, ends_at, strict=True)):
         modes: dict[int, int] = {}
         path = [i for i in way.path if i > end]
-        common.append(len(visits) + sum(i not in way.shared for i in path))
         for i in path if end < 0 else (*path, end):
             row, body = tables.rows[i], flexible.bodies[tables.rows[i][FLEXIBLE]] if i in way.bent else None
             of_joint = of_modes = of_wrench = NONE
@@ -88,14 +88,14 @@ def row_paths(constraints: np.ndarray, speeds: Sequence[int], tables: Tables, fl
     place = np.argsort(order)
     rows = np.arange(-1, len(tables.rows) + 1)
     places = np.searchsorted(np.asarray(ends_at)[order], rows)
-    meetings, invited = [], []
+    meetings: list[tuple[int, int, int]] = []
+    invited: list[tuple[int, int]] = []
     for (_, i, is_modes), at in sorted(guests.items()):
         meetings.append((i, int(is_modes), len(invited)))
         invited += sorted(at, key=lambda guest: place[guest[0]])
     meetings.append((NONE, 0, len(invited)))
     return RowPaths(
         first=np.array(first, dtype=np.int64),
-        common=np.array(common, dtype=np.int64),
         visits=np.array(visits, dtype=np.int64).reshape(-1, VISIT_INTEGERS),
         order=order,
         place=place.astype(np.int64),
@@ -115,19 +115,15 @@ class _Way:
     ----------
     path : list of int
         Rows of the scene that carry its ends, with these, children before parents.
-    shared : set of int
-        Those that carry both.
     meets : int
-        The last of these; -1: N.
+        The first of these that carries both; -1: N.
     bent : set of int
         Interfaces on the way whose body has modes, and the links of these bodies.
     held : set
         The joints that move, and the links whose modes do, of what the ends do not share.
     """
 
-    def __init__(
-        self, constraint: np.ndarray, speeds: Sequence[int], tables: Tables, flexible: FlexibleTables
-    ) -> None:
+    def __init__(self, constraint: np.ndarray, speeds: Sequence[int], tables: Tables, flexible: FlexibleTables) -> None:
         rows = tables.rows
         if constraint[KIND_OF] == COUPLER_ROW:
             at = int(constraint[FIRST_TERM])
@@ -137,17 +133,17 @@ class _Way:
         else:
             ends = carriers = [int(constraint[ROW_A]), int(constraint[ROW_B])]
         self.path = sorted(set().union(*(_ancestors(rows, i) for i in ends)), reverse=True)
-        self.shared = set.intersection(*(_ancestors(rows, i) for i in carriers)) if carriers else set()
-        self.meets = max(self.shared, default=-1)
+        shared = set.intersection(*(_ancestors(rows, i) for i in carriers)) if carriers else set()
+        self.meets = max(shared, default=-1)
         interfaces = [
             i for i in self.path if rows[i, KIND] == INTERFACE and flexible.bodies[rows[i, FLEXIBLE], COUNT] > 0
         ]
         self.bent = {*interfaces, *(int(rows[i, PARENT]) for i in interfaces)}
         self.held: set[tuple[int, bool]] = set()
         for i in self.path:
-            if i in self.bent and rows[i, KIND] == INTERFACE and i not in self.shared:
+            if i in self.bent and rows[i, KIND] == INTERFACE and i not in shared:
                 self.held.add((int(rows[i, PARENT]), True))
-            if i not in self.shared and rows[i, KIND] not in (FIXED, INTERFACE) and rows[i, DRIVE] < 0:
+            if i not in shared and rows[i, KIND] not in (FIXED, INTERFACE) and rows[i, DRIVE] < 0:
                 self.held.add((i, False))
 
 
@@ -172,7 +168,7 @@ def _eliminated_at(ways: Sequence[_Way]) -> list[int]:
 
 def _rows_of_speeds(rows: np.ndarray) -> dict[int, int]:
     """Return which row each free speed of a joint is of."""
-    found = {}
+    found: dict[int, int] = {}
     for i, row in enumerate(rows):
         if row[KIND] not in (FIXED, INTERFACE) and row[DRIVE] < 0:
             count = {SPHERICAL: 3, FREE: 6}.get(int(row[KIND]), 1)
@@ -182,7 +178,7 @@ def _rows_of_speeds(rows: np.ndarray) -> dict[int, int]:
 
 def _ancestors(rows: np.ndarray, i: int) -> set[int]:
     """Return a row and all that carry it."""
-    found = set()
+    found: set[int] = set()
     while i >= 0:
         found.add(i)
         i = int(rows[i, PARENT])
