@@ -107,10 +107,15 @@ SKIPS: dict[str, tuple[list[str], Callable[[], Model], Callable[[], Model]]] = {
         lambda: chain(lambda scene: contact_beside(scene, gap=1e-3)),
         lambda: chain(lambda scene: contact_beside(scene, gap=-1e-4)),
     ),
-    "constraints": (["evaluation.evaluation.hold"], chain, lambda: chain(loop_beside)),
+    "constraints": (
+        ["evaluation.evaluation.sweep_inward_held", "evaluation.evaluation.sweep_accelerations_held"],
+        chain,
+        lambda: chain(loop_beside),
+    ),
     "points of rigid contacts": (
         [
-            "constraints.multipliers.meet",
+            "constraints.row_wrenches.meet",
+            "evaluation.evaluation.hold",
             "constraints.multipliers.share_forces",
             "evaluation.evaluation.put_contact_rates",
         ],
@@ -118,7 +123,7 @@ SKIPS: dict[str, tuple[list[str], Callable[[], Model], Callable[[], Model]]] = {
         lambda: slipping(chain(block_beside)),
     ),
     "constraints that are switched off": (
-        ["constraints.multipliers.write_row", "constraints.multipliers.walk_inward"],
+        ["constraints.row_wrenches._write_joint", "constraints.loop_system._put_visits"],
         lambda: chain(lambda scene: switched_beside(scene, is_on=False)),
         lambda: chain(lambda scene: switched_beside(scene, is_on=True)),
     ),

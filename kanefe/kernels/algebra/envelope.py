@@ -1,150 +1,178 @@
 """Symmetric sparse systems whose rows may depend on each other: ``L D L^T`` within an envelope.
 
 The lower triangle is kept row by row, each from its first entry to the diagonal: what elimination fills in stays
-inside. The order is given, so that neighbours come together; `kanefe.kernels.algebra.pivoted` chooses it by the pivots
-of a full system. What counts as dependent is the same.
+inside. The order is given, so that neighbours come together; successive rows that begin at the same place are a block,
+in which the largest pivot is first. A full system is one block: it is factored as by
+`kanefe.kernels.algebra.pivoted.factor`, where what is said of pivots holds here too.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from kanefe.kernels.algebra.pivoted import LEAST_KEPT, NEGATIVE, ROUND_OFF
-from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler._numba import inlined, kernel
+
+
+class Envelope(NamedTuple):
+    """A system in its envelope, and its factors.
+
+    Attributes
+    ----------
+    ends : ndarray of int, shape (m + 1,)
+        Row a is from ``ends[a]`` to ``ends[a + 1]``, its diagonal last. It begins where a block begins.
+    order, place : ndarray of int, shape (m,)
+        Which unknown is given at each place, and the place of each.
+    A, L : ndarray, shape (ends[-1],)
+    scale : ndarray, shape (m,)
+        Of each unknown; 0: its row is left out.
+    inverses, whole : ndarray, shape (m,)
+        Of the pivots at each place, faded near the tolerance; whole, but 0 for those that are left out.
+    taken : ndarray, shape (m,)
+        Which unknown is at each place, with the largest pivot of each block first.
+    column : ndarray, shape (m,)
+        Workspace.
+    """
+
+    ends: np.ndarray
+    order: np.ndarray
+    place: np.ndarray
+    A: np.ndarray
+    L: np.ndarray
+    scale: np.ndarray
+    inverses: np.ndarray
+    whole: np.ndarray
+    taken: np.ndarray
+    column: np.ndarray
+
+
+@inlined
+def first_of(ends: np.ndarray, a: int) -> int:
+    """Return the place at which a row of an envelope begins."""
+    return a + 1 - (ends[a + 1] - ends[a])
 
 
 @kernel
-def factor_envelope(
-    A: np.ndarray,
-    ends: np.ndarray,
-    order: np.ndarray,
-    scale: np.ndarray,
-    tolerance: float,
-    begin: int,
-    end: int,
-    L: np.ndarray,
-    inverses: np.ndarray,
-    column: np.ndarray,
-) -> Any:
-    """Factor the rows of a block of A whose scale is not zero; return the least pivot that counts, of the largest.
+def factor_envelope(system: Envelope, tolerance: float, begin: int, end: int) -> Any:
+    """Factor a part of a system that has nothing in common with the rest; return the least pivot that counts.
 
-    It is 0 if the block is indefinite. Pivots below `tolerance` of the largest fade as those of
-    `kanefe.kernels.algebra.pivoted.factor`.
-
-    Parameters
-    ----------
-    A, L : ndarray, shape (ends[-1],)
-        In the envelope.
-    ends : ndarray of int, shape (m + 1,)
-        Row a is from ``ends[a]`` to ``ends[a + 1]``, its diagonal last.
-    order : ndarray of int, shape (m,)
-        Which unknown is at each place of the envelope.
-    scale : ndarray, shape (m,)
-        Of each unknown.
-    begin, end : int
-        Places of the block, which has nothing in common with others.
-    inverses : ndarray, shape (m,)
-        On return: of the pivots, for `solve_envelope`.
-    column : ndarray, shape (m,)
-        Workspace: inverses that do not fade.
+    It is relative to the largest of its block, and 0 if the system is indefinite.
     """
-    largest, weakest = ROUND_OFF, 1.0
-    for a in range(begin, end):
-        size = scale[order[a]]
-        largest = max(largest, (size * size * A[ends[a + 1] - 1]).real)
-    least = tolerance * largest
-    for a in range(begin, end):
-        start, first = ends[a], a + 1 - (ends[a + 1] - ends[a])
-        own = scale[order[a]]
-        if own == 0.0:
-            for c in range(start, ends[a + 1]):
-                L[c] = 0.0 * own
-            inverses[a], column[a] = 0.0 * own, 0.0 * own
-            continue
-        for b in range(first, a):
-            begun = b + 1 - (ends[b + 1] - ends[b])
-            total = own * scale[order[b]] * A[start + b - first]
-            for c in range(max(first, begun), b):
-                total -= L[start + c - first] * L[ends[b] + c - begun]
-            L[start + b - first] = total
-        pivot = own * own * A[ends[a + 1] - 1]
-        for b in range(first, a):
-            share = L[start + b - first] * column[b]
-            pivot -= share * L[start + b - first]
-            L[start + b - first] = share
+    ends, weakest, p = system.ends, 1.0, begin
+    while p < end:
+        first, q = first_of(ends, p), p + 1
+        while q < end and first_of(ends, q) == first:
+            q += 1
+        largest = _reduce(system, first, p, q)
+        weakest = min(weakest, _pivot(system, tolerance, largest, first, p, q))
+        p = q
+    return weakest
+
+
+@inlined
+def _reduce(system: Envelope, first: int, p: int, q: int) -> float:
+    """Take what is before a block, at places p to q, off its rows; return the largest of its diagonal before."""
+    ends, A, L, scale, largest = system.ends, system.A, system.L, system.scale, ROUND_OFF
+    for a in range(p, q):
+        own, start = scale[system.order[a]], ends[a] - first
+        system.taken[a] = system.order[a]
+        largest = max(largest, (own * own * A[start + a]).real)
+        for b in range(first, p):
+            other, before = int(system.taken[b].real), first_of(ends, b)
+            total = own * scale[other] * A[start + system.place[other]]
+            for c in range(max(first, before), b):
+                total -= L[start + c] * L[ends[b] - before + c]
+            L[start + b] = total
+        for b in range(p, a + 1):
+            total = own * scale[system.order[b]] * A[start + b]
+            for c in range(first, p):
+                total -= L[start + c] * (L[ends[b] - first + c] * system.whole[c] if b == a else L[ends[b] - first + c])
+            L[start + b] = total
+        for c in range(first, p):
+            L[start + c] *= system.whole[c]
+    return largest
+
+
+@inlined
+def _pivot(system: Envelope, tolerance: float, largest: float, first: int, p: int, q: int) -> float:
+    """Factor a block from which what is before is taken off."""
+    ends, L, column, weakest, least = system.ends, system.L, system.column, 1.0, tolerance * largest
+    for k in range(p, q):
+        best = k
+        for i in range(k + 1, q):
+            if L[ends[i + 1] - 1].real > L[ends[best + 1] - 1].real:
+                best = i
+        if best != k:
+            _exchange(system, first, k, best, q)
+        pivot = L[ends[k + 1] - 1]
         if not pivot.real > LEAST_KEPT * least:
-            if pivot.real < -NEGATIVE * largest:
-                weakest = 0.0
-            inverses[a], column[a] = 0.0 * own, 0.0 * own
-            continue
-        weakest = min(weakest, pivot.real / largest)
-        column[a] = 1.0 / pivot
-        inverses[a] = column[a] / (1.0 + (least / pivot.real) ** 4)
+            for i in range(k, q):
+                if L[ends[i + 1] - 1].real < -NEGATIVE * largest:
+                    weakest = 0.0
+                system.inverses[i] = system.whole[i] = 0.0 * pivot
+            for i in range(k, q):
+                for c in range(k, i):
+                    L[ends[i] - first + c] = 0.0 * pivot
+            return weakest
+        weakest = pivot.real / largest
+        system.whole[k] = 1.0 / pivot
+        system.inverses[k] = system.whole[k] / (1.0 + (least / pivot.real) ** 4)
+        for i in range(k + 1, q):
+            column[i] = L[ends[i] - first + k]
+        for i in range(k + 1, q):
+            share = system.whole[k] * column[i]
+            if share != 0.0:
+                at = ends[i] - first
+                for j in range(k + 1, i + 1):
+                    L[at + j] -= share * column[j]
+            L[ends[i] - first + k] = share
     return weakest
 
 
 @kernel
-def solve_envelope(
-    L: np.ndarray,
-    ends: np.ndarray,
-    order: np.ndarray,
-    inverses: np.ndarray,
-    scale: np.ndarray,
-    right: np.ndarray,
-    begin: int,
-    end: int,
-    column: np.ndarray,
-    x: np.ndarray,
-) -> None:
-    """Write x of ``A x = right`` for a block, zero for rows that were left out; `column` (m,) is workspace."""
-    for a in range(begin, end):
-        start, first = ends[a], a + 1 - (ends[a + 1] - ends[a])
-        total = scale[order[a]] * right[order[a]]
-        for c in range(first, a):
-            total -= L[start + c - first] * column[c]
-        column[a] = total
-    for a in range(begin, end):
-        column[a] *= inverses[a]
-    for a in range(end - 1, begin - 1, -1):
-        start, first = ends[a], a + 1 - (ends[a + 1] - ends[a])
-        for c in range(first, a):
-            column[c] -= L[start + c - first] * column[a]
-    for a in range(begin, end):
-        x[order[a]] = scale[order[a]] * column[a]
+def _exchange(system: Envelope, first: int, k: int, other: int, q: int) -> None:
+    """Exchange two rows, and columns, of a block of which the lower triangle is kept, and what is before them."""
+    ends, L, taken = system.ends, system.L, system.taken
+    at, by = ends[k] - first, ends[other] - first
+    taken[k], taken[other] = taken[other], taken[k]
+    for c in range(first, k):
+        L[at + c], L[by + c] = L[by + c], L[at + c]
+    L[at + k], L[by + other] = L[by + other], L[at + k]
+    for i in range(k + 1, other):
+        row = ends[i] - first
+        L[row + k], L[by + i] = L[by + i], L[row + k]
+    for i in range(other + 1, q):
+        row = ends[i] - first
+        L[row + k], L[row + other] = L[row + other], L[row + k]
 
 
 @kernel
-def solve_envelope_columns(
-    L: np.ndarray,
-    ends: np.ndarray,
-    order: np.ndarray,
-    inverses: np.ndarray,
-    scale: np.ndarray,
-    right: np.ndarray,
-    begin: int,
-    end: int,
-    x: np.ndarray,
-) -> None:
-    """Write x of ``A x = right`` for several columns, (m, columns), of a block."""
-    count = right.shape[1]
+def solve_envelope(system: Envelope, right: np.ndarray, begin: int, end: int, x: np.ndarray) -> None:
+    """Write x of ``A x = right`` for columns, (m, columns), of a part; zero for rows that are left out."""
+    ends, L, count = system.ends, system.L, right.shape[1]
     for a in range(begin, end):
-        start, first, i = ends[a], a + 1 - (ends[a + 1] - ends[a]), order[a]
+        first, i = first_of(ends, a), int(system.taken[a].real)
+        scale, start = system.scale[i], ends[a] - first
         for d in range(count):
-            x[i, d] = scale[i] * right[i, d] if scale[i] != 0.0 else 0.0 * scale[i]
+            x[i, d] = scale * right[i, d] if scale != 0.0 else 0.0 * scale
         for c in range(first, a):
-            share = L[start + c - first]
-            for d in range(count):
-                x[i, d] -= share * x[order[c], d]
+            share, j = L[start + c], int(system.taken[c].real)
+            if share != 0.0:
+                for d in range(count):
+                    x[i, d] -= share * x[j, d]
     for a in range(begin, end):
+        i = int(system.taken[a].real)
         for d in range(count):
-            x[order[a], d] *= inverses[a]
+            x[i, d] *= system.inverses[a]
     for a in range(end - 1, begin - 1, -1):
-        start, first, i = ends[a], a + 1 - (ends[a + 1] - ends[a]), order[a]
+        first, i = first_of(ends, a), int(system.taken[a].real)
+        start = ends[a] - first
         for c in range(first, a):
-            share = L[start + c - first]
-            for d in range(count):
-                x[order[c], d] -= share * x[i, d]
+            share, j = L[start + c], int(system.taken[c].real)
+            if share != 0.0:
+                for d in range(count):
+                    x[j, d] -= share * x[i, d]
         for d in range(count):
-            x[i, d] *= scale[i]
+            x[i, d] *= system.scale[i]

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.envelope import factor_envelope, solve_envelope, solve_envelope_columns
+from kanefe.kernels.algebra.envelope import factor_envelope, solve_envelope
 from kanefe.kernels.algebra.vectors import (
     accumulate,
     dot,
@@ -133,10 +133,7 @@ def sweep_inward_held(
         begin, end = paths.places[i + 1], paths.places[i + 2]
         if end > begin:
             put_loop_system(loops, tables, flexible, i, z, places_only, work, modal, border, is_implicit, kept)
-            pivot = factor_envelope(
-                kept.A, paths.ends, paths.order, kept.scale, tolerance, begin, end, kept.L, kept.inverses, kept.column
-            )
-            weakest = min(weakest, pivot)
+            weakest = min(weakest, factor_envelope(kept.system, tolerance, begin, end))
             if i >= 0:
                 _add_inertia(loops, i, work, kept)
             _hold(loops, tables, flexible, i, applied, work, modal, kept, multipliers)
@@ -195,7 +192,7 @@ def sweep_accelerations_held(
             accelerate_link(tables, i, applied, work, du)
         for place in range(paths.places[i + 1], paths.places[i + 2]):
             j = paths.order[place]
-            if kept.scale[j] == 0.0:
+            if kept.system.scale[j] == 0.0:
                 continue
             if i >= 0:
                 multipliers[j] += dot(vector(kept.asked, j, 0), vector(work, i, ACCELERATION))
@@ -211,12 +208,10 @@ def _add_inertia(loops: Loops, i: int, work: np.ndarray, kept: LoopFactors) -> N
     """Add what the loops that a link carries make it feel of its own acceleration: K A^-1 K^T."""
     paths = loops.paths
     begin, end = paths.places[i + 1], paths.places[i + 2]
-    solve_envelope_columns(
-        kept.L, paths.ends, paths.order, kept.inverses, kept.scale, kept.felt, begin, end, kept.asked
-    )
+    solve_envelope(kept.system, kept.felt, begin, end, kept.asked)
     for place in range(begin, end):
         j = paths.order[place]
-        if kept.scale[j] == 0.0:
+        if kept.system.scale[j] == 0.0:
             continue
         felt, asked = kept.felt[j], kept.asked[j]
         at = 0
@@ -246,12 +241,10 @@ def _hold(
     begin, end = paths.places[i + 1], paths.places[i + 2]
     for place in range(begin, end):
         j = paths.order[place]
-        kept.right[j] = 0.0
-        if kept.scale[j] != 0.0:
-            kept.right[j] = kept.rest[j] - _acceleration(loops, tables, flexible, j, applied, work, modal, kept)
-    solve_envelope(
-        kept.L, paths.ends, paths.order, kept.inverses, kept.scale, kept.right, begin, end, kept.column, multipliers
-    )
+        kept.right[j, 0] = 0.0
+        if kept.system.scale[j] != 0.0:
+            kept.right[j, 0] = kept.rest[j] - _acceleration(loops, tables, flexible, j, applied, work, modal, kept)
+    solve_envelope(kept.system, kept.right, begin, end, multipliers.reshape(len(multipliers), 1))
     if i < 0:
         return
     for place in range(begin, end):
@@ -365,4 +358,4 @@ def scale_of_rows(workspace: np.ndarray, loops: Loops, n: int) -> np.ndarray:
     """Return the scales of rows in a workspace of `hold_size`."""
     if len(loops.points.places) > 0:
         return unit_responses_in(workspace, loops, n).scale
-    return loop_factors_in(workspace, loops).scale
+    return loop_factors_in(workspace, loops).system.scale

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kanefe.kernels.algebra.envelope import Envelope
 from kanefe.kernels.algebra.vectors import (
     Numbers,
     accumulate,
@@ -67,6 +68,7 @@ from kanefe.kernels.layout import (
     CARRIED_COUNT,
     CARRIES,
     COUNT,
+    DETA,
     FIXED,
     FLEXIBLE,
     FREE,
@@ -99,6 +101,9 @@ TURN = 3
 
 WRENCH = 6
 
+FORCE_AT_END, MOMENT_AT_END, LEVER, CARRIED_NUMBERS = 6, 9, 12, 15
+"""Places of what a wrench is before joints give way to it, and how many numbers there are of it."""
+
 
 class LoopFactors(NamedTuple):
     """How loops hold the tree at one configuration, without rubbing contacts.
@@ -108,27 +113,23 @@ class LoopFactors(NamedTuple):
     exerted : RowWrenches
     numbers : ndarray
         Of all visits, see `put_visits`.
-    A, L : ndarray, shape (envelope,)
-        ``J M^-1 J^T`` in its envelope, and its factors.
-    inverses, scale, rest, right, column : ndarray, shape (m,)
-        Of pivots; with which a row is of unit length if its wrench points along all motions on its way (0: it moves
-        nothing, or does not hold); acceleration that each row needs; workspace.
+    system : Envelope
+        ``J M^-1 J^T``; a scaled row is of unit length if its wrench points along all motions on its way (scale 0: it
+        moves nothing, or does not hold).
+    rest, right : ndarray, shapes (m,), (m, 1)
+        Acceleration that each row needs; workspace.
     felt, asked : ndarray, shape (m, WRENCH)
         What the row of the scene that carries the loops feels of a unit multiplier, and the multipliers that its unit
         accelerations ask for.
-    carried : ndarray, shape (rows of the scene, WRENCH)
-        Wrenches on their way.
+    carried : ndarray, shape (rows of the scene, CARRIED_NUMBERS)
+        Wrenches on their way; force and moment at their end, and the lever to it.
     """
 
     exerted: RowWrenches
     numbers: np.ndarray
-    A: np.ndarray
-    L: np.ndarray
-    inverses: np.ndarray
-    scale: np.ndarray
+    system: Envelope
     rest: np.ndarray
     right: np.ndarray
-    column: np.ndarray
     felt: np.ndarray
     asked: np.ndarray
     carried: np.ndarray
@@ -139,7 +140,7 @@ def factors_size(loops: Loops) -> int:
     """Return how many numbers the workspace of `loop_factors_in` has."""
     m, paths = len(loops.rows), loops.paths
     rows = max(0, len(paths.places) - 2)
-    return wrenches_size(loops) + paths.sizes[0] + 2 * paths.ends[m] + (5 + 2 * WRENCH) * m + WRENCH * rows
+    return wrenches_size(loops) + paths.sizes[0] + 2 * paths.ends[m] + (7 + 2 * WRENCH) * m + CARRIED_NUMBERS * rows
 
 
 @inlined
@@ -150,21 +151,28 @@ def loop_factors_in(workspace: np.ndarray, loops: Loops) -> LoopFactors:
     rest = workspace[wrenches_size(loops) :]
     numbers, rest = rest[:size], rest[size:]
     A, L, rest = rest[:envelope], rest[envelope : 2 * envelope], rest[2 * envelope :]
-    of_rows, sixes = rest[: 5 * m], rest[5 * m : (5 + 2 * WRENCH) * m].reshape(2 * m, WRENCH)
-    carried = rest[(5 + 2 * WRENCH) * m :]
+    of_rows, sixes, carried = rest[: 7 * m], rest[7 * m : (7 + 2 * WRENCH) * m], rest[(7 + 2 * WRENCH) * m :]
+    felt_and_asked = sixes.reshape(2 * m, WRENCH)
     return LoopFactors(
         wrenches_in(workspace, loops),
         numbers,
-        A,
-        L,
-        of_rows[:m],
-        of_rows[m : 2 * m],
-        of_rows[2 * m : 3 * m],
-        of_rows[3 * m : 4 * m],
-        of_rows[4 * m :],
-        sixes[:m],
-        sixes[m:],
-        carried[: WRENCH * rows].reshape(rows, WRENCH),
+        Envelope(
+            loops.paths.ends,
+            loops.paths.order,
+            loops.paths.place,
+            A,
+            L,
+            of_rows[:m],
+            of_rows[m : 2 * m],
+            of_rows[2 * m : 3 * m],
+            of_rows[3 * m : 4 * m],
+            of_rows[4 * m : 5 * m],
+        ),
+        of_rows[5 * m : 6 * m],
+        of_rows[6 * m :].reshape(m, 1),
+        felt_and_asked[:m],
+        felt_and_asked[m:],
+        carried[: CARRIED_NUMBERS * rows].reshape(rows, CARRIED_NUMBERS),
     )
 
 
@@ -195,14 +203,22 @@ def put_loop_system(
     begin, end = paths.places[at + 1], paths.places[at + 2]
     for place in range(begin, end):
         j = paths.order[place]
-        kept.A[paths.ends[place] : paths.ends[place + 1]] = 0.0
-        kept.scale[j] = 0.0
+        kept.system.A[paths.ends[place] : paths.ends[place + 1]] = 0.0
+        kept.system.scale[j] = 0.0
         if holds(loops, j, z) and not (places_only and not loops.rows[j, HOLDS_PLACE]):
             own, reach = _put_visits(loops, tables, flexible, j, work, modal, border, is_implicit, kept)
             if own.real > LEAST_SHARE * reach.real:  # else its pivot would be below all that count
-                kept.scale[j] = 1.0 / np.sqrt(reach)
+                kept.system.scale[j] = own / reach
     for meeting in range(paths.meetings_at[at + 1], paths.meetings_at[at + 2]):
         _sum_meeting(loops, tables, flexible, meeting, work, kept)
+    for place in range(begin, end):
+        j = paths.order[place]
+        # a row of unit length if it pointed along the motion of its ends
+        if kept.system.scale[j] != 0.0:
+            size = kept.system.A[paths.ends[place + 1] - 1]
+            kept.system.scale[j] = (
+                np.sqrt(kept.system.scale[j] / size) if size.real > 0.0 else 0.0 * kept.system.scale[j]
+            )
 
 
 @inlined
@@ -227,10 +243,12 @@ def _put_visits(
     is_implicit: bool,
     kept: LoopFactors,
 ) -> tuple[Any, Any]:
-    """Write what a unit multiplier of a row does at all it visits; return what it moves of itself, and could at most.
+    """Write what a unit multiplier of a row does at all it visits; return squares of what it has, and could have.
 
-    ``J M^-1 J^T``, and what it would be if its wrench pointed along all motions on its way: their ratio, the pivot of a
-    scaled row, is independent of units, zero for a row that moves nothing, and 2 at most.
+    ``|J|^2``, and that of a row whose wrench pointed along all motions on its way, over displacements of the scene's
+    size: their ratio says how much of its reach a row has, whatever the inertias. A joint with partial velocities v and
+    w has ``v F + w (M + r x F)`` of force and moment at the end, with the lever r to it, and could have the root of
+    ``(v F)^2 + w^2 (M^2 + r^2 F^2)``.
 
     Of a joint: e; of a free one the accelerations of its body. Of k modes and n numbers of what the body carries: the
     forces p on the modes, their accelerations x, what acts on the carried interfaces, how these move, and y. Wrenches
@@ -258,25 +276,37 @@ def _put_visits(
                 moment = vector(kept.exerted.wrenches, j, 6 * which + 3)
                 accumulate(carried, i, 0, times(-1.0, force))
                 accumulate(carried, i, TURN, times(-1.0, moment))
+                put(carried, i, FORCE_AT_END, force)
+                put(carried, i, MOMENT_AT_END, moment)
     for s in range(begin, end):
         i, at, of_modes, of_wrench = paths.visits[s]
         kind, parent = rows[i, KIND], rows[i, PARENT]
         force, moment = vector(carried, i, 0), vector(carried, i, TURN)
+        lever, moves = vector(carried, i, LEVER), s < paths.common[j]  # what carries both ends does not move the row
+        pull, couple = vector(carried, i, FORCE_AT_END), vector(carried, i, MOMENT_AT_END)
+        twist, along = plus(couple, cross(lever, pull)), dot(pull, pull)
+        across = dot(couple, couple) + dot(lever, lever) * along
         is_end = s == end - 1 and at < 0 and of_wrench < 0
         if flexible is not None and kind == INTERFACE and not is_end:
             body = flexible.bodies[rows[i, FLEXIBLE]]
             if body[COUNT] > 0:
                 G = matrix(work, body[ROW], R)
-                reach += _modal_reach(flexible, rows, i, force, moment, work, modal)
+                if moves:
+                    reach += _modal_reach(loops, flexible, rows, i, along, across, work, modal)
                 if rows[i, CARRIES]:
                     put_three(numbers, of_modes, rotated_back(G, force))
                     put_three(numbers, of_modes + 3, rotated_back(G, moment))
+                    _hand_ends(carried, parent, pull, couple, plus(lever, vector(work, i, OFFSET)))
                     continue
                 p = numbers[of_modes : of_modes + body[COUNT]]
                 share_of_modes(flexible, rows, i, times(-1.0, force), times(-1.0, moment), work, modal, p)
         elif flexible is not None and of_modes >= 0:
-            a, b, moved = _give_way(flexible, rows[i, FLEXIBLE], of_modes, work, modal, border, is_implicit, numbers)
-            force, moment, own = plus(force, a), plus(moment, b), own + moved
+            a, b, moved = _give_way(
+                loops, flexible, rows[i, FLEXIBLE], of_modes, work, modal, border, is_implicit, numbers
+            )
+            force, moment = plus(force, a), plus(moment, b)
+            if s <= paths.common[j]:
+                own += moved
         if is_end:
             put(kept.felt, j, 0, force)
             put(kept.felt, j, TURN, moment)
@@ -286,54 +316,74 @@ def _put_visits(
             put_three(numbers, of_wrench + TURN, moment)
         if kind == FREE:
             h, inverse = matrix(work, i, H), symmetric(work, i, U)
-            pull, turn = times(-1.0, force), times(-1.0, moment)
-            alpha = symmetric_times(symmetric(work, i, J), minus(turn, rotated_back(h, symmetric_times(inverse, pull))))
-            a = symmetric_times(inverse, minus(pull, rotated(h, alpha)))
+            push, turn = times(-1.0, force), times(-1.0, moment)
+            alpha = symmetric_times(symmetric(work, i, J), minus(turn, rotated_back(h, symmetric_times(inverse, push))))
+            a = symmetric_times(inverse, minus(push, rotated(h, alpha)))
             put_three(numbers, at, a)
             put_three(numbers, at + TURN, alpha)
-            moved = dot(pull, a) + dot(turn, alpha)
-            own, reach = own + moved, reach + moved
+            if moves:
+                shift, turn_size = loops.extents[rows[i, SPEED]], loops.extents[rows[i, SPEED] + 3]
+                own += shift * shift * along + turn_size * turn_size * dot(twist, twist)
+                reach += shift * shift * along + turn_size * turn_size * across
             continue
         if kind == SPHERICAL:
             turning, force, torque = through_ball(i, times(0.0, moment), force, moment, work)
             put_three(numbers, at, turning)
-            moved = dot(moment, turning)
-            own, reach, moment = own + moved, reach + moved, torque
+            moment = torque
+            if moves:
+                size = loops.extents[rows[i, SPEED]]
+                own += size * size * dot(twist, twist)
+                reach += size * size * across
         elif at >= 0:
             v, w = partials(rows, geometry, i, work)
-            applied, pivot = numbers[at], work[i, PIVOT]
-            most = applied * applied + dot(v, v) * dot(force, force) + dot(w, w) * dot(moment, moment)
+            applied = numbers[at]
+            if moves:
+                size = loops.extents[rows[i, SPEED]]
+                moved = size * (applied + dot(v, pull) + dot(w, twist))
+                own += moved * moved
+                reach += size * size * (applied * applied + dot(v, v) * along + dot(w, w) * across)
             e, force, moment = through_axis(rows, geometry, i, applied, force, moment, work)
             numbers[at] = e
-            own, reach = own + e * e / pivot, reach + pivot * most
         if parent >= 0:
             accumulate(carried, parent, 0, force)
-            accumulate(carried, parent, TURN, plus(moment, cross(vector(work, i, OFFSET), force)))
+            offset = vector(work, i, OFFSET)
+            accumulate(carried, parent, TURN, plus(moment, cross(offset, force)))
+            _hand_ends(carried, parent, pull, couple, plus(lever, offset))
     return own, reach
 
 
 @inlined
+def _hand_ends(carried: np.ndarray, parent: int, pull: Numbers, couple: Numbers, lever: Numbers) -> None:
+    put(carried, parent, FORCE_AT_END, pull)
+    put(carried, parent, MOMENT_AT_END, couple)
+    put(carried, parent, LEVER, lever)
+
+
+@inlined
 def _modal_reach(
+    loops: Loops,
     flexible: FlexibleTables,
     rows: np.ndarray,
     i: int,
-    force: Numbers,
-    moment: Numbers,
+    force_square: Any,
+    moment_square: Any,
     work: np.ndarray,
     modal: np.ndarray,
 ) -> Any:
     """Return what a wrench on an interface would move of the modes if it pointed along their motions there."""
-    k, at, bent = flexible.bodies[rows[i, FLEXIBLE], COUNT], rows[i, BASIS], rows[i, BENT]
-    shift = turn = 0.0 * work[0, R]
-    if bent < 0:
-        for c in range(at, at + 3 * k):
-            shift += flexible.pool[c] * flexible.pool[c]
-            turn += flexible.pool[3 * k + c] * flexible.pool[3 * k + c]
-    else:
-        for c in range(bent, bent + 3 * k):
-            shift += modal[c] * modal[c]
-            turn += modal[3 * k + c] * modal[3 * k + c]
-    return shift * dot(force, force) + turn * dot(moment, moment)
+    body, at, bent = flexible.bodies[rows[i, FLEXIBLE]], rows[i, BASIS], rows[i, BENT]
+    k, shift, turn = body[COUNT], 0.0 * work[0, R], 0.0 * work[0, R]
+    for a in range(3):
+        for m in range(k):
+            size = loops.extents[body[DETA] + m]
+            first, second = a * k + m, (3 + a) * k + m
+            if bent < 0:
+                x, y = 0.0 * shift + size * flexible.pool[at + first], 0.0 * shift + size * flexible.pool[at + second]
+            else:
+                x, y = size * modal[bent + first], size * modal[bent + second]
+            shift += x * x
+            turn += y * y
+    return shift * force_square + turn * moment_square
 
 
 @inlined
@@ -369,6 +419,7 @@ def modes_size(k: int, carried: int) -> int:
 
 @inlined
 def _give_way(
+    loops: Loops,
     flexible: FlexibleTables,
     f: int,
     at: int,
@@ -385,6 +436,7 @@ def _give_way(
     body = flexible.bodies[f]
     k, n, G = body[COUNT], 6 * body[CARRIED_COUNT], matrix(work, body[ROW], R)
     p, x, rest = numbers[at : at + k], numbers[at + k : at + 2 * k], numbers[at + 2 * k : at + 2 * k + 3 * n]
+    own = 0.0 * work[0, R]
     if is_implicit:
         scale = modal[span(body, WORK_SCALE)]
         for c in range(k):
@@ -407,8 +459,15 @@ def _give_way(
                 x[d] -= held[c] * parts.basis[c, d]
         for c in range(n):
             moved[c] = total(parts.basis[c], x)
-        return rotated(G, a), rotated(G, b), total(p, x) - total(on, moved)
-    return rotated(G, a), rotated(G, b), total(p, x)
+        for d in range(k):
+            along = p[d]
+            for c in range(n):
+                along -= on[c] * parts.basis[c, d]
+            own += (loops.extents[body[DETA] + d] * along) ** 2
+    else:
+        for d in range(k):
+            own += (loops.extents[body[DETA] + d] * p[d]) ** 2
+    return rotated(G, a), rotated(G, b), own
 
 
 @inlined
@@ -421,18 +480,18 @@ def _sum_meeting(
     kept: LoopFactors,
 ) -> None:
     """Add what rows of constraints have in common at a joint, or at the modes of a body, to A."""
-    paths, rows, numbers, A = loops.paths, tables.rows, kept.numbers, kept.A
+    paths, rows, numbers, A = loops.paths, tables.rows, kept.numbers, kept.system.A
     i, kind = paths.meetings[meeting, MET_AT], rows[paths.meetings[meeting, MET_AT], KIND]
     first, last = paths.meetings[meeting, FIRST_GUEST], paths.meetings[meeting + 1, FIRST_GUEST]
     for a in range(first, last):
         row = paths.guests[a, GUEST]
-        if kept.scale[row] == 0.0:
+        if kept.system.scale[row] == 0.0:
             continue
         place, own = paths.place[row], paths.visits[paths.guests[a, GUEST_VISIT]]
         diagonal = paths.ends[place + 1] - 1
         for b in range(first, a + 1):
             other = paths.guests[b, GUEST]
-            if kept.scale[other] == 0.0:
+            if kept.system.scale[other] == 0.0:
                 continue
             their = paths.visits[paths.guests[b, GUEST_VISIT]]
             if flexible is not None and paths.meetings[meeting, IS_MODES]:

@@ -32,6 +32,8 @@ class RowPaths(NamedTuple):
     ----------
     first : ndarray of int, shape (m + 1,)
         First visit of each row of constraints.
+    common : ndarray of int, shape (m,)
+        First of its visits to what carries both its ends.
     visits : ndarray of int, shape (visits, VISIT_INTEGERS)
         Children before parents.
     order, place : ndarray of int, shape (m,)
@@ -49,6 +51,7 @@ class RowPaths(NamedTuple):
     """
 
     first: Integers
+    common: Integers
     visits: IntegerRows
     order: Integers
     place: Integers
@@ -64,4 +67,4 @@ def no_paths() -> RowPaths:
     """Return the tables of a scene without constraints."""
     none, one = np.zeros(0, dtype=np.int64), np.zeros(1, dtype=np.int64)
     visits, met = np.zeros((0, VISIT_INTEGERS), dtype=np.int64), np.zeros((1, MEETING_INTEGERS), dtype=np.int64)
-    return RowPaths(one, visits, none, none, none, none, met, np.zeros((0, 2), dtype=np.int64), one, one)
+    return RowPaths(one, none, visits, none, none, none, none, met, np.zeros((0, 2), dtype=np.int64), one, one)

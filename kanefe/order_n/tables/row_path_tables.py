@@ -53,12 +53,13 @@ def row_paths(constraints: np.ndarray, speeds: Sequence[int], tables: Tables, fl
     """
     ways = [_Way(constraint, speeds, tables, flexible) for constraint in constraints]
     ends_at = _eliminated_at(ways)
-    first, numbers = [0], 0
+    first, common, numbers = [0], [], 0
     visits: list[tuple[int, int, int, int]] = []
     guests: dict[tuple[int, int, bool], list[tuple[int, int]]] = defaultdict(list)
     for j, (way, end) in enumerate(zip(ways, ends_at, strict=True)):
         modes: dict[int, int] = {}
         path = [i for i in way.path if i > end]
+        common.append(len(visits) + sum(i > way.meets for i in path))
         for i in path if end < 0 else (*path, end):
             row, body = tables.rows[i], flexible.bodies[tables.rows[i][FLEXIBLE]] if i in way.bent else None
             of_joint = of_modes = of_wrench = NONE
@@ -96,6 +97,7 @@ def row_paths(constraints: np.ndarray, speeds: Sequence[int], tables: Tables, fl
     meetings.append((NONE, 0, len(invited)))
     return RowPaths(
         first=np.array(first, dtype=np.int64),
+        common=np.array(common, dtype=np.int64),
         visits=np.array(visits, dtype=np.int64).reshape(-1, VISIT_INTEGERS),
         order=order,
         place=place.astype(np.int64),
@@ -217,7 +219,19 @@ def _elimination(at: Sequence[int], meetings: list[list[int]]) -> tuple[np.ndarr
     return np.array(order, dtype=np.int64), np.cumsum([0, *widths], dtype=np.int64)
 
 
+def from_blocks(firsts: Sequence[int]) -> list[int]:
+    """Return at which place each row begins, so that it is where a block begins: of rows that begin at one place."""
+    found = list(firsts)
+    for a in range(len(found)):  # what is before is whole already
+        inside = found[a]
+        while inside > 0 and inside < a and found[inside - 1] == found[inside]:
+            inside -= 1
+        found[a] = inside
+    return found
+
+
 def _widths(order: Sequence[int], neighbours: list[set[int]]) -> list[int]:
     """Return how far each row of an order is from its first neighbour, with itself."""
     place = {j: a for a, j in enumerate(order)}
-    return [a - min(place[other] for other in neighbours[j]) + 1 for a, j in enumerate(order)]
+    firsts = from_blocks([min(place[other] for other in neighbours[j]) for j in order])
+    return [a - first + 1 for a, first in enumerate(firsts)]
