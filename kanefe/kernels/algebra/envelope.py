@@ -1,8 +1,8 @@
 """Symmetric sparse systems whose rows may depend on each other: ``L D L^T`` within an envelope.
 
 The lower triangle is kept row by row, each from its first entry to the diagonal: what elimination fills in stays
-inside. The order is given, so that neighbours come together; successive rows that begin at the same place are a block,
-in which the largest pivot is first. A full system is one block: it is factored as by
+inside. The order is given, so that neighbours come together; successive rows with the same neighbours are a block, in
+which the largest pivot is first. A full system is one block: it is factored as by
 `kanefe.kernels.algebra.pivoted.factor`, where what is said of pivots holds here too.
 """
 
@@ -23,6 +23,8 @@ class Envelope(NamedTuple):
     ----------
     ends : ndarray of int, shape (m + 1,)
         Row a is from ``ends[a]`` to ``ends[a + 1]``, its diagonal last. It begins where a block begins.
+    blocks : ndarray of int, shape (m,)
+        Where the block of each place ends.
     order, place : ndarray of int, shape (m,)
         Which unknown is given at each place, and the place of each.
     A, L : ndarray, shape (ends[-1],)
@@ -37,6 +39,7 @@ class Envelope(NamedTuple):
     """
 
     ends: np.ndarray
+    blocks: np.ndarray
     order: np.ndarray
     place: np.ndarray
     A: np.ndarray
@@ -62,9 +65,7 @@ def factor_envelope(system: Envelope, tolerance: float, begin: int, end: int) ->
     """
     ends, weakest, p = system.ends, 1.0, begin
     while p < end:
-        first, q = first_of(ends, p), p + 1
-        while q < end and first_of(ends, q) == first:
-            q += 1
+        first, q = first_of(ends, p), system.blocks[p]
         largest = _reduce(system, first, p, q)
         weakest = min(weakest, _pivot(system, tolerance, largest, first, p, q))
         p = q

@@ -158,6 +158,7 @@ def loop_factors_in(workspace: np.ndarray, loops: Loops) -> LoopFactors:
         numbers,
         Envelope(
             loops.paths.ends,
+            loops.paths.blocks,
             loops.paths.order,
             loops.paths.place,
             A,

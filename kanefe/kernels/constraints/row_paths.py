@@ -44,7 +44,7 @@ class RowPaths(NamedTuple):
         Where rows of constraints meet.
     guests : ndarray of int, shape (guests, 2)
         In the order of elimination.
-    ends : ndarray of int, shape (m + 1,)
+    ends, blocks : ndarray of int, shapes (m + 1,), (m,)
         The envelope: see `kanefe.kernels.algebra.envelope`.
     sizes : ndarray of int, shape (1,)
         How many numbers all visits have.
@@ -60,6 +60,7 @@ class RowPaths(NamedTuple):
     meetings: IntegerRows
     guests: IntegerRows
     ends: Integers
+    blocks: Integers
     sizes: Integers
 
 
@@ -67,4 +68,4 @@ def no_paths() -> RowPaths:
     """Return the tables of a scene without constraints."""
     none, one = np.zeros(0, dtype=np.int64), np.zeros(1, dtype=np.int64)
     visits, met = np.zeros((0, VISIT_INTEGERS), dtype=np.int64), np.zeros((1, MEETING_INTEGERS), dtype=np.int64)
-    return RowPaths(one, none, visits, none, none, none, none, met, np.zeros((0, 2), dtype=np.int64), one, one)
+    return RowPaths(one, none, visits, none, none, none, none, met, np.zeros((0, 2), dtype=np.int64), one, none, one)

@@ -85,7 +85,7 @@ def row_paths(constraints: np.ndarray, speeds: Sequence[int], tables: Tables, fl
                     guests[end, i, False].append((j, len(visits)))
             visits.append((i, of_joint, of_modes, of_wrench))
         first.append(len(visits))
-    order, ends = _elimination(ends_at, [[j for j, _ in at] for at in guests.values()])
+    order, ends, blocks = _elimination(ends_at, [[j for j, _ in at] for at in guests.values()])
     place = np.argsort(order)
     rows = np.arange(-1, len(tables.rows) + 1)
     places = np.searchsorted(np.asarray(ends_at)[order], rows)
@@ -106,6 +106,7 @@ def row_paths(constraints: np.ndarray, speeds: Sequence[int], tables: Tables, fl
         meetings=np.array(meetings, dtype=np.int64).reshape(-1, MEETING_INTEGERS),
         guests=np.array(invited, dtype=np.int64).reshape(-1, 2),
         ends=ends,
+        blocks=blocks,
         sizes=np.array([numbers], dtype=np.int64),
     )
 
@@ -191,17 +192,20 @@ def _size(kind: int) -> int:
     return {SPHERICAL: OF_BALL, FREE: OF_FREE}.get(kind, OF_AXIS)
 
 
-def _elimination(at: Sequence[int], meetings: list[list[int]]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the order of rows that are eliminated at some rows of the scene, and the ends of its envelope.
+def _elimination(at: Sequence[int], meetings: list[list[int]]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the order of rows that are eliminated at some rows of the scene, and ends and blocks of its envelope.
 
-    Those of a meeting have something in common. Rows of the same place keep their order if nothing is filled in; else
-    they take that of Cuthill and McKee, reversed, which keeps neighbours close.
+    Those of a meeting have something in common. Rows that have it with the same others stay together: they are a block.
+    Blocks keep their order if nothing is filled in; else they take that of Cuthill and McKee, reversed, which keeps
+    neighbours close.
     """
     neighbours: list[set[int]] = [{j} for j in range(len(at))]
     for rows in meetings:
         for j in rows:
             neighbours[j].update(rows)
-    order = sorted(range(len(at)), key=lambda j: (at[j], j))
+    kinds: dict[frozenset[int], int] = {}
+    kind = [kinds.setdefault(frozenset(own), j) for j, own in enumerate(neighbours)]
+    order = sorted(range(len(at)), key=lambda j: (at[j], kind[j], j))
     widths = _widths(order, neighbours)
     place = {j: a for a, j in enumerate(order)}
     if any(width > sum(place[o] <= a for o in neighbours[order[a]]) for a, width in enumerate(widths)):
@@ -211,27 +215,22 @@ def _elimination(at: Sequence[int], meetings: list[list[int]]) -> tuple[np.ndarr
         ends = np.cumsum([0, *map(len, neighbours)])
         columns = np.array([other for own in neighbours for other in sorted(own)])
         graph = csr_matrix((np.ones(len(columns)), columns, ends), shape=(len(at), len(at)))
-        closer = reverse_cuthill_mckee(graph, symmetric_mode=True).tolist()
-        nearest = {j: a for a, j in enumerate(closer)}
-        closer = sorted(closer, key=lambda j: (at[j], nearest[j]))
+        nearest = np.argsort(reverse_cuthill_mckee(graph, symmetric_mode=True)).tolist()
+        closer = sorted(range(len(at)), key=lambda j: (at[j], nearest[kind[j]], j))
         if sum(_widths(closer, neighbours)) < sum(widths):
             order, widths = closer, _widths(closer, neighbours)
-    return np.array(order, dtype=np.int64), np.cumsum([0, *widths], dtype=np.int64)
-
-
-def from_blocks(firsts: Sequence[int]) -> list[int]:
-    """Return at which place each row begins, so that it is where a block begins: of rows that begin at one place."""
-    found = list(firsts)
-    for a in range(len(found)):  # what is before is whole already
-        inside = found[a]
-        while inside > 0 and inside < a and found[inside - 1] == found[inside]:
-            inside -= 1
-        found[a] = inside
-    return found
+    blocks = [a + 1 for a in range(len(order))]
+    for a in range(len(order) - 2, -1, -1):
+        if kind[order[a]] == kind[order[a + 1]]:
+            blocks[a] = blocks[a + 1]
+    return (
+        np.array(order, dtype=np.int64),
+        np.cumsum([0, *widths], dtype=np.int64),
+        np.array(blocks, dtype=np.int64),
+    )
 
 
 def _widths(order: Sequence[int], neighbours: list[set[int]]) -> list[int]:
     """Return how far each row of an order is from its first neighbour, with itself."""
     place = {j: a for a, j in enumerate(order)}
-    firsts = from_blocks([min(place[other] for other in neighbours[j]) for j in order])
-    return [a - first + 1 for a, first in enumerate(firsts)]
+    return [a - min(place[other] for other in neighbours[j]) + 1 for a, j in enumerate(order)]
