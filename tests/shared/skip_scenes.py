@@ -123,7 +123,7 @@ SKIPS: dict[str, tuple[list[str], Callable[[], Model], Callable[[], Model]]] = {
         lambda: slipping(chain(block_beside)),
     ),
     "constraints that are switched off": (
-        ["constraints.row_wrenches._write_joint", "constraints.loop_system._put_visits"],
+        ["constraints.row_wrenches._write_joint", "constraints.loop_system.put_visits"],
         lambda: chain(lambda scene: switched_beside(scene, is_on=False)),
         lambda: chain(lambda scene: switched_beside(scene, is_on=True)),
     ),

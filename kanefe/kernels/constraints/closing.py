@@ -22,7 +22,7 @@ from kanefe.kernels.constraints.held_sweeps import (
     sweep_forces_inward_held,
     sweep_inward_held,
 )
-from kanefe.kernels.constraints.loop_system import LoopFactors, factors_size, loop_factors_in
+from kanefe.kernels.constraints.loop_factors import LoopFactors, factors_size, loop_factors_in
 from kanefe.kernels.constraints.loop_tables import (
     HOLDS_PLACE,
     Loops,

@@ -32,13 +32,8 @@ from kanefe.kernels.algebra.vectors import (
 )
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.constraints.constraint_rows import COUPLER_ROW
-from kanefe.kernels.constraints.loop_system import (
-    TURN,
-    LoopFactors,
-    factors_size,
-    loop_factors_in,
-    put_loop_system,
-)
+from kanefe.kernels.constraints.loop_factors import TURN, LoopFactors, factors_size, loop_factors_in
+from kanefe.kernels.constraints.loop_system import put_loop_system
 from kanefe.kernels.constraints.loop_tables import (
     FIRST_TERM,
     KIND_OF,

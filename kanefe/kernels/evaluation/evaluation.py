@@ -13,7 +13,7 @@ from kanefe.kernels.compiler.entries import built_first, entry
 from kanefe.kernels.compiler.signatures import Variant
 from kanefe.kernels.constraints.contact_rates import put_contact_rates
 from kanefe.kernels.constraints.held_sweeps import hold_size, sweep_accelerations_held, sweep_inward_held
-from kanefe.kernels.constraints.loop_system import loop_factors_in
+from kanefe.kernels.constraints.loop_factors import loop_factors_in
 from kanefe.kernels.constraints.loop_tables import Loops, unit_responses_in
 from kanefe.kernels.constraints.multipliers import hold, respond_to_multipliers
 from kanefe.kernels.constraints.row_wrenches import write_rows

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from kanefe.kernels.constraints.constraint_rows import COUPLER_ROW
-from kanefe.kernels.constraints.loop_system import WRENCH, modes_size
+from kanefe.kernels.constraints.loop_factors import WRENCH, modes_size
 from kanefe.kernels.constraints.loop_tables import FIRST_TERM, KIND_OF, ROW_A, ROW_B, TERM_COUNT
 from kanefe.kernels.constraints.row_paths import (
     MEETING_INTEGERS,

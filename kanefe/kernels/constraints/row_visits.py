@@ -1,0 +1,308 @@
+"""What a unit multiplier of a row of constraints does to all that it visits on its way inward."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from kanefe.kernels.algebra.vectors import (
+    Numbers,
+    accumulate,
+    cross,
+    dot,
+    matrix,
+    minus,
+    plus,
+    product,
+    put,
+    put_three,
+    rotated,
+    rotated_back,
+    symmetric,
+    symmetric_times,
+    three,
+    times,
+    vector,
+)
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.constraints.constraint_rows import COUPLER_ROW
+from kanefe.kernels.constraints.loop_factors import FORCE_AT_END, LEVER, MOMENT_AT_END, TURN, LoopFactors, modes_size
+from kanefe.kernels.constraints.loop_tables import FIRST_TERM, KIND_OF, ROW_A, TERM_COUNT, Loops
+from kanefe.kernels.constraints.row_paths import OF_JOINT, OF_MODES, VISITED
+from kanefe.kernels.layout import (
+    AXES,
+    BASIS,
+    BENT,
+    CARRIED_COUNT,
+    CARRIES,
+    COUNT,
+    DETA,
+    FIXED,
+    FLEXIBLE,
+    FREE,
+    GIVEN,
+    INTERFACE,
+    KIND,
+    OFFSET,
+    PARENT,
+    ROW,
+    SPEED,
+    SPHERICAL,
+    WORK_SCALE,
+    FlexibleTables,
+    H,
+    J,
+    R,
+    Tables,
+    U,
+)
+from kanefe.kernels.loads.point_and_field_loads import share_of_modes
+from kanefe.kernels.sweeps.border import border_in
+from kanefe.kernels.sweeps.elastic import project, span, total
+from kanefe.kernels.sweeps.inward import through_axis, through_ball
+from kanefe.kernels.sweeps.link_motion import partials
+from kanefe.kernels.sweeps.modal_elimination import coupling_span
+
+
+@inlined
+def speed_count(kind: int) -> int:
+    """Return how many speeds a joint of a row has."""
+    if kind == SPHERICAL:
+        return 3
+    if kind == FREE:
+        return 6
+    return 1 if FIXED < kind <= GIVEN else 0
+
+
+@inlined
+def put_visits(
+    loops: Loops,
+    tables: Tables,
+    flexible: FlexibleTables | None,
+    j: int,
+    work: np.ndarray,
+    modal: np.ndarray,
+    border: np.ndarray,
+    is_implicit: bool,
+    kept: LoopFactors,
+) -> tuple[Any, Any]:
+    """Write what a unit multiplier of a row does at all it visits; return squares of what it has, and could have.
+
+    ``|J|^2``, and that of a row whose wrench pointed along all motions on its way, over displacements of the scene's
+    size: their ratio says how much of its reach a row has, whatever the inertias. A joint with partial velocities v and
+    w has ``v F + w (M + r x F)`` of force and moment at the end, with the lever r to it, and could have the root of
+    ``(v F)^2 + w^2 (M^2 + r^2 F^2)``.
+
+    Of a joint: e; of a free one the accelerations of its body. Of k modes and n numbers of what the body carries: the
+    forces p on the modes, their accelerations x, what acts on the carried interfaces, how these move, and y. Wrenches
+    are those that a link needs from its parent, against what acts on it.
+    """
+    paths, rows, geometry, carried, numbers = loops.paths, tables.rows, tables.geometry, kept.carried, kept.numbers
+    kept.felt[j, :] = 0.0
+    begin, end = paths.first[j], paths.first[j + 1]
+    own = reach = 0.0 * work[0, R]
+    for s in range(begin, end):
+        i = paths.visits[s, VISITED]
+        carried[i, :] = 0.0
+        if paths.visits[s, OF_JOINT] >= 0 and rows[i, KIND] <= GIVEN:
+            numbers[paths.visits[s, OF_JOINT]] = 0.0  # what a coupler applies, until its joint is reached
+        if flexible is not None and rows[i, KIND] != INTERFACE and paths.visits[s, OF_MODES] >= 0:
+            body, at = flexible.bodies[rows[i, FLEXIBLE]], paths.visits[s, OF_MODES]
+            numbers[at : at + modes_size(body[COUNT], body[CARRIED_COUNT])] = 0.0
+    if loops.rows[j, KIND_OF] == COUPLER_ROW:
+        _apply_coupler(loops, tables, j, work, kept)
+    else:
+        for which in range(2):
+            i = loops.rows[j, ROW_A + which]
+            if i >= 0:
+                force = vector(kept.exerted.wrenches, j, 6 * which)
+                moment = vector(kept.exerted.wrenches, j, 6 * which + 3)
+                accumulate(carried, i, 0, times(-1.0, force))
+                accumulate(carried, i, TURN, times(-1.0, moment))
+                put(carried, i, FORCE_AT_END, force)
+                put(carried, i, MOMENT_AT_END, moment)
+    for s in range(begin, end):
+        i, at, of_modes, of_wrench = paths.visits[s]
+        kind, parent = rows[i, KIND], rows[i, PARENT]
+        force, moment = vector(carried, i, 0), vector(carried, i, TURN)
+        lever, moves = vector(carried, i, LEVER), s < paths.common[j]  # what carries both ends does not move the row
+        pull, couple = vector(carried, i, FORCE_AT_END), vector(carried, i, MOMENT_AT_END)
+        twist, along = plus(couple, cross(lever, pull)), dot(pull, pull)
+        across = dot(couple, couple) + dot(lever, lever) * along
+        is_end = s == end - 1 and at < 0 and of_wrench < 0
+        if flexible is not None and kind == INTERFACE and not is_end:
+            body = flexible.bodies[rows[i, FLEXIBLE]]
+            if body[COUNT] > 0:
+                G = matrix(work, body[ROW], R)
+                if moves:
+                    reach += _modal_reach(loops, flexible, rows, i, along, across, work, modal)
+                if rows[i, CARRIES]:
+                    put_three(numbers, of_modes, rotated_back(G, force))
+                    put_three(numbers, of_modes + 3, rotated_back(G, moment))
+                    _hand_ends(carried, parent, pull, couple, plus(lever, vector(work, i, OFFSET)))
+                    continue
+                p = numbers[of_modes : of_modes + body[COUNT]]
+                share_of_modes(flexible, rows, i, times(-1.0, force), times(-1.0, moment), work, modal, p)
+        elif flexible is not None and of_modes >= 0:
+            a, b, moved = _give_way(
+                loops, flexible, rows[i, FLEXIBLE], of_modes, work, modal, border, is_implicit, numbers
+            )
+            force, moment = plus(force, a), plus(moment, b)
+            if s <= paths.common[j]:
+                own += moved
+        if is_end:
+            put(kept.felt, j, 0, force)
+            put(kept.felt, j, TURN, moment)
+            break
+        if of_wrench >= 0:
+            put_three(numbers, of_wrench, force)
+            put_three(numbers, of_wrench + TURN, moment)
+        if kind == FREE:
+            h, inverse = matrix(work, i, H), symmetric(work, i, U)
+            push, turn = times(-1.0, force), times(-1.0, moment)
+            alpha = symmetric_times(symmetric(work, i, J), minus(turn, rotated_back(h, symmetric_times(inverse, push))))
+            a = symmetric_times(inverse, minus(push, rotated(h, alpha)))
+            put_three(numbers, at, a)
+            put_three(numbers, at + TURN, alpha)
+            if moves:
+                shift, turn_size = loops.extents[rows[i, SPEED]], loops.extents[rows[i, SPEED] + 3]
+                own += shift * shift * along + turn_size * turn_size * dot(twist, twist)
+                reach += shift * shift * along + turn_size * turn_size * across
+            continue
+        if kind == SPHERICAL:
+            turning, force, torque = through_ball(i, times(0.0, moment), force, moment, work)
+            put_three(numbers, at, turning)
+            moment = torque
+            if moves:
+                size = loops.extents[rows[i, SPEED]]
+                own += size * size * dot(twist, twist)
+                reach += size * size * across
+        elif at >= 0:
+            v, w = partials(rows, geometry, i, work)
+            applied = numbers[at]
+            if moves:
+                size = loops.extents[rows[i, SPEED]]
+                moved = size * (applied + dot(v, pull) + dot(w, twist))
+                own += moved * moved
+                reach += size * size * (applied * applied + dot(v, v) * along + dot(w, w) * across)
+            e, force, moment = through_axis(rows, geometry, i, applied, force, moment, work)
+            numbers[at] = e
+        if parent >= 0:
+            accumulate(carried, parent, 0, force)
+            offset = vector(work, i, OFFSET)
+            accumulate(carried, parent, TURN, plus(moment, cross(offset, force)))
+            _hand_ends(carried, parent, pull, couple, plus(lever, offset))
+    return own, reach
+
+
+@inlined
+def _hand_ends(carried: np.ndarray, parent: int, pull: Numbers, couple: Numbers, lever: Numbers) -> None:
+    put(carried, parent, FORCE_AT_END, pull)
+    put(carried, parent, MOMENT_AT_END, couple)
+    put(carried, parent, LEVER, lever)
+
+
+@inlined
+def _modal_reach(
+    loops: Loops,
+    flexible: FlexibleTables,
+    rows: np.ndarray,
+    i: int,
+    force_square: Any,
+    moment_square: Any,
+    work: np.ndarray,
+    modal: np.ndarray,
+) -> Any:
+    """Return what a wrench on an interface would move of the modes if it pointed along their motions there."""
+    body, at, bent = flexible.bodies[rows[i, FLEXIBLE]], rows[i, BASIS], rows[i, BENT]
+    k, shift, turn = body[COUNT], 0.0 * work[0, R], 0.0 * work[0, R]
+    for a in range(3):
+        for m in range(k):
+            size = loops.extents[body[DETA] + m]
+            first, second = a * k + m, (3 + a) * k + m
+            if bent < 0:
+                x, y = 0.0 * shift + size * flexible.pool[at + first], 0.0 * shift + size * flexible.pool[at + second]
+            else:
+                x, y = size * modal[bent + first], size * modal[bent + second]
+            shift += x * x
+            turn += y * y
+    return shift * force_square + turn * moment_square
+
+
+@inlined
+def _apply_coupler(loops: Loops, tables: Tables, j: int, work: np.ndarray, kept: LoopFactors) -> None:
+    """Apply the terms of a coupler at their joints: its driven coordinates do not give way."""
+    paths, rows = loops.paths, tables.rows
+    for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
+        speed, coefficient = loops.speeds[term], loops.coefficients[term]
+        for s in range(paths.first[j], paths.first[j + 1]):
+            i, at = paths.visits[s, VISITED], paths.visits[s, OF_JOINT]
+            if at < 0 or not rows[i, SPEED] <= speed < rows[i, SPEED] + speed_count(rows[i, KIND]):
+                continue
+            if rows[i, KIND] == FREE:  # one of its displacements: its turns have no coordinates
+                c = speed - rows[i, SPEED]
+                along = (
+                    coefficient if c == 0 else 0.0,
+                    coefficient if c == 1 else 0.0,
+                    coefficient if c == 2 else 0.0,
+                )
+                fixed = matrix(tables.geometry, i, AXES)
+                if rows[i, PARENT] >= 0:
+                    fixed = product(matrix(work, rows[i, PARENT], R), fixed)
+                accumulate(kept.carried, i, 0, times(-1.0, rotated(fixed, along)))
+            else:
+                kept.numbers[at] += coefficient
+
+
+@inlined
+def _give_way(
+    loops: Loops,
+    flexible: FlexibleTables,
+    f: int,
+    at: int,
+    work: np.ndarray,
+    modal: np.ndarray,
+    border: np.ndarray,
+    is_implicit: bool,
+    numbers: np.ndarray,
+) -> tuple[Numbers, Numbers, Any]:
+    """Write how the modes of a body give way to a row; return what its link feels more, in N, and what the row moves.
+
+    See `kanefe.kernels.sweeps.modal_elimination`: with G at rest ``x = p - B^T y``, and y as there.
+    """
+    body = flexible.bodies[f]
+    k, n, G = body[COUNT], 6 * body[CARRIED_COUNT], matrix(work, body[ROW], R)
+    p, x, rest = numbers[at : at + k], numbers[at + k : at + 2 * k], numbers[at + 2 * k : at + 2 * k + 3 * n]
+    own = 0.0 * work[0, R]
+    if is_implicit:
+        scale = modal[span(body, WORK_SCALE)]
+        for c in range(k):
+            p[c] *= scale[c]
+    coupling = modal[coupling_span(body)].reshape(6, k)
+    a, b = project(coupling, 0, p), project(coupling, 3, p)
+    for c in range(k):
+        x[c] = p[c]
+    if n > 0:
+        parts = border_in(border, body)
+        on, moved, held = rest[:n], rest[n : 2 * n], rest[2 * n :]
+        for c in range(n):
+            moved[c] = total(parts.basis[c], p)
+        for c in range(n):
+            held[c] = total(parts.inverse[c], on) + total(parts.series[c], moved)
+            a = plus(a, times(held[c], three(parts.lever[c], 0)))
+            b = plus(b, times(held[c], three(parts.lever[c], 3)))
+        for c in range(n):
+            for d in range(k):
+                x[d] -= held[c] * parts.basis[c, d]
+        for c in range(n):
+            moved[c] = total(parts.basis[c], x)
+        for d in range(k):
+            along = p[d]
+            for c in range(n):
+                along -= on[c] * parts.basis[c, d]
+            own += (loops.extents[body[DETA] + d] * along) ** 2
+    else:
+        for d in range(k):
+            own += (loops.extents[body[DETA] + d] * p[d]) ** 2
+    return rotated(G, a), rotated(G, b), own
