@@ -86,3 +86,68 @@ def marker_place(model: Model, name: str, t: float, q: np.ndarray, point: tuple)
     speeds = np.zeros(model.free_count + model.driven_count + model.fixed_count)
     frame = sweep_outward(model, t, q, speeds)[model.index(name)]
     return frame.p_NoFo_N + frame.A_NF @ np.array(point)
+
+
+def four_bars(count: int, layout: str, *, base: str = "fixed") -> kf.System:
+    """Return some four-bars with spatial pins in the plane across y: parallelograms that are closed as they are built.
+
+    Parameters
+    ----------
+    count : int
+    layout : {"apart", "in a row", "one on the other"}
+        Each on the base; neighbours share a crank; each stands on the coupler of the one before.
+    base : {"fixed", "free"}
+        Of the first.
+    """
+    scene = kf.System(gravity=(0, 0, -9.81))
+    ground = scene.ground
+    if base == "free":
+        ground = scene.add_rigid_body(
+            "base", 20.0, 2.0, joint=kf.Free(position=(0, 0, 1), angular_velocity=(0, 0.2, 0))
+        )
+
+    def crank(name: str, parent: kf.Frame, at: float, angle: float = 0.3) -> kf.Frame:
+        joint = kf.Revolute("y", position=angle, speed=1.0)
+        return scene.add_rigid_body(name, 1.0, 1e-2, com=(0, 0, 0.1), joint=joint, parent=parent, at=(at, 0, 0))
+
+    def bar(name: str, parent: kf.Frame, angle: float = -0.3) -> kf.Frame:
+        joint = kf.Revolute("y", position=angle)
+        return scene.add_rigid_body(name, 1.0, 1e-2, com=(0.25, 0, 0), joint=joint, parent=parent, at=(0, 0, 0.2))
+
+    if layout == "in a row":
+        cranks = [crank(f"crank {i}", ground, 0.5 * i) for i in range(count + 1)]
+        for i in range(count):
+            coupler = bar(f"coupler {i}", cranks[i])
+            pin = cranks[i + 1].frame(at=(0, 0, 0.2))
+            scene.add_loop_joint(f"pin {i}", kf.Revolute("y"), coupler.frame(at=(0.5, 0, 0)), pin)
+        return scene
+    below = ground
+    for i in range(count):
+        at = 0.6 * i if layout == "apart" else 0.0
+        first = crank(f"crank {i}", below, at)
+        coupler = bar(f"coupler {i}", first)
+        rocker = scene.add_rigid_body(
+            f"rocker {i}",
+            1.0,
+            1e-2,
+            com=(0, 0, -0.1),
+            joint=kf.Revolute("y", position=0.3),
+            parent=coupler,
+            at=(0.5, 0, 0),
+        )
+        pin = below.frame(at=(at + 0.5, 0, 0))
+        scene.add_loop_joint(f"pin {i}", kf.Revolute("y"), rocker.frame(at=(0, 0, -0.2)), pin)
+        if layout == "one on the other":
+            below = coupler
+    return scene
+
+
+def nested_loops() -> kf.System:
+    """Return a loop through N over a lever on the coupler of a four-bar that closes on a free carrier, and a gear."""
+    scene = four_bars(1, "one on the other", base="free")
+    coupler = scene.body("coupler 0")
+    lever = scene.add_rigid_body("lever", 0.5, 1e-2, com=(0, 0, 0.1), joint=kf.Universal("x", "y"), parent=coupler)
+    scene.add_distance("strut", lever.frame(at=(0.1, 0, 0.3)), scene.ground.frame(at=(0.4, 0.5, 1.2)), 0.8)
+    wheel = scene.add_rigid_body("wheel", 0.4, 1e-2, joint=kf.Revolute("x"), parent=lever)
+    scene.add_gear("gear", {wheel: 1.0, scene.body("rocker 0"): -1.5})
+    return scene
