@@ -4,7 +4,7 @@ With du_0 of the tree alone and x_j its answer to row j, ``A lambda = -(J du_0 +
 ``du = du_0 + sum lambda_j x_j``, where ``A_ij = J_i x_j``. A row that rubs acts along another direction than it holds,
 and points in contact share forces that are not determined: all of A counts. A sweep of forces alone costs less than
 half of an evaluation, so that m rows cost some m/2 evaluations and a system of m unknowns. Rows that depend on others
-drop out. Scenes without rigid contacts do with less: `kanefe.kernels.constraints.loop_multipliers`.
+drop out. Scenes without rigid contacts do with less: `kanefe.kernels.constraints.held_sweeps`.
 """
 
 from __future__ import annotations
