@@ -19,6 +19,9 @@ SPAN, OUTPUTS = 0.5, 2000
 TIME_TOLERANCE = 1e-9
 """Tolerance, s, within which an event at an output time counts for both intervals."""
 
+LIFTING = 1e-7
+"""Time, s, before a lift in which a slip is a part of it: what holds the point goes to zero with the force on it."""
+
 
 def changes(effort: Effort) -> Iterator[Finding]:
     """Run bodies that are thrown, pushed or held by springs, with tolerances of 1e-2 to 1e-7."""
@@ -70,7 +73,8 @@ def missed_changes(result: Result) -> int:
     status, t = np.array(result.contact("contact").status), result.times
     missed = 0
     for before, after, name in (("sticks", "slips", "slip"), ("slips", "sticks", "stick")):
-        happened = np.concatenate((result.events[f"contact {name}"], result.events["contact touch"]))
+        lifts = np.array(result.events["contact lift"])
+        happened = np.concatenate((result.events[f"contact {name}"], result.events["contact touch"], lifts - LIFTING))
         for i in np.flatnonzero((status[:-1] == before) & (status[1:] == after)):
             missed += not np.any((happened >= t[i] - TIME_TOLERANCE) & (happened <= t[i + 1] + TIME_TOLERANCE))
     return missed
