@@ -214,6 +214,10 @@ class RunLoop:
                     raise  # a scene that cannot start is refused, not run in part
                 return self._ended(RunStatus.of_error(stepper.t, error))
             self._keep()
+        rows = np.isfinite(self.states).all(axis=1)
+        if not rows.all():  # the ends of the steps are finite; between them powers of large numbers need not be
+            at = float(self._times[int(np.argmin(rows))])
+            return self._ended(RunStatus("failed", at, "states within a step are beyond all numbers", "a smaller rtol"))
         return RunStatus("finished", stepper.t)
 
     def _interrupted(self) -> RunStatus:

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.checks.robustness.runs import suits
+from kanefe.checks.robustness.runs import ended, suits
 from kanefe.integrate.auto.choice import Choice
 from kanefe.integrate.clock import Clock
 from kanefe.integrate.methods.table import METHODS, own_methods
@@ -25,6 +25,7 @@ from kanefe.integrate.stepper import StepFailure
 from kanefe.kernels.compiler._numba import IS_COMPILED, seconds_compiling
 from kanefe.kernels.compiler.filling import filler
 from loop_scenes import four_bar
+from robustness.steps import stiff_spring
 from run_scenes import ADAPTIVE, double_pendulum
 
 
@@ -385,3 +386,13 @@ def test_a_refused_option_leaves_the_scene_open() -> None:
     with pytest.raises(kf.ModelError, match="there is no method 'euler'"):
         scene.simulate((0.0, 1.0), method="euler")
     scene.add_point("more", 1.0, joint=kf.Prismatic("x"))
+
+
+def test_states_that_overflow_between_two_steps_are_a_failure() -> None:
+    """The states after all steps are finite, the energy dissipated within one is not."""
+    run = ended(stiff_spring(), 0.05, method="dopri5", rtol=0.5)
+    assert run.status is not None
+    assert run.status.kind == "failed"
+    assert "rtol" in str(run.status)
+    assert np.all(np.isfinite(run.dissipated))
+    assert len(run.times) < 501
