@@ -23,6 +23,13 @@ from kanefe.storage.files import regular_file
 SMALLEST_COMPRESSED = 1024
 """Number of values in an array below which compression costs more than it saves."""
 
+SMALL_FILE = 2**25
+"""Size of all arrays of a file up to which none is compressed, bytes: that takes ten times as long as to write them, and
+longer than many runs."""
+
+WHOLE_CHUNK = 2**20
+"""Size of an array up to which it is one chunk, bytes: HDF5's cache of chunks."""
+
 MOST_COMPRESSED = 1100
 """Largest ratio of an array to its bytes in the file: deflate achieves at most 1032."""
 
@@ -60,13 +67,16 @@ def encode(header: Mapping[str, Any], arrays: Mapping[str, tuple[np.ndarray, str
     """
     h5py = _h5py("Result.save")
     buffer = io.BytesIO()
+    is_small = sum(array.nbytes for array, _ in arrays.values()) <= SMALL_FILE
     # "v110" keeps attributes above 64 KiB, such as a long provenance, which older layouts refuse
     with h5py.File(buffer, "w", libver=("v110", "v110"), userblock_size=HEAD) as file:
         for name, value in header.items():
             file.attrs[name] = value if isinstance(value, (str, int)) else json.dumps(value, default=_plain)
         for path, (array, unit) in arrays.items():
             packed: dict[str, Any] = {"fletcher32": True} if array.size and array.ndim else {}  # others have no chunks
-            if array.size >= SMALLEST_COMPRESSED:
+            if packed and array.nbytes <= WHOLE_CHUNK:
+                packed["chunks"] = array.shape
+            if array.size >= SMALLEST_COMPRESSED and not is_small:
                 packed |= {"compression": "gzip", "shuffle": True}
             file.create_dataset(path, data=array, **packed).attrs["unit"] = unit
     data = buffer.getbuffer()

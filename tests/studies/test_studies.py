@@ -206,7 +206,7 @@ def test_an_alarm_of_the_user_stays() -> None:
     signal.setitimer(signal.ITIMER_REAL, 0.2)
     try:
         assert within(60.0, lambda: "done") == "done"
-        assert within(0.05, lambda: time.sleep(0.01)) is None
+        assert within(30.0, lambda: time.sleep(0.01)) is None
         deadline = time.monotonic() + 10.0
         while not rung and time.monotonic() < deadline:
             time.sleep(0.01)
