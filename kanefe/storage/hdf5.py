@@ -24,8 +24,8 @@ SMALLEST_COMPRESSED = 1024
 """Number of values in an array below which compression costs more than it saves."""
 
 SMALL_FILE = 2**25
-"""Size of all arrays of a file up to which none is compressed, bytes: that takes ten times as long as to write them, and
-longer than many runs."""
+"""Size of all arrays of a file up to which none is compressed, bytes: that takes ten times as long as to write them,
+and longer than many runs."""
 
 WHOLE_CHUNK = 2**20
 """Size of an array up to which it is one chunk, bytes: HDF5's cache of chunks."""
