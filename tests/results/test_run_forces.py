@@ -17,13 +17,14 @@ from kanefe.tree.neighbours import BODY, FORCE, LOAD, LOOP, parts_of
 from kanefe.tree.route import RunForces
 from kanefe_fem.beams.body import straight_beam
 from kanefe_fem.beams.sections import Rectangle
-from loop_scenes import four_bar, spatial_loop
+from loop_scenes import bent_four_bars, four_bar, four_bars, nested_loops, spatial_loop
 from random_loops import LoopScene, closed_state
 from random_scenes import Recipe, planar_model, random_model
 from result_scenes import SOFT
 from scenes import random_state
 
 TIMES = np.array((0.0, 0.1, 0.35))
+SPEEDING_UP = kf.Motion(lambda t: 0.3 + t + t * t, lambda t: 1.0 + 2.0 * t, lambda _: 2.0)
 
 
 def wandering(model: Model) -> tuple[Vector, Matrix]:
@@ -87,6 +88,12 @@ TREES: dict[str, Callable[[], Model]] = {
     "loop": lambda: LoopScene(Recipe(3, bodies=6, elastic=0.5, loads=3, between=2), 2).scene.freeze(),
     "rigid loop": lambda: LoopScene(Recipe(3, bodies=6, loads=3, between=2), 2).scene.freeze(),
     "four-bar": lambda: four_bar().freeze(),
+    "four-bars apart": lambda: four_bars(4, "apart", base="free", closed_by="rods").freeze(),
+    "four-bars in a row": lambda: four_bars(4, "in a row", closed_by="rods", motion=SPEEDING_UP).freeze(),
+    "four-bars upon each other": lambda: four_bars(
+        4, "one on the other", closed_by="rods", motion=SPEEDING_UP
+    ).freeze(),
+    "flexible four-bars": lambda: bent_four_bars(3).freeze(),
 }
 
 
@@ -104,7 +111,9 @@ def test_forces_are_those_of_the_literal_route(name: str, monkeypatch: pytest.Mo
     assert wanted["reactions"].any()
     kinds = {source.kind for part in parts_of(model) for source in part.sources}
     assert name not in ("flexible", "more flexible") or {BODY, LOAD, FORCE} <= kinds
-    assert name != "loop" or LOOP in kinds
+    assert name not in ("loop", "flexible four-bars") or LOOP in kinds
+    assert not name.startswith("four-bars") or wanted["loops"].any()
+    assert not model.driven_count or wanted["driving"].any()
 
 
 def test_a_bent_root_that_lets_turn_holds_where_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -121,6 +130,22 @@ def test_what_several_multipliers_do_the_literal_route_tells() -> None:
     model = LoopScene(Recipe(1, bodies=6, elastic=0.5, loads=3, between=2), 2).scene.freeze()
     times, states = wandering(model)
     assert assert_alike(model, times, states)["loops"].any()
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: four_bars(4, "in a row", base="free", motion=SPEEDING_UP),
+        lambda: four_bars(4, "one on the other", motion=SPEEDING_UP),
+        nested_loops,
+    ],
+    ids=["in a row", "upon each other", "nested"],
+)
+def test_spatial_pins_that_hold_a_plane_several_times_are_told(make: Callable[[], kf.System]) -> None:
+    model = make().freeze()
+    wanted = assert_alike(model, *wandering(model))
+    assert wanted["loops"].any()
+    assert not model.driven_count or wanted["driving"].any()
 
 
 def test_interfaces_that_share_forces_in_several_ways_are_told() -> None:

@@ -88,7 +88,9 @@ def marker_place(model: Model, name: str, t: float, q: np.ndarray, point: tuple)
     return frame.p_NoFo_N + frame.A_NF @ np.array(point)
 
 
-def four_bars(count: int, layout: str, *, base: str = "fixed") -> kf.System:
+def four_bars(
+    count: int, layout: str, *, base: str = "fixed", closed_by: str = "pins", motion: kf.Motion | None = None
+) -> kf.System:
     """Return some four-bars with spatial pins in the plane across y: parallelograms that are closed as they are built.
 
     Parameters
@@ -98,6 +100,10 @@ def four_bars(count: int, layout: str, *, base: str = "fixed") -> kf.System:
         Each on the base; neighbours share a crank; each stands on the coupler of the one before.
     base : {"fixed", "free"}
         Of the first.
+    closed_by : {"pins", "rods"}
+        Spatial pins say several times what holds a plane; rods, in place of the last bars, say nothing twice.
+    motion : Motion, optional
+        Of the first crank, which is 0.3 rad from upright at the start.
     """
     scene = kf.System(gravity=(0, 0, -9.81))
     ground = scene.ground
@@ -107,7 +113,8 @@ def four_bars(count: int, layout: str, *, base: str = "fixed") -> kf.System:
         )
 
     def crank(name: str, parent: kf.Frame, at: float, angle: float = 0.3) -> kf.Frame:
-        joint = kf.Revolute("y", position=angle, speed=1.0)
+        is_driven = motion is not None and name == "crank 0"
+        joint = kf.Revolute("y", motion=motion) if is_driven else kf.Revolute("y", position=angle, speed=1.0)
         return scene.add_rigid_body(name, 1.0, 1e-2, com=(0, 0, 0.1), joint=joint, parent=parent, at=(at, 0, 0))
 
     def bar(name: str, parent: kf.Frame, angle: float = -0.3) -> kf.Frame:
@@ -119,6 +126,9 @@ def four_bars(count: int, layout: str, *, base: str = "fixed") -> kf.System:
         for i in range(count):
             coupler = bar(f"coupler {i}", cranks[i])
             pin = cranks[i + 1].frame(at=(0, 0, 0.2))
+            if closed_by == "rods":
+                scene.add_distance(f"rod {i}", coupler.frame(at=(0.5, 0, 0.1)), pin, 0.1)
+                continue
             scene.add_loop_joint(f"pin {i}", kf.Revolute("y"), coupler.frame(at=(0.5, 0, 0)), pin)
         return scene
     below = ground
@@ -126,6 +136,11 @@ def four_bars(count: int, layout: str, *, base: str = "fixed") -> kf.System:
         at = 0.6 * i if layout == "apart" else 0.0
         first = crank(f"crank {i}", below, at)
         coupler = bar(f"coupler {i}", first)
+        pin = below.frame(at=(at + 0.5, 0, 0))
+        if closed_by == "rods":
+            scene.add_distance(f"rod {i}", coupler.frame(at=(0.5, 0, 0)), pin, 0.2)
+            below = coupler if layout == "one on the other" else below
+            continue
         rocker = scene.add_rigid_body(
             f"rocker {i}",
             1.0,
@@ -135,7 +150,6 @@ def four_bars(count: int, layout: str, *, base: str = "fixed") -> kf.System:
             parent=coupler,
             at=(0.5, 0, 0),
         )
-        pin = below.frame(at=(at + 0.5, 0, 0))
         scene.add_loop_joint(f"pin {i}", kf.Revolute("y"), rocker.frame(at=(0, 0, -0.2)), pin)
         if layout == "one on the other":
             below = coupler
@@ -150,4 +164,34 @@ def nested_loops() -> kf.System:
     scene.add_distance("strut", lever.frame(at=(0.1, 0, 0.3)), scene.ground.frame(at=(0.4, 0.5, 1.2)), 0.8)
     wheel = scene.add_rigid_body("wheel", 0.4, 1e-2, joint=kf.Revolute("x"), parent=lever)
     scene.add_gear("gear", {wheel: 1.0, scene.body("rocker 0"): -1.5})
+    return scene
+
+
+def geared_bars(count: int) -> kf.System:
+    """Return four-bars side by side on a free body, each geared to the next: the gears join all that they hold."""
+    scene = four_bars(count, "apart", base="free")
+    for i in range(count - 1):
+        # the bars of parallelograms turn by the same angle: the gears leave one motion of all
+        scene.add_gear(f"gear {i}", {scene.body(f"crank {i}"): 1.0, scene.body(f"coupler {i + 1}"): 1.0})
+    return scene
+
+
+def bent_four_bars(seed: int) -> kf.System:
+    """Return two four-bars with flexible couplers, the second on the tip of the first, over a base that turns."""
+    scene = kf.System(gravity=(0.3, 0.2, -9.81))
+    base = scene.add_rigid_body("base", 5.0, 1.0, joint=kf.Spherical(angular_velocity=(0.1, 0.2, -0.1)))
+    below, foot = base, base
+    for i in range(2):
+        joint = kf.Revolute("y", position=0.3, speed=0.5)
+        crank = scene.add_rigid_body(f"crank {i}", 1.0, 0.1, com=(0, 0, 0.1), joint=joint, parent=below)
+        joint = kf.Revolute("y", position=-0.3)
+        coupler = scene.add_flexible_body(
+            f"coupler {i}", lattice_body(seed + i), parent=crank, at=(0, 0, 0.5), joint=joint
+        )
+        tip = coupler.interface("tip")
+        joint = kf.Universal("y", "x", position=(0.3, 0.0))
+        rocker = scene.add_rigid_body(f"rocker {i}", 1.0, 0.1, com=(0, 0, -0.1), joint=joint, parent=tip)
+        pin = foot.frame(at=(0.98, 0.05, 0))
+        scene.add_loop_joint(f"pin {i}", kf.Spherical(), rocker.frame(at=(0, 0, -0.5)), pin)
+        below, foot = tip, tip
     return scene

@@ -101,3 +101,53 @@ def test_complex_systems_are_symmetric_and_not_hermitian() -> None:
     x, right = np.full((m, 1), np.nan + 0j), rng.standard_normal((m, 1)) + 0j
     solve_envelope(system, right, 0, m, x)
     np.testing.assert_allclose(A @ x, right, rtol=0, atol=1e-9)
+
+
+def test_unknowns_are_taken_in_the_order_given() -> None:
+    rng = np.random.default_rng(4)
+    A, firsts, blocks = chained(rng, 5, 1, 0)
+    m = len(A)
+    order = rng.permutation(m)
+    scale = np.empty(m)
+    scale[order] = 1.0 / np.sqrt(np.diag(A))
+    system = envelope(A, firsts, blocks, scale)._replace(order=order, place=np.argsort(order))
+    factor_envelope(system, TOLERANCE, 0, m)
+    x, right = np.full((m, 1), np.nan), rng.standard_normal((m, 1))
+    solve_envelope(system, right, 0, m, x)
+    np.testing.assert_allclose(A @ x[order], right[order], rtol=0, atol=1e-9)
+    assert sorted(system.taken.tolist()) == list(range(m))
+
+
+def test_a_row_that_says_what_an_earlier_block_says_is_left_out() -> None:
+    rng = np.random.default_rng(5)
+    B = rng.standard_normal((3, 4))
+    rows = np.vstack((B, [2.0, -1.0, 0.5] @ B))
+    A = rows @ rows.T
+    system = envelope(A, [0, 0, 0, 0], [3, 3, 3, 4], 1.0 / np.sqrt(np.diag(A)))
+    weakest = factor_envelope(system, TOLERANCE, 0, 4)
+    assert weakest > 1e-3
+    assert system.inverses[3] == system.whole[3] == 0.0
+    x, right = np.full((4, 1), np.nan), A @ rng.standard_normal((4, 1))
+    solve_envelope(system, right, 0, 4, x)
+    assert x[3] == 0.0
+    np.testing.assert_allclose(A @ x, right, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("least", [1e-8, 1e-10, 1e-12])
+def test_pivots_fade_as_those_of_the_dense_system(least: float) -> None:
+    A = np.array([[1.0, 0.6], [0.6, 0.36 + least]])
+    system = envelope(A, [0, 0], [2, 2], np.ones(2))
+    weakest = factor_envelope(system, TOLERANCE, 0, 2)
+    L, inverses, order, column = np.zeros((2, 2)), np.zeros(2), np.zeros(2), np.zeros(2)
+    rank, expected = pivoted.factor(A, np.ones(2), TOLERANCE, L, inverses, order, column)
+    # the pivot is what is left of numbers of 1
+    assert weakest == pytest.approx(expected, rel=1e-12)
+    np.testing.assert_allclose(system.inverses, inverses, rtol=1e-12)
+    assert rank == 2
+    assert (system.inverses[1] < 0.6 * system.whole[1]) == (least <= TOLERANCE)
+
+
+def test_an_indefinite_block_after_another_is_told() -> None:
+    # what is left of the second row is below zero: 0.5 - 0.8**2
+    system = envelope(np.array([[1.0, 0.8], [0.8, 0.5]]), [0, 0], [1, 2], np.ones(2))
+    assert factor_envelope(system, TOLERANCE, 0, 2) == 0.0
