@@ -11,6 +11,7 @@ import kanefe as kf
 from kanefe.equations.model import Model
 from kanefe.kane.assemble import held_accelerations
 from kanefe.kane.constraints import constraint_rates
+from kanefe.kane.energy import dissipated_power, drive_power, load_power
 from kanefe.kane.loop_closure import openings
 from kanefe.kane.state import State
 from kanefe.kernels.constraints.row_paths import FIRST_GUEST
@@ -179,5 +180,9 @@ def assert_same(model: Model, q: np.ndarray | None = None, u: np.ndarray | None 
     du, _, _ = held_accelerations(State(model, 0.0, q, u))
     rates, weakest = route_of(model).held_rates(0.0, np.concatenate((q, u, np.zeros(2))))
     assert weakest > NEAR_SINGULAR
-    found = rates[model.coordinate_count : model.coordinate_count + model.free_count]
-    np.testing.assert_allclose(found, du, rtol=0, atol=1e-11 * (1.0 + abs(du).max()))
+    n, size = model.coordinate_count, 1.0 + abs(du).max()
+    np.testing.assert_allclose(rates[n : n + len(du)], du, rtol=0, atol=1e-11 * size)
+    state = State(model, 0.0, q, u)
+    powers = dissipated_power(state), load_power(state) + drive_power(state, du)
+    # those of drives are forces that come from these accelerations, times speeds of some units
+    np.testing.assert_allclose(rates[n + len(du) :], powers, rtol=0, atol=1e-10 * (size + np.abs(powers).max()))

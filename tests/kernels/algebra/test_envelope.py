@@ -147,6 +147,20 @@ def test_pivots_fade_as_those_of_the_dense_system(least: float) -> None:
     assert (system.inverses[1] < 0.6 * system.whole[1]) == (least <= TOLERANCE)
 
 
+def test_a_pivot_that_fades_is_taken_off_later_blocks_as_a_whole() -> None:
+    # only what is solved for fades: the third pivot would be 0.25 larger or smaller without the second
+    L, pivots = np.array([[1.0, 0.0, 0.0], [0.6, 1.0, 0.0], [0.3, 5e4, 1.0]]), np.array([1.0, TOLERANCE, 0.4])
+    system = envelope(L @ np.diag(pivots) @ L.T, [0, 0, 0], [2, 2, 3], np.ones(3))
+    factor_envelope(system, TOLERANCE, 0, 3)
+    # the second pivot is what is left of numbers of 1: round-off of 1e-16 over its 1e-10
+    np.testing.assert_allclose(1.0 / system.whole, pivots, rtol=1e-5)
+    assert system.inverses[1] == pytest.approx(0.5 * system.whole[1], rel=1e-5)
+    x, right = np.full((3, 1), np.nan), np.array([[1.0], [2.0], [3.0]])
+    solve_envelope(system, right, 0, 3, x)
+    expected = np.linalg.solve(L.T, system.inverses[:, None] * np.linalg.solve(L, right))
+    np.testing.assert_allclose(x, expected, rtol=1e-4)
+
+
 def test_an_indefinite_block_after_another_is_told() -> None:
     # what is left of the second row is below zero: 0.5 - 0.8**2
     system = envelope(np.array([[1.0, 0.8], [0.8, 0.5]]), [0, 0], [1, 2], np.ones(2))
