@@ -8,7 +8,7 @@ which the largest pivot is first. A full system is one block: it is factored as 
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -58,28 +58,31 @@ def first_of(ends: np.ndarray, a: int) -> int:
 
 
 @kernel
-def factor_envelope(system: Envelope, tolerance: float, begin: int, end: int) -> Any:
-    """Factor a part of a system that has nothing in common with the rest; return the least pivot that counts.
+def factor_envelope(system: Envelope, tolerance: float, begin: int, end: int) -> tuple[float, float]:
+    """Factor a part of a system that has nothing in common with the rest; return its least and its largest pivot.
 
-    It is relative to the largest of its block, and 0 if the system is indefinite.
+    The least of those that count, 0 if the system is indefinite; the largest is that of the scaled diagonal, before.
     """
-    ends, weakest, p = system.ends, 1.0, begin
+    ends, largest, p = system.ends, ROUND_OFF, begin
+    for a in range(begin, end):
+        size = system.scale[system.order[a]]
+        largest = max(largest, (size * size * system.A[ends[a + 1] - 1]).real)
+    weakest = largest
     while p < end:
         first, q = first_of(ends, p), system.blocks[p]
-        largest = _reduce(system, first, p, q)
+        _reduce(system, first, p, q)
         weakest = min(weakest, _pivot(system, tolerance, largest, first, p, q))
         p = q
-    return weakest
+    return weakest, largest
 
 
 @inlined
-def _reduce(system: Envelope, first: int, p: int, q: int) -> float:
-    """Take what is before a block, at places p to q, off its rows; return the largest of its diagonal before."""
-    ends, A, L, scale, largest = system.ends, system.A, system.L, system.scale, ROUND_OFF
+def _reduce(system: Envelope, first: int, p: int, q: int) -> None:
+    """Take what is before a block, at places p to q, off its rows."""
+    ends, A, L, scale = system.ends, system.A, system.L, system.scale
     for a in range(p, q):
         own, start = scale[system.order[a]], ends[a] - first
         system.taken[a] = system.order[a]
-        largest = max(largest, (own * own * A[start + a]).real)
         for b in range(first, p):
             other, before = int(system.taken[b].real), first_of(ends, b)
             total = own * scale[other] * A[start + system.place[other]]
@@ -93,13 +96,12 @@ def _reduce(system: Envelope, first: int, p: int, q: int) -> float:
             L[start + b] = total
         for c in range(first, p):
             L[start + c] *= system.whole[c]
-    return largest
 
 
 @inlined
 def _pivot(system: Envelope, tolerance: float, largest: float, first: int, p: int, q: int) -> float:
-    """Factor a block from which what is before is taken off."""
-    ends, L, column, weakest, least = system.ends, system.L, system.column, 1.0, tolerance * largest
+    """Factor a block from which what is before is taken off; return its least pivot, 0 if it is indefinite."""
+    ends, L, column, weakest, least = system.ends, system.L, system.column, largest, tolerance * largest
     for k in range(p, q):
         best = k
         for i in range(k + 1, q):
@@ -117,7 +119,7 @@ def _pivot(system: Envelope, tolerance: float, largest: float, first: int, p: in
                 for c in range(k, i):
                     L[ends[i] - first + c] = 0.0 * pivot
             return weakest
-        weakest = pivot.real / largest
+        weakest = pivot.real
         system.whole[k] = 1.0 / pivot
         system.inverses[k] = system.whole[k] / (1.0 + (least / pivot.real) ** 4)
         for i in range(k + 1, q):

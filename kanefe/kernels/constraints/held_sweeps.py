@@ -117,9 +117,9 @@ def sweep_inward_held(
     is_regular : bool
         Whether every joint has inertia along it.
     weakest : float
-        The least pivot that counts, of 1.
+        The least pivot that counts, of the largest.
     """
-    rows, paths, is_regular, weakest = tables.rows, loops.paths, True, 1.0
+    rows, paths, is_regular, weakest, largest = tables.rows, loops.paths, True, np.inf, 0.0
     tolerance = max(tolerance, loops.limits[RANK_TOLERANCE])
     for i in range(len(rows) - 1, -2, -1):
         is_link = i >= 0 and rows[i, KIND] != INTERFACE
@@ -128,13 +128,14 @@ def sweep_inward_held(
         begin, end = paths.places[i + 1], paths.places[i + 2]
         if end > begin:
             put_loop_system(loops, tables, flexible, i, z, places_only, work, modal, border, is_implicit, kept)
-            weakest = min(weakest, factor_envelope(kept.system, tolerance, begin, end))
+            least, most = factor_envelope(kept.system, tolerance, begin, end)
+            weakest, largest = min(weakest, least), max(largest, most)
             if i >= 0:
                 _add_inertia(loops, i, work, kept)
             _hold(loops, tables, flexible, i, applied, work, modal, kept, multipliers)
         if is_link:
             is_regular = eliminate_joint(tables, i, applied, work, is_implicit, added) and is_regular
-    return is_regular, weakest
+    return is_regular, weakest / largest if largest > 0.0 else 1.0
 
 
 @kernel

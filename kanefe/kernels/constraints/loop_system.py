@@ -70,11 +70,12 @@ def put_loop_system(
     for place in range(begin, end):
         j = paths.order[place]
         # a row of unit length if it pointed along the motion of its ends
+        size = kept.system.A[paths.ends[place + 1] - 1]
+        if size == 0.0:
+            kept.system.scale[j] = 0.0
         if kept.system.scale[j] != 0.0:
-            size = kept.system.A[paths.ends[place + 1] - 1]
-            kept.system.scale[j] = (
-                np.sqrt(kept.system.scale[j] / size) if size.real > 0.0 else 0.0 * kept.system.scale[j]
-            )
+            # a negative one is of something whose inertia is below zero: its pivot tells it
+            kept.system.scale[j] = np.sqrt(kept.system.scale[j] / (size if size.real > 0.0 else -size))
 
 
 @inlined

@@ -14,7 +14,6 @@ from kanefe.kernels.algebra.vectors import (
     matrix,
     minus,
     plus,
-    product,
     put,
     put_three,
     rotated,
@@ -31,14 +30,12 @@ from kanefe.kernels.constraints.loop_factors import FORCE_AT_END, LEVER, MOMENT_
 from kanefe.kernels.constraints.loop_tables import FIRST_TERM, KIND_OF, ROW_A, TERM_COUNT, Loops
 from kanefe.kernels.constraints.row_paths import OF_JOINT, OF_MODES, VISITED
 from kanefe.kernels.layout import (
-    AXES,
     BASIS,
     BENT,
     CARRIED_COUNT,
     CARRIES,
     COUNT,
     DETA,
-    FIXED,
     FLEXIBLE,
     FREE,
     GIVEN,
@@ -63,16 +60,6 @@ from kanefe.kernels.sweeps.elastic import project, span, total
 from kanefe.kernels.sweeps.inward import through_axis, through_ball
 from kanefe.kernels.sweeps.link_motion import partials
 from kanefe.kernels.sweeps.modal_elimination import coupling_span
-
-
-@inlined
-def speed_count(kind: int) -> int:
-    """Return how many speeds a joint of a row has."""
-    if kind == SPHERICAL:
-        return 3
-    if kind == FREE:
-        return 6
-    return 1 if FIXED < kind <= GIVEN else 0
 
 
 @inlined
@@ -111,7 +98,7 @@ def put_visits(
             body, at = flexible.bodies[rows[i, FLEXIBLE]], paths.visits[s, OF_MODES]
             numbers[at : at + modes_size(body[COUNT], body[CARRIED_COUNT])] = 0.0
     if loops.rows[j, KIND_OF] == COUPLER_ROW:
-        _apply_coupler(loops, tables, j, work, kept)
+        _apply_coupler(loops, tables, j, kept)
     else:
         for which in range(2):
             i = loops.rows[j, ROW_A + which]
@@ -231,27 +218,14 @@ def _modal_reach(
 
 
 @inlined
-def _apply_coupler(loops: Loops, tables: Tables, j: int, work: np.ndarray, kept: LoopFactors) -> None:
+def _apply_coupler(loops: Loops, tables: Tables, j: int, kept: LoopFactors) -> None:
     """Apply the terms of a coupler at their joints: its driven coordinates do not give way."""
     paths, rows = loops.paths, tables.rows
     for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
         speed, coefficient = loops.speeds[term], loops.coefficients[term]
         for s in range(paths.first[j], paths.first[j + 1]):
             i, at = paths.visits[s, VISITED], paths.visits[s, OF_JOINT]
-            if at < 0 or not rows[i, SPEED] <= speed < rows[i, SPEED] + speed_count(rows[i, KIND]):
-                continue
-            if rows[i, KIND] == FREE:  # one of its displacements: its turns have no coordinates
-                c = speed - rows[i, SPEED]
-                along = (
-                    coefficient if c == 0 else 0.0,
-                    coefficient if c == 1 else 0.0,
-                    coefficient if c == 2 else 0.0,
-                )
-                fixed = matrix(tables.geometry, i, AXES)
-                if rows[i, PARENT] >= 0:
-                    fixed = product(matrix(work, rows[i, PARENT], R), fixed)
-                accumulate(kept.carried, i, 0, times(-1.0, rotated(fixed, along)))
-            else:
+            if at >= 0 and rows[i, SPEED] == speed:
                 kept.numbers[at] += coefficient
 
 
