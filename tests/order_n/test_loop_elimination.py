@@ -186,3 +186,34 @@ def assert_same(model: Model, q: np.ndarray | None = None, u: np.ndarray | None 
     powers = dissipated_power(state), load_power(state) + drive_power(state, du)
     # those of drives are forces that come from these accelerations, times speeds of some units
     np.testing.assert_allclose(rates[n + len(du) :], powers, rtol=0, atol=1e-10 * (size + np.abs(powers).max()))
+
+
+@pytest.mark.parametrize("angle", [1e-2, 1e-4, 1e-6])
+def test_a_loop_near_its_singular_position_is_weak_beside_another(angle: float) -> None:
+    """Nearly straight with two bars a rod holds them by the square of the angle, beside a loop that is not."""
+    scene = kf.System(gravity=(0, 0, -9.81))
+    for name, x, first, second, end in (("flat", 0.0, angle, -0.5 * angle, 2.0), ("bent", 5.0, 0.3, 0.9, 7.0)):
+        upper = scene.add_rigid_body(
+            f"{name} 0", 1.0, 1e-2, com=(0.1, 0, 0), at=(x, 0, 0), joint=kf.Revolute("y", position=first)
+        )
+        lower = scene.add_rigid_body(
+            f"{name} 1",
+            1.0,
+            1e-2,
+            com=(0.1, 0, 0),
+            parent=upper,
+            at=(0.5, 0, 0),
+            joint=kf.Revolute("y", position=second),
+        )
+        turns = first, first + second
+        place = 0.5 * np.array((np.cos(turns).sum(), 0.0, -np.sin(turns).sum())) + (x, 0.0, 0.0)
+        pin = np.array((end, 0.0, 0.0))
+        length = float(np.linalg.norm(place - pin))
+        scene.add_distance(f"{name} rod", lower.frame(at=(0.5, 0, 0)), scene.ground.frame(at=tuple(pin)), length)
+    model = scene.freeze()
+    q, u = model.initial_coordinates, model.initial_speeds
+    _, _, weakest = held_accelerations(State(model, 0.0, q, u))
+    _, found = route_of(model).held_rates(0.0, np.concatenate((q, u, np.zeros(2))))
+    assert weakest < 10.0 * angle**2
+    # one is relative to inertias, the other to displacements
+    assert 0.1 * weakest < found < 10.0 * weakest
