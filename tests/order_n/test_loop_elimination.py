@@ -217,3 +217,17 @@ def test_a_loop_near_its_singular_position_is_weak_beside_another(angle: float) 
     assert weakest < 10.0 * angle**2
     # one is relative to inertias, the other to displacements
     assert 0.1 * weakest < found < 10.0 * weakest
+
+
+def test_loops_that_are_switched_off_do_not_make_others_weak() -> None:
+    """Nothing is factored where the strut would be: only what holds is measured."""
+    scene = four_bars(1, "apart", base="free")
+    plain = scene.copy().freeze()
+    ends = scene.body("base").frame(at=(0.1, 0.2, 0.3)), scene.ground.frame(at=(0.4, 0.9, 1.2))
+    scene.add_distance("strut", *ends, 0.7, starts_on=False)
+    model = scene.freeze()
+    assert np.count_nonzero(np.diff(route_of(model).loops.paths.places)) == 2
+    found = [
+        route_of(one).held_rates(0.0, np.concatenate((one.route.start(0.0), np.zeros(2))))[1] for one in (plain, model)
+    ]
+    assert found[1] == found[0] > NEAR_SINGULAR

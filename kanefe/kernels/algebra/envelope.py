@@ -62,16 +62,17 @@ def factor_envelope(system: Envelope, tolerance: float, begin: int, end: int) ->
     """Factor a part of a system that has nothing in common with the rest; return its least and its largest pivot.
 
     The least of those that count, 0 if the system is indefinite; the largest is that of the scaled diagonal, before.
+    Of a part of which all rows are left out: infinity and 0.
     """
-    ends, largest, p = system.ends, ROUND_OFF, begin
+    ends, largest, p = system.ends, 0.0, begin
     for a in range(begin, end):
         size = system.scale[system.order[a]]
         largest = max(largest, (size * size * system.A[ends[a + 1] - 1]).real)
-    weakest = largest
+    weakest, most = np.inf, max(largest, ROUND_OFF)
     while p < end:
         first, q = first_of(ends, p), system.blocks[p]
         _reduce(system, first, p, q)
-        weakest = min(weakest, _pivot(system, tolerance, largest, first, p, q))
+        weakest = min(weakest, _pivot(system, tolerance, most, first, p, q))
         p = q
     return weakest, largest
 
@@ -100,8 +101,11 @@ def _reduce(system: Envelope, first: int, p: int, q: int) -> None:
 
 @inlined
 def _pivot(system: Envelope, tolerance: float, largest: float, first: int, p: int, q: int) -> float:
-    """Factor a block from which what is before is taken off; return its least pivot, 0 if it is indefinite."""
-    ends, L, column, weakest, least = system.ends, system.L, system.column, largest, tolerance * largest
+    """Factor a block from which what is before is taken off; return its least pivot, 0 if it is indefinite.
+
+    Infinity, if none counts.
+    """
+    ends, L, column, weakest, least = system.ends, system.L, system.column, np.inf, tolerance * largest
     for k in range(p, q):
         best = k
         for i in range(k + 1, q):

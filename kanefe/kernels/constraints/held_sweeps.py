@@ -135,7 +135,7 @@ def sweep_inward_held(
             _hold(loops, tables, flexible, i, applied, work, modal, kept, multipliers)
         if is_link:
             is_regular = eliminate_joint(tables, i, applied, work, is_implicit, added) and is_regular
-    return is_regular, weakest / largest if largest > 0.0 else 1.0
+    return is_regular, min(1.0, weakest / largest) if largest > 0.0 else 1.0
 
 
 @kernel

@@ -171,3 +171,9 @@ def test_an_indefinite_block_after_another_is_told() -> None:
     # what is left of the second row is below zero: 0.5 - 0.8**2
     system = envelope(np.array([[1.0, 0.8], [0.8, 0.5]]), [0, 0], [1, 2], np.ones(2))
     assert weakest_of(system, TOLERANCE, 0, 2) == 0.0
+
+
+def test_a_part_of_which_no_row_counts_has_no_pivots() -> None:
+    system = envelope(np.eye(3), [0, 1, 2], [1, 2, 3], np.zeros(3))
+    assert factor_envelope(system, TOLERANCE, 0, 3) == (np.inf, 0.0)
+    assert not system.inverses.any()
