@@ -90,13 +90,17 @@ def _reduce(system: Envelope, first: int, p: int, q: int) -> None:
             for c in range(max(first, before), b):
                 total -= L[start + c] * L[ends[b] - before + c]
             L[start + b] = total
-        for b in range(p, a + 1):
+        for b in range(p, a):
             total = own * scale[system.order[b]] * A[start + b]
             for c in range(first, p):
-                total -= L[start + c] * (L[ends[b] - first + c] * system.whole[c] if b == a else L[ends[b] - first + c])
+                total -= L[start + c] * L[ends[b] - first + c]
             L[start + b] = total
+        pivot = own * own * A[start + a]
         for c in range(first, p):
-            L[start + c] *= system.whole[c]
+            share = L[start + c] * system.whole[c]
+            pivot -= share * L[start + c]
+            L[start + c] = share
+        L[start + a] = pivot
 
 
 @inlined
@@ -119,9 +123,6 @@ def _pivot(system: Envelope, tolerance: float, largest: float, first: int, p: in
                 if L[ends[i + 1] - 1].real < -NEGATIVE * largest:
                     weakest = 0.0
                 system.inverses[i] = system.whole[i] = 0.0 * pivot
-            for i in range(k, q):
-                for c in range(k, i):
-                    L[ends[i] - first + c] = 0.0 * pivot
             return weakest
         weakest = pivot.real
         system.whole[k] = 1.0 / pivot

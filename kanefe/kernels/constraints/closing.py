@@ -168,7 +168,7 @@ def close(
     sweep_outward(tables, flexible, drives, at.place, u, work, modal)
     worst, total = openings(loops, tables, drives, at.place, z, work, kept.exerted.met, at.residuals)
     start, weakest = worst, 1.0
-    # whether there are factors, whether they are those of the place, and which sweep is that of the place
+    # whether there are factors, and those of the place; whether `work` and `at.work` have no more than a sweep there
     is_factored = is_here = False
     is_swept, is_tried = True, False
     for _ in range(LARGEST_ITERATIONS):
@@ -184,8 +184,8 @@ def close(
             )
             if weakest == 0.0:
                 return WITHOUT_INERTIA, 0.0
-            is_factored = is_here = True
-        _move(loops, tables, flexible, share_stiffness, at.residuals, work, modal, border, at, kept)
+            is_factored, is_here, is_swept = True, True, False
+        _move(loops, tables, flexible, share_stiffness, work, modal, border, at, kept)
         shrink = 1.0
         for i in range(count):
             shrink = max(shrink, abs(at.step[i]) / loops.moves[i])
@@ -203,7 +203,7 @@ def close(
             share *= 0.5
         if is_better:
             is_factored = opening <= TOLERANCE or square <= SLOW * SLOW * total
-            worst, total, is_here, is_swept, is_tried = opening, square, False, False, True
+            worst, total, is_here, is_tried = opening, square, False, True
             copy(at.trial, at.place)
             copy(at.trial_residuals, at.residuals)
         elif is_here or worst <= TOLERANCE:
@@ -214,7 +214,7 @@ def close(
         return LEFT_OPEN, weakest
     holds_speeds = loops.rows[:, HOLDS_PLACE].sum() < m
     if not is_factored or holds_speeds or (start > FAR * weakest and not is_here):
-        if is_tried or not is_swept or is_factored:
+        if not is_swept:
             sweep_outward(tables, flexible, drives, at.place, u, work, modal)
         weakest = _eliminate(
             loops, tables, flexible, drives, share_stiffness, u, z, False, 0.0, work, modal, border, at, kept
@@ -231,7 +231,7 @@ def close(
             at.residuals[j] = 0.0
             if holds(loops, j, z):
                 at.residuals[j] = rate_of_row(loops, j, drives, at.work, at.exerted, at.speeds)
-        _move(loops, tables, flexible, share_stiffness, at.residuals, work, modal, border, at, kept)
+        _move(loops, tables, flexible, share_stiffness, work, modal, border, at, kept)
         for i in range(count):
             at.speeds[i] -= at.step[i]
     copy(at.place, q)
@@ -334,16 +334,15 @@ def _move(
     tables: Tables,
     flexible: FlexibleTables,
     share_stiffness: float,
-    rest: np.ndarray,
     work: np.ndarray,
     modal: np.ndarray,
     border: np.ndarray,
     at: Closing,
     kept: LoopFactors,
 ) -> None:
-    """Write the nearest step that moves the rows by `rest`, (m,)."""
+    """Write the nearest step that moves the rows by the residuals."""
     is_implicit = share_stiffness > 0.0
-    copy(rest, kept.rest)
+    copy(at.residuals, kept.rest)
     clear_all_forces(tables, flexible, at.applied, work, modal)
     sweep_forces_inward_held(
         loops, tables, flexible, at.applied, work, modal, border, is_implicit, kept, at.multipliers

@@ -23,7 +23,6 @@ from kanefe.kernels.algebra.vectors import (
     dot,
     matrix,
     minus,
-    product,
     rotated,
     rotated_back,
     three,
@@ -47,7 +46,6 @@ from kanefe.kernels.constraints.row_paths import OF_JOINT, OF_MODES, VISITED
 from kanefe.kernels.layout import (
     ACCELERATION,
     ALPHA,
-    AXES,
     CARRIED,
     CARRIED_COUNT,
     COUNT,
@@ -58,7 +56,6 @@ from kanefe.kernels.layout import (
     INTERFACE,
     KIND,
     MOMENT,
-    PARENT,
     PIVOT,
     ROW,
     SPEED,
@@ -75,6 +72,7 @@ from kanefe.kernels.sweeps.accelerations import accelerate_link
 from kanefe.kernels.sweeps.border import border_in
 from kanefe.kernels.sweeps.elastic import span, total
 from kanefe.kernels.sweeps.inward import eliminate_joint, hand_through_joint
+from kanefe.kernels.sweeps.link_motion import fixed_axes
 from kanefe.kernels.sweeps.modal_elimination import eliminate_modal_forces, eliminate_modes, modal_accelerations
 
 
@@ -275,10 +273,7 @@ def _acceleration(
             torque = rotated(matrix(work, i, R), three(applied, speed))
             along += dot(three(numbers, at), minus(vector(work, i, MOMENT), torque))
         elif kind == FREE:
-            fixed = matrix(tables.geometry, i, AXES)
-            if rows[i, PARENT] >= 0:
-                fixed = product(matrix(work, rows[i, PARENT], R), fixed)
-            force = minus(vector(work, i, FORCE), rotated(fixed, three(applied, speed)))
+            force = minus(vector(work, i, FORCE), rotated(fixed_axes(tables, i, work), three(applied, speed)))
             moment = minus(vector(work, i, MOMENT), rotated(matrix(work, i, R), three(applied, speed + 3)))
             along -= dot(three(numbers, at), force) + dot(three(numbers, at + TURN), moment)
         else:

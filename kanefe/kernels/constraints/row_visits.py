@@ -9,18 +9,15 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import (
     Numbers,
     accumulate,
+    copy,
     cross,
     dot,
     matrix,
-    minus,
     plus,
     put,
     put_three,
     rotated,
     rotated_back,
-    symmetric,
-    symmetric_times,
-    three,
     times,
     vector,
 )
@@ -48,18 +45,15 @@ from kanefe.kernels.layout import (
     SPHERICAL,
     WORK_SCALE,
     FlexibleTables,
-    H,
-    J,
     R,
     Tables,
-    U,
 )
 from kanefe.kernels.loads.point_and_field_loads import share_of_modes
 from kanefe.kernels.sweeps.border import border_in
-from kanefe.kernels.sweeps.elastic import project, span, total
-from kanefe.kernels.sweeps.inward import through_axis, through_ball
+from kanefe.kernels.sweeps.elastic import span, total
+from kanefe.kernels.sweeps.inward import moved_freely, through_axis, through_ball
 from kanefe.kernels.sweeps.link_motion import partials
-from kanefe.kernels.sweeps.modal_elimination import coupling_span
+from kanefe.kernels.sweeps.modal_elimination import coupling_span, push_through_modes, scale_rows, subtract
 
 
 @inlined
@@ -86,7 +80,6 @@ def put_visits(
     are those that a link needs from its parent, against what acts on it.
     """
     paths, rows, geometry, carried, numbers = loops.paths, tables.rows, tables.geometry, kept.carried, kept.numbers
-    kept.felt[j, :] = 0.0
     begin, end = paths.first[j], paths.first[j + 1]
     own = reach = 0.0 * work[0, R]
     for s in range(begin, end):
@@ -146,10 +139,7 @@ def put_visits(
             put_three(numbers, of_wrench, force)
             put_three(numbers, of_wrench + TURN, moment)
         if kind == FREE:
-            h, inverse = matrix(work, i, H), symmetric(work, i, U)
-            push, turn = times(-1.0, force), times(-1.0, moment)
-            alpha = symmetric_times(symmetric(work, i, J), minus(turn, rotated_back(h, symmetric_times(inverse, push))))
-            a = symmetric_times(inverse, minus(push, rotated(h, alpha)))
+            a, alpha = moved_freely(i, times(-1.0, force), times(-1.0, moment), work)
             put_three(numbers, at, a)
             put_three(numbers, at + TURN, alpha)
             if moves:
@@ -248,35 +238,19 @@ def _give_way(
     body = flexible.bodies[f]
     k, n, G = body[COUNT], 6 * body[CARRIED_COUNT], matrix(work, body[ROW], R)
     p, x, rest = numbers[at : at + k], numbers[at + k : at + 2 * k], numbers[at + 2 * k : at + 2 * k + 3 * n]
-    own = 0.0 * work[0, R]
+    on, moved, held = rest[:n], rest[n : 2 * n], rest[2 * n :]
+    parts, own = border_in(border, body), 0.0 * work[0, R]
     if is_implicit:
-        scale = modal[span(body, WORK_SCALE)]
-        for c in range(k):
-            p[c] *= scale[c]
-    coupling = modal[coupling_span(body)].reshape(6, k)
-    a, b = project(coupling, 0, p), project(coupling, 3, p)
-    for c in range(k):
-        x[c] = p[c]
-    if n > 0:
-        parts = border_in(border, body)
-        on, moved, held = rest[:n], rest[n : 2 * n], rest[2 * n :]
-        for c in range(n):
-            moved[c] = total(parts.basis[c], p)
-        for c in range(n):
-            held[c] = total(parts.inverse[c], on) + total(parts.series[c], moved)
-            a = plus(a, times(held[c], three(parts.lever[c], 0)))
-            b = plus(b, times(held[c], three(parts.lever[c], 3)))
-        for c in range(n):
-            for d in range(k):
-                x[d] -= held[c] * parts.basis[c, d]
-        for c in range(n):
-            moved[c] = total(parts.basis[c], x)
-        for d in range(k):
-            along = p[d]
-            for c in range(n):
-                along -= on[c] * parts.basis[c, d]
-            own += (loops.extents[body[DETA] + d] * along) ** 2
-    else:
-        for d in range(k):
-            own += (loops.extents[body[DETA] + d] * p[d]) ** 2
+        scale_rows(p.reshape(1, k), modal[span(body, WORK_SCALE)])
+    copy(p, x)
+    for c in range(n):
+        subtract(parts.basis[c], on[c], x)
+    for d in range(k):
+        own += (loops.extents[body[DETA] + d] * x[d]) ** 2
+    a, b = push_through_modes(modal[coupling_span(body)].reshape(6, k), parts, p, on, moved, held)
+    copy(p, x)
+    for c in range(n):
+        subtract(parts.basis[c], held[c], x)
+    for c in range(n):
+        moved[c] = total(parts.basis[c], x)
     return rotated(G, a), rotated(G, b), own

@@ -10,7 +10,6 @@ from kanefe.kernels.algebra.vectors import (
     matrix,
     minus,
     plus,
-    product,
     put,
     put_three,
     rotated,
@@ -25,7 +24,6 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.layout import (
     ACCELERATION,
     ALPHA,
-    AXES,
     DRIVE,
     DRIVING,
     FIXED,
@@ -49,7 +47,8 @@ from kanefe.kernels.layout import (
     Tables,
     U,
 )
-from kanefe.kernels.sweeps.link_motion import partials
+from kanefe.kernels.sweeps.inward import moved_freely
+from kanefe.kernels.sweeps.link_motion import fixed_axes, partials
 from kanefe.kernels.sweeps.modal_elimination import modal_accelerations
 
 
@@ -103,15 +102,10 @@ def accelerate_link(tables: Tables, i: int, applied: np.ndarray, work: np.ndarra
         put_three(du, speed, rotated_back(axes, minus(alpha, carried)))
     else:  # FREE: the body moves as if alone
         axes, carried, moving = matrix(work, i, R), alpha, a
-        h, inverse = matrix(work, i, H), symmetric(work, i, U)
-        fixed = (
-            product(matrix(work, parent, R), matrix(geometry, i, AXES)) if parent >= 0 else matrix(geometry, i, AXES)
-        )
+        fixed = fixed_axes(tables, i, work)
         force = minus(rotated(fixed, three(applied, speed)), vector(work, i, FORCE))
         moment = minus(rotated(axes, three(applied, speed + 3)), vector(work, i, MOMENT))
-        rest = minus(moment, rotated_back(h, symmetric_times(inverse, force)))
-        alpha = symmetric_times(symmetric(work, i, J), rest)
-        a = symmetric_times(inverse, minus(force, rotated(h, alpha)))
+        a, alpha = moved_freely(i, force, moment, work)
         put_three(du, speed, rotated_back(fixed, minus(a, moving)))
         put_three(du, speed + 3, rotated_back(axes, minus(alpha, carried)))
     put(work, i, ACCELERATION, a)

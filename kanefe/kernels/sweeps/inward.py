@@ -216,6 +216,15 @@ def through_ball(
     return turning, minus(force, rotated(matrix(work, i, H), turning)), torque
 
 
+@inlined
+def moved_freely(i: int, force: Numbers, moment: Numbers, work: np.ndarray) -> tuple[Numbers, Numbers]:
+    """Return the accelerations of a free body by what acts on it, with the inverses that `eliminate_joint` has left."""
+    h, inverse = matrix(work, i, H), symmetric(work, i, U)
+    rest = minus(moment, rotated_back(h, symmetric_times(inverse, force)))
+    alpha = symmetric_times(symmetric(work, i, J), rest)
+    return symmetric_times(inverse, minus(force, rotated(h, alpha))), alpha
+
+
 @kernel
 def sweep_forces_inward(
     tables: Tables,

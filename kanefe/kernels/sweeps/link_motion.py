@@ -12,6 +12,7 @@ from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.layout import (
     ABOUT,
     ALONG,
+    AXES,
     COMPLEX_FUNCTION,
     COORDINATE,
     DRIVE,
@@ -20,6 +21,7 @@ from kanefe.kernels.layout import (
     GIVEN,
     GIVEN_MOTION,
     KIND,
+    PARENT,
     PARTIAL,
     SPEED,
     R,
@@ -46,6 +48,13 @@ def partials(rows: np.ndarray, geometry: np.ndarray, i: int, work: np.ndarray) -
         return vector(work, i, PARTIAL), vector(work, i, PARTIAL + 3)
     axis = (work[i, R + 2], work[i, R + 5], work[i, R + 8])
     return times(geometry[i, ALONG], axis), times(geometry[i, ABOUT], axis)
+
+
+@inlined
+def fixed_axes(tables: Tables, i: int, work: np.ndarray) -> Numbers:
+    """Return the axes of the fixed frame of a link's joint, to N."""
+    axes, parent = matrix(tables.geometry, i, AXES), tables.rows[i, PARENT]
+    return product(matrix(work, parent, R), axes) if parent >= 0 else axes
 
 
 @kernel

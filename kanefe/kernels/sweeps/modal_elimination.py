@@ -139,7 +139,7 @@ def _gather_carried(
         else:
             _place_basis(modal[bent : bent + 6 * k].reshape(6, k), T, placed)
         if is_implicit:
-            _scale(placed, modal[span(body, WORK_SCALE)])
+            scale_rows(placed, modal[span(body, WORK_SCALE)])
         r = rotated(back, vector(work, i, OFFSET))
         block = parts.lever[6 * c : 6 * c + 6]
         for a in range(6):
@@ -256,26 +256,35 @@ def eliminate_modal_forces(
     G = matrix(work, link, R)
     coupling, p = modal[coupling_span(body)].reshape(6, body[COUNT]), modal[span(body, WORK_FORCE)]
     if is_implicit:
-        _scale(p.reshape(1, k), modal[span(body, WORK_SCALE)])
-    a, b = project(coupling, 0, p), project(coupling, 3, p)
-    n = 6 * carried
-    if n > 0:
-        parts = border_in(border, body)
-        held, column = parts.held, parts.column
-        for c in range(carried):
-            i = flexible.carrying[body[CARRIED] + c]
-            put_three(column, 6 * c, rotated_back(G, vector(work, i, FORCE)))
-            put_three(column, 6 * c + 3, rotated_back(G, vector(work, i, MOMENT)))
-        for i in range(n):
-            held[i] = total(parts.inverse[i], column)
-        for i in range(n):
-            column[i] = total(parts.basis[i], p)
-        for i in range(n):
-            held[i] += total(parts.series[i], column)
-            a = plus(a, times(held[i], three(parts.lever[i], 0)))
-            b = plus(b, times(held[i], three(parts.lever[i], 3)))
+        scale_rows(p.reshape(1, k), modal[span(body, WORK_SCALE)])
+    parts = border_in(border, body)
+    for c in range(carried):
+        i = flexible.carrying[body[CARRIED] + c]
+        put_three(parts.column, 6 * c, rotated_back(G, vector(work, i, FORCE)))
+        put_three(parts.column, 6 * c + 3, rotated_back(G, vector(work, i, MOMENT)))
+    a, b = push_through_modes(coupling, parts, p, parts.column, parts.column, parts.held)
     accumulate(work, link, FORCE, rotated(G, a))
     accumulate(work, link, MOMENT, rotated(G, b))
+
+
+@inlined
+def push_through_modes(
+    coupling: np.ndarray, parts: Border, p: np.ndarray, on: np.ndarray, moved: np.ndarray, held: np.ndarray
+) -> tuple[Numbers, Numbers]:
+    """Return what G feels of forces p on the modes and `on` on what they carry; write y_0 to `held`, B p to `moved`.
+
+    Each of these is (n,); `moved` may be `on`, which is lost then.
+    """
+    a, b = project(coupling, 0, p), project(coupling, 3, p)
+    for i in range(len(held)):
+        held[i] = total(parts.inverse[i], on)
+    for i in range(len(held)):
+        moved[i] = total(parts.basis[i], p)
+    for i in range(len(held)):
+        held[i] += total(parts.series[i], moved)
+        a = plus(a, times(held[i], three(parts.lever[i], 0)))
+        b = plus(b, times(held[i], three(parts.lever[i], 3)))
+    return a, b
 
 
 @inlined
@@ -336,13 +345,13 @@ def modal_accelerations(
             )
         for i in range(6 * carried):
             y = parts.held[i] + total(parts.series[i], parts.column)
-            _subtract(basis[i], y, x)
+            subtract(basis[i], y, x)
         for c in range(carried):
             shift = total(basis[6 * c], x), total(basis[6 * c + 1], x), total(basis[6 * c + 2], x)
             turn = total(basis[6 * c + 3], x), total(basis[6 * c + 4], x), total(basis[6 * c + 5], x)
             _carry(work, flexible.carrying[body[CARRIED] + c], G, linear, angular, shift, turn)
     if is_implicit:
-        _scale(x.reshape(1, k), modal[span(body, WORK_SCALE)])
+        scale_rows(x.reshape(1, k), modal[span(body, WORK_SCALE)])
     if body[TRANSFORM] < 0:
         for j in range(k):
             du[speed + j] = x[j]
@@ -361,7 +370,8 @@ def _carry(
 
 
 @vector_kernel
-def _scale(rows: np.ndarray, scale: np.ndarray) -> None:
+def scale_rows(rows: np.ndarray, scale: np.ndarray) -> None:
+    """Multiply all rows by a scale of their columns."""
     for a in range(rows.shape[0]):
         for i in range(rows.shape[1]):
             rows[a, i] *= scale[i]
@@ -381,6 +391,7 @@ def _response(coupling: np.ndarray, p: np.ndarray, a: Numbers, alpha: Numbers, x
 
 
 @vector_kernel
-def _subtract(row: np.ndarray, y: float, x: np.ndarray) -> None:
+def subtract(row: np.ndarray, y: float, x: np.ndarray) -> None:
+    """Subtract a multiple of a row."""
     for i in range(len(x)):
         x[i] -= y * row[i]

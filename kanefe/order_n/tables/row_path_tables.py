@@ -51,7 +51,7 @@ def row_paths(constraints: np.ndarray, speeds: Sequence[int], tables: Tables, fl
     tables, flexible
         Of the scene.
     """
-    ways = [_Way(constraint, speeds, tables, flexible) for constraint in constraints]
+    ways = _ways(constraints, speeds, tables, flexible)
     ends_at = _eliminated_at(ways)
     first, common, numbers = [0], [], 0
     visits: list[tuple[int, int, int, int]] = []
@@ -111,8 +111,35 @@ def row_paths(constraints: np.ndarray, speeds: Sequence[int], tables: Tables, fl
     )
 
 
+def _ways(constraints: np.ndarray, speeds: Sequence[int], tables: Tables, flexible: FlexibleTables) -> list[_Way]:
+    """Return the ways of all rows: one for those between the same rows of the scene."""
+    joints = _rows_of_speeds(tables.rows)
+    between: dict[tuple[int, int], _Way] = {}
+    ways: list[_Way] = []
+    for constraint in constraints:
+        if constraint[KIND_OF] == COUPLER_ROW:
+            at = int(constraint[FIRST_TERM])
+            moved = [joints[speed] for speed in speeds[at : at + int(constraint[TERM_COUNT])] if speed in joints]
+            ways.append(_Way(moved, [int(tables.rows[i, PARENT]) for i in moved], tables, flexible))
+            continue
+        ends = int(constraint[ROW_A]), int(constraint[ROW_B])
+        if ends not in between:
+            between[ends] = _Way(ends, ends, tables, flexible)
+        ways.append(between[ends])
+    return ways
+
+
 class _Way:
     """The way of a row of constraints.
+
+    Parameters
+    ----------
+    ends : sequence of int
+        Rows of the scene at which it begins; -1: N.
+    carriers : sequence of int
+        What it is between: these, or of a coupler what carries its joints.
+    tables, flexible
+        Of the scene.
 
     Attributes
     ----------
@@ -126,15 +153,8 @@ class _Way:
         The joints that move, and the links whose modes do, of what the ends do not share.
     """
 
-    def __init__(self, constraint: np.ndarray, speeds: Sequence[int], tables: Tables, flexible: FlexibleTables) -> None:
+    def __init__(self, ends: Sequence[int], carriers: Sequence[int], tables: Tables, flexible: FlexibleTables) -> None:
         rows = tables.rows
-        if constraint[KIND_OF] == COUPLER_ROW:
-            at = int(constraint[FIRST_TERM])
-            joints = _rows_of_speeds(rows)
-            ends = [joints[speed] for speed in speeds[at : at + int(constraint[TERM_COUNT])] if speed in joints]
-            carriers = [int(rows[i, PARENT]) for i in ends]
-        else:
-            ends = carriers = [int(constraint[ROW_A]), int(constraint[ROW_B])]
         self.path = sorted(set().union(*(_ancestors(rows, i) for i in ends)), reverse=True)
         shared = set.intersection(*(_ancestors(rows, i) for i in carriers)) if carriers else set()
         self.meets = max(shared, default=-1)
