@@ -12,7 +12,7 @@ from kanefe.result import Result
 
 @pytest.mark.parametrize("seed", [42, 69])
 def test_what_slides_as_it_lands_is_no_longer_held(seed: int) -> None:
-    """The slip is found just before the touch, where there is no force yet: the point is let go all the same."""
+    """A slip that is placed before the touch, where there is no force yet, would let nothing go."""
     model = thrown(seed).freeze()
     result = Result(model, follow(model, SPAN, rtol=10.0 ** (-2 - seed % 6), output_step=SPAN / OUTPUTS))
     assert missed_changes(result) == 0

@@ -239,7 +239,7 @@ class EventWatch:
             brackets[0], found = (times[max(first - 1, 0)], times[first]), 1
         else:
             found = find_brackets(_called, function, times, values, count, first, event.direction, brackets)
-        is_beyond = is_bound or ends_step_alone(event)
+        is_beyond = is_bound or isinstance(event, EventOfLoad)  # see `kanefe.kernels.events.steps_with_events`
         roots = [root_in(_called, function, a, b, self._span, is_beyond) for a, b in brackets[:found].tolist()]
         # one without action may have been reported at this time, at which another ended the step
         return [t for t in roots if event.acts or not is_known(t, self._last[number], self._span)]

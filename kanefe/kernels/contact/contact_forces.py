@@ -44,9 +44,6 @@ TOUCHES, STICKS = 0, 3
 AT_THE_LIMIT = 1e-9
 """Force relative to the normal force within which contact points slip or stick together with the first one."""
 
-NEAR_AS = 2.0
-"""Gap of a point just before it touches, in multiples of the smallest, up to which it touches with the first one."""
-
 
 @called_by_address(*SIGNATURE)
 def contact(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
@@ -278,29 +275,10 @@ def change_points(placed: Any, met: Any, event: int, numbers: Any, ends: Any, st
     to, extreme = 1.0 if event == STICKS else 0.0, -np.inf
     for i in range(points):
         extreme = max(extreme, way_past(numbers, i, placed(numbers, i, ends, met), A_s, ends, states, to)[0])
-    if extreme == -np.inf and to == 0.0:
-        _let_go_above(placed, met, numbers, ends, states, out)
-        return
     for i in range(points):
         past, force = way_past(numbers, i, placed(numbers, i, ends, met), A_s, ends, states, to)
         if past > -np.inf and past >= min(extreme, -AT_THE_LIMIT * force):
             out[1 + first_state_of(numbers, i) + 3] = to
-
-
-@inlined
-def _let_go_above(placed: Any, met: Any, numbers: Any, ends: Any, states: Any, out: Any) -> None:
-    """Let the held points slip that are nearest to the surface: where they slip from their touch on.
-
-    The moment is found as often before the touch as after it, and before it there is no force to ask.
-    """
-    nearest, points = -np.inf, int(numbers[AT.points])
-    for i in range(points):
-        if is_held(numbers, first_state_of(numbers, i), states):
-            nearest = max(nearest, placed(numbers, i, ends, met)[0])
-    for i in range(points):
-        is_near = placed(numbers, i, ends, met)[0] >= NEAR_AS * nearest
-        if is_near and is_held(numbers, first_state_of(numbers, i), states):
-            out[1 + first_state_of(numbers, i) + 3] = 0.0
 
 
 @inlined

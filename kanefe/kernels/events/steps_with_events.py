@@ -265,7 +265,8 @@ def _find_roots(
             brackets = find_brackets(value_at, data, *samples, watched.directions[event], watched.brackets)
         for k in range(min(brackets, len(watched.found) - total)):
             a, b = watched.brackets[k, 0], watched.brackets[k, 1]
-            t = root_in(value_at, data, a, b, watched.span, is_bound or watched.kinds[event] < CHANGES)
+            # what changes as a point lands depends on the force there: there is none before
+            t = root_in(value_at, data, a, b, watched.span, is_bound or watched.kinds[event] <= CHANGES)
             if watched.kinds[event] == REPORTS and is_known(t, watched.last[event], watched.span):
                 continue  # another event ended the step at that moment
             at = total
