@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from kanefe.contact.contact import compliant_contacts
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.active import elastic_forces
@@ -139,4 +141,12 @@ def force_sizes(state: State) -> Vector:
         sizes[: model.free_count] += np.abs(columns_of) @ np.abs(np.atleast_1d(load.value(t, state)))
     for load_between, action in zip(model.loads, actions(state), strict=True):
         sizes += np.abs(generalised_force(state, load_between.ends, action.wrenches))
+    for number, contact in compliant_contacts(model.loads):
+        ends = state.load_ends(number)
+        for touch in contact.touches(ends, state.load_states(number)):
+            # the force through a wheel's axle and its friction cancel at the axle
+            force = math.hypot(touch.normal_force, float(np.linalg.norm(touch.tangential)))
+            for at in (0, touch.end):
+                frame, lever = state.marker(contact.ends[at]), float(np.linalg.norm(touch.point - ends[at].p))
+                sizes += force * (np.linalg.norm(frame.V, axis=0) + lever * np.linalg.norm(frame.W, axis=0))
     return sizes

@@ -67,8 +67,6 @@ class SmallMotions:
 
     Attributes
     ----------
-    positions, speeds : Independent
-        Of z and of du; without rolling both have the same leading entries.
     G : ndarray, shape (n, n)
         Of ``dz/dt = G z + du``; n: free speeds and drives.
     columns : ndarray of int, shape (n,)
@@ -77,28 +75,63 @@ class SmallMotions:
 
     def __init__(self, model: Model, t: float, q: Vector, u: Vector, drives: Sequence[Drive] = ()) -> None:
         self.model, self.t, self.q, self.u, self.drives = model, t, q, u, tuple(drives)
-        self.du = model.parts(model.rhs(t, np.concatenate((q, u, model.initial_states))))[1]
         n = model.free_count
         self.size = n + len(drives)
         self.G = np.zeros((self.size, self.size))
         self.G[:n, :n] = turning(model, u)
-        self.derivatives = Derivatives(model, t, q, u)
         self.columns = np.concatenate(
             (np.arange(n), [model.bodies[d.body].speeds[d.coordinate] for d in drives])
         ).astype(int)
-        rates, of_places = self._rows(q, u)
-        self.is_holonomic = len(of_places) == len(rates.J)
+
+    @cached_property
+    def du(self) -> Vector:
+        """The accelerations of the state, (free,)."""
+        y = np.concatenate((self.q, self.u, self.model.initial_states))
+        return self.model.parts(self.model.rhs(self.t, y))[1]
+
+    @cached_property
+    def derivatives(self) -> Derivatives:
+        """The derivatives of the accelerations."""
+        return Derivatives(self.model, self.t, self.q, self.u)
+
+    @property
+    def positions(self) -> Independent:
+        """The independent tangents.
+
+        Raises
+        ------
+        ModelError
+            At a singular position of the loops, where the motion is not unique.
+        """
+        return self._divided.positions
+
+    @property
+    def speeds(self) -> Independent:
+        """The independent speeds; without rolling they are led by the same entries as the tangents."""
+        return self._divided.speeds
+
+    @property
+    def is_holonomic(self) -> bool:
+        """Whether no row is of speeds alone, as those of rolling are."""
+        return self._divided.is_holonomic
+
+    @cached_property
+    def _divided(self) -> _Divided:
+        n = self.model.free_count
+        if not self.model.is_constrained:
+            every = all_of(self.size)
+            return _Divided(every, every, np.zeros((0, self.size)), True)
+        given = np.arange(self.size) >= n
+        rates, of_places = self._rows(self.q, self.u)
         masses = np.diag(self.mass) if len(rates.J) else np.ones(self.size)  # to make columns of rows comparable
         joints = np.zeros(self.size, dtype=bool)
-        for body in model.bodies:
+        for body in self.model.bodies:
             joints[body.speeds[body.speeds < n]] = True
-        given = np.arange(self.size) >= n
-        self.positions = independent(rates.over(slice(None), of_places), masses, joints, given)
-        self.speeds = self.positions
-        if not self.is_holonomic:
-            self.speeds = independent(rates, masses, joints, given, self.positions.following)
+        positions = independent(rates.over(slice(None), of_places), masses, joints, given)
+        is_holonomic = len(of_places) == len(rates.J)
+        speeds = positions if is_holonomic else independent(rates, masses, joints, given, positions.following)
         self._check_singular()
-        self._J = rates.J
+        return _Divided(positions, speeds, rates.J, is_holonomic)
 
     @property
     def is_moving(self) -> bool:
@@ -190,7 +223,7 @@ class SmallMotions:
         B = np.zeros_like(N_h)
         if self.model.is_constrained and self.is_moving:
             if self.is_holonomic:
-                D = 0.5 * self._J @ (self.G @ N_h - self.along_speeds.ddu)
+                D = 0.5 * self._divided.J @ (self.G @ N_h - self.along_speeds.ddu)
             else:
                 D = self._rates_by_differences(N_h)
             B = self.speeds.followed(D)
@@ -204,7 +237,7 @@ class SmallMotions:
             difference(lambda h, i=i: self._open_rates(self.moved(along, i, h)), steps[i])  # type: ignore[misc]
             for i in range(N_h.shape[1])
         ]
-        return np.column_stack([np.zeros((len(self._J), 0)), *columns])
+        return np.column_stack([np.zeros((len(self._divided.J), 0)), *columns])
 
     def _check_singular(self) -> None:
         """Raise a ModelError at a singular position of the loops, where the motion is not unique."""
@@ -254,6 +287,20 @@ class Independent:
         return x
 
 
+class _Divided(NamedTuple):
+    """The independent tangents and speeds, the rows J over all speeds, and whether all rows are holonomic."""
+
+    positions: Independent
+    speeds: Independent
+    J: Matrix
+    is_holonomic: bool
+
+
+def all_of(n: int) -> Independent:
+    """Return n entries that all lead: there are no rows."""
+    return Independent(np.arange(n), np.zeros(0, dtype=int), np.eye(n), np.zeros((0, 0)))
+
+
 def independent(
     rates: Rates, masses: Vector, joints: np.ndarray, given: np.ndarray, before: np.ndarray | None = None
 ) -> Independent:
@@ -272,7 +319,7 @@ def independent(
     """
     J, n = rates.J, rates.J.shape[1]
     if not len(J):
-        return Independent(np.arange(n), np.zeros(0, dtype=int), np.eye(n), np.zeros((0, 0)))
+        return all_of(n)
     weights = 1.0 / np.sqrt(np.where(masses > 0.0, masses, 1.0))
     sizes = np.sqrt((rates.reach * weights**2).sum(axis=1))
     scaled = J * weights / np.where(sizes > 0.0, sizes, 1.0)[:, None]

@@ -133,8 +133,7 @@ class Derivatives:
             return np.reshape(changes, (-1, m)).T
         directions = np.zeros((z.shape[1], len(self._state)))
         directions[:, n : n + m] = du.T
-        moving = z.any(axis=0)
-        directions[moving, :n] = np.reshape([model.coordinate_rates(q, tangent) for tangent in z.T[moving]], (-1, n))
+        directions[:, :n] = (model.coordinate_map(q) @ z).T
         exact = model.route.partial_derivatives(t, self._state, directions)
         if exact is None:
             raise TypeError("the route is exact at this state")

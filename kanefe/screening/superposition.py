@@ -140,7 +140,7 @@ class Small:
         model = sticking.held_at_rest
         n, m = model.coordinate_count, model.free_count
         J = model.jacobian(0.0, np.concatenate((q, np.zeros(m), z)))
-        tangents = np.array([model.coordinate_rates(q, direction) for direction in np.eye(m)]).T
+        tangents = model.coordinate_map(q)
         rows, W = J[n : n + m], J[n + m :, n : n + m]
         stiff = rows[:, :n] @ tangents + rows[:, n + m :] @ W
         A = np.block([[np.zeros((m, m)), np.eye(m)], [stiff, rows[:, n : n + m]]])

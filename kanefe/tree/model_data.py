@@ -307,6 +307,17 @@ class ModelData(PickledByFields):
                 rates[body.flexible.eta] = u[body.flexible.speeds]
         return rates
 
+    def coordinate_map(self, q: np.ndarray) -> Matrix:
+        """Return the map from the free speeds to dq/dt, (coordinates, free), at q."""
+        found = np.zeros((self.coordinate_count, self.free_count))
+        for body in self.bodies:
+            at, speeds = body.free_coordinates()
+            for i, unit in zip(speeds, np.eye(len(speeds)), strict=True):
+                found[at, i] = body.joint.coordinate_rates(q[at], unit)
+            if body.flexible:
+                found[body.flexible.eta, body.flexible.speeds] = np.eye(body.flexible.body.free_count)
+        return found
+
     @property
     def drives(self) -> tuple[tuple[Motion, str], ...]:
         """The motions of the driven coordinates, each with the name of its body, in the order of the driven speeds."""

@@ -52,7 +52,7 @@ class BalanceSearch:
 
     The unknowns are the independent tangents p and the speeds to be found; the equations are that the leading
     accelerations vanish. In the metric of the mass matrix their Jacobian is minus a stiffness over mass. No step is
-    longer than `longest`, in rad or scene lengths. Directions with a stiffness over mass below `slack` (1/s2) are left
+    longer than `longest`, in rad or scene lengths; iterations end at an imbalance of `enough`. Directions with a stiffness over mass below `slack` (1/s2) are left
     unchanged if the imbalance there is small: see `unbowed`.
     """
 
@@ -66,9 +66,11 @@ class BalanceSearch:
         held: Sequence[str],
         longest: float = LARGEST_STEP,
         slack: float = 0.0,
+        enough: float = POLISHED,
     ) -> None:
         self.model, self.t, self.q, self.u, self.found = model, t, q, u, found
         self.iterations, self._longest, self._slack = 0, longest, slack
+        self._enough, self._accepted = enough, max(enough, BALANCED)
         self._last: SmallMotions | None = None
         self._left: tuple[SmallMotions, Imbalance] | None = None
         self._held = np.zeros(model.free_count, dtype=bool)
@@ -81,11 +83,11 @@ class BalanceSearch:
         """Return q and u in balance."""
         start = self._closed(self.q, self.u)
         state, imbalance = self._iterate(start, settles=not len(self.found))
-        if imbalance.ratio > BALANCED:
+        if imbalance.ratio > self._accepted:
             other, again = self._iterate(start, settles=False)
             if again.ratio < imbalance.ratio:
                 state, imbalance = other, again
-        if imbalance.ratio <= BALANCED:
+        if imbalance.ratio <= self._accepted:
             return state
         settled = self._to_round_off(*state)
         if settled is None:
@@ -165,11 +167,6 @@ class BalanceSearch:
             last = self._last = SmallMotions(self.model, self.t, q, u)
         return last
 
-    def _rates(self, q: Vector, u: Vector) -> Vector:
-        """Return the accelerations."""
-        z = self.model.initial_states
-        return self.model.parts(self.model.rhs(self.t, np.concatenate((q, u, z))))[1]
-
     def _closed(self, q: Vector, u: Vector) -> tuple[Vector, Vector]:
         if not self.model.is_constrained:
             return q, u
@@ -181,7 +178,7 @@ class BalanceSearch:
         (q, u), best = start, self.imbalance(*start)
         state, improved = start, 0
         for count in range(LARGEST_ITERATIONS):
-            if best.ratio <= POLISHED or count - improved > PATIENCE[settles]:
+            if best.ratio <= self._enough or count - improved > PATIENCE[settles]:
                 break
             z, du, _ = self._step(q, u, settles)
             if not (z.any() or du.any()):
@@ -261,10 +258,9 @@ class BalanceSearch:
 
     def _size(self, q: Vector, u: Vector, z: Vector) -> tuple[float, float]:
         """Return the size of the accelerations of a state, in the metric of masses, and the force along a tangent."""
-        du = self._rates(q, u)
-        M = self.model.mass_matrix(self.t, np.concatenate((q, u, self.model.initial_states)))
-        pulled = _metric(M).T @ du
-        return float(pulled @ pulled), float(z @ M @ du)
+        small = self.small(q, u)
+        pulled = _metric(small.mass).T @ small.du
+        return float(pulled @ pulled), float(z @ small.mass @ small.du)
 
     def _advice(self, imbalance: Imbalance, q: Vector, u: Vector) -> str:
         text = f"no equilibrium of the scene was found at t = {self.t:.6g} s: {imbalance} remains"

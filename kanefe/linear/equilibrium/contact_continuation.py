@@ -26,6 +26,9 @@ FAR = 20.0
 """Largest initial distance of a contact from its opposite surface, in multiples of the continuation distance: it
 still has a force there."""
 
+ON_THE_WAY = 1e-3
+"""Imbalance at which the next distance follows: each step is only the start of the next search."""
+
 MOST_FAILURES = 3
 """Number of successive failed searches after which the others are skipped."""
 
@@ -67,7 +70,7 @@ def continued(
         soft = yields(softness * length)
         soft = at_rest(soft, t, np.concatenate((q, u, soft.initial_states)), softness * length)
         try:
-            q, _ = BalanceSearch(soft, t, q, u, found, held, max(softness, SHORTEST)).run()
+            q, _ = BalanceSearch(soft, t, q, u, found, held, max(softness, SHORTEST), enough=ON_THE_WAY).run()
             failures = 0
         except SimulationError:
             failures += 1  # the next ones may still succeed
