@@ -29,10 +29,6 @@ ROOT_TOLERANCE = 1e-13
 """Width of the interval in which a root is found, relative to the span of the run. States have the tolerance of the
 run."""
 
-AHEAD = 1.0 / 64.0
-"""First distance, in widths of that interval, at which a new sign is looked for behind a root: most are found far
-closer than the width, and a speed that should be zero there is as small."""
-
 AT_ONCE = 1e-6
 """Time relative to the span within which events that only end steps do so once."""
 
@@ -245,7 +241,7 @@ def root_in(value: Value, data: Any, a: float, b: float, span: float, is_beyond:
         return a if abs(fa) < abs(fb) else b
     tolerance = time_tolerance(span, b)
     found = crossing_between(value, data, a, b, fa, fb, tolerance)
-    ahead = AHEAD * tolerance
+    ahead = tolerance
     while is_beyond and found < b and value(data, found) * fb <= 0.0:
         found, ahead = min(found + ahead, b), 2.0 * ahead  # where it stays at zero the way is long
     return found
