@@ -27,7 +27,8 @@ FAR = 20.0
 still has a force there."""
 
 ON_THE_WAY = 1e-3
-"""Imbalance at which the next distance follows: each step is only the start of the next search."""
+"""Imbalance, relative to the forces that act, at which the next distance follows: a step is only the start of the next
+search."""
 
 MOST_FAILURES = 3
 """Number of successive failed searches after which the others are skipped."""
