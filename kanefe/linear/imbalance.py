@@ -146,7 +146,7 @@ def force_sizes(state: State) -> Vector:
         for touch in contact.touches(ends, state.load_states(number)):
             # the force through a wheel's axle and its friction cancel at the axle
             force = math.hypot(touch.normal_force, float(np.linalg.norm(touch.tangential)))
-            for at in (0, touch.end):
-                frame, lever = state.marker(contact.ends[at]), float(np.linalg.norm(touch.point - ends[at].p))
+            for end in (0, touch.end):
+                frame, lever = state.marker(contact.ends[end]), float(np.linalg.norm(touch.point - ends[end].p))
                 sizes += force * (np.linalg.norm(frame.V, axis=0) + lever * np.linalg.norm(frame.W, axis=0))
     return sizes

@@ -52,8 +52,8 @@ class BalanceSearch:
 
     The unknowns are the independent tangents p and the speeds to be found; the equations are that the leading
     accelerations vanish. In the metric of the mass matrix their Jacobian is minus a stiffness over mass. No step is
-    longer than `longest`, in rad or scene lengths; iterations end at an imbalance of `enough`. Directions with a stiffness over mass below `slack` (1/s2) are left
-    unchanged if the imbalance there is small: see `unbowed`.
+    longer than `longest`, in rad or scene lengths; iterations end at an imbalance of `enough`. Directions with a
+    stiffness over mass below `slack` (1/s2) are left unchanged if the imbalance there is small: see `unbowed`.
     """
 
     def __init__(
