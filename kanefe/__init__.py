@@ -69,6 +69,8 @@ if TYPE_CHECKING:
     from kanefe.linear import stability_limit as stability_limit
     from kanefe.linear import stability_map as stability_map
     from kanefe.loads import *  # noqa: F403
+    from kanefe.records.record import Record as Record
+    from kanefe.records.record_file import load_records as load_records
     from kanefe.reduction import CraigBampton as CraigBampton
     from kanefe.reduction import Enriched as Enriched
     from kanefe.reduction import FreeInterface as FreeInterface

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from kanefe.equations.given_state import Start
     from kanefe.integrate.events.event import Event
     from kanefe.integrate.options import RunKeywords, StepKeywords
+    from kanefe.records.record import Record
     from kanefe.result import Result
     from kanefe.scene.targets import Named
     from kanefe.stepping.simulation import Simulation
@@ -149,12 +150,14 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
             self._kept = t, model  # not reused with functions of the user, which may change
         return model
 
-    @checked("method", "output_times", "checkpoint", "resume", "most_steps", "progress")
+    @checked("method", "output_times", "checkpoint", "resume", "most_steps", "progress", "record_file")
     def simulate(
         self,
         t_span: tuple[float, float],
         *,
         start: Start = None,
+        record: Named | Record | Sequence[str | Record] = (),
+        record_file: str | Path | None = None,
         **options: Unpack[RunKeywords],
     ) -> Result:
         """Run the scene.
@@ -173,6 +176,13 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
             body, by name: driven joints may become free and free ones driven, and bodies that are not in the state
             start as they were added. Its time is not used: loads and drives are those of `t_span`. Default: the start
             given in the scene.
+        record : str, Record, or sequence of these, optional
+            Channels to be recorded while the run goes on, at times or events of their own: see `Record`. They are in
+            ``result.records``, by name of column. States at times that are only recorded are not kept, so that a long
+            run needs the memory of its output times and its records. Records do not change the steps of a run.
+        record_file : path, optional
+            HDF5 file for the records, in place of memory. It is written as the run goes on, and `kanefe.load_records`
+            reads it at any time, also after the process was killed. If its disk is full, the run goes on without.
         **options
             The other parameters below.
 
@@ -224,8 +234,8 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
         SimulationError
             If the run cannot begin.
         FileError
-            If the checkpoint cannot be written at the start, or the one to resume from cannot be read or is of another
-            run.
+            If the checkpoint or the file of records cannot be written at the start, or the checkpoint to resume from
+            cannot be read or is of another run.
 
         Notes
         -----
@@ -256,7 +266,12 @@ class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, H
 
         asked = RunOptions(t_span=t_span, **options)
         model = self.freeze(asked.span[0], start)
-        done = run(model, asked, _poles_in_words)
+        recorder = None
+        if record != () or record_file is not None:
+            from kanefe.records.recorder import recorder_of
+
+            recorder = recorder_of(model, asked, record, record_file)
+        done = run(model, asked, _poles_in_words, recorder)
         account(model, done)
         return Result(model, done)
 

@@ -19,12 +19,16 @@ from kanefe.integrate.events.load_events import EventOfLoad, torn_loose
 from kanefe.integrate.events.switching import check_switched
 from kanefe.integrate.pace import Limits, OutOfTime, Pace, Poles
 from kanefe.integrate.sampling import Sampler
+from kanefe.integrate.state_rows import StateRows, TakesStates
 from kanefe.integrate.status import RunStatus, raised_by_user
 from kanefe.integrate.stepper import StepFailure, Stepper, gives_accelerations, keeps_time, looks_out
 from kanefe.kane.bent import bent_too_far
+from kanefe.kernels.events.watched_run import IS_CUT
 from kanefe.tree.model_data import QUADRATURES
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from kanefe.integrate.checkpoint import CheckpointFile, Progress
 
 FIRST_CHUNK, CHUNK = 16, 2000
@@ -63,15 +67,15 @@ class RunLoop:
         Tells of those of its sampled loop.
     chunk : int
         Number of steps in the first batch.
+    taker : TakesStates, optional
+        Takes the states as the run goes on.
 
     Attributes
     ----------
     chunk : int
         Number of steps in the next batch.
-    states : ndarray, shape (T, state)
-    accelerations : ndarray, shape (T, free), or None
-    stored : int
-        Rows filled so far.
+    rows : StateRows
+        The states at the times wanted.
     last : (float, ndarray) or None
         Time and state where the run ended, if it did before its end.
     last_accelerations : ndarray, shape (1, free), or None
@@ -91,9 +95,10 @@ class RunLoop:
         sampler: Sampler | None = None,
         poles: Poles | None = None,
         chunk: int = FIRST_CHUNK,
+        taker: TakesStates | None = None,
     ) -> None:
         self._dynamics, self._model, self._stepper = dynamics, dynamics.model, stepper
-        self._times, self._watch, self._limits, self._clock, self._bar = times, watch, limits, clock, bar
+        self._watch, self._limits, self._clock, self._bar = watch, limits, clock, bar
         self._sampler = sampler
         self._start, self._pace = stepper.t, Pace(dynamics.model, stepper, float(times[-1]), limits, sampler, poles)
         self.is_interrupted = False
@@ -101,23 +106,21 @@ class RunLoop:
         self._change_reports = stepper if gives_accelerations(stepper) else None
         is_compiled = watch is None or (self._looking is not None and self._looking.can_look_out)
         self.chunk = chunk if is_compiled and self._change_reports is None else 1
+        if watch is not None:
+            watch.keep_states(() if taker is None else taker.events)
         self._is_done = False
         self._file: CheckpointFile | None = None
         self._kept: tuple[float, Progress] | None = None
         self._before: dict[str, int | float] = {}
         y = stepper.state()
-        self.states = np.empty((len(times), len(y)))
-        self.accelerations: np.ndarray | None = None
-        if self._change_reports is not None:
-            self.accelerations = np.empty((len(times), self._model.free_count))
-        self.stored = 0
+        self.rows = StateRows(times, len(y), self._model.free_count, stepper, taker)
         self._first = stepper.t, y
         self.last: tuple[float, Vector] | None = None
         self.last_accelerations: np.ndarray | None = None
         if times[0] == stepper.t:
-            self.states[0] = y
-            self._store_accelerations(0, 1)
-            self.stored = 1
+            self.rows.states[0] = y
+            self.rows.store_accelerations(0, 1)
+            self.rows.stored = 1
 
     @property
     def statistics(self) -> dict[str, int | float]:
@@ -139,10 +142,11 @@ class RunLoop:
         self._stepper.resume(progress.stepper)
         if self._watch:
             self._watch.resume(progress.watch)
-        self.stored = len(progress.states)
-        self.states[: self.stored] = progress.states
-        if self.accelerations is not None and progress.accelerations is not None:
-            self.accelerations[: self.stored] = progress.accelerations
+        rows = self.rows
+        rows.stored = len(progress.states)
+        rows.states[: rows.stored] = progress.states
+        if rows.accelerations is not None and progress.accelerations is not None:
+            rows.accelerations[: rows.stored] = progress.accelerations
         now = self._stepper.statistics
         self._before = {name: value - now.get(name, 0) for name, value in progress.statistics.items()}
         self._clock.seconds = dict(progress.seconds)
@@ -151,8 +155,8 @@ class RunLoop:
 
     def go_to(self, stop: float) -> RunStatus:
         """Continue to a later time (s), whose state is the only one that is stored; return how that ended."""
-        self._times, self.stored, self.last = np.array([stop]), 0, None
-        self.states = self.states[:1]
+        self.last = None
+        self.rows.aim(stop)
         self._pace.aim(stop)
         if self._sampler is not None:
             self._sampler.aim(stop)
@@ -190,19 +194,20 @@ class RunLoop:
         return status
 
     def _run(self) -> RunStatus:
-        first, stepper = int(self._stepper.statistics["steps"]), self._stepper
-        while self.stored < len(self._times):
+        first, stepper, rows = int(self._stepper.statistics["steps"]), self._stepper, self.rows
+        while rows.has_room():
             steps = int(stepper.statistics["steps"]) - first
             if (limit := self._pace.limit(steps)) is not None:
                 return self._ended(self._pace.with_growth(limit))
             most = self.chunk if self._limits.steps is None else min(self.chunk, self._limits.steps - steps)
             try:
-                stored = self.stored
+                stored = rows.stored
                 with self._clock.part("steps"):
                     self._integrate(most)
-                if self.accelerations is not None:
+                    rows.cover(stepper)
+                if rows.accelerations is not None:
                     with self._clock.part("outputs"):
-                        self._store_accelerations(stored, self.stored)
+                        rows.store_accelerations(stored, rows.stored)
                 self._pace.check_progress()
                 self._pace.check_pace()
                 if self._watch and not self._is_done and (stopped := self._events(self._watch)) is not None:
@@ -214,9 +219,11 @@ class RunLoop:
                     raise  # a scene that cannot start is refused, not run in part
                 return self._ended(RunStatus.of_error(stepper.t, error))
             self._keep()
-        rows = np.isfinite(self.states).all(axis=1)
-        if not rows.all():  # the ends of the steps are finite; between them powers of large numbers need not be
-            at = float(self._times[int(np.argmin(rows))])
+            finite = np.isfinite(rows.states[: rows.stored]).all(axis=1) if rows.is_full else np.ones(1, dtype=bool)
+            if finite.all():
+                continue
+            # the ends of the steps are finite; between them powers of large numbers need not be
+            at = float(rows.times[int(np.argmin(finite))])
             return self._ended(RunStatus("failed", at, "states within a step are beyond all numbers", "a smaller rtol"))
         return RunStatus("finished", stepper.t)
 
@@ -233,18 +240,19 @@ class RunLoop:
 
     def _integrate(self, most: int) -> None:
         stepper, begun = self._stepper, time.perf_counter()
-        first, steps = self.stored, int(stepper.statistics["steps"])
+        rows, steps = self.rows, int(stepper.statistics["steps"])
+        first = rows.stored
         self._is_done = False
         try:
             if self._sampler is None and self._watch and self.chunk > 1:
                 self._integrate_over_events(self._watch, most)
             elif self._sampler is None:
-                self.stored += stepper.integrate_through(self._times[first:], self.states[first:], most)
+                rows.stored += stepper.integrate_through(rows.times[first:], rows.states[first:], most)
             else:
                 self._integrate_sampled(self._sampler, most, begun)
         except (Exception, KeyboardInterrupt):
             # what was passed before the failure is stored all the same
-            self.stored = max(first, int(np.searchsorted(self._times, stepper.t, side="right")))
+            rows.stored = max(first, int(np.searchsorted(rows.times, stepper.t, side="right")))
             raise
         finally:
             self._bar.update(stepper.t - self._start - self._bar.n)
@@ -255,21 +263,27 @@ class RunLoop:
 
     def _integrate_over_events(self, watch: EventWatch, most: int) -> None:
         """Continue to a step in which an event needs Python; by single steps where one is a function of the user."""
-        times, states = self._times[self.stored :], self.states[self.stored :]
+        rows, first = self.rows, self.rows.stored
         if watch.watched is None or self._looking is None:
-            self.stored += self._stepper.integrate_through(times, states, 1)
+            rows.stored += self._stepper.integrate_through(rows.times[first:], rows.states[first:], 1)
             return
-        try:
-            passed, self._is_done = self._looking.integrate_over_events(times, states, most, watch.watched)
-        finally:
-            watch.take_records()  # also of what happened before a step that failed
-        self.stored += passed
+        while True:
+            times, states, passed = rows.times[first:], rows.states[first:], rows.stored - first
+            try:
+                found, self._is_done = self._looking.integrate_over_events(times, states, passed, most, watch.watched)
+            finally:
+                watch.take_records(rows.happened)  # also of what happened before a step that failed
+            rows.stored = first + found
+            if not watch.watched.counts[IS_CUT]:
+                return
+            rows.cover(self._stepper)
+            most = 0  # the events of this step alone
 
     def _integrate_sampled(self, sampler: Sampler, most: int, begun: float) -> None:
         """Continue from sample to sample, for so many steps or so long as a go takes; steps end at samples."""
-        stepper, end = self._stepper, int(self._stepper.statistics["steps"]) + most
-        while self.stored < len(self._times) and (left := end - int(stepper.statistics["steps"])) > 0:
-            if sampler.next <= stepper.t < self._times[-1]:
+        stepper, rows, end = self._stepper, self.rows, int(self._stepper.statistics["steps"]) + most
+        while not rows.is_full and (left := end - int(stepper.statistics["steps"])) > 0:
+            if sampler.next <= stepper.t < rows.end:
                 with self._clock.aside(CONTROLLERS):
                     y = sampler.sampled(stepper.t, stepper.state())
                 stepper.aim(sampler.next)
@@ -277,26 +291,24 @@ class RunLoop:
                 self._pace.check_drives()
                 if self._watch:
                     self._watch.renew(stepper.t, y)
-                if self.stored and self._times[self.stored - 1] == stepper.t:
-                    self.states[self.stored - 1] = y
-                    self._store_accelerations(self.stored - 1, self.stored)
-            target, first = sampler.next, self.stored
-            last = first + int(np.searchsorted(self._times[first:], target, side="right"))
-            if last > first and self._times[last - 1] == target:
-                self.stored += stepper.integrate_through(self._times[first:last], self.states[first:last], left)
+                if rows.stored and rows.times[rows.stored - 1] == stepper.t:
+                    rows.states[rows.stored - 1] = y
+                    rows.store_accelerations(rows.stored - 1, rows.stored)
+            target, first = sampler.next, rows.stored
+            last = first + int(np.searchsorted(rows.times[first:], target, side="right"))
+            is_cut = last == len(rows.times) and not rows.is_last  # the rest of the interval is in the next window
+            if is_cut or (last > first and rows.times[last - 1] == target):
+                rows.stored += stepper.integrate_through(rows.times[first:last], rows.states[first:last], left)
             else:
-                rows = np.empty((last - first + 1, self.states.shape[1]))
+                beyond = np.empty((last - first + 1, rows.states.shape[1]))
+                times = np.concatenate((rows.times[first:last], (target,)))
                 try:
-                    passed = stepper.integrate_through(np.concatenate((self._times[first:last], (target,))), rows, left)
+                    passed = stepper.integrate_through(times, beyond, left)
                 finally:
-                    self.states[first:last] = rows[:-1]
-                self.stored += min(passed, last - first)
+                    rows.states[first:last] = beyond[:-1]
+                rows.stored += min(passed, last - first)
             if self._watch or time.perf_counter() - begun > CHUNK_SECONDS:
                 return
-
-    def _store_accelerations(self, first: int, last: int) -> None:
-        if self.accelerations is not None and self._change_reports is not None:
-            self.accelerations[first:last] = self._change_reports.accelerations(self._times[first:last])
 
     def _events(self, watch: EventWatch) -> RunStatus | None:
         """Look for events in the last step, and do what they ask for; return a status if one ends the run."""
@@ -305,22 +317,25 @@ class RunLoop:
                 found = watch.scan(self._stepper, self._pace.check_time)
             except (StepFailure, OutOfTime) as end:  # what the step went past is not known: it does not count
                 t = self._stepper.t_old
-                self.stored = int(np.searchsorted(self._times, t, side="right"))
+                self.rows.store_to(t)
                 self._stand_at(t, self._stepper.states(np.array([t]))[0])
                 if isinstance(end, OutOfTime):
                     return self._pace.out_of_time(t)
                 return RunStatus("failed", t, end.reason, end.remedy)
             acting = watch.acting
+            if self.rows.wants_events:
+                self._tell_of(found)
             if acting is None:
                 return None
             at_once = [event for t, event in found if t >= acting]
             happened = [event for event in watch.events if event in at_once]  # in the order given
             y = self._stepper.states(np.array([acting]))[0]
-            self.stored = int(np.searchsorted(self._times, acting, side="right"))
+            self.rows.store_to(acting)
             terminal = next((event for event in happened if event.terminal), None)
             if terminal is not None:
                 self._stand_at(acting, y)
                 return terminal.status(acting)
+            before = y
             try:
                 asked = [event.asked for event in happened if isinstance(event, EventOfLoad) and event.asked]
                 for event in (*happened, *asked):
@@ -335,17 +350,25 @@ class RunLoop:
                     return RunStatus("failed", acting, refusal.reason, refusal.remedy)
                 return RunStatus.of_error(acting, refusal)
             told = watch.telling.take(happened)
+            for name in told:
+                self.rows.happened(name, acting, before)
             terminal = next((event for event in watch.events if event.terminal and event.name in told), None)
             if terminal is not None:
                 self._stand_at(acting, y)
                 return terminal.status(acting)
-            if self._sampler is not None and acting == self._stepper.t_old and acting == self._times[self.stored - 1]:
-                self.states[self.stored - 1] = y  # what drives that jump let go at once is not told as held
+            rows = self.rows
+            if self._sampler is not None and acting == self._stepper.t_old and acting == rows.times[rows.stored - 1]:
+                rows.states[rows.stored - 1] = y  # what drives that jump let go at once is not told as held
             self._stepper.restart(acting, y)
             watch.begin(acting, y, happened)
             self._pace.mark(acting)
             watch.check_storm(acting, [event for event in happened if event.acts])
         return None
+
+    def _tell_of(self, found: Sequence[tuple[float, Event]]) -> None:
+        """Tell of events of the last step and the states before them."""
+        for t, event in found:
+            self.rows.happened(event.name, t, self._stepper.states(np.array([t]))[0])
 
     def _acted(self, event: Event, t: float, y: Vector) -> Vector:
         """Return the state after an action, its loops closed, and the energy of the change taken into account."""
@@ -370,13 +393,14 @@ class RunLoop:
 
     def _ended(self, status: RunStatus) -> RunStatus:
         """Keep what is finite, and the state at which the run ended, where it is one."""
-        rows = np.isfinite(self.states[: self.stored]).all(axis=1)
-        if not rows.all():
-            self.stored = int(np.argmin(rows))
+        rows = self.rows
+        finite = np.isfinite(rows.states[: rows.stored]).all(axis=1)
+        if not finite.all():
+            rows.stored = int(np.argmin(finite))
         state = self._stepper.state()
         if np.all(np.isfinite(state)):
             self._stand_at(self._stepper.t, state)
-        elif not self.stored:
+        elif rows.is_empty:
             self.last = self._first
         if status.kind == "failed" and self.last is not None:
             t, y = self.last
@@ -394,9 +418,10 @@ class RunLoop:
     def _progress(self) -> Progress:
         from kanefe.integrate.checkpoint import Progress
 
+        rows = self.rows
         return Progress(
-            states=self.states[: self.stored],
-            accelerations=None if self.accelerations is None else self.accelerations[: self.stored],
+            states=rows.states[: rows.stored],
+            accelerations=None if rows.accelerations is None else rows.accelerations[: rows.stored],
             stepper=self._stepper.snapshot(),
             watch=self._watch.snapshot() if self._watch else {},
             statistics=self.statistics,

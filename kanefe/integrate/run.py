@@ -23,6 +23,7 @@ from kanefe.integrate.run_checks.convergence_check import of_fixed_steps
 from kanefe.integrate.run_checks.stiff_contacts import warn_of_stiff_contacts
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.set_up import give_back, set_up
+from kanefe.integrate.shared_states import Recorder, SharedStates
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kernels.compiler.compiled_functions import CompiledFunction, foreseen
 from kanefe.storage.watched import is_watched, progress_bar
@@ -51,8 +52,17 @@ def integrate(model: Model, t_span: tuple[float, float], **options: Unpack[RunKe
     return run(model, RunOptions(t_span=t_span, **options))
 
 
-def run(model: Model, options: RunOptions, poles: Poles | None = None) -> Trajectory:
-    """Run a model in time; `poles` describes the poles of a sampled loop whose drives grow.
+def run(model: Model, options: RunOptions, poles: Poles | None = None, recorder: Recorder | None = None) -> Trajectory:
+    """Run a model in time.
+
+    Parameters
+    ----------
+    model : Model
+    options : RunOptions
+    poles : callable, optional
+        Describes the poles of a sampled loop whose drives grow.
+    recorder : Recorder, optional
+        Takes states as the run goes on.
 
     Raises
     ------
@@ -65,7 +75,7 @@ def run(model: Model, options: RunOptions, poles: Poles | None = None) -> Trajec
     """
     model = with_asked_events(model, options.watched)
     with one_count(model, options):
-        return _run(model, options, poles)
+        return _run(model, options, poles, recorder)
 
 
 def one_count(model: Model, options: RunOptions) -> AbstractContextManager[None]:
@@ -79,7 +89,7 @@ def one_count(model: Model, options: RunOptions) -> AbstractContextManager[None]
     return foreseen(needed)
 
 
-def _run(model: Model, options: RunOptions, poles: Poles | None) -> Trajectory:
+def _run(model: Model, options: RunOptions, poles: Poles | None, recorder: Recorder | None) -> Trajectory:
     (start, stop), wanted = options.span, options.times
     warn_of_stiff_contacts(model)
     clock = Clock()
@@ -94,28 +104,43 @@ def _run(model: Model, options: RunOptions, poles: Poles | None) -> Trajectory:
         )
     file, saved = _checkpoints(model, choice, options, told)
     times = wanted if wanted[-1] == stop else np.append(wanted, stop)
+    taker: SharedStates | None = None
+    if recorder is not None:
+        if options.checkpoint is not None or options.resume is not None:
+            raise ModelError(
+                "record and checkpoint (or resume) were both given: what was recorded is not in a checkpoint. Remedy: "
+                "one of the two, or a run in parts, each with start= the end of the one before"
+            )
+        recorder.begin([event.name for event in told])
+        taker = SharedStates(times, len(model.initial_state) + QUADRATURES, recorder)
+        times = taker.times
     with _progress_bar(options.progress, stop - start) as bar:
         with clock.part("set-up"):
             begun.start()
             limits = Limits(options.most_steps, options.most_seconds)
             sampler = Sampler(model, start, stop) if model.controllers else None
-            loop = RunLoop(begun.dynamics, stepper, times, watch, limits, clock, bar, sampler, poles, begun.chunk)
+            loop = RunLoop(
+                begun.dynamics, stepper, times, watch, limits, clock, bar, sampler, poles, begun.chunk, taker
+            )
             if saved is not None:
                 loop.resume(saved)
         status = loop.go(file)
-    stored = min(loop.stored, len(wanted))
+    rows = loop.rows
+    states, rates, stored = rows.states, rows.accelerations, rows.stored
+    if taker is not None:
+        rows.give_rest()
+        states, rates, stored = taker.states, taker.accelerations, taker.stored
+    stored = min(stored, len(wanted))
     if model.rigid_contacts and status.kind != "failed":
         from kanefe.integrate.run_checks.contact_check import of_contacts
 
-        counted = int(loop.statistics["evaluations"])
-        states, rtol = loop.states[:stored], choice.control.get("rtol")
-        status = of_contacts(model, times[:stored], states, choice.name, counted, rtol) or status
+        counted, rtol = int(loop.statistics["evaluations"]), choice.control.get("rtol")
+        status = of_contacts(model, wanted[:stored], states[:stored], choice.name, counted, rtol) or status
     if status.kind != "failed":
-        status = of_bushings(model, times[:stored], loop.states[:stored]) or status
+        status = of_bushings(model, wanted[:stored], states[:stored]) or status
     if status.kind == "failed" or loop.is_interrupted:
         warnings.warn(str(status), SimulationWarning, stacklevel=outside())
-    states, rates = loop.states, loop.accelerations
-    times, states = times[:stored], states[:stored]
+    times, states = wanted[:stored], states[:stored]
     if rates is not None:
         rates = rates[:stored]
     if loop.last is not None and (not stored or loop.last[0] > times[-1]):
@@ -150,6 +175,7 @@ def _run(model: Model, options: RunOptions, poles: Poles | None) -> Trajectory:
         events=events,
         controllers=sampler.logs() if sampler else {},
         bent=stepper.bent,
+        records={} if recorder is None else recorder.end(status),
     )
     begun.chunk = loop.chunk
     give_back(model, options, begun)

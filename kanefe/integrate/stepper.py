@@ -170,7 +170,7 @@ class LooksOut(Protocol):
         ...
 
     def integrate_over_events(
-        self, times: np.ndarray, states: np.ndarray, most_steps: int, watched: WatchedRun
+        self, times: np.ndarray, states: np.ndarray, passed: int, most_steps: int, watched: WatchedRun
     ) -> tuple[int, bool]:
         """Continue as `integrate_through` does, but no further than a step in which an event needs Python.
 
@@ -178,6 +178,8 @@ class LooksOut(Protocol):
         ----------
         times, states, most_steps
             As there.
+        passed : int
+            How many of the times are passed: where a call has ended with `IS_CUT`, those of its last step too.
         watched : WatchedRun
             The events, and what is known of them; in the end before the last step, or after it if that is done.
 

@@ -46,6 +46,8 @@ class Trajectory:
         Their samples.
     bent : sequence of Bent
         Where each flexible body was bent the most at a step.
+    records : mapping of str to Recorded
+        What was recorded beside, by column.
     """
 
     times: np.ndarray
@@ -60,6 +62,7 @@ class Trajectory:
     internal: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
     controllers: Mapping[str, ControllerLog] = field(default_factory=dict)
     bent: Sequence[Bent] = ()
+    records: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if not self.internal.size:

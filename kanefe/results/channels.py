@@ -28,6 +28,7 @@ from kanefe.results.interface_forces import coupling_force
 from kanefe.results.load_lines import LoadLine, lines_of_run
 from kanefe.results.placed_states import placed_states
 from kanefe.results.quantities import ENERGIES, MODES, MOMENTA
+from kanefe.results.recorded import Recorded
 from kanefe.results.surface_outline import SurfaceOutline, outlines
 from kanefe.tree.route import OutputFunction, RunForces, RunSweeps
 from kanefe.tree.scene_state import SceneState
@@ -53,6 +54,7 @@ class Channels(Protocol):
     status: RunStatus
     events: Mapping[str, np.ndarray]
     controllers: Mapping[str, ControllerLog]
+    records: Mapping[str, Recorded]
     loops: tuple[str, ...]
     loads: Mapping[str, tuple[str, ...]]
     has_forces: bool
@@ -98,6 +100,7 @@ class RunChannels:
         self.status = trajectory.status or RunStatus("finished", float(trajectory.times[-1]))
         self.events = trajectory.events
         self.controllers: Mapping[str, ControllerLog] = trajectory.controllers
+        self.records: Mapping[str, Recorded] = trajectory.records
         self.loops = tuple(constraint.name for constraint in model.constraints if constraint.b is not None)
         self.loads: Mapping[str, tuple[str, ...]] = {load.name: load.columns for load in model.loads}
         self.has_forces = True

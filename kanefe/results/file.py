@@ -31,14 +31,16 @@ from kanefe.results.quantities import (
     POINTS,
 )
 from kanefe.results.reader import Reader
+from kanefe.results.recorded import Recorded
 from kanefe.results.surface_outline import SurfaceOutline
 from kanefe.storage.files import ready_path, write_whole
 from kanefe.storage.hdf5 import decode, encode
 from kanefe.tree.neighbours import Neighbours
 
 FORMAT = "kanefe result"
-VERSION = 9
-"""Version of the file. Version 7 lacked the lines of loads and surfaces, version 8 the points of contacts."""
+VERSION = 10
+"""Version of the file. Version 7 lacked the lines of loads and surfaces, version 8 the points of contacts, version 9
+records."""
 SUFFIXES = ("", ".h5", ".hdf5", ".hdf", ".he5")
 
 LARGEST_BASIS = 2**29
@@ -61,6 +63,7 @@ PARTS = {
     "points": dict,
     "surfaces": list,
     "lines": list,
+    "records": list,
 }
 """JSON attributes of a file, with the type of each."""
 
@@ -104,7 +107,13 @@ def save_result(result: Reader, path: str | Path, *, forces: bool = True) -> Non
     header["controllers"] = {
         name: {"read_names": log.read_names, "drive_names": log.drive_names} for name, log in result.controllers.items()
     }
+    records = [column for column in result.records.values() if column.path is None]
+    header["records"] = [
+        {"name": column.name, "unit": column.unit, "is_extremes": column.is_extremes} for column in records
+    ]
     arrays: dict[str, tuple[np.ndarray, str]] = {"times": (result.times, "s")}
+    for i, column in enumerate(records):
+        arrays |= {f"records/{i}/times": (column.times, "s"), f"records/{i}/values": (column.values, column.unit)}
     for name, log in result.controllers.items():
         for part, unit in LOGGED.items():
             arrays[f"controllers/{_safe(name)}/{part}"] = (getattr(log, part), unit)
@@ -202,6 +211,12 @@ class FileChannels:
             LoadLine(str(name), arrays[f"lines/{i}/points"], arrays[f"lines/{i}/states"])
             for i, name in enumerate(parts["lines"])
         )
+        self.records: Mapping[str, Recorded] = {
+            entry["name"]: Recorded.in_memory(
+                **entry, times=arrays[f"records/{i}/times"], values=arrays[f"records/{i}/values"]
+            )
+            for i, entry in enumerate(parts["records"])
+        }
         self.has_forces = any(where.rpartition("/")[2] in FORCES for where in arrays)
         self._arrays = arrays
         self._check_arrays()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
 
@@ -28,6 +29,7 @@ from kanefe.results.quantities import (
     QUANTITIES,
     resolved_parts,
 )
+from kanefe.results.recorded import Recorded
 from kanefe.results.surface_outline import SurfaceOutline
 
 
@@ -79,6 +81,14 @@ class QuantityReader:
         outputs, events, checkpoints. The time for forces and other quantities computed on request is not included.
         """
         return self._channels.statistics
+
+    @property
+    def records(self) -> Mapping[str, Recorded]:
+        """What was recorded beside the output times, by name of column: see ``record=`` of `kanefe.System.simulate`.
+
+        A saved result has those that were in memory; those of a file stay there.
+        """
+        return self._channels.records
 
     @property
     def status(self) -> RunStatus:

@@ -409,7 +409,7 @@ class Simulation:
             self._watch.resume(saved.watch)
         if self._sampler is not None and saved.sampler is not None:
             self._sampler.resume(saved.sampler)
-        self._loop.stored, self._loop.last = 0, None
+        self._loop.rows.stored, self._loop.last = 0, None
         self._status, self._has_begun, self._reported_outputs = saved.status, saved.has_begun, None
 
     def copy(self) -> Simulation:

@@ -45,7 +45,7 @@ DEEPEST = 32
 def come_first() -> None:
     """Load h5py, if it is installed, before a library that exposes an HDF5 of its own to what is loaded later."""
     with contextlib.suppress(MissingDependency, FileError):
-        _h5py("kanefe.storage")
+        h5py_for("kanefe.storage")
 
 
 def encode(header: Mapping[str, Any], arrays: Mapping[str, tuple[np.ndarray, str]]) -> memoryview:
@@ -65,7 +65,7 @@ def encode(header: Mapping[str, Any], arrays: Mapping[str, tuple[np.ndarray, str
     MissingDependency
         If h5py is not installed.
     """
-    h5py = _h5py("Result.save")
+    h5py = h5py_for("Result.save")
     buffer = io.BytesIO()
     is_small = sum(array.nbytes for array, _ in arrays.values()) <= SMALL_FILE
     # "v110" keeps attributes above 64 KiB, such as a long provenance, which older layouts refuse
@@ -94,7 +94,7 @@ def decode(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     MissingDependency
         If h5py is not installed.
     """
-    h5py = _h5py("kanefe.load_result")
+    h5py = h5py_for("kanefe.load_result")
     path = regular_file(path)
     try:
         _compare_digest(path)
@@ -150,7 +150,16 @@ def _arrays(h5py: Any, group: Any, place: str, depth: int) -> Iterator[tuple[str
         yield where, array
 
 
-def _h5py(needed_by: str) -> Any:
+def h5py_for(needed_by: str) -> Any:
+    """Return h5py.
+
+    Raises
+    ------
+    MissingDependency
+        If it is not installed.
+    FileError
+        If it does not start beside the HDF5 of another library.
+    """
     try:
         import h5py
     except ImportError as error:

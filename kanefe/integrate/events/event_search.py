@@ -77,6 +77,7 @@ class EventWatch:
         self._values = np.zeros(len(self.events))
         self._noise = np.zeros(len(self.events))
         self._last = np.full(len(self.events), -np.inf)
+        self._with_states: tuple[str, ...] = ()
         self._ways = np.zeros(len(self.events))
         self._actions = np.full(STORM, -np.inf)
         self._regime, self._usual = np.array([-1.0, 0.0, 0.0]), np.zeros(len(self.events))
@@ -149,7 +150,8 @@ class EventWatch:
             noise=self._noise,
             last=self._last,
             records=np.empty((2 * (most + reports) + LEAST_RECORDS, 2)),
-            counts=np.zeros(1, dtype=np.int64),
+            counts=np.zeros(2, dtype=np.int64),
+            before=np.empty((0, first + QUADRATURES)),
             times=np.empty(len(FIRST_SHARES) + 1),
             samples=np.empty(len(FIRST_SHARES) + 1),
             brackets=np.empty((2 * len(FIRST_SHARES) + 2, 2)),
@@ -166,15 +168,28 @@ class EventWatch:
             length=of_run[2],
         )
 
-    def take_records(self) -> None:
-        """Take in what happened in steps of compiled code."""
+    def keep_states(self, names: Sequence[str]) -> None:
+        """Let `take_records` have the states before events of these names."""
+        self._with_states = tuple(names)
+        if self.watched is not None:
+            rows = len(self.watched.records) if names else 0
+            self.watched = self.watched._replace(before=np.empty((rows, len(self.watched.after))))
+
+    def take_records(self, happened: Callable[[str, float, Vector], None]) -> None:
+        """Take in what happened in steps of compiled code; `happened` is told of events with their states before."""
         if self.watched is None:
             return
-        for t, event in self.watched.records[: self.watched.counts[0]].tolist():
+        at = 0
+        for row, (t, event) in enumerate(self.watched.records[: self.watched.counts[0]].tolist()):
+            counts = [len(self.times[name]) for name in self._with_states]
             if event < 0.0:
                 self.telling.take_code(self._model, t, int(-1.0 - event))
             else:
+                at = row  # what follows from it at that time has no row of its own
                 self.times[self.events[int(event)].name].append(t)
+            for name, count in zip(self._with_states, counts, strict=True):
+                if len(self.times[name]) > count:
+                    happened(name, t, self.watched.before[at].copy())
         self.watched.counts[0] = 0
 
     @property

@@ -268,7 +268,7 @@ class KernelStepper:
 
     def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
         """Continue until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""
-        return self._integrate(times, states, most_steps, None)[0]
+        return self._integrate(times, states, 0, most_steps, None)[0]
 
     def prepared(self, times: np.ndarray, states: np.ndarray, watched: WatchedRun | None = None) -> Any:
         """Return the run through some times as calls of kernels: see `CompiledRun.prepared`; of an autonomous scene."""
@@ -281,10 +281,10 @@ class KernelStepper:
         return self.dynamics.is_autonomous and self.dynamics.route.watching is not None
 
     def integrate_over_events(
-        self, times: np.ndarray, states: np.ndarray, most_steps: int, watched: WatchedRun
+        self, times: np.ndarray, states: np.ndarray, passed: int, most_steps: int, watched: WatchedRun
     ) -> tuple[int, bool]:
         """Continue in the same way over events: see `LooksOut.integrate_over_events`."""
-        return self._integrate(times, states, most_steps, watched)
+        return self._integrate(times, states, passed, most_steps, watched)
 
     @property
     def has_values(self) -> bool:
@@ -296,13 +296,13 @@ class KernelStepper:
         return self._compiled_run.values_at(self._run, t)
 
     def _integrate(
-        self, times: np.ndarray, states: np.ndarray, most_steps: int, watched: WatchedRun | None
+        self, times: np.ndarray, states: np.ndarray, passed: int, most_steps: int, watched: WatchedRun | None
     ) -> tuple[int, bool]:
         """Continue; return how many times were passed and, where there are events, whether the last step is done."""
         integers, reals, vectors = self.integers, self.reals, self.vectors
-        integers[STORED], integers[IS_LEFT_OPEN] = 0, 0
+        integers[STORED], integers[IS_LEFT_OPEN] = passed, 0
         integers[WANTS_DENSE] = most_steps == 1 or watched is not None
-        reals[NEXT_OUTPUT] = times[0] if len(times) else math.inf
+        reals[NEXT_OUTPUT] = times[passed] if passed < len(times) else math.inf
         most = int(integers[STEPS]) + min(most_steps, 2**40)
         run = self._run._replace(times=times, states=states, most_steps=most)
         dynamics, is_done = self.dynamics, False
@@ -334,7 +334,7 @@ class KernelStepper:
             dynamics.evaluations = evaluations + int(integers[EVALUATIONS]) - before
         stored = int(integers[STORED])
         if dynamics.model.is_constrained and (integers[IS_LEFT_OPEN] or not is_compiled):
-            for i in range(stored):
+            for i in range(passed, stored):
                 states[i] = dynamics.projected(float(times[i]), states[i])
         return stored, is_done
 

@@ -41,6 +41,7 @@ from kanefe.kernels.events.watched_run import (
     BOUND_CHANGES,
     CHANGES,
     ENDS_STEP,
+    IS_CUT,
     REPORTS,
     Going,
     Lookout,
@@ -117,14 +118,20 @@ def pass_steps(
     integers = run.integers
     most = len(watched.records) - len(watched.found) - len(single.contacts.reports)
     while True:
-        places[going.most_at] = integers[STEPS] + 1
-        call_address(going.call.address, (places, numbers))
-        run.reals[TO_EVENT] = np.inf
-        if numbers[-1] != 0.0:  # what is raised in there is raised here
-            raise ZeroDivisionError
-        command = int(numbers[going.command_at])
-        if command != ACCEPTED:
-            return command, False
+        command = ACCEPTED
+        if watched.counts[IS_CUT] == 0:
+            places[going.most_at] = integers[STEPS] + 1
+            call_address(going.call.address, (places, numbers))
+            run.reals[TO_EVENT] = np.inf
+            if numbers[-1] != 0.0:  # what is raised in there is raised here
+                raise ZeroDivisionError
+            command = int(numbers[going.command_at])
+            if command != ACCEPTED:
+                return command, False
+            if integers[STORED] == len(run.times) and run.reals[TIME] > run.times[-1]:
+                watched.counts[IS_CUT] = 1  # more outputs of this step are wanted before its events
+                return command, True
+        watched.counts[IS_CUT] = 0
         is_at_zero = _is_at_zero(watched)
         lookout = fresh if is_at_zero else quiet
         look_through(lookout, run, vectors)
@@ -212,6 +219,9 @@ def _deal_with(
             return False
     for i in range(found):
         watched.records[watched.counts[0], 0], watched.records[watched.counts[0], 1] = watched.found[i]
+        if len(watched.before) > 0:
+            put_closed(single, run, vectors, watched.found[i, 0])
+            copy(single[0].states[0], watched.before[watched.counts[0]])
         watched.counts[0] += 1
         watched.last[int(watched.found[i, 1])] = watched.found[i, 0]
     _set_noise(lookout, single, watched, run, vectors, start, found, acting < np.inf)

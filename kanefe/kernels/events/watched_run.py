@@ -26,6 +26,9 @@ FIRST_SHARES = np.append(10.0 ** np.arange(-9, -1), SHARES)
 """Positions in a step after an event, relative to its length, for a function that starts at zero: they show its sign
 however near its next zero is."""
 
+IS_CUT = 1
+"""Place in `WatchedRun.counts`, see there."""
+
 REPORTS, ENDS_STEP, CHANGES, ACTS, BOUND, BOUND_CHANGES = range(6)
 """Values for the action of an event: it is only reported; it also ends the step without a change; it also changes
 states of its load; Python has to act; Python has to act as soon as the function is below zero, by whatever way; or
@@ -62,8 +65,11 @@ class WatchedRun(NamedTuple):
         Value, up to which size it has no sign, and time of the last event, s; minus infinity before the first.
     records : ndarray, shape (R, 2)
         Time and event of what happened.
-    counts : ndarray of int, shape (1,)
-        How many records there are.
+    counts : ndarray of int, shape (2,)
+        How many records there are; and IS_CUT: whether the events of the last step are still to be dealt with, because
+        there was no room for all its outputs.
+    before : ndarray, shape (R, state)
+        The state before each event of the records; (0, state) where nobody wants it.
     times, samples : ndarray, shape (T,)
         Of one function in a step, from its start on.
     brackets : ndarray, shape (2 T, 2)
@@ -97,6 +103,7 @@ class WatchedRun(NamedTuple):
     last: Reals
     records: RealRows
     counts: Integers
+    before: RealRows
     times: Reals
     samples: Reals
     brackets: RealRows
