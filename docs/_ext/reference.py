@@ -27,6 +27,7 @@ ROOMS = {
     "robots": "Robots of URDF and MJCF files",
     "equations": "Equations",
     "integrate": "Methods and events",
+    "records": "Records",
     "result": "Results",
     "instants": "A scene at one time",
     "stepping": "A scene that is stepped from outside",

@@ -170,7 +170,7 @@ class _Tables:
         shared = np.zeros(1), np.zeros((1, self.driven, 3)), route.inputs.constants[None].copy(), self._state()
         self.forces: dict[str, np.ndarray] = {}
         if outputs.has_forces:
-            forces, found, is_told = route.force_kernel.prepared(*shared)
+            forces, found, is_told = route.force_kernel.prepared(*shared, np.zeros((0, 0)))
             shared[0][0], shared[1][0] = self.sim.time, route.drives(self.sim.time)
             forces()
             if not is_told[0]:

@@ -49,18 +49,18 @@ class ForceKernel:
         loops = loop_tables(builder, tables, flexible)
         self.told = ForceTableBuilder(builder, between, order, loops)
         self._scene = tables, flexible or no_flexible(), between, loops, self.told.tables
-        self._bound = forces_of_states.bound(*self._scene, *(LATER,) * 13)
+        self._bound = forces_of_states.bound(*self._scene, *(LATER,) * 14)
 
     def prepared(
-        self, times: Vector, driven: np.ndarray, values: Matrix, states: Matrix
+        self, times: Vector, driven: np.ndarray, values: Matrix, states: Matrix, rates: Matrix
     ) -> tuple[Call, Matrix, Vector]:
-        """Return the call for some states, what it writes, and whether that is told."""
+        """Return the call for some states, what it writes, and whether that is told; `rates`: known ones, or no rows."""
         places, call = self.told.tables.places, self._evaluation.new_call()
         tables, _, _, loops = self._evaluated
         workspace = workspace_in(call.call.arguments[-1], *self._evaluated)
         scale = scale_of_rows(workspace.holding, loops, int(tables.sizes[SPEEDS] + tables.sizes[DRIVES]))
         found, is_told = np.zeros((len(states), int(places[WIDTH]))), np.zeros(len(states), dtype=np.int64)
         evaluation = call.call.for_kernels(), call.vectors, call.drives, call.inputs, workspace.multipliers, scale
-        given = times, driven, values, states, found, is_told
+        given = times, driven, values, states, rates, found, is_told
         prepared = self._bound.prepared(*evaluation, *given, np.zeros(force_memory_size(*self._scene)))
         return prepared, found, is_told

@@ -33,21 +33,25 @@ class CompiledForces:
         s.
     drives : ndarray, shape (T, driven, 3)
     states : ndarray, shape (T, state)
+    rates : ndarray, shape (T or 0, state and quadratures)
+        Known ones, of scenes without constraints; without rows they are computed.
     """
 
-    def __init__(self, route: Evaluated, times: Vector, drives: np.ndarray, states: Matrix) -> None:
-        self._route, self._times, self._drives, self._states = route, times, drives, states
+    def __init__(self, route: Evaluated, times: Vector, drives: np.ndarray, states: Matrix, rates: Matrix) -> None:
+        self._route, self._times, self._drives, self._states, self._rates = route, times, drives, states, rates
         self._tables = route.force_kernel.told.tables
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return CompiledForces, (self._route, self._times, self._drives, self._states)
+        return CompiledForces, (self._route, self._times, self._drives, self._states, self._rates)
 
     @cached_property
     def _found(self) -> tuple[Matrix, Vector]:
         """What the kernel tells of each state, and the numbers of the states of which the literal route has to."""
         route = self._route
         values = route.values_over(self._times, self._states)
-        call, found, is_told = route.force_kernel.prepared(self._times, self._drives, values, self._states)
+        call, found, is_told = route.force_kernel.prepared(
+            self._times, self._drives, values, self._states, self._rates
+        )
         call()
         return found, np.flatnonzero(is_told == 0)
 

@@ -185,7 +185,7 @@ class Recorder:
     def _give_up(self, error: FileError) -> None:
         """Record nothing more, and say so: the run goes on."""
         self._is_full = True
-        warnings.warn(f"{error} The run goes on; what was recorded ends here", SimulationWarning, stacklevel=outside())
+        warnings.warn(f"{error}. The run goes on; what was recorded ends here", SimulationWarning, stacklevel=outside())
 
     def _reader(self, times: np.ndarray, states: np.ndarray, accelerations: np.ndarray | None) -> Reader:
         n, m = self._model.coordinate_count, self._model.free_count

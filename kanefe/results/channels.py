@@ -324,8 +324,7 @@ class RunChannels:
         return {("linear_momentum", "", ""): found[:, 3:6].copy(), ("angular_momentum", "", ""): found[:, 6:].copy()}
 
     def _reactions(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        wrenches = self.forces.reactions
-        return {("joint_reaction", b.name, ""): wrenches[:, i].copy() for i, b in enumerate(self.model.bodies)}
+        return {("joint_reaction", body, ""): self.forces.reactions[:, self.model.index(body)].copy()}
 
     @cached_property
     def forces(self) -> RunForces:

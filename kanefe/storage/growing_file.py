@@ -86,7 +86,7 @@ class GrowingFile:
                 part.resize(first + len(rows), axis=0)
                 part[first:] = rows
                 part.flush()
-        except OSError as error:
+        except (OSError, RuntimeError) as error:
             raise self._unwritten(error) from error
 
     def put(self, number: int, times: np.ndarray, values: np.ndarray) -> None:
@@ -96,7 +96,7 @@ class GrowingFile:
             for part, rows in ((self._values[number], values), (self._times[number], times)):
                 part[...] = rows
                 part.flush()
-        except OSError as error:
+        except (OSError, RuntimeError) as error:
             raise self._unwritten(error) from error
 
     def close(self, header: Mapping[str, Any]) -> None:
@@ -108,7 +108,7 @@ class GrowingFile:
             self._file = h5py.File(self.path, "r+")
             self._write_header(header)
             self._file.close()
-        except OSError as error:
+        except (OSError, RuntimeError) as error:
             raise self._unwritten(error) from error
 
     def _write_header(self, header: Mapping[str, Any]) -> None:
@@ -123,7 +123,7 @@ class GrowingFile:
                 "channels, or a longer step of the record"
             )
 
-    def _unwritten(self, error: OSError) -> FileError:
+    def _unwritten(self, error: Exception) -> FileError:
         return FileError(f"{self.path} cannot grow: {error}. Remedy: another disk, or fewer channels")
 
 

@@ -40,7 +40,16 @@ def arguments(given: Sequence[str] | None = None) -> argparse.Namespace:
 def measured(options: argparse.Namespace) -> list[Figure]:
     """Return all figures; what cannot be measured is there with the reason."""
     # numpy reads the number of threads when it is imported, which these do
-    from benchmarks import against_peers, loops, own_figures, rigid_contacts, sampled_arm, start_up, stepping
+    from benchmarks import (
+        against_peers,
+        around_a_run,
+        loops,
+        own_figures,
+        rigid_contacts,
+        sampled_arm,
+        start_up,
+        stepping,
+    )
     from benchmarks.new_process import BrokenProcess
     from benchmarks.peer_process import NoPeers, Peers, peer_python
     from kanefe.errors import KanefeError
@@ -67,7 +76,14 @@ def measured(options: argparse.Namespace) -> list[Figure]:
                     measure(group.__name__, goals, partial(group, peers, rounds))
         except NoPeers as failure:
             figures.extend(_skipped([goal for goals in with_peers.values() for goal in goals], failure))
-    alone = own_figures.GROUPS | loops.GROUPS | rigid_contacts.GROUPS | start_up.GROUPS | stepping.GROUPS
+    alone = (
+        own_figures.GROUPS
+        | loops.GROUPS
+        | around_a_run.GROUPS
+        | rigid_contacts.GROUPS
+        | start_up.GROUPS
+        | stepping.GROUPS
+    )
     for group, goals in alone.items():
         if options.only in group.__name__:
             measure(group.__name__, goals, partial(group, rounds))

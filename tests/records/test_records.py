@@ -148,7 +148,8 @@ LONG = """
     import sys, kanefe as kf
     scene = kf.System(gravity=(0.0, 0.0, -9.81))
     scene.add_rigid_body("rod", 1.0, 0.02, com=(0.25, 0.0, 0.0), joint=kf.Revolute("y", speed=1.0))
-    scene.simulate((0.0, 5e4), output_step=1e3, record=kf.Record("joint_coordinates rod", step=1e-3), record_file=sys.argv[1])
+    record = kf.Record("joint_coordinates rod", step=1e-3)
+    scene.simulate((0.0, 5e4), output_step=1e3, record=record, record_file=sys.argv[1])
 """
 
 
@@ -213,7 +214,10 @@ def test_runs_that_end_early_have_their_records(tmp_path: Path) -> None:
         ("position bdy", "'bdy'"),
         (["position body", "position body x"], "'position body x' is (given|recorded) twice"),
         (["position body", kf.Record("position body x")], "'position body x' is recorded twice"),
-        (kf.Record("position body", at="tap tuch"), "record at 'tap tuch': there is no such event. Did you mean 'tap touch'"),
+        (
+            kf.Record("position body", at="tap tuch"),
+            "record at 'tap tuch': there is no such event. Did you mean 'tap touch'",
+        ),
         (7, "record must be channels"),
         ([7], "record must list channels"),
     ],

@@ -113,6 +113,7 @@ def test_names_of_any_group_and_a_long_provenance_survive(tmp_path):
     class Renamed:
         times, statistics, has_forces, loops, loads, surfaces = result.times, result.statistics, True, (), {}, ()
         points: ClassVar[dict[str, int]] = {}
+        records: ClassVar[dict[str, object]] = {}
         status, events = result.status, {"floor": np.array([0.5])}
         controllers: ClassVar[dict[str, object]] = {}
         neighbours: ClassVar[dict[str, Neighbours]] = {"a/b": Neighbours((".",), ("c/d",)), "..": Neighbours((), ())}
@@ -179,7 +180,7 @@ def test_bad_files_are_named(saved, tmp_path):
         kf.load_result(tmp_path / "other.h5")
     with changed(saved) as file:
         file.attrs["version"] = 99
-    with pytest.raises(kf.FileError, match=r"version 99.*reads version 9"):
+    with pytest.raises(kf.FileError, match=r"version 99.*reads version 10"):
         kf.load_result(saved)
 
 

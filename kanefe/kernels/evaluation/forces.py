@@ -105,6 +105,7 @@ def forces_of_states(
     driven: RealBlocks,
     values: RealRows,
     states: RealRows,
+    rates: RealRows,
     found: RealRows,
     is_told: Integers,
     memory: Reals,
@@ -127,6 +128,8 @@ def forces_of_states(
     values : ndarray, shape (T or 1, inputs)
     states : ndarray, shape (T, state)
         Each begins with q, u and z.
+    rates : ndarray, shape (T or 0, state and quadratures)
+        Their rates, of scenes without constraints: none are computed here.
     found : ndarray, shape (T, width)
         See `ForceTables.places`.
     is_told : ndarray of int, shape (T,)
@@ -145,14 +148,19 @@ def forces_of_states(
         copy(given, inputs)
         for i in range(len(drives)):
             copy(driven[k, i], drives[i])
-        evaluation.numbers[AT_TIME] = times[k]
-        call_address(evaluation.address, (evaluation.places, evaluation.numbers))
-        copy(vectors[SLOPE], found[k, : vectors.shape[1]])
         is_told[k] = 0
-        if evaluation.numbers[IS_ERROR] != 0.0 or evaluation.numbers[DONE_AS] != RATES:
-            continue
-        if evaluation.numbers[LEAST_PIVOT] < NEAR_SINGULAR or not are_independent(loops, y[m:], multipliers, scale):
-            continue
+        if len(rates) > 0:
+            copy(rates[k], vectors[SLOPE])
+        else:
+            evaluation.numbers[AT_TIME] = times[k]
+            call_address(evaluation.address, (evaluation.places, evaluation.numbers))
+            if evaluation.numbers[IS_ERROR] != 0.0 or evaluation.numbers[DONE_AS] != RATES:
+                continue
+            if evaluation.numbers[LEAST_PIVOT] < NEAR_SINGULAR:
+                continue
+            if not are_independent(loops, y[m:], multipliers, scale):
+                continue
+        copy(vectors[SLOPE], found[k, : vectors.shape[1]])
         is_told[k] = 1
         put_forces(
             tables,
