@@ -23,7 +23,7 @@ from kanefe.integrate.run_checks.convergence_check import of_fixed_steps
 from kanefe.integrate.run_checks.stiff_contacts import warn_of_stiff_contacts
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.set_up import give_back, set_up
-from kanefe.integrate.shared_states import Recorder, SharedStates
+from kanefe.integrate.shared_states import RecordsStates, SharedStates
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kernels.compiler.compiled_functions import CompiledFunction, foreseen
 from kanefe.storage.watched import is_watched, progress_bar
@@ -52,7 +52,7 @@ def integrate(model: Model, t_span: tuple[float, float], **options: Unpack[RunKe
     return run(model, RunOptions(t_span=t_span, **options))
 
 
-def run(model: Model, options: RunOptions, poles: Poles | None = None, recorder: Recorder | None = None) -> Trajectory:
+def run(model: Model, options: RunOptions, poles: Poles | None = None, recorder: RecordsStates | None = None) -> Trajectory:
     """Run a model in time.
 
     Parameters
@@ -61,7 +61,7 @@ def run(model: Model, options: RunOptions, poles: Poles | None = None, recorder:
     options : RunOptions
     poles : callable, optional
         Describes the poles of a sampled loop whose drives grow.
-    recorder : Recorder, optional
+    recorder : RecordsStates, optional
         Takes states as the run goes on.
 
     Raises
@@ -89,7 +89,7 @@ def one_count(model: Model, options: RunOptions) -> AbstractContextManager[None]
     return foreseen(needed)
 
 
-def _run(model: Model, options: RunOptions, poles: Poles | None, recorder: Recorder | None) -> Trajectory:
+def _run(model: Model, options: RunOptions, poles: Poles | None, recorder: RecordsStates | None) -> Trajectory:
     (start, stop), wanted = options.span, options.times
     warn_of_stiff_contacts(model)
     clock = Clock()

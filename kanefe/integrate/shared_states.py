@@ -12,7 +12,7 @@ from kanefe.integrate.state_rows import TakesStates, merged, rows_at
 from kanefe.integrate.status import RunStatus
 
 
-class Recorder(TakesStates, Protocol):
+class RecordsStates(TakesStates, Protocol):
     """What records a run as it goes on."""
 
     times: np.ndarray
@@ -35,7 +35,7 @@ class SharedStates:
         Output times, the last one the end of the run, s.
     width : int
         Number of entries of a state.
-    recorder : Recorder
+    recorder : RecordsStates
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class SharedStates:
         Number of output times so far.
     """
 
-    def __init__(self, outputs: np.ndarray, width: int, recorder: Recorder) -> None:
+    def __init__(self, outputs: np.ndarray, width: int, recorder: RecordsStates) -> None:
         self._outputs, self._recorder = outputs, recorder
         self.times = merged(recorder.times[recorder.times <= outputs[-1]], outputs)
         self.events: Sequence[str] = recorder.events

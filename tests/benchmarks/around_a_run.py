@@ -101,7 +101,7 @@ def asked_of_a_car(rounds: int) -> list[Figure]:
             reports.append(seconds(lambda run=result: str(run.contact_report())))  # type: ignore[misc]
             result = scene.simulate((0.0, 6.0), output_step=0.005)
             overviews.append(seconds(lambda run=result: run.plot(path=Path(folder) / "car.png")))  # type: ignore[misc]
-            rests.append(seconds(lambda: kf.equilibrium(scene, steady=False)))
+            rests.append(seconds(lambda: kf.equilibrium(scene)))
     return [
         SAVE_CAR.figure(median(saves), f"run {median(runs):.2f} s"),
         COUPLING.figure(median(couplings)),

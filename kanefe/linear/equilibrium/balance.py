@@ -247,20 +247,26 @@ class BalanceSearch:
         grow.
         """
         share = self._longest / max(step_length(self.model, z), self._longest)
-        before, force = self._size(q, u, z)
+        here = self.small(q, u)
+        before, force = self._size(here) if not settles else 0.0, self._force(here, z)
         for _ in range(LARGEST_HALVINGS):
             q_new, u_new = self._closed(self.model.advance(q, share * z), u + share * du)
-            size, force_new = self._size(q_new, u_new, z)
-            if force_new >= -0.9 * force if settles else size < before:
+            there = self.small(q_new, u_new)
+            if self._force(there, z) >= -0.9 * force if settles else self._size(there) < before:
                 break
             share *= 0.5
         return q_new, u_new, self.imbalance(q_new, u_new)
 
-    def _size(self, q: Vector, u: Vector, z: Vector) -> tuple[float, float]:
-        """Return the size of the accelerations of a state, in the metric of masses, and the force along a tangent."""
-        small = self.small(q, u)
+    @staticmethod
+    def _size(small: SmallMotions) -> float:
+        """Return the size of the accelerations of a state, in the metric of masses."""
         pulled = _metric(small.mass).T @ small.du
-        return float(pulled @ pulled), float(z @ small.mass @ small.du)
+        return float(pulled @ pulled)
+
+    @staticmethod
+    def _force(small: SmallMotions, z: Vector) -> float:
+        """Return the force along a tangent."""
+        return float(z @ small.mass @ small.du)
 
     def _advice(self, imbalance: Imbalance, q: Vector, u: Vector) -> str:
         text = f"no equilibrium of the scene was found at t = {self.t:.6g} s: {imbalance} remains"

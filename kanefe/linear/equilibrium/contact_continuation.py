@@ -30,6 +30,9 @@ ON_THE_WAY = 1e-3
 """Imbalance, relative to the forces that act, at which the next distance follows: a step is only the start of the next
 search."""
 
+ENOUGH_UNMOVED = 2
+"""Number of successive distances whose search begins in balance after which the others are skipped."""
+
 MOST_FAILURES = 3
 """Number of successive failed searches after which the others are skipped."""
 
@@ -66,13 +69,14 @@ def continued(
     depths = contact_depths(State(yields(SOFTEST * length), t, q, u))
     farthest = max((-max(probes) for probes in depths), default=0.0)
     softness = max(SOFTEST, farthest / FAR / length)
-    failures = 0
-    while softness >= HARDEST and failures < MOST_FAILURES:
+    failures, unmoved = 0, 0
+    while softness >= HARDEST and failures < MOST_FAILURES and unmoved < ENOUGH_UNMOVED:
         soft = yields(softness * length)
         soft = at_rest(soft, t, np.concatenate((q, u, soft.initial_states)), softness * length)
         try:
-            q, _ = BalanceSearch(soft, t, q, u, found, held, max(softness, SHORTEST), enough=ON_THE_WAY).run()
-            failures = 0
+            search = BalanceSearch(soft, t, q, u, found, held, max(softness, SHORTEST), enough=ON_THE_WAY)
+            q, _ = search.run()
+            failures, unmoved = 0, 0 if search.iterations else unmoved + 1
         except SimulationError:
             failures += 1  # the next ones may still succeed
         softness *= HARDER
