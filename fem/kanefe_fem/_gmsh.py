@@ -21,6 +21,7 @@ import numpy as np
 from kanefe.errors import FileError, MeshError, MissingDependency, outside
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import row_numbers, shape
+from kanefe.storage.watched import long_work
 from kanefe_fem.mesh.checks import MeshWarning, refuse_shape
 from kanefe_fem.mesh.geo_commands import harmless_script, refuse_options
 from kanefe_fem.mesh.mesh import WHOLE_BODY, Mesh
@@ -224,7 +225,8 @@ def _generate(gmsh: Any, order: int | None) -> None:
     gmsh.model.occ.synchronize()
     dimension = 3 if gmsh.model.getEntities(3) else 2 if gmsh.model.getEntities(2) else 1
     if not len(gmsh.model.mesh.getElements(dimension)[0]):
-        gmsh.model.mesh.generate(dimension)
+        for lower in long_work("meshing lines, faces, volumes", range(1, dimension + 1)):
+            gmsh.model.mesh.generate(lower)
     if order is not None:
         gmsh.model.mesh.setOrder(order)
     if _is_folded(gmsh, dimension):

@@ -52,7 +52,9 @@ def integrate(model: Model, t_span: tuple[float, float], **options: Unpack[RunKe
     return run(model, RunOptions(t_span=t_span, **options))
 
 
-def run(model: Model, options: RunOptions, poles: Poles | None = None, recorder: RecordsStates | None = None) -> Trajectory:
+def run(
+    model: Model, options: RunOptions, poles: Poles | None = None, recorder: RecordsStates | None = None
+) -> Trajectory:
     """Run a model in time.
 
     Parameters

@@ -54,7 +54,7 @@ class ForceKernel:
     def prepared(
         self, times: Vector, driven: np.ndarray, values: Matrix, states: Matrix, rates: Matrix
     ) -> tuple[Call, Matrix, Vector]:
-        """Return the call for some states, what it writes, and whether that is told; `rates`: known ones, or no rows."""
+        """Return the call for some states, what it writes, and whether that is told; `rates` are known, or no rows."""
         places, call = self.told.tables.places, self._evaluation.new_call()
         tables, _, _, loops = self._evaluated
         workspace = workspace_in(call.call.arguments[-1], *self._evaluated)

@@ -49,9 +49,7 @@ class CompiledForces:
         """What the kernel tells of each state, and the numbers of the states of which the literal route has to."""
         route = self._route
         values = route.values_over(self._times, self._states)
-        call, found, is_told = route.force_kernel.prepared(
-            self._times, self._drives, values, self._states, self._rates
-        )
+        call, found, is_told = route.force_kernel.prepared(self._times, self._drives, values, self._states, self._rates)
         call()
         return found, np.flatnonzero(is_told == 0)
 

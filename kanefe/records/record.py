@@ -11,7 +11,7 @@ from kanefe.integrate.trajectory import is_finite_number
 from kanefe.scene.targets import Named, asked_for
 
 Keep = Literal["values", "extremes"]
-"""What is kept of a channel: its values, or only the least and the largest one."""
+"""Values of a channel that are kept: all, or only the least and the largest one."""
 
 
 @dataclass(frozen=True)

@@ -35,6 +35,7 @@ from kanefe.results.recorded import Recorded
 from kanefe.results.surface_outline import SurfaceOutline
 from kanefe.storage.files import ready_path, write_whole
 from kanefe.storage.hdf5 import decode, encode
+from kanefe.storage.watched import long_work
 from kanefe.tree.neighbours import Neighbours
 
 FORMAT = "kanefe result"
@@ -126,7 +127,8 @@ def save_result(result: Reader, path: str | Path, *, forces: bool = True) -> Non
     for i, line in enumerate(lines):
         arrays[f"lines/{i}/points"] = (line.points, "m")
         arrays[f"lines/{i}/states"] = (line.states, "1")
-    for quantity, body, interface in _saved(shapes, result, forces and result.has_forces):
+    keys = _saved(shapes, result, forces and result.has_forces)
+    for quantity, body, interface in long_work(f"reading the channels for {path.name}", keys):
         unit = result.units(quantity, body) if body else result.units(quantity)
         arrays[_location(quantity, body, interface)] = (result.read(quantity, body, interface or None), unit)
         if quantity == PARTED:

@@ -19,6 +19,7 @@ import numpy as np
 
 from kanefe.errors import FileError, MissingDependency
 from kanefe.storage.files import regular_file
+from kanefe.storage.watched import long_work
 
 SMALLEST_COMPRESSED = 1024
 """Number of values in an array below which compression costs more than it saves."""
@@ -73,7 +74,7 @@ def encode(header: Mapping[str, Any], arrays: Mapping[str, tuple[np.ndarray, str
         for name, value in header.items():
             file.attrs[name] = value if isinstance(value, (str, int)) else json.dumps(value, default=_plain)
         put = _writer(h5py, file, is_small)
-        for path, (array, unit) in arrays.items():
+        for path, (array, unit) in long_work("packing arrays", arrays.items()):
             put(path, array, unit)
     data = buffer.getbuffer()
     data[:HEAD] = _head(hashlib.sha256(data[HEAD:]).hexdigest())
@@ -131,7 +132,9 @@ def decode(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     try:
         _compare_digest(path)
         with h5py.File(path, "r") as file:
-            return dict(file.attrs), dict(_arrays(h5py, file, "", 0))
+            return dict(file.attrs), dict(
+                long_work(f"reading {path.name}", _arrays(h5py, file, "", 0), _count(h5py, file))
+            )
     except (OSError, RuntimeError, KeyError, ValueError, TypeError, MemoryError) as error:
         raise FileError(
             f"{path} is truncated or not an HDF5 file of this kanefe: {error}. Remedy: save the result again"
@@ -155,6 +158,13 @@ def _compare_digest(path: Path) -> None:
         raise ValueError("it has no digest of its content at its head: another program wrote it, or an older kanefe")
     if head != _head(found.hexdigest()):
         raise ValueError("its content does not match its digest: it was damaged, cut, or changed after it was saved")
+
+
+def _count(h5py: Any, file: Any) -> int:
+    """Return the number of arrays of a file."""
+    names: list[str] = []
+    file.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
+    return len(names)
 
 
 def _arrays(h5py: Any, group: Any, place: str, depth: int) -> Iterator[tuple[str, np.ndarray]]:

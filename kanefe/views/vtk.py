@@ -19,6 +19,7 @@ from kanefe.results.contact_history import STATUS, ContactHistory
 from kanefe.results.load_lines import GONE, SLACK, LoadLine
 from kanefe.results.selection import spread_frames
 from kanefe.storage.files import ready_path
+from kanefe.storage.watched import long_work
 from kanefe.views.cuboids import CORNERS, equivalent_cuboid
 
 try:
@@ -87,7 +88,7 @@ def write_series(
     try:
         folder.mkdir(exist_ok=True)
         listed: list[tuple[Path, float, int, str]] = []
-        for number, frame in enumerate(frames):
+        for number, frame in enumerate(long_work(f"writing {target.name}", frames)):
             time = float(result.times[frame])
             for part, shape in enumerate(shapes):
                 if (grid := grids[part]) is not None:

@@ -131,8 +131,8 @@ def test_a_run_that_passes_over_quiet_steps_is_the_same_run(seed, method, monkey
 def test_events_before_a_failure_in_compiled_code_are_kept(monkeypatch):
     run_on = KernelStepper.integrate_over_events
 
-    def fails_later(stepper, times, states, most_steps, watched):
-        found = run_on(stepper, times, states, most_steps, watched)
+    def fails_later(stepper, times, states, passed, most_steps, watched):
+        found = run_on(stepper, times, states, passed, most_steps, watched)
         if watched.counts[0] > 0:
             raise StepFailure("it breaks", "mend it")
         return found

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from kanefe.errors import ModelError
+from kanefe.storage.watched import long_work
 from kanefe_fem.recovery.strain_fields import CHUNK, StrainFields
 
 COMPONENTS = ("xx", "yy", "zz", "yz", "xz", "xy")
@@ -144,7 +145,7 @@ def envelope_of(
     sign = -1.0 if quantity == "min_principal" else 1.0
     best, when = np.full(len(positions), -np.inf), np.zeros(len(positions), dtype=np.int64)
     step = max(1, CHUNK // (6 * len(positions)))
-    for first in range(0, len(eta), step):
+    for first in long_work(f"envelope of {quantity}", range(0, len(eta), step)):
         values = sign * SCALARS[quantity](fields.evaluate("stress", at, eta[first : first + step], material))
         local = values.argmax(axis=0)
         top = np.take_along_axis(values, local[None], axis=0)[0]
