@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import engine_scenes as ours
+from benchmarks import loops
 from benchmarks.clocks import Race, check_agreement, fill, microseconds, repeated, seconds
 from benchmarks.goals import Figure, Goal
 from benchmarks.peer_process import Peers
@@ -27,6 +28,9 @@ CALL_GOALS = {count: Goal(f"S1 right-hand side, N={count}: time / Pinocchio's ab
 BODY_GOAL = Goal(f"S4 tumbling body, {FREE_MODES} modes: time of an RK4 step / Exudyn's", 0.3)
 MIXED_GOAL = Goal("100 rigid bodies and 10 flexible: time of a generalised-alpha step / Exudyn's", 0.1)
 MIXED_LINKS, MIXED_BARS, MIXED_STEPS = 100, 10, 50
+CAR_STEP_GOAL = Goal("car on four loops: time of a generalised-alpha step / Exudyn's", 0.1)
+CAR_ERROR_GOAL = Goal("car on four loops, an upright to 1e-6 m: time / Exudyn's", 0.1)
+CAR_REST, CAR_END, CAR_STEPS, CAR_ERROR = 0.3, 0.5, (200, 100), 1e-6  # rad, s, steps of ours and theirs, m
 CLOSE = 1e-5
 """Largest relative difference of positions: the peer closes joints to the tolerance of its iteration."""
 
@@ -131,6 +135,47 @@ def implicit_steps(peers: Peers, rounds: int) -> list[Figure]:
     return [MIXED_GOAL.figure(race.ratio, remark)]
 
 
+def car_on_loops(peers: Peers, rounds: int) -> list[Figure]:
+    """Compare a car on four loops: a step of generalised-alpha, and the time to an error of 1e-6 m."""
+    scene = loops.car(True, CAR_REST)
+    car = {
+        "gravity": list(map(float, scene.gravity)),
+        "position": [0.0, 0.0, 0.5],
+        "corners": list(loops.CORNERS.values()),
+        "chassis": {"mass": 1200.0, "inertia": [300.0, 1500.0, 1700.0], "com": [0.0, 0.0, 0.0]},
+        "lower arm": {"mass": 5.0, "inertia": [0.1, 0.05, 0.1], "com": [0.0, 0.15, 0.0]},
+        "upper arm": {"mass": 3.0, "inertia": [0.05, 0.03, 0.05], "com": [0.0, 0.12, 0.0]},
+        "upright": {"mass": 15.0, "inertia": [0.3, 0.3, 0.3], "com": [0.0, 0.0, 0.1]},
+        "wheel": {"mass": 18.0, "inertia": [0.5, 0.9, 0.5], "com": [0.0, 0.0, 0.0]},
+        "spring": {**loops.SPRING, "rest": CAR_REST},
+        "spin": 30.0,
+        "rod": 0.3,
+    }
+    peers.ask("build_car", name="car", car=car)
+    last = f"{list(loops.CORNERS)[-1]} upright"
+
+    def run(**how: Any) -> np.ndarray:
+        found = scene.simulate((0.0, CAR_END), output_times=[CAR_END], **how)
+        return np.asarray(found.center_of_mass(last)[-1])
+
+    mine, theirs = CAR_STEPS
+    fixed = {"method": "generalised-alpha", "step": CAR_END / mine}
+    true = run(rtol=1e-11)
+    answer = peers.ask("solve", name="car", steps=theirs, h=CAR_END / theirs)
+    for end in (run(**fixed), run(), answer["end"]):
+        check_agreement("car on four loops", true, end, CAR_ERROR)
+
+    def solve() -> float:
+        return float(peers.ask("solve", name="car", steps=theirs, h=CAR_END / theirs)["seconds"])
+
+    step = Race(lambda: seconds(lambda: run(**fixed)) / mine, lambda: solve() / theirs, rounds)
+    whole = Race(lambda: seconds(run), solve, rounds)
+    return [
+        CAR_STEP_GOAL.figure(step.ratio, f"{microseconds(step.ours)} against {microseconds(step.theirs)}"),
+        CAR_ERROR_GOAL.figure(whole.ratio, f"{microseconds(whole.ours)} against {microseconds(whole.theirs)}"),
+    ]
+
+
 def _build_chain(peers: Peers, name: str, count: int) -> None:
     peers.ask(
         "build_chain",
@@ -146,4 +191,5 @@ GROUPS = {
     articulated_bodies: list(CALL_GOALS.values()),
     tumbling_body: [BODY_GOAL],
     implicit_steps: [MIXED_GOAL],
+    car_on_loops: [CAR_STEP_GOAL, CAR_ERROR_GOAL],
 }

@@ -127,7 +127,14 @@ def asked_of_links(rounds: int) -> list[Figure]:
 
 def recorded(rounds: int) -> list[Figure]:
     """Measure what a record costs beside a run, and its memory."""
-    scene, channels = car(), ["position chassis", "velocity chassis", "acceleration body", "load fl road normal"]
+    scene, channels = (
+        car(),
+        [
+            "position chassis",
+            "velocity chassis",
+            *(f"joint_coordinates {name} hub" for name in CORNERS),
+        ],
+    )
     steps = scene.simulate((0.0, 6.0)).statistics["steps"]
     record = kf.Record(channels, step=6.0 / steps)
     ratios = []

@@ -16,15 +16,19 @@ ROWS = {
 }
 CAR = Goal("car with four loops, a ball and a rod each (16 rows): step / same tree without loops", 2.0)
 
+SPRING = {"stiffness": 2e3, "damping": 200.0}  # N m/rad, N m s/rad
 CORNERS = {"front left": (1.3, 0.6), "front right": (1.3, -0.6), "rear left": (-1.3, 0.6), "rear right": (-1.3, -0.6)}
 
 
-def car(with_loops: bool) -> kf.System:
-    """Return a car in the air on double wishbones with rods, or what is left without upper balls and rods."""
+def car(with_loops: bool, rest: float = 0.0) -> kf.System:
+    """Return a car in the air on double wishbones with rods, or what is left without upper balls and rods.
+
+    Its springs push the wheels to an angle `rest`, rad.
+    """
     scene = kf.System(gravity=(0, 0, -9.81))
     start = kf.Free(position=(0, 0, 0.5))
     chassis = scene.add_rigid_body("chassis", 1200.0, (300.0, 1500.0, 1700.0), joint=start)
-    spring = kf.CoordinateForce(stiffness=2e3, damping=200.0)
+    spring = kf.CoordinateForce(**SPRING, rest=rest)
     for name, (x, y) in CORNERS.items():
         side = 1.0 if y > 0.0 else -1.0
         lower = scene.add_rigid_body(

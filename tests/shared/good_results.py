@@ -27,7 +27,12 @@ def result() -> kf.Result:
     return made.simulate((0.0, 0.01), output_step=0.002)
 
 
+def recorded(path: str) -> kf.Result:
+    return small().simulate((0.0, 0.01), record="kinetic_energy", record_file=path)
+
+
 WRITERS["run.h5"] = lambda path: result().save(path, forces=False)
+WRITERS["records.h5"] = recorded
 
 
 def instant() -> kf.Instant:
@@ -77,6 +82,9 @@ for method, name in (("to_csv", "a.csv"), ("to_matlab", "a.mat")):
     on(f"kanefe.Result.{method}", result, path=name, channels={"tip": "position beam/tip"})
 on("kanefe.Result.to_vtk", result, path="a.pvd", fps=None, every=2, scale=1.0)
 files("kanefe.load_result", kf.load_result, path="run.h5")
+files("kanefe.load_records", kf.load_records, path="records.h5")
+call("kanefe.Record", kf.Record, channels="position rod", step=0.1, at=(), keep="values")
+call("kanefe.Record (events)", kf.Record, channels={"x": "position rod"}, at=["floor touch"])
 
 AT = {"t": None, "start": None}
 first("kanefe.linearise", kf.linearise, hanging, **AT, inputs=None, outputs=None)

@@ -227,6 +227,8 @@ on(
     small,
     t_span=(0.0, 0.01),
     start=None,
+    record="kinetic_energy",
+    record_file="records.h5",
     method="auto",
     rtol=1e-6,
     atol=1e-7,
