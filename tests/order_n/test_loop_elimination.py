@@ -14,9 +14,11 @@ from kanefe.kane.constraints import constraint_rates
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
 from kanefe.kane.loop_closure import openings
 from kanefe.kane.state import State
+from kanefe.kernels.constraints.closing import CLOSED, closing_memory_size
 from kanefe.kernels.constraints.row_paths import FIRST_GUEST
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.order_n.route import OrderN
+from kanefe.tree.model_data import QUADRATURES
 from loop_scenes import bent_four_bars, four_bars, geared_bars, nested_loops
 
 LAYOUTS = ("apart", "in a row", "one on the other")
@@ -231,3 +233,33 @@ def test_loops_that_are_switched_off_do_not_make_others_weak() -> None:
         route_of(one).held_rates(0.0, np.concatenate((one.route.start(0.0), np.zeros(2))))[1] for one in (plain, model)
     ]
     assert found[1] == found[0] > NEAR_SINGULAR
+
+
+@pytest.mark.parametrize("layout", ["apart", "in a row", "one on the other"])
+def test_nothing_is_eliminated_where_loops_are_open_by_round_off_alone(layout: str) -> None:
+    """The pivot that is returned is 1 where nothing was eliminated."""
+    model = four_bars(3, layout).freeze()
+    route = model.route
+    assert isinstance(route, OrderN)
+    n, m = model.coordinate_count, model.free_count
+    memory = np.empty(closing_memory_size(route.tables, route.elastic, route.loops))
+
+    def closed(share: float) -> tuple[np.ndarray, float]:
+        y = np.concatenate((model.initial_coordinates, np.zeros(m), model.initial_states, np.zeros(QUADRATURES)))
+        y[n : n + m] += share * np.random.default_rng(3).standard_normal(m)
+        ended, weakest = route.closing(0.0, route.drives(0.0), y, memory)
+        assert ended == CLOSED
+        return y, weakest
+
+    still, pivot = closed(0.0)
+    assert pivot == 1.0
+    np.testing.assert_array_equal(still[:n], model.initial_coordinates)
+    moved, pivot = closed(1e-13)
+    assert pivot < 1.0
+    assert np.abs(openings_of_speeds(model, moved)).max() < 1e-15
+
+
+def openings_of_speeds(model: Model, y: np.ndarray) -> np.ndarray:
+    q, u, _ = model.parts(y[:-QUADRATURES])
+    state = State(model, 0.0, q, u)
+    return constraint_rates(state).open_rates(state.full)

@@ -31,7 +31,7 @@ from kanefe.kernels.constraints.loop_tables import (
     wrenches_in,
     wrenches_size,
 )
-from kanefe.kernels.constraints.openings import openings, rate_of_row
+from kanefe.kernels.constraints.openings import openings, rate_of_row, size_of_rate
 from kanefe.kernels.constraints.row_wrenches import clear_all_forces, write_rows
 from kanefe.kernels.constraints.tolerances import LARGEST_ITERATIONS, LARGEST_OPENING, MOST_HALVINGS, TOLERANCE
 from kanefe.kernels.layout import (
@@ -212,6 +212,8 @@ def close(
             is_factored = False
     if not worst <= LARGEST_OPENING:
         return LEFT_OPEN, weakest
+    if is_swept and not is_tried and _has_closed_speeds(loops, tables, drives, u, z, work, at):
+        return CLOSED, weakest
     holds_speeds = loops.rows[:, HOLDS_PLACE].sum() < m
     if not is_factored or holds_speeds or (start > FAR * weakest and not is_here):
         if not is_swept:
@@ -237,6 +239,20 @@ def close(
     copy(at.place, q)
     copy(at.speeds, u)
     return CLOSED, weakest
+
+
+@inlined
+def _has_closed_speeds(
+    loops: Loops, tables: Tables, drives: np.ndarray, u: np.ndarray, z: np.ndarray, work: np.ndarray, at: Closing
+) -> bool:
+    """Return whether what the speeds open, after a sweep with them, is round-off."""
+    write_rows(loops, tables.gravity, drives, z, len(u), work, at.exerted)
+    found = True
+    for j in range(len(loops.rows)):
+        if found and holds(loops, j, z):
+            rate = abs(rate_of_row(loops, j, drives, work, at.exerted, u))
+            found = rate <= ROUND_OFF * size_of_rate(loops, j, work, at.exerted)
+    return found
 
 
 # Of a prepared call of `close_state`: its number, and what is returned

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import Numbers, dot, minus, plus, rotated, three, vector
+from kanefe.kernels.algebra.vectors import Numbers, dot, minus, norm, plus, rotated, three, vector
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.constraints.constraint_rows import AT, CONTACT_ROW, COUPLER_ROW, row_residual
 from kanefe.kernels.constraints.loop_tables import (
@@ -114,4 +114,18 @@ def rate_of_row(
         if row >= 0:
             total += dot(vector(wrenches, j, 6 * end), vector(work, row, VELOCITY))
             total += dot(vector(wrenches, j, 6 * end + 3), vector(work, row, OMEGA))
+    return total
+
+
+@inlined
+def size_of_rate(loops: Loops, j: int, work: np.ndarray, exerted: RowWrenches) -> float:
+    """Return how large dg/dt of a row between two ends could be at their speeds; zero of other rows."""
+    total = 0.0
+    if loops.rows[j, KIND_OF] == CONTACT_ROW or loops.rows[j, KIND_OF] == COUPLER_ROW:
+        return total
+    for end in range(2):
+        row = loops.rows[j, ROW_A + end]
+        if row >= 0:
+            total += norm(vector(exerted.wrenches, j, 6 * end)) * norm(vector(work, row, VELOCITY))
+            total += norm(vector(exerted.wrenches, j, 6 * end + 3)) * norm(vector(work, row, OMEGA))
     return total
