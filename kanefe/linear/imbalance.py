@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kanefe.contact.contact import compliant_contacts
+from kanefe.contact.contact import Contact
+from kanefe.contact.contact_evaluation import InPython
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.active import elastic_forces
@@ -15,7 +16,7 @@ from kanefe.kane.assemble import mass_matrix
 from kanefe.kane.inertia import flexible_inertia
 from kanefe.kane.interactions import generalised_force
 from kanefe.kane.kinematics import elastic_state
-from kanefe.kane.state import State, actions, once
+from kanefe.kane.state import State, once
 from kanefe.linear.tangents import tangent_names
 from kanefe.linear.unit_forces import scene_load_columns
 from kanefe.tree.load_names import scene_loads
@@ -139,14 +140,18 @@ def force_sizes(state: State) -> Vector:
     for load in scene_loads(model):
         columns_of = scene_load_columns(state, load)
         sizes[: model.free_count] += np.abs(columns_of) @ np.abs(np.atleast_1d(load.value(t, state)))
-    for load_between, action in zip(model.loads, actions(state), strict=True):
+    for i, load_between in enumerate(model.loads):
+        ends, own = state.load_ends(i), state.load_states(i)
+        if not isinstance(load_between, Contact):
+            action = load_between.action(t, ends, own)
+        else:
+            contact = InPython(load_between, ends, own)
+            action = contact.action()
+            for touch in contact.touches():
+                # the force through a wheel's axle and its friction cancel at the axle
+                force = math.hypot(touch.normal_force, float(np.linalg.norm(touch.tangential)))
+                for end in (0, touch.end):
+                    placed, lever = state.marker(load_between.ends[end]), np.linalg.norm(touch.point - ends[end].p)
+                    sizes += force * (np.linalg.norm(placed.V, axis=0) + lever * np.linalg.norm(placed.W, axis=0))
         sizes += np.abs(generalised_force(state, load_between.ends, action.wrenches))
-    for number, contact in compliant_contacts(model.loads):
-        ends = state.load_ends(number)
-        for touch in contact.touches(ends, state.load_states(number)):
-            # the force through a wheel's axle and its friction cancel at the axle
-            force = math.hypot(touch.normal_force, float(np.linalg.norm(touch.tangential)))
-            for end in (0, touch.end):
-                frame, lever = state.marker(contact.ends[end]), float(np.linalg.norm(touch.point - ends[end].p))
-                sizes += force * (np.linalg.norm(frame.V, axis=0) + lever * np.linalg.norm(frame.W, axis=0))
     return sizes
