@@ -219,7 +219,7 @@ class RunLoop:
                     raise  # a scene that cannot start is refused, not run in part
                 return self._ended(RunStatus.of_error(stepper.t, error))
             self._keep()
-            finite = np.isfinite(rows.states[: rows.stored]).all(axis=1) if rows.is_full else np.ones(1, dtype=bool)
+            finite = np.isfinite(rows.states[: rows.stored]).all(axis=1) if rows.is_ready else np.ones(1, dtype=bool)
             if finite.all():
                 continue
             # the ends of the steps are finite; between them powers of large numbers need not be

@@ -90,6 +90,11 @@ class StateRows:
         return self.stored == len(self.times)
 
     @property
+    def is_ready(self) -> bool:
+        """Whether so many rows are filled as a window usually has."""
+        return self.stored >= self._usual
+
+    @property
     def is_last(self) -> bool:
         """Whether no window follows."""
         return self._first + len(self.times) == len(self._all)
@@ -109,7 +114,7 @@ class StateRows:
 
         Its last row is the first of the next window: it may still change, by a sample or an event at its time.
         """
-        if self._taker is not None and self.stored >= self._usual and not self.is_last:
+        if self.is_ready and not self.is_last:
             last = self.stored - 1
             self._give(last)
             self.states[0] = self.states[last]
@@ -137,7 +142,7 @@ class StateRows:
         self._give(self.stored)
 
     def _give(self, count: int) -> None:
-        if self._taker is not None:
+        if self._taker is not None and count:
             rates = None if self.accelerations is None else self.accelerations[:count]
             self._taker.take(self.times[:count], self.states[:count], rates)
 
