@@ -151,7 +151,7 @@ def force_sizes(state: State) -> Vector:
                 # the force through a wheel's axle and its friction cancel at the axle
                 force = math.hypot(touch.normal_force, float(np.linalg.norm(touch.tangential)))
                 for end in (0, touch.end):
-                    placed, lever = state.marker(load_between.ends[end]), np.linalg.norm(touch.point - ends[end].p)
-                    sizes += force * (np.linalg.norm(placed.V, axis=0) + lever * np.linalg.norm(placed.W, axis=0))
+                    placed, arm = state.marker(load_between.ends[end]), np.linalg.norm(touch.point - ends[end].p)
+                    sizes += force * (np.linalg.norm(placed.V, axis=0) + arm * np.linalg.norm(placed.W, axis=0))
         sizes += np.abs(generalised_force(state, load_between.ends, action.wrenches))
     return sizes
