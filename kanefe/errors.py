@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Iterable
 from types import FrameType
 
 INSIDE = {"kanefe", "kanefe_fem", "functools", "scipy"}
@@ -74,6 +75,22 @@ class MissingDependency(KanefeError, ImportError):
         self.package = package
         self.needed_by = needed_by
         self.remedy = remedy
+
+
+def did_you_mean(name: str, known: Iterable[str], least: float = 0.6) -> str:
+    """Return the question whether the nearest of the known names was meant, for a message; empty if none is near.
+
+    Parameters
+    ----------
+    name : str
+    known : iterable of str
+    least : float
+        Least similarity, 0 to 1.
+    """
+    import difflib
+
+    near = difflib.get_close_matches(name, list(known), 1, least)
+    return f"Did you mean {near[0]!r}? " if near else ""
 
 
 def outside() -> int:

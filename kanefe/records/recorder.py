@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import warnings
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -14,7 +13,7 @@ import numpy as np
 
 from kanefe._version import __version__
 from kanefe.equations.model import Model
-from kanefe.errors import FileError, ModelError, SimulationWarning, outside
+from kanefe.errors import FileError, ModelError, SimulationWarning, did_you_mean, outside
 from kanefe.frames import Vector
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.state_rows import merged, rows_at
@@ -111,8 +110,7 @@ class Recorder:
         """
         for name in self.events:
             if name not in events:
-                near = difflib.get_close_matches(name, events, 1)
-                did = f"Did you mean {near[0]!r}? " if near else ""
+                did = did_you_mean(name, events)
                 raise ModelError(
                     f"record at {name!r}: there is no such event. {did}Remedy: one of {', '.join(events) or 'none'}"
                 )

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 from collections import Counter
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.errors import ModelError
+from kanefe.errors import ModelError, did_you_mean
 from kanefe.results.quantities import DRIVES, LOADS, LOOPS, OF_SCENE, POINTS, QUANTITIES
 from kanefe.results.quantity_reader import QuantityReader
 from kanefe.scene.targets import Named, asked_for
@@ -94,8 +93,7 @@ def channel_of(
     """
     what, _, rest = text.strip().partition(" ")
     if what not in QUANTITIES:
-        near = difflib.get_close_matches(what, QUANTITIES, 1)
-        did = f"Did you mean {near[0]!r}? " if near else ""
+        did = did_you_mean(what, QUANTITIES)
         raise ModelError(f"{kind} {text!r}: there is no {what!r}. {did}Remedy: one of {', '.join(QUANTITIES)}")
     rest = rest.strip()
     head, _, last = rest.rpartition(" ")

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.errors import ModelError
+from kanefe.errors import ModelError, did_you_mean
 from kanefe.joints.held_motion import Course, driven_by, held_motion
 from kanefe.scene.controllers import DRIVES, ControllerMethods
 from kanefe.scene.scene import BodyEntry
@@ -61,7 +61,7 @@ class HeldInputMethods(ControllerMethods):
         for name, text in _asked(named):
             what, _, rest = text.strip().partition(" ")
             if what not in KINDS:
-                did = _did_you_mean(what, KINDS)
+                did = did_you_mean(what, KINDS)
                 raise ModelError(f"input {text!r}: there is no {what!r}. {did}Remedy: one of {', '.join(KINDS)}")
             if what == "drive":
                 drives += self._held_drives(name, text, t, taken)
@@ -112,7 +112,7 @@ class HeldInputMethods(ControllerMethods):
         places = dict(_named(self._entries))
         if label not in places:
             listed = ", ".join(map(repr, places)) or "none"
-            did = _did_you_mean(label, places)
+            did = did_you_mean(label, places)
             raise ModelError(f"input {f'load {label}'!r}: the scene has no such load. {did}It has: {listed}")
         entry, kind, at = places[label]
         given = getattr(entry, kind)
@@ -143,13 +143,6 @@ def _asked(named: Named | None) -> list[tuple[str, str]]:
     if not all(isinstance(text, str) for _, text in found):
         raise ModelError(f"inputs must be texts such as 'motor hub', or a mapping of names to them, not {named!r}")
     return found
-
-
-def _did_you_mean(text: str, known: Iterable[str]) -> str:
-    import difflib
-
-    near = difflib.get_close_matches(text, list(known), 1)
-    return f"Did you mean {near[0]!r}? " if near else ""
 
 
 def _take(what: tuple[int, int] | str, text: str, taken: set[tuple[int, int] | str]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable
 from functools import cache, partial
 from typing import NamedTuple
@@ -10,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.errors import ModelError
+from kanefe.errors import ModelError, did_you_mean
 from kanefe.frames import Vector
 from kanefe.instants.instant import Instant
 from kanefe.integrate.sampling import reader
@@ -62,8 +61,7 @@ def outputs_of(scene: Steppable, model: Model, named: Named | None) -> tuple[Out
         elif what in FORCES:
             found += _forces(model, name, text)
         else:
-            near = difflib.get_close_matches(what, (*READS, *FORCES), 1)
-            did = f"Did you mean {near[0]!r}? " if near else ""
+            did = did_you_mean(what, (*READS, *FORCES))
             raise ModelError(
                 f"output {text!r}: there is no {what!r}. {did}Remedy: one of {', '.join((*READS, *FORCES))}"
             )

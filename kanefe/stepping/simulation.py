@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import time
 import warnings
 from collections.abc import Mapping
@@ -11,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from kanefe.errors import ModelError, SimulationWarning, outside
+from kanefe.errors import ModelError, SimulationWarning, did_you_mean, outside
 from kanefe.frames import Vector
 from kanefe.instants.instant import Instant
 from kanefe.integrate.auto.choice import Choice, choose
@@ -327,10 +326,9 @@ class Simulation:
             raise ModelError(f"inputs of a step must be a mapping of names to numbers, not {inputs!r}")
         for name, value in inputs.items():
             if name not in self._places:
-                near = difflib.get_close_matches(str(name), self.input_names, 1, 0.0)
-                did = f" Did you mean {near[0]!r}?" if near else ""
+                did = did_you_mean(str(name), self.input_names, 0.0)
                 listed = ", ".join(map(repr, self.input_names)) or "none: start(inputs=...) names them"
-                raise ModelError(f"the simulation has no input {name!r}.{did} It has: {listed}")
+                raise ModelError(f"the simulation has no input {name!r}. {did}It has: {listed}")
             if not is_finite_number(value):
                 raise ModelError(f"input {name!r} must be a finite number, in {self.units[name]}, not {value!r}")
             values[self._places[name]] = float(value)

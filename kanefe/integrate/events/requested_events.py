@@ -7,7 +7,7 @@ from dataclasses import replace
 from fnmatch import fnmatchcase
 
 from kanefe.equations.model import Model
-from kanefe.errors import ModelError
+from kanefe.errors import ModelError, did_you_mean
 from kanefe.integrate.events.contact_changes import ReportedContactEvent
 from kanefe.integrate.events.event import Event
 from kanefe.integrate.events.load_events import EventOfLoad
@@ -31,7 +31,7 @@ def with_asked_events(model: Model, events: Sequence[Event]) -> Model:
         if not any(fnmatchcase(one, name) for one in known):
             raise ModelError(
                 f"event {name!r} has no function, and no load or contact of the scene has such an event. "
-                f"{_nearest(name, known)}Remedy: kanefe.Event({name!r}, function), or the name of one of these: "
+                f"{did_you_mean(name, known)}Remedy: kanefe.Event({name!r}, function), or the name of one of these: "
                 f"{', '.join(known) or 'none'}"
             )
     loads = [
@@ -80,10 +80,3 @@ def _names(load: Load) -> list[str]:
 def _only_in(more: Load, load: Load) -> set[str]:
     """Return the names of the events of a load that it has in detail alone."""
     return {*_names(more)} - {*_names(load)}
-
-
-def _nearest(name: str, known: Sequence[str]) -> str:
-    import difflib
-
-    near = difflib.get_close_matches(name, known, 1)
-    return f"Did you mean {near[0]!r}? " if near else ""
