@@ -103,11 +103,10 @@ class RunLoop:
         self._start, self._pace = stepper.t, Pace(dynamics.model, stepper, float(times[-1]), limits, sampler, poles)
         self.is_interrupted = False
         self._looking = stepper if watch and sampler is None and looks_out(stepper) else None
-        self._change_reports = stepper if gives_accelerations(stepper) else None
         is_compiled = watch is None or (self._looking is not None and self._looking.can_look_out)
-        self.chunk = chunk if is_compiled and self._change_reports is None else 1
+        self.chunk = chunk if is_compiled and not gives_accelerations(stepper) else 1
         if watch is not None:
-            watch.keep_states(() if taker is None else taker.events)
+            watch.keep_states(() if taker is None else tuple(taker.events))
         self._is_done = False
         self._file: CheckpointFile | None = None
         self._kept: tuple[float, Progress] | None = None
@@ -219,12 +218,10 @@ class RunLoop:
                     raise  # a scene that cannot start is refused, not run in part
                 return self._ended(RunStatus.of_error(stepper.t, error))
             self._keep()
-            finite = np.isfinite(rows.states[: rows.stored]).all(axis=1) if rows.is_ready else np.ones(1, dtype=bool)
-            if finite.all():
-                continue
             # the ends of the steps are finite; between them powers of large numbers need not be
-            at = float(rows.times[int(np.argmin(finite))])
-            return self._ended(RunStatus("failed", at, "states within a step are beyond all numbers", "a smaller rtol"))
+            if rows.is_ready and (finite := rows.count_finite()) < rows.stored:
+                at, what = float(rows.times[finite]), "states within a step are beyond all numbers"
+                return self._ended(RunStatus("failed", at, what, "a smaller rtol"))
         return RunStatus("finished", stepper.t)
 
     def _interrupted(self) -> RunStatus:
@@ -323,8 +320,7 @@ class RunLoop:
                     return self._pace.out_of_time(t)
                 return RunStatus("failed", t, end.reason, end.remedy)
             acting = watch.acting
-            if self.rows.wants_events:
-                self._tell_of(found)
+            self._tell_of(found)
             if acting is None:
                 return None
             at_once = [event for t, event in found if t >= acting]
@@ -350,8 +346,9 @@ class RunLoop:
                     return RunStatus("failed", acting, refusal.reason, refusal.remedy)
                 return RunStatus.of_error(acting, refusal)
             told = watch.telling.take(happened)
-            for name in told:
-                self.rows.happened(name, acting, before)
+            for name in self.rows.events:
+                if name in told:
+                    self.rows.happened(name, acting, before)
             terminal = next((event for event in watch.events if event.terminal and event.name in told), None)
             if terminal is not None:
                 self._stand_at(acting, y)
@@ -367,8 +364,9 @@ class RunLoop:
 
     def _tell_of(self, found: Sequence[tuple[float, Event]]) -> None:
         """Tell of events of the last step and the states before them."""
-        for t, event in found:
-            self.rows.happened(event.name, t, self._stepper.states(np.array([t]))[0])
+        for t, event in found if self.rows.events else ():
+            if event.name in self.rows.events:
+                self.rows.happened(event.name, t, self._stepper.states(np.array([t]))[0])
 
     def _acted(self, event: Event, t: float, y: Vector) -> Vector:
         """Return the state after an action, its loops closed, and the energy of the change taken into account."""
@@ -394,9 +392,7 @@ class RunLoop:
     def _ended(self, status: RunStatus) -> RunStatus:
         """Keep what is finite, and the state at which the run ended, where it is one."""
         rows = self.rows
-        finite = np.isfinite(rows.states[: rows.stored]).all(axis=1)
-        if not finite.all():
-            rows.stored = int(np.argmin(finite))
+        rows.stored = rows.count_finite()
         state = self._stepper.state()
         if np.all(np.isfinite(state)):
             self._stand_at(self._stepper.t, state)
@@ -412,8 +408,7 @@ class RunLoop:
 
     def _stand_at(self, t: float, y: Vector) -> None:
         self.last = t, y
-        if self._change_reports is not None:
-            self.last_accelerations = self._change_reports.accelerations(np.array([t]))
+        self.last_accelerations = self.rows.accelerations_at(np.array([t]))
 
     def _progress(self) -> Progress:
         from kanefe.integrate.checkpoint import Progress

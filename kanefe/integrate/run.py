@@ -77,7 +77,12 @@ def run(
     """
     model = with_asked_events(model, options.watched)
     with one_count(model, options):
-        return _run(model, options, poles, recorder)
+        try:
+            return _run(model, options, poles, recorder)
+        except BaseException:
+            if recorder is not None:
+                recorder.leave()
+            raise
 
 
 def one_count(model: Model, options: RunOptions) -> AbstractContextManager[None]:
@@ -108,11 +113,6 @@ def _run(model: Model, options: RunOptions, poles: Poles | None, recorder: Recor
     times = wanted if wanted[-1] == stop else np.append(wanted, stop)
     taker: SharedStates | None = None
     if recorder is not None:
-        if options.checkpoint is not None or options.resume is not None:
-            raise ModelError(
-                "record and checkpoint (or resume) were both given: what was recorded is not in a checkpoint. Remedy: "
-                "one of the two, or a run in parts, each with start= the end of the one before"
-            )
         recorder.begin([event.name for event in told])
         taker = SharedStates(times, len(model.initial_state) + QUADRATURES, recorder)
         times = taker.times
@@ -149,7 +149,6 @@ def _run(model: Model, options: RunOptions, poles: Poles | None, recorder: Recor
         times, states = np.append(times, loop.last[0]), np.vstack((states, loop.last[1]))
         if rates is not None and loop.last_accelerations is not None:
             rates = np.vstack((rates, loop.last_accelerations))
-    n, m = model.coordinate_count, model.free_count
     statistics = {
         "method": stepper.name,
         "reason": choice.reason,
@@ -164,16 +163,13 @@ def _run(model: Model, options: RunOptions, poles: Poles | None, recorder: Recor
     events = {event.name: np.array(watch.times[event.name]) for event in told} if watch else {}
     for text in of_fixed_steps(model, statistics, events):
         warnings.warn(text, SimulationWarning, stacklevel=outside())
-    found = Trajectory(
-        times=times,
-        coordinates=states[:, :n],
-        speeds=states[:, n : n + m],
-        dissipated=states[:, -QUADRATURES],
-        work=states[:, -1],
+    found = Trajectory.of_states(
+        model,
+        times,
+        states,
         statistics=statistics,
         accelerations=rates,
         status=status,
-        internal=states[:, n + m : -QUADRATURES],
         events=events,
         controllers=sampler.logs() if sampler else {},
         bent=stepper.bent,

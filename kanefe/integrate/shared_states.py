@@ -21,6 +21,10 @@ class RecordsStates(TakesStates, Protocol):
         """Begin, with the names of all events of the run."""
         ...
 
+    def leave(self) -> None:
+        """Close what is open: the run was not begun, or an error ended it."""
+        ...
+
     def end(self, status: RunStatus) -> Mapping[str, Any]:
         """End, and return what was recorded."""
         ...

@@ -104,6 +104,11 @@ class StateRows:
         """Whether nothing was stored at all."""
         return not self.stored and not self._first
 
+    def count_finite(self) -> int:
+        """Return how many of the stored rows are before the first that is not finite."""
+        finite = np.isfinite(self.states[: self.stored]).all(axis=1)
+        return self.stored if finite.all() else int(np.argmin(finite))
+
     def aim(self, stop: float) -> None:
         """Store only the state at a later time, s."""
         self.end, self.times, self.stored = stop, np.array([stop]), 0
@@ -146,15 +151,15 @@ class StateRows:
             rates = None if self.accelerations is None else self.accelerations[:count]
             self._taker.take(self.times[:count], self.states[:count], rates)
 
-    def happened(self, name: str, t: float, y: Vector) -> None:
-        """Tell of an event and the state before it."""
-        if self._taker is not None and name in self._taker.events:
-            self._taker.happened(name, t, y)
-
     @property
-    def wants_events(self) -> bool:
-        """Whether the states at events are taken."""
-        return self._taker is not None and bool(self._taker.events)
+    def events(self) -> Sequence[str]:
+        """Names of the events at which a state is taken."""
+        return () if self._taker is None else self._taker.events
+
+    def happened(self, name: str, t: float, y: Vector) -> None:
+        """Tell of one of `events` and the state before it."""
+        if self._taker is not None:
+            self._taker.happened(name, t, y)
 
     def store_to(self, t: float) -> None:
         """Let the rows end at a time of the last step, s: later ones do not count."""
@@ -162,5 +167,9 @@ class StateRows:
 
     def store_accelerations(self, first: int, last: int) -> None:
         """Store accelerations of some rows, in the last step."""
-        if self.accelerations is not None and self._reports is not None:
-            self.accelerations[first:last] = self._reports.accelerations(self.times[first:last])
+        if self.accelerations is not None:
+            self.accelerations[first:last] = self.accelerations_at(self.times[first:last])
+
+    def accelerations_at(self, times: np.ndarray) -> np.ndarray | None:
+        """Return the accelerations (T, free) at times in the last step; None where they are not stored."""
+        return None if self._reports is None else self._reports.accelerations(times)

@@ -17,6 +17,7 @@ from kanefe.frames import numbers
 from kanefe.integrate.sampling import ControllerLog
 from kanefe.integrate.status import RunStatus
 from kanefe.tree.bending import Bent
+from kanefe.tree.model_data import QUADRATURES, ModelData
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +64,20 @@ class Trajectory:
     controllers: Mapping[str, ControllerLog] = field(default_factory=dict)
     bent: Sequence[Bent] = ()
     records: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of_states(cls, model: ModelData, times: np.ndarray, states: np.ndarray, **rest: Any) -> Trajectory:
+        """Return a trajectory from whole states (T, state and quadratures); `rest` are its other attributes."""
+        n, m = model.coordinate_count, model.free_count
+        return cls(
+            times=times,
+            coordinates=states[:, :n],
+            speeds=states[:, n : n + m],
+            dissipated=states[:, -QUADRATURES],
+            work=states[:, -1],
+            internal=states[:, n + m : -QUADRATURES],
+            **rest,
+        )
 
     def __post_init__(self) -> None:
         if not self.internal.size:

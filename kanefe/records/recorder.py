@@ -39,11 +39,16 @@ def recorder_of(model: Model, options: RunOptions, asked: object, path: str | Pa
     Raises
     ------
     ModelError
-        If they are not valid, there is no such channel, or two columns have the same name.
+        If they are not valid, there is no such channel, two columns have the same name, or checkpoints are wanted too.
     """
     records = records_of(asked)
     if not records:
         raise ModelError("record_file was given, and nothing to record. Remedy: record=['position arm x', ...]")
+    if options.checkpoint is not None or options.resume is not None:
+        raise ModelError(
+            "record and checkpoint (or resume) were both given: what was recorded is not in a checkpoint. Remedy: "
+            "one of the two, or a run in parts, each with start= the end of the one before"
+        )
     return Recorder(model, options.span, options.times, records, path)
 
 
@@ -141,6 +146,11 @@ class Recorder:
                 if len(self._at_events[i]) >= EVENTS_AT_ONCE:
                     self._add_events(i)
 
+    def leave(self) -> None:
+        """Close the file without a status: the run was not begun, or an error ended it."""
+        if self._file is not None:
+            self._file.leave()
+
     def end(self, status: RunStatus) -> Mapping[str, Recorded]:
         """End, and return what was recorded, by column."""
         for i in range(len(self._records)):
@@ -186,17 +196,7 @@ class Recorder:
         warnings.warn(f"{error}. The run goes on; what was recorded ends here", SimulationWarning, stacklevel=outside())
 
     def _reader(self, times: np.ndarray, states: np.ndarray, accelerations: np.ndarray | None) -> Reader:
-        n, m = self._model.coordinate_count, self._model.free_count
-        run = Trajectory(
-            times=times,
-            coordinates=states[:, :n],
-            speeds=states[:, n : n + m],
-            dissipated=states[:, -QUADRATURES],
-            work=states[:, -1],
-            statistics={},
-            accelerations=accelerations,
-            internal=states[:, n + m : -QUADRATURES],
-        )
+        run = Trajectory.of_states(self._model, times, states, statistics={}, accelerations=accelerations)
         return Reader(RunChannels(self._model, run))
 
 

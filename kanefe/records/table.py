@@ -56,7 +56,7 @@ class Table:
             self._times.append(times.copy())
             self._values.append(values.copy())
         else:
-            self.file.add(self.number, times, values)
+            self.file.write(self.number, times, values)
 
     def _add_extremes(self, times: np.ndarray, values: np.ndarray) -> None:
         width = values.shape[1]
@@ -69,7 +69,7 @@ class Table:
         self._times = [np.take_along_axis(times, at, axis=0)]
         self._values = [np.take_along_axis(values, at, axis=0)]
         if self.file is not None:
-            self.file.put(self.number, self._times[0], self._values[0])
+            self.file.write(self.number, self._times[0], self._values[0])
 
     def recorded(self) -> dict[str, Recorded]:
         """Return the columns."""

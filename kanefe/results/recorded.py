@@ -71,15 +71,16 @@ class Recorded:
     @property
     def least(self) -> Extreme:
         """The least recorded value."""
-        times, values = self._read()
-        at = int(np.argmin(values))
-        return Extreme(float(values[at]), float(times[at]))
+        return self._extreme(np.argmin)
 
     @property
     def largest(self) -> Extreme:
         """The largest recorded value."""
+        return self._extreme(np.argmax)
+
+    def _extreme(self, find: Callable[[np.ndarray], np.intp]) -> Extreme:
         times, values = self._read()
-        at = int(np.argmax(values))
+        at = int(find(values))
         return Extreme(float(values[at]), float(times[at]))
 
 

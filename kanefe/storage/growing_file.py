@@ -6,7 +6,7 @@ of a writer that was killed opens in the mode for readers of such files only; `r
 
 from __future__ import annotations
 
-import json
+import contextlib
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -16,7 +16,7 @@ import numpy as np
 
 from kanefe.errors import FileError
 from kanefe.storage.files import ready_path, regular_file
-from kanefe.storage.hdf5 import h5py_for
+from kanefe.storage.hdf5 import h5py_for, put_header
 
 CHUNK_BYTES = 2**16
 """Size of a chunk of a table, bytes."""
@@ -60,7 +60,7 @@ class GrowingFile:
         self._check_room(0)
         try:
             self._file = h5py.File(self.path, "w", libver=("v110", "v110"))
-            self._write_header(header)
+            put_header(self._file, header)
             self._times, self._values = [], []
             for i, (width, grows) in enumerate(tables):
                 rows = max(1, CHUNK_BYTES // (8 * width))
@@ -77,27 +77,24 @@ class GrowingFile:
         except OSError as error:
             raise FileError(f"cannot write {self.path}: {error}. Remedy: another folder or name") from error
 
-    def add(self, number: int, times: np.ndarray, values: np.ndarray) -> None:
-        """Add rows to a table: times (T,) and values (T, columns)."""
+    def write(self, number: int, times: np.ndarray, values: np.ndarray) -> None:
+        """Add rows to a table, times (T,) and values (T, columns); of one that does not grow write the two rows."""
         self._check_room(times.nbytes + values.nbytes)
         try:
             for part, rows in ((self._values[number], values), (self._times[number], times)):
-                first = len(part)
-                part.resize(first + len(rows), axis=0)
+                first = 0
+                if part.maxshape[0] is None:
+                    first = len(part)
+                    part.resize(first + len(rows), axis=0)
                 part[first:] = rows
                 part.flush()
         except (OSError, RuntimeError) as error:
             raise self._unwritten(error) from error
 
-    def put(self, number: int, times: np.ndarray, values: np.ndarray) -> None:
-        """Write the two rows of a table that does not grow: times and values (2, columns)."""
-        self._check_room(times.nbytes + values.nbytes)
-        try:
-            for part, rows in ((self._values[number], values), (self._times[number], times)):
-                part[...] = rows
-                part.flush()
-        except (OSError, RuntimeError) as error:
-            raise self._unwritten(error) from error
+    def leave(self) -> None:
+        """Close the file as it is."""
+        with contextlib.suppress(OSError, RuntimeError):
+            self._file.close()
 
     def close(self, header: Mapping[str, Any]) -> None:
         """Close the file, and write more of its header."""
@@ -106,14 +103,10 @@ class GrowingFile:
             self._file.close()
             self._check_room(0)
             self._file = h5py.File(self.path, "r+")
-            self._write_header(header)
+            put_header(self._file, header)
             self._file.close()
         except (OSError, RuntimeError) as error:
             raise self._unwritten(error) from error
-
-    def _write_header(self, header: Mapping[str, Any]) -> None:
-        for name, value in header.items():
-            self._file.attrs[name] = value if isinstance(value, str) else json.dumps(value)
 
     def _check_room(self, size: int) -> None:
         free = shutil.disk_usage(self.path.parent).free

@@ -19,7 +19,7 @@ import numpy as np
 
 from kanefe.errors import FileError, MissingDependency
 from kanefe.storage.files import regular_file
-from kanefe.storage.watched import long_work
+from kanefe.storage.watched import is_watched, long_work
 
 SMALLEST_COMPRESSED = 1024
 """Number of values in an array below which compression costs more than it saves."""
@@ -71,14 +71,19 @@ def encode(header: Mapping[str, Any], arrays: Mapping[str, tuple[np.ndarray, str
     is_small = sum(array.nbytes for array, _ in arrays.values()) <= SMALL_FILE
     # "v110" keeps attributes above 64 KiB, such as a long provenance, which older layouts refuse
     with h5py.File(buffer, "w", libver=("v110", "v110"), userblock_size=HEAD) as file:
-        for name, value in header.items():
-            file.attrs[name] = value if isinstance(value, (str, int)) else json.dumps(value, default=_plain)
+        put_header(file, header)
         put = _writer(h5py, file, is_small)
         for path, (array, unit) in long_work("packing arrays", arrays.items()):
             put(path, array, unit)
     data = buffer.getbuffer()
     data[:HEAD] = _head(hashlib.sha256(data[HEAD:]).hexdigest())
     return data
+
+
+def put_header(file: Any, header: Mapping[str, Any]) -> None:
+    """Write attributes of an open file: texts and whole numbers unchanged, anything else as JSON."""
+    for name, value in header.items():
+        file.attrs[name] = value if isinstance(value, (str, int)) else json.dumps(value, default=_plain)
 
 
 def _writer(h5py: Any, file: Any, is_small: bool) -> Callable[[str, np.ndarray, str], None]:
@@ -132,9 +137,8 @@ def decode(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     try:
         _compare_digest(path)
         with h5py.File(path, "r") as file:
-            return dict(file.attrs), dict(
-                long_work(f"reading {path.name}", _arrays(h5py, file, "", 0), _count(h5py, file))
-            )
+            count = _count(h5py, file) if is_watched() else None
+            return dict(file.attrs), dict(long_work(f"reading {path.name}", _arrays(h5py, file, "", 0), count))
     except (OSError, RuntimeError, KeyError, ValueError, TypeError, MemoryError) as error:
         raise FileError(
             f"{path} is truncated or not an HDF5 file of this kanefe: {error}. Remedy: save the result again"

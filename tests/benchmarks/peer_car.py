@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import exudyn
@@ -44,8 +43,8 @@ class _Car:
         )
 
 
-def solve_car(car: Answer, steps: int, h: float, settings: Any) -> Answer:
-    """Run the car by generalised-alpha; return the seconds and where the last upright is."""
+def built_car(car: Answer) -> tuple[Any, int]:
+    """Return the system of a car, ready to run, and the number of its last upright."""
     built, origin = _Car(car["gravity"]), np.array(car["position"])
     chassis = built.body(car["chassis"], origin, [0, 0, 0])
     for x, y in car["corners"]:
@@ -83,9 +82,4 @@ def solve_car(car: Answer, steps: int, h: float, settings: Any) -> Answer:
         ]
         built.mbs.AddObject(items.ObjectConnectorDistance(markerNumbers=markers, distance=car["rod"]))
     built.mbs.Assemble()
-    settings.timeIntegration.numberOfSteps, settings.timeIntegration.endTime = steps, steps * h
-    start = time.process_time()
-    built.mbs.SolveDynamic(settings, solverType=exudyn.DynamicSolverType.GeneralizedAlpha)
-    seconds = time.process_time() - start
-    where = built.mbs.GetObjectOutputBody(upright, exudyn.OutputVariableType.Position)
-    return {"seconds": seconds, "end": np.asarray(where).tolist()}
+    return built.mbs, upright

@@ -26,7 +26,7 @@ import scipy.sparse as sp  # noqa: E402
 from exudyn.FEM import FEMinterface, ObjectFFRFreducedOrderInterface  # noqa: E402
 from exudyn.utilities import RigidBodyInertia, RotationMatrixY, RotationMatrixZ  # noqa: E402
 from peer_arm import solve_arm  # noqa: E402
-from peer_car import solve_car  # noqa: E402
+from peer_car import built_car  # noqa: E402
 
 Answer = dict[str, Any]
 
@@ -65,7 +65,7 @@ class Runs:
 
     def build_car(self, name: str, car: Answer) -> Answer:
         """Take what the car on four loops is made of; it is built for each run, as its end is its state."""
-        self.solves[name] = lambda steps, h: solve_car(car, steps, h, _settings())
+        self.solves[name] = lambda steps, h: _solve_car(car, steps, h)
         return {}
 
     def build_arm(self, name: str, arm: Answer) -> Answer:
@@ -94,23 +94,17 @@ def _free_body(file: str, modes: int) -> tuple[Any, Any]:
     return fem, ObjectFFRFreducedOrderInterface(fem, rigidBodyNodeType="NodeType.RotationRotationVector")
 
 
-def _settings() -> Any:
-    """Return the settings of a run, without output; generalised-alpha with what is fastest there: kept matrices."""
+def _timed(mbs: Any, steps: int, h: float, is_implicit: bool = False) -> float:
+    """Return the seconds of a run, without output; generalised-alpha with what is fastest there: kept matrices."""
     settings = exudyn.SimulationSettings()
     settings.timeIntegration.generalizedAlpha.spectralRadius = SPECTRAL_RADIUS
     settings.timeIntegration.newton.useModifiedNewton = True
     settings.linearSolver.solverType = exudyn.LinearSolverType.EigenSparse
+    settings.timeIntegration.numberOfSteps = steps
+    settings.timeIntegration.endTime = steps * h
     settings.timeIntegration.verboseMode = 0
     settings.solution.file.write = False
     settings.parallel.numberOfThreads = 1
-    return settings
-
-
-def _timed(mbs: Any, steps: int, h: float, is_implicit: bool = False) -> float:
-    """Return the seconds of a run."""
-    settings = _settings()
-    settings.timeIntegration.numberOfSteps = steps
-    settings.timeIntegration.endTime = steps * h
     start = time.process_time()
     solver = exudyn.DynamicSolverType
     mbs.SolveDynamic(settings, solverType=solver.GeneralizedAlpha if is_implicit else solver.RK44)
@@ -195,6 +189,13 @@ def _solve_mixed(chain: Answer, body: Any, bars: Answer, steps: int, h: float) -
     position = exudyn.OutputVariableType.Position
     where = mbs.GetObjectOutputBody(last, position), mbs.GetNodeOutput(bar["nRigidBody"], position)
     return {"seconds": seconds, "end": np.concatenate(where).tolist()}
+
+
+def _solve_car(car: Answer, steps: int, h: float) -> Answer:
+    mbs, upright = built_car(car)
+    seconds = _timed(mbs, steps, h, is_implicit=True)
+    where = mbs.GetObjectOutputBody(upright, exudyn.OutputVariableType.Position)
+    return {"seconds": seconds, "end": np.asarray(where).tolist()}
 
 
 def _pinocchio_chain(links: list[Answer], gravity: list[float]) -> tuple[Any, Any]:

@@ -168,10 +168,10 @@ class EventWatch:
             length=of_run[2],
         )
 
-    def keep_states(self, names: Sequence[str]) -> None:
+    def keep_states(self, names: tuple[str, ...]) -> None:
         """Let `take_records` have the states before events of these names."""
-        self._with_states = tuple(names)
-        if self.watched is not None:
+        is_same, self._with_states = self._with_states == names, names
+        if self.watched is not None and not is_same:
             rows = len(self.watched.records) if names else 0
             self.watched = self.watched._replace(before=np.empty((rows, len(self.watched.after))))
 
