@@ -30,8 +30,8 @@ from kanefe.kernels.loads.loads_layout import COMPLEX
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, SLOPE, TIME_AT, Run
 from kanefe.loads.functions import SPENT
 from kanefe.order_n.derivative_call import DerivativeCall
-from kanefe.order_n.moving_frames import MotionsKernel, MovingFrames
 from kanefe.order_n.rates_kernel import RatesCall, RatesKernel
+from kanefe.order_n.swept_state import MotionsKernel, SweptState
 from kanefe.order_n.sweeps import Sweeps
 from kanefe.order_n.tables.constraint_tables import loop_tables
 from kanefe.order_n.tables.drive_tables import drive_tables
@@ -159,7 +159,7 @@ class OrderN(LiteralRoute):
 
     def state(self, t: float, y: Vector) -> SceneState:
         """Return what functions of the user see of a state that begins with q, u and z."""
-        return SceneState(self.model, t, *self.parts(y), frames=MovingFrames(self._frames, t, y))
+        return SweptState(self._frames, t, y)
 
     def sweeps(self, times: np.ndarray, states: Matrix) -> RunSweeps | None:
         """Return what is computed of all states of a run at once."""

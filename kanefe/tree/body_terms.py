@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, TypeGuard
 
 import numpy as np
@@ -117,7 +118,7 @@ class BodyTerms:
         """Whether springs, dampers or limits act along coordinates of the joint."""
         return any(force is not None and force.acts for force in self.joint.coordinate_forces)
 
-    @property
+    @cached_property
     def is_driven(self) -> bool:
         """Whether a coordinate of the joint is a given function of time."""
         return any(motion is not None for motion in self.joint.motions)

@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
     from kanefe.constraints.rows import Constraint
 
+ORIGIN = (0.0, 0.0, 0.0)
+"""Place of a point that nobody gives: the origin of its frame, m."""
+
 
 class Forces(Protocol):
     """Forces that depend on the accelerations of a state."""
@@ -97,7 +100,7 @@ class SceneState:
                 self._modes_of(body.name)
         return np.concatenate((self.q, self.u, self.z))
 
-    def position(self, name: str, interface: str = "", point: Sequence[float] = (0.0, 0.0, 0.0)) -> Vector:
+    def position(self, name: str, interface: str = "", point: Sequence[float] = ORIGIN) -> Vector:
         """Return the position of a point of a body or of one of its interfaces, in N, shape (3,), m.
 
         Parameters
@@ -109,21 +112,22 @@ class SceneState:
         point : array_like, shape (3,)
             Position from the frame's origin in its axes, m.
         """
-        frame = self._frame(name, interface)
-        return np.asarray(frame.p_NoFo_N + frame.A_NF @ np.asarray(point, dtype=float))
+        frame = self._moving(name, interface)
+        return frame.p.copy() if point is ORIGIN else np.asarray(frame.p + frame.A @ np.asarray(point, dtype=float))
 
-    def velocity(self, name: str, interface: str = "", point: Sequence[float] = (0.0, 0.0, 0.0)) -> Vector:
+    def velocity(self, name: str, interface: str = "", point: Sequence[float] = ORIGIN) -> Vector:
         """Return the velocity of a point given as for `position`, in components of N, shape (3,), m/s."""
-        frame = self._frame(name, interface)
-        return np.asarray(frame.A_NF @ (frame.v + cross(frame.w, np.asarray(point, dtype=float))))
+        frame = self._moving(name, interface)
+        return frame.v.copy() if point is ORIGIN else frame.v + cross(frame.w, frame.A @ np.asarray(point, dtype=float))
 
     def rotation(self, name: str, interface: str = "") -> Matrix:
         """Return A_NF, which maps components in the frame's axes to those in N, shape (3, 3)."""
-        return self._frame(name, interface).A_NF.copy()
+        return self._moving(name, interface).A.copy()
 
     def angular_velocity(self, name: str, interface: str = "") -> Vector:
         """Return the angular velocity of a frame seen from N, in its own axes, shape (3,), rad/s."""
-        return self._frame(name, interface).w.copy()
+        frame = self._moving(name, interface)
+        return frame.w @ frame.A
 
     def joint_coordinates(self, name: str) -> Vector:
         """Return the coordinates of a body's joint, driven ones included, m and rad."""
@@ -319,12 +323,22 @@ class SceneState:
             return G
         return interface_placed(G, frame, self.q[terms.eta], self.full[terms.speeds], self.model.slopes)
 
-    def _frame(self, name: str, interface: str) -> Placed:
-        number = self.model.index(name)
+    def _moving(self, name: str, interface: str) -> End:
+        """Return the motion of a body's frame, or of one of its interfaces, in components of N; found once."""
+        found = self._seen.get((name, interface))
+        if found is None:
+            found = self._seen[name, interface] = self._found(self.model.index(name), name, interface)
+        return found
+
+    @cached_property
+    def _seen(self) -> dict[tuple[str, str], End]:
+        return {}
+
+    def _found(self, number: int, name: str, interface: str) -> End:
         if not interface:
-            return self.placed(number, None)
+            return self.placed(number, None).end
         frame = self.model.flexible_terms(name).body.interface(interface)
-        return fixed_in(self.placed(number, frame), np.zeros(3), frame.axes)
+        return fixed_in(self.placed(number, frame), np.zeros(3), frame.axes).end
 
 
 def _read_only(x: Vector) -> Vector:

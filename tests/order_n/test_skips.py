@@ -215,7 +215,7 @@ def test_scenes_without_functions_of_the_user_stay_in_compiled_steps(monkeypatch
 def test_functions_of_time_do_not_look_at_the_state(monkeypatch: pytest.MonkeyPatch) -> None:
     model = pendulum(motor=lambda t: 0.25).freeze()
     expected = model.rhs(0.0, model.initial_state)
-    monkeypatch.setattr(kanefe.order_n.route, "SceneState", refuse)
+    monkeypatch.setattr(kanefe.order_n.route, "SweptState", refuse)
     np.testing.assert_array_equal(model.rhs(0.0, model.initial_state), expected)
     asking = pendulum(motor=lambda t, state: 0.25).freeze()
     with pytest.raises(LookupError):

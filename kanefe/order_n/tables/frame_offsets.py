@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,6 +28,11 @@ class FrameOffset:
     row: int
     axes: Matrix
     place: Vector
+
+    @cached_property
+    def is_row(self) -> bool:
+        """Whether the frame is that of the row."""
+        return not np.any(self.place) and np.array_equal(self.axes, np.eye(3))
 
 
 class FrameOffsets:
@@ -63,6 +69,7 @@ class FrameOffsets:
         self.reaches = [load.reach if load.kernel is not None else None for load in model.loads]
         self.point_bodies = [body_of_points(load, reach) for load, reach in zip(model.loads, self.reaches, strict=True)]
         self.inputs = InputLayout(model)
+        self._of_interfaces: dict[tuple[int, str], FrameOffset] = {}
 
     def frame_offset(self, number: int, interface: InterfaceFrame | None) -> FrameOffset:
         """Return where the frame of a body, or of one of its interfaces, sits; number -1 is N."""
@@ -70,7 +77,10 @@ class FrameOffsets:
             return FrameOffset(-1, np.eye(3), np.zeros(3))
         if interface is None:
             return self.frame_offsets[number]
-        return FrameOffset(self.interfaces[number, interface.name], np.eye(3), np.zeros(3))
+        where = number, interface.name
+        if where not in self._of_interfaces:
+            self._of_interfaces[where] = FrameOffset(self.interfaces[where], np.eye(3), np.zeros(3))
+        return self._of_interfaces[where]
 
     def marker_numbers(self, marker: Marker) -> tuple[int, np.ndarray]:
         """Return the row of a marker, and its place and axes in that row; of a joint coordinate where it is."""
