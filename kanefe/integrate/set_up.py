@@ -20,7 +20,7 @@ from kanefe.integrate.events.requested_events import with_what_is_asked
 from kanefe.integrate.loop import FIRST_CHUNK
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.run_checks.joint_ranges import ends_of_ranges
-from kanefe.integrate.stepper import Stepper
+from kanefe.integrate.stepper import Stepper, looks_out
 
 MOST_KEPT = 8
 """Largest number of combinations of options for which a model keeps what its runs have at the start."""
@@ -86,7 +86,24 @@ def set_up(model: Model, options: RunOptions) -> SetUp:
     told = reported_events(model, choice, options)
     watch, dynamics = watch_of(model, choice, options, told), Dynamics(model)
     stepper = choice.make(dynamics)
+    if choice.rivals:
+        stepper = _with_trials(choice, dynamics, stepper, watch, options)
     return SetUp(choice, told, dynamics, stepper, watch, FIRST_CHUNK, kept is not None and choice.is_compiled)
+
+
+def _with_trials(
+    choice: Choice, dynamics: Dynamics, stepper: Stepper, watch: EventWatch | None, options: RunOptions
+) -> Stepper:
+    """Return a stepper that tries other methods in the run."""
+    from kanefe.integrate.auto.tried_methods import TriedMethods
+    from kanefe.integrate.auto.work import WorkCounter
+
+    model = dynamics.model
+    by_single_steps = watch is not None and not (
+        not model.controllers and looks_out(stepper) and stepper.can_look_out
+    )
+    counter = WorkCounter(model, by_single_steps)
+    return TriedMethods(stepper, choice.rivals, dynamics, options.span, choice.control["rtol"], counter)
 
 
 def give_back(model: Model, options: RunOptions, used: SetUp) -> None:

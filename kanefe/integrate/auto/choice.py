@@ -43,6 +43,8 @@ class Choice:
         Whether its steps are kernels.
     keeps_steps : bool
         Whether its steps are given, and events of loads that would only end one do not.
+    rivals : tuple of callable
+        (dynamics) -> stepper of another method, which the run tries.
     """
 
     name: str
@@ -52,6 +54,7 @@ class Choice:
     is_plugged: bool = False
     is_compiled: bool = False
     keeps_steps: bool = False
+    rivals: tuple[Callable[[Dynamics], Stepper], ...] = ()
 
 
 def choose(model: Model, options: RunOptions) -> Choice:
@@ -84,7 +87,10 @@ def choose(model: Model, options: RunOptions) -> Choice:
         )
     follows, is_compiled = {"rtol": allowed} if step is None else {"step": step}, isinstance(row.stepper, Compiled)
     keeps_steps = step is not None and row.keeps_fixed_steps
-    return Choice(name, reason, make, follows, row.is_plugged, is_compiled, keeps_steps)
+    rivals: tuple[Callable[[Dynamics], Stepper], ...] = ()
+    if options.method == AUTO and step is None:
+        rivals = tuple(partial(_stepper, row_for(model, one), start, stop, control) for one in found.rivals)
+    return Choice(name, reason, make, follows, row.is_plugged, is_compiled, keeps_steps, rivals)
 
 
 def method_names(model: Model, options: RunOptions) -> tuple[str, ...]:

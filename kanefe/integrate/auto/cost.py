@@ -41,13 +41,16 @@ LEAST_OF_RADAU, LEAST_BESIDE_KINKS = 100.0, 400.0
 """Least number of steps, without and with kinks in the forces."""
 
 
+def compiled_evaluation(model: Model) -> float:
+    """Return how many products the compiled part of an evaluation takes about."""
+    modes = [body.flexible.body.free_count for body in model.bodies if body.flexible is not None]
+    own = PRODUCTS_A_FLEXIBLE_BODY * len(modes) + PRODUCTS_A_PAIR * sum(k * k for k in modes)
+    return PRODUCTS_A_BODY * (len(model.bodies) - len(modes)) + own
+
+
 def _evaluation(model: Model) -> float:
     """Return how many products an evaluation takes about."""
-    modes = [body.flexible.body.free_count for body in model.bodies if body.flexible is not None]
-    rigid = len(model.bodies) - len(modes)
-    called = 0.0 if model.route.is_autonomous else PRODUCTS_A_CALL
-    own = PRODUCTS_A_FLEXIBLE_BODY * len(modes) + PRODUCTS_A_PAIR * sum(k * k for k in modes)
-    return PRODUCTS_A_BODY * rigid + own + called
+    return compiled_evaluation(model) + (0.0 if model.route.is_autonomous else PRODUCTS_A_CALL)
 
 
 def explicit_work(model: Model, radians: float) -> float:

@@ -18,6 +18,7 @@ from kanefe.integrate.auto.abrupt_forces import (
 )
 from kanefe.integrate.auto.cost import LEAST_OF_RADAU, explicit_work, radau_work, sampled_work, steps_of_radau
 from kanefe.integrate.auto.explicit_rates import look_at_state, rate_of_functions
+from kanefe.integrate.auto.rivals import rivals_of
 from kanefe.integrate.auto.stiffest_rate import stiffest_rate
 from kanefe.integrate.auto.vibrations import (
     CALM,
@@ -96,6 +97,8 @@ class SuitedMethod(NamedTuple):
         Of a method with fixed steps, s.
     changes : ndarray or None
         Those of functions of the time, where they were asked for.
+    rivals : tuple of str
+        Methods that the run tries in its place.
     """
 
     name: str
@@ -105,6 +108,7 @@ class SuitedMethod(NamedTuple):
     share: float = 1.0
     step: float | None = None
     changes: Vector | None = None
+    rivals: tuple[str, ...] = ()
 
 
 class Candidates(NamedTuple):
@@ -144,7 +148,10 @@ def candidates(model: Model, start: float, stop: float, rtol: float | None, atol
 
     def choose() -> SuitedMethod:
         own = serving(model, *own_methods())  # its route is asked, for which kernels are compiled
-        return _of_route(model, own) if len(own) == 1 else found.choose()
+        if len(own) == 1:
+            return _of_route(model, own)
+        taken = found.choose()
+        return taken._replace(rivals=rivals_of(model, found.names, taken.name))
 
     return Candidates(found.names, choose)
 
