@@ -178,7 +178,7 @@ class RunLoop:
             self._write()
             return self._interrupted()
         except Exception as error:
-            told = None if int(self._stepper.statistics["steps"]) == 0 else raised_by_user(self._stepper.t, error)
+            told = None if self._stepper.step_count == 0 else raised_by_user(self._stepper.t, error)
             if told is None:
                 self._write()
                 raise
@@ -193,9 +193,9 @@ class RunLoop:
         return status
 
     def _run(self) -> RunStatus:
-        first, stepper, rows = int(self._stepper.statistics["steps"]), self._stepper, self.rows
+        first, stepper, rows = self._stepper.step_count, self._stepper, self.rows
         while rows.has_room():
-            steps = int(stepper.statistics["steps"]) - first
+            steps = stepper.step_count - first
             if (limit := self._pace.limit(steps)) is not None:
                 return self._ended(self._pace.with_growth(limit))
             most = self.chunk if self._limits.steps is None else min(self.chunk, self._limits.steps - steps)
@@ -214,7 +214,7 @@ class RunLoop:
             except StepFailure as failure:
                 return self._ended(self._failed(failure))
             except (KanefeError, np.linalg.LinAlgError) as error:
-                if int(stepper.statistics["steps"]) == 0:
+                if stepper.step_count == 0:
                     raise  # a scene that cannot start is refused, not run in part
                 return self._ended(RunStatus.of_error(stepper.t, error))
             self._keep()
@@ -237,7 +237,7 @@ class RunLoop:
 
     def _integrate(self, most: int) -> None:
         stepper, begun = self._stepper, time.perf_counter()
-        rows, steps = self.rows, int(stepper.statistics["steps"])
+        rows, steps = self.rows, stepper.step_count
         first = rows.stored
         self._is_done = False
         try:
@@ -254,7 +254,7 @@ class RunLoop:
         finally:
             self._bar.update(stepper.t - self._start - self._bar.n)
         if self.chunk > 1:
-            done = max(int(stepper.statistics["steps"]) - steps, 1)
+            done = max(stepper.step_count - steps, 1)
             wanted = done * CHUNK_SECONDS / max(time.perf_counter() - begun, 1e-9)
             self.chunk = int(max(2, min(wanted, CHUNK, 4 * self.chunk)))
 
@@ -278,20 +278,22 @@ class RunLoop:
 
     def _integrate_sampled(self, sampler: Sampler, most: int, begun: float) -> None:
         """Continue from sample to sample, for so many steps or so long as a go takes; steps end at samples."""
-        stepper, rows, end = self._stepper, self.rows, int(self._stepper.statistics["steps"]) + most
-        while not rows.is_full and (left := end - int(stepper.statistics["steps"])) > 0:
-            if sampler.next <= stepper.t < rows.end:
+        stepper, rows, end = self._stepper, self.rows, self._stepper.step_count + most
+        while not rows.is_full and (left := end - stepper.step_count) > 0:
+            target, t = sampler.next, stepper.t
+            if target <= t < rows.end:
                 with self._clock.aside(CONTROLLERS):
-                    y = sampler.sampled(stepper.t, stepper.state())
-                stepper.aim(sampler.next)
-                stepper.go_on_with(stepper.t, y)
+                    y = sampler.sampled(t, stepper.state())
+                target = sampler.next
+                stepper.aim(target)
+                stepper.go_on_with(t, y)
                 self._pace.check_drives()
                 if self._watch:
-                    self._watch.renew(stepper.t, y)
-                if rows.stored and rows.times[rows.stored - 1] == stepper.t:
+                    self._watch.renew(t, y)
+                if rows.stored and rows.times[rows.stored - 1] == t:
                     rows.states[rows.stored - 1] = y
                     rows.store_accelerations(rows.stored - 1, rows.stored)
-            target, first = sampler.next, rows.stored
+            first = rows.stored
             last = first + int(np.searchsorted(rows.times[first:], target, side="right"))
             is_cut = last == len(rows.times) and not rows.is_last  # the rest of the interval is in the next window
             if is_cut or (last > first and rows.times[last - 1] == target):

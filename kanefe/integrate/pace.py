@@ -15,6 +15,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import SimulationWarning, outside
 from kanefe.frames import Vector
 from kanefe.integrate.methods.table import serving
+from kanefe.integrate.run_checks.functions_of_user import with_jump
 from kanefe.integrate.run_checks.stiff_contacts import stiffest_contact
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.stepper import StepFailure, Stepper, reports_worst
@@ -115,7 +116,7 @@ class Pace:
 
     def mark(self, t: float) -> None:
         """Look from time t (s) on at whether the run moves."""
-        self._mark = int(self._stepper.statistics["steps"]), t
+        self._mark = self._stepper.step_count, t
 
     def check_progress(self) -> None:
         """Raise a StepFailure if the state is not finite or time stands still."""
@@ -123,12 +124,13 @@ class Pace:
         if not math.isfinite(float(state @ state)) and not np.all(np.isfinite(state)):  # the square may be too large
             worst = int(np.argmin(np.isfinite(state)))
             raise StepFailure("the motion has grown without bound", "check the loads, or take smaller steps", worst)
-        steps, t = int(self._stepper.statistics["steps"]), self._stepper.t
+        steps, t = self._stepper.step_count, self._stepper.t
         if steps - self._mark[0] >= SOME_STEPS:
             if t - self._mark[1] < SMALLEST_STEP * self._span * (steps - self._mark[0]) and t < self._end:
+                jump = self._jump()
                 raise StepFailure(
-                    f"its steps have become smaller than {SMALLEST_STEP:g} of the span",
-                    "check loads for jumps or growth without bound there, or loosen rtol",
+                    f"its steps have become smaller than {SMALLEST_STEP:g} of the span{jump[0]}",
+                    jump[1] or "check loads for jumps or growth without bound there, or loosen rtol",
                     self._stepper.worst if reports_worst(self._stepper) else None,
                 )
             self._mark = steps, t
@@ -152,13 +154,15 @@ class Pace:
         if left > LONGEST:
             moved = ", motions" if self._model.drives else ""
             sampled = " and controllers" if self._model.controllers else ""
+            jump = self._jump()
             status = self.with_growth(
                 RunStatus(
                     "stopped",
                     t,
                     f"at t = {t:.6g} s, after {elapsed:.0f} s, the steps of {self._stepper.name} are {step:.2g} s "
-                    f"long: at this pace the run takes {_duration(left)} more",
-                    f"check loads{moved}{sampled} for noise and jumps, loosen rtol, or another method, such as "
+                    f"long: at this pace the run takes {_duration(left)} more{jump[0]}",
+                    jump[1]
+                    or f"check loads{moved}{sampled} for noise and jumps, loosen rtol, or another method, such as "
                     f"{self._others()}",
                 )
             )
@@ -167,7 +171,7 @@ class Pace:
     def _check_contacts(self, t: float, elapsed: float, left: float) -> None:
         """Warn of a contact whose vibrations the run follows one by one."""
         contact = stiffest_contact(self._model)
-        step = (t - self._from) / max(int(self._stepper.statistics["steps"]), 1)
+        step = (t - self._from) / max(self._stepper.step_count, 1)
         if contact is None or step >= contact.period or self._end - t < MANY * contact.period:
             return
         self._is_warned = True
@@ -223,8 +227,19 @@ class Pace:
 
     def out_of_time(self, t: float) -> RunStatus:
         """Return the status of a run that the limit of seconds ends at time t (s)."""
-        remedy = f"{LARGER}, or another method, such as {self._others()}"
-        return RunStatus("stopped", t, f"by the limit of {self._limits.seconds:g} seconds", remedy)
+        jump = self._jump()
+        remedy = jump[1] or f"{LARGER}, or another method, such as {self._others()}"
+        return RunStatus("stopped", t, f"by the limit of {self._limits.seconds:g} seconds{jump[0]}", remedy)
+
+    def _jump(self) -> tuple[str, str]:
+        """Return what a function of the user does that jumps where the run is, and the remedy; or nothing."""
+        if self._model.route.is_autonomous:
+            return "", ""
+        try:
+            reason, _, remedy = with_jump(self._model, self._stepper.t, self._stepper.state()).partition(". Remedy: ")
+        except Exception:  # of the user: the run tells of it, if it comes there
+            return "", ""
+        return (f"; {reason}", remedy) if reason else ("", "")
 
     def _others(self) -> str:
         """Return methods that could be tried in place of this one."""

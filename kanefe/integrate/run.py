@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationWarning, outside
+from kanefe.frames import Vector
 from kanefe.integrate.auto.choice import Choice
 from kanefe.integrate.clock import Clock
 from kanefe.integrate.events.event import Event
@@ -20,10 +21,12 @@ from kanefe.integrate.options import RunKeywords, RunOptions
 from kanefe.integrate.pace import Limits, Poles
 from kanefe.integrate.run_checks.bushing_turns import of_bushings
 from kanefe.integrate.run_checks.convergence_check import of_fixed_steps
+from kanefe.integrate.run_checks.functions_of_user import changed_by_run, values_of_functions
 from kanefe.integrate.run_checks.stiff_contacts import warn_of_stiff_contacts
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.set_up import give_back, set_up
 from kanefe.integrate.shared_states import RecordsStates, SharedStates
+from kanefe.integrate.stepper import Stepper, tries_others
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kernels.compiler.compiled_functions import CompiledFunction, foreseen
 from kanefe.storage.watched import is_watched, progress_bar
@@ -104,6 +107,8 @@ def _run(model: Model, options: RunOptions, poles: Poles | None, recorder: Recor
         begun = set_up(model, options)
     choice, told, stepper, watch = begun.choice, begun.told, begun.stepper, begun.watch
     model.route.check_outputs(len(wanted))
+    begins = stepper.t, stepper.state()
+    given = {} if model.route.is_autonomous else values_of_functions(model, *begins)
     if choice.is_plugged and model.controllers:
         raise ModelError(
             f"{choice.name} does not end its steps at the samples of controller {model.controllers[0].name!r}. "
@@ -142,6 +147,8 @@ def _run(model: Model, options: RunOptions, poles: Poles | None, recorder: Recor
         status = of_bushings(model, wanted[:stored], states[:stored]) or status
     if status.kind == "failed" or loop.is_interrupted:
         warnings.warn(str(status), SimulationWarning, stacklevel=outside())
+    for text in _of_functions(model, stepper, begins, given):
+        warnings.warn(text, SimulationWarning, stacklevel=outside())
     times, states = wanted[:stored], states[:stored]
     if rates is not None:
         rates = rates[:stored]
@@ -157,6 +164,7 @@ def _run(model: Model, options: RunOptions, poles: Poles | None, recorder: Recor
         **choice.control,
         **loop.statistics,
         **loop.told_of_steps,
+        **({"tried": stepper.told, "tried_share": stepper.tried_share} if tries_others(stepper) else {}),
         "seconds": sum(clock.seconds.values()),
         "seconds_by_part": dict(clock.seconds),
     }
@@ -178,6 +186,20 @@ def _run(model: Model, options: RunOptions, poles: Poles | None, recorder: Recor
     begun.chunk = loop.chunk
     give_back(model, options, begun)
     return found
+
+
+def _of_functions(
+    model: Model, stepper: Stepper, begins: tuple[float, Vector], given: Mapping[str, Vector]
+) -> Iterator[str]:
+    """Yield what is told after a run of functions of the user that are none of time and state."""
+    if unanswered := getattr(stepper, "unanswered", None):
+        first, _, remedy = unanswered[0].partition(". Remedy: ")
+        yield (
+            f"{first}; the method went on with shorter steps, {len(unanswered)} times. Remedy: "
+            f"{remedy or 'a function that gives a number wherever a method may ask'}"
+        )
+    if given and (text := changed_by_run(model, *begins, given)):
+        yield text
 
 
 def _checkpoints(

@@ -159,6 +159,9 @@ def summary(status: RunStatus, statistics: Mapping[str, Any], events: Mapping[st
         "  counts  " + ", ".join(counts),
         told,
     ]
+    if statistics.get("tried"):
+        lines += [f"  {'tried' if i == 0 else '':7} {text}" for i, text in enumerate(statistics["tried"])]
+        lines.append(f"          trials in all: {statistics['tried_share']:.1%} of the work of the run")
     if "unconverged" in statistics:
         count, first, last, largest = statistics["unconverged"]
         where = f"{count:.0f} steps, from t = {first:.6g} s to {last:.6g} s"

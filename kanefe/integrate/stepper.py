@@ -92,6 +92,11 @@ class Stepper(Protocol):
         ...
 
     @property
+    def step_count(self) -> int:
+        """How many steps were accepted so far."""
+        ...
+
+    @property
     def statistics(self) -> dict[str, int | float]:
         """What was done so far: "steps", "rejected", "evaluations"; "factorisations", "jacobians" where there are."""
         ...
@@ -225,6 +230,20 @@ class ReportsWorst(Protocol):
         ...
 
 
+class TriesOthers(Protocol):
+    """A stepper that tries other methods in the run."""
+
+    @property
+    def told(self) -> list[str]:
+        """What was tried, in words."""
+        ...
+
+    @property
+    def tried_share(self) -> float:
+        """Work of all trials, relative to that of the run without them."""
+        ...
+
+
 def gives_accelerations(stepper: Stepper) -> TypeGuard[GivesAccelerations]:
     """Return whether a stepper keeps that protocol: asked of its class, which takes less time than `isinstance`."""
     return hasattr(type(stepper), "accelerations")
@@ -243,6 +262,11 @@ def keeps_time(stepper: Stepper) -> TypeGuard[KeepsTime]:
 def reports_worst(stepper: Stepper) -> TypeGuard[ReportsWorst]:
     """Return whether a stepper keeps that protocol."""
     return hasattr(type(stepper), "worst")
+
+
+def tries_others(stepper: Stepper) -> TypeGuard[TriesOthers]:
+    """Return whether a stepper keeps that protocol."""
+    return hasattr(type(stepper), "tried_share")
 
 
 ATOL_SHARE = 0.1

@@ -22,6 +22,10 @@ class CircularLoad(ModelError):
     """A load uses a quantity that depends on the load itself."""
 
 
+class UnfitValue(ModelError):
+    """A function of a load gave no number, or several."""
+
+
 class ValuedLoad:
     """A load whose value is a constant or a function of the user.
 
@@ -76,7 +80,7 @@ class ValuedLoad:
             return np.array(given)
         value = np.asarray(given)
         if value.shape != self.shape or value.dtype.kind not in REAL or not np.all(np.isfinite(value)):
-            raise ModelError(
+            raise UnfitValue(
                 f"{self.label} must give {WORDS[self.shape]}; at t = {t:.6g} s it gave {given!r}{self.advice(value)}"
             )
         return np.asarray(value, dtype=float)

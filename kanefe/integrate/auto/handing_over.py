@@ -66,6 +66,11 @@ class HandingOver:
         return self._first.worst if self._second is None else int(getattr(self._second, "worst", 0))
 
     @property
+    def step_count(self) -> int:
+        """How many steps both have accepted so far."""
+        return self._first.step_count + (0 if self._second is None else self._second.step_count)
+
+    @property
     def statistics(self) -> dict[str, int | float]:
         """What both have counted."""
         counts = dict(self._first.statistics)
@@ -76,6 +81,11 @@ class HandingOver:
         return counts
 
     @property
+    def unanswered(self) -> list[str]:
+        """What functions of the user gave no number for."""
+        return [*self._first.unanswered, *getattr(self._second, "unanswered", ())]
+
+    @property
     def bent(self) -> list[Bent]:
         """Where each flexible body was bent the most by either."""
         return self._first.bent + ([] if self._second is None else self._second.bent)
@@ -84,7 +94,7 @@ class HandingOver:
         """Continue until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""
         if self._second is not None:
             return self._second.integrate_through(times, states, most_steps)
-        first, begun = self._first, int(self._first.statistics["steps"])
+        first, begun = self._first, self._first.step_count
         try:
             return first.integrate_through(times, states, most_steps)
         except StepFailure:
@@ -93,7 +103,7 @@ class HandingOver:
             states[i] = self._dynamics.projected(float(times[i]), states[i])
         second = self._hand_over()
         second.restart(first.t, first.state())
-        left = most_steps - (int(first.statistics["steps"]) - begun)
+        left = most_steps - (first.step_count - begun)
         return passed + second.integrate_through(times[passed:], states[passed:], max(left, 1))
 
     def _hand_over(self) -> Stepper:

@@ -116,6 +116,7 @@ class TriedMethods:
     def _begin(self) -> None:
         self._now = self._rival = 0
         self._ran = [0]
+        self._steps_before = -self._steppers[0].step_count
         self._counts: dict[str, int | float] = dict.fromkeys(COUNTED, 0)
         self._seen = dict(self._steppers[0].statistics)
         self._tried_counts: dict[str, int | float] = dict.fromkeys(COUNTED, 0)
@@ -161,6 +162,11 @@ class TriedMethods:
         return int(getattr(self._current, "worst", 0))
 
     @property
+    def step_count(self) -> int:
+        """How many steps were accepted so far, without those of trials."""
+        return self._steps_before + self._current.step_count
+
+    @property
     def statistics(self) -> dict[str, int | float]:
         """What the methods have counted, with the evaluations, factorisations and Jacobians of trials."""
         counts = self._counted()
@@ -170,14 +176,40 @@ class TriedMethods:
         return counts
 
     @property
+    def unanswered(self) -> list[str]:
+        """What functions of the user gave no number for."""
+        return [text for stepper in self._steppers.values() for text in getattr(stepper, "unanswered", ())]
+
+    @property
     def bent(self) -> list[Bent]:
         """Where each flexible body was bent the most by any of them."""
         return [bent for number in self._ran for bent in self._steppers[number].bent]
 
+    @property
+    def told(self) -> list[str]:
+        """What was tried, in words: a line for each trial that was taken, and for the last one of each other method."""
+        last = {trial.method: i for i, trial in enumerate(self.trials)}
+        lines = []
+        for i, trial in enumerate(self.trials):
+            if not trial.is_taken and i != last[trial.method]:
+                continue
+            line = f"{self._steppers[trial.method].name} from {trial.start:.4g} to {trial.end:.4g} s: "
+            line += f"{trial.work:.2g} of the work" if math.isfinite(trial.off) else f"left at {trial.work:.2g} of the work"
+            if math.isfinite(trial.off):
+                line += f", apart by {trial.off:.1g} of what is allowed"
+            lines.append(line + (", taken" if trial.is_taken else ""))
+        return lines
+
+    @property
+    def tried_share(self) -> float:
+        """Work of all trials, relative to that of the run without them."""
+        self._settle()
+        return self._tried_work / self._work if self._work > 0.0 else 0.0
+
     def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
         """Continue until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""
-        passed, end = 0, self._steps() + most_steps
-        while passed < len(times) and (left := end - self._steps()) > 0:
+        passed, end = 0, self.step_count + most_steps
+        while passed < len(times) and (left := end - self.step_count) > 0:
             most = min(left, self._steps_to_look())
             try:
                 passed += self._current.integrate_through(times[passed:], states[passed:], most)
@@ -245,9 +277,6 @@ class TriedMethods:
         self._leave_stretch()
         self._current.restart(t, y)
 
-    def _steps(self) -> int:
-        return int(self._counts["steps"] + self._current.statistics["steps"] - self._seen["steps"])
-
     def _counted(self) -> dict[str, int | float]:
         """Return what the run has counted, without trials."""
         counts = dict(self._counts)
@@ -271,7 +300,7 @@ class TriedMethods:
         restarts = -math.inf if watched is None or watched.regime[0] < 0.0 else float(watched.regime[1])
         if self._stretch is not None and restarts != self._stretch.restarts:
             self._leave_stretch()
-        if self._steps() >= self._next and self.t < self._aim:
+        if self.step_count >= self._next and self.t < self._aim:
             self._settle()
             if self._stretch is not None:
                 now = self._now
@@ -279,15 +308,15 @@ class TriedMethods:
                 if watched is not None and now != self._now:
                     watched.regime[0], restarts = -1.0, -math.inf  # steps are counted anew
             self._plan(restarts)
-        return max(self._next - self._steps(), 1)
+        return max(self._next - self.step_count, 1)
 
     def _leave_stretch(self) -> None:
         if self._stretch is not None:
-            self._stretch, self._next = None, self._steps() + 1
+            self._stretch, self._next = None, self.step_count + 1
 
     def _plan(self, restarts: float) -> None:
         """Begin a stretch if it is afforded, or say when to look again."""
-        t, steps = self.t, self._steps()
+        t, steps = self.t, self.step_count
         since, work, before = self._looked
         self._looked = t, self._work, steps
         if steps == before:  # another method has begun
@@ -362,9 +391,10 @@ class TriedMethods:
         if number not in self._ran:
             self._ran.append(number)
         self._seen = dict(rival.statistics)
+        self._steps_before = int(self._counts["steps"]) - rival.step_count
         rival.aim(self._aim)
         rival.go_on_with(t, y)
-        self._price, self._looked = math.inf, (t, self._work, self._steps())
+        self._price, self._looked = math.inf, (t, self._work, self.step_count)
 
     def _fall_back(self, failure: StepFailure) -> None:
         """Go on with the first method where another fails."""
@@ -409,6 +439,7 @@ class TriedMethods:
         self._wins = dict(snapshot["wins"].tolist())
         self._out, self._ran = set(snapshot["out"].tolist()), snapshot["ran"].tolist()
         self._counts, self._seen, self._tried_counts = (dict(zip(COUNTED, x, strict=True)) for x in snapshot["counts"].tolist())
+        self._steps_before = int(self._counts["steps"] - self._seen["steps"])
         self.trials = [Trial(int(m), *x, int(steps), bool(taken)) for m, *x, steps, taken in snapshot["trials"].tolist()]
         self._stretch = None
         if "stretch" in snapshot:

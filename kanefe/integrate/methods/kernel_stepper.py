@@ -75,6 +75,7 @@ from kanefe.kernels.steppers.step_commands import (
     interpolated,
     next_command,
 )
+from kanefe.loads.valued_load import UnfitValue
 from kanefe.tree.model_data import QUADRATURES
 from kanefe.tree.route import MethodNeeds
 from kanefe.tree.scales import coordinate_moves
@@ -115,6 +116,8 @@ class KernelStepper:
     Attributes
     ----------
     dynamics : Dynamics
+    unanswered : list of str
+        What functions of the user gave no number for, and the step was tried again.
     integers, reals, vectors : ndarray
         Memory of the method, as `kanefe.kernels.steppers.step_commands` names its places; its hooks write to it.
     """
@@ -159,6 +162,7 @@ class KernelStepper:
             integers[IS_FIXED], reals[NEXT_STEP] = 1, control.step
             rtol, atol = ITERATED
         self._no_answer: tuple[float, KanefeError] | None = None
+        self.unanswered: list[str] = []
         self._step_times = StepTimes()
         self.vectors[STATE] = dynamics.initial_state(start)
         reals[RELATIVE], self.vectors[SCALE] = (
@@ -190,6 +194,11 @@ class KernelStepper:
         """Where each flexible body was bent the most."""
         integers = self.integers
         return bends_of_kernels(self._bodies, integers[MAP + 3 * integers[MAP_SIZE] :], self.reals)
+
+    @property
+    def step_count(self) -> int:
+        """How many steps were accepted so far."""
+        return int(self.integers[STEPS])
 
     @property
     def statistics(self) -> dict[str, int | float]:
@@ -393,6 +402,8 @@ class KernelStepper:
             raise error
         if self._no_answer is None or self._no_answer[0] != self.t:
             self._no_answer = self.t, error
+        if isinstance(error, UnfitValue):
+            self.unanswered.append(str(error))
         self.vectors[SLOPE] = np.nan
 
     def _failure(self) -> KanefeError:

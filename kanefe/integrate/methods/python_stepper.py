@@ -61,6 +61,11 @@ class PythonStepper(ABC):
         return self._bends.seen
 
     @property
+    def step_count(self) -> int:
+        """How many steps were accepted so far."""
+        return self._steps
+
+    @property
     def statistics(self) -> dict[str, int | float]:
         """Accepted steps, tries that were rejected, evaluations, and what else the method counts."""
         counts = {"steps": self._steps, "rejected": self._rejected, "evaluations": self._dynamics.evaluations}
