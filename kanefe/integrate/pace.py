@@ -6,6 +6,7 @@ import math
 import time
 import warnings
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -235,10 +236,10 @@ class Pace:
         """Return what a function of the user does that jumps where the run is, and the remedy; or nothing."""
         if self._model.route.is_autonomous:
             return "", ""
-        try:
-            reason, _, remedy = with_jump(self._model, self._stepper.t, self._stepper.state()).partition(". Remedy: ")
-        except Exception:  # of the user: the run tells of it, if it comes there
-            return "", ""
+        told = ""
+        with suppress(Exception):  # of the user: the run tells of it, if it comes there
+            told = with_jump(self._model, self._stepper.t, self._stepper.state())
+        reason, _, remedy = told.partition(". Remedy: ")
         return (f"; {reason}", remedy) if reason else ("", "")
 
     def _others(self) -> str:

@@ -99,9 +99,7 @@ def _with_trials(
     from kanefe.integrate.auto.work import WorkCounter
 
     model = dynamics.model
-    by_single_steps = watch is not None and not (
-        not model.controllers and looks_out(stepper) and stepper.can_look_out
-    )
+    by_single_steps = watch is not None and not (not model.controllers and looks_out(stepper) and stepper.can_look_out)
     counter = WorkCounter(model, by_single_steps)
     return TriedMethods(stepper, choice.rivals, dynamics, options.span, choice.control["rtol"], counter)
 

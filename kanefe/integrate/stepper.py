@@ -73,13 +73,12 @@ class Stepper(Protocol):
 
     What it computes does not depend on how a run is cut into calls of `integrate_through`.
 
-    Attributes
-    ----------
-    name : str
-        Of the method.
     """
 
-    name: str
+    @property
+    def name(self) -> str:
+        """Of the method."""
+        ...
 
     @property
     def t(self) -> float:

@@ -31,8 +31,8 @@ from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, SL
 from kanefe.loads.functions import SPENT
 from kanefe.order_n.derivative_call import DerivativeCall
 from kanefe.order_n.rates_kernel import RatesCall, RatesKernel
-from kanefe.order_n.swept_state import MotionsKernel, SweptState
 from kanefe.order_n.sweeps import Sweeps
+from kanefe.order_n.swept_state import MotionsKernel, SweptState
 from kanefe.order_n.tables.constraint_tables import loop_tables
 from kanefe.order_n.tables.drive_tables import drive_tables
 from kanefe.order_n.tables.frame_offsets import FrameOffsets

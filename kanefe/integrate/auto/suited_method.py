@@ -18,7 +18,7 @@ from kanefe.integrate.auto.abrupt_forces import (
 )
 from kanefe.integrate.auto.cost import LEAST_OF_RADAU, explicit_work, radau_work, sampled_work, steps_of_radau
 from kanefe.integrate.auto.explicit_rates import look_at_state, rate_of_functions
-from kanefe.integrate.auto.rivals import rivals_of
+from kanefe.integrate.auto.rivals import AFTER_DOP853, rivals_of
 from kanefe.integrate.auto.stiffest_rate import stiffest_rate
 from kanefe.integrate.auto.vibrations import (
     CALM,
@@ -73,7 +73,8 @@ LOST = 300.0
 conserve the vibration: it loses some hundred rtol of its energy per period."""
 
 MANY_SAMPLES = 50.0
-"""Number of controller samples from which Radau's method needs too many Jacobians."""
+"""Number of controller samples from which Radau's method needs too many Jacobians, and steps of the explicit method end
+at samples more often than for their error."""
 
 STOPS = "stops"
 
@@ -168,10 +169,18 @@ def _of_many(model: Model, start: float, stop: float, rtol: float | None, atol: 
         return Candidates(("radau5", "dop853"), lambda: _for_abrupt_forces(model, abrupt, start, span, atol))
     rate = _fastest(model, start, span)
     if not look_at_state(model) and not _is_stiff(rate, span):
-        return Candidates(("dop853",), lambda: SuitedMethod("dop853", "no stiff elastic modes"))
+        return Candidates(("dop853", AFTER_DOP853), lambda: _explicit(model, span))
     is_plain = not (model.loads or model.has_stops or look_at_state(model)) and all_damped(model)
     names = ("extrapolation",) if is_plain and _is_loose(rtol) else ("extrapolation", "radau5", "dop853")
     return Candidates((*names, "generalised-alpha"), lambda: _by_rates(model, (start, stop), rtol, atol, rate))
+
+
+def _explicit(model: Model, span: float) -> SuitedMethod:
+    """Return the explicit method for what is not stiff: that with fewer stages where samples make steps short."""
+    every = min((controller.every for controller in model.controllers if controller.is_sampled), default=math.inf)
+    if span > MANY_SAMPLES * every:
+        return SuitedMethod(AFTER_DOP853, f"no stiff elastic modes, and controllers end a step each {every:g} s")
+    return SuitedMethod("dop853", "no stiff elastic modes")
 
 
 def _is_loose(rtol: float | None) -> bool:
@@ -185,8 +194,7 @@ def _for_abrupt_forces(model: Model, abrupt: Sequence[Load], start: float, span:
         return SuitedMethod("dop853", "friction in joints, which is not stiff if all of it sticks", share=share)
     reason = f"{abrupt[0].kind} {abrupt[0].name!r} may become stiff suddenly"
     if explicit_serves_contacts(model, abrupt, start, span):
-        unknowns = model.free_count + model.state_count
-        reason += f", but {unknowns} speeds and states of contacts are costly for radau5"
+        reason += ", but seldom acts"
         return SuitedMethod("dop853", reason, share=share)
     return SuitedMethod("radau5", reason, share=share)
 
@@ -197,7 +205,7 @@ def _by_rates(model: Model, times: tuple[float, float], rtol: float | None, atol
     dynamics = Dynamics(model)
     outside = rate_of_functions(dynamics, start)
     if not _is_stiff(max(rate, outside), span):
-        return SuitedMethod("dop853", "no stiff elastic modes")
+        return _explicit(model, span)
     reason = f"functions of the state with rates up to {outside:.2g} rad/s are stiff over {span:g} s"
     if _is_stiff(rate, span):
         reason = f"elastic modes up to {rate / (2 * math.pi):.3g} Hz are stiff over {span:g} s"

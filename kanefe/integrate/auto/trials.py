@@ -11,11 +11,15 @@ import numpy as np
 from kanefe.errors import KanefeError
 from kanefe.frames import Vector
 from kanefe.integrate.auto.work import WorkCounter
+from kanefe.kernels.steppers.step_commands import NEXT_STEP
 from kanefe.tree.model_data import QUADRATURES
 
 if TYPE_CHECKING:
     from kanefe.integrate.dynamics import Dynamics
     from kanefe.integrate.methods.kernel_stepper import KernelStepper
+
+SOME_STEPS = 3
+"""Steps that a method which has taken none is given for a stretch at first."""
 
 STEPS_AT_ONCE = 4
 """Steps of a trial between looks at what it has cost."""
@@ -31,8 +35,8 @@ class Stretch:
         Where it begins, s.
     y : ndarray
         The state there.
-    step, work : int and float
-        Steps and work of the run up to there.
+    work : float
+        Of the run up to there.
     restarts : float
         Time of the last restart within compiled code, s.
     samples : list of (float, ndarray)
@@ -41,7 +45,6 @@ class Stretch:
 
     t: float
     y: Vector
-    step: int
     work: float
     restarts: float
     samples: list[tuple[float, Vector]] = field(default_factory=list)
@@ -98,6 +101,8 @@ def went_over(
         return {name: value - before.get(name, 0) for name, value in rival.statistics.items()}
 
     rival.go_on_with(stretch.t, stretch.y)  # nothing jumps there: it keeps the step that it found before
+    if rival.step_count == 0:
+        rival.reals[NEXT_STEP] = min(rival.reals[NEXT_STEP], (end[0] - stretch.t) / SOME_STEPS)
     row = np.empty((1, len(stretch.y)))
     try:
         for t, y in (*stretch.samples, end):

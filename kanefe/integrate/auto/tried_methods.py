@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from kanefe.frames import Vector
+from kanefe.integrate.auto.trial_plan import FIRST_LOOK, FIRST_STRETCH, TrialPlan
 from kanefe.integrate.auto.trials import Stretch, Trial, apart, energies_apart, went_over
 from kanefe.integrate.auto.work import WorkCounter
 from kanefe.integrate.stepper import StepFailure, Stepper, looks_out
@@ -29,43 +30,6 @@ COUNTED = "steps", "rejected", "evaluations", "factorisations", "jacobians"
 
 STEPS_OVER = "extrapolation"
 """The method whose steps may be longer than vibrations, which its estimate does not show then."""
-
-SHARE = 0.08
-"""Largest work of trials relative to that of the whole run: a tenth, with what is left late."""
-
-FORESEEN = 10.0
-"""Largest work of the rest of a run, as foreseen, relative to that so far."""
-
-FIRST_STRETCH = 16
-"""Steps of the first stretch."""
-
-SETTLED = 2.0
-"""Fall of the work for a second of the run, between two looks, from which on a method still begins."""
-
-DEARER = 4.0
-"""Growth of the same from which on the regime has changed, and all methods are tried again."""
-
-FIRST_LOOK = 1e6
-"""Work at which it is looked at first, in products: a third of a millisecond."""
-
-LOOKS = 2
-"""Looks at the work until the steps have doubled, about."""
-
-WORTH = 3e6
-"""Work that a trial costs in any case, in products: a millisecond to make another stepper."""
-
-LEAST_GAIN = 0.2
-"""Share of the work that another method has to save: to about this accuracy work is counted."""
-
-FEWEST_STEPS = 3
-"""Steps of another method in a stretch below which they are not typical of it, because the last one is cut."""
-
-WINS = 2
-"""Stretches, one twice as long as the other, on which a method has to be better that follows every vibration: where
-those of the start fade, others will have longer steps."""
-
-CHECKED = 2.0
-"""Largest work of a trial that checks a method which steps over vibrations, relative to the work of that."""
 
 PROMISED = 10.0
 """Largest error of a run over its tolerance, which is spread over its stretches as if their errors were independent of
@@ -105,28 +69,19 @@ class TriedMethods:
     ) -> None:
         self._rivals, self._dynamics, self._counter, self._rtol = rivals, dynamics, counter, rtol
         self._allowed = rtol * state_scales(dynamics.model)[: dynamics.model.coordinate_count]
-        self._start, self._span, self._aim = span[0], span[1] - span[0], span[1]
+        self._span, self._aim = span[1] - span[0], span[1]
         model = dynamics.model
         begin = model.coordinate_count + model.free_count
         self._held = slice(begin, begin + model.state_count)
         self._steppers = {0: cast("KernelStepper", first)}
         self._fresh: dict[int, Mapping[str, np.ndarray]] = {}
-        self._begin()
-
-    def _begin(self) -> None:
-        self._now = self._rival = 0
-        self._ran = [0]
+        self._plan = TrialPlan(1 + len(rivals), *span, counter.steps_of(FIRST_LOOK, FIRST_STRETCH))
+        self._now, self._ran = 0, [0]
         self._steps_before = -self._steppers[0].step_count
         self._counts: dict[str, int | float] = dict.fromkeys(COUNTED, 0)
         self._seen = dict(self._steppers[0].statistics)
         self._tried_counts: dict[str, int | float] = dict.fromkeys(COUNTED, 0)
-        self._work = self._tried_work = 0.0
         self._stretch: Stretch | None = None
-        self._length, self._next = FIRST_STRETCH, self._counter.steps_of(FIRST_LOOK, FIRST_STRETCH)
-        self._out: set[int] = set()
-        self._wins: dict[int, int] = {}
-        self._price, self._afforded = math.inf, 0.0
-        self._looked = self._start, 0.0, 0
         self.trials: list[Trial] = []
 
     def _stepper(self, number: int) -> KernelStepper:
@@ -194,7 +149,9 @@ class TriedMethods:
             if not trial.is_taken and i != last[trial.method]:
                 continue
             line = f"{self._steppers[trial.method].name} from {trial.start:.4g} to {trial.end:.4g} s: "
-            line += f"{trial.work:.2g} of the work" if math.isfinite(trial.off) else f"left at {trial.work:.2g} of the work"
+            line += (
+                f"{trial.work:.2g} of the work" if math.isfinite(trial.off) else f"left at {trial.work:.2g} of the work"
+            )
             if math.isfinite(trial.off):
                 line += f", apart by {trial.off:.1g} of what is allowed"
             lines.append(line + (", taken" if trial.is_taken else ""))
@@ -204,7 +161,7 @@ class TriedMethods:
     def tried_share(self) -> float:
         """Work of all trials, relative to that of the run without them."""
         self._settle()
-        return self._tried_work / self._work if self._work > 0.0 else 0.0
+        return self._plan.tried_work / self._plan.work if self._plan.work > 0.0 else 0.0
 
     def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
         """Continue until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""
@@ -290,7 +247,7 @@ class TriedMethods:
     def _settle(self) -> None:
         """Book what the current method has done since it was looked at."""
         done = self._since_seen()
-        self._work += self._counter.work(done)
+        self._plan.work += self._counter.work(done)
         for name, value in done.items():
             self._counts[name] = self._counts.get(name, 0) + value
         self._seen = dict(self._current.statistics)
@@ -300,83 +257,43 @@ class TriedMethods:
         restarts = -math.inf if watched is None or watched.regime[0] < 0.0 else float(watched.regime[1])
         if self._stretch is not None and restarts != self._stretch.restarts:
             self._leave_stretch()
-        if self.step_count >= self._next and self.t < self._aim:
+        plan = self._plan
+        if self.step_count >= plan.next_look and self.t < self._aim:
             self._settle()
+            now = self._now
             if self._stretch is not None:
-                now = self._now
                 self._compare(self._stretch)
-                if watched is not None and now != self._now:
-                    watched.regime[0], restarts = -1.0, -math.inf  # steps are counted anew
-            self._plan(restarts)
-        return max(self._next - self.step_count, 1)
+            if now != self._now:
+                plan.went_on_with_another(self.t, self.step_count)
+                if watched is not None:
+                    watched.regime[0] = -1.0  # steps are counted anew
+            elif plan.begins_stretch(self.t, self.step_count, now, self._steppers):
+                self._stretch = Stretch(self.t, self.state(), plan.work, restarts)
+        return max(plan.next_look - self.step_count, 1)
 
     def _leave_stretch(self) -> None:
         if self._stretch is not None:
-            self._stretch, self._next = None, self.step_count + 1
-
-    def _plan(self, restarts: float) -> None:
-        """Begin a stretch if it is afforded, or say when to look again."""
-        t, steps = self.t, self.step_count
-        since, work, before = self._looked
-        self._looked = t, self._work, steps
-        if steps == before:  # another method has begun
-            self._next = steps + FIRST_STRETCH
-            return
-        price, a_step = (self._work - work) / max(t - since, 1e-300), (self._work - work) / max(steps - before, 1)
-        begins = SETTLED * price < self._price  # the first steps of a method, or after an event
-        if price > DEARER * self._price:
-            self._out.clear()
-            self._length = FIRST_STRETCH
-        self._price = price
-        left = self._start + self._span - t
-        afforded = SHARE * (self._work + min(price * left, FORESEEN * self._work)) - self._tried_work
-        rival = self._next_rival()
-        cost = self._length * a_step + (WORTH if rival is not None and rival not in self._steppers else 0.0)
-        if rival is None or begins or cost > min(afforded, price * left):
-            self._next = steps + max(FIRST_STRETCH, steps // LOOKS)
-            return
-        self._rival, self._afforded, self._next = rival, afforded, steps + self._length
-        self._stretch = Stretch(t, self.state(), steps, self._work, restarts)
-
-    def _next_rival(self) -> int | None:
-        """Return the next method to be tried, in turn; None if all others are out."""
-        count = 1 + len(self._rivals)
-        for i in range(1, count + 1):
-            number = (self._rival + i) % count
-            if number != self._now and number not in self._out:
-                return number
-        return None
+            self._stretch, self._plan.next_look = None, self.step_count + 1
 
     def _compare(self, stretch: Stretch) -> None:
         """Let the rival go over the stretch, and go on with it if it is better."""
         self._stretch = None
-        own, number, end = self._work - stretch.work, self._rival, (self.t, self.state())
-        most = max(own, min(self._afforded, CHECKED * own)) if self._is_checked(self._now) else own
-        found, counts = went_over(self._stepper(number), stretch, end, self._held, most, self._counter)
+        plan, number, end = self._plan, self._plan.rival, (self.t, self.state())
+        own, is_checked = plan.work - stretch.work, self._is_checked(self._now)
+        rival, most = self._stepper(number), plan.most_work(own, is_checked)
+        found, counts = went_over(rival, stretch, end, self._held, most, self._counter)
         work = self._counter.work(counts)
-        self._tried_work += work
+        plan.tried_work += work
         for name, value in counts.items():
             self._tried_counts[name] = self._tried_counts.get(name, 0) + value
         off = math.inf
         if found is not None:
-            share = PROMISED * math.sqrt((end[0] - stretch.t) / self._span)
-            lost = energies_apart(self._dynamics, end[0], found, end[1]) / (share * self._rtol)
-            off = max(apart(found, end[1], share * self._allowed), lost)
-        is_taken, steps = False, int(counts["steps"])
-        if found is not None and off > 1.0:
-            is_taken = self._is_checked(self._now)
-            self._out.add(self._now if is_taken else number)
-        elif found is not None and work < (1.0 - LEAST_GAIN) * own:
-            self._wins[number] = self._wins.get(number, 0) + 1
-            is_taken = self._wins[number] == (1 if number == 0 or self._is_checked(number) else WINS)
-            if not is_taken:
-                self._rival = number - 1
-        else:
-            self._wins[number] = 0
-            if found is not None and steps < FEWEST_STEPS:
-                self._rival = number - 1  # the same again: its steps are cut by the end of the stretch
-        self.trials.append(Trial(number, stretch.t, end[0], work / own, off, steps, is_taken))
-        self._length *= 2
+            allowed = PROMISED * math.sqrt((end[0] - stretch.t) / self._span)
+            lost = energies_apart(self._dynamics, end[0], found, end[1]) / (allowed * self._rtol)
+            off = max(apart(found, end[1], allowed * self._allowed), lost)
+        trial = Trial(number, stretch.t, end[0], work / own, off, int(counts["steps"]))
+        is_taken = plan.takes(trial, self._now, is_checked, self._is_checked(number))
+        self.trials.append(trial._replace(is_taken=is_taken))
         if is_taken:
             self._go_on_with_rival(number, *end)
 
@@ -387,40 +304,34 @@ class TriedMethods:
     def _go_on_with_rival(self, number: int, t: float, y: Vector) -> None:
         rival = self._steppers[number]
         self._settle()
-        self._now, self._wins = number, {}
+        self._now = number
         if number not in self._ran:
             self._ran.append(number)
         self._seen = dict(rival.statistics)
         self._steps_before = int(self._counts["steps"]) - rival.step_count
         rival.aim(self._aim)
         rival.go_on_with(t, y)
-        self._price, self._looked = math.inf, (t, self._work, self.step_count)
 
     def _fall_back(self, failure: StepFailure) -> None:
         """Go on with the first method where another fails."""
         if self._now == 0:
             raise failure
         self._leave_stretch()
-        self._out.add(self._now)
+        self._plan.leave_out(self._now)
         t, y = self.t, self.state()
         self._go_on_with_rival(0, t, y)
         self._steppers[0].restart(t, y)
+        self._plan.went_on_with_another(t, self.step_count)
 
     def snapshot(self) -> dict[str, np.ndarray]:
         """Return the data that all of them need to continue."""
-        numbers = self._now, self._rival, self._length, self._next, self._looked[2]
-        reals = self._price, self._afforded, *self._looked[:2], self._work, self._tried_work
-        kept = {
-            "numbers": np.array(numbers, dtype=np.int64),
-            "reals": np.array(reals),
-            "out": np.array(sorted(self._out), dtype=np.int64),
-            "wins": np.array(list(self._wins.items()), dtype=np.int64).reshape(-1, 2),
-            "ran": np.array(self._ran, dtype=np.int64),
+        kept = self._plan.snapshot() | {
+            "ran": np.array((self._now, *self._ran), dtype=np.int64),
             "counts": np.array([_in_order(x) for x in (self._counts, self._seen, self._tried_counts)]),
             "trials": np.array(self.trials, dtype=float).reshape(-1, len(Trial._fields)),
         }
         if (stretch := self._stretch) is not None:
-            kept["stretch"] = np.array((stretch.t, stretch.step, stretch.work, stretch.restarts))
+            kept["stretch"] = np.array((stretch.t, stretch.work, stretch.restarts))
             kept["sampled"] = np.array([stretch.t, *(t for t, _ in stretch.samples)])
             kept["states"] = np.array([stretch.y, *(y for _, y in stretch.samples)])
         for number, stepper in self._steppers.items():
@@ -433,19 +344,21 @@ class TriedMethods:
             first = f"{number} "
             own = {name.removeprefix(first): x for name, x in snapshot.items() if name.startswith(first)}
             self._stepper(number).resume(own or self._fresh[number])
-        self._now, self._rival, self._length, self._next, step = snapshot["numbers"].tolist()
-        self._price, self._afforded, t, work, self._work, self._tried_work = snapshot["reals"].tolist()
-        self._looked = t, work, step
-        self._wins = dict(snapshot["wins"].tolist())
-        self._out, self._ran = set(snapshot["out"].tolist()), snapshot["ran"].tolist()
-        self._counts, self._seen, self._tried_counts = (dict(zip(COUNTED, x, strict=True)) for x in snapshot["counts"].tolist())
+        self._plan.resume(snapshot)
+        self._now, *self._ran = snapshot["ran"].tolist()
+        self._counts, self._seen, self._tried_counts = (
+            dict(zip(COUNTED, x, strict=True)) for x in snapshot["counts"].tolist()
+        )
         self._steps_before = int(self._counts["steps"] - self._seen["steps"])
-        self.trials = [Trial(int(m), *x, int(steps), bool(taken)) for m, *x, steps, taken in snapshot["trials"].tolist()]
+        self.trials = [
+            Trial(int(number), start, end, work, off, int(steps), bool(taken))
+            for number, start, end, work, off, steps, taken in snapshot["trials"].tolist()
+        ]
         self._stretch = None
         if "stretch" in snapshot:
-            t, step, work, restarts = snapshot["stretch"].tolist()
+            t, work, restarts = snapshot["stretch"].tolist()
             samples = list(zip(snapshot["sampled"][1:].tolist(), snapshot["states"][1:], strict=True))
-            self._stretch = Stretch(t, snapshot["states"][0], int(step), work, restarts, samples)
+            self._stretch = Stretch(t, snapshot["states"][0], work, restarts, samples)
 
 
 def _in_order(counts: Mapping[str, int | float]) -> list[int | float]:

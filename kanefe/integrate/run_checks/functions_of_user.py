@@ -46,8 +46,8 @@ def values_of_functions(model: Model, t: float, y: Vector) -> dict[str, Vector]:
         first, second = _value(load, t, state), _value(load, t, state)
         if _differ(first, second):
             raise ModelError(
-                f"{label} gave {_shown(first)} and then {_shown(second)} at t = {t:.6g} s in the same state: it is noisy "
-                f"or keeps a state of its own, and a method may ask again at any time. Remedy: {AS_SAMPLED}"
+                f"{label} gave {_shown(first)} and then {_shown(second)} at t = {t:.6g} s in the same state: it is "
+                f"noisy or keeps a state of its own, and a method may ask again at any time. Remedy: {AS_SAMPLED}"
             )
         found[label] = first
     return found
@@ -67,7 +67,7 @@ def changed_by_run(model: Model, t: float, y: Vector, before: Mapping[str, Vecto
 
 
 def with_jump(model: Model, t: float, y: Vector) -> str:
-    """Return what is told of a function that jumps with the state near a state where a run comes to a halt; or nothing."""
+    """Return what is told of a function that jumps with the state near one where a run comes to a halt; or nothing."""
     rng, scales = np.random.default_rng(0), state_scales(model)
     for label, load in _called_in_python(model):
         if not load.takes_state:
@@ -79,9 +79,7 @@ def with_jump(model: Model, t: float, y: Vector) -> str:
         found = np.array(values)
         spread, size = np.ptp(found, axis=0).max(), np.abs(found).max()
         if spread > JUMP * size > 0.0 or not np.all(np.isfinite(found)):
-            return (
-                f"{label} jumps by {spread:.2g} between states that differ by {NEAR:g} of their size. Remedy: {AS_EVENT}"
-            )
+            return f"{label} jumps by {spread:.2g} within {NEAR:g} of the size of states. Remedy: {AS_EVENT}"
     return ""
 
 
