@@ -49,7 +49,7 @@ class Watched:
                 partial(self.value, k),
                 -1 if k % 2 else 1,
                 self._action(k) if acting.get(name, False) else None,
-                ends_step=kind == "touch",
+                ends_step=kind in ("touch", "lift"),
             )
             for k, (name, kind) in enumerate(all_names)
         )

@@ -322,6 +322,9 @@ class RunLoop:
                     return self._pace.out_of_time(t)
                 return RunStatus("failed", t, end.reason, end.remedy)
             acting = watch.acting
+            if watch.is_again:
+                self.rows.store_to(self._stepper.t)
+                return None
             self._tell_of(found)
             if acting is None:
                 return None

@@ -263,6 +263,12 @@ def reports_worst(stepper: Stepper) -> TypeGuard[ReportsWorst]:
     return hasattr(type(stepper), "worst")
 
 
+def steps_again(stepper: Stepper, t: float) -> bool:
+    """Return whether a stepper takes its last step again, to just behind a time within it (s), if it can."""
+    again = getattr(stepper, "step_again", None)
+    return again is not None and again(t)
+
+
 def tries_others(stepper: Stepper) -> TypeGuard[TriesOthers]:
     """Return whether a stepper keeps that protocol."""
     return hasattr(type(stepper), "tried_share")

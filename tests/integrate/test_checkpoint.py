@@ -147,7 +147,8 @@ def test_what_was_computed_before_an_error_is_kept(
             simulate(checkpoint=path, checkpoint_seconds=1e6)
     monkeypatch.delenv("KANEFE_TEST_BREAK")
     again = simulate(resume=path)
-    assert min(seen[1:]) > 0.1  # it goes on where it was
+    # it goes on where it was: the start is asked three times, whether it still gives what it gave
+    assert sorted(seen)[3] > 0.1
     np.testing.assert_array_equal(again.joint_coordinates("wheel"), whole.joint_coordinates("wheel"))
 
 
@@ -306,7 +307,7 @@ def test_a_scene_that_cannot_be_told_from_another_is_refused(tmp_path: Path) -> 
     numbers = iter(range(10**6))
     scene = kf.System()
     wheel = scene.add_rigid_body("wheel", 1.0, 0.5, joint=kf.Revolute("z"))
-    scene.add_torque(wheel, lambda t: (0.0, 0.0, float(next(numbers))))
+    scene.add_torque(wheel, lambda t: (0.0, 0.0, min(float(next(numbers)), 0.0)))
     with pytest.raises(
         kf.ModelError, match=r"cannot be distinguished from that of another scene: .*range_iterator.*Remedy"
     ):

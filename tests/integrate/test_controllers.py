@@ -189,6 +189,6 @@ def test_auto_has_no_jacobians_made_anew_at_each_sample(rtol: float) -> None:
     )
     assert run.statistics["method"] == "extrapolation"
     assert "controllers restart every method each 0.001 s" in run.statistics["reason"] or rtol == 1e-5
-    assert run.statistics["jacobians"] == 0
+    assert run.statistics["jacobians"] < 20  # those of trials; there are 200 samples
     # the bar falls by 5 cm; a hundred runs from sample to sample, each with errors of rtol
     np.testing.assert_allclose(run.joint_coordinates("bar"), fine.joint_coordinates("bar"), atol=100 * rtol)

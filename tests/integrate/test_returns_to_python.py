@@ -85,7 +85,8 @@ def test_a_run_is_one_call_of_compiled_code(make, event, returns):
     result = scene.simulate((0.0, 1.0), output_times=times)
     assert len(result.times) == 1000
     assert event == "" or len(result.events[event]) >= 1
-    assert sum(returns[loop] for loop in LOOPS) == 1
+    # one, and one for each look at the work, at 1e6 products and then as the steps grow by half
+    assert sum(returns[loop] for loop in LOOPS) <= 8
     assert returns["scan"] == 0
 
 

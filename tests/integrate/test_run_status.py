@@ -47,6 +47,10 @@ class ScriptedStepper:
         self.calls: list[int] = []
 
     @property
+    def step_count(self) -> int:
+        return self._count
+
+    @property
     def statistics(self) -> dict[str, int | float]:
         return {"steps": self._count, "rejected": 0, "evaluations": 4 * self._count}
 

@@ -57,7 +57,7 @@ def test_runs_in_several_threads_do_not_meet():
 def test_a_run_after_one_that_was_stopped_begins_at_the_start():
     scene = bouncing_ball()
     first = scene.simulate((0.0, 0.5))
-    stopped = scene.simulate((0.0, 0.5), most_steps=20)
+    stopped = scene.simulate((0.0, 0.5), most_steps=10)
     assert stopped.status.kind == "stopped"
     assert stopped.times[-1] < 0.5
     assert is_same(scene.simulate((0.0, 0.5)), first)

@@ -9,7 +9,7 @@ import numpy as np
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.kernel_stepper import KernelStepper
-from kanefe.integrate.stepper import StepFailure, Stepper
+from kanefe.integrate.stepper import StepFailure, Stepper, steps_again
 from kanefe.kernels.steppers.step_commands import SMALLEST
 from kanefe.tree.bending import Bent
 
@@ -129,6 +129,10 @@ class HandingOver:
     def go_on_with(self, t: float, y: Vector) -> None:
         """Continue from a state with other drives."""
         self._now.go_on_with(t, y)
+
+    def step_again(self, t: float) -> bool:
+        """Take the last step again, to just behind a time within it (s); return whether that is of use."""
+        return steps_again(self._now, t)
 
     def restart(self, t: float, y: Vector) -> None:
         """Continue from another state."""

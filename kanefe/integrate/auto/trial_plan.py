@@ -36,9 +36,9 @@ DEARER = 4.0
 LEAST_GAIN = 0.2
 """Share of the work that another method has to save: to about this accuracy work is counted."""
 
-WINS = 2
-"""Stretches, one twice as long as the other, on which a method has to be better that follows every vibration: where
-those of the start fade, others will have longer steps."""
+WINS, GAIN_OF_WINS = 2, 0.4
+"""Stretches, one twice as long as the other, on which a method has to be better that follows every vibration, and the
+share of the work that it has to save on both: where vibrations of the start fade, others will have longer steps."""
 
 CHECKED = 2.0
 """Largest work of a trial that checks a method which steps over vibrations, relative to the work of that."""
@@ -130,9 +130,10 @@ class TrialPlan:
         if came_there and trial.off > 1.0:
             self._out.add(now if is_checked else number)
             return is_checked
-        if came_there and trial.work < 1.0 - LEAST_GAIN:
+        is_sure = number == 0 or steps_over
+        if came_there and trial.work < 1.0 - (LEAST_GAIN if is_sure else GAIN_OF_WINS):
             self._wins[number] = self._wins.get(number, 0) + 1
-            if number == 0 or steps_over or self._wins[number] == WINS:
+            if is_sure or self._wins[number] == WINS:
                 return True
             self.rival = number - 1  # the same again
             return False

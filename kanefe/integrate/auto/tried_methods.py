@@ -17,7 +17,7 @@ from kanefe.frames import Vector
 from kanefe.integrate.auto.trial_plan import FIRST_LOOK, FIRST_STRETCH, TrialPlan
 from kanefe.integrate.auto.trials import Stretch, Trial, apart, energies_apart, went_over
 from kanefe.integrate.auto.work import WorkCounter
-from kanefe.integrate.stepper import StepFailure, Stepper, looks_out
+from kanefe.integrate.stepper import StepFailure, Stepper, looks_out, steps_again
 from kanefe.tree.bending import Bent
 from kanefe.tree.scales import state_scales
 
@@ -228,6 +228,10 @@ class TriedMethods:
         if self._stretch is not None:
             self._stretch.samples.append((t, np.array(y)))
         self._current.go_on_with(t, y)
+
+    def step_again(self, t: float) -> bool:
+        """Take the last step again, to just behind a time within it (s); return whether that is of use."""
+        return steps_again(self._current, t)
 
     def restart(self, t: float, y: Vector) -> None:
         """Continue from another state: a stretch that it cuts begins again."""

@@ -13,7 +13,7 @@ from kanefe.frames import Vector
 from kanefe.integrate.events.contact_changes import CODES, ChangeReports, ContactChange, ReportedContactEvent, begun
 from kanefe.integrate.events.event import Event, MarginEvent
 from kanefe.integrate.events.load_events import EventOfLoad
-from kanefe.integrate.stepper import StepFailure, Stepper, looks_out
+from kanefe.integrate.stepper import StepFailure, Stepper, looks_out, steps_again
 from kanefe.kernels.events.event_search import (
     find_brackets,
     first_with_sign,
@@ -82,6 +82,7 @@ class EventWatch:
         self._actions = np.full(STORM, -np.inf)
         self._regime, self._usual = np.array([-1.0, 0.0, 0.0]), np.zeros(len(self.events))
         self.acting: float | None = None
+        self.is_again = False
         self.times: dict[str, list[float]] = {event.name: [] for event in self.events}
         self._kept = {"values": self._values, "noise": self._noise, "ways": self._ways, "acted": self._actions}
         self._kept |= {"regime": self._regime, "usual": self._usual}
@@ -200,7 +201,8 @@ class EventWatch:
     def scan(self, stepper: Stepper, check_time: Callable[[], None]) -> list[tuple[float, Event]]:
         """Return what happened in the last step, in order of time, up to and with the first that acts.
 
-        Events that act at the same moment are all returned. The search for a moment looks at the clock on its way.
+        Events that act at the same moment are all returned. Nothing is where the step is taken again, up to where a law
+        changes: then `is_again` is true. The search for a moment looks at the clock on its way.
         """
         t0, h = stepper.t_old, stepper.t - stepper.t_old
         times = t0 + h * (FIRST_SHARES if self._is_at_zero else SHARES)
@@ -214,7 +216,10 @@ class EventWatch:
             found += [(t, event) for t in self._roots(stepper, quick, i, times, table[:, i], check_time)]
         found.sort(key=lambda entry: entry[0])
         acting = next((t for t, event in found if event.acts and not self._has_acted(t, event)), None)
-        self.acting = acting
+        self.is_again = acting is not None and self._is_kink(found, acting) and steps_again(stepper, acting)
+        self.acting = acting = None if self.is_again else acting
+        if self.is_again:
+            return []
         if acting is not None:
             found = [entry for entry in found if entry[0] <= acting + 2 * time_tolerance(self._span, acting)]
         for i, event in enumerate(self.events):
@@ -230,6 +235,11 @@ class EventWatch:
                 self._noise[i] = 0.0  # also where a step ends by chance just before the next zero
         self._values[:] = table[-1]
         return found
+
+    def _is_kink(self, found: Sequence[tuple[float, Event]], acting: float) -> bool:
+        """Return whether what happens at a time is that a law changes there, see `kanefe.kernels.events.kinks`."""
+        events = [event for t, event in found if t == acting]
+        return all(isinstance(event, EventOfLoad) and (event.of.ends_step or event.of.action) for event in events)
 
     def _roots(
         self,

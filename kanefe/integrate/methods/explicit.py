@@ -13,8 +13,9 @@ import numpy as np
 
 from kanefe.frames import Matrix
 from kanefe.integrate.methods.compiled import Compiled
-from kanefe.integrate.methods.kernel_set import Kernels
+from kanefe.integrate.methods.kernel_set import Kernels, Memory
 from kanefe.integrate.methods.method import Method
+from kanefe.integrate.stepper import LEAST_STEPS
 
 
 class Tableau(NamedTuple):
@@ -111,6 +112,20 @@ REACH = 0.01
 `kanefe.kernels.events.foreseen_events`."""
 
 
+def _look_at_contacts(memory: Memory) -> None:
+    """Limit steps where contacts may begin: in free flight no error does, and a step would end behind a touch.
+
+    Events are looked for at four places of each step: a run has as many of them as steps with functions of the user.
+    """
+    from kanefe.kernels.events.watched_run import SHARES
+    from kanefe.kernels.steppers.step_commands import LARGEST, STOP, TIME
+
+    reals = memory.reals
+    if any(load.acts_at_once for load in memory.dynamics.model.loads):
+        longest = (reals[STOP] - reals[TIME]) / LEAST_STEPS * len(SHARES)
+        reals[LARGEST] = min(reals[LARGEST], longest)
+
+
 def _kernels(found: Tableau) -> Kernels:
     from kanefe.kernels.steppers import explicit_steps as kernel
 
@@ -127,5 +142,6 @@ def _kernels(found: Tableau) -> Kernels:
             kernel.ORDER: found.order,
         },
         table=found.table,
+        prepare=_look_at_contacts,
         reach=REACH,
     )

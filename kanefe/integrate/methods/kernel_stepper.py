@@ -20,6 +20,7 @@ from kanefe.integrate.methods.step_failures import step_failure
 from kanefe.integrate.run_checks.bending_check import bends_in_kernels, bends_of_kernels, watched_bodies
 from kanefe.integrate.step_times import StepTimes
 from kanefe.integrate.stepper import BESIDE, LEAST_STEPS, Unconverged, beyond
+from kanefe.kernels.events.kinks import step_again
 from kanefe.kernels.steppers.step_commands import (
     AT,
     BALANCE,
@@ -251,6 +252,10 @@ class KernelStepper:
         self.vectors[STATE] = y
         reals[TIME], reals[TIME_OLD], reals[TIME_EXCESS], reals[TO_EVENT] = t, t, 0.0, math.inf
         integers[COMMAND], integers[STAGE] = START, 0
+
+    def step_again(self, t: float) -> bool:
+        """Take the last step again, to just behind a time within it (s); return whether that is of use."""
+        return bool(step_again(self.integers, self.reals, self.vectors, t))
 
     def restart(self, t: float, y: Vector) -> None:
         """Continue from another state, with a fraction of the step where it is not fixed."""

@@ -16,16 +16,11 @@ from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.events.closing_call import ClosingCall, close_at
 from kanefe.kernels.events.event_changes import ask_contacts, change_states, is_storm, mark_action, take_reports
 from kanefe.kernels.events.event_search import (
-    find_brackets,
-    first_with_sign,
-    is_known,
-    is_over,
-    is_quiet,
     noise_after,
-    root_in,
     time_tolerance,
 )
 from kanefe.kernels.events.foreseen_events import FARTHEST_SHARP, SHARPENED, smooth_until, time_to_event
+from kanefe.kernels.events.kinks import steps_again
 from kanefe.kernels.events.lookout import (
     Single,
     look_ahead,
@@ -35,12 +30,10 @@ from kanefe.kernels.events.lookout import (
     put_state,
     value_at,
 )
+from kanefe.kernels.events.roots_of_step import find_roots, first_acting, sample
 from kanefe.kernels.events.watched_run import (
     ACTS,
-    BOUND,
     BOUND_CHANGES,
-    CHANGES,
-    ENDS_STEP,
     IS_CUT,
     REPORTS,
     Going,
@@ -131,11 +124,15 @@ def pass_steps(
             if integers[STORED] == len(run.times) and run.reals[TIME] > run.times[-1]:
                 watched.counts[IS_CUT] = 1  # more outputs of this step are wanted before its events
                 return command, True
+        was_cut = watched.counts[IS_CUT] != 0
         watched.counts[IS_CUT] = 0
         is_at_zero = _is_at_zero(watched)
         lookout = fresh if is_at_zero else quiet
         look_through(lookout, run, vectors)
-        if not _deal_with(lookout, (single, closing), watched, run, vectors, run.reals[TIME_OLD], restart_share):
+        found = find_roots(lookout, (single, closing), watched, run, vectors, run.reals[TIME_OLD])
+        if not was_cut and steps_again(watched, run, vectors, found):
+            continue
+        if not _deal_with(lookout, (single, closing), watched, run, vectors, run.reals[TIME_OLD], found, restart_share):
             return command, False
         if integers[STAGE] != 0:  # it goes on behind the step
             if is_at_zero:
@@ -171,7 +168,8 @@ def _foresee(
     end = min(start + reach, smooth_until(run))
     if end > start:
         look_ahead(quiet, run, vectors, end)
-        _deal_with(quiet, single, watched, run, vectors, start, restart_share)
+        found = find_roots(quiet, single, watched, run, vectors, start)
+        _deal_with(quiet, single, watched, run, vectors, start, found, restart_share)
 
 
 @inlined
@@ -191,18 +189,18 @@ def _deal_with(
     run: Run,
     vectors: RealRows,
     start: float,
+    found: int,
     restart_share: float,
 ) -> bool:
-    """Take in what happened from a time on, up to the end of the lookout; return whether nothing of it needs Python.
+    """Take in what was found from a time on, up to the end of the lookout; return whether nothing of it needs Python.
 
     What is reported is written to the records, up to and with the first event that ends the step; there the run goes
     on anew. Behind the last step each event does that, and without one nothing is taken in.
     """
     is_ahead = start == run.reals[TIME]
-    found = _find_roots(lookout, single, watched, run, vectors, start)
     if found < 0:
         return False
-    acting = _first_acting(watched, found, is_ahead)
+    acting = first_acting(watched, found, is_ahead)
     if is_ahead and not acting < np.inf:
         return True
     if acting < np.inf:
@@ -237,69 +235,6 @@ def _deal_with(
 
 
 @exact
-def _sample(lookout: Lookout, watched: WatchedRun, event: int, start: float) -> int:
-    """Write the samples of an event from the start of the step on, each time once; return how many there are."""
-    watched.times[0], watched.samples[0] = start, watched.values[event]
-    count = 1
-    for i in range(len(lookout.times)):
-        is_new = watched.times[count - 1] < lookout.times[i] < lookout.times[-1]
-        if is_new or i == len(lookout.times) - 1:
-            watched.times[count], watched.samples[count] = lookout.times[i], lookout.found[i, watched.columns[event]]
-            count += 1
-    return count
-
-
-@exact
-def _find_roots(
-    lookout: Lookout, single: Single, watched: WatchedRun, run: Run, vectors: RealRows, start: float
-) -> int:
-    """Write what happened from a time on, in order of time; return how much that is, -1 if it is not looked for."""
-    total = 0
-    for event in range(len(watched.values)):
-        count = _sample(lookout, watched, event, start)
-        is_bound = watched.kinds[event] >= BOUND
-        if is_quiet(watched.times, watched.samples, count) and not (is_bound and watched.samples[0] < 0.0):
-            continue
-        if watched.kinds[event] == BOUND:
-            return -1
-        noise = watched.noise[event]
-        first = first_with_sign(watched.samples, count, noise)
-        # what must not be below zero happens wherever it is
-        is_below = is_bound and watched.samples[first] < -noise
-        data = (single, run, vectors, watched.columns[event], noise if is_below else 0.0)
-        if is_below:
-            watched.brackets[0, 0], watched.brackets[0, 1] = watched.times[max(first - 1, 0)], watched.times[first]
-            brackets = 1
-        else:
-            samples = watched.times, watched.samples, count, first
-            brackets = find_brackets(value_at, data, *samples, watched.directions[event], watched.brackets)
-        for k in range(min(brackets, len(watched.found) - total)):
-            a, b = watched.brackets[k, 0], watched.brackets[k, 1]
-            # what changes as a point lands depends on the force there: there is none before
-            t = root_in(value_at, data, a, b, watched.span, is_bound or watched.kinds[event] <= CHANGES)
-            if watched.kinds[event] == REPORTS and is_known(t, watched.last[event], watched.span):
-                continue  # another event ended the step at that moment
-            at = total
-            while at > 0 and watched.found[at - 1, 0] > t:
-                watched.found[at, 0], watched.found[at, 1] = watched.found[at - 1, 0], watched.found[at - 1, 1]
-                at -= 1
-            watched.found[at, 0], watched.found[at, 1] = t, event
-            total += 1
-    return total
-
-
-@exact
-def _first_acting(watched: WatchedRun, found: int, is_any: bool) -> float:
-    """Return the time of the first event, on request of any that does more than to be reported; infinity without."""
-    for i in range(found):
-        t, event = watched.found[i, 0], int(watched.found[i, 1])
-        is_again = watched.kinds[event] == ENDS_STEP and is_over(t, watched.last[event], watched.span)
-        if is_any or (watched.kinds[event] != REPORTS and not is_again):
-            return t
-    return np.inf
-
-
-@exact
 def _set_noise(
     lookout: Lookout,
     single: Single,
@@ -312,7 +247,7 @@ def _set_noise(
 ) -> None:
     """Write below what functions have no sign: after roots at which a step ended, and else not any more."""
     for event in range(len(watched.values)):
-        count, root = _sample(lookout, watched, event, start), -np.inf
+        count, root = sample(lookout, watched, event, start), -np.inf
         for i in range(found):
             if int(watched.found[i, 1]) == event:
                 root = watched.found[i, 0]

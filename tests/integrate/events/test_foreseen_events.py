@@ -47,10 +47,11 @@ def test_the_error_follows_rtol_over_bounces(method: str, rtol: float) -> None:
 
 def test_a_bounce_takes_its_own_steps_alone() -> None:
     counts = ran("dop853", 1e-6).statistics
-    # 6 to begin; then a bounce takes 4 steps, a flight 2, but for the first, where nothing is known of either
-    assert counts["steps"] <= 30
-    assert counts["rejected"] <= 5
-    assert counts["evaluations"] <= 500
+    # 6 to begin; then a bounce takes 4 steps, a flight 2, but for the first, where nothing is known of either; and a
+    # step goes across some lifts, and is taken again up to there
+    assert counts["steps"] <= 33
+    assert counts["rejected"] <= 9
+    assert counts["evaluations"] <= 600
 
 
 def test_states_between_a_step_and_the_event_behind_it_are_those_of_the_run() -> None:

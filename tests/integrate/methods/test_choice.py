@@ -137,9 +137,9 @@ def test_what_follows_vibrations_is_that_with_less_evaluations(make: Callable[[]
         method: make().simulate((0.0, 0.4), method=method, rtol=1e-5).statistics
         for method in ("auto", "radau5", "dop853")
     }
-    assert asked["auto"]["method"] == name
-    # samples of the choice, and smaller tolerances for what is not damped
-    assert asked["auto"]["evaluations"] < 1.1 * min(asked[method]["evaluations"] for method in ("radau5", "dop853"))
+    assert asked["auto"]["method"].startswith(name)
+    # samples of the choice, trials, and smaller tolerances for what is not damped
+    assert asked["auto"]["evaluations"] < 1.25 * min(asked[method]["evaluations"] for method in ("radau5", "dop853"))
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.01])

@@ -1,0 +1,73 @@
+"""When events happened in a step: the zeros of their functions, in order of time."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.kernels.compiler._numba import exact
+from kanefe.kernels.compiler.arrays import RealRows
+from kanefe.kernels.events.event_search import find_brackets, first_with_sign, is_known, is_over, is_quiet, root_in
+from kanefe.kernels.events.lookout import Single, value_at
+from kanefe.kernels.events.watched_run import BOUND, CHANGES, ENDS_STEP, REPORTS, Lookout, WatchedRun
+from kanefe.kernels.steppers.step_commands import Run
+
+
+@exact
+def sample(lookout: Lookout, watched: WatchedRun, event: int, start: float) -> int:
+    """Write the samples of an event from the start of the step on, each time once; return how many there are."""
+    watched.times[0], watched.samples[0] = start, watched.values[event]
+    count = 1
+    for i in range(len(lookout.times)):
+        is_new = watched.times[count - 1] < lookout.times[i] < lookout.times[-1]
+        if is_new or i == len(lookout.times) - 1:
+            watched.times[count], watched.samples[count] = lookout.times[i], lookout.found[i, watched.columns[event]]
+            count += 1
+    return count
+
+
+@exact
+def find_roots(lookout: Lookout, single: Single, watched: WatchedRun, run: Run, vectors: RealRows, start: float) -> int:
+    """Write what happened from a time on, in order of time; return how much that is, -1 if it is not looked for."""
+    total = 0
+    for event in range(len(watched.values)):
+        count = sample(lookout, watched, event, start)
+        is_bound = watched.kinds[event] >= BOUND
+        if is_quiet(watched.times, watched.samples, count) and not (is_bound and watched.samples[0] < 0.0):
+            continue
+        if watched.kinds[event] == BOUND:
+            return -1
+        noise = watched.noise[event]
+        first = first_with_sign(watched.samples, count, noise)
+        # what must not be below zero happens wherever it is
+        is_below = is_bound and watched.samples[first] < -noise
+        data = (single, run, vectors, watched.columns[event], noise if is_below else 0.0)
+        if is_below:
+            watched.brackets[0, 0], watched.brackets[0, 1] = watched.times[max(first - 1, 0)], watched.times[first]
+            brackets = 1
+        else:
+            samples = watched.times, watched.samples, count, first
+            brackets = find_brackets(value_at, data, *samples, watched.directions[event], watched.brackets)
+        for k in range(min(brackets, len(watched.found) - total)):
+            a, b = watched.brackets[k, 0], watched.brackets[k, 1]
+            # what changes as a point lands depends on the force there: there is none before
+            t = root_in(value_at, data, a, b, watched.span, is_bound or watched.kinds[event] <= CHANGES)
+            if watched.kinds[event] == REPORTS and is_known(t, watched.last[event], watched.span):
+                continue  # another event ended the step at that moment
+            at = total
+            while at > 0 and watched.found[at - 1, 0] > t:
+                watched.found[at, 0], watched.found[at, 1] = watched.found[at - 1, 0], watched.found[at - 1, 1]
+                at -= 1
+            watched.found[at, 0], watched.found[at, 1] = t, event
+            total += 1
+    return total
+
+
+@exact
+def first_acting(watched: WatchedRun, found: int, is_any: bool) -> float:
+    """Return the time of the first event, on request of any that does more than to be reported; infinity without."""
+    for i in range(found):
+        t, event = watched.found[i, 0], int(watched.found[i, 1])
+        is_again = watched.kinds[event] == ENDS_STEP and is_over(t, watched.last[event], watched.span)
+        if is_any or (watched.kinds[event] != REPORTS and not is_again):
+            return t
+    return np.inf
