@@ -73,7 +73,7 @@ def told_multipliers(loops: Loops, z: np.ndarray, count: int, multipliers: np.nd
             if not room > 0.0:
                 return False
             if kept.scale[i] != 0.0:
-                kept.live[n], kept.rest[n] = i, room
+                kept.live[n], kept.rest[n] = i, np.sqrt(room)
                 n += 1
     if n == 0 or not _share(loops, n, count, multipliers, kept):
         return False
