@@ -61,7 +61,7 @@ def shared_forces(state: State) -> Vector:
     """
     forces = held_accelerations(state)[1]
     touching = _touching(state, len(forces))
-    if not len(touching.heads):
+    if not len(touching.heads) or not np.all(np.isfinite(forces)):  # of a state too far ahead
         return forces
     spare = spare_forces(state)
     if not spare.shape[1]:
