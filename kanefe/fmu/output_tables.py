@@ -79,6 +79,8 @@ class OutputTables:
             what, of, _, _ = output.channel or ("", "", "", 0)
             if what in ("load", "contact_points"):
                 number = next(i for i, load in enumerate(self._model.loads) if load.name == of)
+                if number in self._model.rigid_contacts:  # told with all forces
+                    continue
                 found = output_function(self._model.loads[number], what)
                 if found is None:
                     raise NeedsPython(
@@ -92,13 +94,13 @@ class OutputTables:
     def _force(self, output: Output) -> tuple[int, int, int, int, int, float]:
         """Return where a force is: the first place, and how many wrenches one after the other are added up."""
         model, (what, of, interface, i) = self._model, output.channel or ("", "", "", 0)
-        if self.told is not None and what in ("load", "contact_points"):
+        if what in ("load", "contact_points"):
             number = next(n for n, load in enumerate(model.loads) if load.name == of)
-            at = self.told.columns[number].start
             if what == "contact_points":
-                points = (self.told.columns[number].stop - at) // POINT_OUTPUTS
+                points = len(model.loads[number].probes)  # type: ignore[attr-defined]
                 i = int(in_columns(np.arange(points * POINT_OUTPUTS).reshape(1, points, POINT_OUTPUTS))[0, i])
-            return KINDS.index("IN_LOADS"), at + i, 0, 0, 0, 0.0
+            if self.told is not None and number in self.told.columns:
+                return KINDS.index("IN_LOADS"), self.told.columns[number].start + i, 0, 0, 0, 0.0
         self.has_forces = True
         told = self._route.force_kernel.told
         first, count = told.place(what, of, interface, i)

@@ -9,6 +9,7 @@ from kanefe.kernels.contact.contact_outputs import POINT_OUTPUTS
 from kanefe.kernels.contact.rigid_points import CONTACT
 from kanefe.kernels.evaluation.force_tables import (
     CONTACT_OUTPUTS,
+    CONTACTS,
     DRIVING,
     LOOP_FORCES,
     OF_CARRIER,
@@ -17,6 +18,7 @@ from kanefe.kernels.evaluation.force_tables import (
     OF_LOOP,
     OF_POINT_LOAD,
     PARTS,
+    POINTS,
     REACTIONS,
     WRENCH,
     ForceTables,
@@ -97,7 +99,10 @@ class ForceTableBuilder:
         return [i for i, part in parts if (self._model.bodies[part.body].name, part.interface) == (body, interface)]
 
     def place(self, quantity: str, name: str, interface: str, component: int) -> tuple[int, int]:
-        """Return where a component of a force is in a row of what is told, and how many wrenches are added up."""
+        """Return where a component of a force is in a row of what is told, and how many wrenches are added up.
+
+        Of points of rigid contacts: the component of all, point by point.
+        """
         model, places = self._model, self.tables.places.tolist()
         if quantity == "joint_reaction":
             return places[REACTIONS] + WRENCH * model.index(name) + component, 1
@@ -107,6 +112,11 @@ class ForceTableBuilder:
         if quantity == "loop_force":
             number = [constraint.name for constraint in model.constraints if constraint.b is not None].index(name)
             return places[LOOP_FORCES] + WRENCH * number + component, 1
+        if quantity in ("load", "contact_points"):
+            number = [model.loads[i].name for i in model.rigid_contacts].index(name)
+            if quantity == "load":
+                return places[CONTACTS] + CONTACT_OUTPUTS * number + component, 1
+            return places[POINTS] + POINT_OUTPUTS * self.first_points[number] + component, 1
         numbers = self.numbers_of_parts(name, interface)
         first = numbers[0] if numbers else 0
         return places[PARTS] + WRENCH * first + component, len(numbers)
