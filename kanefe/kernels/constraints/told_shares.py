@@ -28,6 +28,7 @@ ROUND_OFF = 1e-13
 # Pivot above which it is none, see `kanefe.kane.rigid_contacts.contact_shares.DEPENDENT`: the literal route tells what
 # is in between
 SHARP = 1e-9
+NOT_SHARP = -1
 
 
 @kernel
@@ -60,8 +61,9 @@ def told_multipliers(loops: Loops, z: np.ndarray, count: int, multipliers: np.nd
         left_out = int(kept.told[LIVE] - kept.told[RANK])
     if left_out == 0:
         return True
-    if not touches or not _share(loops, n, count, multipliers, kept):
-        return False
+    spare = _share(loops, n, count, multipliers, kept) if touches else NOT_SHARP
+    if spare <= 0:
+        return spare == 0
     if min(least_margins(loops, z, multipliers)) >= 0.0:
         return True
     n = 0
@@ -75,16 +77,16 @@ def told_multipliers(loops: Loops, z: np.ndarray, count: int, multipliers: np.nd
             if kept.scale[i] != 0.0:
                 kept.live[n], kept.rest[n] = i, np.sqrt(room)
                 n += 1
-    if n == 0 or not _share(loops, n, count, multipliers, kept):
+    if n == 0 or _share(loops, n, count, multipliers, kept) <= 0:
         return False
     return min(least_margins(loops, z, multipliers)) >= 0.0
 
 
 @inlined
-def _share(loops: Loops, n: int, count: int, multipliers: np.ndarray, kept: UnitResponses) -> bool:
-    """Take away of n live multipliers what does nothing, measured in units; return whether that is sharp.
+def _share(loops: Loops, n: int, count: int, multipliers: np.ndarray, kept: UnitResponses) -> int:
+    """Take away of n live multipliers what does nothing, measured in units: their norm is the least one then.
 
-    Without that their norm is the least one.
+    Return in how many ways they can do nothing; NOT_SHARP, where round-off may hide that.
     """
     products, units, x = kept.L, kept.rest, kept.column
     for a in range(n):
@@ -98,9 +100,9 @@ def _share(loops: Loops, n: int, count: int, multipliers: np.ndarray, kept: Unit
             products[a, b] = products[b, a] = units[a] * units[b] * total
     rank, weakest = factor_least(products, kept.plain, n, ROUND_OFF, kept.order, kept.inverses, kept.spare)
     if weakest < SHARP:
-        return False
+        return NOT_SHARP
     if rank < n:
         leave_spare(products, x, n, rank, kept.order, kept.inverses, kept.spare)
         for a in range(n):
             multipliers[int(kept.live[a])] -= units[a] * x[a]
-    return True
+    return n - rank
