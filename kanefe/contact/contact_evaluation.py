@@ -73,7 +73,7 @@ class InPython:
 
     def point_outputs(self) -> list[float]:
         """Return the outputs of each point, one after the other."""
-        out: list[Any] = [0.0] * (contact_outputs.POINT_OUTPUTS * len(self.contact.probes))
+        out: list[Any] = [0.0] * (output_places.POINT_OUTPUTS * len(self.contact.probes))
         contact_outputs.tell_points(_one_of, *self._given, out)
         return out
 

@@ -7,7 +7,7 @@ import numpy as np
 from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.fmu import c_text as c
 from kanefe.fmu.image import NeedsPython
-from kanefe.kernels.contact.contact_outputs import POINT_OUTPUTS
+from kanefe.kernels.contact.output_places import POINT_OUTPUTS
 from kanefe.loads.controller import Reading
 from kanefe.order_n.load_outputs import LoadOutputs
 from kanefe.order_n.route import OrderN

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
-from kanefe.kernels.contact.contact_outputs import POINT_OUTPUTS
+from kanefe.kernels.contact.output_places import CONTACT_OUTPUTS, POINT_OUTPUTS
 from kanefe.kernels.evaluation.force_tables import (
-    CONTACT_OUTPUTS,
     CONTACTS,
     DRIVING,
     ENDS,

@@ -390,7 +390,7 @@ def output_function(load: Load, quantity: str) -> tuple[OutputFunction, int] | N
         return None if kernel.tell is None else (kernel.tell, len(load.columns))
     if not is_contact(load.columns):
         return None
-    from kanefe.kernels.contact.contact_outputs import POINT_OUTPUTS
+    from kanefe.kernels.contact.output_places import POINT_OUTPUTS
 
     return load.functions.point_outputs, POINT_OUTPUTS * len(load.probes)  # type: ignore[attr-defined]
 

@@ -19,9 +19,6 @@ RATES, REACTIONS, DRIVING, LOOP_FORCES, PARTS, ENDS, CONTACTS, POINTS, WIDTH = r
 drives, of loops on their ends b, parts of those at interfaces, of loads between frames on their ends, outputs of rigid
 contacts and of their points; its width."""
 
-CONTACT_OUTPUTS = 12
-"""Number of outputs of a contact as a whole, see `kanefe.contact.contact.Contact.columns`."""
-
 # Columns of the integers of a held body
 HELD_ROW, FIRST_COMPONENT, COMPONENT_COUNT, HELD_POOL = range(4)
 # Columns of a component that is fixed in G: row of its interface, and which of six it is

@@ -7,7 +7,7 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import norm, plus, put_three, rotated_back, times, vector
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.constraints.loop_tables import Loops
-from kanefe.kernels.contact.contact_outputs import OPEN, POINT_OUTPUTS, SLIPS, STICKS
+from kanefe.kernels.contact.output_places import CONTACT_OUTPUTS, OPEN, POINT_OUTPUTS, SLIPS, STICKS
 from kanefe.kernels.contact.rigid_points import (
     CONTACT,
     FIRST_STATE,
@@ -19,7 +19,7 @@ from kanefe.kernels.contact.rigid_points import (
     is_slipping,
     meet,
 )
-from kanefe.kernels.evaluation.force_tables import CONTACT_OUTPUTS, CONTACTS, POINTS, ForceTables
+from kanefe.kernels.evaluation.force_tables import CONTACTS, POINTS, ForceTables
 from kanefe.kernels.loads.markers import axes_of
 
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels.constraints.loop_tables import Loops
-from kanefe.kernels.contact.contact_outputs import POINT_OUTPUTS
+from kanefe.kernels.contact.output_places import CONTACT_OUTPUTS, POINT_OUTPUTS
 from kanefe.kernels.contact.rigid_points import CONTACT
 from kanefe.kernels.evaluation.force_tables import (
-    CONTACT_OUTPUTS,
     CONTACTS,
     DRIVING,
     LOOP_FORCES,
@@ -30,7 +29,7 @@ from kanefe.tree.model_data import QUADRATURES, ModelData
 from kanefe.tree.neighbours import BODY, LOAD, LOOP, InterfacePart, Source, parts_of
 
 DIRECTIONS = 3
-"""Rows of a contact point: along the normal, and in both directions along the surface."""
+"""Number of rows of a contact point: along the normal, and in both directions along the surface."""
 
 DETERMINED = 1e-9
 """Smallest singular value, relative to the largest, with which fixed components count as statically determined."""
