@@ -88,7 +88,9 @@ def _share(loops: Loops, n: int, count: int, multipliers: np.ndarray, kept: Unit
 
     Return in how many ways they can do nothing; NOT_SHARP, where round-off may hide that.
     """
-    products, units, x = kept.L, kept.rest, kept.column
+    products, units, x, weights = kept.L, kept.rest, kept.column, kept.reach
+    for k in range(count):
+        weights[k] = 1.0 / (loops.extents[k] * loops.extents[k])
     for a in range(n):
         i = int(kept.live[a])
         x[a] = multipliers[i] / units[a]
@@ -96,7 +98,7 @@ def _share(loops: Loops, n: int, count: int, multipliers: np.ndarray, kept: Unit
         for b in range(a + 1):
             j, total = int(kept.live[b]), 0.0
             for k in range(count):
-                total += kept.unit_responses[i, k] * kept.unit_responses[j, k] / (loops.extents[k] * loops.extents[k])
+                total += kept.unit_responses[i, k] * kept.unit_responses[j, k] * weights[k]
             products[a, b] = products[b, a] = units[a] * units[b] * total
     rank, weakest = factor_least(products, kept.plain, n, ROUND_OFF, kept.order, kept.inverses, kept.spare)
     if weakest < SHARP:
