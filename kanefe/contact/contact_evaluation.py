@@ -12,6 +12,7 @@ from kanefe.contact.touching_point import Touch
 from kanefe.frames import Vector
 from kanefe.kernels.contact import contact_forces as kernels
 from kanefe.kernels.contact import contact_outputs
+from kanefe.kernels.contact.output_places import POINT_OUTPUTS
 from kanefe.kernels.force_elements.bushing import nine
 from kanefe.kernels.force_elements.places import WRENCH, WRENCHES, A
 from kanefe.loads.action import Action, End, LoadKernel
@@ -73,7 +74,7 @@ class InPython:
 
     def point_outputs(self) -> list[float]:
         """Return the outputs of each point, one after the other."""
-        out: list[Any] = [0.0] * (contact_outputs.POINT_OUTPUTS * len(self.contact.probes))
+        out: list[Any] = [0.0] * (POINT_OUTPUTS * len(self.contact.probes))
         contact_outputs.tell_points(_one_of, *self._given, out)
         return out
 

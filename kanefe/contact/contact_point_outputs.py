@@ -9,7 +9,7 @@ import numpy as np
 
 from kanefe.contact.contact_evaluation import InPython
 from kanefe.frames import Matrix, Vector
-from kanefe.kernels.contact.contact_outputs import POINT_OUTPUTS
+from kanefe.kernels.contact.output_places import POINT_OUTPUTS
 from kanefe.loads.action import End
 
 if TYPE_CHECKING:

@@ -54,9 +54,7 @@ class ForcesAt:
 
     def rigid_contact(self, number: int) -> Vector:
         """Return the outputs of a rigid contact, by its number among the rigid contacts."""
-        from kanefe.kane.rigid_contacts.contact_forces import told
-
-        return told(self._model.route.view(self._t, self._y), number)
+        return self._forces.contact(number)[0]
 
 
 def seen(model: Model, t: float, y: Vector) -> SceneState:

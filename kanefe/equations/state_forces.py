@@ -16,9 +16,8 @@ def forces_of(route: Route, t: float, y: Vector) -> RunForces:
     """Return the forces of a state (q, u, z), as those of a run of one time."""
     times, states = np.array((t,)), np.array(y, dtype=float)[None]
     sweeps = route.sweeps(times, states)
-    compiled = None if sweeps is None else sweeps.forces
-    if compiled is not None:
-        return compiled
+    if sweeps is not None:
+        return sweeps.forces
     from kanefe.kane.run_forces import LiteralForces
 
     return LiteralForces.of_states(route, times, states)

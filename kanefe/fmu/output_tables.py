@@ -7,7 +7,7 @@ import numpy as np
 from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.fmu import c_text as c
 from kanefe.fmu.image import NeedsPython
-from kanefe.kernels.contact.contact_outputs import POINT_OUTPUTS
+from kanefe.kernels.contact.output_places import POINT_OUTPUTS
 from kanefe.loads.controller import Reading
 from kanefe.order_n.load_outputs import LoadOutputs
 from kanefe.order_n.route import OrderN
@@ -79,6 +79,8 @@ class OutputTables:
             what, of, _, _ = output.channel or ("", "", "", 0)
             if what in ("load", "contact_points"):
                 number = next(i for i, load in enumerate(self._model.loads) if load.name == of)
+                if number in self._model.rigid_contacts:  # told with all forces
+                    continue
                 found = output_function(self._model.loads[number], what)
                 if found is None:
                     raise NeedsPython(
@@ -92,13 +94,13 @@ class OutputTables:
     def _force(self, output: Output) -> tuple[int, int, int, int, int, float]:
         """Return where a force is: the first place, and how many wrenches one after the other are added up."""
         model, (what, of, interface, i) = self._model, output.channel or ("", "", "", 0)
-        if self.told is not None and what in ("load", "contact_points"):
+        if what in ("load", "contact_points"):
             number = next(n for n, load in enumerate(model.loads) if load.name == of)
-            at = self.told.columns[number].start
             if what == "contact_points":
-                points = (self.told.columns[number].stop - at) // POINT_OUTPUTS
+                points = len(model.loads[number].probes)  # type: ignore[attr-defined]
                 i = int(in_columns(np.arange(points * POINT_OUTPUTS).reshape(1, points, POINT_OUTPUTS))[0, i])
-            return KINDS.index("IN_LOADS"), at + i, 0, 0, 0, 0.0
+            if self.told is not None and number in self.told.columns:
+                return KINDS.index("IN_LOADS"), self.told.columns[number].start + i, 0, 0, 0, 0.0
         self.has_forces = True
         told = self._route.force_kernel.told
         first, count = told.place(what, of, interface, i)

@@ -78,6 +78,25 @@ class LiteralForces:
             self._on_ends[number] = np.array([state.action(number).wrenches for state, _ in self._acting()])
         return self._on_ends[number][:, end]
 
+    def contact(self, number: int) -> Matrix:
+        """Return the outputs of a rigid contact, by its number among these, (T, 12)."""
+        return np.array([contacts[number] for contacts, _ in self._contacts])
+
+    def contact_points(self, number: int) -> np.ndarray:
+        """Return those of its points, (T, points, 12)."""
+        return np.array([points[number] for _, points in self._contacts])
+
+    @cached_property
+    def _contacts(self) -> list[tuple[list[Vector], list[Matrix]]]:
+        """Outputs of all rigid contacts, and of their points."""
+        from kanefe.kane.rigid_contacts.contact_forces import rigid_point_outputs, told
+
+        numbers = range(len(self._model.rigid_contacts))
+        return [
+            ([told(state, k) for k in numbers], [rigid_point_outputs(state, k) for k in numbers])
+            for state, _ in self._acting()
+        ]
+
 
 class _Acting(NamedTuple):
     """Force and moment (6,) about a point in N, in components of N."""

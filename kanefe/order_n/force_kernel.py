@@ -49,7 +49,7 @@ class ForceKernel:
         loops = loop_tables(builder, tables, flexible)
         self.told = ForceTableBuilder(builder, between, order, loops)
         self._scene = tables, flexible or no_flexible(), between, loops, self.told.tables
-        self._bound = forces_of_states.bound(*self._scene, *(LATER,) * 14)
+        self._bound = forces_of_states.bound(*self._scene, *(LATER,) * 15)
 
     def prepared(
         self, times: Vector, driven: np.ndarray, values: Matrix, states: Matrix, rates: Matrix
@@ -60,7 +60,8 @@ class ForceKernel:
         workspace = workspace_in(call.call.arguments[-1], *self._evaluated)
         scale = scale_of_rows(workspace.holding, loops, int(tables.sizes[SPEEDS] + tables.sizes[DRIVES]))
         found, is_told = np.zeros((len(states), int(places[WIDTH]))), np.zeros(len(states), dtype=np.int64)
-        evaluation = call.call.for_kernels(), call.vectors, call.drives, call.inputs, workspace.multipliers, scale
+        memory = workspace.multipliers, scale, workspace.holding
+        evaluation = call.call.for_kernels(), call.vectors, call.drives, call.inputs, *memory
         given = times, driven, values, states, rates, found, is_told
         prepared = self._bound.prepared(*evaluation, *given, np.zeros(force_memory_size(*self._scene)))
         return prepared, found, is_told

@@ -8,11 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
+from kanefe.kernels.contact.output_places import CONTACT_OUTPUTS, POINT_OUTPUTS
 from kanefe.kernels.evaluation.force_tables import (
+    CONTACTS,
     DRIVING,
     ENDS,
     LOOP_FORCES,
     PARTS,
+    POINTS,
     REACTIONS,
     WIDTH,
     WRENCH,
@@ -106,7 +109,23 @@ class CompiledForces:
     def on_end(self, number: int, end: int) -> Matrix:
         """Return the wrench of a load between frames on one of its ends, in N, (T, 6)."""
         first = WRENCH * (self._route.force_kernel.told.first_ends[number] + end)
-        found = self._block(ENDS, WIDTH)[:, first : first + WRENCH].copy()
+        found = self._block(ENDS, CONTACTS)[:, first : first + WRENCH].copy()
         if len(rest := self._found[1]):
             found[rest] = self._of_rest.on_end(number, end)
+        return found
+
+    def contact(self, number: int) -> Matrix:
+        """Return the outputs of a rigid contact, by its number among these, (T, 12)."""
+        found = self._block(CONTACTS, POINTS)[:, CONTACT_OUTPUTS * number : CONTACT_OUTPUTS * (number + 1)].copy()
+        if len(rest := self._found[1]):
+            found[rest] = self._of_rest.contact(number)
+        return found
+
+    def contact_points(self, number: int) -> np.ndarray:
+        """Return those of its points, (T, points, 12)."""
+        told = self._route.force_kernel.told
+        first, last = told.first_points[number], told.first_points[number + 1]
+        found = self._block(POINTS, WIDTH).reshape(len(self._times), -1, POINT_OUTPUTS)[:, first:last].copy()
+        if len(rest := self._found[1]):
+            found[rest] = self._of_rest.contact_points(number)
         return found

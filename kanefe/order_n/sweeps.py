@@ -183,10 +183,8 @@ class Sweeps:
         )
 
     @cached_property
-    def forces(self) -> CompiledForces | None:
-        """The forces of all states; of scenes with rigid contacts the literal route tells them."""
-        if self._route.model.rigid_contacts:
-            return None
+    def forces(self) -> CompiledForces:
+        """The forces of all states."""
         is_known = self._route.is_autonomous and not self._route.model.is_constrained
         rates = self.rates if is_known else np.zeros((0, self._states.shape[1] + QUADRATURES))
         return CompiledForces(self._route, self._times, self._drives, self._states, np.ascontiguousarray(rates))

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -329,8 +329,7 @@ class RunChannels:
     @cached_property
     def forces(self) -> RunForces:
         """All forces at all times, from one pass."""
-        compiled = None if self.swept is None else self.swept.forces
-        return LiteralForces(self.model, self.acting_states) if compiled is None else compiled
+        return LiteralForces(self.model, self.acting_states) if self.swept is None else self.swept.forces
 
     def _drives(self, body: str, interface: str) -> dict[Key, np.ndarray]:
         """Return all driving forces."""
@@ -345,13 +344,9 @@ class RunChannels:
         wrenches = self.forces.loops
         return {("loop_force", name, ""): wrenches[:, i].copy() for i, name in enumerate(self.loops)}
 
-    def _loaded_states(self) -> Iterable[SceneState]:
-        """Return the states for the outputs of loads; with rigid contacts, states that also have their forces."""
-        return self.views() if self.model.rigid_contacts else self.placed(range(len(self.times)))
-
     def _told(self, quantity: str) -> dict[int, np.ndarray]:
         """Return outputs of loads at all times by compiled functions, of those that have one, by their numbers."""
-        if self.swept is None or self.model.rigid_contacts:
+        if self.swept is None:
             return {}
         found = {i: output_function(load, quantity) for i, load in enumerate(self.model.loads)}
         functions = {i: function for i, function in found.items() if function is not None}
@@ -360,34 +355,29 @@ class RunChannels:
     def _points(self, name: str, interface: str) -> dict[Key, np.ndarray]:
         from kanefe.contact.contact import compliant_contacts
         from kanefe.contact.contact_point_outputs import POINT_OUTPUTS, contact_point_outputs
-        from kanefe.kane.rigid_contacts.contact_forces import rigid_point_outputs
 
-        contacts, told = dict(compliant_contacts(self.model.loads)), self._told("contact_points")
         number = next(i for i, load in enumerate(self.model.loads) if load.name == name)
+        if number in self.model.rigid_contacts:
+            told = {number: self.forces.contact_points(self.model.rigid_contacts.index(number))}
+        else:
+            told = self._told("contact_points")
         if number not in told:
-            found = []
-            for state in self._loaded_states():
-                if number in contacts:
-                    ends, own = state.load_ends(number), state.load_states(number)
-                    found.append(contact_point_outputs(contacts[number], ends, own))
-                elif isinstance(state, State):
-                    found.append(rigid_point_outputs(state, self.model.rigid_contacts.index(number)))
-            told[number] = np.array(found)
+            contact = dict(compliant_contacts(self.model.loads))[number]
+            states = self.placed(range(len(self.times)))
+            told[number] = np.array(
+                [contact_point_outputs(contact, state.load_ends(number), state.load_states(number)) for state in states]
+            )
         shape = len(self.times), -1, POINT_OUTPUTS
         return {("contact_points", self.model.loads[i].name, ""): in_columns(x.reshape(shape)) for i, x in told.items()}
 
     def _loads(self, name: str, interface: str) -> dict[Key, np.ndarray]:
-        from kanefe.kane.rigid_contacts.contact_forces import told as rigid_outputs
-
-        loads, rigid, told = self.model.loads, self.model.rigid_contacts, self._told("load")
+        loads, told = self.model.loads, self._told("load")
+        told |= {i: self.forces.contact(number) for number, i in enumerate(self.model.rigid_contacts)}
         rest = [i for i in range(len(loads)) if i not in told]
         told |= {i: np.empty((len(self.times), len(loads[i].columns))) for i in rest}
-        for row, state in enumerate(self._loaded_states() if rest else ()):
+        for row, state in enumerate(self.placed(range(len(self.times))) if rest else ()):
             for i in rest:
-                if i in rigid and isinstance(state, State):
-                    told[i][row] = rigid_outputs(state, rigid.index(i))
-                else:
-                    told[i][row] = loads[i].tell(state.time, state.load_ends(i), state.load_states(i))
+                told[i][row] = loads[i].tell(state.time, state.load_ends(i), state.load_states(i))
         return {("load", load.name, ""): told[i] for i, load in enumerate(loads)}
 
 
@@ -400,7 +390,7 @@ def output_function(load: Load, quantity: str) -> tuple[OutputFunction, int] | N
         return None if kernel.tell is None else (kernel.tell, len(load.columns))
     if not is_contact(load.columns):
         return None
-    from kanefe.kernels.contact.contact_outputs import POINT_OUTPUTS
+    from kanefe.kernels.contact.output_places import POINT_OUTPUTS
 
     return load.functions.point_outputs, POINT_OUTPUTS * len(load.probes)  # type: ignore[attr-defined]
 

@@ -151,6 +151,14 @@ class RunForces(Protocol):
         """Return the wrench of a load between frames on one of its ends, in N, (T, 6)."""
         ...
 
+    def contact(self, number: int) -> Matrix:
+        """Return the outputs of a rigid contact, by its number among these, (T, 12)."""
+        ...
+
+    def contact_points(self, number: int) -> np.ndarray:
+        """Return those of its points, (T, points, 12)."""
+        ...
+
 
 class RunSweeps(Protocol):
     """Quantities that a route computes for all states of a run at once."""
@@ -166,8 +174,8 @@ class RunSweeps(Protocol):
         ...
 
     @property
-    def forces(self) -> RunForces | None:
-        """All forces, if they are compiled."""
+    def forces(self) -> RunForces:
+        """All forces."""
         ...
 
     def outputs_of_loads(self, functions: Mapping[int, tuple[OutputFunction, int]]) -> dict[int, Matrix]:

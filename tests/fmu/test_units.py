@@ -176,14 +176,19 @@ def rubbing_and_bouncing(normal: Any = None) -> kf.System:
     return scene
 
 
-OF_COMPLIANT = "load touch", "joint_reaction ball", "joint_reaction wheel"
+FORCES = "load touch", "joint_reaction ball", "joint_reaction wheel"
 
 
 @pytest.mark.parametrize(("fmi", "normal"), [("2.0", None), ("3.0", None), ("2.0", kf.Rigid(0.4))])
 def test_contacts_and_dry_friction_need_no_python(tmp_path: Path, fmi: str, normal: Any) -> None:
     options: dict[str, Any] = {
         "inputs": "motor wheel",
-        "outputs": ("velocity ball", "joint_speeds wheel", *(OF_COMPLIANT if normal is None else ())),
+        "outputs": (
+            "velocity ball",
+            "joint_speeds wheel",
+            *FORCES,
+            *(() if normal is None else ("contact_points touch",)),
+        ),
     }
     sim = rubbing_and_bouncing(normal).start(**options)
     unit = Unit(rubbing_and_bouncing(normal).to_fmu(tmp_path / "ball.fmu", fmi=fmi, **options))
@@ -201,6 +206,30 @@ def test_contacts_and_dry_friction_need_no_python(tmp_path: Path, fmi: str, norm
         rest = unit.run(torques[half:], 2.0 * DT, sim.output_names)
         unit.go_back(kept)
     np.testing.assert_allclose(np.vstack((found, rest)), wanted, rtol=0, atol=1e-13)
+    unit.free()
+
+
+def test_forces_that_corners_share_need_no_python(tmp_path: Path) -> None:
+    def scene() -> kf.System:
+        scene = kf.System(gravity=(3.0, 0.0, -9.0))
+        box = scene.add_rigid_body("box", 2.0, 0.02, com=(0.0, 0.02, 0.05), joint=kf.Free(position=(0.0, 0.0, 0.11)))
+        feet = scene.add_surface(
+            "feet", box, kf.shapes.Points([(x, y, -0.1) for x in (-0.2, 0.2) for y in (-0.1, 0.1)])
+        )
+        floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
+        scene.add_contact("touch", feet, floor, normal=kf.Rigid(), friction=kf.Coulomb(0.5))
+        return scene
+
+    options: dict[str, Any] = {"outputs": ("load touch", "contact_points touch", "joint_reaction box")}
+    sim, unit = scene().start(**options), Unit(scene().to_fmu(tmp_path / "box.fmu", **options))
+    wanted = []
+    for _ in range(8):
+        sim.step(DT)
+        wanted.append([sim.outputs[name] for name in sim.output_names])
+    found = unit.run([{}] * 8, DT, sim.output_names)
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-11)
+    normals = [i for i, name in enumerate(sim.output_names) if "normal" in name]
+    assert np.count_nonzero(np.array(wanted)[:, normals].all(axis=1)) >= 3  # all corners carry
     unit.free()
 
 

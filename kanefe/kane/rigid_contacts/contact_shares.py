@@ -12,9 +12,10 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import held_accelerations
-from kanefe.kane.constraints import constraint_rates, force_rows, touching_rows
+from kanefe.kane.constraints import constraint_rates, force_rows, held_rows, touching_rows
 from kanefe.kane.state import State, once
 from kanefe.storage.scipy_later import scipy
+from kanefe.tree.scales import scene_length
 
 DEPENDENT = 1e-9
 """Singular value of the rows of closed contacts, relative to the largest, below which forces can be shared in several
@@ -53,16 +54,20 @@ class _Touching(NamedTuple):
 def shared_forces(state: State) -> Vector:
     """Return the multipliers of all rows that hold; those of least norm, or others where these cannot be.
 
-    Rows that depend on each other have several that lead to the same motion. Where by those of least norm a contact
-    pulls or friction holds more than it can, friction is shared by the normal forces; where that does not help either,
-    the least of all margins is made as large as it can be.
+    Rows that depend on each other have several that lead to the same motion. Where points touch, the norm is that of
+    forces in N, and of moments in N times the length of the scene. Where by those of least norm a contact pulls or
+    friction holds more than it can, friction is shared by the normal forces; where that does not help either, the least
+    of all margins is made as large as it can be.
     """
     forces = held_accelerations(state)[1]
     touching = _touching(state, len(forces))
-    if len(touching.heads) < 2 or touching.margins(forces).min() >= 0.0:
+    if not len(touching.heads) or not np.all(np.isfinite(forces)):  # of a state too far ahead
         return forces
     spare = spare_forces(state)
     if not spare.shape[1]:
+        return forces
+    forces = _least(state, forces, spare)
+    if touching.margins(forces).min() >= 0.0:
         return forces
     by_normals = _by_normals(forces, spare, touching)
     if touching.margins(by_normals).min() >= 0.0:
@@ -101,6 +106,13 @@ def _touching(state: State, count: int) -> _Touching:
     heads = count - sum(sizes) + np.cumsum([0, *sizes[:-1]], dtype=int)
     sticks = np.flatnonzero(np.array(sizes) == 3)
     return _Touching(heads[: len(sizes)], sticks, np.array([touching[i][0].static for i in sticks]))
+
+
+def _least(state: State, forces: Vector, spare: Matrix) -> Vector:
+    from kanefe.constraints.rows import RADIAN
+
+    units = np.array([scene_length(state.model) if row.unit == RADIAN else 1.0 for _, row in held_rows(state)])
+    return np.asarray(forces - spare @ np.linalg.lstsq(spare / units[:, None], forces / units, rcond=None)[0])
 
 
 def _by_normals(forces: Vector, spare: Matrix, touching: _Touching) -> Vector:

@@ -200,7 +200,7 @@ def respond_to_multipliers(
     count : int
         Of free speeds.
     workspace : ndarray, shape (`unit_responses_size`,)
-        Of `hold`; its answers are lost.
+        Of `hold`.
     """
     kept = unit_responses_in(workspace, loops, len(applied))
     clear_all_forces(tables, flexible, applied, work, modal)
@@ -208,4 +208,4 @@ def respond_to_multipliers(
         if multipliers[j] != 0.0:
             push_row(loops, tables, flexible, j, multipliers[j], True, kept.exerted, applied, work, modal)
     sweep_forces_inward(tables, flexible, applied, work, modal, border, is_implicit)
-    sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, kept.unit_responses[0, :count])
+    sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, kept.reach[:count])

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import cross, dot, minus, plus, put, times, vector
+from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, plus, put, times, vector
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW, COUPLER_ROW, row_terms
 from kanefe.kernels.constraints.loop_tables import (
@@ -153,16 +153,24 @@ def push_row(
         for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
             applied[loops.speeds[term]] += multiplier * loops.coefficients[term]
         return
-    is_contact = loops.rows[j, KIND_OF] == CONTACT_ROW
     for end in range(2):
         row = loops.rows[j, ROW_A + end]
-        force, moment = vector(exerted.wrenches, j, 6 * end), vector(exerted.wrenches, j, 6 * end + 3)
-        if rubs and is_contact and row >= 0 and loops.rows[j, DIRECTION] == 0:
-            p = loops.rows[j, POINT]
-            rubbed = times(1.0 if end else -1.0, vector(exerted.met, p, MET.tangential))
-            arm = minus(vector(exerted.met, p, MET.point), vector(work, row, POSITION))
-            force, moment = plus(force, rubbed), plus(moment, cross(arm, rubbed))
+        force, moment = wrench_on(loops, j, end, rubs, exerted, work)
         push(tables.rows, flexible, row, times(multiplier, force), times(multiplier, moment), work, modal)
+
+
+@inlined
+def wrench_on(
+    loops: Loops, j: int, end: int, rubs: bool, exerted: RowWrenches, work: np.ndarray
+) -> tuple[Numbers, Numbers]:
+    """Return force and moment of a unit multiplier on an end, about the origin of its row; with what it rubs there."""
+    row, p = loops.rows[j, ROW_A + end], loops.rows[j, POINT]
+    force, moment = vector(exerted.wrenches, j, 6 * end), vector(exerted.wrenches, j, 6 * end + 3)
+    if rubs and row >= 0 and loops.rows[j, KIND_OF] == CONTACT_ROW and loops.rows[j, DIRECTION] == 0:
+        rubbed = times(1.0 if end else -1.0, vector(exerted.met, p, MET.tangential))
+        arm = minus(vector(exerted.met, p, MET.point), vector(work, row, POSITION))
+        force, moment = plus(force, rubbed), plus(moment, cross(arm, rubbed))
+    return force, moment
 
 
 @kernel

@@ -12,14 +12,9 @@ from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.contact.contact_forces import end_of, first_state_of, touching
 from kanefe.kernels.contact.contact_places import AT, SLIP, WORK
 from kanefe.kernels.contact.detection import located, met_by, velocity
+from kanefe.kernels.contact.output_places import OPEN, POINT_OUTPUTS, SLIPS, STICKS
 from kanefe.kernels.force_elements.bushing import nine
 from kanefe.kernels.force_elements.places import WATCH_SIGNATURE, A
-
-OPEN, STICKS, SLIPS = range(3)
-
-POINT_OUTPUTS = 12
-"""Number of outputs of a contact point: normal force and friction (N), depth and stretch (m), slip (m/s), status;
-vectors in axes of the surface."""
 
 
 @called_by_address(*WATCH_SIGNATURE)

@@ -14,9 +14,10 @@ from kanefe.kernels.loads.loads_layout import WHOLE, LoadsBetween
 
 WRENCH = 6
 
-RATES, REACTIONS, DRIVING, LOOP_FORCES, PARTS, ENDS, WIDTH = range(7)
+RATES, REACTIONS, DRIVING, LOOP_FORCES, PARTS, ENDS, CONTACTS, POINTS, WIDTH = range(9)
 """Columns at which the rates of the state begin in a row of what is told, and forces: of joints on their bodies, of
-drives, of loops on their ends b, parts of those at interfaces, of loads between frames on their ends; its width."""
+drives, of loops on their ends b, parts of those at interfaces, of loads between frames on their ends, outputs of rigid
+contacts and of their points; its width."""
 
 # Columns of the integers of a held body
 HELD_ROW, FIRST_COMPONENT, COMPONENT_COUNT, HELD_POOL = range(4)
@@ -49,7 +50,7 @@ class ForceTables(NamedTuple):
     pool : ndarray
     parts : ndarray of int, shape (p, 3)
     sources : ndarray of int, shape (s, 4)
-    places : ndarray of int, shape (7,)
+    places : ndarray of int, shape (9,)
     """
 
     bodies: Integers

@@ -32,9 +32,11 @@ from kanefe.kernels.compiler.signatures import Variant
 from kanefe.kernels.constraints.loop_tables import (
     Loops,
     holds,
+    unit_responses_in,
     wrenches_in,
 )
 from kanefe.kernels.constraints.row_wrenches import push_row, write_rows
+from kanefe.kernels.constraints.told_shares import told_multipliers
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import AT_TIME, DONE_AS, IS_ERROR, LEAST_PIVOT
 from kanefe.kernels.evaluation.force_tables import (
@@ -47,6 +49,7 @@ from kanefe.kernels.evaluation.force_tables import (
     ForceWorkspace,
     force_workspace,
 )
+from kanefe.kernels.evaluation.told_contacts import tell_contacts
 from kanefe.kernels.evaluation.told_forces import hold_components, tell_joints, tell_loops, tell_parts
 from kanefe.kernels.force_elements.places import END_NUMBERS, WRENCHES, P
 from kanefe.kernels.layout import (
@@ -102,6 +105,7 @@ def forces_of_states(
     inputs: Reals,
     multipliers: Reals,
     scale: Reals,
+    holding: Reals,
     times: Reals,
     driven: RealBlocks,
     values: RealRows,
@@ -118,11 +122,13 @@ def forces_of_states(
     tables, flexible, between, loops, forces
         Of the scene with a row for each body and each interface.
     evaluation : Prepared
-        A call of `kanefe.kernels.evaluation.evaluation.evaluate`, which is not implicit, with the next five arrays.
+        A call of `kanefe.kernels.evaluation.evaluation.evaluate`, which is not implicit, with the next six arrays.
     vectors, drives, inputs : ndarray
         See there.
     multipliers, scale : ndarray, shape (m,)
         Of the constraints, and the scale of their rows, as the evaluation leaves them in its memory.
+    holding : ndarray
+        See `kanefe.kernels.evaluation.evaluation.Workspace`.
     times : ndarray, shape (T,)
         s.
     driven : ndarray, shape (T, driven, 3)
@@ -135,7 +141,7 @@ def forces_of_states(
         See `ForceTables.places`.
     is_told : ndarray of int, shape (T,)
         1, or 0 where the literal route has to tell: near singular positions, and where rows depend on each other, so
-        that several multipliers do the same.
+        that several multipliers do the same; of those of rigid contacts where `told_multipliers` does not know them.
     memory : ndarray, shape (`force_memory_size`,)
     """
     workspace = force_workspace(memory, tables, flexible, between, loops, forces)
@@ -159,7 +165,12 @@ def forces_of_states(
                 continue
             if evaluation.numbers[LEAST_PIVOT] < NEAR_SINGULAR:
                 continue
-            if not are_independent(loops, y[m:], multipliers, scale):
+            if len(loops.points.places) > 0:
+                count = tables.sizes[SPEEDS]
+                kept = unit_responses_in(holding, loops, count + len(drives))
+                if not told_multipliers(loops, y[m:], count, multipliers, kept):
+                    continue
+            elif not are_independent(loops, y[m:], multipliers, scale):
                 continue
         copy(vectors[SLOPE], found[k, : vectors.shape[1]])
         is_told[k] = 1
@@ -248,6 +259,8 @@ def put_forces(
     for h in range(len(forces.held)):
         hold_components(forces, tables.rows, flexible, h, work, modal, workspace)
     tell_parts(tables, loops, forces, inputs, multipliers, work, exerted, workspace, out)
+    if len(loops.points.places) > 0:
+        tell_contacts(forces, loops, tables.gravity, z, multipliers, work, exerted.met, out)
 
 
 @expanded

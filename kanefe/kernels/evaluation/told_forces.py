@@ -22,6 +22,7 @@ from kanefe.kernels.algebra.vectors import (
 )
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.constraints.loop_tables import FORCE_B, MOMENT_B, ROW_A, ROW_B, Loops, RowWrenches
+from kanefe.kernels.constraints.row_wrenches import wrench_on
 from kanefe.kernels.evaluation.force_tables import (
     AT_ROW,
     COMPONENT,
@@ -189,8 +190,8 @@ def tell_parts(
             elif kind == OF_LOOP:
                 for j in range(first, first + count):
                     if multipliers[j] != 0.0:
-                        pull = times(multipliers[j], vector(exerted.wrenches, j, WRENCH * end))
-                        turning = times(multipliers[j], vector(exerted.wrenches, j, WRENCH * end + 3))
+                        along, about = wrench_on(loops, j, end, True, exerted, work)
+                        pull, turning = times(multipliers[j], along), times(multipliers[j], about)
                         arm = minus(vector(work, loops.rows[j, ROW_A + end], POSITION), place)
                         force, moment = plus(force, pull), plus(moment, plus(turning, cross(arm, pull)))
             elif kind == OF_LOAD:

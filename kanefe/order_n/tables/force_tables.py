@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels.constraints.loop_tables import Loops
+from kanefe.kernels.contact.output_places import CONTACT_OUTPUTS, POINT_OUTPUTS
+from kanefe.kernels.contact.rigid_points import CONTACT
 from kanefe.kernels.evaluation.force_tables import (
+    CONTACTS,
     DRIVING,
     LOOP_FORCES,
     OF_CARRIER,
@@ -14,6 +17,7 @@ from kanefe.kernels.evaluation.force_tables import (
     OF_LOOP,
     OF_POINT_LOAD,
     PARTS,
+    POINTS,
     REACTIONS,
     WRENCH,
     ForceTables,
@@ -23,6 +27,9 @@ from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.tree.body_terms import FlexibleTerms
 from kanefe.tree.model_data import QUADRATURES, ModelData
 from kanefe.tree.neighbours import BODY, LOAD, LOOP, InterfacePart, Source, parts_of
+
+DIRECTIONS = 3
+"""Number of rows of a contact point: along the normal, and in both directions along the surface."""
 
 DETERMINED = 1e-9
 """Smallest singular value, relative to the largest, with which fixed components count as statically determined."""
@@ -45,6 +52,8 @@ class ForceTableBuilder:
     tables : ForceTables
     first_ends : dict of int to int
         Number of the first end of each load, by its number in the model.
+    first_points : list of int
+        Number of the first point of each rigid contact, and of all points.
     undetermined : set of int
         Numbers of parts that the tables do not have: of components fixed in G that share forces in several ways.
     """
@@ -54,6 +63,9 @@ class ForceTableBuilder:
         self._model = model = builder.model
         self.first_ends = {number: int(row[FIRST_END]) for number, row in zip(order, between.loads, strict=True)}
         self._rows_of_loops = _rows_of_loops(model)
+        self._first_contact_row = len(loops.rows) - DIRECTIONS * len(loops.points.places)
+        contacts = range(len(model.rigid_contacts) + 1)
+        self.first_points = np.searchsorted(loops.points.places[:, CONTACT], contacts).tolist()
         self._components: dict[tuple[int, str], tuple[int, int]] = {}
         self.undetermined: set[int] = set()
         held = self._held()
@@ -67,6 +79,8 @@ class ForceTableBuilder:
             WRENCH * len(two_ended),
             WRENCH * len(parts),
             WRENCH * len(between.rows),
+            CONTACT_OUTPUTS * len(model.rigid_contacts),
+            POINT_OUTPUTS * len(loops.points.places),
         )
         self.tables = ForceTables(
             bodies=np.array([frame.row for frame in frames], dtype=np.int64),
@@ -84,7 +98,10 @@ class ForceTableBuilder:
         return [i for i, part in parts if (self._model.bodies[part.body].name, part.interface) == (body, interface)]
 
     def place(self, quantity: str, name: str, interface: str, component: int) -> tuple[int, int]:
-        """Return where a component of a force is in a row of what is told, and how many wrenches are added up."""
+        """Return where a component of a force is in a row of what is told, and how many wrenches are added up.
+
+        Of points of rigid contacts: the component of all, point by point.
+        """
         model, places = self._model, self.tables.places.tolist()
         if quantity == "joint_reaction":
             return places[REACTIONS] + WRENCH * model.index(name) + component, 1
@@ -94,6 +111,11 @@ class ForceTableBuilder:
         if quantity == "loop_force":
             number = [constraint.name for constraint in model.constraints if constraint.b is not None].index(name)
             return places[LOOP_FORCES] + WRENCH * number + component, 1
+        if quantity in ("load", "contact_points"):
+            number = [model.loads[i].name for i in model.rigid_contacts].index(name)
+            if quantity == "load":
+                return places[CONTACTS] + CONTACT_OUTPUTS * number + component, 1
+            return places[POINTS] + POINT_OUTPUTS * self.first_points[number] + component, 1
         numbers = self.numbers_of_parts(name, interface)
         first = numbers[0] if numbers else 0
         return places[PARTS] + WRENCH * first + component, len(numbers)
@@ -132,7 +154,7 @@ class ForceTableBuilder:
         parts: list[tuple[int, ...]] = []
         sources: list[tuple[int, ...]] = []
         for number, part in enumerate(wanted):
-            own = [self._source(part, source) for source in part.sources]
+            own = [row for source in part.sources for row in self._source(part, source)]
             parts.append((self._builder.interfaces[part.body, part.interface], len(sources), len(own)))
             sources += own
             if (
@@ -142,19 +164,27 @@ class ForceTableBuilder:
                 self.undetermined.add(number)
         return parts, sources
 
-    def _source(self, part: InterfacePart, source: Source) -> tuple[int, int, int, int]:
+    def _source(self, part: InterfacePart, source: Source) -> list[tuple[int, int, int, int]]:
         model = self._model
         if source.kind == BODY and source.end == 0:
-            return (OF_CARRIER, *self._components.get((part.body, part.interface), (0, 0)), 0)
+            return [(OF_CARRIER, *self._components.get((part.body, part.interface), (0, 0)), 0)]
         if source.kind == BODY:
-            return OF_CHILD, model.index(source.name), 0, 0
+            return [(OF_CHILD, model.index(source.name), 0, 0)]
         if source.kind == LOOP:
-            return (OF_LOOP, *self._rows_of_loops[source.name], source.end)
+            return [(OF_LOOP, *self._rows_of_loops[source.name], source.end)]
         if source.kind == LOAD:
             number = next(i for i, load in enumerate(model.loads) if load.name == source.name)
-            return OF_LOAD, self.first_ends[number] + source.end, 1, 0
+            if number in model.rigid_contacts:
+                return self._points_on(model.rigid_contacts.index(number), source.end)
+            return [(OF_LOAD, self.first_ends[number] + source.end, 1, 0)]
         before = sum(len(body.loads) for body in model.bodies[: part.body])
-        return OF_POINT_LOAD, before + source.end, 1, 0
+        return [(OF_POINT_LOAD, before + source.end, 1, 0)]
+
+    def _points_on(self, number: int, end: int) -> list[tuple[int, int, int, int]]:
+        """Return the rows of the points of a rigid contact that act on one of its ends; all do on its surface."""
+        ends = enumerate(probe_end for probe_end, _ in self._model.rigid_contact(number).probes)
+        points = [self.first_points[number] + i for i, probe_end in ends if end in (0, probe_end)]
+        return [(OF_LOOP, self._first_contact_row + DIRECTIONS * p, DIRECTIONS, int(end > 0)) for p in points]
 
 
 def _rows_of_loops(model: ModelData) -> dict[str, tuple[int, int]]:
