@@ -8,7 +8,9 @@ import numpy as np
 
 from kanefe.frames import Vector
 from kanefe.kane.assemble import constrained_solver, mass_matrix
-from kanefe.kane.constraints import RANK_TOLERANCE, ConstrainedSolver, constraint_rates, held_rows
+from kanefe.kane.constrained_solver import ConstrainedSolver
+from kanefe.kane.constraints import constraint_rates, held_rows
+from kanefe.kane.dependent_rows import dependent_rows
 from kanefe.kane.loop_closure import closed_coordinates
 from kanefe.kane.state import State
 from kanefe.tree.model_data import ModelData
@@ -103,20 +105,7 @@ def _solver(state: State) -> ConstrainedSolver:
 
 def _dependent_rows(state: State) -> set[int]:
     """Return the numbers of the rows that depend on rows before them."""
-    directions = _solver(state).scaled_rows
-    kept: list[Vector] = []
-    dependent = set()
-    for i, direction in enumerate(directions):
-        rest = direction
-        for _ in range(2):  # twice is enough against round-off (Kahan, Parlett)
-            for other in kept:
-                rest = rest - (other @ rest) * other
-        size = float(np.linalg.norm(rest))
-        if size <= np.sqrt(RANK_TOLERANCE):
-            dependent.add(i)
-        else:
-            kept.append(rest / size)
-    return dependent
+    return dependent_rows(_solver(state).scaled_rows, constraint_rates(state).J[:, : state.model.free_count])
 
 
 def _sizes(model: ModelData) -> Vector:
