@@ -139,6 +139,11 @@ class SmallMotions:
         return bool(self.u.any()) or bool(self.model.driven_count and self.model.driven_speeds(self.t)[0].any())
 
     @cached_property
+    def coordinate_map(self) -> Matrix:
+        """The map from free tangents to changes of q, (coordinates, free)."""
+        return self.model.coordinate_map(self.q)
+
+    @cached_property
     def here(self) -> State:
         """The state itself."""
         return State(self.model, self.t, self.q, self.u)
