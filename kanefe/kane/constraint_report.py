@@ -12,7 +12,7 @@ from kanefe.kane.constrained_solver import ConstrainedSolver
 from kanefe.kane.constraints import constraint_rates, held_rows
 from kanefe.kane.dependent_rows import dependent_rows
 from kanefe.kane.loop_closure import closed_coordinates
-from kanefe.kane.state import State
+from kanefe.kane.state import State, once
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import displacement_scales, modal_frequencies
 
@@ -74,12 +74,18 @@ class ConstraintReport:
 
 def constraint_report(model: ModelData, t: float = 0.0) -> ConstraintReport:
     """Return which rows of the constraints of a model depend on others at its start, at time t (s), and beside it."""
-    q, u = model.initial_coordinates, model.initial_speeds
-    start = State(model, t, q, u)
+    return report_at(State(model, t, model.initial_coordinates, model.initial_speeds))
+
+
+def report_at(start: State) -> ConstraintReport:
+    """Return the same of any state in the place of the start."""
+    model = start.model
     names = [f"{constraint.name}: {row.label}" for constraint, row in held_rows(start)]
     held = [constraint for constraint in model.constraints if constraint.holds(start.z)]
     at_start = _dependent_rows(start)
-    beside = _dependent_rows(State(model, t, _coordinates_beside(start), u)) & at_start
+    beside = at_start
+    if at_start:  # what depends on nothing here does not do so beside it either
+        beside = _dependent_rows(State(model, start.t, _coordinates_beside(start), start.u)) & at_start
     rank = len(names) - len(beside)
     whole, number = [], 0
     for constraint in held:
@@ -98,6 +104,7 @@ def constraint_report(model: ModelData, t: float = 0.0) -> ConstraintReport:
     )
 
 
+@once
 def _solver(state: State) -> ConstrainedSolver:
     n = state.model.free_count
     return constrained_solver(state.model, mass_matrix(state)[:n, :n], constraint_rates(state).over(slice(n)))

@@ -17,7 +17,7 @@ Joint coordinates are preferred as following ones to elastic coordinates.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -122,7 +122,7 @@ class SmallMotions:
             every = all_of(self.size)
             return _Divided(every, every, np.zeros((0, self.size)), True)
         given = np.arange(self.size) >= n
-        rates, of_places = self._rows(self.q, self.u)
+        rates, of_places = constraint_rates(self.here).over(self.columns), place_rows(self.here)
         masses = np.diag(self.mass) if len(rates.J) else np.ones(self.size)  # to make columns of rows comparable
         joints = np.zeros(self.size, dtype=bool)
         for body in self.model.bodies:
@@ -166,12 +166,6 @@ class SmallMotions:
         n = self.model.free_count
         sizes = np.minimum(tangent_steps(self.model, along.z[:n]), tangent_steps(self.model, along.du[:n]))
         return np.where(np.abs(along.z[n:]).max(axis=0, initial=0.0) > 0.0, np.minimum(sizes, 1e-3), sizes)
-
-    def _rows(self, q: Vector, u: Vector, model: Model | None = None) -> tuple[Rates, np.ndarray]:
-        """Return the rows of the constraints over free speeds and drives, and the numbers of the holonomic ones."""
-        model = self.model if model is None else model
-        state = State(model, self.t, q, u)
-        return constraint_rates(state).over(self.columns), place_rows(state)
 
     def _open_rates(self, state: Moved) -> Vector:
         """Return J u of all speeds, including those of all drives, at a displaced state."""
@@ -246,12 +240,11 @@ class SmallMotions:
 
     def _check_singular(self) -> None:
         """Raise a ModelError at a singular position of the loops, where the motion is not unique."""
-        from kanefe.kane.constraint_report import constraint_report
+        from kanefe.kane.constraint_report import report_at
 
         if not self.model.constraints:
             return
-        here = replace(self.model, initial_coordinates=self.q.copy(), initial_speeds=self.u.copy())
-        report = constraint_report(here, self.t)
+        report = report_at(self.here)
         if report.is_singular:
             raise ModelError(
                 f"the loops are singular at t = {self.t:.6g} s ({', '.join(report.singular[:3])} are dependent there): "
