@@ -9,9 +9,6 @@ mechanism moves, ``J du + D z = 0``, because J changes with the position. For ho
 which follows from the second derivative of the residual being symmetric. (Schiehlen & Eberhard, "Applied Dynamics", for
 the tree; Peterson, Gede & Hubbard, "Symbolic linearization of equations of motion of constrained multibody systems",
 Multibody Syst. Dyn. 33 (2015) 143-161, for rows that are not holonomic.)
-
-Rows ``J z = 0`` divide z into leading (independent) entries p and following ones, ``z = N p``, with ones in N for p.
-Joint coordinates are preferred as following ones to elastic coordinates.
 """
 
 from __future__ import annotations
@@ -22,15 +19,15 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-import scipy.linalg
 
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations, mass_matrix
-from kanefe.kane.constraints import Rates, constraint_rates, place_rows
+from kanefe.kane.constraints import constraint_rates, place_rows
 from kanefe.kane.state import State
 from kanefe.linear.displaced_drives import Drive, Shift, shifted
+from kanefe.linear.independent import Independent, all_of, independent
 from kanefe.linear.tangents import Derivatives, difference, tangent_steps, turning
 
 
@@ -253,38 +250,6 @@ class SmallMotions:
             )
 
 
-WELL_CONDITIONED = 1e-2
-"""Pivot relative to the largest above which only joint coordinates are taken as following."""
-
-RANK = 1e-6
-"""Pivot of scaled rows, relative to the largest, below which a row depends on others: round-off is about 1e-12."""
-
-
-@dataclass(frozen=True, eq=False)
-class Independent:
-    """Leading and following entries of a small motion.
-
-    Attributes
-    ----------
-    leading, following : ndarray of int
-    N : ndarray, shape (n, leading)
-        Maps the leading entries to all entries.
-    inverse : ndarray, shape (following, rows)
-        Pseudo-inverse of J over the following entries.
-    """
-
-    leading: np.ndarray
-    following: np.ndarray
-    N: Matrix
-    inverse: Matrix
-
-    def followed(self, remainder: Matrix) -> Matrix:
-        """Return the motions (n, k) with zero leading entries and ``J x + remainder = 0``, with remainder (rows, k)."""
-        x = np.zeros((len(self.N), remainder.shape[1]))
-        x[self.following] = -self.inverse @ remainder
-        return x
-
-
 class _Divided(NamedTuple):
     """The independent tangents and speeds, the rows J over all speeds, and whether all rows are holonomic."""
 
@@ -292,51 +257,3 @@ class _Divided(NamedTuple):
     speeds: Independent
     J: Matrix
     is_holonomic: bool
-
-
-def all_of(n: int) -> Independent:
-    """Return n entries that all lead: there are no rows."""
-    return Independent(np.arange(n), np.zeros(0, dtype=int), np.eye(n), np.zeros((0, 0)))
-
-
-def independent(
-    rates: Rates, masses: Vector, joints: np.ndarray, given: np.ndarray, before: np.ndarray | None = None
-) -> Independent:
-    """Choose leading and following entries.
-
-    Parameters
-    ----------
-    rates : Rates
-        J (rows, n) and the sizes of its entries.
-    masses : ndarray, shape (n,)
-        Diagonal of the mass matrix, which makes columns with different units comparable.
-    joints, given : ndarray of bool, shape (n,)
-        Entries of joints, and entries that always lead: drives.
-    before : ndarray of int, optional
-        Entries that follow in any case.
-    """
-    J, n = rates.J, rates.J.shape[1]
-    if not len(J):
-        return all_of(n)
-    weights = 1.0 / np.sqrt(np.where(masses > 0.0, masses, 1.0))
-    sizes = np.sqrt((rates.reach * weights**2).sum(axis=1))
-    scaled = J * weights / np.where(sizes > 0.0, sizes, 1.0)[:, None]
-    following = np.zeros(0, dtype=int) if before is None else before
-    for candidates, tolerance in ((joints & ~given, WELL_CONDITIONED), (~given, RANK)):
-        basis = scipy.linalg.orth(scaled[:, following]) if len(following) else np.zeros((len(J), 0))
-        columns = np.setdiff1d(np.flatnonzero(candidates), following)
-        if not len(columns):
-            continue
-        rest = scaled[:, columns] - basis @ (basis.T @ scaled[:, columns])
-        _, triangle, order = scipy.linalg.qr(rest, mode="economic", pivoting=True)
-        pivots = np.abs(np.diag(triangle))
-        largest = max(float(np.abs(scaled).max(initial=0.0)), 1e-300)
-        following = np.concatenate((following, columns[order[: np.count_nonzero(pivots > tolerance * largest)]]))
-    following = np.sort(following)
-    leading = np.setdiff1d(np.arange(n), following)
-    inverse = np.linalg.pinv(scaled[:, following], rcond=1e-12) / np.where(sizes > 0.0, sizes, 1.0)[None, :]
-    inverse = weights[following, None] * inverse
-    N = np.zeros((n, len(leading)))
-    N[leading, range(len(leading))] = 1.0
-    N[following] = -inverse @ J[:, leading]
-    return Independent(leading, following, N, inverse)
