@@ -7,8 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kanefe.contact.contact import Contact
-from kanefe.contact.contact_evaluation import InPython
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.active import elastic_forces
@@ -140,6 +138,9 @@ def force_sizes(state: State) -> Vector:
     for load in scene_loads(model):
         columns_of = scene_load_columns(state, load)
         sizes[: model.free_count] += np.abs(columns_of) @ np.abs(np.atleast_1d(load.value(t, state)))
+    if model.loads:
+        from kanefe.contact.contact import Contact
+        from kanefe.contact.contact_evaluation import InPython
     for i, load_between in enumerate(model.loads):
         ends, own = state.load_ends(i), state.load_states(i)
         if not isinstance(load_between, Contact):

@@ -14,7 +14,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kanefe.contact.contact import compliant_contacts
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector, skew
 from kanefe.kane.rigid_contacts.impulses import unit_responses
@@ -83,6 +82,10 @@ def difference(function: Callable[[float], Vector], h: float) -> Vector:
 
 def contact_depths(state: State) -> list[list[float]]:
     """Return the depths of the points of each compliant contact, m; negative: the distance."""
+    if not state.model.loads:
+        return []
+    from kanefe.contact.contact import compliant_contacts
+
     return [
         [float(touch.depth) for touch in contact.touches(state.load_ends(i), state.load_states(i))]
         for i, contact in compliant_contacts(state.model.loads)
