@@ -237,14 +237,14 @@ class SmallMotions:
 
     def _check_singular(self) -> None:
         """Raise a ModelError at a singular position of the loops, where the motion is not unique."""
-        from kanefe.kane.constraint_report import report_at
+        from kanefe.kane.constraint_report import singular_rows
 
         if not self.model.constraints:
             return
-        report = report_at(self.here)
-        if report.is_singular:
+        singular = singular_rows(self.here)
+        if singular:
             raise ModelError(
-                f"the loops are singular at t = {self.t:.6g} s ({', '.join(report.singular[:3])} are dependent there): "
+                f"the loops are singular at t = {self.t:.6g} s ({', '.join(singular[:3])} are dependent there): "
                 "the mechanism can continue in more than one way, and small motions are not linear. Remedy: a state "
                 "beside this one"
             )

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.kane import constrained_solver, dependent_rows
+from kanefe.kane import constrained_solver, constraint_report, dependent_rows
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.constrained_solver import ConstrainedSolver
+from kanefe.kane.constraint_report import singular_rows
 from kanefe.kane.constraints import Rates
 from kanefe.kane.row_groups import groups_of_rows
 from kanefe.kane.state import State
@@ -123,16 +124,35 @@ def test_a_row_that_is_no_number_is_refused() -> None:
         ConstrainedSolver(np.eye(2), Rates(J, np.zeros(1), np.ones((1, 2)), np.zeros(1)))
 
 
-def test_a_singular_position_is_one_in_any_group() -> None:
-    scene = four_bars(3, "apart")
-    assert not scene.freeze().constraint_report().is_singular
-    flat = kf.System()
+def flat_loops(angle: float) -> kf.System:
+    """Return two rhombi of bars of 1 m with cranks at an angle: folded flat at 0, where they may go on two ways."""
+    scene = kf.System()
     for i in range(2):
         at = (4.0 * i, 0.0, 0.0)
-        one = flat.add_rigid_body(f"crank {i}", 1.0, 0.1, at=at, joint=kf.Revolute("z"))
-        bar = flat.add_rigid_body(f"bar {i}", 1.0, 0.1, parent=one, at=(1, 0, 0), joint=kf.Revolute("z"))
-        other = flat.add_rigid_body(f"rocker {i}", 1.0, 0.1, at=(at[0] + 1.0, 0, 0), joint=kf.Revolute("z"))
-        flat.add_loop_joint(f"pin {i}", kf.Revolute("z"), bar.frame(at=(1, 0, 0)), other.frame(at=(1, 0, 0)))
-    report = flat.freeze().constraint_report()
-    assert report.is_singular
+        one = scene.add_rigid_body(f"crank {i}", 1.0, 0.1, at=at, joint=kf.Revolute("z", position=angle))
+        joint = kf.Revolute("z", position=-angle)
+        bar = scene.add_rigid_body(f"bar {i}", 1.0, 0.1, parent=one, at=(1, 0, 0), joint=joint)
+        joint = kf.Revolute("z", position=angle)
+        other = scene.add_rigid_body(f"rocker {i}", 1.0, 0.1, at=(at[0] + 1.0, 0, 0), joint=joint)
+        scene.add_loop_joint(f"pin {i}", kf.Revolute("z"), bar.frame(at=(1, 0, 0)), other.frame(at=(1, 0, 0)))
+    return scene
+
+
+def test_a_singular_position_is_one_in_any_group() -> None:
+    report = flat_loops(0.0).freeze().constraint_report()
     assert {text.partition(":")[0] for text in report.singular} == {"pin 0", "pin 1"}
+    assert not flat_loops(0.4).freeze().constraint_report().is_singular
+
+
+@pytest.mark.parametrize("first", [0.0, 0.4])
+def test_redundant_rows_are_known_from_the_first_state_and_singular_ones_are_still_found(
+    first: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    beside = []
+    coordinates = constraint_report._coordinates_beside
+    monkeypatch.setattr(constraint_report, "_coordinates_beside", lambda state: beside.append(1) or coordinates(state))
+    model = flat_loops(first).freeze()
+    closed = [np.tile((angle, -angle, angle), 2) for angle in (first, 0.7, 0.9, 0.0, 1.1)]
+    found = [len(singular_rows(State(model, 0.0, q))) for q in closed]
+    assert found == [2 if q[0] == 0.0 else 0 for q in closed]
+    assert len(beside) == 2  # of the first state, and of a singular one
