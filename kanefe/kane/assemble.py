@@ -10,7 +10,8 @@ import numpy as np
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.active import add_loads, elastic_forces
-from kanefe.kane.constraints import PIVOT_TOLERANCE, ConstrainedSolver, Rates, constraint_rates, force_rows, held_rows
+from kanefe.kane.constrained_solver import ConstrainedSolver
+from kanefe.kane.constraints import PIVOT_TOLERANCE, Rates, constraint_rates, force_rows, held_rows
 from kanefe.kane.inertia import flexible_inertia, rigid_inertia, rigid_masses
 from kanefe.kane.interactions import add_interactions
 from kanefe.kane.kinematics import FrameMotion, elastic_partial_rates, elastic_state

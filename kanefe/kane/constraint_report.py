@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from kanefe.frames import Vector
 from kanefe.kane.assemble import constrained_solver, mass_matrix
-from kanefe.kane.constraints import RANK_TOLERANCE, ConstrainedSolver, constraint_rates, held_rows
+from kanefe.kane.constrained_solver import ConstrainedSolver
+from kanefe.kane.constraints import constraint_rates, held_rows
+from kanefe.kane.dependent_rows import dependent_rows
 from kanefe.kane.loop_closure import closed_coordinates
-from kanefe.kane.state import State
+from kanefe.kane.state import State, once
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import displacement_scales, modal_frequencies
 
@@ -72,12 +75,13 @@ class ConstraintReport:
 
 def constraint_report(model: ModelData, t: float = 0.0) -> ConstraintReport:
     """Return which rows of the constraints of a model depend on others at its start, at time t (s), and beside it."""
-    q, u = model.initial_coordinates, model.initial_speeds
-    start = State(model, t, q, u)
-    names = [f"{constraint.name}: {row.label}" for constraint, row in held_rows(start)]
+    start = State(model, t, model.initial_coordinates, model.initial_speeds)
+    names = _names(start)
     held = [constraint for constraint in model.constraints if constraint.holds(start.z)]
     at_start = _dependent_rows(start)
-    beside = _dependent_rows(State(model, t, _coordinates_beside(start), u)) & at_start
+    beside = at_start
+    if at_start:  # what depends on nothing here does not do so beside it either
+        beside = _dependent_rows(State(model, t, _coordinates_beside(start), start.u)) & at_start
     rank = len(names) - len(beside)
     whole, number = [], 0
     for constraint in held:
@@ -96,27 +100,42 @@ def constraint_report(model: ModelData, t: float = 0.0) -> ConstraintReport:
     )
 
 
+_redundant: WeakKeyDictionary[ModelData, tuple[bytes, set[int]]] = WeakKeyDictionary()
+
+
+def singular_rows(state: State) -> tuple[str, ...]:
+    """Return the rows that depend on others in a state, but not beside it, each as ``constraint: row``.
+
+    Which rows are redundant is found beside the first state of a scene that is asked about, and kept for others with
+    the same internal states: wherever a mechanism moves from there, its rank is the same but at singular positions.
+    """
+    model, switches = state.model, state.z.tobytes()
+    here = _dependent_rows(state)
+    before = _redundant.get(model)
+    if not here or (before is not None and before[0] == switches and here <= before[1]):
+        return ()
+    q = _coordinates_beside(state)
+    if q is state.q:  # nothing is known of a mechanism that cannot move
+        return ()
+    beside = _dependent_rows(State(model, state.t, q, state.u))
+    _redundant[model] = switches, beside
+    return tuple(_names(state)[i] for i in sorted(here - beside))
+
+
+def _names(state: State) -> list[str]:
+    return [f"{constraint.name}: {row.label}" for constraint, row in held_rows(state)]
+
+
+@once
 def _solver(state: State) -> ConstrainedSolver:
     n = state.model.free_count
     return constrained_solver(state.model, mass_matrix(state)[:n, :n], constraint_rates(state).over(slice(n)))
 
 
+@once
 def _dependent_rows(state: State) -> set[int]:
     """Return the numbers of the rows that depend on rows before them."""
-    directions = _solver(state).scaled_rows
-    kept: list[Vector] = []
-    dependent = set()
-    for i, direction in enumerate(directions):
-        rest = direction
-        for _ in range(2):  # twice is enough against round-off (Kahan, Parlett)
-            for other in kept:
-                rest = rest - (other @ rest) * other
-        size = float(np.linalg.norm(rest))
-        if size <= np.sqrt(RANK_TOLERANCE):
-            dependent.add(i)
-        else:
-            kept.append(rest / size)
-    return dependent
+    return dependent_rows(_solver(state).scaled_rows, constraint_rates(state).J[:, : state.model.free_count])
 
 
 def _sizes(model: ModelData) -> Vector:

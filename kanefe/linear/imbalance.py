@@ -7,10 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kanefe.contact.contact import Contact
-from kanefe.contact.contact_evaluation import InPython
 from kanefe.equations.model import Model
-from kanefe.frames import Matrix, Vector
+from kanefe.frames import Matrix, Vector, cross
 from kanefe.kane.active import elastic_forces
 from kanefe.kane.assemble import mass_matrix
 from kanefe.kane.inertia import flexible_inertia
@@ -103,7 +101,8 @@ def force_sizes(state: State) -> Vector:
     """
     model, t, full, driven_rates = state.model, state.t, state.full, state.driven_rates
     sizes = np.zeros(state.columns)
-    for body, frame in zip(model.bodies, state.motions, strict=True):
+    pushed, turned = np.zeros(len(model.bodies)), np.zeros(len(model.bodies))
+    for number, (body, frame) in enumerate(zip(model.bodies, state.motions, strict=True)):
         # magnitudes of the acceleration of the origin and of that per lever arm, whatever their directions
         pull = float(np.linalg.norm(frame.Z - frame.A_NF.T @ model.gravity * body.has_gravity))
         pull += float(np.linalg.norm(frame.V[:, model.free_count :] @ driven_rates))
@@ -111,10 +110,8 @@ def force_sizes(state: State) -> Vector:
         lever, mass = 0.0, 0.0
         if body.rigid is not None:
             lever, mass = float(np.linalg.norm(body.rigid.com)), body.rigid.mass
-            about = float(np.abs(body.rigid.inertia).max()) * spin + float(
-                np.linalg.norm(np.cross(frame.w, body.rigid.rotor))
-            )
-            sizes += np.linalg.norm(frame.W, axis=0) * about
+            turned[number] = float(np.abs(body.rigid.inertia).max()) * spin
+            turned[number] += float(np.linalg.norm(cross(frame.w, body.rigid.rotor)))
         if body.flexible is not None:
             terms = body.flexible
             lever, mass = float(np.linalg.norm(terms.body.nodes, axis=1).max()), terms.body.mass
@@ -130,16 +127,24 @@ def force_sizes(state: State) -> Vector:
             # elastic forces of round-off displacements count as zero
             rounded = np.divide(ROUNDED * lever, moved, out=np.zeros(k), where=moved > 0.0)
             sizes[terms.speeds] += terms.body.stiffness.diagonal()[:k] * rounded / BALANCED
-        force = mass * (pull + spin * lever)
-        sizes += np.linalg.norm(frame.V, axis=0) * force + np.linalg.norm(frame.W, axis=0) * force * lever
+        pushed[number] = mass * (pull + spin * lever)
+        turned[number] += pushed[number] * lever
         if body.has_coordinate_forces:
             at = body.joint_coordinates(t, state.q)
             for x, speed, law in zip(at, body.speeds, body.joint.coordinate_forces, strict=True):
                 if law is not None:
                     sizes[speed] += abs(law.force(float(x), float(full[speed])))
+    for forces, partial in (
+        (pushed, [frame.V for frame in state.motions]),
+        (turned, [frame.W for frame in state.motions]),
+    ):
+        sizes += forces @ np.sqrt((np.reshape(partial, (-1, 3, state.columns)) ** 2).sum(axis=1))
     for load in scene_loads(model):
         columns_of = scene_load_columns(state, load)
         sizes[: model.free_count] += np.abs(columns_of) @ np.abs(np.atleast_1d(load.value(t, state)))
+    if model.loads:
+        from kanefe.contact.contact import Contact
+        from kanefe.contact.contact_evaluation import InPython
     for i, load_between in enumerate(model.loads):
         ends, own = state.load_ends(i), state.load_states(i)
         if not isinstance(load_between, Contact):

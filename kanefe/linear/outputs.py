@@ -32,6 +32,9 @@ KINDS = {
 
 Measure = Callable[["Sweep"], float]
 
+Tangent = Callable[["SmallMotions", "Directions"], Vector]
+"""The derivatives of an output along directions, one number per direction."""
+
 
 @dataclass(frozen=True, eq=False)
 class Sweep:
@@ -53,11 +56,12 @@ def swept(moved: Moved, t: float) -> Sweep:
 
 @dataclass(frozen=True, eq=False)
 class Output:
-    """One output: its name, its unit, and the function that evaluates it."""
+    """One output: its name, its unit, the function that evaluates it, and its derivatives where they are known."""
 
     name: str
     unit: str
     measure: Measure
+    tangent: Tangent | None = None
 
     @property
     def label(self) -> str:
@@ -105,9 +109,20 @@ def _outputs(model: Model, here: Sweep, target: Target) -> list[Output]:
     frame = here.frame(target)
     A = frame.A_NF if target.interface is None else frame.A_NF @ target.interface.axes
     return [
-        Output(name, KINDS[target.what], _measure_of(target, direction, frame.A_NF))
+        Output(
+            name, KINDS[target.what], _measure_of(target, direction, frame.A_NF), _tangent_of(target, frame, direction)
+        )
         for name, direction in axis_vector(target, A, "output")
     ]
+
+
+def _tangent_of(target: Target, frame: FrameMotion, direction: Vector) -> Tangent | None:
+    """Return the derivatives of a component of the position or the rotation of a frame: its partial velocities."""
+    partial = {"position": frame.V, "rotation": frame.W}.get(target.what)
+    if partial is None:
+        return None
+    row = direction @ frame.A_NF @ partial
+    return lambda small, along: np.asarray(row[small.columns] @ along.z)
 
 
 def _measure_of(target: Target, direction: Vector, A_0: Matrix) -> Measure:
@@ -142,12 +157,24 @@ def _joint_outputs(model: Model, target: Target) -> list[Output]:
     found = []
     for name, i, unit in joint_entry(model.bodies, target, "output"):
         if target.what == "joint_coordinates":
-            at = int(body.coordinates[i])
-            found.append(Output(name, unit, lambda sweep, at=at: float(sweep.state.q[at])))  # type: ignore[misc]
+            found.append(_coordinate(name, unit, int(body.coordinates[i])))
         else:
-            at = int(body.speeds[i])
-            found.append(Output(name, f"{unit}/s", lambda sweep, at=at: float(sweep.state.u[at])))  # type: ignore[misc]
+            found.append(_speed(name, f"{unit}/s", int(body.speeds[i])))
     return found
+
+
+def _coordinate(name: str, unit: str, at: int) -> Output:
+    """Return the output of one of the coordinates q."""
+
+    def tangent(small: SmallMotions, along: Directions) -> Vector:
+        return np.asarray(small.coordinate_map[at] @ along.z[: small.model.free_count])
+
+    return Output(name, unit, lambda sweep: float(sweep.state.q[at]), tangent)
+
+
+def _speed(name: str, unit: str, at: int) -> Output:
+    """Return the output of one of the free speeds u."""
+    return Output(name, unit, lambda sweep: float(sweep.state.u[at]), lambda _, along: along.du[at])
 
 
 def _modal_outputs(model: Model, target: Target) -> list[Output]:
@@ -161,11 +188,9 @@ def _modal_outputs(model: Model, target: Target) -> list[Output]:
         if target.axis in ("", str(i)):
             name = target.name if target.axis else f"{target.name} {i}"
             if target.what == "modal_coordinates":
-                at = terms.eta.start + i
-                found.append(Output(name, "modal", lambda s, at=at: float(s.state.q[at])))  # type: ignore[misc]
+                found.append(_coordinate(name, "modal", terms.eta.start + i))
             else:
-                at = terms.speeds.start + i
-                found.append(Output(name, "modal/s", lambda s, at=at: float(s.state.u[at])))  # type: ignore[misc]
+                found.append(_speed(name, "modal/s", terms.speeds.start + i))
     return found
 
 
@@ -183,6 +208,7 @@ def _deflections(model: Model, target: Target) -> list[Output]:
             target.name if target.axis else f"{target.name} {axis}",
             "m",
             lambda sweep, i=i: float(frame.moved(sweep.state.q[terms.eta])[0][i]),  # type: ignore[misc]
+            lambda small, along, i=i: frame.moved(small.q[terms.eta])[1][i] @ along.z[terms.speeds],  # type: ignore[misc]
         )
         for axis, i in AXES.items()
         if target.axis in ("", axis)
@@ -190,18 +216,28 @@ def _deflections(model: Model, target: Target) -> list[Output]:
 
 
 def output_rows(small: SmallMotions, outputs: Sequence[Output], along: Directions) -> Matrix:
-    """Return the derivatives of the outputs along directions, shape (outputs, directions)."""
+    """Return the derivatives of the outputs along directions, shape (outputs, directions).
+
+    Those of velocities and accelerations by differences: they change with the position in ways that only a sweep of
+    the whole scene tells.
+    """
     rows = np.zeros((len(outputs), along.z.shape[1]))
-    if not outputs:
+    differed = []
+    for i, output in enumerate(outputs):
+        if output.tangent is None:
+            differed.append(i)
+        else:
+            rows[i] = output.tangent(small, along)
+    if not differed:
         return rows
     steps = small.steps(along)
 
     def measured(h: float, column: int) -> Vector:
         sweep = swept(small.moved(along, column, h), small.t)
-        return np.array([output.measure(sweep) for output in outputs])
+        return np.array([outputs[i].measure(sweep) for i in differed])
 
-    for i in range(rows.shape[1]):
-        rows[:, i] = difference(lambda h, i=i: measured(h, i), steps[i])  # type: ignore[misc]
+    for column in range(rows.shape[1]):
+        rows[differed, column] = difference(lambda h, column=column: measured(h, column), steps[column])  # type: ignore[misc]
     return rows
 
 

@@ -9,28 +9,25 @@ mechanism moves, ``J du + D z = 0``, because J changes with the position. For ho
 which follows from the second derivative of the residual being symmetric. (Schiehlen & Eberhard, "Applied Dynamics", for
 the tree; Peterson, Gede & Hubbard, "Symbolic linearization of equations of motion of constrained multibody systems",
 Multibody Syst. Dyn. 33 (2015) 143-161, for rows that are not holonomic.)
-
-Rows ``J z = 0`` divide z into leading (independent) entries p and following ones, ``z = N p``, with ones in N for p.
-Joint coordinates are preferred as following ones to elastic coordinates.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-import scipy.linalg
 
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations, mass_matrix
-from kanefe.kane.constraints import Rates, constraint_rates, place_rows
+from kanefe.kane.constraints import constraint_rates, place_rows
 from kanefe.kane.state import State
 from kanefe.linear.displaced_drives import Drive, Shift, shifted
+from kanefe.linear.independent import Independent, all_of, independent
 from kanefe.linear.tangents import Derivatives, difference, tangent_steps, turning
 
 
@@ -122,7 +119,7 @@ class SmallMotions:
             every = all_of(self.size)
             return _Divided(every, every, np.zeros((0, self.size)), True)
         given = np.arange(self.size) >= n
-        rates, of_places = self._rows(self.q, self.u)
+        rates, of_places = constraint_rates(self.here).over(self.columns), place_rows(self.here)
         masses = np.diag(self.mass) if len(rates.J) else np.ones(self.size)  # to make columns of rows comparable
         joints = np.zeros(self.size, dtype=bool)
         for body in self.model.bodies:
@@ -137,6 +134,11 @@ class SmallMotions:
     def is_moving(self) -> bool:
         """Whether anything has a speed, drives included."""
         return bool(self.u.any()) or bool(self.model.driven_count and self.model.driven_speeds(self.t)[0].any())
+
+    @cached_property
+    def coordinate_map(self) -> Matrix:
+        """The map from free tangents to changes of q, (coordinates, free)."""
+        return self.model.coordinate_map(self.q)
 
     @cached_property
     def here(self) -> State:
@@ -161,12 +163,6 @@ class SmallMotions:
         n = self.model.free_count
         sizes = np.minimum(tangent_steps(self.model, along.z[:n]), tangent_steps(self.model, along.du[:n]))
         return np.where(np.abs(along.z[n:]).max(axis=0, initial=0.0) > 0.0, np.minimum(sizes, 1e-3), sizes)
-
-    def _rows(self, q: Vector, u: Vector, model: Model | None = None) -> tuple[Rates, np.ndarray]:
-        """Return the rows of the constraints over free speeds and drives, and the numbers of the holonomic ones."""
-        model = self.model if model is None else model
-        state = State(model, self.t, q, u)
-        return constraint_rates(state).over(self.columns), place_rows(state)
 
     def _open_rates(self, state: Moved) -> Vector:
         """Return J u of all speeds, including those of all drives, at a displaced state."""
@@ -241,50 +237,17 @@ class SmallMotions:
 
     def _check_singular(self) -> None:
         """Raise a ModelError at a singular position of the loops, where the motion is not unique."""
-        from kanefe.kane.constraint_report import constraint_report
+        from kanefe.kane.constraint_report import singular_rows
 
         if not self.model.constraints:
             return
-        here = replace(self.model, initial_coordinates=self.q.copy(), initial_speeds=self.u.copy())
-        report = constraint_report(here, self.t)
-        if report.is_singular:
+        singular = singular_rows(self.here)
+        if singular:
             raise ModelError(
-                f"the loops are singular at t = {self.t:.6g} s ({', '.join(report.singular[:3])} are dependent there): "
+                f"the loops are singular at t = {self.t:.6g} s ({', '.join(singular[:3])} are dependent there): "
                 "the mechanism can continue in more than one way, and small motions are not linear. Remedy: a state "
                 "beside this one"
             )
-
-
-WELL_CONDITIONED = 1e-2
-"""Pivot relative to the largest above which only joint coordinates are taken as following."""
-
-RANK = 1e-6
-"""Pivot of scaled rows, relative to the largest, below which a row depends on others: round-off is about 1e-12."""
-
-
-@dataclass(frozen=True, eq=False)
-class Independent:
-    """Leading and following entries of a small motion.
-
-    Attributes
-    ----------
-    leading, following : ndarray of int
-    N : ndarray, shape (n, leading)
-        Maps the leading entries to all entries.
-    inverse : ndarray, shape (following, rows)
-        Pseudo-inverse of J over the following entries.
-    """
-
-    leading: np.ndarray
-    following: np.ndarray
-    N: Matrix
-    inverse: Matrix
-
-    def followed(self, remainder: Matrix) -> Matrix:
-        """Return the motions (n, k) with zero leading entries and ``J x + remainder = 0``, with remainder (rows, k)."""
-        x = np.zeros((len(self.N), remainder.shape[1]))
-        x[self.following] = -self.inverse @ remainder
-        return x
 
 
 class _Divided(NamedTuple):
@@ -294,51 +257,3 @@ class _Divided(NamedTuple):
     speeds: Independent
     J: Matrix
     is_holonomic: bool
-
-
-def all_of(n: int) -> Independent:
-    """Return n entries that all lead: there are no rows."""
-    return Independent(np.arange(n), np.zeros(0, dtype=int), np.eye(n), np.zeros((0, 0)))
-
-
-def independent(
-    rates: Rates, masses: Vector, joints: np.ndarray, given: np.ndarray, before: np.ndarray | None = None
-) -> Independent:
-    """Choose leading and following entries.
-
-    Parameters
-    ----------
-    rates : Rates
-        J (rows, n) and the sizes of its entries.
-    masses : ndarray, shape (n,)
-        Diagonal of the mass matrix, which makes columns with different units comparable.
-    joints, given : ndarray of bool, shape (n,)
-        Entries of joints, and entries that always lead: drives.
-    before : ndarray of int, optional
-        Entries that follow in any case.
-    """
-    J, n = rates.J, rates.J.shape[1]
-    if not len(J):
-        return all_of(n)
-    weights = 1.0 / np.sqrt(np.where(masses > 0.0, masses, 1.0))
-    sizes = np.sqrt((rates.reach * weights**2).sum(axis=1))
-    scaled = J * weights / np.where(sizes > 0.0, sizes, 1.0)[:, None]
-    following = np.zeros(0, dtype=int) if before is None else before
-    for candidates, tolerance in ((joints & ~given, WELL_CONDITIONED), (~given, RANK)):
-        basis = scipy.linalg.orth(scaled[:, following]) if len(following) else np.zeros((len(J), 0))
-        columns = np.setdiff1d(np.flatnonzero(candidates), following)
-        if not len(columns):
-            continue
-        rest = scaled[:, columns] - basis @ (basis.T @ scaled[:, columns])
-        _, triangle, order = scipy.linalg.qr(rest, mode="economic", pivoting=True)
-        pivots = np.abs(np.diag(triangle))
-        largest = max(float(np.abs(scaled).max(initial=0.0)), 1e-300)
-        following = np.concatenate((following, columns[order[: np.count_nonzero(pivots > tolerance * largest)]]))
-    following = np.sort(following)
-    leading = np.setdiff1d(np.arange(n), following)
-    inverse = np.linalg.pinv(scaled[:, following], rcond=1e-12) / np.where(sizes > 0.0, sizes, 1.0)[None, :]
-    inverse = weights[following, None] * inverse
-    N = np.zeros((n, len(leading)))
-    N[leading, range(len(leading))] = 1.0
-    N[following] = -inverse @ J[:, leading]
-    return Independent(leading, following, N, inverse)

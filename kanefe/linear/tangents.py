@@ -14,7 +14,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kanefe.contact.contact import compliant_contacts
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector, skew
 from kanefe.kane.rigid_contacts.impulses import unit_responses
@@ -22,7 +21,7 @@ from kanefe.kane.state import State
 from kanefe.linear.unit_forces import load_columns, load_values
 from kanefe.tree.body_terms import BodyTerms
 from kanefe.tree.model_data import QUADRATURES, ModelData
-from kanefe.tree.scales import joint_scales, scene_length
+from kanefe.tree.scales import joint_scales, kept_of_scene, scene_length
 
 DIFFERENCE_STEP = 1e-3
 """Step of fourth-order central differences, rad or scene lengths: both of their errors are about 1e-12."""
@@ -64,16 +63,22 @@ def turning(model: Model, u: Vector) -> Matrix:
 
 def tangent_steps(model: Model, directions: Matrix) -> Vector:
     """Return the step of differences along each direction (free, k): `DIFFERENCE_STEP` of a large displacement."""
-    scales = joint_scales(model, scene_length(model))
+    sizes = np.abs(directions / _large_tangents(model)[:, None]).max(axis=0, initial=0.0)
+    return np.asarray(DIFFERENCE_STEP / np.where(sizes > 0.0, sizes, 1.0))
+
+
+@kept_of_scene
+def _large_tangents(model: ModelData) -> Vector:
+    """Return a large displacement along every free speed, rad, m, or modal units."""
+    length = scene_length(model)
+    scales = joint_scales(model, length)
     for body in model.bodies:
         if body.flexible:
             # displacement, and at interfaces slope, per unit of the modal coordinate
             basis = body.flexible.body.basis[:, : body.flexible.body.free_count]
             moved = np.abs(np.asarray(basis)).max(axis=0) if basis.shape[0] else np.ones(basis.shape[1])
-            length = scene_length(model)
             scales[body.flexible.speeds] = min(length, 1.0) / np.where(moved > 0.0, moved, 1.0)
-    sizes = np.abs(directions / scales[:, None]).max(axis=0, initial=0.0)
-    return np.asarray(DIFFERENCE_STEP / np.where(sizes > 0.0, sizes, 1.0))
+    return scales
 
 
 def difference(function: Callable[[float], Vector], h: float) -> Vector:
@@ -83,6 +88,10 @@ def difference(function: Callable[[float], Vector], h: float) -> Vector:
 
 def contact_depths(state: State) -> list[list[float]]:
     """Return the depths of the points of each compliant contact, m; negative: the distance."""
+    if not state.model.loads:
+        return []
+    from kanefe.contact.contact import compliant_contacts
+
     return [
         [float(touch.depth) for touch in contact.touches(state.load_ends(i), state.load_states(i))]
         for i, contact in compliant_contacts(state.model.loads)

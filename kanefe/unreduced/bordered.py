@@ -28,7 +28,8 @@ from kanefe.storage.scipy_later import scipy
 
 if TYPE_CHECKING:
     from kanefe.fe_model.factorise import Factorisation
-    from kanefe.kane.constraints import ConstrainedSolver, Rates
+    from kanefe.kane.constrained_solver import ConstrainedSolver
+    from kanefe.kane.constraints import Rates
     from kanefe.kane.kinematics import FrameMotion
     from kanefe.unreduced.condensed import Condensed, Substructure
 

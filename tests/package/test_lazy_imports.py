@@ -170,6 +170,20 @@ def test_a_run_with_a_spring_imports_no_contacts() -> None:
     assert not [name for name in loaded if name.startswith(of_contacts)]
 
 
+def test_an_equilibrium_imports_no_contacts_no_runs_and_no_other_analysis() -> None:
+    rest = "kf.equilibrium(scene)\nprint(*sorted(sys.modules))"
+    spring = "scene.add_rigid_body('weight', 1.0, joint=kf.Prismatic('z', forces=kf.CoordinateForce(stiffness=9.0)))\n"
+    done = python(SPATIAL.partition("arm =")[0] + spring + rest)
+    assert done.returncode == 0, done.stderr
+    loaded = done.stdout.split()
+    assert "kanefe.linear.equilibrium.equilibria" in loaded
+    others = ("floquet", "frequency_response", "linearisation", "over_speed", "sampled", "stability")
+    not_of_rest = ("kanefe.contact.contact", "kanefe.contact.rigid", "kanefe.integrate.run", "scipy.optimize")
+    not_of_rest += tuple(f"kanefe.linear.{name}" for name in others)
+    found = [name for name in loaded if name.startswith(not_of_rest) and "run_checks" not in name]
+    assert not found, found
+
+
 def test_public_names_load_nothing_heavy_either() -> None:
     done = python(
         "import sys, kanefe\n"

@@ -15,7 +15,7 @@ from kanefe.contact import Coulomb, HuntCrossley
 from kanefe.contact.shapes import Plane
 from kanefe.errors import ModelError
 from kanefe.joints import Motion, Planar, Revolute
-from kanefe.linear import Equilibrium, equilibrium
+from kanefe.linear.equilibrium.equilibria import Equilibrium, equilibrium
 from kanefe.loads import Rope
 from kanefe.system import System
 from kanefe_fem.sramss import parameters as given

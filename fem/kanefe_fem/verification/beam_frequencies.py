@@ -11,7 +11,7 @@ from kanefe.checks.verification import Case, Check, Reference
 from kanefe.checks.verification.scenes import natural_modes, stretching_frequencies_with_tip_mass, system_modes
 from kanefe.fe_model.interface import Interface
 from kanefe.joints import Planar, Revolute
-from kanefe.linear import linearise
+from kanefe.linear.linearisation import linearise
 from kanefe.reduction import CraigBampton
 from kanefe.system import System
 from kanefe_fem.beams.body import beam_body, straight_beam

@@ -13,7 +13,8 @@ from kanefe.fe_model.damping import RayleighDamping
 from kanefe.joints import Planar, Revolute
 from kanefe.kane.coupling import accelerations_and_coupling_forces
 from kanefe.kane.state import State
-from kanefe.linear import Equilibrium, equilibrium, linearise
+from kanefe.linear.equilibrium.equilibria import Equilibrium, equilibrium
+from kanefe.linear.linearisation import linearise
 from kanefe.result import Result
 from kanefe.system import System
 from kanefe_fem.recovery.free_body_loads import inertia_forces

@@ -15,7 +15,7 @@ from kanefe.equations.model import Model
 from kanefe.fe_model.interface import Interface
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.joints import Motion, Revolute
-from kanefe.linear import equilibrium
+from kanefe.linear.equilibrium.equilibria import equilibrium
 from kanefe.reduction import CraigBampton
 from kanefe.reduction.stiffening import StiffeningLevel
 from kanefe.system import System

@@ -11,7 +11,7 @@ import numpy as np
 from kanefe.bodies.flexible import FlexibleBody
 from kanefe.checks.verification import Case, Check, Reference
 from kanefe.joints import Free, Motion, Revolute
-from kanefe.linear import equilibrium
+from kanefe.linear.equilibrium.equilibria import equilibrium
 from kanefe.linear.modes.modes import Modes
 from kanefe.loads import Bearing
 from kanefe.reduction import CraigBampton

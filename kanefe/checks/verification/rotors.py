@@ -9,7 +9,8 @@ import numpy as np
 from kanefe.checks.verification.case import Case, Check, Reference
 from kanefe.equations.model import Model
 from kanefe.joints import CoordinateForce, Free, Motion, Prismatic, Revolute
-from kanefe.linear import campbell, linearise
+from kanefe.linear.linearisation import linearise
+from kanefe.linear.over_speed.campbell_diagram import campbell
 from kanefe.loads import Bearing
 from kanefe.system import System
 

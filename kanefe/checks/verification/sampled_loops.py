@@ -9,7 +9,7 @@ import numpy as np
 
 from kanefe.checks.verification.case import Case, Check, Reference
 from kanefe.joints import Prismatic
-from kanefe.linear import sampled_loop
+from kanefe.linear.sampled.sampled_loop import sampled_loop
 from kanefe.system import System
 
 MASS, EVERY, STIFFNESS = 2.0, 0.05, 80.0

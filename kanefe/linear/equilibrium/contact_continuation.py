@@ -37,15 +37,6 @@ MOST_FAILURES = 3
 """Number of successive failed searches after which the others are skipped."""
 
 
-def has_initial_load_states(model: Model) -> bool:
-    """Return whether loads have their initial states, not those of a run; rigid contacts are not checked."""
-    states = enumerate(zip(model.loads, model.load_states, strict=True))
-    return all(
-        i in model.rigid_contacts or np.array_equal(model.initial_states[where], load.initial_states)
-        for i, (load, where) in states
-    )
-
-
 def continued(
     model: Model,
     t: float,

@@ -18,7 +18,6 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
 from kanefe.frames import Vector
-from kanefe.integrate.run import integrate
 from kanefe.tree.scales import displacement_scales
 
 Found = TypeVar("Found")
@@ -106,6 +105,8 @@ def come_to_rest(model: Model, t: float, q: Vector) -> Vector:
 
 def _stopped(model: Model, t: float, y: Vector, length: float, longest: float) -> tuple[Vector, float]:
     """Return the state at the first maximum of kinetic energy with zero speeds, and the next time of observation, s."""
+    from kanefe.integrate.run import integrate
+
     n = model.coordinate_count
     while length <= longest:
         q, u, z = model.parts(y)

@@ -22,10 +22,6 @@ from kanefe.kane.loop_closure import project_positions
 from kanefe.kane.state import State
 from kanefe.linear.azimuth import moved_on, times_ahead
 from kanefe.linear.equilibrium.balance import BalanceSearch
-from kanefe.linear.equilibrium.contact_continuation import continued, has_initial_load_states
-from kanefe.linear.equilibrium.dynamic_relaxation import found_or_fallen
-from kanefe.linear.equilibrium.other_rest import OtherRest, OtherRestWarning, other_rest
-from kanefe.linear.equilibrium.rigid_rest import Found, rest_on_contacts, undetermined
 from kanefe.linear.imbalance import BALANCED, Imbalance
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.state import at_rest, rested_states, started_model
@@ -34,6 +30,8 @@ from kanefe.tree.bending import Bending, worst_bending
 
 if TYPE_CHECKING:
     from kanefe.equations.given_state import Start
+    from kanefe.linear.equilibrium.other_rest import OtherRest
+    from kanefe.linear.equilibrium.rigid_rest import Found
     from kanefe.linear.linearisation import Linearisation
     from kanefe.linear.state import Freezable
 
@@ -107,6 +105,8 @@ class Equilibrium(Instant):
         """Another rest on contacts near this one, if it is close to tipping or some contacts have lifted."""
         if not self.contacts:
             return None
+        from kanefe.linear.equilibrium.other_rest import other_rest
+
         return other_rest(self.model, self.time, self.q, self.u, self._begun)
 
     @property
@@ -118,6 +118,10 @@ class Equilibrium(Instant):
     @property
     def undetermined(self) -> tuple[str, ...]:
         """Rigid contacts whose normal forces are not unique for rigid bodies; those of least norm are returned."""
+        if not self.model.rigid_contacts:
+            return ()
+        from kanefe.linear.equilibrium.rigid_rest import undetermined
+
         return undetermined(State(self.model, self.time, self.q, self.u, self.z))
 
     def _contacts_in_words(self) -> list[str]:
@@ -207,6 +211,8 @@ def equilibrium(
     found = balanced(scene, t=t, start=start, speeds=speeds, find=find, steady=steady)
     warn_of_missed(found, "equilibrium")
     if found.other_rest is not None:
+        from kanefe.linear.equilibrium.other_rest import OtherRestWarning
+
         warnings.warn(f"equilibrium: {found.other_rest}", OtherRestWarning, stacklevel=outside())
     if (bending := found.bending) is not None and bending.is_too_far:
         warnings.warn(f"equilibrium: {bending.remark}", AccuracyWarning, stacklevel=outside())
@@ -243,13 +249,16 @@ def balanced(
             "speeds, and try several"
         )
     held = tuple(speeds or {}) if len(found) else ()
-    may_part = any(load.may_part for load in model.loads) and has_initial_load_states(model)
+    may_part = any(load.may_part for load in model.loads) and _has_initial_load_states(model)
     settle = BalanceSearch.run if may_part or model.rigid_contacts else _beside_or_settled
 
     def search_from(model: Model, q: Vector) -> Found:
         return _under_its_loads(model, time, q, u, found, held, slack, settle)
 
     if model.rigid_contacts:
+        from kanefe.linear.equilibrium.contact_continuation import continued
+        from kanefe.linear.equilibrium.rigid_rest import rest_on_contacts
+
         stiff = model
 
         def approach(q: Vector, yielding: Callable[[float], Model]) -> Vector:
@@ -258,6 +267,8 @@ def balanced(
         model, search, state = rest_on_contacts(model, time, q, u, search_from, approach, not may_part)
     else:
         if may_part:
+            from kanefe.linear.equilibrium.contact_continuation import continued
+
             led = continued(model, time, q, u, found, held)
             model, search, state = _on_contacts(falling, time, q, u, search_from, led)
         else:
@@ -269,6 +280,15 @@ def balanced(
     y = np.concatenate((*state, z))
     return Equilibrium(
         at_rest(model, time, y), time, y, search.imbalance(q, u), search.iterations, begun, search.small(q, u)
+    )
+
+
+def _has_initial_load_states(model: Model) -> bool:
+    """Return whether loads have their initial states, not those of a run; rigid contacts are not checked."""
+    states = enumerate(zip(model.loads, model.load_states, strict=True))
+    return all(
+        i in model.rigid_contacts or np.array_equal(model.initial_states[where], load.initial_states)
+        for i, (load, where) in states
     )
 
 
@@ -294,6 +314,7 @@ def _on_contacts(
     model: Model, t: float, q: Vector, u: Vector, search: Callable[[Model, Vector], Found], led: Vector
 ) -> Found:
     """Return a balance on compliant contacts, from the coordinates of contact continuation or by relaxation."""
+    from kanefe.linear.equilibrium.dynamic_relaxation import found_or_fallen
 
     def resting(q: Vector) -> Model:
         return at_rest(model, t, np.concatenate((q, u, model.initial_states)))

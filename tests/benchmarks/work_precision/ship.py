@@ -7,7 +7,7 @@ from importlib.resources import as_file, files
 
 from benchmarks.goals import Figure, Goal
 from benchmarks.work_precision.machine import Machine
-from kanefe.linear import equilibrium
+from kanefe.linear.equilibrium.equilibria import equilibrium
 from kanefe_fem.ship_demo import TENSION, deck_motion
 from kanefe_fem.sramss import lashing_lengths, spatial_gear, spatial_scene
 from kanefe_fem.sramss.spatial import SADDLES, SHOES
