@@ -143,8 +143,8 @@ def test_what_sticks_on_a_shaken_slope_does_not_ring_loose() -> None:
     scene.add_contact("c", block, top, normal=kf.HuntCrossley(1e7, 0.3), friction=kf.Coulomb(0.3))
     result = scene.simulate((0.0, 3.0))
     told = np.sort(np.concatenate([result.events[f"c {what}"] for what in ("slip", "stick")]))
-    # by T/k of 3e-7 m over its own speed, and the tolerance
-    np.testing.assert_allclose(told[told > 0.1], [time for _, time in exact["events"]], rtol=0, atol=1e-5)
+    # by T/k of 3e-7 m over its own speed, and ten times the tolerance
+    np.testing.assert_allclose(told[told > 0.1], [time for _, time in exact["events"]], rtol=0, atol=1.5e-5)
     drift = (result.position("block")[-1] - result.position("deck")[-1]) @ UP - exact["slip_end"]
     assert abs(drift) < 1e-5
 

@@ -28,10 +28,12 @@ WORTH = 3e6
 """Work of making another stepper, in products: a millisecond."""
 
 SETTLED = 2.0
-"""Fall of the work for a second of the run, between two looks, from which on a method still begins."""
+"""Fall of the work for a second of the run, between two looks, from which on a method still begins, relative to the
+second look."""
 
 DEARER = 4.0
-"""Growth of the same from which on the regime has changed, and all methods are tried again."""
+"""Growth of the same, relative to the first look, from which on the regime has changed, and all methods are tried
+again."""
 
 LEAST_GAIN = 0.2
 """Share of the work that another method has to save: to about this accuracy work is counted."""

@@ -1,0 +1,176 @@
+"""A run tries other methods: what is better is taken, what disagrees is not, and the run is the same each time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+import kanefe as kf
+from benchmarks.drawn_scenes import drawn
+from kanefe.equations.model import Model
+from kanefe.integrate.auto.choice import choose
+from kanefe.integrate.auto.trial_plan import SHARE, TrialPlan
+from kanefe.integrate.auto.trials import Trial
+from kanefe.integrate.auto.tried_methods import TriedMethods
+from kanefe.integrate.auto.work import WorkCounter
+from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.methods.table import row_for
+from kanefe.integrate.options import RunOptions
+from kanefe.integrate.set_up import set_up
+from kanefe.integrate.stepper import StepControl, StepFailure
+
+FLEXIBLE, SECONDS = 10, 0.3
+"""Seed of a chain with an undamped beam, and how much of it is run, s."""
+
+LONG = 3.0
+"""Time of a run of rigid links in which trials pay, s."""
+
+
+@pytest.fixture(scope="module")
+def model() -> Model:
+    return drawn(FLEXIBLE).scene.freeze()
+
+
+def tried(model: Model, rtol: float) -> TriedMethods:
+    stepper = set_up(model, RunOptions(t_span=(0.0, SECONDS), rtol=rtol)).stepper
+    assert isinstance(stepper, TriedMethods)
+    return stepper
+
+
+def passed(stepper: TriedMethods, times: np.ndarray, chunks: Iterator[int]) -> np.ndarray:
+    states, stored = np.empty((len(times), len(stepper.state()))), 0
+    while stored < len(times):
+        stored += stepper.integrate_through(times[stored:], states[stored:], next(chunks))
+    return states
+
+
+def ever(count: int) -> Iterator[int]:
+    while True:
+        yield count
+
+
+def test_a_better_method_is_taken_and_as_accurate() -> None:
+    scene = drawn(FLEXIBLE).scene
+    run, alone, exact = (
+        scene.copy().simulate((0.0, SECONDS), method=method, rtol=rtol, output_step=0.01)
+        for method, rtol in (("auto", 1e-3), ("radau5", 1e-3), ("dop853", 1e-10))
+    )
+    assert run.statistics["method"] == "radau5, then extrapolation"
+    assert run.statistics["evaluations"] < alone.statistics["evaluations"]
+    assert "extrapolation from" in str(run)
+    assert "taken" in str(run)
+    last = f"link {len(scene.freeze().bodies) - 1}"
+    size = drawn(FLEXIBLE).size
+    assert np.abs(run.position(last) - exact.position(last)).max() < 10.0 * 1e-3 * size
+
+
+def test_a_run_does_not_depend_on_how_it_is_cut(model: Model) -> None:
+    times = np.linspace(0.01, SECONDS, 30)
+    whole, cut = tried(model, 1e-4), tried(model, 1e-4)
+    np.testing.assert_array_equal(passed(whole, times, ever(10**6)), passed(cut, times, ever(7)))
+    assert whole.trials == cut.trials
+    assert len(whole.trials) > 1
+    assert whole.statistics == cut.statistics
+    assert whole.name == cut.name
+
+
+@pytest.mark.parametrize("first", [20, 60, 200])
+def test_it_goes_on_from_a_snapshot_to_the_bit(model: Model, first: int) -> None:
+    """Amid a stretch, before one, and after another method was taken."""
+    times = np.linspace(0.01, SECONDS, 30)
+    one, other = tried(model, 1e-4), tried(model, 1e-4)
+    states = np.empty((30, len(one.state())))
+    stored = one.integrate_through(times, states, first)
+    other.resume(one.snapshot())
+    rest = passed(one, times[stored:], ever(10**6))
+    np.testing.assert_array_equal(rest, passed(other, times[stored:], ever(10**6)))
+    assert one.trials == other.trials
+    assert one.statistics == other.statistics
+
+
+def rough(model: Model, rtol: float) -> TriedMethods:
+    """Return a run by Radau's method whose only rival is dop853 with a tolerance of its own."""
+    dynamics, span = Dynamics(model), (0.0, LONG)
+    steppers = [
+        lambda dynamics, name=name, r=r: row_for(model, name).make(dynamics, *span, StepControl(r, 0.1 * r, None))
+        for name, r in (("radau5", 1e-9), ("dop853", rtol))
+    ]
+    return TriedMethods(steppers[0](dynamics), steppers[1:], dynamics, span, 1e-9, WorkCounter(model, False))
+
+
+def test_a_method_that_disagrees_is_not_taken() -> None:
+    scene = kf.System(gravity=(0.0, 0.0, -9.81))
+    parent = scene.ground
+    for i in range(8):
+        joint = kf.Revolute("y", position=0.2 * i, forces=kf.CoordinateForce(damping=0.01))
+        options = {} if i == 0 else {"at": (0.3, 0, 0)}
+        parent = scene.add_rigid_body(f"link {i}", 1.0, 0.1, com=(0.15, 0, 0), parent=parent, joint=joint, **options)
+    model = scene.freeze()
+    times = np.linspace(0.01, LONG, 30)
+    for rtol, is_taken in ((1e-9, True), (1e-2, False)):
+        run = rough(model, rtol)
+        passed(run, times, ever(10**6))
+        assert (run.name == "radau5, then dop853") == is_taken
+        assert run.trials[-1].off > 1.0 or is_taken
+
+
+def test_where_a_method_fails_the_first_goes_on(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    run = tried(model, 1e-3)
+    times = np.linspace(0.01, SECONDS, 30)
+    states = np.empty((30, len(run.state())))
+    stored = 0
+    while run.name == "radau5":
+        stored += run.integrate_through(times[stored:], states[stored:], 1)
+
+    def fails(*given: object) -> int:
+        raise StepFailure("no step is small enough", "another method")
+
+    monkeypatch.setattr(run._current, "integrate_through", fails)
+    passed(run, times[stored:], ever(50))
+    assert run.name.endswith("then radau5")
+    assert run.t >= SECONDS
+
+
+def test_trials_cost_no_more_than_their_share() -> None:
+    """Of a run of many steps in which nothing is better."""
+    plan, work, steps, t = TrialPlan(3, 0.0, 1.0, 16), 1e6, 0, 0.0
+    lengths = []
+    while t < 1.0:
+        steps = plan.next_look
+        plan.work, t = work * steps, 1e-4 * steps
+        if plan.begins_stretch(t, steps, 0, {0: 0, 1: 0, 2: 0}):
+            begun = steps
+            steps = plan.next_look
+            plan.work, t = work * steps, 1e-4 * steps
+            plan.tried_work += work * (steps - begun)
+            lengths.append(steps - begun)
+            assert not plan.takes(Trial(plan.rival, 0.0, 0.0, 1.0, np.inf, 10), 0, False, False)
+            plan.next_look = steps + 1
+    assert plan.tried_work <= SHARE * plan.work
+    assert lengths == [16 * 2**i for i in range(len(lengths))]
+    assert len(lengths) > 3
+
+
+def test_controllers_are_not_asked_in_trials() -> None:
+    times: list[float] = []
+    scene = drawn(FLEXIBLE).scene
+
+    def hold(t: float, reads: np.ndarray, memory: dict[str, float]) -> float:
+        times.append(t)
+        return -0.1 * reads[0]
+
+    first = scene.freeze().bodies[0].name
+    reads = (f"joint_coordinates {first}",)
+    scene = scene.copy()
+    scene.add_controller("hold", hold, every=1e-3, reads=reads, drives=f"motor {first}")
+    run = scene.simulate((0.0, SECONDS), rtol=1e-3)
+    assert run.statistics["tried"]
+    np.testing.assert_allclose(times, 1e-3 * np.arange(len(times)), atol=1e-12)
+
+
+def test_another_method_is_not_tried_where_one_is_asked_for() -> None:
+    model = drawn(FLEXIBLE).scene.freeze()
+    assert not choose(model, RunOptions(t_span=(0.0, SECONDS), method="radau5")).rivals
+    assert choose(model, RunOptions(t_span=(0.0, SECONDS))).rivals
