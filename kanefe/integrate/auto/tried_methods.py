@@ -32,8 +32,8 @@ STEPS_OVER = "extrapolation"
 """The method whose steps may be longer than vibrations, which its estimate does not show then."""
 
 PROMISED = 10.0
-"""Largest error of a run, relative to its tolerance. It is spread over the stretches as if their errors were independent
-of each other: that of a stretch may be this times the root of its share of the span."""
+"""Largest error of a run, relative to its tolerance. It is spread over the stretches as if their errors were
+independent of each other: that of a stretch may be this times the root of its share of the span."""
 
 
 class TriedMethods:
