@@ -19,8 +19,8 @@ from kanefe.tree.scene_state import SceneState
 SAME = 1e-9
 """Largest difference of two calls with the same arguments, relative to the larger value: some functions iterate."""
 
-NEAR = 1e-8
-"""Distance of two states between which a function jumps, relative to `state_scales`."""
+NEAR = 1e-8, 1e-6, 1e-4
+"""Distances of two states between which a function jumps, relative to `state_scales`."""
 
 JUMP = 0.1
 """Difference of a function between such states, relative to its largest value there, from which on it jumps."""
@@ -72,14 +72,15 @@ def with_jump(model: Model, t: float, y: Vector) -> str:
     for label, load in _called_in_python(model):
         if not load.takes_state:
             continue
-        values = []
-        for _ in range(DIRECTIONS):
-            step = NEAR * scales * rng.uniform(-1.0, 1.0, len(scales))
-            values += [_value(load, t, model.route.state(t, y + way * step)) for way in (-1.0, 1.0)]
-        found = np.array(values)
-        spread, size = np.ptp(found, axis=0).max(), np.abs(found).max()
-        if spread > JUMP * size > 0.0 or not np.all(np.isfinite(found)):
-            return f"{label} jumps by {spread:.2g} within {NEAR:g} of the size of states. Remedy: {AS_EVENT}"
+        for near in NEAR:
+            values = []
+            for _ in range(DIRECTIONS):
+                step = near * scales * rng.uniform(-1.0, 1.0, len(scales))
+                values += [_value(load, t, model.route.state(t, y + way * step)) for way in (-1.0, 1.0)]
+            found = np.array(values)
+            spread, size = np.ptp(found, axis=0).max(), np.abs(found).max()
+            if spread > JUMP * size > 0.0:
+                return f"{label} jumps by {spread:.2g} within {near:g} of the size of states. Remedy: {AS_EVENT}"
     return ""
 
 
