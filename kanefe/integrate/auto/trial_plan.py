@@ -12,8 +12,9 @@ from kanefe.integrate.auto.trials import Trial
 SHARE = 0.08
 """Largest work of trials relative to that of the whole run: a tenth, with what is left late."""
 
-FORESEEN = 10.0
-"""Largest work of the rest of a run, as foreseen, relative to that so far."""
+FORESEEN = 2.0
+"""Largest work of the rest of a run, as foreseen, relative to that so far: where vibrations of the start fade, the rest
+has less work than the part so far lets expect."""
 
 FIRST_STRETCH = 16
 """Steps of the first stretch."""
