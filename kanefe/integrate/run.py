@@ -107,8 +107,8 @@ def _run(model: Model, options: RunOptions, poles: Poles | None, recorder: Recor
         begun = set_up(model, options)
     choice, told, stepper, watch = begun.choice, begun.told, begun.stepper, begun.watch
     model.route.check_outputs(len(wanted))
-    begins = stepper.t, stepper.state()
-    given = {} if model.route.is_autonomous else values_of_functions(model, *begins)
+    begins = None if model.route.is_autonomous else (stepper.t, stepper.state())
+    given = {} if begins is None else values_of_functions(model, *begins)
     if choice.is_plugged and model.controllers:
         raise ModelError(
             f"{choice.name} does not end its steps at the samples of controller {model.controllers[0].name!r}. "
@@ -189,16 +189,16 @@ def _run(model: Model, options: RunOptions, poles: Poles | None, recorder: Recor
 
 
 def _of_functions(
-    model: Model, stepper: Stepper, begins: tuple[float, Vector], given: Mapping[str, Vector]
+    model: Model, stepper: Stepper, begins: tuple[float, Vector] | None, given: Mapping[str, Vector]
 ) -> Iterator[str]:
     """Yield what is told after a run of functions of the user that are none of time and state."""
-    if unanswered := getattr(stepper, "unanswered", None):
+    if unanswered := stepper.unanswered:
         first, _, remedy = unanswered[0].partition(". Remedy: ")
         yield (
             f"{first}; the method went on with shorter steps, {len(unanswered)} times. Remedy: "
             f"{remedy or 'a function that gives a number wherever a method may ask'}"
         )
-    if given and (text := changed_by_run(model, *begins, given)):
+    if begins is not None and (text := changed_by_run(model, *begins, given)):
         yield text
 
 

@@ -72,7 +72,6 @@ class Stepper(Protocol):
     """A method in the middle of a run, with state ``y = (q, u, dissipated energy, work)``.
 
     What it computes does not depend on how a run is cut into calls of `integrate_through`.
-
     """
 
     @property
@@ -103,6 +102,11 @@ class Stepper(Protocol):
     @property
     def bent(self) -> list[Bent]:
         """Where each flexible body was bent the most, of the starts of all steps; none that was not bent."""
+        ...
+
+    @property
+    def unanswered(self) -> list[str]:
+        """What functions of the user gave no number for, where the step was tried again."""
         ...
 
     def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
@@ -142,6 +146,10 @@ class Stepper(Protocol):
 
     def aim(self, stop: float) -> None:
         """Let a step end at a time (s) and none pass it, until another time is set."""
+        ...
+
+    def step_again(self, t: float) -> bool:
+        """Take the last step again, to just behind a time within it (s); return whether that is of use."""
         ...
 
     def go_on_with(self, t: float, y: Vector) -> None:
@@ -261,12 +269,6 @@ def keeps_time(stepper: Stepper) -> TypeGuard[KeepsTime]:
 def reports_worst(stepper: Stepper) -> TypeGuard[ReportsWorst]:
     """Return whether a stepper keeps that protocol."""
     return hasattr(type(stepper), "worst")
-
-
-def steps_again(stepper: Stepper, t: float) -> bool:
-    """Return whether a stepper takes its last step again, to just behind a time within it (s), if it can."""
-    again = getattr(stepper, "step_again", None)
-    return again is not None and again(t)
 
 
 def tries_others(stepper: Stepper) -> TypeGuard[TriesOthers]:

@@ -6,15 +6,15 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from kanefe.frames import Vector
+from kanefe.integrate.auto.in_turn import SteppersInTurn
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.kernel_stepper import KernelStepper
-from kanefe.integrate.stepper import StepFailure, Stepper, steps_again
+from kanefe.integrate.stepper import StepFailure, Stepper
 from kanefe.kernels.steppers.step_commands import SMALLEST
 from kanefe.tree.bending import Bent
 
 
-class HandingOver:
+class HandingOver(SteppersInTurn):
     """A stepper of the first method, until its error or an event asks for a step below the least one: see `Stepper`.
 
     From there on it is one of the second method, to the end of the run.
@@ -35,8 +35,9 @@ class HandingOver:
     """
 
     def __init__(self, dynamics: Dynamics, first: KernelStepper, least: float, second: Callable[[], Stepper]) -> None:
+        super().__init__(dynamics)
         self.name = first.name
-        self._dynamics, self._first, self._make_second = dynamics, first, second
+        self._first, self._make_second = first, second
         self._second: Stepper | None = None
         self._aim: float | None = None
         first.reals[SMALLEST] = max(first.reals[SMALLEST], least)
@@ -46,24 +47,9 @@ class HandingOver:
         return self._first if self._second is None else self._second
 
     @property
-    def t(self) -> float:
-        """Time reached in s."""
-        return self._now.t
-
-    @property
-    def t_old(self) -> float:
-        """Start of the last step in s."""
-        return self._now.t_old
-
-    @property
     def second_name(self) -> str:
         """Name of the method that takes over."""
         return (self._make_second() if self._second is None else self._second).name
-
-    @property
-    def worst(self) -> int:
-        """Component of the state whose error was the largest at the last step."""
-        return self._first.worst if self._second is None else int(getattr(self._second, "worst", 0))
 
     @property
     def step_count(self) -> int:
@@ -83,7 +69,7 @@ class HandingOver:
     @property
     def unanswered(self) -> list[str]:
         """What functions of the user gave no number for."""
-        return [*self._first.unanswered, *getattr(self._second, "unanswered", ())]
+        return [*self._first.unanswered, *(() if self._second is None else self._second.unanswered)]
 
     @property
     def bent(self) -> list[Bent]:
@@ -98,9 +84,7 @@ class HandingOver:
         try:
             return first.integrate_through(times, states, most_steps)
         except StepFailure:
-            passed = int(np.searchsorted(times, first.t, side="right"))
-        for i in range(passed):
-            states[i] = self._dynamics.projected(float(times[i]), states[i])
+            passed = self._passed_by_failing(times, states, 0)
         second = self._hand_over()
         second.restart(first.t, first.state())
         left = most_steps - (first.step_count - begun)
@@ -113,30 +97,10 @@ class HandingOver:
         self.name = f"{self._first.name}, then {self._second.name}"
         return self._second
 
-    def state(self) -> Vector:
-        """Return the state at t."""
-        return self._now.state()
-
-    def states(self, times: np.ndarray) -> np.ndarray:
-        """Return the states at times of the last step, shape (times, state)."""
-        return self._now.states(times)
-
     def aim(self, stop: float) -> None:
         """Let a step end at a time, s."""
         self._aim = stop
         self._now.aim(stop)
-
-    def go_on_with(self, t: float, y: Vector) -> None:
-        """Continue from a state with other drives."""
-        self._now.go_on_with(t, y)
-
-    def step_again(self, t: float) -> bool:
-        """Take the last step again, to just behind a time within it (s); return whether that is of use."""
-        return steps_again(self._now, t)
-
-    def restart(self, t: float, y: Vector) -> None:
-        """Continue from another state."""
-        self._now.restart(t, y)
 
     def snapshot(self) -> dict[str, np.ndarray]:
         """Return the data that both need to continue."""

@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 
 from kanefe.frames import Vector
+from kanefe.integrate.auto.in_turn import SteppersInTurn
 from kanefe.integrate.auto.trial_plan import FIRST_LOOK, FIRST_STRETCH, TrialPlan
 from kanefe.integrate.auto.trials import Stretch, Trial, apart, energies_apart, went_over
 from kanefe.integrate.auto.work import WorkCounter
-from kanefe.integrate.stepper import StepFailure, Stepper, looks_out, steps_again
+from kanefe.integrate.stepper import StepFailure, Stepper, looks_out
 from kanefe.tree.bending import Bent
 from kanefe.tree.scales import state_scales
 
@@ -36,7 +37,7 @@ PROMISED = 10.0
 independent of each other: that of a stretch may be this times the root of its share of the span."""
 
 
-class TriedMethods:
+class TriedMethods(SteppersInTurn):
     """A stepper of the first of some methods, or of what is better: see `Stepper`.
 
     Parameters
@@ -67,7 +68,8 @@ class TriedMethods:
         rtol: float,
         counter: WorkCounter,
     ) -> None:
-        self._rivals, self._dynamics, self._counter, self._rtol = rivals, dynamics, counter, rtol
+        super().__init__(dynamics)
+        self._rivals, self._counter, self._rtol = rivals, counter, rtol
         self._allowed = rtol * state_scales(dynamics.model)[: dynamics.model.coordinate_count]
         self._span, self._aim = span[1] - span[0], span[1]
         model = dynamics.model
@@ -76,7 +78,7 @@ class TriedMethods:
         self._steppers = {0: cast("KernelStepper", first)}
         self._fresh: dict[int, Mapping[str, np.ndarray]] = {}
         self._plan = TrialPlan(1 + len(rivals), *span, counter.steps_of(FIRST_LOOK, FIRST_STRETCH))
-        self._now, self._ran = 0, [0]
+        self._number, self._ran = 0, [0]
         self._steps_before = -self._steppers[0].step_count
         self._counts: dict[str, int | float] = dict.fromkeys(COUNTED, 0)
         self._seen = dict(self._steppers[0].statistics)
@@ -92,34 +94,19 @@ class TriedMethods:
         return self._steppers[number]
 
     @property
-    def _current(self) -> KernelStepper:
-        return self._steppers[self._now]
+    def _now(self) -> KernelStepper:
+        return self._steppers[self._number]
 
     @property
     def name(self) -> str:
         """Of the method, or of all that have run, the present one last."""
-        before = [self._steppers[number].name for number in self._ran if number != self._now]
-        return f"{', '.join(before)}, then {self._current.name}" if before else self._current.name
-
-    @property
-    def t(self) -> float:
-        """Time reached in s."""
-        return self._current.t
-
-    @property
-    def t_old(self) -> float:
-        """Start of the last step in s."""
-        return self._current.t_old
-
-    @property
-    def worst(self) -> int:
-        """Component of the state whose error was the largest at the last step."""
-        return int(getattr(self._current, "worst", 0))
+        before = [self._steppers[number].name for number in self._ran if number != self._number]
+        return f"{', '.join(before)}, then {self._now.name}" if before else self._now.name
 
     @property
     def step_count(self) -> int:
         """How many steps were accepted so far, without those of trials."""
-        return self._steps_before + self._current.step_count
+        return self._steps_before + self._now.step_count
 
     @property
     def statistics(self) -> dict[str, int | float]:
@@ -133,7 +120,7 @@ class TriedMethods:
     @property
     def unanswered(self) -> list[str]:
         """What functions of the user gave no number for."""
-        return [text for stepper in self._steppers.values() for text in getattr(stepper, "unanswered", ())]
+        return [text for stepper in self._steppers.values() for text in stepper.unanswered]
 
     @property
     def bent(self) -> list[Bent]:
@@ -169,18 +156,11 @@ class TriedMethods:
         while passed < len(times) and (left := end - self.step_count) > 0:
             most = min(left, self._steps_to_look())
             try:
-                passed += self._current.integrate_through(times[passed:], states[passed:], most)
+                passed += self._now.integrate_through(times[passed:], states[passed:], most)
             except StepFailure as failure:
-                passed = self._passed(times, states, passed)
+                passed = self._passed_by_failing(times, states, passed)
                 self._fall_back(failure)
         return passed
-
-    def _passed(self, times: np.ndarray, states: np.ndarray, passed: int) -> int:
-        """Return how many times were passed before a failure, with their states closed."""
-        now = int(np.searchsorted(times, self.t, side="right"))
-        for i in range(passed, now):
-            states[i] = self._dynamics.projected(float(times[i]), states[i])
-        return now
 
     @property
     def can_look_out(self) -> bool:
@@ -194,7 +174,7 @@ class TriedMethods:
 
     def values_at(self, t: float) -> Vector:
         """Return the event values of loads at a time of the last step."""
-        return self._current.values_at(t)
+        return self._now.values_at(t)
 
     def integrate_over_events(
         self, times: np.ndarray, states: np.ndarray, passed: int, most_steps: int, watched: WatchedRun
@@ -203,40 +183,28 @@ class TriedMethods:
         if most_steps > 0:
             most_steps = min(most_steps, self._steps_to_look(watched))
         try:
-            return self._current.integrate_over_events(times, states, passed, most_steps, watched)
+            return self._now.integrate_over_events(times, states, passed, most_steps, watched)
         except StepFailure as failure:
-            passed = self._passed(times, states, passed)
+            passed = self._passed_by_failing(times, states, passed)
             self._fall_back(failure)
             watched.regime[0] = -1.0
             return passed, True
 
-    def state(self) -> Vector:
-        """Return the state at t."""
-        return self._current.state()
-
-    def states(self, times: np.ndarray) -> np.ndarray:
-        """Return the states at times of the last step, shape (times, state)."""
-        return self._current.states(times)
-
     def aim(self, stop: float) -> None:
         """Let a step end at a time, s."""
         self._aim = stop
-        self._current.aim(stop)
+        self._now.aim(stop)
 
     def go_on_with(self, t: float, y: Vector) -> None:
         """Continue from a state with other drives."""
         if self._stretch is not None:
             self._stretch.samples.append((t, np.array(y)))
-        self._current.go_on_with(t, y)
-
-    def step_again(self, t: float) -> bool:
-        """Take the last step again, to just behind a time within it (s); return whether that is of use."""
-        return steps_again(self._current, t)
+        super().go_on_with(t, y)
 
     def restart(self, t: float, y: Vector) -> None:
         """Continue from another state: a stretch that it cuts begins again."""
         self._leave_stretch()
-        self._current.restart(t, y)
+        super().restart(t, y)
 
     def _counted(self) -> dict[str, int | float]:
         """Return what the run has counted, without trials."""
@@ -246,7 +214,7 @@ class TriedMethods:
         return counts
 
     def _since_seen(self) -> dict[str, int | float]:
-        return {name: value - self._seen.get(name, 0) for name, value in self._current.statistics.items()}
+        return {name: value - self._seen.get(name, 0) for name, value in self._now.statistics.items()}
 
     def _settle(self) -> None:
         """Book what the current method has done since it was looked at."""
@@ -254,7 +222,7 @@ class TriedMethods:
         self._plan.work += self._counter.work(done)
         for name, value in done.items():
             self._counts[name] = self._counts.get(name, 0) + value
-        self._seen = dict(self._current.statistics)
+        self._seen = dict(self._now.statistics)
 
     def _steps_to_look(self, watched: WatchedRun | None = None) -> int:
         """Return how many steps are taken before the next look; look, if it is time."""
@@ -264,10 +232,10 @@ class TriedMethods:
         plan = self._plan
         if self.step_count >= plan.next_look and self.t < self._aim:
             self._settle()
-            now = self._now
+            now = self._number
             if self._stretch is not None:
                 self._compare(self._stretch)
-            if now != self._now:
+            if now != self._number:
                 plan.went_on_with_another(self.t, self.step_count)
                 if watched is not None:
                     watched.regime[0] = -1.0  # steps are counted anew
@@ -283,7 +251,7 @@ class TriedMethods:
         """Let the rival go over the stretch, and go on with it if it is better."""
         self._stretch = None
         plan, number, end = self._plan, self._plan.rival, (self.t, self.state())
-        own, is_checked = plan.work - stretch.work, self._is_checked(self._now)
+        own, is_checked = plan.work - stretch.work, self._is_checked(self._number)
         rival, most = self._stepper(number), plan.most_work(own, is_checked)
         found, counts = went_over(rival, stretch, end, self._held, most, self._counter)
         work = self._counter.work(counts)
@@ -296,7 +264,7 @@ class TriedMethods:
             lost = energies_apart(self._dynamics, end[0], found, end[1]) / (allowed * self._rtol)
             off = max(apart(found, end[1], allowed * self._allowed), lost)
         trial = Trial(number, stretch.t, end[0], work / own, off, int(counts["steps"]))
-        is_taken = plan.takes(trial, self._now, is_checked, self._is_checked(number))
+        is_taken = plan.takes(trial, self._number, is_checked, self._is_checked(number))
         self.trials.append(trial._replace(is_taken=is_taken))
         if is_taken:
             self._go_on_with_rival(number, *end)
@@ -308,7 +276,7 @@ class TriedMethods:
     def _go_on_with_rival(self, number: int, t: float, y: Vector) -> None:
         rival = self._steppers[number]
         self._settle()
-        self._now = number
+        self._number = number
         if number not in self._ran:
             self._ran.append(number)
         self._seen = dict(rival.statistics)
@@ -318,10 +286,10 @@ class TriedMethods:
 
     def _fall_back(self, failure: StepFailure) -> None:
         """Go on with the first method where another fails."""
-        if self._now == 0:
+        if self._number == 0:
             raise failure
         self._leave_stretch()
-        self._plan.leave_out(self._now)
+        self._plan.leave_out(self._number)
         t, y = self.t, self.state()
         self._go_on_with_rival(0, t, y)
         self._steppers[0].restart(t, y)
@@ -330,7 +298,7 @@ class TriedMethods:
     def snapshot(self) -> dict[str, np.ndarray]:
         """Return the data that all of them need to continue."""
         kept = self._plan.snapshot() | {
-            "ran": np.array((self._now, *self._ran), dtype=np.int64),
+            "ran": np.array((self._number, *self._ran), dtype=np.int64),
             "counts": np.array([_in_order(x) for x in (self._counts, self._seen, self._tried_counts)]),
             "trials": np.array(self.trials, dtype=float).reshape(-1, len(Trial._fields)),
         }
@@ -349,7 +317,7 @@ class TriedMethods:
             own = {name.removeprefix(first): x for name, x in snapshot.items() if name.startswith(first)}
             self._stepper(number).resume(own or self._fresh[number])
         self._plan.resume(snapshot)
-        self._now, *self._ran = snapshot["ran"].tolist()
+        self._number, *self._ran = snapshot["ran"].tolist()
         self._counts, self._seen, self._tried_counts = (
             dict(zip(COUNTED, x, strict=True)) for x in snapshot["counts"].tolist()
         )

@@ -13,7 +13,7 @@ from kanefe.frames import Vector
 from kanefe.integrate.events.contact_changes import CODES, ChangeReports, ContactChange, ReportedContactEvent, begun
 from kanefe.integrate.events.event import Event, MarginEvent
 from kanefe.integrate.events.load_events import EventOfLoad
-from kanefe.integrate.stepper import StepFailure, Stepper, looks_out, steps_again
+from kanefe.integrate.stepper import StepFailure, Stepper, looks_out
 from kanefe.kernels.events.event_search import (
     find_brackets,
     first_with_sign,
@@ -216,7 +216,7 @@ class EventWatch:
             found += [(t, event) for t in self._roots(stepper, quick, i, times, table[:, i], check_time)]
         found.sort(key=lambda entry: entry[0])
         acting = next((t for t, event in found if event.acts and not self._has_acted(t, event)), None)
-        self.is_again = acting is not None and self._is_kink(found, acting) and steps_again(stepper, acting)
+        self.is_again = acting is not None and self._is_kink(found, acting) and stepper.step_again(acting)
         self.acting = acting = None if self.is_again else acting
         if self.is_again:
             return []

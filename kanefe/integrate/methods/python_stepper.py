@@ -41,6 +41,10 @@ class PythonStepper(ABC):
         """Continue from a state with other drives."""
         self.restart(t, y)
 
+    def step_again(self, t: float) -> bool:
+        """Return that no step is taken again: where the last one began is not known any more."""
+        return False
+
     @abstractmethod
     def restart(self, t: float, y: Vector) -> None:
         """Continue from another state."""
@@ -70,6 +74,11 @@ class PythonStepper(ABC):
         """Accepted steps, tries that were rejected, evaluations, and what else the method counts."""
         counts = {"steps": self._steps, "rejected": self._rejected, "evaluations": self._dynamics.evaluations}
         return counts | self._counted()
+
+    @property
+    def unanswered(self) -> list[str]:
+        """Nothing: what functions of the user do not answer ends the run, or is dealt with by the solver."""
+        return []
 
     def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
         """Continue until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""

@@ -40,9 +40,8 @@ def values_of_functions(model: Model, t: float, y: Vector) -> dict[str, Vector]:
     ModelError
         If one gives another in a second call: it is no function of time and state.
     """
-    found = {}
+    found, state = {}, model.route.state(t, y)
     for label, load in _called_in_python(model):
-        state = model.route.state(t, y)
         first, second = _value(load, t, state), _value(load, t, state)
         if _differ(first, second):
             raise ModelError(
@@ -55,9 +54,10 @@ def values_of_functions(model: Model, t: float, y: Vector) -> dict[str, Vector]:
 
 def changed_by_run(model: Model, t: float, y: Vector, before: Mapping[str, Vector]) -> str:
     """Return what is told of functions that give another value than before the run at its start; empty: none does."""
+    state = model.route.state(t, y)
     for label, load in _called_in_python(model):
-        again = _value(load, t, model.route.state(t, y))
-        if label in before and _differ(before[label], again):
+        again = _value(load, t, state)
+        if _differ(before[label], again):
             return (
                 f"{label} gave {_shown(before[label])} before the run and {_shown(again)} after it, at the same t = "
                 f"{t:.6g} s in the same state: it keeps a state of its own, so that the result depends on how often it "
