@@ -26,7 +26,6 @@ from kanefe.kernels.steppers.step_commands import (
     BALANCE,
     BENDS,
     BREAKPOINTS,
-    COMMAND,
     COORDINATES,
     EVALUATIONS,
     FACTORISATIONS,
@@ -57,7 +56,6 @@ from kanefe.kernels.steppers.step_commands import (
     SMALLEST,
     SPEEDS,
     STAGE,
-    START,
     STATE,
     STATE_OLD,
     STEPS,
@@ -66,13 +64,13 @@ from kanefe.kernels.steppers.step_commands import (
     STORED,
     TIME,
     TIME_AT,
-    TIME_EXCESS,
     TIME_OLD,
     TO_EVENT,
     WANTS_DENSE,
     WEAKEST,
     WORST,
     Run,
+    begin_at,
     interpolated,
     next_command,
 )
@@ -248,10 +246,8 @@ class KernelStepper:
 
     def go_on_with(self, t: float, y: Vector) -> None:
         """Continue from a state with other drives."""
-        integers, reals = self.integers, self.reals
-        self.vectors[STATE] = y
-        reals[TIME], reals[TIME_OLD], reals[TIME_EXCESS], reals[TO_EVENT] = t, t, 0.0, math.inf
-        integers[COMMAND], integers[STAGE] = START, 0
+        self.vectors[STATE], self.reals[TO_EVENT] = y, math.inf
+        begin_at(self.integers, self.reals, t)
 
     def step_again(self, t: float) -> bool:
         """Take the last step again, to just behind a time within it (s); return whether that is of use."""

@@ -10,22 +10,19 @@ from kanefe.kernels.compiler.arrays import Integers, RealRows, Reals
 from kanefe.kernels.events.roots_of_step import first_acting
 from kanefe.kernels.events.watched_run import CHANGES, ENDS_STEP, WatchedRun
 from kanefe.kernels.steppers.step_commands import (
-    COMMAND,
     IS_FIXED,
-    NEXT_OUTPUT,
     NEXT_STEP,
     REJECTED,
     SMALLEST,
     STAGE,
-    START,
     STATE,
     STATE_OLD,
     STEPS,
-    STORED,
     TIME,
-    TIME_EXCESS,
     TIME_OLD,
     Run,
+    begin_at,
+    take_back_outputs,
 )
 
 BEYOND_KINK = 0.01
@@ -42,19 +39,14 @@ def steps_again(watched: WatchedRun, run: Run, vectors: RealRows, found: int) ->
 
     What a polynomial says of the state there is wrong where the step goes across that. `found`: zeros of the step.
     """
-    integers, reals = run.integers, run.reals
     acting = first_acting(watched, found, False) if found > 0 else np.inf
     for i in range(found):
         kind = watched.kinds[int(watched.found[i, 1])]
         if watched.found[i, 0] == acting and kind != ENDS_STEP and kind != CHANGES:
             return False
-    if not acting < np.inf or not step_again(integers, reals, vectors, acting):
+    if not acting < np.inf or not step_again(run.integers, run.reals, vectors, acting):
         return False
-    stored = integers[STORED]
-    while stored > 0 and run.times[stored - 1] > reals[TIME]:
-        stored -= 1
-    integers[STORED] = stored
-    reals[NEXT_OUTPUT] = run.times[stored] if stored < len(run.times) else np.inf
+    take_back_outputs(run, run.reals[TIME])
     return True
 
 
@@ -73,7 +65,6 @@ def step_again(integers: Integers, reals: Reals, vectors: RealRows, t: float) ->
     copy(vectors[STATE_OLD], vectors[STATE])
     integers[STEPS] -= 1
     integers[REJECTED] += 1
-    reals[TIME], reals[TIME_EXCESS] = start, 0.0
+    begin_at(integers, reals, start)
     reals[NEXT_STEP] = (1.0 + 0.5 * BEYOND_KINK) * (t - start)
-    integers[COMMAND], integers[STAGE] = START, 0
     return True

@@ -47,24 +47,23 @@ from kanefe.kernels.impacts.contact_questions import (
 )
 from kanefe.kernels.steppers.step_commands import (
     ACCEPTED,
-    COMMAND,
     IS_FIXED,
     IS_LEFT_OPEN,
     LONGEST_RESTART,
-    NEXT_OUTPUT,
     NEXT_STEP,
     REACH,
     SMALLEST,
     STAGE,
-    START,
     STATE,
     STEPS,
     STORED,
     TIME,
-    TIME_EXCESS,
     TIME_OLD,
     TO_EVENT,
     Run,
+    await_output,
+    begin_at,
+    take_back_outputs,
 )
 
 LEAST_FORESEEN = 1e8
@@ -273,22 +272,20 @@ def _restart(
     restart_share: float,
 ) -> None:
     """Continue from the state at a time of the last step or just behind it, and write the outputs up to there."""
-    integers, reals, (lookout, closing) = run.integers, run.reals, single
+    integers, (lookout, closing) = run.integers, single
+    take_back_outputs(run, t)
     stored = integers[STORED]
-    while stored > 0 and run.times[stored - 1] > t:
-        stored -= 1
     while stored < len(run.times) and run.times[stored] <= t:
         put_state(run, vectors, run.times[stored], run.states[stored])
         if closing.has_loops and not close_at(closing, run.times[stored], 0.0, run.states[stored]):
             integers[IS_LEFT_OPEN] = 1
         stored += 1
     integers[STORED] = stored
-    reals[NEXT_OUTPUT] = run.times[stored] if stored < len(run.times) else np.inf
+    await_output(run)
     copy(lookout.states[0], vectors[STATE])  # where it has been put
-    reals[TIME], reals[TIME_OLD], reals[TIME_EXCESS] = t, t, 0.0
-    integers[COMMAND], integers[STAGE] = START, 0
+    begin_at(integers, run.reals, t)
     if integers[IS_FIXED] == 0:
-        reals[NEXT_STEP] = _step_after(watched, run, t, found, restart_share)
+        run.reals[NEXT_STEP] = _step_after(watched, run, t, found, restart_share)
 
 
 @kernel

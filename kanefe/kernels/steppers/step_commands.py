@@ -218,6 +218,30 @@ def accept(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, new: np
     return ACCEPTED
 
 
+@inlined
+def begin_at(integers: np.ndarray, reals: np.ndarray, t: float) -> None:
+    """Let the next step begin at a time, from what is in STATE then."""
+    reals[TIME], reals[TIME_OLD], reals[TIME_EXCESS] = t, t, 0.0
+    integers[COMMAND], integers[STAGE] = START, 0
+
+
+@inlined
+def await_output(run: Run) -> None:
+    """Write when the next output is."""
+    stored = run.integers[STORED]
+    run.reals[NEXT_OUTPUT] = run.times[stored] if stored < len(run.times) else np.inf
+
+
+@inlined
+def take_back_outputs(run: Run, t: float) -> None:
+    """Let outputs after a time be written again."""
+    stored = run.integers[STORED]
+    while stored > 0 and run.times[stored - 1] > t:
+        stored -= 1
+    run.integers[STORED] = stored
+    await_output(run)
+
+
 @kernel
 def go_on(run: Run, vectors: np.ndarray) -> int:
     """Return the next command of a method that is not an accepted step with more to come; write the outputs passed."""
@@ -237,7 +261,7 @@ def go_on(run: Run, vectors: np.ndarray) -> int:
             run.interpolate(integers, reals, vectors, run.table, run.times[stored], run.states[stored])
             stored += 1
         integers[STORED] = stored
-        reals[NEXT_OUTPUT] = run.times[stored] if stored < len(run.times) else np.inf
+        await_output(run)
         if stored == len(run.times) or integers[STEPS] >= run.most_steps:
             return command
 
