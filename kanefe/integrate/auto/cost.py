@@ -48,25 +48,30 @@ def compiled_evaluation(model: Model) -> float:
     return PRODUCTS_A_BODY * (len(model.bodies) - len(modes)) + own
 
 
-def _evaluation(model: Model) -> float:
+def evaluation(model: Model) -> float:
     """Return how many products an evaluation takes about."""
     return compiled_evaluation(model) + (0.0 if model.route.is_autonomous else PRODUCTS_A_CALL)
 
 
 def explicit_work(model: Model, radians: float) -> float:
     """Return that of the explicit method, stable over so many radians of the fastest that there is."""
-    return max(radians / STABLE, LEAST_OF_RADAU) * STAGES * _evaluation(model)
+    return max(radians / STABLE, LEAST_OF_RADAU) * STAGES * evaluation(model)
 
 
 def radau_work(model: Model, steps: float) -> float:
     """Return that of so many steps of Radau's method."""
-    size = model.free_count + (model.state_count if model.states_move else 0)
-    return steps * (EVALUATIONS_A_STEP * _evaluation(model) + PRODUCTS_OF_FACTORS * size**3)
+    size = model.free_count + moving_states(model)
+    return steps * (EVALUATIONS_A_STEP * evaluation(model) + PRODUCTS_OF_FACTORS * size**3)
+
+
+def moving_states(model: Model) -> int:
+    """Return how many internal states of loads are solved for with the speeds."""
+    return model.state_count if model.states_move else 0
 
 
 def sampled_work(model: Model, samples: float) -> float:
     """Return the work of the extrapolation at tight tolerances, which restarts at samples of controllers."""
-    return samples * EVALUATIONS_A_SAMPLE * _evaluation(model)
+    return samples * EVALUATIONS_A_SAMPLE * evaluation(model)
 
 
 def steps_of_radau(span: float, rtol: float | None, atol: float, found: Vibrations) -> float:

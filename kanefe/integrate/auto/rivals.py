@@ -5,9 +5,12 @@ from __future__ import annotations
 from kanefe.equations.model import Model
 from kanefe.integrate.methods.table import serving
 
-AFTER_DOP853 = "dopri5"
-"""It has the compiled code of dop853, and less work where steps are short for other reasons than errors; where another
-method is foreseen, those are rates that are stiff for both."""
+FEWER_STAGES = "dopri5"
+"""The explicit method with fewer stages: less work where steps are short for other reasons than errors. Where a method
+that is not explicit is foreseen, those are rates that are stiff for both."""
+
+EXPLICIT = "dop853", FEWER_STAGES
+"""The explicit methods, which have the same compiled code."""
 
 
 def rivals_of(model: Model, names: tuple[str, ...], taken: str) -> tuple[str, ...]:
@@ -15,14 +18,12 @@ def rivals_of(model: Model, names: tuple[str, ...], taken: str) -> tuple[str, ..
 
     Generalised-alpha is none: its error is not bounded by its tolerance.
     """
-    beside = dict.fromkeys(names)
-    if taken == "dop853":
-        beside[AFTER_DOP853] = None
-    elif taken != AFTER_DOP853:
-        beside.pop(AFTER_DOP853, None)
-    unfit = {taken, "generalised-alpha"} | (set() if steps_over_safely(model) else {"extrapolation"})
-    wanted = [name for name in beside if name not in unfit]
-    return tuple(serving(model, *wanted))
+    unfit = {taken, "generalised-alpha"}
+    if taken not in EXPLICIT:
+        unfit.add(FEWER_STAGES)
+    if not steps_over_safely(model):
+        unfit.add("extrapolation")
+    return tuple(serving(model, *(name for name in names if name not in unfit)))
 
 
 def steps_over_safely(model: Model) -> bool:

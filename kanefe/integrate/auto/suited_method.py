@@ -18,7 +18,7 @@ from kanefe.integrate.auto.abrupt_forces import (
 )
 from kanefe.integrate.auto.cost import LEAST_OF_RADAU, explicit_work, radau_work, sampled_work, steps_of_radau
 from kanefe.integrate.auto.explicit_rates import look_at_state, rate_of_functions
-from kanefe.integrate.auto.rivals import AFTER_DOP853, rivals_of
+from kanefe.integrate.auto.rivals import EXPLICIT, FEWER_STAGES, rivals_of
 from kanefe.integrate.auto.stiffest_rate import stiffest_rate
 from kanefe.integrate.auto.vibrations import (
     CALM,
@@ -166,12 +166,12 @@ def _of_many(model: Model, start: float, stop: float, rtol: float | None, atol: 
     span = stop - start
     abrupt = [load for load in model.loads if load.acts_at_once]
     if abrupt and model.free_count + model.state_count <= MOST_SPEEDS:
-        return Candidates(("radau5", "dop853"), lambda: _for_abrupt_forces(model, abrupt, start, span, atol))
+        return Candidates(("radau5", *EXPLICIT), lambda: _for_abrupt_forces(model, abrupt, start, span, atol))
     rate = _fastest(model, start, span)
     if not look_at_state(model) and not _is_stiff(rate, span):
-        return Candidates(("dop853", AFTER_DOP853), lambda: _explicit(model, span))
+        return Candidates(EXPLICIT, lambda: _explicit(model, span))
     is_plain = not (model.loads or model.has_stops or look_at_state(model)) and all_damped(model)
-    names = ("extrapolation",) if is_plain and _is_loose(rtol) else ("extrapolation", "radau5", "dop853")
+    names = ("extrapolation",) if is_plain and _is_loose(rtol) else ("extrapolation", "radau5", *EXPLICIT)
     return Candidates((*names, "generalised-alpha"), lambda: _by_rates(model, (start, stop), rtol, atol, rate))
 
 
@@ -179,7 +179,7 @@ def _explicit(model: Model, span: float) -> SuitedMethod:
     """Return the explicit method for what is not stiff: that with fewer stages where samples make steps short."""
     every = min((controller.every for controller in model.controllers if controller.is_sampled), default=math.inf)
     if span > MANY_SAMPLES * every:
-        return SuitedMethod(AFTER_DOP853, f"no stiff elastic modes, and controllers end a step each {every:g} s")
+        return SuitedMethod(FEWER_STAGES, f"no stiff elastic modes, and controllers end a step each {every:g} s")
     return SuitedMethod("dop853", "no stiff elastic modes")
 
 

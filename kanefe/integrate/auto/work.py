@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from kanefe.equations.model import Model
-from kanefe.integrate.auto.cost import PRODUCTS_A_CALL, PRODUCTS_OF_FACTORS, compiled_evaluation
+from kanefe.integrate.auto.cost import PRODUCTS_OF_FACTORS, compiled_evaluation, evaluation, moving_states
 from kanefe.integrate.auto.explicit_rates import look_at_state
 
 PRODUCTS_A_JACOBIAN_STEP = 10_000.0
@@ -30,23 +30,22 @@ class WorkCounter:
     """
 
     def __init__(self, model: Model, by_single_steps: bool) -> None:
-        moving = model.state_count if model.states_move else 0
-        size, directions = model.free_count + moving, 2 * model.free_count + moving
-        compiled = compiled_evaluation(model)
-        self.evaluation = compiled + (0.0 if model.route.is_autonomous else PRODUCTS_A_CALL)
+        size = model.free_count + moving_states(model)
+        self._evaluation = evaluation(model)
         in_python = not model.route.is_autonomous and look_at_state(model)
-        self._jacobian = OF_COMPLEX * directions * (self.evaluation if in_python else compiled)
+        differentiated = self._evaluation if in_python else compiled_evaluation(model)
+        self._jacobian = OF_COMPLEX * (model.free_count + size) * differentiated
         self._factors = 0.5 * PRODUCTS_OF_FACTORS * size**3  # compiled code reuses what it has read
         self._step = PRODUCTS_A_PYTHON_STEP if by_single_steps else 0.0
 
     def steps_of(self, work: float, least: int) -> int:
         """Return how many steps of about a dozen evaluations have some work, and no less than the least."""
-        return max(least, int(work / (12.0 * self.evaluation + self._step)))
+        return max(least, int(work / (12.0 * self._evaluation + self._step)))
 
     def work(self, counts: Mapping[str, int | float]) -> float:
         """Return the work of what a stepper has counted."""
         tried = counts["steps"] + counts["rejected"]
-        found = counts["evaluations"] * self.evaluation + counts["steps"] * self._step
+        found = counts["evaluations"] * self._evaluation + counts["steps"] * self._step
         if "jacobians" in counts:
             found += counts["jacobians"] * self._jacobian + counts["factorisations"] * self._factors
             found += tried * PRODUCTS_A_JACOBIAN_STEP
