@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -70,6 +71,12 @@ class CompiledForces:
     def _of_all(self) -> LiteralForces:
         return self._literally(np.arange(len(self._times)))
 
+    def _with_rest(self, found: np.ndarray, tell: Callable[[LiteralForces], np.ndarray]) -> np.ndarray:
+        """Return what the kernel tells, (T, ...), with what the literal route tells of the states that it leaves."""
+        if len(rest := self._found[1]):
+            found[rest] = tell(self._of_rest)
+        return found
+
     def _block(self, first: int, last: int) -> Matrix:
         return self._found[0][:, int(self._tables.places[first]) : int(self._tables.places[last])]
 
@@ -77,55 +84,41 @@ class CompiledForces:
     def reactions(self) -> np.ndarray:
         """Wrench of each joint on its body, (T, bodies, 6)."""
         found = self._block(REACTIONS, DRIVING).reshape(len(self._times), -1, WRENCH)
-        if len(rest := self._found[1]):
-            found[rest] = self._of_rest.reactions
-        return found
+        return self._with_rest(found, lambda rest: rest.reactions)
 
     @cached_property
     def driving(self) -> Matrix:
         """Forces on the driven coordinates, (T, driven)."""
         found = self._block(DRIVING, LOOP_FORCES)
-        if len(rest := self._found[1]):
-            found[rest] = self._of_rest.driving
-        return found
+        return self._with_rest(found, lambda rest: rest.driving)
 
     @cached_property
     def loops(self) -> np.ndarray:
         """Wrench of each constraint with two ends on its end b, (T, loops, 6)."""
         found = self._block(LOOP_FORCES, PARTS).reshape(len(self._times), -1, WRENCH)
-        if len(rest := self._found[1]):
-            found[rest] = self._of_rest.loops
-        return found
+        return self._with_rest(found, lambda rest: rest.loops)
 
     def part(self, number: int) -> Matrix:
         """Return a part of the force at an interface, by its number among `parts_of`, (T, 6)."""
         if number in self._route.force_kernel.told.undetermined:
             return self._of_all.part(number)
         found = self._block(PARTS, ENDS)[:, WRENCH * number : WRENCH * (number + 1)].copy()
-        if len(rest := self._found[1]):
-            found[rest] = self._of_rest.part(number)
-        return found
+        return self._with_rest(found, lambda rest: rest.part(number))
 
     def on_end(self, number: int, end: int) -> Matrix:
         """Return the wrench of a load between frames on one of its ends, in N, (T, 6)."""
         first = WRENCH * (self._route.force_kernel.told.first_ends[number] + end)
         found = self._block(ENDS, CONTACTS)[:, first : first + WRENCH].copy()
-        if len(rest := self._found[1]):
-            found[rest] = self._of_rest.on_end(number, end)
-        return found
+        return self._with_rest(found, lambda rest: rest.on_end(number, end))
 
     def contact(self, number: int) -> Matrix:
         """Return the outputs of a rigid contact, by its number among these, (T, 12)."""
         found = self._block(CONTACTS, POINTS)[:, CONTACT_OUTPUTS * number : CONTACT_OUTPUTS * (number + 1)].copy()
-        if len(rest := self._found[1]):
-            found[rest] = self._of_rest.contact(number)
-        return found
+        return self._with_rest(found, lambda rest: rest.contact(number))
 
     def contact_points(self, number: int) -> np.ndarray:
         """Return those of its points, (T, points, 12)."""
         told = self._route.force_kernel.told
         first, last = told.first_points[number], told.first_points[number + 1]
         found = self._block(POINTS, WIDTH).reshape(len(self._times), -1, POINT_OUTPUTS)[:, first:last].copy()
-        if len(rest := self._found[1]):
-            found[rest] = self._of_rest.contact_points(number)
-        return found
+        return self._with_rest(found, lambda rest: rest.contact_points(number))

@@ -45,14 +45,16 @@ class SweptState(SceneState):
     @property
     def frames(self) -> list[Placed]:
         """Motion of every body's frame."""
-        return [self.placed(number, None) for number in range(len(self.model.bodies))]
+        return [self._body_frame(number) for number in range(len(self.model.bodies))]
+
+    def _body_frame(self, number: int) -> Placed:
+        return _placed(self._kernel.end(self._rows, number, None))
 
     def placed(self, number: int, frame: InterfaceFrame | None) -> Placed:
         """Return the motion of a body's frame, or of one of its interfaces or nodes (axes of G rotated with it)."""
-        if frame is not None and not self._kernel.has_row(number, frame):  # a node to which nothing is attached
+        if frame is None or not self._kernel.has_row(number, frame):  # a node to which nothing is attached
             return super().placed(number, frame)
-        p, A, v, w = self._kernel.end(self._rows, number, frame)
-        return Placed(A, p, v @ A, w @ A)
+        return _placed(self._kernel.end(self._rows, number, frame))
 
     def _end(self, marker: Marker) -> End:
         is_elsewhere = marker.body < 0 or isinstance(marker, CoordinateMarker)
@@ -68,6 +70,10 @@ class SweptState(SceneState):
         frame = self.model.flexible_terms(name).body.interface(interface)
         p, A, v, w = self._kernel.end(self._rows, number, frame)
         return End(p, A @ frame.axes, v, w)
+
+
+def _placed(end: End) -> Placed:
+    return Placed(end.A, end.p, end.v @ end.A, end.w @ end.A)
 
 
 class MotionsKernel:

@@ -318,10 +318,13 @@ class SceneState:
 
     def placed(self, number: int, frame: InterfaceFrame | None) -> Placed:
         """Return the motion of a body's frame, or of one of its interfaces or nodes (axes of G rotated with it)."""
-        G, terms = self.frames[number], self.model.bodies[number].flexible
+        G, terms = self._body_frame(number), self.model.bodies[number].flexible
         if frame is None or terms is None:
             return G
         return interface_placed(G, frame, self.q[terms.eta], self.full[terms.speeds], self.model.slopes)
+
+    def _body_frame(self, number: int) -> Placed:
+        return self.frames[number]
 
     def _moving(self, name: str, interface: str) -> End:
         """Return the motion of a body's frame, or of one of its interfaces, in components of N; found once."""
