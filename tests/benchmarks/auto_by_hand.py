@@ -11,10 +11,8 @@ from __future__ import annotations
 
 import argparse
 import sys
-import time
 import warnings
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -22,83 +20,69 @@ if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import kanefe as kf
-from benchmarks.drawn_scenes import Drawn, drawn
+from benchmarks.auto_choice import BY_HAND, Raced, ran
+from benchmarks.drawn_scenes import drawn
 
 ERRORS = 1e-3, 1e-4, 1e-5
 TOLERANCES = 1e-3, 1e-4, 1e-5, 1e-6, 1e-7
-BY_HAND = "dop853", "dopri5", "vern9", "radau5", "extrapolation"
+METHODS = "auto", "dopri5", *BY_HAND
 FINEST = ("dop853", 1e-11), ("radau5", 1e-9), ("vern9", 1e-11)
 MOST_FOR_REFERENCE, AGREED = 20.0, 1e-7
 SHORT = 0.05
 """Time of auto below which a run is reported apart, s."""
 
 
-class Ran(NamedTuple):
-    """A run: its method, tolerance, CPU time (s) and error relative to the size; infinite where it did not end."""
-
-    method: str
-    rtol: float
-    seconds: float
-    error: float
-
-
-def positions(scene: Drawn, method: str, rtol: float, most_seconds: float) -> tuple[np.ndarray | None, float]:
-    """Return the positions of all bodies at output times, None where the run does not end, and its CPU time in s."""
-    copy, began = scene.scene.copy(), time.process_time()
-    step = scene.seconds / 50
-    try:
-        run = copy.simulate((0.0, scene.seconds), method=method, rtol=rtol, output_step=step, most_seconds=most_seconds)
-    except kf.ModelError:
-        return None, 0.0
-    taken = time.process_time() - began
-    if not run.status.is_finished:
-        return None, taken
-    return np.concatenate([run.position(name) for name in scene.bodies], axis=1), taken
-
-
-def raced(seed: int, most_seconds: float) -> list[str]:
+def rows_of(seed: int, most_seconds: float) -> list[str]:
     """Return the rows of a seed: its ratios, or why it has none."""
     scene = drawn(seed)
     title = f"{seed} {', '.join(scene.words)}"
-    positions(scene, "auto", 1e-3, most_seconds)  # what is compiled is compiled
-    found = [x for x, _ in (positions(scene, *finest, MOST_FOR_REFERENCE) for finest in FINEST) if x is not None]
+    raced = Raced(
+        scene.scene, scene.seconds, lambda result: np.hstack([result.position(name) for name in scene.bodies])
+    )
+    ran(raced, "auto", 1e-3, None, 1, most_seconds)  # what is compiled is compiled
+    fine = [ran(raced, method, rtol, None, 1, MOST_FOR_REFERENCE) for method, rtol in FINEST]
+    found = [places for run, places in fine if np.isfinite(run.seconds)]
     if len(found) < 2 or np.abs(found[0] - found[1]).max() > AGREED * scene.size:
         return [f"{title}: no two references agree"]
-    rows: list[Ran] = []
-    for method in ("auto", *BY_HAND):
+    runs = []
+    for method in METHODS:
         for rtol in TOLERANCES:
-            x, seconds = positions(scene, method, rtol, most_seconds)
-            if x is None:
+            try:
+                run, _ = ran(raced, method, rtol, found[0], 1, most_seconds)
+            except kf.ModelError:
                 break
-            rows.append(Ran(method, rtol, seconds, float(np.abs(x - found[0]).max()) / scene.size))
-    of_auto = [row for row in rows if row.method == "auto"]
-    worst = max((row.error / row.rtol for row in of_auto), default=np.nan)
+            if not np.isfinite(run.seconds):
+                break
+            runs.append((method, rtol, run.seconds, run.error / scene.size))
+    worst = max((error / rtol for method, rtol, _, error in runs if method == "auto"), default=np.nan)
     lines = []
-    for error in ERRORS:
-        ours = min((row for row in of_auto if row.error <= error), key=lambda row: row.seconds, default=None)
-        best = min((row for row in rows if row.error <= error), key=lambda row: row.seconds, default=None)
-        if ours is None or best is None:
-            lines.append(f"{title}: {error:g}: auto did not end in {most_seconds:g} s" if best else "")
+    for wanted in ERRORS:
+        keeping = [(seconds, method) for method, _, seconds, error in runs if error <= wanted]
+        ours = min((seconds for seconds, method in keeping if method == "auto"), default=np.inf)
+        if not keeping:
             continue
-        apart = ", short" if ours.seconds < SHORT else ""
+        seconds, method = min(keeping)
+        if np.isinf(ours):
+            lines.append(f"{title}: {wanted:g}: auto did not keep it within {most_seconds:g} s")
+            continue
         lines.append(
-            f"{title}: {error:g}: {ours.seconds / best.seconds:.2f} ({ours.seconds:.3g} s, {best.method} "
-            f"{best.seconds:.3g} s{apart}); error of auto / rtol up to {worst:.2g}"
+            f"{title}: {wanted:g}: {ours / seconds:.2f} ({ours:.3g} s, {method} {seconds:.3g} s"
+            f"{', short' if ours < SHORT else ''}); error of auto / rtol up to {worst:.2g}"
         )
-    return [line for line in lines if line]
+    return lines
 
 
 def main() -> int:
     """Measure, as a command."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", default="100-130")
-    parser.add_argument("--seconds", type=float, default=3.0, help="largest CPU time of a run")
+    parser.add_argument("--seconds", type=float, default=3.0, help="largest time of a run")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     first, last = map(int, options.seeds.split("-"))
     ratios: dict[bool, list[float]] = {True: [], False: []}
     for seed in range(first, last):
-        for line in raced(seed, options.seconds):
+        for line in rows_of(seed, options.seconds):
             print(line, flush=True)
             if " s, " in line:
                 ratios["short" in line].append(float(line.split(": ")[2].split()[0]))

@@ -67,6 +67,13 @@ def python(code: str, *arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
+def loaded_by(code: str) -> list[str]:
+    """Return what a program prints: the modules that it has loaded."""
+    done = python(code)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.split()
+
+
 @pytest.mark.parametrize("package", ["kanefe", "kanefe_fem"])
 def test_importing_loads_nothing_heavy(package: str) -> None:
     done = python(f"import sys, {package}; print(*sorted({{name.partition('.')[0] for name in sys.modules}}))")
@@ -144,17 +151,13 @@ NOT_OF_RIGID = (
 
 
 def test_a_first_right_hand_side_imports_nothing_that_the_scene_has_not() -> None:
-    done = python(SPATIAL)
-    assert done.returncode == 0, done.stderr
-    loaded = done.stdout.split()
+    loaded = loaded_by(SPATIAL)
     assert "kanefe.order_n.route" in loaded
     assert not [name for name in loaded if name.startswith(NOT_OF_RIGID)]
 
 
 def test_a_run_of_a_flexible_arm_imports_no_contacts_and_no_constraints() -> None:
-    done = python(RUN + BEAMS + "run(body)\nimport sys\nprint(*sorted(sys.modules))")
-    assert done.returncode == 0, done.stderr
-    loaded = done.stdout.split()
+    loaded = loaded_by(RUN + BEAMS + "run(body)\nimport sys\nprint(*sorted(sys.modules))")
     assert "kanefe.results.channels" in loaded
     assert not [name for name in loaded if name.startswith(NOT_OF_TREES)]
 
@@ -162,9 +165,7 @@ def test_a_run_of_a_flexible_arm_imports_no_contacts_and_no_constraints() -> Non
 def test_a_run_with_a_spring_imports_no_contacts() -> None:
     spring = 'scene.add_spring("spring", scene.ground, arm.frame(at=(1, 0, 0)), stiffness=10.0, rest_length=0.5)\n'
     run = "scene.simulate((0.0, 0.01))\nprint(*sorted(sys.modules))"
-    done = python(SPATIAL.partition("model =")[0] + spring + run)
-    assert done.returncode == 0, done.stderr
-    loaded = done.stdout.split()
+    loaded = loaded_by(SPATIAL.partition("model =")[0] + spring + run)
     assert "kanefe.loads.spring" in loaded
     of_contacts = "kanefe.contact.", "kanefe.kernels.contact.laws", "kanefe.kane.rigid_contacts.impulses"
     assert not [name for name in loaded if name.startswith(of_contacts)]
@@ -173,9 +174,7 @@ def test_a_run_with_a_spring_imports_no_contacts() -> None:
 def test_an_equilibrium_imports_no_contacts_no_runs_and_no_other_analysis() -> None:
     rest = "kf.equilibrium(scene)\nprint(*sorted(sys.modules))"
     spring = "scene.add_rigid_body('weight', 1.0, joint=kf.Prismatic('z', forces=kf.CoordinateForce(stiffness=9.0)))\n"
-    done = python(SPATIAL.partition("arm =")[0] + spring + rest)
-    assert done.returncode == 0, done.stderr
-    loaded = done.stdout.split()
+    loaded = loaded_by(SPATIAL.partition("arm =")[0] + spring + rest)
     assert "kanefe.linear.equilibrium.equilibria" in loaded
     others = ("floquet", "frequency_response", "linearisation", "over_speed", "sampled", "stability")
     not_of_rest = ("kanefe.contact.contact", "kanefe.contact.rigid", "kanefe.integrate.run", "scipy.optimize")
