@@ -39,7 +39,7 @@ class ScriptedStepper:
     """A method of which a test decides what each step does: its coordinate is the time."""
 
     name = "scripted"
-    bent = ()
+    bent = unanswered = ()
 
     def __init__(self, step: float, fails: Mapping[int, Exception] | None = None, bad: int = -1) -> None:
         self.t = self.t_old = 0.0
@@ -53,6 +53,9 @@ class ScriptedStepper:
     @property
     def statistics(self) -> dict[str, int | float]:
         return {"steps": self._count, "rejected": 0, "evaluations": 4 * self._count}
+
+    def step_again(self, t: float) -> bool:
+        return False
 
     def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
         self.calls.append(most_steps)

@@ -127,7 +127,7 @@ def test_where_a_method_fails_the_first_goes_on(model: Model, monkeypatch: pytes
     def fails(*given: object) -> int:
         raise StepFailure("no step is small enough", "another method")
 
-    monkeypatch.setattr(run._current, "integrate_through", fails)
+    monkeypatch.setattr(run._now, "integrate_through", fails)
     passed(run, times[stored:], ever(50))
     assert run.name.endswith("then radau5")
     assert run.t >= SECONDS
