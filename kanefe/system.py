@@ -14,12 +14,12 @@ from kanefe.bodies.slopes import SlopeMeasure, slope_measure
 from kanefe.equations.model import Model
 from kanefe.equations.planar_inertia import check_planar_inertias
 from kanefe.equations.start import model_at_start
-from kanefe.scene.bodies import BodyMethods
 from kanefe.scene.constraints import ConstraintMethods
 from kanefe.scene.contacts import ContactMethods
 from kanefe.scene.field_loads import FieldLoadMethods
 from kanefe.scene.held_inputs import HeldInputMethods
 from kanefe.scene.scene import three
+from kanefe.scene.segments import SegmentMethods
 from kanefe.scene.tree_text import body_rows, tree_text
 from kanefe.tree.freeze import build_model
 from kanefe.tree.stiffening_check import warn_of_loads_that_do_not_stiffen
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 @checked("slopes")
-class System(BodyMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, HeldInputMethods):
+class System(SegmentMethods, ContactMethods, FieldLoadMethods, ConstraintMethods, HeldInputMethods):
     """A scene of rigid and flexible bodies in a tree.
 
     Parameters

@@ -41,6 +41,8 @@ class NodalPattern:
         Forces of a unit pressure on the outer side, N/Pa. None for a line, which has no side.
     pressure_force, pressure_moment : ndarray, shape (3,)
         Resultant of a unit pressure, and its moment about G's origin: N/Pa and N m/Pa. Zero for a line.
+    cells : ndarray of int, or None
+        Numbers of the elements of a line of beams. None: not known, or a surface.
     """
 
     kind: PatternKind
@@ -50,6 +52,7 @@ class NodalPattern:
     pressure: np.ndarray | None
     pressure_force: np.ndarray
     pressure_moment: np.ndarray
+    cells: np.ndarray | None = None
 
     @classmethod
     def of_nodes(

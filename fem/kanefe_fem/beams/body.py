@@ -123,7 +123,7 @@ def beam_model(
     dofs = (connectivity[:, :, None] * len(components) + np.arange(len(components))).reshape(len(connectivity), -1)
     size = len(points) * len(components)
 
-    stiffness = _assemble_stiffness(properties, axes, dofs, size, planar)
+    stiffness = assemble_stiffness(properties, axes, dofs, size, planar)
     polar_radius = np.sqrt((properties.EI_y + properties.EI_z) / properties.EA)
     masses = [s.mass_of(m) for s, m in zip(sections, materials, strict=True)]
     warn_of_beam_units(lengths, masses, of_sections, materials)
@@ -134,7 +134,7 @@ def beam_model(
         nodes=points,
         components=components,
         stiffness=stiffness,
-        mass=_symmetric(field.mass_matrix()),
+        mass=symmetric(field.mass_matrix()),
         mass_field=field,
         cells=(Cells("line", connectivity),),
         groups={**({} if lines is None else line_groups(spans, points, connectivity)), **node_groups},
@@ -321,17 +321,18 @@ def _for_pairs(
     return [made[id(section), id(material)] for section, material in zip(sections, materials, strict=True)]
 
 
-def _assemble_stiffness(
+def assemble_stiffness(
     properties: ElementProperties, axes: np.ndarray, dofs: np.ndarray, size: int, planar: bool
 ) -> sp.csr_matrix:
+    """Return K of elements with the axes A_GL and these degrees of freedom, shape (size, size)."""
     K = be.rotate_element_matrix(be.spatial_stiffness(properties), be.spatial_transformation(axes))
     if planar:
         K = K[:, be.PLANAR_DOFS][:, :, be.PLANAR_DOFS]
     width = dofs.shape[1]
     rows, columns = np.repeat(dofs, width, axis=1).ravel(), np.tile(dofs, width).ravel()
-    return _symmetric(sp.coo_matrix((K.ravel(), (rows, columns)), shape=(size, size)).tocsr())
+    return symmetric(sp.coo_matrix((K.ravel(), (rows, columns)), shape=(size, size)).tocsr())
 
 
-def _symmetric(matrix: sp.csr_matrix) -> sp.csr_matrix:
+def symmetric(matrix: sp.csr_matrix) -> sp.csr_matrix:
     """Return the symmetric part, since products in floating point are symmetric only up to round-off."""
     return (0.5 * (matrix + matrix.T)).tocsr()

@@ -106,4 +106,5 @@ def line_pattern(
         pressure=None,
         pressure_force=np.zeros(3),
         pressure_moment=np.zeros(3),
+        cells=numbers,
     )

@@ -1,0 +1,1 @@
+"""Slender bodies cut into chains of linear ones."""

@@ -1,0 +1,294 @@
+"""The whole that is cut: its cells along a centre line, divided into segments, and the model of each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from kanefe.bodies.segmented import CUT
+from kanefe.errors import ModelError
+from kanefe.fe_model.interface import Interface, as_interface
+from kanefe.fe_model.model import Cells, FiniteElementModel, NodeGroup
+from kanefe.fe_model.shapes import shape
+from kanefe.fe_model.skin import skin, with_places
+from kanefe_fem.mesh.groups import check_interfaces, group_nodes
+from kanefe_fem.mesh.mesh import Mesh
+from kanefe_fem.segments.beam_parts import beam_chain, beam_part
+from kanefe_fem.segments.centre_line import arc_lengths, check_line, found_line, given_line, stations, width_across
+from kanefe_fem.solids.body import solid_model
+
+
+@dataclass(frozen=True, eq=False)
+class Division:
+    """A division into k segments.
+
+    Attributes
+    ----------
+    of_cell : ndarray of int
+        Segment of each cell.
+    nodes : tuple of k ndarray of int
+        Nodes of each segment.
+    faces : tuple of k - 1 ndarray of int
+        Nodes of each cut.
+    middles : ndarray, shape (k - 1, 3)
+        Centres of the cuts, m.
+    facets : tuple of k - 1 tuples of Cells
+        Of the cuts of a solid; empty for beams.
+    """
+
+    of_cell: np.ndarray
+    nodes: tuple[np.ndarray, ...]
+    faces: tuple[np.ndarray, ...]
+    middles: np.ndarray
+    facets: tuple[tuple[Cells, ...], ...] = ()
+
+
+class Whole(Protocol):
+    """A slender body that can be divided.
+
+    Attributes
+    ----------
+    nodes : ndarray, shape (n, 3)
+    line : ndarray, shape (p, 3)
+    interfaces : dict of str to Interface
+        By groups.
+    """
+
+    nodes: np.ndarray
+    line: np.ndarray
+    interfaces: dict[str, Interface]
+
+    def group(self, name: str) -> np.ndarray:
+        """Return the nodes of a group."""
+        ...
+
+    def divided(self, count: int) -> Division:
+        """Return the division into equal lengths."""
+        ...
+
+    def part(
+        self, division: Division, number: int, origin: np.ndarray
+    ) -> tuple[FiniteElementModel, np.ndarray, np.ndarray]:
+        """Return the model of a segment about an origin, and the numbers in the whole of its nodes and cells."""
+        ...
+
+
+class BeamWhole:
+    """A chain of beam elements."""
+
+    def __init__(self, model: FiniteElementModel, interfaces: Mapping[str, Any]) -> None:
+        model, named = with_places(model, interfaces)
+        groups, self.interfaces = dict(model.groups), {}
+        for name, given in named.items():
+            spec = as_interface(name, given)
+            if not spec.group_names(name):
+                node = int(np.argmin(np.linalg.norm(model.nodes - np.array(spec.position), axis=1)))
+                groups[f"{name} (node)"] = NodeGroup(np.array([node]), model.nodes[node])
+                spec = replace(spec, position=None, groups=(f"{name} (node)",))
+            self.interfaces[name] = spec
+        self.chain = beam_chain(replace(model, groups=groups))
+        self.nodes, self.line = model.nodes, model.nodes[self.chain.nodes]
+        check_line(self.line, self.chain.width)
+
+    def group(self, name: str) -> np.ndarray:
+        """Return the nodes of a group."""
+        return self.chain.model.group(name).nodes
+
+    def divided(self, count: int) -> Division:
+        """Return the division at the nodes nearest to equal lengths."""
+        elements = len(self.chain.elements)
+        if count > elements:
+            raise ModelError(
+                f"{count} segments of {elements} elements. Remedy: at most one segment an element, or a model of more "
+                "elements"
+            )
+        s = arc_lengths(self.line)
+        at = [0]
+        for i in range(1, count):  # each segment has an element
+            nearest = int(np.argmin(abs(s - s[-1] * i / count)))
+            at.append(min(max(nearest, at[-1] + 1), elements - (count - i)))
+        ends = [*at, elements]
+        of_cell = np.empty(elements, dtype=int)
+        of_cell[self.chain.elements] = np.repeat(np.arange(count), np.diff(ends))
+        order = self.chain.nodes
+        return Division(
+            of_cell,
+            tuple(order[a : b + 1] for a, b in zip(ends, ends[1:], strict=False)),
+            tuple(order[[i]] for i in ends[1:-1]),
+            self.nodes[order[ends[1:-1]]],
+        )
+
+    def part(
+        self, division: Division, number: int, origin: np.ndarray
+    ) -> tuple[FiniteElementModel, np.ndarray, np.ndarray]:
+        """Return the model of a segment, and the numbers of its nodes and elements."""
+        elements = np.flatnonzero(division.of_cell == number)
+        model, nodes = beam_part(self.chain, elements, origin)
+        groups = dict(model.groups)
+        for cut in _cuts_of(number, len(division.nodes)):
+            node = int(np.searchsorted(nodes, division.faces[cut - 1][0]))
+            groups[f"{CUT}{cut}"] = NodeGroup(np.array([node]), model.nodes[node])
+        return replace(model, groups=groups), nodes, elements
+
+
+class SolidWhole:
+    """A mesh of a slender solid."""
+
+    def __init__(self, mesh: Mesh, materials: Any, interfaces: Mapping[str, Any], line: object, keywords: Any) -> None:
+        if mesh.dimension < 2:
+            raise ModelError(f"{mesh.source} has lines only. Remedy: segmented(beam_model_from_mesh(...), ...)")
+        for name in ("preload", "lumped"):
+            if keywords.get(name):
+                raise ModelError(f"a body with {name}= cannot be cut. Remedy: leave it out; masses as rigid bodies")
+        mesh = mesh.with_order(keywords.get("order", 2))
+        surfaces = keywords.get("surfaces", ())
+        if isinstance(surfaces, Mapping):
+            mesh, surfaces = mesh.with_groups(surfaces), list(surfaces)
+        self.interfaces = {}
+        check_interfaces(mesh, interfaces)
+        for name, given in interfaces.items():
+            spec = as_interface(name, given)
+            if spec.at is not None:
+                group = f"{name} (by its place)"
+                mesh = mesh.with_groups({group: spec.at})
+                spec = replace(spec, at=None, groups=(group,))
+            elif not spec.group_names(name):
+                node = int(np.argmin(np.linalg.norm(mesh.nodes - np.array(spec.position), axis=1)))
+                mesh = replace(mesh, points={**mesh.points, f"{name} (node)": np.array([node])})
+                spec = replace(spec, position=None, groups=(f"{name} (node)",))
+            self.interfaces[name] = spec
+        self.mesh, self.materials = mesh, materials
+        self.keywords = {**keywords, "surfaces": tuple(surfaces)}
+        self.nodes = np.asarray(mesh.nodes)
+        self.line = found_line(self.nodes, mesh.cell_blocks) if line is None else given_line(line)
+        at, distance = stations(self.nodes, self.line)
+        self.ends, self.width = (float(at.min()), float(at.max())), width_across(distance)
+        check_line(self.line if line is not None or len(self.line) > 2 else self._whole_axis(), self.width)
+        middles = np.concatenate([self.nodes[block.nodes].mean(axis=1) for block in mesh.cell_blocks])
+        self.at = stations(middles, self.line)[0]
+
+    def _whole_axis(self) -> np.ndarray:
+        e = (self.line[1] - self.line[0]) / np.linalg.norm(self.line[1] - self.line[0])
+        return self.line[0] + np.outer(self.ends, e)
+
+    def group(self, name: str) -> np.ndarray:
+        """Return the nodes of a group."""
+        return group_nodes(self.mesh, name)
+
+    def divided(self, count: int) -> Division:
+        """Return the division by the stations of the cells' centres."""
+        low, high = self.ends
+        if (high - low) / count < self.width:
+            raise ModelError(
+                f"{count} segments of {(high - low) / count:.3g} m are shorter than the body is wide, {self.width:.3g} m, "
+                f"and their cut faces, which stay plane, would stiffen it. Remedy: at most "
+                f"{max(1, int((high - low) / self.width))} segments"
+            )
+        of_cell = np.clip((count * (self.at - low) / (high - low)).astype(int), 0, count - 1)
+        skins = [self._skin(of_cell == number) for number in range(count)]
+        nodes = tuple(
+            np.unique(np.concatenate([b.nodes.ravel() for b in self._cells(of_cell == number)] or [np.zeros(0, int)]))
+            for number in range(count)
+        )
+        faces, middles, facets = [], np.zeros((count - 1, 3)), []
+        for number in range(count - 1):
+            face = tuple(_shared(block, skins[number + 1]) for block in skins[number].values())
+            face = tuple(block for block in face if len(block.nodes))
+            if not face:
+                raise ModelError(
+                    f"there are no cells between the cuts of segment {number + 1} or {number + 2} of {count}. Remedy: "
+                    "fewer segments, or a finer mesh along the line"
+                )
+            facets.append(face)
+            faces.append(np.unique(np.concatenate([block.nodes.ravel() for block in face])))
+            middles[number] = self.nodes[faces[-1]].mean(axis=0)
+            for other in range(number + 2, count):
+                if np.intersect1d(nodes[number], nodes[other]).size:
+                    raise ModelError(
+                        f"segments {number + 1} and {other + 1} of {count} touch each other. Remedy: fewer segments, a "
+                        "finer mesh along the line, or the centre line as line="
+                    )
+        return Division(of_cell, nodes, tuple(faces), middles, tuple(facets))
+
+    def part(
+        self, division: Division, number: int, origin: np.ndarray
+    ) -> tuple[FiniteElementModel, np.ndarray, np.ndarray]:
+        """Return the model of a segment, and the numbers of its nodes and cells."""
+        mesh, wanted = self.mesh, division.of_cell == number
+        skins = self._skin(wanted)
+        cells, start = {}, 0
+        for name, blocks in mesh.cells.items():
+            kept = []
+            for block in blocks:
+                own = wanted[start : start + len(block.nodes)]
+                start += len(block.nodes)
+                kept.append(Cells(block.kind, block.nodes[own]))
+            if any(len(block.nodes) for block in kept):
+                cells[name] = tuple(block for block in kept if len(block.nodes))
+        facets = {name: tuple(_shared(b, skins) for b in blocks) for name, blocks in mesh.facets.items()}
+        for cut in _cuts_of(number, len(division.nodes)):
+            facets[f"{CUT}{cut}"] = division.facets[cut - 1]
+        inside = np.isin(np.arange(len(mesh.nodes)), division.nodes[number])
+        place = np.cumsum(inside) - 1
+
+        def own(groups: Mapping[str, tuple[Cells, ...]]) -> dict[str, tuple[Cells, ...]]:
+            found = {
+                name: tuple(Cells(b.kind, place[b.nodes]) for b in blocks if len(b.nodes))
+                for name, blocks in groups.items()
+            }
+            return {name: blocks for name, blocks in found.items() if blocks}
+
+        part = replace(
+            mesh,
+            nodes=self.nodes[inside] - origin,
+            cells=own(cells),
+            facets=own(facets),
+            lines=own({n: tuple(_inside(b, inside) for b in blocks) for n, blocks in mesh.lines.items()})
+            if mesh.dimension == 3
+            else own(facets),
+            points={name: place[ids[inside[ids]]] for name, ids in mesh.points.items() if inside[ids].any()},
+            source=f"segment {number + 1} of {mesh.source}",
+        )
+        materials = self.materials
+        if isinstance(materials, Mapping):
+            materials = {name: material for name, material in materials.items() if name in part.cells}
+        keywords = dict(self.keywords)
+        keywords["surfaces"] = [name for name in keywords["surfaces"] if name in part.facets]
+        if keywords.get("densities"):
+            keywords["densities"] = {n: value for n, value in keywords["densities"].items() if n in part.cells}
+        model = solid_model(part, materials, **keywords)
+        _, nodes = cKDTree(part.nodes).query(model.nodes)
+        return model, np.flatnonzero(inside)[nodes], np.flatnonzero(wanted)
+
+    def _cells(self, wanted: np.ndarray) -> list[Cells]:
+        ends = np.cumsum([0, *(len(block.nodes) for block in self.mesh.cell_blocks)])
+        return [
+            Cells(block.kind, block.nodes[wanted[a:b]])
+            for block, a, b in zip(self.mesh.cell_blocks, ends, ends[1:], strict=False)
+            if wanted[a:b].any()
+        ]
+
+    def _skin(self, wanted: np.ndarray) -> dict[str, Cells]:
+        return {block.kind: block for block in skin(self._cells(wanted))}
+
+
+def _cuts_of(number: int, count: int) -> list[int]:
+    """Return the numbers of the cuts of a segment, from 1: cut i is between segments i - 1 and i."""
+    return [cut for cut in (number, number + 1) if 0 < cut < count]
+
+
+def _shared(block: Cells, others: Mapping[str, Cells]) -> Cells:
+    """Return the facets of a block that are also among others, by their corners."""
+    other = others.get(block.kind)
+    corners = shape(block.kind).corners
+    known = set() if other is None else set(map(tuple, np.sort(other.nodes[:, :corners], axis=1).tolist()))
+    is_shared = [key in known for key in map(tuple, np.sort(block.nodes[:, :corners], axis=1).tolist())]
+    return Cells(block.kind, block.nodes[np.array(is_shared, dtype=bool)])
+
+
+def _inside(block: Cells, inside: np.ndarray) -> Cells:
+    return Cells(block.kind, block.nodes[inside[block.nodes].all(axis=1)])

@@ -1,0 +1,112 @@
+"""The method of `System` that adds segmented bodies, and what it returns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kanefe.arguments import checked
+from kanefe.errors import ModelError
+from kanefe.frames import Orientation
+from kanefe.joints import Fixed, Joint
+from kanefe.scene.bodies import BodyMethods
+from kanefe.scene.scene import FlexibleMember, Frame
+
+if TYPE_CHECKING:
+    from kanefe.bodies.segmented import SegmentedBody
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SegmentedMember(Frame):
+    """A segmented body of a system.
+
+    Attributes
+    ----------
+    body : SegmentedBody
+    members : tuple of FlexibleMember
+        Its segments, along the centre line.
+    """
+
+    body: SegmentedBody = field(kw_only=True)
+    members: tuple[FlexibleMember, ...] = field(kw_only=True)
+
+    def interface(self, name: str) -> Frame:
+        """Return the frame of an interface of the whole, to carry a body, a load or the end of a spring."""
+        return self.members[self.body.segment_of(name)].interface(name)
+
+    def node(self, number: int) -> Frame:
+        """Return a frame that moves with a node of the whole, to carry a load or the end of a spring."""
+        segment, local = self.body.place_of_node(number)
+        return self.members[segment].node(local)
+
+
+class SegmentMethods(BodyMethods):
+    """The part of `System` that adds segmented bodies."""
+
+    @checked()
+    def add_segmented_body(
+        self,
+        name: str,
+        body: SegmentedBody,
+        *,
+        parent: Frame | None = None,
+        joint: Joint | None = None,
+        at: Sequence[float] = (0.0, 0.0, 0.0),
+        orientation: Orientation = (1.0, 0.0, 0.0, 0.0),
+        gravity: bool = True,
+    ) -> SegmentedMember:
+        """Add a body that is cut into segments, rigidly joined at the cuts, and return it.
+
+        Its segments are the flexible bodies "NAME 1", "NAME 2", ... along the centre line. Results have positions,
+        deflections, modal coordinates and stresses of the whole by its own name.
+
+        Parameters
+        ----------
+        name : str
+            Unique in the scene.
+        body : SegmentedBody
+            From `kanefe_fem.segmented`.
+        parent, joint, at, orientation, gravity
+            As for a flexible body; G of the whole is that of the segment with the fixed interface.
+
+        Raises
+        ------
+        ModelError
+            If an argument is not valid; the message names it.
+
+        Examples
+        --------
+        ``blade = scene.add_segmented_body("blade", kanefe_fem.segmented(beam, {"root": "clamped"}, segments=12))``
+        """
+        from kanefe.bodies.segmented import CUT, SegmentedBody
+
+        if not isinstance(body, SegmentedBody):
+            raise ModelError(
+                f"segmented body {name!r} must be a SegmentedBody, not {type(body).__name__}. "
+                "Remedy: kanefe_fem.segmented(...); a flexible body is added by add_flexible_body"
+            )
+        count, base = len(body.segments), body.base
+        names = [f"{name} {number + 1}" for number in range(count)]
+        taken = {entry.name for entry in self._entries} & {name, *names}
+        if taken:
+            raise ModelError(f"the scene already has a body called {min(taken)!r}. Remedy: another name than {name!r}")
+        members: dict[int, FlexibleMember] = {}
+        for number in sorted(range(count), key=lambda i: abs(i - base)):
+            segment = body.segments[number].body
+            if number == base:
+                place = {"parent": parent, "joint": joint, "at": at, "orientation": orientation}
+                members[number] = self.add_flexible_body(names[number], segment, gravity=gravity, **place)  # type: ignore[arg-type]
+                continue
+            inner = number - 1 if number > base else number + 1
+            face = members[inner].interface(f"{CUT}{max(number, inner)}")
+            members[number] = self.add_flexible_body(
+                names[number], segment, parent=face, joint=Fixed(), at=np.zeros(3), gravity=gravity
+            )
+        self._segmented[name] = body
+        first = members[base]
+        return SegmentedMember(
+            self, first.number, name, body=body, members=tuple(members[number] for number in range(count))
+        )
