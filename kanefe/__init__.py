@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from kanefe import fatigue as fatigue
     from kanefe import studies as studies
     from kanefe.bodies.flexible import FlexibleBody as FlexibleBody
+    from kanefe.bodies.segmented import SegmentedBody as SegmentedBody
     from kanefe.contact import *  # noqa: F403
     from kanefe.contact import shapes as shapes
     from kanefe.environment import *  # noqa: F403

@@ -31,6 +31,7 @@ from kanefe.results.quantities import (
 )
 from kanefe.results.recorded import Recorded
 from kanefe.results.surface_outline import SurfaceOutline
+from kanefe.results.wholes import whole_motion, whole_shape, wholes_of
 
 
 class EventTimes(dict[str, np.ndarray]):
@@ -60,6 +61,19 @@ class QuantityReader:
     @cached_property
     def _shapes(self) -> dict[str, BodyShape]:
         return {shape.name: shape for shape in self._channels.bodies}
+
+    @cached_property
+    def _wholes(self) -> dict[str, tuple[str, ...]]:
+        return wholes_of(self._shapes)
+
+    @cached_property
+    def _whole_shapes(self) -> dict[str, BodyShape]:
+        return {name: whole_shape(name, [self._shapes[n] for n in parts]) for name, parts in self._wholes.items()}
+
+    @property
+    def segmented(self) -> dict[str, tuple[str, ...]]:
+        """Names of the segments of each segmented body, by its name, which other methods take too."""
+        return dict(self._wholes)
 
     @property
     def run(self) -> RunChannels | None:
@@ -143,6 +157,8 @@ class QuantityReader:
     @checked
     def body(self, name: str) -> BodyShape:
         """Return mass, mesh and modes of a body; raise a ModelError that lists the names if there is none."""
+        if name in self._wholes:
+            return self._whole_shapes[name]
         if name not in self._shapes:
             raise ModelError(f"the run has no body called {name!r}. It has: {', '.join(self.bodies)}")
         return self._shapes[name]
@@ -230,6 +246,9 @@ class QuantityReader:
             self._interface(shape, quantity, interface)
         if of is not None and interface is not None:
             shape.neighbours[interface].parts(of, f"{interface!r} of {name!r}")
+        if name in self._wholes:
+            return whole_motion(quantity, [self._shapes[n] for n in self._wholes[name]], interface, of, self.read)
+        if of is not None and interface is not None:
             return self._channels.read(quantity, name, interface, of)
         return self._channels.read(quantity, name, interface or "")
 

@@ -9,10 +9,12 @@ import numpy as np
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import rotation_matrices, rotation_matrix
+from kanefe.results.body_shape import BodyShape
 from kanefe.results.force_reader import ForceReader
 from kanefe.results.load_forces import turned_into
 from kanefe.results.quantities import ENERGIES, MOMENTA, Energy, Momentum
 from kanefe.results.selection import Frames, frame_index, node_numbers
+from kanefe.results.wholes import numbers_of_parts
 
 LARGEST_TABLE = 2**31
 """Size of nodal values above which a call requires a choice of output times, bytes."""
@@ -110,7 +112,7 @@ class Reader(ForceReader):
     def nodal_displacements(
         self, name: str, frames: Frames | None = None, nodes: Sequence[int] | np.ndarray | None = None
     ) -> np.ndarray:
-        """Return the displacements of the mesh's nodes in G, shape (T, n, 3), in m.
+        """Return the displacements of the mesh's nodes in G, shape (T, n, 3), in m; of a segmented body in G of the whole.
 
         Parameters
         ----------
@@ -131,6 +133,11 @@ class Reader(ForceReader):
         Every tenth output time: ``result.nodal_displacements("arm", frames=slice(None, None, 10))``.
         """
         shape, chosen = self._flexible(name), frame_index(frames, len(self.times))
+        if name in self._wholes:
+            rows = self._nodes_of_whole(shape, nodes)
+            local = self.nodal_positions(name, frames, rows) - self.position(name)[chosen][..., None, :]
+            A_NG = rotation_matrices(np.atleast_2d(self.rotation(name)[chosen]))
+            return np.asarray(local @ (A_NG if local.ndim == 3 else A_NG[0])) - shape.nodes[rows]
         eta = self.modal_coordinates(name)[chosen]
         rows = node_numbers(shape, nodes)
         size = 24 * len(np.atleast_2d(eta)) * len(rows)
@@ -147,12 +154,20 @@ class Reader(ForceReader):
     ) -> np.ndarray:
         """Return the positions of the mesh's nodes in N, shape (T, n, 3), in m. Arguments: `nodal_displacements`."""
         chosen, shape = frame_index(frames, len(self.times)), self._flexible(name)
+        if name in self._wholes:
+            rows = self._nodes_of_whole(shape, nodes)
+            found = [self.nodal_positions(part, frames) for part in self._wholes[name]]
+            return np.concatenate(found, axis=-2)[..., np.argsort(numbers_of_parts(self._shapes, self._wholes[name]))[rows], :]
         local = self.nodal_displacements(name, frames, nodes) + shape.nodes[node_numbers(shape, nodes)]
         origin, e = self.position(name)[chosen], self.rotation(name)[chosen]
         if e.ndim == 1:
             return np.asarray(local @ rotation_matrix(e).T + origin)
         A_NG = rotation_matrices(e)
         return np.asarray(local @ A_NG.transpose(0, 2, 1) + origin[:, None])
+
+    def _nodes_of_whole(self, shape: BodyShape, nodes: Sequence[int] | np.ndarray | None) -> np.ndarray:
+        """Return numbers of nodes of a segmented body; by default of all, without the second nodes of cuts."""
+        return np.arange(shape.provenance["whole_nodes"]) if nodes is None else node_numbers(shape, nodes)
 
     @property
     def energy(self) -> Energy:

@@ -78,7 +78,7 @@ def write_series(
     fields = fields or {}
     target = ready_path(target.with_suffix(".pvd"))
     folder = target.with_name(f"{target.stem}_frames")
-    shapes = [result.body(name) for name in result.bodies]
+    shapes = [result.body(name) for name in _drawn(result, fields)]
     grids = [_mesh_grid(shape, part) if shape.is_flexible else None for part, shape in enumerate(shapes)]
     boxes = _boxes(result, [shape for shape in shapes if not shape.is_flexible and shape.mass > 0.0])
     cubes = _grid([("hexahedron", np.arange(8 * len(boxes)).reshape(-1, 8))], [number for number, _, _ in boxes])
@@ -111,6 +111,13 @@ def write_series(
             f"cannot write {target}: {error.strerror or error}. Remedy: free some space or choose another folder"
         ) from error
     return target
+
+
+def _drawn(result: Reader, fields: Mapping[str, FieldData]) -> list[str]:
+    """Return the names of the bodies that are written: a segmented one as a whole, unless segments have fields."""
+    wholes = {whole: parts for whole, parts in result.segmented.items() if not any(name in fields for name in parts)}
+    of = {name: whole for whole, parts in wholes.items() for name in parts}
+    return list(dict.fromkeys(of.get(name, name) for name in result.bodies))
 
 
 def _boxes(result: Reader, shapes: list[BodyShape]) -> list[tuple[int, BodyShape, np.ndarray]]:
@@ -173,7 +180,7 @@ def _write_mesh(
     data: FieldData | None = None,
 ) -> Path:
     A_NG = rotation_matrix(result.rotation(shape.name)[frame])
-    displacement = result.nodal_displacements(shape.name, frames=frame) @ A_NG.T
+    displacement = result.nodal_displacements(shape.name, frame, np.arange(len(shape.nodes))) @ A_NG.T
     points = shape.nodes @ A_NG.T + result.position(shape.name)[frame] + scale * displacement
     at_nodes, at_cells = data(frame) if data is not None else ({}, {})
     return _write_grid(path, points, grid, {"displacement [m]": displacement, **at_nodes}, at_cells)

@@ -130,6 +130,19 @@ class Recovery:
         """Times of the fields, shape (T,), s."""
         return self.result.times[self.frames]
 
+    def segments(self) -> list[Recovery]:
+        """Return the fields of each segment of a segmented body.
+
+        Its own fields are those of the whole. Stresses are in the frames of the segments, whose undeformed axes are
+        those of the whole; nodes of cuts have them from the side of the base, and after all nodes from the other side.
+        """
+        names = self.result.segmented.get(self.name, (self.name,))
+        made = []
+        for name in names:
+            eta = self.result.modal_coordinates(name)[self.frames]
+            made.append(Recovery(self.result, name, self.frames, eta, self.material))
+        return made
+
     @property
     def is_of_beams(self) -> bool:
         """Whether the body is made of beams, which have section forces instead of a stress field."""
@@ -301,6 +314,11 @@ class Recovery:
         """
         from kanefe_fem.recovery.section_forces import section_forces
 
+        if inertia and self.name in self.result.segmented:
+            raise ModelError(
+                f"{self.name!r} is cut into segments, whose static modes give section forces without inertia=True. "
+                "Remedy: leave it out, or recover(result, name) of a segment"
+            )
         return section_forces(self.result, self.name, self.frames, self.eta, stations, inertia)
 
     def expression(
@@ -326,6 +344,8 @@ class Recovery:
         """
         from kanefe_fem.recovery.expressions import evaluate_expression
 
+        if self.name in self.result.segmented:
+            raise ModelError(f"{self.name!r} is cut into segments. Remedy: an expression of each of segments()")
         return evaluate_expression(self.name, self.result.body(self.name), self.displacement(), function, at)
 
     def to_vtk(self, path: str | Path, *, quantities: Sequence[str] = ("von_mises",), scale: float = 1.0) -> Path:
@@ -403,7 +423,7 @@ class Recovery:
             values, points = self.envelope(quantity).values, fields.nodes
         else:
             values = SCALARS[quantity](fields.evaluate("stress", "nodes", self.eta[frame][None], self.material)[0])
-            moved = self.result.nodal_displacements(self.name, int(self.frames[frame]))
+            moved = self.result.nodal_displacements(self.name, int(self.frames[frame]), np.arange(len(fields.nodes)))
             size, largest = float(np.ptp(fields.nodes, axis=0).max()), float(abs(moved).max())
             factor = scale if scale is not None else (0.05 * size / largest if largest > 0.0 else 1.0)
             points = fields.nodes + factor * moved

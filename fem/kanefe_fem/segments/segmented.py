@@ -167,6 +167,10 @@ def _chain(whole: Whole, count: int, options: Mapping[str, Any]) -> SegmentedBod
         made = _segment(model, own, options)
         place = {"number": number, "count": count, "base": base, "origin": origin.tolist()}
         place |= {"nodes": nodes.tolist(), "cells": cells.tolist()}
+        place["interfaces"] = {
+            frame.name: {"position": (frame.position + origin).tolist(), "axes": frame.axes.tolist()}
+            for frame in made.interfaces
+        }
         made = replace(made, provenance={**made.provenance, "segment": place})
         segments.append(Segment(made, origin, nodes, cells))
     return SegmentedBody(tuple(segments), base, whole.nodes, whole.line)

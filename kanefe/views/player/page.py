@@ -126,7 +126,8 @@ def _checked_stresses(result: Reader, stress: StressField | Sequence[StressField
         result.body(field.name)
         if field.result is not result:
             raise ModelError(f"the stress of {field.name!r} is of another run. Remedy: recover(...) of this run")
-    return {field.name: field for field in given}
+    parts = [part for field in given for part in (field.segments() if field.name in result.segmented else [field])]
+    return {field.name: field for field in parts}
 
 
 def _stress_name(data: SceneData) -> str:
