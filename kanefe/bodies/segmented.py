@@ -125,15 +125,14 @@ class SegmentedBody:
         ModelError
             If there is none of that name, or it is a cut.
         """
-        if interface.startswith(CUT) and interface not in self._owners:
+        known = ", ".join(self.interfaces) or "none"
+        if interface.startswith(CUT):
             raise ModelError(
-                f"{interface!r} is a face inside the body, where segments are joined. Remedy: an interface of the whole "
-                f"({', '.join(self._owners) or 'none'}), or node(number)"
+                f"{interface!r} is a face inside the body, where segments are joined. Remedy: one of the whole "
+                f"({known}), or node(number)"
             )
         if interface not in self._owners:
-            raise ModelError(
-                f"this segmented body has no interface called {interface!r}. It has: {', '.join(self._owners) or 'none'}"
-            )
+            raise ModelError(f"this segmented body has no interface called {interface!r}. It has: {known}")
         return self._owners[interface]
 
     @checked

@@ -112,12 +112,12 @@ class Reader(ForceReader):
     def nodal_displacements(
         self, name: str, frames: Frames | None = None, nodes: Sequence[int] | np.ndarray | None = None
     ) -> np.ndarray:
-        """Return the displacements of the mesh's nodes in G, shape (T, n, 3), in m; of a segmented body in G of the whole.
+        """Return the displacements of the mesh's nodes in G, shape (T, n, 3), in m.
 
         Parameters
         ----------
         name : str
-            A flexible body.
+            A flexible body. Of a segmented one, G is that of the whole.
         frames : int, slice or sequence of int, optional
             Output times by number; with a single number the first axis is left out. Default: all.
         nodes : sequence of int, optional
@@ -157,7 +157,8 @@ class Reader(ForceReader):
         if name in self._wholes:
             rows = self._nodes_of_whole(shape, nodes)
             found = [self.nodal_positions(part, frames) for part in self._wholes[name]]
-            return np.concatenate(found, axis=-2)[..., np.argsort(numbers_of_parts(self._shapes, self._wholes[name]))[rows], :]
+            order = np.argsort(numbers_of_parts(self._shapes, self._wholes[name]))
+            return np.concatenate(found, axis=-2)[..., order[rows], :]
         local = self.nodal_displacements(name, frames, nodes) + shape.nodes[node_numbers(shape, nodes)]
         origin, e = self.position(name)[chosen], self.rotation(name)[chosen]
         if e.ndim == 1:

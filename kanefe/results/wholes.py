@@ -161,4 +161,7 @@ def _deflection(owner: BodyShape, interface: str, base: str, read: Callable[...,
     moved = np.einsum("tba,tb->ta", A_NG, read("position", owner.name, interface) - read("position", base))
     place: Any = owner.provenance["segment"]["interfaces"][interface]
     turned = A_Gn @ np.array(place["axes"]).T
-    return np.concatenate([moved - np.array(place["position"]), [rotation_vector(euler_parameters_from_matrix(A)) for A in turned]], axis=1)
+    return np.concatenate(
+        [moved - np.array(place["position"]), [rotation_vector(euler_parameters_from_matrix(A)) for A in turned]],
+        axis=1,
+    )

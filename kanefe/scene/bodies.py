@@ -234,7 +234,8 @@ class BodyMethods(Scene):
         if not isinstance(body, FlexibleBody):
             raise ModelError(
                 f"flexible body {name!r} must be a FlexibleBody, not {type(body).__name__}. "
-                "Remedy: make one with kanefe_fem.solid_body, beam_body, or kanefe.flexible_body"
+                "Remedy: make one with kanefe_fem.solid_body, beam_body, or kanefe.flexible_body; "
+                "add_segmented_body takes one that is cut"
             )
         joint = Fixed() if joint is None else joint
         if body.is_floating and not joint.holds_floating:
@@ -269,7 +270,7 @@ class BodyMethods(Scene):
         self._check_open(f"body {name!r}")
         if not isinstance(name, str) or not name or "/" in name:
             raise ModelError(f"the name of a body must be a text without '/', not {name!r}")
-        if any(entry.name == name for entry in self._entries):
+        if name in self._segmented or any(entry.name == name for entry in self._entries):
             raise ModelError(f"the scene already has a body called {name!r}. Remedy: another name")
         joint = driven(check_joint(joint, f"joint of body {name!r}"))
         if parent is not None:

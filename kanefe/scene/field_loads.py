@@ -12,6 +12,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.loads.functions import Constant, callback
 from kanefe.scene.scene import BodyEntry, FlexibleMember, Frame, Scene, three
+from kanefe.scene.segments import SegmentedMember
 
 if TYPE_CHECKING:
     from kanefe.fe_model.load_pattern import LoadPattern
@@ -24,7 +25,7 @@ class FieldLoadMethods(Scene):
 
     @checked("surface", "follows")
     def add_traction(
-        self, member: FlexibleMember, surface: str, traction: VectorLoad, *, follows: bool = False
+        self, member: FlexibleMember | SegmentedMember, surface: str, traction: VectorLoad, *, follows: bool = False
     ) -> None:
         """Apply a uniform traction to a surface of a flexible body.
 
@@ -32,13 +33,13 @@ class FieldLoadMethods(Scene):
 
         Parameters
         ----------
-        member : FlexibleMember
+        member : FlexibleMember or SegmentedMember
         surface : str
             A surface of the body: ``solid_body(..., surfaces=["top"])``.
         traction : (3,) or callable t, or (t, state), -> (3,)
             Pa.
         follows : bool
-            True: components of the body's mesh frame G; False: of N.
+            True: components of the body's mesh frame G (of each segment); False: of N.
 
         Raises
         ------
@@ -52,6 +53,10 @@ class FieldLoadMethods(Scene):
         from kanefe.loads.field_load import FieldLoad
 
         label = f"the traction on {surface!r} of {_name(member)}"
+        if isinstance(member, SegmentedMember):
+            for part in member.carrying(surface, label):
+                self.add_traction(part, surface, traction, follows=follows)
+            return
         entry, pattern = self._loaded(member, surface, label)
         if pattern.kind == "line":
             raise ModelError(f"{label}: that is a line. Remedy: add_line_load, in N/m")
@@ -59,18 +64,20 @@ class FieldLoadMethods(Scene):
         entry.field_loads.append(FieldLoad(label, function, pattern, False, follows, takes))
 
     @checked("line", "follows")
-    def add_line_load(self, member: FlexibleMember, line: str, load: VectorLoad, *, follows: bool = False) -> None:
+    def add_line_load(
+        self, member: FlexibleMember | SegmentedMember, line: str, load: VectorLoad, *, follows: bool = False
+    ) -> None:
         """Apply a uniform load per length to a line of beams.
 
         Parameters
         ----------
-        member : FlexibleMember
+        member : FlexibleMember or SegmentedMember
         line : str
             A line of the beam model: "span" is all of it (see `kanefe_fem.beam_model`).
         load : (3,) or callable t, or (t, state), -> (3,)
             N/m of the undeformed axis.
         follows : bool
-            True: components of the body's mesh frame G; False: of N.
+            True: components of the body's mesh frame G (of each segment); False: of N.
 
         Raises
         ------
@@ -84,6 +91,10 @@ class FieldLoadMethods(Scene):
         from kanefe.loads.field_load import FieldLoad
 
         label = f"the line load on {line!r} of {_name(member)}"
+        if isinstance(member, SegmentedMember):
+            for part in member.carrying(line, label):
+                self.add_line_load(part, line, load, follows=follows)
+            return
         entry, pattern = self._loaded(member, line, label)
         if pattern.kind != "line":
             raise ModelError(f"{label}: that is a surface. Remedy: add_traction, in Pa")
@@ -91,7 +102,9 @@ class FieldLoadMethods(Scene):
         entry.field_loads.append(FieldLoad(label, function, pattern, False, follows, takes))
 
     @checked("surface")
-    def add_pressure(self, member: FlexibleMember, surface: str, pressure: Callable[..., Any] | float) -> None:
+    def add_pressure(
+        self, member: FlexibleMember | SegmentedMember, surface: str, pressure: Callable[..., Any] | float
+    ) -> None:
         """Apply a uniform pressure to the outer side of a surface of a flexible body.
 
         It follows G and acts on the undeformed surface: the rotation of normals and the displacement of points by the
@@ -99,7 +112,7 @@ class FieldLoadMethods(Scene):
 
         Parameters
         ----------
-        member : FlexibleMember
+        member : FlexibleMember or SegmentedMember
         surface : str
             A surface of the body: ``solid_body(..., surfaces=["top"])``.
         pressure : float or callable t, or (t, state), -> float
@@ -117,6 +130,10 @@ class FieldLoadMethods(Scene):
         from kanefe.loads.field_load import FieldLoad
 
         label = f"the pressure on {surface!r} of {_name(member)}"
+        if isinstance(member, SegmentedMember):
+            for part in member.carrying(surface, label):
+                self.add_pressure(part, surface, pressure)
+            return
         entry, pattern = self._loaded(member, surface, label)
         if not pattern.has_pressure:
             raise ModelError(f"{label}: a {pattern.kind} without an outside has no pressure. Remedy: a load by vector")

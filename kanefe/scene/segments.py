@@ -6,8 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Orientation
@@ -41,6 +39,17 @@ class SegmentedMember(Frame):
         """Return a frame that moves with a node of the whole, to carry a load or the end of a spring."""
         segment, local = self.body.place_of_node(number)
         return self.members[segment].node(local)
+
+    def carrying(self, name: str, label: str) -> tuple[FlexibleMember, ...]:
+        """Return the segments that have a surface or line for loads; a ModelError names the load by its label."""
+        found = tuple(m for m in self.members if any(pattern.name == name for pattern in m.body.load_patterns))
+        if not found:
+            known = sorted({pattern.name for m in self.members for pattern in m.body.load_patterns})
+            raise ModelError(
+                f"{label}: no segment has a surface or line for loads called {name!r}. They have: "
+                f"{', '.join(known) or 'none'}. Cut faces are inside the body and carry no loads"
+            )
+        return found
 
 
 class SegmentMethods(BodyMethods):
@@ -103,10 +112,26 @@ class SegmentMethods(BodyMethods):
             inner = number - 1 if number > base else number + 1
             face = members[inner].interface(f"{CUT}{max(number, inner)}")
             members[number] = self.add_flexible_body(
-                names[number], segment, parent=face, joint=Fixed(), at=np.zeros(3), gravity=gravity
+                names[number], segment, parent=face, joint=Fixed(), gravity=gravity
             )
         self._segmented[name] = body
-        first = members[base]
-        return SegmentedMember(
-            self, first.number, name, body=body, members=tuple(members[number] for number in range(count))
-        )
+        return self.segmented_body(name)
+
+    @checked
+    def segmented_body(self, name: str) -> SegmentedMember:
+        """Return a segmented body of the scene by its name, as returned when it was added.
+
+        Raises
+        ------
+        ModelError
+            If there is none of that name; the message lists those there are.
+        """
+        if name not in self._segmented:
+            known = ", ".join(self._segmented) or "none"
+            raise ModelError(f"the scene has no segmented body called {name!r}. It has: {known}")
+        body = self._segmented[name]
+        numbers = {entry.name: number for number, entry in enumerate(self._entries)}
+        members = []
+        for i, segment in enumerate(body.segments, 1):
+            members.append(FlexibleMember(self, numbers[f"{name} {i}"], f"{name} {i}", body=segment.body))
+        return SegmentedMember(self, members[body.base].number, name, body=body, members=tuple(members))

@@ -66,7 +66,8 @@ def _measured(
 ) -> Measure:
     """Return positions over the length, rotations and frequencies; nothing if there is no balance with so few."""
     length = arc_lengths(chain.line)[-1]
-    names = [name for name in chain.interfaces if not chain.segments[chain.segment_of(name)].body.interface(name).fixed_components]
+    faces = {name: chain.segments[chain.segment_of(name)].body.interface(name) for name in chain.interfaces}
+    names = [name for name, face in faces.items() if not face.fixed_components]
     if not names:
         raise ModelError("accuracy= compares interfaces that move, and there is none. Remedy: {'tip': 'rigid'}")
     if along is not None:

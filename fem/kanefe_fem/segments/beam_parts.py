@@ -56,19 +56,20 @@ def beam_chain(model: FiniteElementModel) -> BeamChain:
     ends = np.bincount(table.ravel(), minlength=len(model.nodes))
     if (ends > 2).any():
         raise ModelError(
-            f"the beams branch at node {int(np.argmax(ends > 2))}, so that they have no centre line. Remedy: a body for "
+            f"the beams branch at node {int(np.argmax(ends > 2))}, so that there is no centre line. Remedy: a body for "
             "each branch, joined by loop joints or as parent and child"
         )
     if not (ends == 1).any():
         raise ModelError("the beams form a ring. Remedy: leave one node open and close it by add_loop_joint")
-    nodes, elements = [int(np.argmax(ends == 1))], []
+    elements: list[int] = []
+    nodes = [int(np.argmax(ends == 1))]
     while len(elements) < len(table):
         around = np.flatnonzero((table == nodes[-1]).any(axis=1))
         following = int(next(e for e in around if not elements or e != elements[-1]))
         elements.append(following)
         nodes.append(int(table[following].sum() - nodes[-1]))
-    own = stress.properties
-    radius = np.sqrt(np.maximum(own.EI_z, 0.0 if "rz" in model.components and "z" not in model.components else own.EI_y) / own.EA)
+    own, is_planar = stress.properties, "z" not in model.components
+    radius = np.sqrt((own.EI_z if is_planar else np.maximum(own.EI_z, own.EI_y)) / own.EA)
     return BeamChain(model, np.array(nodes), np.array(elements), float(4.0 * radius.max()))
 
 

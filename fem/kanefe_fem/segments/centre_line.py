@@ -69,19 +69,35 @@ def check_line(line: np.ndarray, width: float) -> None:
 
 
 def stations(points: np.ndarray, line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the arc length (m) on a line nearest to each point (n, 3), its ends prolonged, and the distances."""
-    s, start, along = arc_lengths(line), line[:-1], np.diff(line, axis=0)
-    length = np.linalg.norm(along, axis=1)
-    best, at = np.full(len(points), np.inf), np.zeros(len(points))
-    for piece in range(len(along)):
-        e = along[piece] / length[piece]
-        low = -np.inf if piece == 0 else 0.0
-        high = np.inf if piece == len(along) - 1 else length[piece]
-        x = np.clip((points - start[piece]) @ e, low, high)
-        distance = np.linalg.norm(points - start[piece] - x[:, None] * e, axis=1)
-        nearer = distance < best
-        best[nearer], at[nearer] = distance[nearer], s[piece] + x[nearer]
-    return at, best
+    """Return the arc length (m) of the section of a line in which each point (n, 3) lies, and its distance there.
+
+    Sections are planes across the line, whose normals turn steadily from point to point; the ends are prolonged.
+    """
+    s, tangents = arc_lengths(line), _tangents(line)
+    ahead = np.einsum("npa,pa->np", points[:, None] - line, tangents)
+    share = ahead[:, :-1] / np.where(ahead[:, :-1] == ahead[:, 1:], 1.0, ahead[:, :-1] - ahead[:, 1:])
+    is_between = (ahead[:, :-1] >= 0.0) & (ahead[:, 1:] <= 0.0)
+    at = np.column_stack([s[:-1] + share * np.diff(s), ahead[:, 0], s[-1] + ahead[:, -1]])
+    foot = line[:-1] + share[..., None] * np.diff(line, axis=0)
+    ends = np.stack([line[i] + ahead[:, i, None] * tangents[i] for i in (0, -1)], axis=1)
+    distance = np.linalg.norm(points[:, None] - np.concatenate([foot, ends], axis=1), axis=2)
+    distance[:, :-2][~is_between] = np.inf
+    distance[ahead[:, 0] > 0.0, -2] = np.inf
+    distance[ahead[:, -1] < 0.0, -1] = np.inf
+    nearest = distance.argmin(axis=1)[:, None]
+    return np.take_along_axis(at, nearest, 1)[:, 0], np.take_along_axis(distance, nearest, 1)[:, 0]
+
+
+def _tangents(line: np.ndarray) -> np.ndarray:
+    """Return unit tangents at the points of a line, at its ends extrapolated."""
+    chords = np.diff(line, axis=0)
+    chords /= np.linalg.norm(chords, axis=1)[:, None]
+    inner = chords[:-1] + chords[1:]
+    if len(inner):
+        chords = np.vstack([3.0 * chords[0] - chords[1], inner, 3.0 * chords[-1] - chords[-2]])
+    else:
+        chords = np.repeat(chords, 2, axis=0)
+    return np.asarray(chords / np.linalg.norm(chords, axis=1)[:, None])
 
 
 def width_across(distances: np.ndarray) -> float:
@@ -101,13 +117,11 @@ def found_line(nodes: np.ndarray, cells: Sequence[Cells]) -> np.ndarray:
     axis = np.array([middle - e, middle + e])
     at, distance = stations(nodes, axis)
     width = width_across(distance)
-    axis = middle + np.outer((at.min() - 1.0, at.max() - 1.0), e)
-    if np.ptp(at) < SLENDER * width:
-        return _bent(nodes, cells)
-    bins = max(3, int(np.ptp(at) / width))
-    middles = _middles(nodes, at, bins)
+    middles = _middles(nodes, at, int(np.clip(np.ptp(at) / max(width, 1e-300), 3, 400)))
     off = np.linalg.norm(middles - middle - np.outer((middles - middle) @ e, e), axis=1)
-    return axis if off.max() < STRAIGHT * width else _bent(nodes, cells)
+    if off.max() < STRAIGHT * width:
+        return middle + np.outer((at.min() - 1.0, at.max() - 1.0), e)
+    return _bent(nodes, cells)
 
 
 def _bent(nodes: np.ndarray, cells: Sequence[Cells]) -> np.ndarray:
@@ -116,17 +130,16 @@ def _bent(nodes: np.ndarray, cells: Sequence[Cells]) -> np.ndarray:
     ahead = dijkstra(graph, indices=first)
     behind = dijkstra(graph, indices=int(ahead.argmax()))
     at = 0.5 * (ahead - behind)
-    width = 2.0 * float(np.sqrt(len(nodes) and _spread(nodes, at)))
-    bins = int(np.clip(np.ptp(at) / max(width, 1e-300), 3, 400))
+    width = 2.0 * float(np.sqrt(_spread(nodes, at)))
+    bins = int(np.clip(2.0 * np.ptp(at) / max(width, 1e-300), 3, 400))
     line = _middles(nodes, at, bins)
     for _ in range(3):
         at, _ = stations(nodes, line)
         line = _middles(nodes, at, bins)
     at, _ = stations(nodes, line)
-    s = arc_lengths(line)
-    line[0] += (line[0] - line[1]) / (s[1] - s[0]) * max(0.0, -at.min())
-    line[-1] += (line[-1] - line[-2]) / (s[-1] - s[-2]) * max(0.0, at.max() - s[-1])
-    return line
+    tangents, beyond = _tangents(line), (min(0.0, float(at.min())), max(0.0, float(at.max()) - arc_lengths(line)[-1]))
+    ends = [line[i] + tangents[i] * step for i, step in zip((0, -1), beyond, strict=True)]
+    return np.vstack([ends[0], line, ends[1]])
 
 
 def _spread(nodes: np.ndarray, at: np.ndarray) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, Protocol
 
 import numpy as np
@@ -117,7 +118,7 @@ class BeamWhole:
         order = self.chain.nodes
         return Division(
             of_cell,
-            tuple(order[a : b + 1] for a, b in zip(ends, ends[1:], strict=False)),
+            tuple(order[a : b + 1] for a, b in pairwise(ends)),
             tuple(order[[i]] for i in ends[1:-1]),
             self.nodes[order[ends[1:-1]]],
         )
@@ -165,15 +166,16 @@ class SolidWhole:
         self.keywords = {**keywords, "surfaces": tuple(surfaces)}
         self.nodes = np.asarray(mesh.nodes)
         self.line = found_line(self.nodes, mesh.cell_blocks) if line is None else given_line(line)
+        fixed = [n for n, spec in self.interfaces.items() if len(spec.fixed)]
+        if line is None and fixed:  # from the end that is fixed
+            held = self.nodes[self.group(self.interfaces[fixed[0]].group_names(fixed[0])[0])].mean(axis=0)
+            if np.linalg.norm(self.line[-1] - held) < np.linalg.norm(self.line[0] - held):
+                self.line = self.line[::-1].copy()
         at, distance = stations(self.nodes, self.line)
         self.ends, self.width = (float(at.min()), float(at.max())), width_across(distance)
-        check_line(self.line if line is not None or len(self.line) > 2 else self._whole_axis(), self.width)
+        check_line(self.line, self.width)
         middles = np.concatenate([self.nodes[block.nodes].mean(axis=1) for block in mesh.cell_blocks])
         self.at = stations(middles, self.line)[0]
-
-    def _whole_axis(self) -> np.ndarray:
-        e = (self.line[1] - self.line[0]) / np.linalg.norm(self.line[1] - self.line[0])
-        return self.line[0] + np.outer(self.ends, e)
 
     def group(self, name: str) -> np.ndarray:
         """Return the nodes of a group."""
@@ -184,8 +186,8 @@ class SolidWhole:
         low, high = self.ends
         if (high - low) / count < self.width:
             raise ModelError(
-                f"{count} segments of {(high - low) / count:.3g} m are shorter than the body is wide, {self.width:.3g} m, "
-                f"and their cut faces, which stay plane, would stiffen it. Remedy: at most "
+                f"{count} segments of {(high - low) / count:.3g} m are shorter than the width of {self.width:.3g} m, "
+                "too short for what the motion of their faces neglects to fade between them. Remedy: at most "
                 f"{max(1, int((high - low) / self.width))} segments"
             )
         of_cell = np.clip((count * (self.at - low) / (high - low)).astype(int), 0, count - 1)
@@ -235,7 +237,7 @@ class SolidWhole:
         inside = np.isin(np.arange(len(mesh.nodes)), division.nodes[number])
         place = np.cumsum(inside) - 1
 
-        def own(groups: Mapping[str, tuple[Cells, ...]]) -> dict[str, tuple[Cells, ...]]:
+        def renumbered(groups: Mapping[str, tuple[Cells, ...]]) -> dict[str, tuple[Cells, ...]]:
             found = {
                 name: tuple(Cells(b.kind, place[b.nodes]) for b in blocks if len(b.nodes))
                 for name, blocks in groups.items()
@@ -245,11 +247,11 @@ class SolidWhole:
         part = replace(
             mesh,
             nodes=self.nodes[inside] - origin,
-            cells=own(cells),
-            facets=own(facets),
-            lines=own({n: tuple(_inside(b, inside) for b in blocks) for n, blocks in mesh.lines.items()})
+            cells=renumbered(cells),
+            facets=renumbered(facets),
+            lines=renumbered({n: tuple(_inside(b, inside) for b in blocks) for n, blocks in mesh.lines.items()})
             if mesh.dimension == 3
-            else own(facets),
+            else renumbered(facets),
             points={name: place[ids[inside[ids]]] for name, ids in mesh.points.items() if inside[ids].any()},
             source=f"segment {number + 1} of {mesh.source}",
         )
