@@ -46,6 +46,7 @@ FEM_ROOMS = {
     "mesh": "Meshes",
     "mesh_files": "Mesh files",
     "lumped": "Lumped masses and springs",
+    "segments": "Bodies that are cut",
     "recovery": "Stresses and strains",
 }
 # Public modules, whose names are used through them.

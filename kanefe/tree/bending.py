@@ -77,8 +77,8 @@ class Bending(NamedTuple):
         unit = "of its length" if self.of_displacements else "rad"
         return (
             f"a flexible body is bent beyond its valid range, {self}; its kinematics hold to about {self.reach:.2g} "
-            f"{unit}. Remedy: check what drives it; if it really is this soft, kanefe_fem.segmented, which cuts it into a "
-            "chain of bodies that bend less"
+            f"{unit}. Remedy: check what drives it; if it really is this soft, kanefe_fem.segmented, which cuts it "
+            "into a chain of bodies that bend less"
         )
 
 
