@@ -78,13 +78,28 @@ def missed_statics(instants: Sequence[Instant]) -> list[Missed]:
         moved = np.sqrt(max(float(carried[worst] @ displacement @ carried[worst]), 0.0))
         if moved <= FELT * largest_extent(body.flexible.body):
             continue
-        k = body.flexible.body.free_count
-        K = body.flexible.body.stiffness[:k, :k]
-        taken = max(float(eta @ K @ eta) for eta in (instant.q[body.flexible.eta] for instant in instants))
+        others = _together(instants[0].model, body)
+        taken = max(sum(_energy(other, instant) for other in others) for instant in instants)
         share = float(np.sqrt(missed[worst] / (missed[worst] + taken)))
         if share > REPORTED:
             found.append(Missed(body.name, share, _largest(loads, carried[worst], energy)))
     return found
+
+
+def _together(model: ModelData, body: BodyTerms) -> list[BodyTerms]:
+    """Return the body, or all segments of a segmented body, whose deformation counts as that of one body."""
+    if body.flexible is None or "segment" not in body.flexible.body.provenance:
+        return [body]
+    stem = body.name.rpartition(" ")[0]
+    return [other for other in model.bodies if other.name.rpartition(" ")[0] == stem and other.flexible is not None]
+
+
+def _energy(body: BodyTerms, instant: Instant) -> float:
+    """Return twice the strain energy of a flexible body, J."""
+    if body.flexible is None:
+        return 0.0
+    k, eta = body.flexible.body.free_count, instant.q[body.flexible.eta]
+    return float(eta @ body.flexible.body.stiffness[:k, :k] @ eta)
 
 
 def warn_of_missed(instant: Instant, what: str) -> None:

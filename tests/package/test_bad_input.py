@@ -33,7 +33,7 @@ MADE_BY_KANEFE = (
     "Action|Buckling|Campbell|End|Equilibrium|FiniteElementModel|FlexibleBody|FloquetModes|FloquetModes.harmonics|Frame|FrequencyResponse|"
     "Held|Instant|Joint|Linearisation|Link|Link.given|Link.sliding|Link.turning|Link.winding|LinkKernel|LoadEvent|"
     "LoadKernel|Model|Modes|MotionRao|NodalPattern|RaoConvention|RaoConvention.of|Result|Result.from_channels|RunStatus|SceneState|"
-    "ScreenedRun|Simulation|Simulation.drive_of|StabilityLimit|Tangent|fatigue.Cycles|fatigue.Damage|fatigue.MeanStress|studies.GumbelFit|studies.Operability|Mesh|StiffnessSection|"
+    "ScreenedRun|SegmentedBody|Simulation|Simulation.drive_of|StabilityLimit|Tangent|fatigue.Cycles|fatigue.Damage|fatigue.MeanStress|studies.GumbelFit|studies.Operability|Mesh|StiffnessSection|"
     "StiffnessSection.of|AxisJoint|Sea|MissingDependency|SampledLoop|StabilityMap"
 )
 """Constructors of what functions of kanefe return, and what authors of joints and loads hand to the equations."""

@@ -7,7 +7,14 @@ import pytest
 from repository import ROOT
 
 EXAMPLES = sorted((ROOT / "examples").glob("[0-9]*.py"))
-NEED_MESH = {"01_hub_arm_tip", "10_rotating_blade", "11_bracket_stress", "18_gripper", "19_beam_on_stops"}
+NEED_MESH = {
+    "01_hub_arm_tip",
+    "10_rotating_blade",
+    "11_bracket_stress",
+    "18_gripper",
+    "19_beam_on_stops",
+    "28_blade_cut_in_twelve",
+}
 
 
 @pytest.mark.parametrize(

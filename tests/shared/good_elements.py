@@ -112,6 +112,23 @@ call(
     stiffening="none",
     lines=None,
 )
+SEGMENTS = {
+    "interfaces": {"root": "clamped", "tip": "rigid"},
+    "materials": None,
+    "segments": 2,
+    "accuracy": None,
+    "loads": None,
+    "along": None,
+    "line": None,
+    "reduction": kf.CraigBampton(modes=1),
+    "damping": kf.ModalDamping(0.01),
+    "stiffening": "none",
+    "cuts": "average",
+}
+call("kanefe_fem.segmented", fem.segmented, body=steel_beam(4), **SEGMENTS)
+chain = cache(lambda: fem.segmented(steel_beam(4), **SEGMENTS))
+on("kanefe.SegmentedBody.segment_of", chain, interface="tip")
+on("kanefe.SegmentedBody.place_of_node", chain, node=1)
 call(
     "kanefe_fem.box_mesh",
     fem.box_mesh,

@@ -14,8 +14,8 @@ import kanefe as kf
 import kanefe_fem as fem
 from good_bodies import EXPECTED
 from good_call import CALLS, FILES, Call, call, files, on
-from good_elements import BEAM, SECTION
-from good_scenes import adds
+from good_elements import BEAM, SECTION, chain
+from good_scenes import FRAME, adds
 from good_seas import SEA, sea
 from good_studies import study
 from kanefe.fe_model.model import Cells
@@ -132,6 +132,8 @@ adds(
         "follows": False,
     },
 )
+adds("kanefe.System.add_segmented_body", lambda s: {"name": "b", "body": chain(), **FRAME, "gravity": True})
+adds("kanefe.System.segmented_body", lambda s: {"name": s.add_segmented_body("b", chain()).name})
 call(
     "kanefe_fem.preloaded",
     fem.preloaded,

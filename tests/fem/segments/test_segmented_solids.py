@@ -93,7 +93,7 @@ def test_a_centre_line_is_found(radius, pitch):
     at, _ = stations(mesh.nodes, line)
     arc = bar(2.0, (60, 2, 2), 0.1).nodes[:, 0]
     share = (at - at.min()) / np.ptp(at) if at[arc.argmin()] < at[arc.argmax()] else 1 - (at - at.min()) / np.ptp(at)
-    assert abs(share - arc / 2.0).max() < 0.02
+    assert abs(share - arc / 2.0).max() < 0.03  # sections of the coil are sheared by its pitch
 
 
 @pytest.mark.fenicsx
