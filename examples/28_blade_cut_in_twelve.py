@@ -51,7 +51,9 @@ for force in (0.0, 4e3, 15e3):
     axes.add_collection3d(Poly3DCollection(bent.nodal_positions("blade", nodes=every)[faces], facecolors=colours))
     tip = bent.position("blade", "tip")
     print(f"{force:6.0f} N: tip at {np.round(tip, 3)} m, largest stress {1e-6 * np.nanmax(stress):.0f} MPa")
-colour_bar = figure.colorbar(plt.cm.ScalarMappable(plt.Normalize(0, 200), "viridis"), ax=axes, shrink=0.6, location="left")
+colour_bar = figure.colorbar(
+    plt.cm.ScalarMappable(plt.Normalize(0, 200), "viridis"), ax=axes, shrink=0.6, location="left"
+)
 colour_bar.set_label("von Mises stress [MPa]")
 axes.set(xlim=(0, 10), ylim=(-1, 1), zlim=(-1, 6), xlabel="x [m]", zlabel="z [m]", yticks=(-1, 0, 1))
 axes.set_box_aspect((10, 2, 7), zoom=1.1)

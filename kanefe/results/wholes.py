@@ -7,12 +7,12 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
 from kanefe.bodies.segmented import CUT
 from kanefe.fe_model.model import Cells, Elasticity
 from kanefe.frames import euler_parameters_from_matrix, rotation_matrices, rotation_vector
 from kanefe.results.body_shape import BodyShape
+from kanefe.storage.scipy_later import sp
 
 
 def segments_of(shapes: Mapping[str, BodyShape], name: str) -> tuple[str, ...]:

@@ -55,7 +55,7 @@ class SegmentedMember(Frame):
 class SegmentMethods(BodyMethods):
     """The part of `System` that adds segmented bodies."""
 
-    @checked()
+    @checked("name")
     def add_segmented_body(
         self,
         name: str,

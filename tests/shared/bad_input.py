@@ -211,6 +211,7 @@ SYNONYMS = {
     "kanefe_fem.solid_model": ("group", "material"),
     "kanefe_fem.solid_body": ("group", "material"),
     "kanefe_fem.read_mesh": ("mesh file",),
+    "kanefe_fem.segmented": ("mesh file", "fifo"),
     "kanefe_fem.recover": ("stress",),
     "kanefe.System.add_gear": ("gear",),
     "kanefe.System.add_motor": ("motor",),

@@ -14,10 +14,10 @@ from kanefe.fe_model.model import Cells
 from kanefe.frames import numbers
 
 SLENDER = 5.0
-"""Smallest length of a body that is cut, in widths across its centre line."""
+"""Smallest length of a body that is cut, relative to its width across the centre line."""
 
 STRAIGHT = 0.05
-"""Distance of a body's sections from a straight axis, in widths, up to which its centre line is straight."""
+"""Distance of sections from a straight axis, relative to their width, up to which a centre line is straight."""
 
 MOST_SAMPLES = 20000
 """Number of points of a centre line that are compared to see whether it crosses itself."""

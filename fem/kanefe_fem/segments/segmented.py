@@ -9,7 +9,7 @@ from typing import Any, Literal, Unpack
 
 import numpy as np
 
-from kanefe.arguments import checked
+from kanefe.arguments import checked, told
 from kanefe.bodies.segmented import CUT, Segment, SegmentedBody
 from kanefe.errors import ModelError
 from kanefe.fe_model.factorise import splu_factorise
@@ -114,6 +114,8 @@ def segmented(
     own: dict[str, Any] = {
         name: given.pop(name) for name in ("reduction", "damping", "stiffening", "cuts") if name in given
     }
+    if not isinstance(cuts := own.get("cuts", "average"), str) or cuts not in ("average", "rigid"):
+        raise ModelError(f"cuts={told(cuts)} of segments. Remedy: 'average' or 'rigid'")
     whole = _whole(body, interfaces, materials, line, given)
     if segments is None and accuracy is None:
         raise ModelError("segmented needs segments=<number> or accuracy=<relative error>")
@@ -139,7 +141,7 @@ def _whole(body: Any, interfaces: Mapping[str, Any], materials: Any, line: Any, 
     if isinstance(body, (str, Path)):
         body = read_mesh(body, order=2) if options.get("order", 2) == 2 else read_mesh(body)
     if not isinstance(body, Mesh):
-        raise ModelError(f"segmented cuts beam models and meshes, not {type(body).__name__}. Remedy: beam_model(...)")
+        raise ModelError(f"the body to be cut is a beam model or a mesh, not {told(body)}. Remedy: beam_model(...)")
     if materials is None:
         raise ModelError("a mesh of a solid needs materials=, as in solid_body")
     keywords: dict[str, Any] = dict(options)

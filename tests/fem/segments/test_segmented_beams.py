@@ -264,7 +264,7 @@ def test_bad_shapes():
     heavy = kanefe_fem.attach(beam(), [kanefe_fem.LumpedMass("tip", mass=1.0)])
     with pytest.raises(kf.ModelError, match="lumped masses"):
         segmented(heavy, ENDS, segments=2)
-    with pytest.raises(kf.ModelError, match="beam models and meshes"):
+    with pytest.raises(kf.ModelError, match="a beam model or a mesh"):
         segmented(beam_body(beam(), ENDS, kf.CraigBampton(modes=1)), ENDS, segments=2)
 
 
