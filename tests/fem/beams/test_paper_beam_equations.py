@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from kanefe.frames import rotation_about, rotation_matrix
 from kanefe_fem.beams import elements as be
+from kanefe_fem.beams import spatial_element as se
 
 LENGTH, THETA = 0.7, 0.6
 EA, EI, RHO_A = 3.0e6, 2.0e2, 1.7
@@ -144,3 +146,55 @@ def test_eq_47_and_48_give_the_parallel_axis_theorem(theta):
     assert J == pytest.approx(m * LENGTH**2 / 12 + m * r**2, rel=1e-14)
     first = be.planar_first_moment(mass_in_n(theta), x)
     assert first == pytest.approx(m * r * np.array([np.cos(phi), np.sin(phi)]), rel=1e-14)
+
+
+SIDES = (0.04, 0.02)  # m, of the section along y and z
+RHO = RHO_A / (SIDES[0] * SIDES[1])
+SECTION = (RHO * SIDES[0] * SIDES[1] ** 3 / 12, RHO * SIDES[1] * SIDES[0] ** 3 / 12)
+ROTATIONS = [np.eye(3), rotation_matrix(rotation_about((1, 2, -0.5), 2.2)), rotation_matrix(rotation_about("y", -0.7))]
+
+
+def prism(A_GL: np.ndarray, com: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    """Return mass, first moment and inertia of a turned prism at a place, by quadrature over its volume."""
+    x, w = np.polynomial.legendre.leggauss(3)
+    grid = np.stack(np.meshgrid(x, x, x, indexing="ij"), axis=-1).reshape(-1, 3)
+    shares = np.einsum("i,j,k->ijk", w, w, w).ravel() * RHO * LENGTH * SIDES[0] * SIDES[1] / 8
+    r = (0.5 * grid * (LENGTH, *SIDES)) @ A_GL.T + com
+    second = np.einsum("p,pa,pb->ab", shares, r, r)
+    return shares.sum(), shares @ r, np.trace(second) * np.eye(3) - second
+
+
+def test_eq_41_in_space_is_the_integral_of_the_displacement_field():
+    """And its planar part is Eq. 41; sections bring their rotary inertia."""
+    p = be.ElementProperties(np.array([LENGTH]), *np.ones((4, 1)), *np.full((2, 1), np.inf))
+    stations, weights = be.gauss_stations(4)
+    N = be.interpolation(p, stations)[0]
+    section = np.diag([RHO_A, RHO_A, RHO_A, sum(SECTION), *SECTION])
+    mass = LENGTH * np.einsum("g,gia,ij,gjb->ab", weights, N, section, N)
+    closed = se.spatial_mass(LENGTH, RHO_A, *SECTION)
+    assert abs(mass - closed).max() < 1e-14 * abs(closed).max()
+    planar = se.spatial_mass(LENGTH, RHO_A)[np.ix_(be.PLANAR_DOFS, be.PLANAR_DOFS)]
+    assert abs(planar - be.planar_mass(LENGTH, RHO_A)).max() < 1e-15
+
+
+@pytest.mark.parametrize("A_GL", ROTATIONS)
+@pytest.mark.parametrize("com", [(0.0, 0.0, 0.0), (1.3, -0.4, 0.8)])
+def test_eq_42_to_48_in_space_have_the_inertia_of_the_rigid_prism(A_GL, com):
+    m, first, inertia = prism(A_GL, np.array(com))
+    mass = se.spatial_mass_in_G(se.spatial_mass(LENGTH, RHO_A, *SECTION), A_GL)
+    x = se.spatial_position_in_G(LENGTH, A_GL, np.array(com))
+    along = np.tile(np.eye(3, 6), 2)
+    assert along @ mass @ along.T == pytest.approx(m * np.eye(3), abs=1e-14 * m)
+    assert se.spatial_first_moment(mass, x) == pytest.approx(first, abs=1e-14 * m)
+    assert se.spatial_moment_of_inertia(mass, x) == pytest.approx(inertia, abs=1e-14 * m)
+
+
+def test_eq_43_to_48_in_space_are_those_of_the_plane_for_a_planar_element():
+    A_GL = rotation_matrix(rotation_about("z", THETA))
+    x, planar = se.spatial_position_from_com(LENGTH, A_GL), be.planar_position_from_com(LENGTH, THETA)
+    assert x[be.PLANAR_DOFS] == pytest.approx(planar, abs=1e-16)
+    mass = se.spatial_mass_in_G(se.spatial_mass(LENGTH, RHO_A), A_GL)
+    J = se.spatial_moment_of_inertia(mass, x)
+    assert J[2, 2] == pytest.approx(be.planar_moment_of_inertia(mass_in_n(THETA), planar), rel=1e-14)
+    # in space x^T M x is not an inertia: it is the trace of the second moments, half the trace of J
+    assert x @ mass @ x == pytest.approx(0.5 * np.trace(J), rel=1e-14)
