@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
+from kanefe.bodies.segmented import CUT
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.joints import Joint
@@ -88,7 +89,7 @@ def target_of(bodies: Sequence[NamedBody], name: str, text: object, kinds: Mappi
     failure = ""
     for place, axis in ((rest, ""), (head.strip(), last)):
         body, _, interface = place.partition("/")
-        found = [i for i, b in enumerate(bodies) if b.name == body]
+        found = [i for i, b in enumerate(bodies) if b.name == body] or _segment_with(bodies, body, interface)
         if not found:
             continue
         if not interface:
@@ -102,6 +103,19 @@ def target_of(bodies: Sequence[NamedBody], name: str, text: object, kinds: Mappi
         f"{role} {text!r}: {failure or f'the scene has no body called {rest!r}. It has: {listed}'}. "
         f"Remedy: '{what} body', '{what} body/interface', or with an axis, '{what} body x'"
     )
+
+
+def _segment_with(bodies: Sequence[NamedBody], whole: str, interface: str) -> list[int]:
+    """Return the number of the segment that has an interface of a segmented body, if there is such a body."""
+    if interface.startswith(CUT):
+        return []
+    return [
+        number
+        for number, body in enumerate(bodies)
+        if body.name.rpartition(" ")[0] == whole
+        and {"", interface} < {frame.name for frame in body.interfaces} | {""}
+        and any(frame.name.startswith(CUT) for frame in body.interfaces)
+    ]
 
 
 def axes_of(target: Target, role: str) -> list[tuple[str, int, bool]]:

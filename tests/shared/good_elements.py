@@ -121,7 +121,7 @@ SEGMENTS = {
     "along": None,
     "line": None,
     "reduction": kf.CraigBampton(modes=1),
-    "damping": kf.ModalDamping(0.01),
+    "damping": kf.RayleighDamping(0.0, 1e-5),
     "stiffening": "none",
     "cuts": "average",
 }

@@ -12,6 +12,7 @@ import numpy as np
 from kanefe.arguments import checked, told
 from kanefe.bodies.segmented import CUT, Segment, SegmentedBody
 from kanefe.errors import ModelError
+from kanefe.fe_model.damping import RayleighDamping
 from kanefe.fe_model.factorise import splu_factorise
 from kanefe.fe_model.interface import Interface
 from kanefe.fe_model.model import FiniteElementModel
@@ -82,7 +83,8 @@ def segmented(
     ----------------
     reduction : optional
         Of each segment. Default: ``CraigBampton(modes=0)``, the static modes of the cuts.
-    damping : ModalDamping, RayleighDamping or None
+    damping : RayleighDamping, optional
+        In proportion to the stiffness alone: other kinds would damp the modes of each segment.
     stiffening : "none", "inertial" or "full"
         With "full", cut faces also move by the foreshortening of a segment, so that errors fall with the cube of the
         number of segments. It is for segments that bend by up to 0.1 rad each.
@@ -116,6 +118,7 @@ def segmented(
     }
     if not isinstance(cuts := own.get("cuts", "average"), str) or cuts not in ("average", "rigid"):
         raise ModelError(f"cuts={told(cuts)} of segments. Remedy: 'average' or 'rigid'")
+    _check_damping(own.get("damping"))
     whole = _whole(body, interfaces, materials, line, given)
     if segments is None and accuracy is None:
         raise ModelError("segmented needs segments=<number> or accuracy=<relative error>")
@@ -124,6 +127,16 @@ def segmented(
             raise ModelError("loads= and along= say where accuracy= is measured. Remedy: give accuracy too")
         return _chain(whole, int(1 if segments is None else segments), own)
     return converged(lambda count: _chain(whole, count, own), segments, accuracy, loads, along)
+
+
+def _check_damping(damping: Any) -> None:
+    """Refuse damping that acts on the modes of each segment instead of those of the whole."""
+    if damping is None or (isinstance(damping, RayleighDamping) and damping.mass == 0.0):
+        return
+    raise ModelError(
+        f"damping={told(damping)} of segments would act on the modes of each segment, not of the whole. Remedy: "
+        "RayleighDamping(mass=0.0, stiffness=ratio / (pi f)), which has this ratio at the frequency f in Hz"
+    )
 
 
 def _whole(body: Any, interfaces: Mapping[str, Any], materials: Any, line: Any, options: Mapping[str, Any]) -> Whole:

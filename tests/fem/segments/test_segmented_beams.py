@@ -135,6 +135,26 @@ def test_free_flight_keeps_momenta_and_energy():
     np.testing.assert_allclose(result.center_of_mass("b"), drift, atol=1e-8)
 
 
+def test_damping_is_that_of_the_whole():
+    """In proportion to the stiffness: the ratio of the first mode is half of factor times its frequency."""
+    scene = kf.System()
+    chain = segmented(beam(), ENDS, segments=8, damping=kf.RayleighDamping(0.0, 1e-6))
+    scene.add_segmented_body("b", chain)
+    modes = kf.linearise(scene).modes()
+    assert modes.damping_ratios[0] == pytest.approx(np.pi * modes.frequencies[0] * 1e-6, rel=1e-3)
+
+
+def test_channels_are_named_by_the_whole():
+    """Inputs and readings of linear analysis and controllers know interfaces of the whole."""
+    scene = kf.System()
+    scene.add_segmented_body("b", segmented(beam(), ENDS, segments=3))
+    linear = kf.linearise(scene, inputs="force b/tip z", outputs="position b/tip z")
+    static = (linear.C @ np.linalg.solve(-linear.A, linear.B)).item()
+    assert static == pytest.approx(1.0 / (3.0 * STEEL.E * 0.01 * 0.02**3 / 12), rel=1e-4)
+    with pytest.raises(kf.ModelError, match="no body called 'b/cut 1 z'"):
+        kf.linearise(scene, inputs="force b/cut 1 z")
+
+
 def test_results_of_the_whole(tmp_path):
     """By name, from a file, as VTK of one body and as a page with stresses."""
     scene = kf.System(gravity=(0, 0, -9.81))
@@ -222,6 +242,8 @@ def test_accuracy_chooses_the_number():
         ({"accuracy": 1e-7, "segments": 12}, "accuracy 1e-07 is not reached by"),
         ({"accuracy": 2.0}, "between 0 and 1"),
         ({"accuracy": 0.1, "loads": {"nose": np.zeros(6)}}, "no interface called 'nose'"),
+        ({"segments": 2, "damping": kf.ModalDamping(0.01)}, "modes of each segment"),
+        ({"segments": 2, "damping": kf.RayleighDamping(1.0, 1e-5)}, "modes of each segment"),
         ({"segments": 2, "order": 2}, "is for meshes"),
         ({"segments": 2, "materials": STEEL}, "is for meshes"),
     ],
