@@ -10,13 +10,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kanefe.arguments import checked
-from kanefe.bodies.flexible import FlexibleBody
 from kanefe.errors import ModelError
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import FlexibleBody
 
 CUT = "cut "
 """First letters of the names of the interfaces at cuts; their numbers follow."""
