@@ -182,15 +182,17 @@ def _chain(whole: Whole, count: int, options: Mapping[str, Any]) -> SegmentedBod
         for cut in (number, number + 1):
             if 0 < cut < count:
                 kind = options.get("cuts", "average")
-                own[f"{CUT}{cut}"] = Interface("all" if cut == inner else (), kind=kind, groups=f"{CUT}{cut}")
+                place = tuple((division.middles[cut - 1] - origin).tolist())
+                fixed = "all" if cut == inner else ()
+                own[f"{CUT}{cut}"] = Interface(fixed, kind=kind, position=place, groups=f"{CUT}{cut}")
         made = _segment(model, own, options)
-        place = {"number": number, "count": count, "base": base, "origin": origin.tolist()}
-        place |= {"nodes": nodes.tolist(), "cells": cells.tolist()}
-        place["interfaces"] = {
+        told_place = {"number": number, "count": count, "base": base, "origin": origin.tolist()}
+        told_place |= {"nodes": nodes.tolist(), "cells": cells.tolist()}
+        told_place["interfaces"] = {
             frame.name: {"position": (frame.position + origin).tolist(), "axes": frame.axes.tolist()}
             for frame in made.interfaces
         }
-        made = replace(made, provenance={**made.provenance, "segment": place})
+        made = replace(made, provenance={**made.provenance, "segment": told_place})
         segments.append(Segment(made, origin, nodes, cells))
     return SegmentedBody(tuple(segments), base, whole.nodes, whole.line)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -11,7 +12,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from kanefe.bodies.segmented import CUT
-from kanefe.errors import ModelError
+from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.fe_model.interface import Interface, as_interface
 from kanefe.fe_model.model import Cells, FiniteElementModel, NodeGroup
 from kanefe.fe_model.shapes import shape
@@ -21,6 +22,15 @@ from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.segments.beam_parts import beam_chain, beam_part
 from kanefe_fem.segments.centre_line import arc_lengths, check_line, found_line, given_line, stations, width_across
 from kanefe_fem.solids.body import solid_model
+
+MOVED, TRIED, NEARNESS = 0.3, 241, 0.02
+"""How far a cut may be moved, relative to a segment; number of places tried; weight of the way against the depth."""
+
+SOFTER = 2.6
+"""Compliance due to a cut that is not flat, relative to its depth over the length of a segment: up to 2.5 in bars."""
+
+FELT = 0.01
+"""Compliance due to cuts that are not flat, relative to the body's, from which it is reported."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,8 +184,10 @@ class SolidWhole:
         at, distance = stations(self.nodes, self.line)
         self.ends, self.width = (float(at.min()), float(at.max())), width_across(distance)
         check_line(self.line, self.width)
-        middles = np.concatenate([self.nodes[block.nodes].mean(axis=1) for block in mesh.cell_blocks])
-        self.at = stations(middles, self.line)[0]
+        of_cells = [at[block.nodes] for block in mesh.cell_blocks]
+        self.at, self.low, self.high = (
+            np.concatenate([part(own, axis=1) for own in of_cells]) for part in (np.mean, np.min, np.max)
+        )
 
     def group(self, name: str) -> np.ndarray:
         """Return the nodes of a group."""
@@ -190,7 +202,7 @@ class SolidWhole:
                 "too short for what the motion of their faces neglects to fade between them. Remedy: at most "
                 f"{max(1, int((high - low) / self.width))} segments"
             )
-        of_cell = np.clip((count * (self.at - low) / (high - low)).astype(int), 0, count - 1)
+        of_cell = np.searchsorted(self._cuts(count), self.at)
         skins = [self._skin(of_cell == number) for number in range(count)]
         nodes = tuple(
             np.unique(np.concatenate([b.nodes.ravel() for b in self._cells(of_cell == number)] or [np.zeros(0, int)]))
@@ -215,6 +227,29 @@ class SolidWhole:
                         "finer mesh along the line, or the centre line as line="
                     )
         return Division(of_cell, nodes, tuple(faces), middles, tuple(facets))
+
+    def _cuts(self, count: int) -> np.ndarray:
+        """Return the stations of the cuts: near equal lengths, where they run deepest through no cell."""
+        low, high = self.ends
+        length = (high - low) / count
+        tried = length * np.linspace(-MOVED, MOVED, TRIED)
+        chosen, deepest = [], 0.0
+        for nominal in low + length * np.arange(1, count):
+            near = (self.high > nominal - MOVED * length) & (self.low < nominal + MOVED * length)
+            at = (nominal + tried)[:, None]
+            depth = np.minimum(at - self.low[near], self.high[near] - at).max(axis=1, initial=0.0)
+            best = int(np.argmin(depth + NEARNESS * abs(tried)))
+            chosen.append(float(at[best, 0]))
+            deepest = max(deepest, float(depth[best]))
+        if SOFTER * deepest > FELT * length:
+            warnings.warn(
+                f"cuts of {self.mesh.source} follow cells up to {deepest:.2g} m off a plane across the centre line, so "
+                f"that the body may be {100 * SOFTER * deepest / length:.2g} % too soft (cuts='rigid': too stiff). "
+                "Remedy: a mesh in layers across the line, as by extrusion, finer cells along it, or fewer segments",
+                AccuracyWarning,
+                stacklevel=outside(),
+            )
+        return np.array(chosen)
 
     def part(
         self, division: Division, number: int, origin: np.ndarray

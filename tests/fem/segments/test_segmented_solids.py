@@ -73,6 +73,39 @@ def test_a_curved_bar_is_the_uncut_one():
     assert own.nodal_positions("b").shape == chain.nodes.shape
 
 
+def small(body):
+    """Return the deflection of the tip under a force of 1 N, and frequencies."""
+    rest = rest_of(body, (0, 0.4, 1.0))
+    return rest.deflection("b", "tip")[[1, 2, 4, 5]], rest.linearise().modes().frequencies[:3]
+
+
+@pytest.mark.fenicsx
+@pytest.mark.parametrize(("kind", "count"), [("hexahedron", 7), ("tetra", 7), ("tetra", 10)])
+def test_cuts_run_between_layers_of_cells(kind, count):
+    """Where the mesh has layers, whatever the number; nodes that are denser to one side move no face."""
+    mesh = box_mesh((1.0, 0.02, 0.02), (50, 2, 2), kind, start=(0, -0.01, -0.01))
+    x, y, z = mesh.nodes.T
+    mesh = replace(mesh, nodes=np.column_stack([x, y + 15 * (y**2 - 1e-4), z]))
+    body = kanefe_fem.solid_body(mesh, STEEL, ENDS, kf.CraigBampton(modes=6), cache=False)
+    for found, expected in zip(small(segmented(mesh, ENDS, STEEL, segments=count)), small(body), strict=True):
+        np.testing.assert_allclose(found, expected, rtol=2e-3)
+
+
+@pytest.mark.fenicsx
+def test_cuts_that_are_not_flat_are_told():
+    """The softness that the message tells is not exceeded, and not told in vain."""
+    mesh = box_mesh((1.0, 0.02, 0.02), (50, 2, 2), "tetra", start=(0, -0.01, -0.01))
+    x, y, z = mesh.nodes.T
+    bowed = np.where((x > 0.1) & (x < 0.9), 60.0 * (y**2 + z * 0.01), 0.0)
+    mesh = replace(mesh, nodes=np.column_stack([x + bowed, y, z]))
+    body = kanefe_fem.solid_body(mesh, STEEL, ENDS, kf.CraigBampton(modes=6), cache=False)
+    with pytest.warns(kf.AccuracyWarning, match="follow cells up to") as told:
+        chain = segmented(mesh, ENDS, STEEL, segments=8)
+    share = float(str(told[0].message).partition("may be ")[2].partition(" %")[0]) / 100
+    excess = small(chain)[0] / small(body)[0] - 1
+    assert 1e-3 < excess.max() < share
+
+
 @pytest.mark.fenicsx
 def test_loads_on_the_whole():
     """A traction on a surface has its resultant at the root, whatever the cuts."""
