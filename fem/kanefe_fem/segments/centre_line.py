@@ -11,6 +11,7 @@ from scipy.spatial import cKDTree
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import Cells
+from kanefe.fe_model.shapes import shape
 from kanefe.frames import numbers
 
 SLENDER = 5.0
@@ -21,6 +22,9 @@ STRAIGHT = 0.05
 
 MOST_SAMPLES = 20000
 """Number of points of a centre line that are compared to see whether it crosses itself."""
+
+MOST_PAIRS = 2**20
+"""Number of pairs of points and places on a line that are compared at a time."""
 
 
 def arc_lengths(line: np.ndarray) -> np.ndarray:
@@ -73,6 +77,10 @@ def stations(points: np.ndarray, line: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
     Sections are planes across the line, whose normals turn steadily from point to point; the ends are prolonged.
     """
+    most = max(1, MOST_PAIRS // len(line))
+    if len(points) > most:
+        parts = [stations(points[i : i + most], line) for i in range(0, len(points), most)]
+        return np.concatenate([at for at, _ in parts]), np.concatenate([distance for _, distance in parts])
     s, tangents = arc_lengths(line), _tangents(line)
     ahead = np.einsum("npa,pa->np", points[:, None] - line, tangents)
     share = ahead[:, :-1] / np.where(ahead[:, :-1] == ahead[:, 1:], 1.0, ahead[:, :-1] - ahead[:, 1:])
@@ -111,6 +119,9 @@ def found_line(nodes: np.ndarray, cells: Sequence[Cells]) -> np.ndarray:
     A straight one is the principal axis of the nodes. Else sections are sets of nodes at one distance from the ends,
     along the edges of the mesh, and then of one station on the line through the middles of these.
     """
+    tables = [block.nodes[:, : shape(block.kind).corners] for block in cells]
+    used = np.unique(np.concatenate([table.ravel() for table in tables]))
+    nodes = nodes[used]
     middle = nodes.mean(axis=0)
     e = np.linalg.svd(nodes - middle, full_matrices=False)[2][0]
     e = e if e[np.argmax(abs(e))] > 0.0 else -e
@@ -121,11 +132,11 @@ def found_line(nodes: np.ndarray, cells: Sequence[Cells]) -> np.ndarray:
     off = np.linalg.norm(middles - middle - np.outer((middles - middle) @ e, e), axis=1)
     if off.max() < STRAIGHT * width:
         return middle + np.outer((at.min() - 1.0, at.max() - 1.0), e)
-    return _bent(nodes, cells)
+    return _bent(nodes, [np.searchsorted(used, table) for table in tables])
 
 
-def _bent(nodes: np.ndarray, cells: Sequence[Cells]) -> np.ndarray:
-    graph = _edges(nodes, cells)
+def _bent(nodes: np.ndarray, tables: Sequence[np.ndarray]) -> np.ndarray:
+    graph = _edges(nodes, tables)
     first = int(dijkstra(graph, indices=0).argmax())
     ahead = dijkstra(graph, indices=first)
     behind = dijkstra(graph, indices=int(ahead.argmax()))
@@ -158,14 +169,12 @@ def _middles(nodes: np.ndarray, at: np.ndarray, bins: int) -> np.ndarray:
     return sums[counts > 0] / counts[counts > 0, None]
 
 
-def _edges(nodes: np.ndarray, cells: Sequence[Cells]) -> sp.csr_matrix:
+def _edges(nodes: np.ndarray, tables: Sequence[np.ndarray]) -> sp.csr_matrix:
     """Return the distances between nodes of one cell, shape (n, n)."""
     pairs = []
-    for block in cells:
-        width = block.nodes.shape[1]
-        i, j = np.triu_indices(width, 1)
-        pairs.append(np.column_stack((block.nodes[:, i].ravel(), block.nodes[:, j].ravel())))
+    for table in tables:
+        i, j = np.triu_indices(table.shape[1], 1)
+        pairs.append(np.column_stack((table[:, i].ravel(), table[:, j].ravel())))
     a, b = np.unique(np.sort(np.concatenate(pairs), axis=1), axis=0).T
-    length = np.linalg.norm(nodes[a] - nodes[b], axis=1)
-    n = len(nodes)
+    length, n = np.linalg.norm(nodes[a] - nodes[b], axis=1), len(nodes)
     return sp.csr_matrix((np.tile(length, 2), (np.r_[a, b], np.r_[b, a])), (n, n))
