@@ -70,7 +70,7 @@ class SceneData:
         self.largest = {"displacement": 0.0, "stress": 0.0}
         self.stressed = {name for name in stresses if name in self._skins}
         self.beams_stressed = {name for name in self.stressed if self._skins[name].fibres}
-        bodies = [self._body(shape, stresses.get(shape.name)) for shape in self._shapes]
+        bodies = self._joined([self._body(shape, stresses.get(shape.name)) for shape in self._shapes])
         if fixed := [self._surface(surface) for surface in self._on("")]:
             bodies.append({"name": "ground", "frame": GROUND, "kind": "ground", "parts": fixed})
         arrows = [*self._contacts(), *(self._reactions() if forces else ())]
@@ -121,6 +121,18 @@ class SceneData:
             if float(np.linalg.norm(shape.com)) > 0.5 * float(np.linalg.norm(np.ptp(box, axis=0))):
                 found["stick"] = shape.com.tolist()  # from the joint to the box
         return found | {"kind": "rigid", "parts": parts}
+
+    def _joined(self, bodies: list[dict[str, Any]]) -> list[dict[str, Any]]:
+        """Return the bodies, with the segments of a segmented body as its parts, those of its base first."""
+        of = {part: whole for whole, parts in self.result.segmented.items() for part in parts}
+        found: dict[str, dict[str, Any]] = {}
+        for body in bodies:
+            name = of.get(body["name"], body["name"])
+            if name in found:
+                found[name]["parts"] = [*found[name]["parts"], *body["parts"]]
+            else:
+                found[name] = body | {"name": name}
+        return list(found.values())
 
     def _holds_others(self, name: str, box: np.ndarray) -> bool:
         """Return whether the centre of another body is inside a box at the start of the run."""
