@@ -50,7 +50,10 @@ def converged(
         try:
             fine = chain(2 * count)
         except ModelError as error:
-            raise ModelError(f"the accuracy {accuracy:g} is not reached by {count} segments, and {error}") from error
+            told = "" if before else " (they have no balance, or no modes about it)"
+            raise ModelError(
+                f"the accuracy {accuracy:g} is not reached by {count} segments{told}, and {error}"
+            ) from error
         after = _measured(fine, loads, along)
         if before and after:
             factor = 2**ORDER / (2**ORDER - 1.0)
@@ -78,24 +81,20 @@ def _measured(
         result.raise_for_status()
         moved = np.concatenate([result.position(NAME, name) for name in names])
         turned = np.concatenate([rotation_matrices(result.rotation(NAME, name)).reshape(-1, 9) for name in names])
-        return {"displacement": moved / length, "rotation": turned, "frequency": _frequencies(chain, {}, None)}
-    cases = _cases(chain, loads)
-    moved, turned = [], []
-    for given, gravity in cases:
-        try:
-            with warnings.catch_warnings():  # few segments bend too far each, which is what is found out
-                warnings.simplefilter("ignore", AccuracyWarning)
-                rest = kf.equilibrium(_scene(chain, given, gravity))
-        except SimulationError:
-            return {}
-        moved += [rest.deflection(NAME, name)[:3] / length for name in names]
-        turned += [rest.deflection(NAME, name)[3:] for name in names]
-    given, gravity = cases[0]
-    return {
-        "displacement": np.array(moved),
-        "rotation": np.array(turned),
-        "frequency": _frequencies(chain, given if loads else {}, gravity if loads else None),
-    }
+        return {
+            "displacement": moved / length,
+            "rotation": turned,
+            "frequency": _frequencies(kf.equilibrium(_scene(chain))),
+        }
+    try:
+        with warnings.catch_warnings():  # few segments bend too far each, which is what is found out
+            warnings.simplefilter("ignore", AccuracyWarning)
+            rests = [kf.equilibrium(_scene(chain, *case)) for case in _cases(chain, loads)]
+            frequency = _frequencies(rests[0] if loads else kf.equilibrium(_scene(chain)))
+    except SimulationError:
+        return {}
+    found = np.array([rest.deflection(NAME, name) for rest in rests for name in names])
+    return {"displacement": found[:, :3] / length, "rotation": found[:, 3:], "frequency": frequency}
 
 
 def _cases(
@@ -111,22 +110,20 @@ def _cases(
     return [(given, np.zeros(3))]
 
 
-def _scene(chain: SegmentedBody, loads: Mapping[str, np.ndarray], gravity: np.ndarray | None) -> kf.System:
+def _scene(
+    chain: SegmentedBody, loads: Mapping[str, np.ndarray] | None = None, gravity: np.ndarray | None = None
+) -> kf.System:
     """Return a scene in which G of the chain is at rest."""
     scene = kf.System(gravity=(0.0, 0.0, 0.0) if gravity is None else gravity.tolist())
     body = scene.add_segmented_body(NAME, chain)
-    for name, load in loads.items():
+    for name, load in (loads or {}).items():
         scene.add_force(body.interface(name), load[:3].tolist())
         if load[3:].any():
             scene.add_torque(body.interface(name), load[3:].tolist())
     return scene
 
 
-def _frequencies(chain: SegmentedBody, loads: Mapping[str, np.ndarray], gravity: np.ndarray | None) -> np.ndarray:
-    """Return the logarithms of the first frequencies about the balance, so that differences are relative."""
-    scene = _scene(chain, loads, gravity)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", AccuracyWarning)
-        rest = kf.equilibrium(scene)
+def _frequencies(rest: kf.Equilibrium) -> np.ndarray:
+    """Return the logarithms of the first frequencies about a balance, so that differences are relative."""
     frequencies = rest.linearise().modes().frequencies
     return np.log(np.sort(frequencies[frequencies > 0.0])[:FREQUENCIES])

@@ -86,8 +86,9 @@ def segmented(
     damping : RayleighDamping, optional
         In proportion to the stiffness alone: other kinds would damp the modes of each segment.
     stiffening : "none", "inertial" or "full"
-        With "full", cut faces also move by the foreshortening of a segment, so that errors fall with the cube of the
-        number of segments. It is for segments that bend by up to 0.1 rad each.
+        With "full", cut faces also move by the foreshortening of a segment, so that errors in statics fall with the
+        cube of the number. Runs and modes then need segments that bend by at most half their thickness over their
+        length (rad).
     cuts : "average" or "rigid"
         How the cut faces of a solid are tied (see `Interface`): they deform freely and segments move with their mean,
         or they stay plane, which stiffens the body. Default: "average".
