@@ -104,7 +104,7 @@ class BalanceSearch:
             return None
         q, u = small.q, small.u
         for _ in range(MOST_UNBOWED):
-            H, inverse, weight = _stiffness(small)
+            H, inverse, weight = stiffness_of(small)
             squares, shapes = np.linalg.eigh(0.5 * (H + H.T))
             shapes = shapes[:, np.abs(squares) >= self._slack]
             if shapes.shape[1] == len(H):
@@ -124,10 +124,10 @@ class BalanceSearch:
         one.
         """
         small = self._off_balance()
-        if small is None or _lowest(_stiffness(small)[0]) >= 0.0:
+        if small is None or _lowest(stiffness_of(small)[0]) >= 0.0:
             return None
         state, imbalance = self._iterate((small.q, small.u), settles=False)
-        runs_away = _lowest(_stiffness(self.small(*state))[0]) < 0.0
+        runs_away = _lowest(stiffness_of(self.small(*state))[0]) < 0.0
         return state if imbalance.ratio <= BALANCED and runs_away else None
 
     def _off_balance(self) -> SmallMotions | None:
@@ -221,7 +221,7 @@ class BalanceSearch:
         inverse, weight = _unit_mass(small)
         residual = weight @ small.du[lead]
         if small.is_holonomic and not len(self.found) and len(kept) == len(lead):
-            H = _stiffness(small)[0]
+            H = stiffness_of(small)[0]
             H = H - 1.5 * _lowest(H) * np.eye(len(H)) if settles else H
             x = _solved(H, residual)
             if settles and (along := float(residual @ x)) < 0.0:
@@ -306,7 +306,7 @@ def _unit_mass(small: SmallMotions) -> tuple[Matrix, Matrix]:
     return inverse, inverse @ M
 
 
-def _stiffness(small: SmallMotions) -> tuple[Matrix, Matrix, Matrix]:
+def stiffness_of(small: SmallMotions) -> tuple[Matrix, Matrix, Matrix]:
     """Return the stiffness in coordinates of unit mass of a scene without rolling, and the result of `_unit_mass`."""
     inverse, weight = _unit_mass(small)
     return -weight @ small.along_positions.ddu[small.speeds.leading] @ inverse.T, inverse, weight

@@ -1,0 +1,115 @@
+"""Critical points between two stops of a path: where a stiffness vanishes, or a motion begins to flutter.
+
+At a limit point the factor turns as well, and at a branch point it does not (Seydel, Practical Bifurcation and
+Stability Analysis, 2010, chapter 5). Zeros are found along the arc, on which all of this is smooth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from scipy.optimize import brentq
+
+from kanefe.linear.paths.arc_length import PathLost, Stop, stepped
+from kanefe.linear.paths.loaded_scene import LoadedScene, Tangent
+
+Kind = Literal["limit", "branch", "flutter"]
+
+DIGITS = 1e-12
+"""Length of the bracket of a zero relative to the step."""
+
+TOGETHER = 1e-6
+"""Distance of zeros relative to the step below which they are one point."""
+
+SURE = 1e-3
+"""Bracket relative to the step above which a zero counts as lost where the corrector fails."""
+
+
+@dataclass(frozen=True, eq=False)
+class Crossing:
+    """A critical point on a path: its kind, the stop there, and the number of stiffnesses that vanish."""
+
+    kind: Kind
+    stop: Stop
+    count: int = 1
+
+
+def crossings(scene: LoadedScene, a: Stop, b: Stop) -> list[Crossing] | None:
+    """Return the critical points on the step from a to b, in order; None if the step is too long to tell them apart."""
+    turns = (a.ahead.factor < 0.0) != (b.ahead.factor < 0.0)
+    has_potential = a.balance.is_symmetric and b.balance.is_symmetric
+    change = b.negative - a.negative
+    numbers = range(min(a.negative, b.negative), max(a.negative, b.negative)) if has_potential else range(change % 2)
+    if turns and not numbers:
+        return None
+    zeros = [_zero(scene, a, b, lambda stop, number=number: stop.balance.signed(number)) for number in numbers]  # type: ignore[misc]
+    zeros.sort(key=lambda stop: stop.step)
+    limit = None
+    if turns:
+        at = _zero(scene, a, b, lambda stop: stop.ahead.factor).step if len(zeros) > 1 else zeros[0].step
+        limit = min(zeros, key=lambda stop: abs(stop.step - at))
+    found: list[Crossing] = []
+    for stop in zeros:
+        kind: Kind = "limit" if stop is limit else "branch"
+        last = found[-1] if found else None
+        if last and last.kind == kind and stop.step - last.stop.step <= TOGETHER * b.step:
+            found[-1] = replace(last, count=last.count + 1)
+        else:
+            found.append(Crossing(kind, replace(stop, ahead=_between(scene, a, b, stop.step)), 1))
+    if not has_potential and b.balance.unstable - a.balance.unstable not in {0, change if numbers else 0}:
+        found.append(Crossing("flutter", _onset(scene, a, b), 0))
+    return sorted(found, key=lambda crossing: crossing.stop.step)
+
+
+def crossing_of_factor(scene: LoadedScene, a: Stop, b: Stop, factor: float) -> Stop:
+    """Return the stop between a stop and one that it led to at which the loads have a factor."""
+    origin, first = (a, 0.0) if b.origin is a or b.origin is None else (b.origin, a.step)
+    return _zero(scene, origin, b, lambda stop: stop.factor - factor, first, a)
+
+
+def _between(scene: LoadedScene, a: Stop, b: Stop, length: float) -> Tangent:
+    """Return the tangent between two stops, where that of the equations is not unique."""
+    share = length / b.step
+    return scene.unit(
+        Tangent(
+            (1.0 - share) * a.ahead.z + share * b.ahead.z,
+            (1.0 - share) * a.ahead.factor + share * b.ahead.factor,
+        )
+    )
+
+
+def _zero(
+    scene: LoadedScene, a: Stop, b: Stop, function: Callable[[Stop], float], first: float = 0.0, low: Stop | None = None
+) -> Stop:
+    """Return the stop at the zero of a function on the way from a to b; a PathLost if the corrector fails before."""
+    known = {first: low or a, b.step: b}
+
+    def value(length: float) -> float:
+        if length not in known:
+            try:
+                known[length] = stepped(scene, a, length)
+            except PathLost:
+                below = max(x for x in known if x < length)
+                if min(x for x in known if x > length) - below > SURE * b.step:
+                    raise
+                known[length] = known[below]  # singular to the last digits: this is the zero
+                return 0.0
+        return function(known[length])
+
+    if value(first) == 0.0 or value(b.step) == 0.0:
+        return known[first] if value(first) == 0.0 else b
+    return known[float(brentq(value, first, b.step, xtol=DIGITS * b.step, rtol=1e-15))]
+
+
+def _onset(scene: LoadedScene, a: Stop, b: Stop) -> Stop:
+    """Return the stop at which the number of growing motions changes, by bisection."""
+    low, high, found = 0.0, b.step, b
+    while high - low > DIGITS * b.step:
+        stop = stepped(scene, a, 0.5 * (low + high))
+        if stop.balance.unstable == a.balance.unstable:
+            low = stop.step
+        else:
+            high, found = stop.step, stop
+    return found
