@@ -15,11 +15,16 @@ from kanefe.errors import KanefeError
 from kanefe.frames import Vector
 from kanefe.linear.paths.loaded_scene import Balance, LoadedScene, Tangent
 
-MOST_CORRECTIONS = 10
-"""Largest number of Newton's corrections of one step."""
+MOST_CORRECTIONS, PATIENCE = 10, 60
+"""Largest number of Newton's corrections of one step, and of one beside a branch point, where each only halves the
+error."""
 
 SETTLED = 1e-10
 """Correction at which a step ends, rad, scene lengths or shares of the range of factors: Newton's method squares it."""
+
+ROUNDED, UNMOVED = 1e-6, 0.9
+"""Correction, in the same units, below which one that is not smaller than this share of the last one is round-off of a
+nearly singular stiffness."""
 
 BENT, TOO_BENT = 0.03, 0.2
 """Length of all corrections relative to that of the step: for which the next step is chosen, and which is refused."""
@@ -76,9 +81,7 @@ class Stop:
         return self.balance.negative
 
 
-def corrected(
-    scene: LoadedScene, q: Vector, factor: float, row: Tangent, most: float = np.inf
-) -> tuple[Balance, float]:
+def corrected(scene: LoadedScene, q: Vector, factor: float, row: Tangent, most: float) -> tuple[Balance, float]:
     """Return the balance across a direction from a guess, and the length of the corrections.
 
     Raises
@@ -88,12 +91,14 @@ def corrected(
     """
     total, before = 0.0, np.inf
     try:
-        for _ in range(MOST_CORRECTIONS):
+        for _ in range(MOST_CORRECTIONS if np.isfinite(most) else PATIENCE):
             balance = scene.balance(q, factor)
             change = balance.solved(balance.forces, row, 0.0)
             size = scene.largest(change)
             total += scene.norm(change)
-            if not total <= most or size > 2.0 * before:
+            if UNMOVED * before < size <= ROUNDED:
+                return balance, total
+            if not total <= most or size > max(2.0 * before, ROUNDED):
                 raise PathLost("the corrections grow")
             q, factor, before = scene.moved(q, change.z), factor + change.factor, size
             if size <= SETTLED:

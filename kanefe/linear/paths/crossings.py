@@ -98,8 +98,10 @@ def _zero(
                 return 0.0
         return function(known[length])
 
-    if value(first) == 0.0 or value(b.step) == 0.0:
-        return known[first] if value(first) == 0.0 else b
+    if value(first) == 0.0:
+        return replace(known[first], origin=a, step=first)
+    if value(b.step) == 0.0:
+        return b
     return known[float(brentq(value, first, b.step, xtol=DIGITS * b.step, rtol=1e-15))]
 
 
