@@ -235,18 +235,26 @@ class SmallMotions:
         ]
         return np.column_stack([np.zeros((len(self._divided.J), 0)), *columns])
 
-    def _check_singular(self) -> None:
-        """Raise a ModelError at a singular position of the loops, where the motion is not unique."""
+    @property
+    def is_singular(self) -> bool:
+        """Whether the loops are singular here, where the motion is not unique."""
+        return bool(self._singular_rows)
+
+    @cached_property
+    def _singular_rows(self) -> Sequence[str]:
+        if not self.model.constraints:
+            return ()
         from kanefe.kane.constraint_report import singular_rows
 
-        if not self.model.constraints:
-            return
-        singular = singular_rows(self.here)
-        if singular:
+        return singular_rows(self.here)
+
+    def _check_singular(self) -> None:
+        """Raise a ModelError at a singular position of the loops."""
+        if self.is_singular:
             raise ModelError(
-                f"the loops are singular at t = {self.t:.6g} s ({', '.join(singular[:3])} are dependent there): "
-                "the mechanism can continue in more than one way, and small motions are not linear. Remedy: a state "
-                "beside this one"
+                f"the loops are singular at t = {self.t:.6g} s ({', '.join(self._singular_rows[:3])} are dependent "
+                "there): the mechanism can continue in more than one way, and small motions are not linear. Remedy: a "
+                "state beside this one"
             )
 
 

@@ -244,7 +244,7 @@ class BalanceSearch:
         """Return the state after the step, which is limited to `longest` and halved while it goes too far.
 
         Too far means: with the shift, that the forces push back more than they pushed on; else, that accelerations
-        grow.
+        grow. A position at which the loops are singular is left out.
         """
         share = self._longest / max(step_length(self.model, z), self._longest)
         here = self.small(q, u)
@@ -252,7 +252,9 @@ class BalanceSearch:
         for _ in range(LARGEST_HALVINGS):
             q_new, u_new = self._closed(self.model.advance(q, share * z), u + share * du)
             there = self.small(q_new, u_new)
-            if self._force(there, z) >= -0.9 * force if settles else self._size(there) < before:
+            if not there.is_singular and (
+                self._force(there, z) >= -0.9 * force if settles else self._size(there) < before
+            ):
                 break
             share *= 0.5
         return q_new, u_new, self.imbalance(q_new, u_new)
