@@ -10,10 +10,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
+import numpy as np
 from scipy.optimize import brentq
 
 from kanefe.linear.paths.arc_length import PathLost, Stop, stepped
-from kanefe.linear.paths.loaded_scene import LoadedScene, Tangent
+from kanefe.linear.paths.loaded_scene import Balance, LoadedScene, Tangent
 
 Kind = Literal["limit", "branch", "flutter"]
 
@@ -22,6 +23,9 @@ DIGITS = 1e-12
 
 TOGETHER = 1e-6
 """Distance of zeros relative to the step below which they are one point."""
+
+TOUCHES = 1e-3
+"""Least stiffness where a path turns, relative to those at the ends of the step, that counts as zero."""
 
 SURE = 1e-3
 """Bracket relative to the step above which a zero counts as lost where the corrector fails."""
@@ -43,7 +47,10 @@ def crossings(scene: LoadedScene, a: Stop, b: Stop) -> list[Crossing] | None:
     change = b.negative - a.negative
     numbers = range(min(a.negative, b.negative), max(a.negative, b.negative)) if has_potential else range(change % 2)
     if turns and not numbers:
-        return None
+        crest = _zero(scene, a, b, lambda stop: stop.ahead.factor)
+        least = (_least(crest.balance), min(_least(a.balance), _least(b.balance)))
+        # another path that crosses where this one turns: the stiffness touches zero
+        return [Crossing("branch", crest)] if least[0] <= TOUCHES * least[1] else None
     zeros = [_zero(scene, a, b, lambda stop, number=number: stop.balance.signed(number)) for number in numbers]  # type: ignore[misc]
     zeros.sort(key=lambda stop: stop.step)
     limit = None
@@ -103,6 +110,11 @@ def _zero(
     if value(b.step) == 0.0:
         return b
     return known[float(brentq(value, first, b.step, xtol=DIGITS * b.step, rtol=1e-15))]
+
+
+def _least(balance: Balance) -> float:
+    """Return the smallest size of a stiffness."""
+    return float(np.abs(np.linalg.eigvals(balance.H)).min(initial=np.inf))
 
 
 def _onset(scene: LoadedScene, a: Stop, b: Stop) -> Stop:

@@ -95,6 +95,10 @@ class LoadedScene:
         q = self.model.advance(q, z)
         return project_positions(self.model, self.t, q) if self.model.constraints else q
 
+    def between(self, q: Vector, there: Vector, at: Balance) -> Vector:
+        """Return the tangent at a balance from some coordinates to others near them, to first order."""
+        return np.asarray(np.linalg.pinv(at.small.coordinate_map) @ (there - q))
+
     def balance(self, q: Vector, factor: float) -> Balance:
         """Return forces and stiffness at coordinates q under a factor of the loads."""
         return Balance(self, np.array(q, dtype=float), float(factor))

@@ -84,7 +84,7 @@ class EquilibriumPath:
     ended : str
         Where and why the path ended.
     is_whole : bool
-        Whether it ended because the factor left its range.
+        Whether it ended because the factor left its range, or it closed.
     """
 
     def __init__(self, loaded: LoadedScene, kept: tuple[str, ...], settings: Settings, found: Traced) -> None:

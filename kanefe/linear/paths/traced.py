@@ -15,10 +15,14 @@ FINEST = 1e-3
 """Step relative to the longest at which critical points count as one if they cannot be told apart."""
 
 
+FEWEST, BESIDE = 4, 0.1
+"""Number of points above which a path may have closed, and its distance from its start relative to the step."""
+
+
 class Traced(NamedTuple):
     """The stops of a path, its critical points with the numbers of their stops, and why it ended.
 
-    `is_whole`: whether it ended at the bounds of the factor.
+    `is_whole`: whether it ended at the bounds of the factor, or has closed.
     """
 
     stops: list[Stop]
@@ -51,6 +55,8 @@ def traced(
             found.append((len(stops), crossing))
             stops.append(crossing.stop)
         stops.append(there)
+        if len(stops) > FEWEST and _passes(scene, here, there, start):
+            return Traced(stops, found, "where it began: it is closed", True)
         if leaves:
             return Traced(stops, found, f"at {there.factor:.6g} times the loads", True)
     return Traced(stops, found, f"after {len(stops)} points, at {stops[-1].factor:.6g} times the loads", False)
@@ -65,6 +71,22 @@ def _inside(scene: LoadedScene, here: Stop, there: Stop, bounds: tuple[float, fl
     if (here.factor - bound) * (there.factor - bound) >= 0.0:  # a branch that begins on the bound
         return there, True
     return crossing_of_factor(scene, here, there, bound), True
+
+
+def _passes(scene: LoadedScene, here: Stop, there: Stop, start: Stop) -> bool:
+    """Return whether a step passes the start of the path, in the sense in which it left."""
+    if abs(there.factor - start.factor) > 2.0 * there.step * scene.span or scene.dot(there.ahead, start.ahead) <= 0.0:
+        return False
+    to, along = [], []
+    for stop in (here, there):
+        z = scene.between(stop.q, start.q, there.balance)
+        to.append(Tangent(z, start.factor - stop.factor))
+        along.append(scene.dot(to[-1], start.ahead))
+    if not along[0] > 0.0 >= along[1]:
+        return False
+    share = along[0] / (along[0] - along[1])
+    aside = Tangent(to[0].z + share * (to[1].z - to[0].z), to[0].factor + share * (to[1].factor - to[0].factor))
+    return scene.norm(aside) <= BESIDE * there.step
 
 
 def first_stop(scene: LoadedScene, q: np.ndarray, factor: float, sense: float) -> Stop:
