@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -35,14 +36,12 @@ def path_picture(
     """
     figure, (axes,) = _figure(1, 1, (7.0, 4.5))
     # a stretch between two points is that of its end, as a critical point has the state before it
-    grows = np.append(unstable[1:] > 0, unstable[-1:] > 0)
+    grows, curve = unstable[1:] > 0, np.column_stack((values, factors))
+    ends = [0, *(np.flatnonzero(grows[1:] != grows[:-1]) + 1).tolist(), len(curve) - 1]
     for is_unstable, style, name in ((False, "-", "stable"), (True, "--", "unstable")):
-        chosen = grows[:-1] == is_unstable
-        shown = np.full((len(values) - 1, 3, 2), np.nan)
-        shown[chosen, 0] = np.column_stack((values, factors))[:-1][chosen]
-        shown[chosen, 1] = np.column_stack((values, factors))[1:][chosen]
-        if chosen.any():
-            axes.plot(*shown.reshape(-1, 2).T, style, color=COLORS[is_unstable], linewidth=1.4, label=name)
+        runs = [curve[i : k + 1] for i, k in pairwise(ends) if grows[i] == is_unstable]
+        for run in runs:
+            axes.plot(*run.T, style, color=COLORS[is_unstable], linewidth=1.4, label=name if run is runs[0] else "_")
     for kind, (marker, name) in MARKS.items():
         at = np.array([(value, factor) for one, value, factor in marks if one == kind])
         if len(at):

@@ -108,14 +108,19 @@ def corrected(scene: LoadedScene, q: Vector, factor: float, row: Tangent, most: 
     raise PathLost("the corrections do not end")
 
 
-def stepped(scene: LoadedScene, origin: Stop, length: float, most: float = np.inf) -> Stop:
-    """Return the stop at a length along the tangent of another one; a PathLost if there is none."""
-    ahead = origin.ahead
+def stepped(
+    scene: LoadedScene, origin: Stop, length: float, most: float = np.inf, near: tuple[float, Stop] | None = None
+) -> Stop:
+    """Return the stop at a length along the tangent of another one; a PathLost if there is none.
+
+    `near` is a length and the stop there, where the search begins instead of at the origin.
+    """
+    ahead, (begun, begin) = origin.ahead, near or (0.0, origin)
     try:
-        guess = scene.moved(origin.q, length * ahead.z)
+        guess = scene.moved(begin.q, (length - begun) * ahead.z)
     except KanefeError as error:
         raise PathLost(str(error)) from error
-    balance, total = corrected(scene, guess, origin.factor + length * ahead.factor, ahead, most)
+    balance, total = corrected(scene, guess, begin.factor + (length - begun) * ahead.factor, ahead, most)
     return Stop(balance, balance.tangent(ahead), origin, length, total)
 
 

@@ -18,7 +18,7 @@ from kanefe.linear.paths.loaded_scene import Balance, LoadedScene, Tangent
 
 Kind = Literal["limit", "branch", "flutter"]
 
-DIGITS = 1e-12
+DIGITS = 1e-11
 """Length of the bracket of a zero relative to the step."""
 
 TOGETHER = 1e-6
@@ -96,7 +96,8 @@ def _zero(
     def value(length: float) -> float:
         if length not in known:
             try:
-                known[length] = stepped(scene, a, length)
+                at = min(known, key=lambda x: abs(x - length))
+                known[length] = stepped(scene, a, length, near=(at, known[at]))
             except PathLost:
                 below = max(x for x in known if x < length)
                 if min(x for x in known if x > length) - below > SURE * b.step:
