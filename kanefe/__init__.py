@@ -50,8 +50,8 @@ if TYPE_CHECKING:
     from kanefe.integrate.status import RunStatus as RunStatus
     from kanefe.joints import *  # noqa: F403
     from kanefe.joints.base import AxisJoint as AxisJoint
-    from kanefe.linear.equilibrium.equilibria import Equilibrium as Equilibrium
     from kanefe.linear.equilibrium.equilibria import equilibrium as equilibrium
+    from kanefe.linear.equilibrium.rest import Equilibrium as Equilibrium
     from kanefe.linear.frequency_response import FrequencyResponse as FrequencyResponse
     from kanefe.linear.linearisation import Linearisation as Linearisation
     from kanefe.linear.linearisation import linearise as linearise

@@ -14,7 +14,7 @@ import numpy as np
 from kanefe.arguments import checked
 from kanefe.errors import AccuracyWarning, ModelError, SimulationWarning, outside
 from kanefe.frames import Matrix, Vector
-from kanefe.linear.equilibrium.equilibria import Equilibrium
+from kanefe.linear.equilibrium.rest import Equilibrium
 from kanefe.linear.imbalance import worst_imbalance
 from kanefe.linear.modes.mode_shapes import Shapes
 from kanefe.linear.paths.arc_length import Stop
