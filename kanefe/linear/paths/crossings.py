@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 from scipy.optimize import brentq
 
-from kanefe.linear.paths.arc_length import PathLost, Stop, stepped
+from kanefe.linear.paths.arc_length import Stop, stepped
 from kanefe.linear.paths.loaded_scene import Balance, LoadedScene, Tangent
 
 Kind = Literal["limit", "branch", "flutter"]
@@ -27,8 +27,9 @@ TOGETHER = 1e-6
 TOUCHES = 1e-3
 """Least stiffness where a path turns, relative to those at the ends of the step, that counts as zero."""
 
-SURE = 1e-3
-"""Bracket relative to the step above which a zero counts as lost where the corrector fails."""
+BESIDE, NODES = 0.02, np.array((-1.5, -0.5, 0.5, 1.5))
+"""Distance of stops beside a branch point relative to the step, and their places: at the point itself the corrector is
+singular."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,11 +48,12 @@ def crossings(scene: LoadedScene, a: Stop, b: Stop) -> list[Crossing] | None:
     change = b.negative - a.negative
     numbers = range(min(a.negative, b.negative), max(a.negative, b.negative)) if has_potential else range(change % 2)
     if turns and not numbers:
-        crest = _zero(scene, a, b, lambda stop: stop.ahead.factor)
+        crest = _smooth_zero(scene, a, b, lambda stop: stop.ahead.factor)
         least = (_least(crest.balance), min(_least(a.balance), _least(b.balance)))
         # another path that crosses where this one turns: the stiffness touches zero
         return [Crossing("branch", crest)] if least[0] <= TOUCHES * least[1] else None
-    zeros = [_zero(scene, a, b, lambda stop, number=number: stop.balance.signed(number)) for number in numbers]  # type: ignore[misc]
+    search = _zero if turns else _smooth_zero
+    zeros = [search(scene, a, b, lambda stop, number=number: stop.balance.signed(number)) for number in numbers]  # type: ignore[misc]
     zeros.sort(key=lambda stop: stop.step)
     limit = None
     if turns:
@@ -88,29 +90,44 @@ def _between(scene: LoadedScene, a: Stop, b: Stop, length: float) -> Tangent:
 
 
 def _zero(
-    scene: LoadedScene, a: Stop, b: Stop, function: Callable[[Stop], float], first: float = 0.0, low: Stop | None = None
+    scene: LoadedScene,
+    a: Stop,
+    b: Stop,
+    function: Callable[[Stop], float],
+    first: float = 0.0,
+    low: Stop | None = None,
+    digits: float = DIGITS,
 ) -> Stop:
-    """Return the stop at the zero of a function on the way from a to b; a PathLost if the corrector fails before."""
+    """Return the stop at the zero of a function on the way from a to b."""
     known = {first: low or a, b.step: b}
 
     def value(length: float) -> float:
         if length not in known:
-            try:
-                at = min(known, key=lambda x: abs(x - length))
-                known[length] = stepped(scene, a, length, near=(at, known[at]))
-            except PathLost:
-                below = max(x for x in known if x < length)
-                if min(x for x in known if x > length) - below > SURE * b.step:
-                    raise
-                known[length] = known[below]  # singular to the last digits: this is the zero
-                return 0.0
+            at = min(known, key=lambda x: abs(x - length))
+            known[length] = stepped(scene, a, length, near=(at, known[at]))
         return function(known[length])
 
     if value(first) == 0.0:
         return replace(known[first], origin=a, step=first)
     if value(b.step) == 0.0:
         return b
-    return known[float(brentq(value, first, b.step, xtol=DIGITS * b.step, rtol=1e-15))]
+    return known[float(brentq(value, first, b.step, xtol=digits * b.step, rtol=1e-15))]
+
+
+def _smooth_zero(scene: LoadedScene, a: Stop, b: Stop, function: Callable[[Stop], float]) -> Stop:
+    """Return the stop at a zero where the stiffness of the corrector vanishes as well: interpolated from beside it."""
+    about = _zero(scene, a, b, function, digits=0.1 * BESIDE).step
+    places = about + BESIDE * b.step * NODES
+    stops = [stepped(scene, a, float(place)) for place in places]
+    values = np.array([function(stop) for stop in stops])
+    roots = np.roots(np.polyfit(NODES, values, 3))
+    root = float(min(roots[np.abs(roots.imag) < 1e-6].real, key=abs, default=0.0))
+    shares = [float(np.prod([(root - y) / (x - y) for y in NODES if y != x])) for x in NODES]
+    here = stops[1]
+    z = [scene.between(here.q, stop.q, here.balance) for stop in stops]
+    q = scene.moved(here.q, np.einsum("i,ij->j", shares, z))
+    balance = scene.balance(q, float(np.dot(shares, [stop.factor for stop in stops])))
+    return Stop(balance, a.ahead, a, about + BESIDE * b.step * root)
 
 
 def _least(balance: Balance) -> float:
