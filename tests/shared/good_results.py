@@ -178,9 +178,6 @@ on("kanefe.FrequencyResponse.transmissibility", response, output="velocity cart 
 on("kanefe.FrequencyResponse.plot", response, path="r.png")
 on("kanefe.StabilityMap.plot", lambda: kf.stability_map(turning, [0.0, 1.0], [0.0]), path="s.png", name="stiffness")
 on("kanefe.Campbell.plot", diagram, path="c.png", orders=(1.0,))
-on("kanefe.CriticalPoint.shape", lambda: path().branch_points[0], body="rod", interface="")
-on("kanefe.CriticalPoint.shown", lambda: path().branch_points[0], mode=0, size=1.0)
-on("kanefe.CriticalPoint.describe", lambda: path().branch_points[0], mode=0)
 for kind, of in (("Modes", modes), ("Buckling", buckled)):
     on(f"kanefe.{kind}.describe", of, mode=0)
     on(f"kanefe.{kind}.displacements", of, body="beam", mode=0)

@@ -19,10 +19,11 @@ MOST_CORRECTIONS, PATIENCE = 10, 60
 """Largest number of Newton's corrections of one step, and of one beside a branch point, where each only halves the
 error."""
 
-SETTLED = 1e-10
-"""Correction at which a step ends, rad, scene lengths or shares of the range of factors: Newton's method squares it."""
+SETTLED = 1e-7
+"""Correction with which a step ends, rad, scene lengths or shares of the range of factors: Newton's method squares the
+error."""
 
-ROUNDED, UNMOVED = 1e-6, 0.9
+ROUNDED, UNMOVED = 1e-5, 0.9
 """Correction, in the same units, below which one that is not smaller than this share of the last one is round-off of a
 nearly singular stiffness."""
 
@@ -121,6 +122,8 @@ def stepped(
     except KanefeError as error:
         raise PathLost(str(error)) from error
     balance, total = corrected(scene, guess, begin.factor + (length - begun) * ahead.factor, ahead, most)
+    if balance.small.is_singular:
+        raise PathLost("the loops are singular there")
     return Stop(balance, balance.tangent(ahead), origin, length, total)
 
 

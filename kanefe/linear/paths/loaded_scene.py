@@ -110,7 +110,7 @@ class Balance:
     def __init__(self, scene: LoadedScene, q: Vector, factor: float) -> None:
         self.scene, self.q, self.factor = scene, q, factor
         self._rest = np.zeros(scene.model.free_count)
-        self.small = SmallMotions(scene.model_at(factor), scene.t, q, self._rest)
+        self.small = SmallMotions(scene.model_at(factor), scene.t, q, self._rest, checks=False)
         self.H, self._inverse, self._weight = stiffness_of(self.small)
         self.along = self.small.positions.N @ self._inverse.T
         self.forces = self._weight @ self.small.du[self.small.speeds.leading]

@@ -10,7 +10,7 @@ import kanefe as kf
 from kanefe.errors import ModelError, SimulationWarning
 
 SOLVED = 1e-9
-"""Points of a path end at corrections of 1e-10 that Newton's method squares: round-off, times the stiffness."""
+"""Points of a path end at corrections of 1e-7 that Newton's method squares: round-off, times the stiffness."""
 
 BRANCHES = 1e-9
 """Branch points are interpolated with an error of the fourth power of 2 % of a step."""
