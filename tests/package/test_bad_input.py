@@ -49,7 +49,12 @@ def covered(name: str, calls: set[str]) -> bool:
     """Return whether a public name is tried, or is none to be tried."""
     short = re.sub(r"^(kanefe_fem|kanefe)\.", "", name)
     owner, _, method = short.rpartition(".")
-    inherited = {"RobotScene": "System", "Equilibrium": "Instant", "StabilityLimit": "Buckling", "CriticalPoint": "Buckling"}.get(owner)
+    inherited = {
+        "RobotScene": "System",
+        "Equilibrium": "Instant",
+        "StabilityLimit": "Buckling",
+        "CriticalPoint": "Buckling",
+    }.get(owner)
     if name in calls or (inherited and f"kanefe.{inherited}.{method}" in calls):
         return True
     if owner and re.fullmatch(RUN_IN_STEPS, method):

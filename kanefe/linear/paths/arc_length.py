@@ -24,8 +24,8 @@ SETTLED = 1e-7
 error."""
 
 ROUNDED, UNMOVED = 1e-5, 0.9
-"""Correction, in the same units, below which one that is not smaller than this share of the last one is round-off of a
-nearly singular stiffness."""
+"""Correction in rad or scene lengths below which one that is not smaller than the given share of the last one is
+round-off of a nearly singular stiffness."""
 
 BENT, TOO_BENT = 0.03, 0.2
 """Length of all corrections relative to that of the step: for which the next step is chosen, and which is refused."""
