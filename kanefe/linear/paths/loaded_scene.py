@@ -75,7 +75,7 @@ class LoadedScene:
 
     def dot(self, a: Tangent, b: Tangent) -> float:
         """Return the product of two directions in the metric of the path."""
-        return float((self.weights * a.z) @ (self.weights * b.z)) + a.factor * b.factor / self.span**2
+        return float((self.weights * a.z) @ (self.weights * b.z)) + (a.factor / self.span) * (b.factor / self.span)
 
     def norm(self, a: Tangent) -> float:
         """Return the length of a direction."""
@@ -118,9 +118,10 @@ class Balance:
     @cached_property
     def load(self) -> Vector:
         """g, the forces per unit of the factor: a difference, exact as forces are linear in the factor."""
-        more = SmallMotions(self.scene.model_at(self.factor + self.scene.span), self.scene.t, self.q, self._rest)
+        step = max(self.scene.span, 1.0)
+        more = SmallMotions(self.scene.model_at(self.factor + step), self.scene.t, self.q, self._rest)
         change = (more.du - self.small.du)[self.small.speeds.leading]
-        return np.asarray(self._weight @ change / self.scene.span)
+        return np.asarray(self._weight @ change / step)
 
     def solved(self, forces: Vector, row: Tangent, length: float) -> Tangent:
         """Return the change for which ``H x - g dfactor = forces`` and that along `row` is a length (Keller, 1977)."""

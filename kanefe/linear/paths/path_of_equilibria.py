@@ -139,7 +139,7 @@ class EquilibriumPath:
         """
         count = len(self)
         if not -count <= number < count:
-            raise ModelError(f"the path has no point {number}: it has {count}, from 0")
+            raise ModelError(f"the path has no point of number {number}. Remedy: 0 to {count - 1}")
         return self._equilibrium(self._stops[number])
 
     @checked
@@ -164,8 +164,8 @@ class EquilibriumPath:
         if not -len(passed) <= crossing < len(passed):
             low, high = self.factors.min(), self.factors.max()
             raise ModelError(
-                f"the path passes factor {factor:g} {len(passed)} times, and crossing {crossing} is asked for; its "
-                f"factors are from {low:.6g} to {high:.6g}"
+                f"the path passes factor {factor:g} {len(passed)} times, and crossing {crossing} is asked for. "
+                f"Remedy: a factor from {low:.6g} to {high:.6g}, and crossings from 0"
             )
         i = passed[crossing]
         return self._equilibrium(crossing_of_factor(self.loaded, self._stops[i], self._stops[i + 1], factor))
@@ -217,8 +217,8 @@ class EquilibriumPath:
         """
         there = self.branch_points
         if not -len(there) <= at < len(there):
-            how = "; what makes it unstable is flutter, which is no equilibrium" if self.flutter_points else ""
-            raise ModelError(f"the path has no branch point {at}: it has {len(there)}{how}")
+            how = ": what makes it unstable is flutter, which leads to no equilibrium" if self.flutter_points else ""
+            raise ModelError(f"the path has {len(there)} branch points, and at={at} is none of them{how}")
         if side not in (1, -1):
             raise ModelError(f"the side of a branch must be 1 or -1, not {side!r}")
         there[at]._check(mode)
