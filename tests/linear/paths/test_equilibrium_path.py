@@ -1,13 +1,17 @@
 """Paths of equilibria against closed forms: snap-through, buckling and its branches, flutter, and what is refused."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 import kanefe as kf
-from kanefe.errors import ModelError, SimulationWarning
+from kanefe.errors import AccuracyWarning, ModelError, SimulationWarning
+from kanefe.fe_model.load_pattern import NodalPattern
+from kanefe.reduction import flexible_body
+from scenes import lattice_model
 
 SOLVED = 1e-9
 """Points of a path end at corrections of 1e-7 that Newton's method squares: round-off, times the stiffness."""
@@ -366,3 +370,20 @@ def rubbing(spring: kf.CoordinateForce, mu: float = 0.0) -> kf.System:
 def test_bad_input_is_named(make, said):
     with pytest.raises(ModelError, match=said):
         make()
+
+
+def test_a_pressure_turns_with_its_body_and_what_is_left_out_is_said():
+    """On a hinge with a spring: its moment is constant in the frame of the body, k theta = p M_y, at any angle."""
+    model = lattice_model(1)
+    forces = np.random.default_rng(4).standard_normal((len(model.nodes), 3))
+    side = NodalPattern.of_nodes(model.nodes, model.components, np.ones(len(forces)), forces)
+    held = {"root": "clamped", "tip": "rigid"}
+    plate = flexible_body(replace(model, load_patterns={"side": side}), held, reduction=kf.CraigBampton(modes=3))
+    moment = float(side.pressure_moment[1])
+    scene = kf.System()
+    hinge = kf.Revolute("y", forces=kf.CoordinateForce(stiffness=2.0))
+    scene.add_pressure(scene.add_flexible_body("plate", plate, joint=hinge), "side", 2e-3 / moment)
+    with pytest.warns(AccuracyWarning, match="turns with the frame of its body, and how the surface itself deforms is"):
+        path = kf.equilibrium_path(scene, to=1000.0)
+    assert angles(path, "plate") == pytest.approx(1e-3 * path.factors, abs=1e-9)
+    assert not path.unstable.any()
