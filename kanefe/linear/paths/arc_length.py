@@ -7,7 +7,6 @@ passed (Riks, Int. J. Solids Struct. 15 (1979) 529-551; Keller, in Applications 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -76,7 +75,7 @@ class Stop:
         """Of the loads."""
         return self.balance.factor
 
-    @cached_property
+    @property
     def negative(self) -> int:
         """Number of negative stiffnesses."""
         return self.balance.negative

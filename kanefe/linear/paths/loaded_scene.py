@@ -104,16 +104,49 @@ class LoadedScene:
         return Balance(self, np.array(q, dtype=float), float(factor))
 
 
+HEAVY = ("small", "_reduced", "along", "forces", "load", "stiffnesses")
+
+
 class Balance:
     """Forces along the independent coordinates and their derivatives, in coordinates of unit mass."""
 
     def __init__(self, scene: LoadedScene, q: Vector, factor: float) -> None:
         self.scene, self.q, self.factor = scene, q, factor
         self._rest = np.zeros(scene.model.free_count)
-        self.small = SmallMotions(scene.model_at(factor), scene.t, q, self._rest, checks=False)
-        self.H, self._inverse, self._weight = stiffness_of(self.small)
-        self.along = self.small.positions.N @ self._inverse.T
-        self.forces = self._weight @ self.small.du[self.small.speeds.leading]
+
+    @cached_property
+    def small(self) -> SmallMotions:
+        """The small motions of the scene at rest."""
+        return SmallMotions(self.scene.model_at(self.factor), self.scene.t, self.q, self._rest, checks=False)
+
+    @cached_property
+    def _reduced(self) -> tuple[Matrix, Matrix, Matrix]:
+        return stiffness_of(self.small)
+
+    @property
+    def H(self) -> Matrix:
+        """The tangent stiffness, 1/s2."""
+        return self._reduced[0]
+
+    @property
+    def _weight(self) -> Matrix:
+        return self._reduced[2]
+
+    @cached_property
+    def along(self) -> Matrix:
+        """Free tangents of the coordinates of unit mass."""
+        return np.asarray(self.small.positions.N @ self._reduced[1].T)
+
+    @cached_property
+    def forces(self) -> Vector:
+        """Forces that remain."""
+        return np.asarray(self._weight @ self.small.du[self.small.speeds.leading])
+
+    def release(self) -> None:
+        """Keep what a path lists of its points, and forget matrices, which are computed again if they are wanted."""
+        _ = self.unstable, self.negative, self.is_symmetric
+        for name in HEAVY:
+            self.__dict__.pop(name, None)
 
     @cached_property
     def load(self) -> Vector:
@@ -159,7 +192,7 @@ class Balance:
         values = np.linalg.eigvals(self.H)
         return np.sort(values.real[values.imag == 0.0])
 
-    @property
+    @cached_property
     def negative(self) -> int:
         """Number of negative stiffnesses."""
         return int((self.stiffnesses < 0.0).sum())
@@ -176,7 +209,7 @@ class Balance:
         if self.is_symmetric:
             return self.negative
         n, none = len(self.H), np.zeros_like(self.H)
-        damping = -self._weight @ self.small.along_speeds.ddu[self.small.speeds.leading] @ self._inverse.T
+        damping = -self._weight @ self.small.along_speeds.ddu[self.small.speeds.leading] @ self._reduced[1].T
         values = np.linalg.eigvals(np.block([[none, np.eye(n)], [-self.H, -damping]]))
         most = np.abs(values).max(initial=0.0)
         return int((values.real > np.maximum(GROWS * np.abs(values), ROUNDED * most)).sum())

@@ -64,7 +64,7 @@ class CriticalPoint(Shapes):
 
     def __str__(self) -> str:
         count = self.shapes.shape[1]
-        moves = "; ".join(self.describe(i) or "massless parts" for i in range(count))
+        moves = "; ".join(self.describe(i) or "many bodies" for i in range(count))
         return f"{WORDS[self.kind]} at factor {self.factor:.8g}" + (f": {moves}" if count else "")
 
 
@@ -228,6 +228,7 @@ class EquilibriumPath:
         start = branch_start(self.loaded, stop, there[at].tangents[:, mode], side)
         found = traced(self.loaded, start, settings.bounds, settings.longest, settings.points, on_branch=True)
         path = EquilibriumPath(self.loaded, self.kept, settings, found)
+        path.unstable[0] = path.unstable[min(1, len(path) - 1)]
         warn_of_path(path)
         return path
 
@@ -304,7 +305,12 @@ class EquilibriumPath:
 def warn_of_path(path: EquilibriumPath) -> None:
     """Warn of a path that ended early, and of loads whose stiffness is not whole."""
     if not path.is_whole:
-        warnings.warn(f"{WHAT}: the path ended {path.ended}", SimulationWarning, stacklevel=outside())
+        warnings.warn(
+            f"{WHAT}: the path ended {path.ended}. Remedy: more points=, or a shorter longest=; where a contact closes "
+            "and bends it sharply, a softer one",
+            SimulationWarning,
+            stacklevel=outside(),
+        )
     turning = [name for name, load in path.loaded.raised.items() if load is not None and load.is_spread and load.turns]
     if turning:
         warnings.warn(

@@ -54,7 +54,9 @@ def traced(
         for crossing in between:
             found.append((len(stops), crossing))
             stops.append(crossing.stop)
+            crossing.stop.balance.release()
         stops.append(there)
+        here.balance.release()
         if len(stops) > FEWEST and _passes(scene, here, there, start):
             return Traced(stops, found, "where it began: it is closed", True)
         if leaves:
