@@ -52,7 +52,7 @@ def equilibrium_path(
 
     From the rest without the raised loads, by the arc length of displacements and load factor (Riks 1979, Keller 1977),
     with steps that the corrections of the last one determine. Limit points (snap-through), branch points (buckling)
-    and, for loads without potential, the onset of flutter are found to round-off; ``path.branch()`` follows a branch.
+    and, for loads without potential, the onset of flutter are solved for, to some 1e-9; ``path.branch()`` follows a branch.
     Small imperfections of the scene turn branch points into limit points or bends, as they do in reality.
 
     Follower loads contribute their full, unsymmetric stiffness. Scenes at rest only: friction, rigid contacts and
@@ -64,8 +64,8 @@ def equilibrium_path(
     loads : str or sequence of str, optional
         Loads that are raised in proportion, as for `buckling`; all others are constant.
     to : float, optional
-        Factor of the loads at which the path ends; negative to reverse them. Default: 1; with
-        `branch`, twice its factor.
+        Factor of the loads at which the path ends; negative to reverse them. Default: 1; with `branch`, twice its
+        factor.
     down_to : float, optional
         Factor on the other side at which it ends too, zero or of the other sign; default: ``-to``.
     longest : float
@@ -102,7 +102,7 @@ def equilibrium_path(
 
     Examples
     --------
-    A shallow truss of one bar, of stiffness k and length 1, that snaps through at 0.0962 h^3 k for a small rise h:
+    Half a von Mises truss, a bar of stiffness k, length l and span a, snaps through at k (l^(2/3) - a^(2/3))^(3/2):
 
     >>> import kanefe as kf
     >>> scene = kf.System()
@@ -111,7 +111,7 @@ def equilibrium_path(
     >>> scene.add_force(node, (0, -1, 0))
     >>> path = kf.equilibrium_path(scene, to=400.0)
     >>> [round(point.factor, 2) for point in path.limit_points]
-    [192.72, -192.72]
+    [193.41, -193.41]
     """
     if branch is not None:
         return _branch_of_mode(scene, loads, to, down_to, longest, points, t, start, branch)

@@ -60,10 +60,9 @@ def angles(path: kf.EquilibriumPath, name: str = "rod") -> np.ndarray:
 
 
 def test_a_truss_snaps_through():
-    """P(y) = K (l0 / l - 1) y; its limit is where l^3 = l0 a^2."""
+    """P(y) = K (l / r - 1) y with r^2 = a^2 + y^2; its limit, where r^3 = l a^2, is K (l^(2/3) - a^(2/3))^(3/2)."""
     path = kf.equilibrium_path(truss(), to=4.0)
-    length = (np.hypot(REST, RISE) * REST**2) ** (1 / 3)
-    limit = truss_load(np.sqrt(length**2 - REST**2))
+    limit = K * (np.hypot(REST, RISE) ** (2 / 3) - REST ** (2 / 3)) ** 1.5
     assert [point.factor for point in path.limit_points] == pytest.approx([limit, -limit], rel=SOLVED)
     assert not path.branch_points
     y = path.position("node")[:, 1]
