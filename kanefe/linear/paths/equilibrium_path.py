@@ -52,8 +52,8 @@ def equilibrium_path(
 
     From the rest without the raised loads, by the arc length of displacements and load factor (Riks 1979, Keller 1977),
     with steps that the corrections of the last one determine. Limit points (snap-through), branch points (buckling)
-    and, for loads without potential, the onset of flutter are solved for, to some 1e-9; ``path.branch()`` follows a branch.
-    Small imperfections of the scene turn branch points into limit points or bends, as they do in reality.
+    and, for loads without potential, the onset of flutter are solved for, to some 1e-9; ``path.branch()`` follows a
+    branch. Small imperfections of the scene turn branch points into limit points or bends, as they do in reality.
 
     Follower loads contribute their full, unsymmetric stiffness. Scenes at rest only: friction, rigid contacts and
     drives that move are refused.
