@@ -151,7 +151,7 @@ def path() -> kf.EquilibriumPath:
 
 on("kanefe.EquilibriumPath.at", path, factor=50.0, crossing=0)
 on("kanefe.EquilibriumPath.branch", path, at=0, side=1, mode=0, **{**PATH, "to": 150.0})
-on("kanefe.EquilibriumPath.plot", path, path="p.png", of="rod", axis="x")
+on("kanefe.EquilibriumPath.plot", path, path="p.png", of="rod", axis="x", branches=())
 on("kanefe.EquilibriumPath.point", path, number=1)
 on("kanefe.EquilibriumPath.position", path, name="rod", interface=None)
 on("kanefe.EquilibriumPath.read", path, quantity="position", name="rod", interface=None, of=None)

@@ -116,9 +116,10 @@ def _zero(
 
 def _smooth_zero(scene: LoadedScene, a: Stop, b: Stop, function: Callable[[Stop], float]) -> Stop:
     """Return the stop at a zero where the stiffness of the corrector vanishes as well: interpolated from beside it."""
-    about = _zero(scene, a, b, function, digits=0.1 * BESIDE).step
+    zero = _zero(scene, a, b, function, digits=0.1 * BESIDE)
+    about = zero.step
     places = about + BESIDE * b.step * NODES
-    stops = [stepped(scene, a, float(place)) for place in places]
+    stops = [stepped(scene, a, float(place), near=(about, zero)) for place in places]
     values = np.array([function(stop) for stop in stops])
     roots = np.roots(np.polyfit(NODES, values, 3))
     root = float(min(roots[np.abs(roots.imag) < 1e-6].real, key=abs, default=0.0))

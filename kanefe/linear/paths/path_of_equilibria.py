@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -233,7 +233,14 @@ class EquilibriumPath:
         return path
 
     @checked
-    def plot(self, path: str | Path | None = None, *, of: str = "", axis: str = "") -> Figure:
+    def plot(
+        self,
+        path: str | Path | None = None,
+        *,
+        of: str = "",
+        axis: str = "",
+        branches: Sequence[EquilibriumPath] = (),
+    ) -> Figure:
         """Draw the load factor over a displacement: stable solid, unstable dashed, with the critical points.
 
         Parameters
@@ -245,17 +252,23 @@ class EquilibriumPath:
             coordinate that moves most.
         axis : {"x", "y", "z"}, optional
             Of the position; default: the one along which it moves most.
+        branches : sequence of EquilibriumPath
+            Other paths that are drawn as well.
 
         Raises
         ------
         ModelError, MissingDependency
             If a name is not valid, or matplotlib is not installed.
         """
-        from kanefe.views.path_picture import path_picture
+        from kanefe.views.path_picture import PathCurve, path_picture
 
-        label, values = self._drawn(of, axis)
-        marks = [(point.kind, values[point.number], point.factor) for point in self.critical_points]
-        return path_picture(values, self.factors, self.unstable, marks, label, path)
+        of, axis = self._most(of, axis)
+        curves = []
+        for one in (self, *branches):
+            values = one.coordinates[of] if not axis else one._positions(of)[:, "xyz".index(axis)]
+            marks = [(point.kind, values[point.number], point.factor) for point in one.critical_points]
+            curves.append(PathCurve(values, one.factors, one.unstable, marks))
+        return path_picture(curves, f"{of} {axis} [m]" if axis else of, path)
 
     def __str__(self) -> str:
         kept = f"; kept: {', '.join(self.kept)}" if self.kept else ""
@@ -284,22 +297,21 @@ class EquilibriumPath:
         imbalance = worst_imbalance(small.here, small.du, small.speeds.N, small.speeds.leading)
         return Equilibrium(model, t, np.concatenate((stop.q, small.u, z)), imbalance, 0, model, small)
 
-    def _drawn(self, of: str, axis: str) -> tuple[str, Vector]:
-        """Return the label and the values of what a plot is drawn over."""
+    def _most(self, of: str, axis: str) -> tuple[str, str]:
+        """Return what a plot is drawn over: a coordinate without an axis, or the place of a body with one."""
         q = self.coordinates
-        if not of:
-            weights = self.loaded.weights
-            small = self._stops[0].balance.small
-            sizes = np.abs(np.linalg.pinv(small.coordinate_map).T @ weights) if len(weights) else weights
-            of = max(q, key=lambda name: float(np.ptp(q[name])) * float(sizes[list(q).index(name)]))
-        if of in q:
-            return of, q[of]
-        body, _, interface = of.partition("/")
-        places = self.position(body, interface or None)
         if axis not in {"", "x", "y", "z"}:
             raise ModelError(f"the axis of a plot must be x, y or z, not {axis!r}")
-        at = "xyz".index(axis) if axis else int(np.ptp(places, axis=0).argmax())
-        return f"{of} {'xyz'[at]} [m]", places[:, at]
+        if not of:
+            sizes = np.abs(np.linalg.pinv(self._stops[0].balance.small.coordinate_map).T @ self.loaded.weights)
+            return max(zip(q, sizes, strict=True), key=lambda pair: float(np.ptp(q[pair[0]])) * float(pair[1]))[0], ""
+        if of in q:
+            return of, ""
+        return of, axis or "xyz"[int(np.ptp(self._positions(of), axis=0).argmax())]
+
+    def _positions(self, of: str) -> np.ndarray:
+        body, _, interface = of.partition("/")
+        return self.position(body, interface or None)
 
 
 def warn_of_path(path: EquilibriumPath) -> None:

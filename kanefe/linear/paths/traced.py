@@ -12,7 +12,7 @@ from kanefe.linear.paths.crossings import Crossing, crossing_of_factor, crossing
 from kanefe.linear.paths.loaded_scene import LoadedScene, Tangent
 
 FINEST = 1e-3
-"""Step relative to the longest at which critical points count as one if they cannot be told apart."""
+"""Step relative to the longest at which a path ends if the critical points on it cannot be told apart."""
 
 
 FEWEST, BESIDE = 4, 0.1
@@ -42,15 +42,18 @@ def traced(
         here = stops[-1]
         try:
             there, leaves = _inside(scene, here, walk.next(here), bounds)
-            is_first = on_branch and len(stops) == 1
-            between = [] if is_first else crossings(scene, here, there)
         except PathLost as lost:
             return Traced(stops, found, f"lost at {here.factor:.6g} times the loads: {lost}", False)
+        is_first = on_branch and len(stops) == 1
+        try:
+            between = [] if is_first else crossings(scene, here, there)
+        except PathLost:
+            between = None
         if between is None:
             if there.step > FINEST * longest / scene.largest(here.ahead):
                 walk.shorter(0.5 * there.step)
                 continue
-            between = []
+            return Traced(stops, found, f"lost at {here.factor:.6g} times the loads: a critical point there", False)
         for crossing in between:
             found.append((len(stops), crossing))
             stops.append(crossing.stop)

@@ -328,6 +328,10 @@ def test_a_picture_shows_what_is_stable(tmp_path):
         axes = path.plot(tmp_path / "path.png", **options).axes[0]
         assert [text.get_text() for text in axes.get_legend().get_texts()] == ["stable", "unstable", "limit point"]
     assert axes.get_xlabel() == "node: distance [m]"
+    buckles = kf.equilibrium_path(rod(), to=2.0 * K)
+    axes = buckles.plot(of="rod: angle [rad]", branches=[buckles.branch(), buckles.branch(side=-1)]).axes[0]
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["stable", "unstable", "branch point"]
+    assert sorted(round(float(np.sign(line.get_xdata()[-1]))) for line in axes.lines) == [-1, 0, 0, 0, 1]
     with pytest.raises(ModelError, match="must be x, y or z, not 'w'"):
         path.plot(of="node", axis="w")
 
