@@ -51,8 +51,8 @@ if TYPE_CHECKING:
     from kanefe.integrate.status import RunStatus as RunStatus
     from kanefe.joints import *  # noqa: F403
     from kanefe.joints.base import AxisJoint as AxisJoint
-    from kanefe.linear.equilibrium.equilibria import Equilibrium as Equilibrium
     from kanefe.linear.equilibrium.equilibria import equilibrium as equilibrium
+    from kanefe.linear.equilibrium.rest import Equilibrium as Equilibrium
     from kanefe.linear.frequency_response import FrequencyResponse as FrequencyResponse
     from kanefe.linear.linearisation import Linearisation as Linearisation
     from kanefe.linear.linearisation import linearise as linearise
@@ -63,6 +63,9 @@ if TYPE_CHECKING:
     from kanefe.linear.over_speed.campbell_diagram import campbell as campbell
     from kanefe.linear.over_speed.stability_maps import stability_map as stability_map
     from kanefe.linear.over_speed.stability_over_speed import StabilityMap as StabilityMap
+    from kanefe.linear.paths.equilibrium_path import equilibrium_path as equilibrium_path
+    from kanefe.linear.paths.path_of_equilibria import CriticalPoint as CriticalPoint
+    from kanefe.linear.paths.path_of_equilibria import EquilibriumPath as EquilibriumPath
     from kanefe.linear.sampled.sampled_loop import SampledLoop as SampledLoop
     from kanefe.linear.sampled.sampled_loop import sampled_loop as sampled_loop
     from kanefe.linear.stability.buckling_modes import Buckling as Buckling

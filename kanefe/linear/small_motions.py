@@ -61,6 +61,8 @@ class SmallMotions:
         Coordinates and free speeds, consistent with the loops.
     drives : sequence of Drive
         Driven coordinates that are varied as well, after the free ones.
+    checks : bool
+        Whether singular positions of the loops are refused; `is_singular` tells of them.
 
     Attributes
     ----------
@@ -70,8 +72,10 @@ class SmallMotions:
         Their numbers among all speeds.
     """
 
-    def __init__(self, model: Model, t: float, q: Vector, u: Vector, drives: Sequence[Drive] = ()) -> None:
-        self.model, self.t, self.q, self.u, self.drives = model, t, q, u, tuple(drives)
+    def __init__(
+        self, model: Model, t: float, q: Vector, u: Vector, drives: Sequence[Drive] = (), checks: bool = True
+    ) -> None:
+        self.model, self.t, self.q, self.u, self.drives, self._checks = model, t, q, u, tuple(drives), checks
         n = model.free_count
         self.size = n + len(drives)
         self.G = np.zeros((self.size, self.size))
@@ -235,18 +239,26 @@ class SmallMotions:
         ]
         return np.column_stack([np.zeros((len(self._divided.J), 0)), *columns])
 
-    def _check_singular(self) -> None:
-        """Raise a ModelError at a singular position of the loops, where the motion is not unique."""
+    @property
+    def is_singular(self) -> bool:
+        """Whether the loops are singular here, where the motion is not unique."""
+        return bool(self._singular_rows)
+
+    @cached_property
+    def _singular_rows(self) -> Sequence[str]:
+        if not self.model.constraints:
+            return ()
         from kanefe.kane.constraint_report import singular_rows
 
-        if not self.model.constraints:
-            return
-        singular = singular_rows(self.here)
-        if singular:
+        return singular_rows(self.here)
+
+    def _check_singular(self) -> None:
+        """Raise a ModelError at a singular position of the loops."""
+        if self._checks and self.is_singular:
             raise ModelError(
-                f"the loops are singular at t = {self.t:.6g} s ({', '.join(singular[:3])} are dependent there): "
-                "the mechanism can continue in more than one way, and small motions are not linear. Remedy: a state "
-                "beside this one"
+                f"the loops are singular at t = {self.t:.6g} s ({', '.join(self._singular_rows[:3])} are dependent "
+                "there): the mechanism can continue in more than one way, and small motions are not linear. Remedy: a "
+                "state beside this one"
             )
 
 

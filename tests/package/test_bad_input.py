@@ -30,7 +30,7 @@ RUN_IN_STEPS = (
 """Methods by which loads, joints, shapes and laws serve the equations, which give them checked arguments."""
 
 MADE_BY_KANEFE = (
-    "Action|Buckling|Campbell|End|Equilibrium|FiniteElementModel|FlexibleBody|FloquetModes|FloquetModes.harmonics|Frame|FrequencyResponse|"
+    "Action|Buckling|Campbell|CriticalPoint|End|Equilibrium|EquilibriumPath|FiniteElementModel|FlexibleBody|FloquetModes|FloquetModes.harmonics|Frame|FrequencyResponse|"
     "Held|Instant|Joint|Linearisation|Link|Link.given|Link.sliding|Link.turning|Link.winding|LinkKernel|LoadEvent|"
     "LoadKernel|Model|Modes|MotionRao|NodalPattern|RaoConvention|RaoConvention.of|Result|Result.from_channels|RunStatus|SceneState|"
     "ScreenedRun|SegmentedBody|Simulation|Simulation.drive_of|StabilityLimit|Tangent|fatigue.Cycles|fatigue.Damage|fatigue.MeanStress|studies.GumbelFit|studies.Operability|Mesh|StiffnessSection|"
@@ -49,7 +49,12 @@ def covered(name: str, calls: set[str]) -> bool:
     """Return whether a public name is tried, or is none to be tried."""
     short = re.sub(r"^(kanefe_fem|kanefe)\.", "", name)
     owner, _, method = short.rpartition(".")
-    inherited = {"RobotScene": "System", "Equilibrium": "Instant", "StabilityLimit": "Buckling"}.get(owner)
+    inherited = {
+        "RobotScene": "System",
+        "Equilibrium": "Instant",
+        "StabilityLimit": "Buckling",
+        "CriticalPoint": "Buckling",
+    }.get(owner)
     if name in calls or (inherited and f"kanefe.{inherited}.{method}" in calls):
         return True
     if owner and re.fullmatch(RUN_IN_STEPS, method):

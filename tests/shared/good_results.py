@@ -94,6 +94,9 @@ call("kanefe.equilibrium (scene)", kf.equilibrium, scene=hanging())
 first("kanefe.floquet", kf.floquet, hanging, period=1.0, **AT)
 first("kanefe.buckling", kf.buckling, cantilever, loads=None, count=2, **AT)
 call("kanefe.buckling (scene)", kf.buckling, scene=cantilever())
+PATH = {"to": 2.0, "down_to": -2.0, "longest": 0.1, "points": 500}
+first("kanefe.equilibrium_path", kf.equilibrium_path, cantilever, loads=None, **PATH, **AT)
+call("kanefe.equilibrium_path (scene)", kf.equilibrium_path, scene=cantilever(), branch=None)
 first("kanefe.stability_limit", kf.stability_limit, cantilever, loads=None, up_to=None, **AT)
 
 
@@ -136,6 +139,22 @@ def buckled() -> kf.Buckling:
     return kf.buckling(cantilever(), count=2)
 
 
+@cache
+def path() -> kf.EquilibriumPath:
+    """Return the path of a rod that buckles at 100 N."""
+    made = kf.System()
+    hinge = kf.Revolute("y", forces=kf.CoordinateForce(stiffness=100.0))
+    rod = made.add_rigid_body("rod", 1.0, 0.1, com=(0, 0, 0.5), joint=hinge)
+    made.add_force(rod, (0, 0, -1), point=(0, 0, 1))
+    return kf.equilibrium_path(made, to=150.0)
+
+
+on("kanefe.EquilibriumPath.at", path, factor=50.0, crossing=0)
+on("kanefe.EquilibriumPath.branch", path, at=0, side=1, mode=0, **{**PATH, "to": 150.0})
+on("kanefe.EquilibriumPath.plot", path, path="p.png", of="rod", axis="x", branches=())
+on("kanefe.EquilibriumPath.point", path, number=1)
+on("kanefe.EquilibriumPath.position", path, name="rod", interface=None)
+on("kanefe.EquilibriumPath.read", path, quantity="position", name="rod", interface=None, of=None)
 on("kanefe.Equilibrium.linearise", lambda: kf.equilibrium(hanging()), inputs=None, outputs=None)
 on("kanefe.Linearisation.frequency_response", linear, frequencies=[1.0, 2.0])
 on("kanefe.Linearisation.moved", linear, x=[0.1, 0.0])

@@ -15,7 +15,8 @@ from kanefe.contact import Coulomb, HuntCrossley
 from kanefe.contact.shapes import Plane
 from kanefe.errors import ModelError
 from kanefe.joints import Motion, Planar, Revolute
-from kanefe.linear.equilibrium.equilibria import Equilibrium, equilibrium
+from kanefe.linear.equilibrium.equilibria import equilibrium
+from kanefe.linear.equilibrium.rest import Equilibrium
 from kanefe.loads import Rope
 from kanefe.system import System
 from kanefe_fem.sramss import parameters as given

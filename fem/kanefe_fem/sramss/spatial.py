@@ -19,7 +19,8 @@ from kanefe.fe_model.interface import Interface
 from kanefe.frames import euler_parameters_from_matrix, rotation_matrix
 from kanefe.joints import Free
 from kanefe.joints.given_pose import GivenPose
-from kanefe.linear.equilibrium.equilibria import Equilibrium, equilibrium
+from kanefe.linear.equilibrium.equilibria import equilibrium
+from kanefe.linear.equilibrium.rest import Equilibrium
 from kanefe.loads import Rope
 from kanefe.reduction import CraigBampton, flexible_body
 from kanefe.system import System

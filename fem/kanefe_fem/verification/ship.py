@@ -13,7 +13,8 @@ from kanefe.fe_model.damping import RayleighDamping
 from kanefe.joints import Planar, Revolute
 from kanefe.kane.coupling import accelerations_and_coupling_forces
 from kanefe.kane.state import State
-from kanefe.linear.equilibrium.equilibria import Equilibrium, equilibrium
+from kanefe.linear.equilibrium.equilibria import equilibrium
+from kanefe.linear.equilibrium.rest import Equilibrium
 from kanefe.linear.linearisation import linearise
 from kanefe.result import Result
 from kanefe.system import System

@@ -104,7 +104,7 @@ class BalanceSearch:
             return None
         q, u = small.q, small.u
         for _ in range(MOST_UNBOWED):
-            H, inverse, weight = _stiffness(small)
+            H, inverse, weight = stiffness_of(small)
             squares, shapes = np.linalg.eigh(0.5 * (H + H.T))
             shapes = shapes[:, np.abs(squares) >= self._slack]
             if shapes.shape[1] == len(H):
@@ -124,10 +124,10 @@ class BalanceSearch:
         one.
         """
         small = self._off_balance()
-        if small is None or _lowest(_stiffness(small)[0]) >= 0.0:
+        if small is None or _lowest(stiffness_of(small)[0]) >= 0.0:
             return None
         state, imbalance = self._iterate((small.q, small.u), settles=False)
-        runs_away = _lowest(_stiffness(self.small(*state))[0]) < 0.0
+        runs_away = _lowest(stiffness_of(self.small(*state))[0]) < 0.0
         return state if imbalance.ratio <= BALANCED and runs_away else None
 
     def _off_balance(self) -> SmallMotions | None:
@@ -221,7 +221,7 @@ class BalanceSearch:
         inverse, weight = _unit_mass(small)
         residual = weight @ small.du[lead]
         if small.is_holonomic and not len(self.found) and len(kept) == len(lead):
-            H = _stiffness(small)[0]
+            H = stiffness_of(small)[0]
             H = H - 1.5 * _lowest(H) * np.eye(len(H)) if settles else H
             x = _solved(H, residual)
             if settles and (along := float(residual @ x)) < 0.0:
@@ -244,7 +244,7 @@ class BalanceSearch:
         """Return the state after the step, which is limited to `longest` and halved while it goes too far.
 
         Too far means: with the shift, that the forces push back more than they pushed on; else, that accelerations
-        grow.
+        grow. A position at which the loops are singular is left out.
         """
         share = self._longest / max(step_length(self.model, z), self._longest)
         here = self.small(q, u)
@@ -252,7 +252,9 @@ class BalanceSearch:
         for _ in range(LARGEST_HALVINGS):
             q_new, u_new = self._closed(self.model.advance(q, share * z), u + share * du)
             there = self.small(q_new, u_new)
-            if self._force(there, z) >= -0.9 * force if settles else self._size(there) < before:
+            if not there.is_singular and (
+                self._force(there, z) >= -0.9 * force if settles else self._size(there) < before
+            ):
                 break
             share *= 0.5
         return q_new, u_new, self.imbalance(q_new, u_new)
@@ -306,7 +308,7 @@ def _unit_mass(small: SmallMotions) -> tuple[Matrix, Matrix]:
     return inverse, inverse @ M
 
 
-def _stiffness(small: SmallMotions) -> tuple[Matrix, Matrix, Matrix]:
+def stiffness_of(small: SmallMotions) -> tuple[Matrix, Matrix, Matrix]:
     """Return the stiffness in coordinates of unit mass of a scene without rolling, and the result of `_unit_mass`."""
     inverse, weight = _unit_mass(small)
     return -weight @ small.along_positions.ddu[small.speeds.leading] @ inverse.T, inverse, weight

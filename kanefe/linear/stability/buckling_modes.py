@@ -178,8 +178,8 @@ def _warn_of_displacement(found: Buckling) -> None:
     if before > FAR:
         warnings.warn(
             f"before it buckles at {found.factors[0]:.4g} times its loads, the scene moves by some {before:.2g} rad or "
-            "scene lengths, beyond the range of linear buckling. Remedy: kanefe.equilibrium with loads that "
-            "are raised in steps, each from the last one, and linearise(...).modes() there",
+            "scene lengths, beyond the range of linear buckling. Remedy: kanefe.equilibrium_path, which follows "
+            "the equilibria as the loads are raised",
             AccuracyWarning,
             stacklevel=outside(),
         )

@@ -7,7 +7,7 @@ import kanefe as kf
 from kanefe.errors import ModelError, SimulationError
 from kanefe.kane.loop_closure import project_positions
 from linear_scenes import GRAVITY, cart_and_rod, governor
-from loop_scenes import four_bar
+from loop_scenes import four_bar, four_bars
 from scenes import lattice_body
 from steel_beams import steel_bar
 
@@ -166,3 +166,10 @@ def test_what_is_printed_fits_a_screen() -> None:
     small = kf.linearise(cart_and_rod(), outputs=("joint_coordinates rod",))
     shown = "small motions about t = 0 s: 4 states; A, B, C, D are arrays\n  inputs   none named\n  outputs  joint_"
     assert str(small).startswith(shown)
+
+
+def test_a_search_steps_over_positions_at_which_loops_are_singular():
+    """The first step, of 0.3 rad, ends where all bars are in one line; the parallelogram hangs in the end."""
+    aside = np.pi / 2 - 0.3
+    found = kf.equilibrium(four_bars(1, "one on the other"), start=[aside, -aside, aside, 0.0, 0.0, 0.0])
+    assert np.cos(found.q) == pytest.approx(-np.ones(3), abs=1e-9)

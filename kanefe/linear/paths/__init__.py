@@ -1,0 +1,1 @@
+"""Equilibria along a load: continuation, limit points, branch points and branches."""

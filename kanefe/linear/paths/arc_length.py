@@ -1,0 +1,163 @@
+"""Continuation by pseudo-arc-length: predictor along the tangent, corrector across it, steps by what they need.
+
+A step of length s goes along the unit tangent; Newton's corrections are orthogonal to it, so that limit points are
+passed (Riks, Int. J. Solids Struct. 15 (1979) 529-551; Keller, in Applications of Bifurcation Theory, 1977).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kanefe.errors import KanefeError
+from kanefe.frames import Vector
+from kanefe.linear.paths.loaded_scene import Balance, LoadedScene, Tangent
+
+MOST_CORRECTIONS, PATIENCE = 10, 60
+"""Largest number of Newton's corrections of one step, and of one beside a branch point, where each only halves the
+error."""
+
+SETTLED = 1e-7
+"""Correction with which a step ends, rad, scene lengths or shares of the range of factors: Newton's method squares the
+error."""
+
+ROUNDED, UNMOVED = 1e-5, 0.9
+"""Correction in rad or scene lengths below which one that is not smaller than the given share of the last one is
+round-off of a nearly singular stiffness."""
+
+BENT, TOO_BENT = 0.03, 0.2
+"""Length of all corrections relative to that of the step: for which the next step is chosen, and which is refused."""
+
+TURNED = 0.7
+"""Cosine between successive tangents below which a step is refused: it may have jumped to another path."""
+
+SHORTEST = 1e-6
+"""Shortest step relative to the longest."""
+
+BEGINS = 0.2
+"""First step relative to the longest."""
+
+
+class PathLost(Exception):
+    """A step that does not come to balance; its text says what failed."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stop:
+    """A point on a path: where it is, and the stop, direction and length of the step that found it.
+
+    Attributes
+    ----------
+    balance : Balance
+    ahead : Tangent
+        Unit tangent of the path in the sense of travel.
+    origin : Stop or None
+    step : float
+        Length of the step from the origin.
+    corrected : float
+        Length of all corrections of this step.
+    """
+
+    balance: Balance
+    ahead: Tangent
+    origin: Stop | None = None
+    step: float = 0.0
+    corrected: float = 0.0
+
+    @property
+    def q(self) -> Vector:
+        """Coordinates."""
+        return self.balance.q
+
+    @property
+    def factor(self) -> float:
+        """Of the loads."""
+        return self.balance.factor
+
+    @property
+    def negative(self) -> int:
+        """Number of negative stiffnesses."""
+        return self.balance.negative
+
+
+def corrected(scene: LoadedScene, q: Vector, factor: float, row: Tangent, most: float) -> tuple[Balance, float]:
+    """Return the balance across a direction from a guess, and the length of the corrections.
+
+    Raises
+    ------
+    PathLost
+        If Newton's method does not converge, or its corrections are longer than `most`.
+    """
+    total, before = 0.0, np.inf
+    try:
+        for _ in range(MOST_CORRECTIONS if np.isfinite(most) else PATIENCE):
+            balance = scene.balance(q, factor)
+            change = balance.solved(balance.forces, row, 0.0)
+            size = scene.largest(change)
+            total += scene.norm(change)
+            if UNMOVED * before < size <= ROUNDED:
+                return balance, total
+            if not total <= most or size > max(2.0 * before, ROUNDED):
+                raise PathLost("the corrections grow")
+            q, factor, before = scene.moved(q, change.z), factor + change.factor, size
+            if size <= SETTLED:
+                return scene.balance(q, factor), total
+    except KanefeError as error:
+        raise PathLost(str(error)) from error
+    raise PathLost("the corrections do not end")
+
+
+def stepped(
+    scene: LoadedScene, origin: Stop, length: float, most: float = np.inf, near: tuple[float, Stop] | None = None
+) -> Stop:
+    """Return the stop at a length along the tangent of another one; a PathLost if there is none.
+
+    `near` is a length and the stop there, where the search begins instead of at the origin.
+    """
+    ahead, (begun, begin) = origin.ahead, near or (0.0, origin)
+    try:
+        guess = scene.moved(begin.q, (length - begun) * ahead.z)
+    except KanefeError as error:
+        raise PathLost(str(error)) from error
+    balance, total = corrected(scene, guess, begin.factor + (length - begun) * ahead.factor, ahead, most)
+    if balance.small.is_singular:
+        raise PathLost("the loops are singular there")
+    return Stop(balance, balance.tangent(ahead), origin, length, total)
+
+
+class Walk:
+    """Successive stops of a path, with steps that are as long as their corrections allow.
+
+    Parameters
+    ----------
+    scene : LoadedScene
+    longest : float
+        Largest change of one coordinate in a step, rad or scene lengths, and of the factor relative to its range.
+    """
+
+    def __init__(self, scene: LoadedScene, longest: float) -> None:
+        self.scene, self.longest = scene, longest
+        self._length = 0.0
+
+    def next(self, origin: Stop) -> Stop:
+        """Return the next stop; a PathLost if the shortest step has none."""
+        limit = self.longest / self.scene.largest(origin.ahead)
+        length = min(self._length or BEGINS * limit, limit)
+        while True:
+            try:
+                stop = stepped(self.scene, origin, length, TOO_BENT * length)
+                if self.scene.dot(stop.ahead, origin.ahead) < TURNED:
+                    raise PathLost("the path turns sharply")
+            except PathLost:
+                length *= 0.5
+                if length < SHORTEST * limit:
+                    raise
+                continue
+            bend = stop.corrected / length
+            self._length = length * min(2.0, max(0.5, BENT / max(bend, 1e-3 * BENT)))
+            return stop
+
+    def shorter(self, length: float) -> None:
+        """Let the next step be no longer than this."""
+        self._length = length
