@@ -16,11 +16,12 @@ accelerations are the derivatives of this map, not approximations of their own, 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from kanefe.bodies.slopes import SLOPE_MEASURES
-from kanefe.frames import Matrix, Vector, cross, skew
+from kanefe.frames import Matrix, Vector
 from kanefe.storage.pickled import PickledByFields
 
 MAGNUS_POINTS = 0.5 + np.sqrt(15.0) / 10.0 * np.array((-1.0, 0.0, 1.0))
@@ -97,52 +98,60 @@ class BeamLine(PickledByFields):
         """Return which station is the end of a cell; -1: the root."""
         return (cell + 1) * (len(self.points) + 1)
 
-    def motion(self, eta: Vector, deta: Vector) -> SectionMotions:
-        """Return the motion of all stations seen from G (Eq. 22, 24-26 for sections that turn far)."""
-        C, P, k = len(self.lengths), len(self.points), self.count
-        found = SectionMotions.room(self.node_count, k)
-        found.A[0], found.p[0] = self.axes, self.place
-        along, about = self.strain_of < 3, self.strain_of >= 3
-        Q = self.integration
-        node = 0
-        for c in range(C):
-            start = node
-            slopes = np.zeros((P, 3)), np.zeros((P, 3)), np.zeros((P, 3)), np.zeros((P, 3, k))
-            for g in range(P + 1):
-                self._turn(found, node, c, g, about, eta, deta)
-                node += 1
-                if g == P:
-                    break
-                A, w, y = found.A[node], found.w[node], found.y[node]
-                columns = np.zeros((3, k))
-                columns[self.strain_of[along], np.flatnonzero(along)] = self.values[c, g, along]
-                t = A @ (ALONG + columns @ eta)
-                stretch = A @ (columns @ deta)
-                slopes[0][g] = t
-                slopes[1][g] = cross(w, t) + stretch
-                slopes[2][g] = cross(y, t) + cross(w, cross(w, t) + 2.0 * stretch)
-                slopes[3][g] = A @ columns - skew(t) @ found.W[node]
-            h, stations = self.lengths[c], slice(start + 1, start + P + 2)
-            for of, integrand in zip((found.p, found.v, found.z, found.V), slopes, strict=True):
-                of[stations] = of[start] + h * np.tensordot(Q, integrand, axes=1)
-        return found
+    @cached_property
+    def _columns(self) -> tuple[np.ndarray, np.ndarray]:
+        """Twist and curvature in all steps (C, P + 1, 3, 3, k), and stretch and shear at all Gauss points (C, P, 3, k)."""
+        C, P, k = self.values.shape
+        about, along = np.zeros((C, P + 1, 3, 3, k)), np.zeros((C, P, 3, k))
+        for j, strain in enumerate(self.strain_of):
+            if strain < 3:
+                along[:, :, strain, j] = self.values[:, :, j]
+            else:
+                about[:, :, :, strain - 3, j] = self.turn_values[:, :, :, j]
+        return about, along
 
-    def _turn(
-        self, found: SectionMotions, node: int, c: int, g: int, about: np.ndarray, eta: Vector, deta: Vector
-    ) -> None:
-        """Write the axes of the next station, and how they turn."""
-        k, measure = self.count, SLOPE_MEASURES["rotation-vector"]
-        columns = np.zeros((3, 3, k))
-        for m in range(3):
-            columns[m, self.strain_of[about] - 3, np.flatnonzero(about)] = self.turn_values[c, g, m, about]
-        omega, domega, ddomega, D = turn_of_step(self.turn_rest[c, g] + columns @ eta, columns @ deta)
-        A, w = found.A[node], found.w[node]
-        T = measure.tangent(omega)
-        spin = A @ (T @ domega)
-        found.A[node + 1] = A @ measure.rotation(omega)
-        found.W[node + 1] = found.W[node] + A @ T @ np.einsum("mab,mbk->ak", D, columns)
-        found.w[node + 1] = w + spin
-        found.y[node + 1] = found.y[node] + cross(w, spin) + A @ (T @ ddomega + measure.remainder(omega, domega))
+    def motion(self, eta: Vector, deta: Vector) -> SectionMotions:
+        """Return the motion of all stations seen from G (Eq. 22, 24-26 for sections that turn far).
+
+        That of the last state is kept, for all who ask for it.
+        """
+        state = eta.tobytes() + deta.tobytes()
+        last: tuple[bytes, SectionMotions] | None = self.__dict__.get("_last")
+        if last is None or last[0] != state:
+            last = state, self._moved(eta, deta)
+            self.__dict__["_last"] = last
+        return last[1]
+
+    def _moved(self, eta: Vector, deta: Vector) -> SectionMotions:
+        C, P, k = self.values.shape
+        found = SectionMotions.room(self.node_count, k)
+        about, along = self._columns
+        omega, rate, second, D = turn_of_step(self.turn_rest + about @ eta, about @ deta)
+        E, T, remainder = rotations(omega, rate)
+        spins, twists = (np.squeeze(T @ x[..., None], -1) for x in (rate, second))
+        turns = T @ np.einsum("cgmab,cgmbk->cgak", D, about)
+        flat = [x.reshape(C * (P + 1), *x.shape[2:]) for x in (E, spins, twists + remainder, turns)]
+        found.A[0], found.p[0] = self.axes, self.place
+        for n, turn in enumerate(flat[0]):
+            found.A[n + 1] = found.A[n] @ turn
+        before = found.A[:-1]
+        spin, twist = (np.squeeze(before @ x[..., None], -1) for x in flat[1:3])
+        np.cumsum(spin, axis=0, out=found.w[1:])
+        np.cumsum(before @ flat[3], axis=0, out=found.W[1:])
+        np.cumsum(twist + np.cross(found.w[:-1], spin), axis=0, out=found.y[1:])
+
+        gauss = self.gauss_nodes
+        A, w, y = found.A[gauss], found.w[gauss], found.y[gauss]
+        t = A @ (ALONG + along @ eta)[..., None]
+        stretch, t = np.squeeze(A @ (along @ deta)[..., None], -1), t[..., 0]
+        swing = np.cross(w, t)
+        pull = np.cross(y, t) + np.cross(w, swing + 2.0 * stretch)
+        slope = A @ along - np.cross(t[..., None], found.W[gauss], axis=2)
+        for of, integrand in ((found.p, t), (found.v, swing + stretch), (found.z, pull), (found.V, slope)):
+            for c, h in enumerate(self.lengths):
+                start = c * (P + 1)
+                of[start + 1 : start + P + 2] = of[start] + h * np.tensordot(self.integration, integrand[c], axes=1)
+        return found
 
 
 @dataclass(slots=True)
@@ -176,42 +185,63 @@ class SectionMotions:
         return cls(np.zeros((n, 3, 3)), *(np.zeros((n, *shape)) for shape in ((3,), (3,), (3,), (3, k), (3, k), (3,), (3,))))
 
 
-def turn_of_step(a: Matrix, da: Matrix) -> tuple[Vector, Vector, Vector, Matrix]:
-    """Return the rotation vector omega of a step, its two rates, and its derivatives by the vectors a, (3, 3, 3).
+def rotations(omega: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the rotations of rotation vectors (..., 3), their tangents T of ``w = T rate``, and ``dT/dt rate``."""
+    measure = SLOPE_MEASURES["rotation-vector"]
+    pairs = list(zip(omega.reshape(-1, 3), rate.reshape(-1, 3), strict=True))
+    found = [(measure.rotation(x), measure.tangent(x), measure.remainder(x, dx)) for x, dx in pairs]
+    shape = omega.shape[:-1]
+    E, T, remainder = (np.array(part) for part in zip(*found, strict=True))
+    return E.reshape(*shape, 3, 3), T.reshape(*shape, 3, 3), remainder.reshape(*shape, 3)
+
+
+def turn_of_step(a: np.ndarray, da: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return the rotation vector omega (..., 3) of steps, its two rates, and its derivatives by the vectors a.
 
     Parameters
     ----------
-    a, da : ndarray, shape (3, 3)
+    a, da : ndarray, shape (..., 3, 3)
         Curvature times length, and its first and second differences, as rows; and their rates, which are constant.
+
+    Returns
+    -------
+    omega, rate, second : ndarray, shape (..., 3)
+    D : ndarray, shape (..., 3, 3, 3)
+        The first of the last three says by which vector.
     """
-    a1, a2, a3 = a
-    d1, d2, d3 = da
+    a1, a2, a3 = np.moveaxis(a, -2, 0)
+    d1, d2, d3 = np.moveaxis(da, -2, 0)
     # brackets of a product from the right: [x, y] = y x x
-    c1 = cross(a2, a1)
+    c1 = np.cross(a2, a1)
     e = 2.0 * a3 + c1
-    c2 = cross(e, a1) / -60.0
+    c2 = np.cross(e, a1) / -60.0
     f, g = c1 - 20.0 * a1 - a3, a2 + c2
-    omega = a1 + a3 / 12.0 + cross(g, f) / 240.0
+    omega = a1 + a3 / 12.0 + np.cross(g, f) / 240.0
 
-    dc1 = cross(d2, a1) + cross(a2, d1)
+    dc1 = np.cross(d2, a1) + np.cross(a2, d1)
     de = 2.0 * d3 + dc1
-    dc2 = (cross(de, a1) + cross(e, d1)) / -60.0
+    dc2 = (np.cross(de, a1) + np.cross(e, d1)) / -60.0
     df, dg = dc1 - 20.0 * d1 - d3, d2 + dc2
-    rate = d1 + d3 / 12.0 + (cross(dg, f) + cross(g, df)) / 240.0
+    rate = d1 + d3 / 12.0 + (np.cross(dg, f) + np.cross(g, df)) / 240.0
 
-    ddc1 = 2.0 * cross(d2, d1)
-    ddc2 = (cross(ddc1, a1) + 2.0 * cross(de, d1)) / -60.0
-    second = (cross(ddc2, f) + 2.0 * cross(dg, df) + cross(g, ddc1)) / 240.0
+    ddc1 = 2.0 * np.cross(d2, d1)
+    ddc2 = (np.cross(ddc1, a1) + 2.0 * np.cross(de, d1)) / -60.0
+    second = (np.cross(ddc2, f) + 2.0 * np.cross(dg, df) + np.cross(g, ddc1)) / 240.0
 
-    one, zero = np.eye(3), np.zeros((3, 3))
-    D = np.zeros((3, 3, 3))
-    for m, (of_c1, own_e) in enumerate(((skew(a2), zero), (-skew(a1), zero), (zero, 2.0 * one))):
-        of_e = own_e + of_c1
-        of_c2 = (-skew(a1) @ of_e + (skew(e) if m == 0 else zero)) / -60.0
-        of_f = of_c1 + (-20.0 * one, zero, -one)[m]
-        of_g = of_c2 + (one if m == 1 else zero)
-        D[m] = (one, zero, one / 12.0)[m] + (-skew(f) @ of_g + skew(g) @ of_f) / 240.0
-    return omega, rate, second, D
+    one = np.eye(3)
+    A1, A2, E, F, G = (skews(x) for x in (a1, a2, e, f, g))
+    none = np.zeros_like(A1)
+    D = []
+    for m, (of_c1, own_e) in enumerate(((A2, none), (-A1, none), (none, 2.0 * one))):
+        of_c2 = (-A1 @ (own_e + of_c1) + (E if m == 0 else none)) / -60.0
+        of_f, of_g = of_c1 + (-20.0, 0.0, -1.0)[m] * one, of_c2 + (0.0, 1.0, 0.0)[m] * one
+        D.append((1.0, 0.0, 1.0 / 12.0)[m] * one + (G @ of_f - F @ of_g) / 240.0)
+    return omega, rate, second, np.stack(D, axis=-3)
+
+
+def skews(v: np.ndarray) -> np.ndarray:
+    """Return v~ of vectors (..., 3)."""
+    return np.cross(v[..., None, :], np.eye(3)).swapaxes(-1, -2)
 
 
 def magnus_vectors(h: float, curvatures: np.ndarray) -> np.ndarray:

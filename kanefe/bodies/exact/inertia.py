@@ -7,9 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
-from kanefe.bodies.exact.beam_line import BeamLine
+from kanefe.bodies.exact.beam_line import BeamLine, skews
 from kanefe.bodies.mass_moments import MassMoments
-from kanefe.frames import Matrix, Vector, cross, skew
+from kanefe.frames import Matrix, Vector
 from kanefe.storage.pickled import PickledByFields
 
 
@@ -67,27 +67,27 @@ class BeamInertia(PickledByFields):
     def _terms_at(self, eta: Vector, deta: Vector, w: Vector) -> tuple[Matrix, Vector]:
         line, k = self.line, self.line.count
         motion = line.motion(eta, deta)
-        mass, bias = np.zeros((6 + k, 6 + k)), np.zeros(6 + k)
-        for c, nodes in enumerate(line.gauss_nodes):
-            for g, node in enumerate(nodes):
-                A, own = motion.A[node], motion.w[node]
-                arm = A @ line.centres[c, g]
-                r = motion.p[node] + arm
-                inertia = A @ line.inertias[c, g] @ A.T
-                J = np.zeros((6, 6 + k))  # of the centre of mass, and of the axes
-                J[:3, :3] = J[3:, 3:6] = np.eye(3)
-                J[:3, 3:6] = -skew(r)
-                J[:3, 6:] = motion.V[node] - skew(arm) @ motion.W[node]
-                J[3:, 6:] = motion.W[node]
-                velocity = motion.v[node] + cross(own, arm)
-                inner = motion.z[node] + cross(motion.y[node], arm) + cross(own, cross(own, arm))
-                a = inner + 2.0 * cross(w, velocity) + cross(w, cross(w, r))
-                spin = w + own
-                alpha = motion.y[node] + cross(w, own)
-                moment = inertia @ alpha + cross(spin, inertia @ spin)
-                mass += line.masses[c, g] * J[:3].T @ J[:3] + J[3:].T @ inertia @ J[3:]
-                bias += line.masses[c, g] * J[:3].T @ a + J[3:].T @ moment
-        return mass, bias
+        gauss = line.gauss_nodes.ravel()
+        m, inertias = line.masses.reshape(-1, 1), line.inertias.reshape(-1, 3, 3)
+        A, own, y = motion.A[gauss], motion.w[gauss], motion.y[gauss]
+        arm = np.squeeze(A @ line.centres.reshape(-1, 3, 1), -1)
+        r = motion.p[gauss] + arm
+        inertia = A @ inertias @ A.swapaxes(1, 2)
+        V = np.zeros((len(gauss), 3, 6 + k))  # of the centres of mass, and W of the axes
+        W = np.zeros_like(V)
+        V[:, :, :3] = W[:, :, 3:6] = np.eye(3)
+        V[:, :, 3:6] = -skews(r)
+        W[:, :, 6:] = motion.W[gauss]
+        V[:, :, 6:] = motion.V[gauss] - skews(arm) @ motion.W[gauss]
+        swing = np.cross(own, arm)
+        inner = motion.z[gauss] + np.cross(y, arm) + np.cross(own, swing)
+        a = inner + 2.0 * np.cross(w, motion.v[gauss] + swing) + np.cross(w, np.cross(w, r))
+        spin, alpha = w + own, y + np.cross(w, own)
+        momentum = np.squeeze(inertia @ spin[..., None], -1)
+        moment = np.squeeze(inertia @ alpha[..., None], -1) + np.cross(spin, momentum)
+        flat, turned = V.reshape(-1, 6 + k), W.reshape(-1, 6 + k)
+        mass = flat.T @ (m[:, :, None] * V).reshape(-1, 6 + k) + turned.T @ (inertia @ W).reshape(-1, 6 + k)
+        return mass, flat.T @ (m * a).ravel() + turned.T @ moment.ravel()
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return nothing: the arrays are those of the line."""
