@@ -10,8 +10,10 @@ import numpy as np
 from kanefe.arguments import checked
 from kanefe.bodies.exact.beam import ExactBeam, exact_beam_body
 from kanefe.bodies.exact.build import STRAINS, SectionFields, beam_line
+from kanefe.bodies.exact.inertia import BeamInertia
 from kanefe.bodies.exact.strain_basis import Legendre, StrainBasis
 from kanefe.errors import ModelError
+from kanefe.fe_model.damping import ModalDamping, RayleighDamping, damping_of
 from kanefe.frames import numbers
 from kanefe_fem.beams.beam_section import BeamSection
 
@@ -49,7 +51,7 @@ def exact_beam(
     axes: Sequence[Sequence[float]] | np.ndarray | None = None,
     interfaces: Mapping[str, float] | None = None,
     breaks: Sequence[float] = (),
-    damping: float = 0.0,
+    damping: RayleighDamping | ModalDamping | None = None,
 ) -> ExactBeam:
     """Return a geometrically exact beam, which may bend and turn as far as it likes, as a flexible body.
 
@@ -80,9 +82,9 @@ def exact_beam(
         Arc lengths (m) of the sections to which something is attached. Default: "root" at 0 and "tip" at the end.
     breaks : sequence of float, optional
         Other arc lengths (m) at which sections or curvatures jump.
-    damping : float
-        Stress from the rate of a strain over that from the strain itself, s: damping of the strains, which rigid
-        motions are free of.
+    damping : RayleighDamping or ModalDamping, optional
+        Of the rates of the strains, which rigid motions do not have, with the modes and the mass of the beam at rest.
+        ``RayleighDamping(stiffness=...)`` is a viscous material.
 
     Returns
     -------
@@ -114,14 +116,13 @@ def exact_beam(
     _check_positive(fields, length, [STRAINS.index(name) for name in kept], inner)
     points = max(b.degree for b in bases.values()) + 1 + SPARE_POINTS
     line, K = beam_line(length, fields, bases, inner, points, place, root)
-    if not 0.0 <= numbers(damping) < np.inf:
-        raise ModelError(f"exact_beam: damping = {damping!r} must be a time in s, zero or more")
+    if damping is not None and not isinstance(damping, (RayleighDamping, ModalDamping)):
+        raise ModelError(f"exact_beam: damping = {damping!r}. Remedy: kanefe.RayleighDamping or kanefe.ModalDamping")
+    C = np.zeros_like(K) if damping is None else damping_of(damping, K, BeamInertia(line).elastic_mass)
     ends = np.cumsum(line.lengths)
-    stations = {
-        name: 0 if s == 0.0 else line.end_node(int(np.abs(ends - s).argmin())) for name, s in where.items()
-    }
+    stations = {name: 0 if s == 0.0 else line.end_node(int(np.abs(ends - s).argmin())) for name, s in where.items()}
     provenance = {"source": "kanefe_fem.exact_beam", "theory": theory, "planar": planar, "length": length}
-    return exact_beam_body(line, K, damping * K, stations, provenance)
+    return exact_beam_body(line, K, C, stations, provenance)
 
 
 def _bases(given: Any, kept: Sequence[str]) -> dict[int, StrainBasis]:
@@ -172,7 +173,9 @@ def _root(start: Any, axes: Any) -> tuple[np.ndarray, np.ndarray]:
     if place.shape != (3,) or not np.isfinite(place).all():
         raise ModelError(f"exact_beam: start = {start!r} must be a place (3,) in m")
     if root.shape != (3, 3) or np.abs(root.T @ root - np.eye(3)).max() > 1e-9 or np.linalg.det(root) < 0.0:
-        raise ModelError("exact_beam: axes must be a rotation matrix (3, 3) with the axes of the root section as columns")
+        raise ModelError(
+            "exact_beam: axes must be a rotation matrix (3, 3) with the axes of the root section as columns"
+        )
     return place, root
 
 
@@ -233,4 +236,6 @@ def _check_positive(fields: SectionFields, length: float, kept: list[int], inner
         own = D[np.ix_(kept, kept)]
         size = np.sqrt(np.diag(own))
         if np.linalg.eigvalsh(own / np.outer(size, size))[0] <= 0.0:
-            raise ModelError(f"exact_beam: the stiffness of the section at {s:g} m is not positive. Remedy: check its signs")
+            raise ModelError(
+                f"exact_beam: the stiffness of the section at {s:g} m is not positive. Remedy: check its signs"
+            )

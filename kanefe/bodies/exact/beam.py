@@ -116,7 +116,9 @@ def section_frame(line: BeamLine, station: int, name: str) -> SectionFrame:
     still = np.zeros(line.count)
     found = line.motion(still, still)
     motion = np.vstack((found.V[station], found.W[station]))
-    return SectionFrame(name, found.p[station].copy(), motion, line=line, station=station, at_rest=found.A[station].copy())
+    return SectionFrame(
+        name, found.p[station].copy(), motion, line=line, station=station, at_rest=found.A[station].copy()
+    )
 
 
 def exact_beam_body(

@@ -151,6 +151,8 @@ class BeamLine(PickledByFields):
             for c, h in enumerate(self.lengths):
                 start = c * (P + 1)
                 of[start + 1 : start + P + 2] = of[start] + h * np.tensordot(self.integration, integrand[c], axes=1)
+        for part in (found.A, found.p, found.v, found.w, found.V, found.W, found.z, found.y):
+            part.flags.writeable = False
         return found
 
 
@@ -182,7 +184,9 @@ class SectionMotions:
     @classmethod
     def room(cls, n: int, k: int) -> SectionMotions:
         """Return the motion of n sections, all zero."""
-        return cls(np.zeros((n, 3, 3)), *(np.zeros((n, *shape)) for shape in ((3,), (3,), (3,), (3, k), (3, k), (3,), (3,))))
+        return cls(
+            np.zeros((n, 3, 3)), *(np.zeros((n, *shape)) for shape in ((3,), (3,), (3,), (3, k), (3, k), (3,), (3,)))
+        )
 
 
 def rotations(omega: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -247,7 +251,9 @@ def skews(v: np.ndarray) -> np.ndarray:
 def magnus_vectors(h: float, curvatures: np.ndarray) -> np.ndarray:
     """Return the three vectors of the Magnus expansion from values at `MAGNUS_POINTS`, (3, ...)."""
     first, middle, last = curvatures
-    return np.array((h * middle, np.sqrt(15.0) / 3.0 * h * (last - first), 10.0 / 3.0 * h * (last - 2.0 * middle + first)))
+    return np.array(
+        (h * middle, np.sqrt(15.0) / 3.0 * h * (last - first), 10.0 / 3.0 * h * (last - 2.0 * middle + first))
+    )
 
 
 def integration_matrix(points: np.ndarray, weights: np.ndarray) -> Matrix:

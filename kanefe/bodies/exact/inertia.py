@@ -30,7 +30,7 @@ class BeamInertia(PickledByFields):
 
     @property
     def mass(self) -> np.ndarray:
-        """kg."""
+        """Kg."""
         return np.asarray(self.line.masses.sum())
 
     @cached_property

@@ -43,14 +43,13 @@ from kanefe.kernels.layout import (
     ROW,
     SPEED,
     SPHERICAL,
-    WORK_SCALE,
     FlexibleTables,
     R,
     Tables,
 )
 from kanefe.kernels.loads.point_and_field_loads import share_of_modes
 from kanefe.kernels.sweeps.border import border_in
-from kanefe.kernels.sweeps.elastic import coupling_span, span, total
+from kanefe.kernels.sweeps.elastic import coupling_span, total
 from kanefe.kernels.sweeps.inward import moved_freely, through_axis, through_ball
 from kanefe.kernels.sweeps.link_motion import partials
 from kanefe.kernels.sweeps.modal_elimination import push_through_modes, scale, subtract

@@ -319,7 +319,9 @@ def set_exact(flexible: FlexibleTables, f: int, i: int, work: np.ndarray, modal:
         )
         swing = cross(own, arm)
         velocity = plus(vector(at.sections, node, V_AT), swing)
-        inner = plus(vector(at.sections, node, Z_AT), plus(cross(vector(at.sections, node, Y_AT), arm), cross(own, swing)))
+        inner = plus(
+            vector(at.sections, node, Z_AT), plus(cross(vector(at.sections, node, Y_AT), arm), cross(own, swing))
+        )
         carried = plus(a, plus(cross(alpha, r), cross(w, plus(cross(w, r), times(2.0, velocity)))))
         pull = times(m, plus(carried, inner))
         spin = plus(w, own)

@@ -28,8 +28,8 @@ from kanefe.kernels.layout import (
     Tables,
 )
 from kanefe.kernels.sweeps.body_inertia import clear, set_rigid
-from kanefe.kernels.sweeps.exact_beams import set_exact
 from kanefe.kernels.sweeps.elastic import coupling_span, set_flexible, set_stiff, span
+from kanefe.kernels.sweeps.exact_beams import set_exact
 
 
 @kernel

@@ -50,7 +50,6 @@ from kanefe.kernels.layout import (
     DETA,
     EXACT,
     FORCE,
-    MODAL,
     MOMENT,
     OFFSET,
     ROW,

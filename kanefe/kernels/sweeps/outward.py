@@ -68,8 +68,8 @@ from kanefe.kernels.layout import (
     Y,
     Z,
 )
-from kanefe.kernels.sweeps.exact_beams import move_sections, section_motion
 from kanefe.kernels.sweeps.elastic import modal_state, project, span, transposed_product
+from kanefe.kernels.sweeps.exact_beams import move_sections, section_motion
 from kanefe.kernels.sweeps.link_motion import given_motion, motion_along
 from kanefe.kernels.sweeps.slopes import slope_motion
 
