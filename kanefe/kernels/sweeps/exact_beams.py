@@ -169,7 +169,7 @@ def motion_of_section(body: np.ndarray, station: int) -> int:
 
 @kernel
 def move_sections(flexible: FlexibleTables, f: int, modal: np.ndarray) -> None:
-    """Write how all sections of a beam move, seen from G."""
+    """Write how all sections of a beam move, seen from G (Eq. 22, 24-26 for sections that turn far)."""
     body = flexible.bodies[f]
     C, P = body[EXACT_CELLS], body[EXACT_POINTS]
     beam, at = beam_in(flexible, body), beam_work_in(body, modal)
