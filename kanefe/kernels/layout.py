@@ -80,7 +80,8 @@ EXACT = 13  # of a beam that bends far: its constants in the pool, see `kanefe.k
 EXACT_CELLS = 14
 EXACT_POINTS = 15  # Gauss points of a cell
 EXACT_WORK = 16  # its place in the modal work
-BODY_INTEGERS = 17
+EXACT_IN_PLANE = 17  # whether it bends in the x-y plane of G alone
+BODY_INTEGERS = 18
 
 # Constants of a flexible body, from POOL on
 POOL_MASS = 0

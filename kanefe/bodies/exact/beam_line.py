@@ -83,6 +83,12 @@ class BeamLine(PickledByFields):
         return len(self.strain_of)
 
     @property
+    def is_in_plane(self) -> bool:
+        """Whether the beam bends in the x-y plane of G alone."""
+        moves = set(self.strain_of.tolist()) <= {0, 1, 5} and not self.turn_rest[..., :2].any()
+        return moves and abs(float(self.axes[2, 2])) == 1.0
+
+    @property
     def integration(self) -> Matrix:
         """Integrals up to the Gauss points and, in the last row, over the whole unit interval, (P + 1, P)."""
         return integration_matrix(self.points, self.weights)

@@ -34,6 +34,7 @@ from kanefe.kernels.layout import (
     ETA,
     EXACT,
     EXACT_CELLS,
+    EXACT_IN_PLANE,
     EXACT_POINTS,
     EXACT_WORK,
     FIRST,
@@ -245,6 +246,7 @@ class TableBuilder(FrameOffsets):
         if line is not None:
             integers[EXACT] = self._pool.add(*beam_numbers(line, terms.body.stiffness))
             integers[EXACT_CELLS], integers[EXACT_POINTS] = len(line.lengths), len(line.points)
+            integers[EXACT_IN_PLANE] = line.is_in_plane
             integers[EXACT_WORK] = self._modal_space(beam_work_size(k, len(line.lengths), len(line.points)))
         if modes.quadratic is not None:
             integers[QUADRATIC], integers[QUADRATIC_WORK] = self._pool.add(modes.quadratic), self._modal_space(9 * k)
