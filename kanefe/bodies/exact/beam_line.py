@@ -42,7 +42,8 @@ class BeamLine(PickledByFields):
     place, axes : ndarray, shapes (3,), (3, 3)
         Root section in G: place (m) and axes, x along the beam.
     strain_of : ndarray of int, shape (k,)
-        In rising order: which strain a coordinate is of, 0 to 5: stretch, shear along y and z, twist (1/m), curvature about y and z.
+        In rising order: which strain a coordinate is of, 0 to 5: stretch, shear along y and z, twist (1/m), curvature
+        about y and z.
     lengths : ndarray, shape (C,)
         Of the cells, m.
     points, weights : ndarray, shape (P,)
@@ -125,7 +126,7 @@ class BeamLine(PickledByFields):
 
     @cached_property
     def _columns(self) -> tuple[np.ndarray, np.ndarray]:
-        """Twist and curvature in all steps (C, P + 1, 3, 3, k), and stretch and shear at all Gauss points (C, P, 3, k)."""
+        """Twist and curvature in all steps (C, P + 1, 3, 3, k); stretch and shear at Gauss points (C, P, 3, k)."""
         C, P, k = self.values.shape
         about, along = np.zeros((C, P + 1, 3, 3, k)), np.zeros((C, P, 3, k))
         for j, strain in enumerate(self.strain_of):

@@ -318,7 +318,7 @@ def _integrate(start: np.ndarray, h: float, weights: np.ndarray, rows: np.ndarra
 
 @kernel
 def set_exact(flexible: FlexibleTables, f: int, i: int, work: np.ndarray, modal: np.ndarray) -> None:
-    """Write inertia and force of a beam with du = 0, in N, and mass, coupling and forces of its coordinates (Eq. 38)."""
+    """Write what `set_flexible` does, for a beam, and the mass of its coordinates (Eq. 38)."""
     body = flexible.bodies[f]
     k = body[COUNT]
     beam, at = beam_in(flexible, body), beam_work_in(body, modal)
