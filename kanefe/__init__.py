@@ -11,6 +11,8 @@ from kanefe._version import __version__
 if TYPE_CHECKING:
     from kanefe import fatigue as fatigue
     from kanefe import studies as studies
+    from kanefe.bodies.exact.strain_basis import BSpline as BSpline
+    from kanefe.bodies.exact.strain_basis import Legendre as Legendre
     from kanefe.bodies.flexible import FlexibleBody as FlexibleBody
     from kanefe.bodies.segmented import SegmentedBody as SegmentedBody
     from kanefe.contact import *  # noqa: F403

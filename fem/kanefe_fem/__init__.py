@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from kanefe_fem.beams.body import beam_body as beam_body
     from kanefe_fem.beams.body import beam_model as beam_model
     from kanefe_fem.beams.body import straight_beam as straight_beam
+    from kanefe_fem.beams.exact import exact_beam as exact_beam
     from kanefe_fem.beams.from_mesh import beam_model_from_mesh as beam_model_from_mesh
     from kanefe_fem.beams.sections import Box as Box
     from kanefe_fem.beams.sections import Rectangle as Rectangle

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -19,18 +19,43 @@ from kanefe.arguments import checked
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, ROTATIONS, Cells, Elasticity
-from kanefe.frames import shaped_numbers
+from kanefe.frames import Matrix, Vector, shaped_numbers
 from kanefe.storage.pickled import PickledByFields
 from kanefe.storage.scipy_later import scipy, sp
 
 if TYPE_CHECKING:
     from kanefe.bodies.nodal_moments import NodalMoments
+    from kanefe.bodies.slopes import SlopeMeasure
     from kanefe.documents.document import Report
     from kanefe.fe_model.load_pattern import LoadPattern
     from kanefe.fe_model.node_shares import NodeShares
     from kanefe.storage.object_file import FileKind
 
 UNITS = "m, kg, s, N, rad"
+
+
+class InnerMotion(NamedTuple):
+    """Motion of a frame n of a flexible body seen from G, in components of G.
+
+    Attributes
+    ----------
+    p, A : ndarray, shapes (3,), (3, 3)
+        Place (m) and rotation A_Gn.
+    v, w : ndarray, shape (3,)
+        Velocity and angular velocity.
+    motion : ndarray, shape (6, k)
+        Their derivatives by the rates of the coordinates.
+    Z, Y : ndarray, shape (3,)
+        Remainder accelerations.
+    """
+
+    p: Vector
+    A: Matrix
+    v: Vector
+    w: Vector
+    motion: Matrix
+    Z: Vector
+    Y: Vector
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -66,6 +91,16 @@ class InterfaceFrame:
     def __repr__(self) -> str:
         return f"InterfaceFrame({self.name!r})"
 
+    @property
+    def is_linear(self) -> bool:
+        """Whether translation and slopes are linear in the coordinates."""
+        return self.quadratic is None
+
+    @property
+    def turns(self) -> bool:
+        """Whether the frame has a rotation, which what it carries can follow."""
+        return bool(self.motion[3:].any())
+
     def moved(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return translation and slopes of the frame, (6,), and their derivatives by the leading coordinates (6, k).
 
@@ -80,6 +115,26 @@ class InterfaceFrame:
             return motion @ eta, motion
         bent = self.quadratic[:, :count, :count] @ eta
         return motion @ eta + 0.5 * (bent @ eta), motion + bent
+
+    def inner_motion(self, eta: np.ndarray, deta: np.ndarray, slopes: SlopeMeasure) -> InnerMotion:
+        """Return the motion of the frame seen from G (Eq. 22, 24-26).
+
+        Slopes are read as a finite rotation A_Gn, and their rates mapped to an angular velocity by its tangent, so that
+        bodies carried by n see a true rotation and energy is kept.
+        """
+        displacement, motion = self.moved(eta)
+        rates, remainder = motion @ deta, self.remainder(deta)
+        theta, dtheta = displacement[3:], rates[3:]
+        T = slopes.tangent(theta)
+        return InnerMotion(
+            self.position + displacement[:3],
+            slopes.rotation(theta),
+            rates[:3],
+            T @ dtheta,
+            np.vstack((motion[:3], T @ motion[3:])),
+            remainder[:3],
+            slopes.remainder(theta, dtheta) + T @ remainder[3:],
+        )
 
     def loose_rotations(self, components: tuple[str, ...]) -> tuple[str, ...]:
         """Return the rotations about the axes of the interface that its nodes, with these components, cannot follow."""
@@ -207,6 +262,11 @@ class FlexibleBody(PickledByFields):
     def is_floating(self) -> bool:
         """Whether no interface is fixed in G: G follows the body's mean motion, and the joint must be a free one."""
         return self.fixed_count == 0
+
+    @property
+    def bends_far(self) -> bool:
+        """Whether its motion holds for any deformation, and not for small ones alone."""
+        return False
 
     @property
     def frequencies(self) -> np.ndarray:

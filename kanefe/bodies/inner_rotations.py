@@ -83,8 +83,8 @@ class InnerRotations:
 
 
 def inner_rotations(body: FlexibleBody) -> InnerRotations | None:
-    """Return the rotations within a body, computed once for each; None if it cannot deform."""
-    if not body.free_count or not len(body.nodes):
+    """Return the rotations within a body, computed once for each; None if it cannot deform, or may bend far."""
+    if body.bends_far or not body.free_count or not len(body.nodes):
         return None
     if body not in _kept:
         _kept[body] = _made(body)

@@ -161,18 +161,23 @@ def damping_matrix(
         damping = model.damping
     if damping is None or count == 0:
         return np.zeros((count, count))
-    if isinstance(damping, RayleighDamping):
-        return damping.mass * mass + damping.stiffness * stiffness
-    if isinstance(damping, ModalDamping):
-        squares, shapes = scipy.linalg.eigh(stiffness, mass)
-        weighted = mass @ shapes
-        rates = 2 * damping.ratios(count) * np.sqrt(np.maximum(squares, 0.0))
-        return (weighted * rates) @ weighted.T
+    if isinstance(damping, (RayleighDamping, ModalDamping)):
+        return damping_of(damping, stiffness, mass)
     C = checked_damping(damping, model)
     reduced = free_basis.T @ (C @ free_basis)
     if np.linalg.eigvalsh(reduced).min() < -1e-9 * abs(reduced).max():
         raise ModelError("the damping matrix feeds energy in (it has a negative eigenvalue). Remedy: check its signs")
     return reduced
+
+
+def damping_of(damping: RayleighDamping | ModalDamping, stiffness: np.ndarray, mass: np.ndarray) -> np.ndarray:
+    """Return C of coordinates with these matrices, shape (k, k)."""
+    if isinstance(damping, RayleighDamping):
+        return damping.mass * mass + damping.stiffness * stiffness
+    squares, shapes = scipy.linalg.eigh(stiffness, mass)
+    weighted = mass @ shapes
+    rates = 2 * damping.ratios(len(stiffness)) * np.sqrt(np.maximum(squares, 0.0))
+    return np.asarray((weighted * rates) @ weighted.T)
 
 
 def real_matrix(given: object) -> sp.csr_matrix:

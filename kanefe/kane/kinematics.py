@@ -142,29 +142,13 @@ def elastic_partial_rates(terms: FlexibleTerms, columns: int) -> Matrix:
 def interface_motion(
     G: FrameMotion, frame: InterfaceFrame, terms: FlexibleTerms, q: Vector, u: Vector, slopes: SlopeMeasure
 ) -> FrameMotion:
-    """Return the motion of an interface frame n of a flexible body (Eq. 22, 24-26).
-
-    Slopes are read as a finite rotation A_Gn, and their rates mapped to an angular velocity by its tangent, so that
-    bodies carried by n see a true rotation and energy is kept.
-    """
+    """Return the motion of an interface frame n of a flexible body (Eq. 22, 24-26)."""
     columns = G.V.shape[1]
     is_extended = columns > terms.fixed.start
-    eta, deta = elastic_state(terms, q, u, is_extended)
-    displacement, motion = frame.moved(eta)
-    rates, remainder = motion @ deta, frame.remainder(deta)
-    theta, dtheta = displacement[3:], rates[3:]
-    tangent = slopes.tangent(theta)
-    partial = motion @ elastic_partial_rates(terms, columns)
+    inner = frame.inner_motion(*elastic_state(terms, q, u, is_extended), slopes)
+    partial = inner.motion @ elastic_partial_rates(terms, columns)
     relative = RelativeMotion(
-        p=frame.position + displacement[:3],
-        A=slopes.rotation(theta),
-        v=rates[:3],
-        w=tangent @ dtheta,
-        V=partial[:3],
-        W=tangent @ partial[3:],
-        Z=remainder[:3],
-        Y=slopes.remainder(theta, dtheta) + tangent @ remainder[3:],
-        columns=slice(None),
+        inner.p, inner.A, inner.v, inner.w, partial[:3], partial[3:], inner.Z, inner.Y, columns=slice(None)
     )
     return compose(G, relative)
 

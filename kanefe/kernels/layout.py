@@ -22,7 +22,8 @@ FIXED, REVOLUTE, AXIS, GIVEN, SPHERICAL, FREE, INTERFACE = range(7)
 PARENT, KIND, COORDINATE, SPEED, DRIVE, FLEXIBLE, HAS_GRAVITY, BASIS, CARRIES, BENDING, BENT = range(11)
 ROW_INTEGERS = 11
 # of an interface with a second-order motion: BENDING is its place in the pool, (k, 6 k), and BENT that of its current
-# basis (6, k) in the modal work, followed by as many numbers of workspace
+# basis (6, k) in the modal work, followed by as many numbers of workspace; of a section of a beam that bends far: BASIS
+# is the number of the section, and BENT as before
 FUNCTION, COMPLEX_FUNCTION, FIRST_NUMBER = BASIS, BENDING, BENT
 # of a given link in place of them: addresses of its function for real and for complex numbers, and the first of its
 # constants in `Tables.numbers`
@@ -75,7 +76,12 @@ CARRIED_COUNT = 9
 BORDER = 10  # its place in the border work array
 QUADRATIC = 11  # moments of the second-order displacement, (k, 6 k) in the pool; -1: none
 QUADRATIC_WORK = 12  # workspace of 9 k numbers in the modal work
-BODY_INTEGERS = 13
+EXACT = 13  # of a beam that bends far: its constants in the pool, see `exact_beams`; -1: it is not one
+EXACT_CELLS = 14
+EXACT_POINTS = 15  # Gauss points of a cell
+EXACT_WORK = 16  # its place in the modal work
+EXACT_IN_PLANE = 17  # whether it bends in the x-y plane of G alone
+BODY_INTEGERS = 18
 
 # Constants of a flexible body, from POOL on
 POOL_MASS = 0
@@ -94,6 +100,8 @@ WORK_FORCE = 20
 WORK_DDETA = 21
 WORK_SCALE = 22  # of a linearly implicit sweep: what the modes are scaled by
 MODAL_WORK = 23
+
+SECTION = 24  # numbers of the motion of a section of a beam that bends far
 
 
 class Tables(NamedTuple):

@@ -463,9 +463,10 @@ def obstacles_of(model: ModelData) -> tuple[Obstacle, ...]:
     """Return what keeps a scene from the order-n route; nothing: it is served."""
     flexible = [body.flexible for body in model.bodies if body.flexible is not None]
     if flexible:
+        from kanefe.bodies.exact.inertia import BeamInertia
         from kanefe.bodies.mass_moments import MassMoments
 
-        if not all(isinstance(terms.free_moments, MassMoments) for terms in flexible):
+        if not all(isinstance(terms.free_moments, (MassMoments, BeamInertia)) for terms in flexible):
             return (Obstacle("bodies in the nodal form", "matrices of nodes that rotate"),)
     for body in model.bodies:
         if body.joint.links() is None:

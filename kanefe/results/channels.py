@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
+from kanefe.bodies.exact.inertia import BeamInertia
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
@@ -227,7 +228,7 @@ class RunChannels:
         terms = self.model.bodies[number].flexible
         if terms is None:
             return np.tile(self.bodies[number].com, (len(self.times), 1))
-        if isinstance(terms.free_moments, MassMoments):
+        if isinstance(terms.free_moments, (MassMoments, BeamInertia)):
             eta = self.trajectory.coordinates[:, terms.eta]
             return terms.free_moments.first_moments(eta) / float(terms.free_moments.mass)
         # without loads, the states of an unreduced body do not have its mass in its frames

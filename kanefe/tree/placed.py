@@ -60,7 +60,5 @@ def moving_in(F: Placed, p: Vector, A: Matrix, v: Vector, w: Vector) -> Placed:
 
 def interface_placed(G: Placed, frame: InterfaceFrame, eta: Vector, deta: Vector, slopes: SlopeMeasure) -> Placed:
     """Return the motion of an interface frame n of a flexible body (Eq. 22, 24, 25)."""
-    displacement, motion = frame.moved(eta)
-    rates, theta = motion @ deta, displacement[3:]
-    place = frame.position + displacement[:3]
-    return moving_in(G, place, slopes.rotation(theta), rates[:3], slopes.tangent(theta) @ rates[3:])
+    inner = frame.inner_motion(eta, deta, slopes)
+    return moving_in(G, inner.p, inner.A, inner.v, inner.w)

@@ -46,6 +46,7 @@ from kanefe.kernels.layout import (
     Tables,
 )
 from kanefe.kernels.sweeps.advance import advance
+from kanefe.kernels.sweeps.exact_beams import scale_beams
 from kanefe.kernels.sweeps.implicit import stiffen_joints, stiffen_modes
 from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward
@@ -325,6 +326,7 @@ def _eliminate(
         none[:] = 0.0
         stiffen_joints(tables, 0.0, share_stiffness, none, none, at.place, u, at.applied, at.added)
         stiffen_modes(flexible, 0.0, share_stiffness, none, none, modal)
+    scale_beams(flexible, modal)
     is_regular, weakest = sweep_inward_held(
         loops,
         tables,

@@ -43,17 +43,16 @@ from kanefe.kernels.layout import (
     ROW,
     SPEED,
     SPHERICAL,
-    WORK_SCALE,
     FlexibleTables,
     R,
     Tables,
 )
 from kanefe.kernels.loads.point_and_field_loads import share_of_modes
 from kanefe.kernels.sweeps.border import border_in
-from kanefe.kernels.sweeps.elastic import span, total
+from kanefe.kernels.sweeps.elastic import coupling_span, total
 from kanefe.kernels.sweeps.inward import moved_freely, through_axis, through_ball
 from kanefe.kernels.sweeps.link_motion import partials
-from kanefe.kernels.sweeps.modal_elimination import coupling_span, push_through_modes, scale_rows, subtract
+from kanefe.kernels.sweeps.modal_elimination import push_through_modes, scale, subtract
 
 
 @inlined
@@ -240,8 +239,7 @@ def _give_way(
     p, x, rest = numbers[at : at + k], numbers[at + k : at + 2 * k], numbers[at + 2 * k : at + 2 * k + 3 * n]
     on, moved, held = rest[:n], rest[n : 2 * n], rest[2 * n :]
     parts, own = border_in(border, body), 0.0 * work[0, R]
-    if is_implicit:
-        scale_rows(p.reshape(1, k), modal[span(body, WORK_SCALE)])
+    scale(body, p.reshape(1, k), modal, is_implicit)
     copy(p, x)
     for c in range(n):
         subtract(parts.basis[c], on[c], x)

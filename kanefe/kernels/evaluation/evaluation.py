@@ -59,6 +59,7 @@ from kanefe.kernels.steppers.step_commands import (
 )
 from kanefe.kernels.sweeps.accelerations import put_driving_forces, sweep_accelerations
 from kanefe.kernels.sweeps.elastic import span, total
+from kanefe.kernels.sweeps.exact_beams import scale_beams
 from kanefe.kernels.sweeps.implicit import stiffen_joints, stiffen_modes
 from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.inward import sweep_inward
@@ -272,6 +273,8 @@ def put_rates(
         stiffen_joints(tables, shares[0], shares[1], directions[0], directions[1], q, u, applied, added)
         if flexible is not None:
             stiffen_modes(flexible, shares[0], shares[1], directions[0], directions[1], modal)
+    if flexible is not None:
+        scale_beams(flexible, modal)
 
     if len(loops.rows) > 0 and len(loops.points.places) == 0:
         kept = loop_factors_in(holding, loops)

@@ -84,10 +84,9 @@ from kanefe.kernels.loads.point_and_field_loads import add_field_loads, add_poin
 from kanefe.kernels.loads.points import gather_points, push_points
 from kanefe.kernels.loads.reach import find_near, nearness_at
 from kanefe.kernels.steppers.step_commands import AT, RATES, SLOPE
-from kanefe.kernels.sweeps.elastic import project, span
+from kanefe.kernels.sweeps.elastic import coupling_span, project, span
 from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.link_motion import partials
-from kanefe.kernels.sweeps.modal_elimination import coupling_span
 from kanefe.kernels.sweeps.outward import sweep_outward
 
 

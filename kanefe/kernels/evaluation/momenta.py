@@ -32,6 +32,7 @@ from kanefe.kernels.layout import (
     AXES,
     COORDINATES,
     COUNT,
+    EXACT,
     FLEXIBLE,
     FREE,
     HAS_GRAVITY,
@@ -75,9 +76,9 @@ from kanefe.kernels.steppers.step_commands import (
     SPIN,
     TOTAL_MASS,
 )
-from kanefe.kernels.sweeps.elastic import project, span
+from kanefe.kernels.sweeps.elastic import coupling_span, project, span
+from kanefe.kernels.sweeps.exact_beams import energies_of_beam
 from kanefe.kernels.sweeps.inertia import set_inertia
-from kanefe.kernels.sweeps.modal_elimination import coupling_span
 from kanefe.kernels.sweeps.outward import sweep_outward
 
 BALANCE_NUMBERS = 9
@@ -148,6 +149,9 @@ def _modal_energies(
     coupling = modal[coupling_span(body)].reshape(6, body[COUNT])
     stiffness = flexible.pool[body[POOL] + POOL_STIFFNESS :]
     carried = dot(rotated_back(G, v), project(coupling, 0, deta)) + dot(rotated_back(G, w), project(coupling, 3, deta))
+    if body[EXACT] >= 0:
+        own, strain = energies_of_beam(flexible, body, eta, deta, modal)
+        return 0.5 * (carried + own), strain
     own = strain = 0.0
     for j in range(body[COUNT]):
         own += deta[j] * deta[j]

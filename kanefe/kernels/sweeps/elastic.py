@@ -89,6 +89,14 @@ def span(body: np.ndarray, which: int) -> slice:
     return slice(start, start + body[COUNT])
 
 
+@inlined
+def coupling_span(body: np.ndarray) -> slice:
+    """Return where C (6, k), the inertia between the motion of G and the modes, is in the modal work."""
+    k = body[COUNT]
+    start = body[MODAL] + WORK_COUPLING * k
+    return slice(start, start + 6 * k)
+
+
 @vector_kernel
 def project(basis: np.ndarray, first: int, x: np.ndarray) -> Numbers:
     """Return three successive rows of a basis times x."""

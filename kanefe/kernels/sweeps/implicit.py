@@ -15,6 +15,7 @@ from kanefe.kernels.layout import (
     COUNT,
     DAMPING,
     DETA,
+    EXACT,
     MODAL,
     POOL,
     POOL_STIFFNESS,
@@ -27,8 +28,8 @@ from kanefe.kernels.layout import (
 )
 from kanefe.kernels.loads.coordinate_law import coordinate_slopes
 from kanefe.kernels.planar.layout import PlanarTables
-from kanefe.kernels.sweeps.elastic import span, transposed_product
-from kanefe.kernels.sweeps.modal_elimination import coupling_span
+from kanefe.kernels.sweeps.elastic import coupling_span, span, transposed_product
+from kanefe.kernels.sweeps.exact_beams import stiffen_beam
 
 
 @kernel
@@ -44,6 +45,12 @@ def stiffen_modes(
     for f in range(len(flexible.bodies)):
         body = flexible.bodies[f]
         k, speed = body[COUNT], body[DETA]
+        if body[EXACT] >= 0:
+            here = slice(speed, speed + k)
+            stiffen_beam(
+                flexible, f, share_damping, share_stiffness, damping_direction[here], stiffness_direction[here], modal
+            )
+            continue
         p, scale = modal[span(body, WORK_FORCE)], modal[span(body, WORK_SCALE)]
         coupling = modal[coupling_span(body)].reshape(6, k)
         workspace = modal[body[MODAL] + WORK_PRODUCTS * k : body[MODAL] + (WORK_PRODUCTS + 2) * k]

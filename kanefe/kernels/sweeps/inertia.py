@@ -8,6 +8,7 @@ from kanefe.kernels.algebra.vectors import Numbers, accumulate, cross, matrix, r
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.layout import (
     COUNT,
+    EXACT,
     FIRST,
     FLEXIBLE,
     FORCE,
@@ -27,8 +28,8 @@ from kanefe.kernels.layout import (
     Tables,
 )
 from kanefe.kernels.sweeps.body_inertia import clear, set_rigid
-from kanefe.kernels.sweeps.elastic import set_flexible, set_stiff, span
-from kanefe.kernels.sweeps.modal_elimination import coupling_span
+from kanefe.kernels.sweeps.elastic import coupling_span, set_flexible, set_stiff, span
+from kanefe.kernels.sweeps.exact_beams import set_exact
 
 
 @kernel
@@ -38,7 +39,9 @@ def set_inertia(tables: Tables, flexible: FlexibleTables | None, work: np.ndarra
     for i in range(len(rows)):
         if flexible is not None and rows[i, KIND] != INTERFACE and rows[i, FLEXIBLE] >= 0:
             f = rows[i, FLEXIBLE]
-            if flexible.bodies[f, COUNT] > 0:
+            if flexible.bodies[f, EXACT] >= 0:
+                set_exact(flexible, f, i, work, modal)
+            elif flexible.bodies[f, COUNT] > 0:
                 set_flexible(flexible, f, i, work, modal)
             else:
                 set_stiff(flexible, f, i, work)

@@ -48,14 +48,13 @@ from kanefe.kernels.layout import (
     CARRIED_COUNT,
     COUNT,
     DETA,
+    EXACT,
     FORCE,
-    MODAL,
     MOMENT,
     OFFSET,
     ROW,
     TANGENT,
     TRANSFORM,
-    WORK_COUPLING,
     WORK_DDETA,
     WORK_FORCE,
     WORK_SCALE,
@@ -67,15 +66,8 @@ from kanefe.kernels.layout import (
 )
 from kanefe.kernels.sweeps.body_inertia import hand_inward
 from kanefe.kernels.sweeps.border import Border, border_in
-from kanefe.kernels.sweeps.elastic import project, span, total, transposed_product
-
-
-@inlined
-def coupling_span(body: np.ndarray) -> slice:
-    """Return where C (6, k), the inertia between the motion of G and the modes, is in the modal work."""
-    k = body[COUNT]
-    start = body[MODAL] + WORK_COUPLING * k
-    return slice(start, start + 6 * k)
+from kanefe.kernels.sweeps.elastic import coupling_span, project, span, total, transposed_product
+from kanefe.kernels.sweeps.exact_beams import from_unit_mass, to_unit_mass
 
 
 @kernel
@@ -138,8 +130,7 @@ def _gather_carried(
             _place_basis(flexible.pool[at : at + 6 * k].reshape(6, k), T, placed)
         else:
             _place_basis(modal[bent : bent + 6 * k].reshape(6, k), T, placed)
-        if is_implicit:
-            scale_rows(placed, modal[span(body, WORK_SCALE)])
+        scale(body, placed, modal, is_implicit)
         r = rotated(back, vector(work, i, OFFSET))
         block = parts.lever[6 * c : 6 * c + 6]
         for a in range(6):
@@ -255,8 +246,7 @@ def eliminate_modal_forces(
         return
     G = matrix(work, link, R)
     coupling, p = modal[coupling_span(body)].reshape(6, body[COUNT]), modal[span(body, WORK_FORCE)]
-    if is_implicit:
-        scale_rows(p.reshape(1, k), modal[span(body, WORK_SCALE)])
+    scale(body, p.reshape(1, k), modal, is_implicit)
     parts = border_in(border, body)
     for c in range(carried):
         i = flexible.carrying[body[CARRIED] + c]
@@ -350,7 +340,9 @@ def modal_accelerations(
             shift = total(basis[6 * c], x), total(basis[6 * c + 1], x), total(basis[6 * c + 2], x)
             turn = total(basis[6 * c + 3], x), total(basis[6 * c + 4], x), total(basis[6 * c + 5], x)
             _carry(work, flexible.carrying[body[CARRIED] + c], G, linear, angular, shift, turn)
-    if is_implicit:
+    if body[EXACT] >= 0:
+        from_unit_mass(body, x, modal)
+    elif is_implicit:
         scale_rows(x.reshape(1, k), modal[span(body, WORK_SCALE)])
     if body[TRANSFORM] < 0:
         for j in range(k):
@@ -367,6 +359,15 @@ def _carry(
     """Write the share of du in the motion of an interface: with G, and in G from the modes."""
     put(work, i, ACCELERATION, plus(plus(linear, cross(angular, vector(work, i, OFFSET))), rotated(G, shift)))
     put(work, i, ALPHA, plus(angular, rotated(G, turn)))
+
+
+@inlined
+def scale(body: np.ndarray, rows: np.ndarray, modal: np.ndarray, is_implicit: bool) -> None:
+    """Replace forces on the coordinates of a body, or motions by them, by those of coordinates of unit mass."""
+    if body[EXACT] >= 0:
+        to_unit_mass(body, rows, modal)
+    elif is_implicit:
+        scale_rows(rows, modal[span(body, WORK_SCALE)])
 
 
 @vector_kernel

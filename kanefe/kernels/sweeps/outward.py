@@ -5,6 +5,8 @@ Where the rows are and how they move: for functions of the user that look at the
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import (
@@ -38,6 +40,7 @@ from kanefe.kernels.layout import (
     COORDINATE,
     COORDINATES,
     COUNT,
+    EXACT,
     FIXED,
     FLEXIBLE,
     FREE,
@@ -66,6 +69,7 @@ from kanefe.kernels.layout import (
     Z,
 )
 from kanefe.kernels.sweeps.elastic import modal_state, project, span, transposed_product
+from kanefe.kernels.sweeps.exact_beams import move_sections, section_motion
 from kanefe.kernels.sweeps.link_motion import given_motion, motion_along
 from kanefe.kernels.sweeps.slopes import slope_motion
 
@@ -117,7 +121,7 @@ def sweep_outward(
         kind, parent, at = rows[i, KIND], rows[i, PARENT], rows[i, COORDINATE]
         axes_of_parent = identity if parent < 0 else matrix(work, parent, R)
         if flexible is not None and kind == INTERFACE:
-            _interface(flexible, rows, i, vector(geometry, i, PLACE), work, modal)
+            _interface(flexible, rows, i, vector(geometry, i, PLACE), matrix(geometry, i, AXES), work, modal)
             continue
         axes = product(axes_of_parent, matrix(geometry, i, AXES))
         offset = rotated(axes_of_parent, vector(geometry, i, PLACE))
@@ -170,22 +174,16 @@ def sweep_outward(
         put(work, i, Y, turn)
         if flexible is not None and rows[i, FLEXIBLE] >= 0:
             modal_state(flexible, rows[i, FLEXIBLE], q, u, modal)
+            if flexible.bodies[rows[i, FLEXIBLE], EXACT] >= 0:
+                move_sections(flexible, rows[i, FLEXIBLE], modal)
 
 
-@kernel
-def _interface(
-    flexible: FlexibleTables,
-    rows: np.ndarray,
-    i: int,
-    place: Numbers,
-    work: np.ndarray,
-    modal: np.ndarray,
-) -> None:
-    """Write the motion of an interface frame n of a flexible body (Eq. 22, 24-26)."""
-    body = flexible.bodies[rows[i, FLEXIBLE]]
+@inlined
+def _by_modes(
+    flexible: FlexibleTables, rows: np.ndarray, i: int, body: np.ndarray, modal: np.ndarray, zero: Any
+) -> tuple[Numbers, Numbers, Numbers, Numbers, Numbers, Numbers]:
+    """Return displacement, slopes, their rates and their remainders of an interface in G, from the modes."""
     k = body[COUNT]
-    parent = rows[i, PARENT]
-    zero = 0.0 * work[parent, R]
     displacement = shift = slopes = rates = pull = twist = (zero, zero, zero)
     if k > 0:
         eta, deta = modal[span(body, WORK_ETA)], modal[span(body, WORK_DETA)]
@@ -205,10 +203,32 @@ def _interface(
                 for j in range(k):
                     bent[c, j] += basis[c, j]
             shift, rates = project(bent, 0, deta), project(bent, 3, deta)
-    A, T, bend = slope_motion(flexible.sizes[SLOPES], slopes, rates)
-    bend = plus(bend, rotated(T, twist))
+    return displacement, slopes, shift, rates, pull, twist
+
+
+@kernel
+def _interface(
+    flexible: FlexibleTables,
+    rows: np.ndarray,
+    i: int,
+    place: Numbers,
+    at_rest: Numbers,
+    work: np.ndarray,
+    modal: np.ndarray,
+) -> None:
+    """Write the motion of an interface frame n of a flexible body (Eq. 22, 24-26)."""
+    body = flexible.bodies[rows[i, FLEXIBLE]]
+    parent = rows[i, PARENT]
+    zero = 0.0 * work[parent, R]
+    if body[EXACT] >= 0:
+        offset_G, A, shift, spin_G, pull, bend = section_motion(flexible, body, rows[i, BASIS], at_rest, modal)
+        T = (zero + 1.0, zero, zero, zero, zero + 1.0, zero, zero, zero, zero + 1.0)
+    else:
+        displacement, slopes, shift, rates, pull, twist = _by_modes(flexible, rows, i, body, modal, zero)
+        A, T, bend = slope_motion(flexible.sizes[SLOPES], slopes, rates)
+        bend, spin_G, offset_G = plus(bend, rotated(T, twist)), rotated(T, rates), plus(place, displacement)
     G, w, turn = matrix(work, parent, R), vector(work, parent, OMEGA), vector(work, parent, Y)
-    offset, velocity, spin = rotated(G, plus(place, displacement)), rotated(G, shift), rotated(G, rotated(T, rates))
+    offset, velocity, spin = rotated(G, offset_G), rotated(G, shift), rotated(G, spin_G)
     swing = cross(w, offset)
     put(work, i, OFFSET, offset)
     put(work, i, POSITION, plus(vector(work, parent, POSITION), offset))

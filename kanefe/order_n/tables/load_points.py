@@ -23,7 +23,7 @@ def body_of_points(load: Load, reach: LoadReach | None) -> int:
         return -1
     bodies = {marker.body for marker in load.ends[1:]}
     interfaces = [marker.interface for marker in load.ends[1:]]
-    is_linear = all(interface is not None and interface.quadratic is None for interface in interfaces)
+    is_linear = all(interface is not None and interface.is_linear for interface in interfaces)
     return int(bodies.pop()) if is_linear and len(bodies) == 1 else -1
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.bodies.exact.beam import SectionFrame
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.compiler.addresses import addresses
 from kanefe.kernels.layout import (
@@ -32,6 +33,11 @@ from kanefe.kernels.layout import (
     DETA,
     DRIVE,
     ETA,
+    EXACT,
+    EXACT_CELLS,
+    EXACT_IN_PLANE,
+    EXACT_POINTS,
+    EXACT_WORK,
     FIRST,
     FIRST_NUMBER,
     FIXED,
@@ -62,6 +68,8 @@ from kanefe.kernels.layout import (
 )
 from kanefe.kernels.links.places import SIGNATURE
 from kanefe.kernels.sweeps.border import border_size
+from kanefe.kernels.sweeps.exact_beams import beam_work_size, motion_of_section
+from kanefe.order_n.tables.exact_beam_tables import beam_numbers, constants_of_beam
 from kanefe.order_n.tables.frame_offsets import FrameOffset, FrameOffsets
 from kanefe.order_n.tables.load_tables import attached_interfaces, joint_force_tables, point_load_tables
 from kanefe.order_n.tables.modal_constants import modal_constants
@@ -224,7 +232,8 @@ class TableBuilder(FrameOffsets):
         if terms is None:
             return
         k = terms.body.free_count
-        modes = modal_constants(terms)
+        line = getattr(terms.body, "line", None)
+        modes = modal_constants(terms) if line is None else constants_of_beam(terms)
         integers = np.full(BODY_INTEGERS, -1, dtype=np.int64)
         integers[COUNT], integers[ROW] = k, row
         self._integers[row][HAS_GRAVITY] = body.has_gravity
@@ -235,6 +244,11 @@ class TableBuilder(FrameOffsets):
         if modes.damping is not None:
             integers[DAMPING] = self._pool.add(modes.damping)
         integers[MODAL] = self._modal_space(MODAL_WORK * k)
+        if line is not None:
+            integers[EXACT] = self._pool.add(*beam_numbers(line, terms.body.stiffness))
+            integers[EXACT_CELLS], integers[EXACT_POINTS] = len(line.lengths), len(line.points)
+            integers[EXACT_IN_PLANE] = line.is_in_plane
+            integers[EXACT_WORK] = self._modal_space(beam_work_size(k, len(line.lengths), len(line.points)))
         if modes.quadratic is not None:
             integers[QUADRATIC], integers[QUADRATIC_WORK] = self._pool.add(modes.quadratic), self._modal_space(9 * k)
         flexible = len(self._bodies)
@@ -242,9 +256,14 @@ class TableBuilder(FrameOffsets):
         self._integers[row][FLEXIBLE] = flexible
         integers[CARRIED] = len(self._carrying)
         for name, (frame, carries) in attached.items():
-            at = self._add_row(INTERFACE, row, frame.position, np.eye(3))
+            axes = frame.at_rest.T if isinstance(frame, SectionFrame) else np.eye(3)
+            at = self._add_row(INTERFACE, row, frame.position, axes)
             self._integers[at][FLEXIBLE] = flexible
-            self._integers[at][BASIS] = self._pool.add(modes.of_interface(frame.motion[:, :k]))
+            if not isinstance(frame, SectionFrame):
+                self._integers[at][BASIS] = self._pool.add(modes.of_interface(frame.motion[:, :k]))
+            else:
+                self._integers[at][BASIS] = frame.station
+                self._integers[at][BENT] = motion_of_section(integers, frame.station)
             self._integers[at][CARRIES] = carries
             if frame.quadratic is not None and k:
                 self._integers[at][BENDING] = self._pool.add(modes.of_bending(frame.quadratic[:, :k, :k]))

@@ -1,0 +1,1 @@
+"""Beams that bend far: geometrically exact, in coordinates of their strains."""

@@ -1,0 +1,169 @@
+"""ExactBeam: a beam that bends and turns as far as it likes, as a flexible body."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from kanefe.arguments import checked
+from kanefe.bodies.exact.beam_line import BeamLine, SectionMotions
+from kanefe.bodies.exact.inertia import BeamInertia
+from kanefe.bodies.flexible import FlexibleBody, InnerMotion, InterfaceFrame
+from kanefe.bodies.slopes import SLOPE_MEASURES, SlopeMeasure
+from kanefe.errors import ModelError
+from kanefe.fe_model.model import COMPONENTS, Cells
+from kanefe.frames import Matrix, Vector, euler_parameters_from_matrix, rotation_vector, shaped_numbers
+from kanefe.storage.scipy_later import sp
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class SectionFrame(InterfaceFrame):
+    """A frame that is fixed to a section of an `ExactBeam`, parallel to G at rest.
+
+    Attributes
+    ----------
+    line : BeamLine
+    station : int
+        Which of its stations; -1: the last.
+    at_rest : ndarray, shape (3, 3)
+        Axes of the section at rest in G.
+    """
+
+    line: BeamLine = None  # type: ignore[assignment]
+    station: int = 0
+    at_rest: np.ndarray = None  # type: ignore[assignment]
+
+    @property
+    def is_linear(self) -> bool:
+        """False."""
+        return False
+
+    @property
+    def turns(self) -> bool:
+        """True: a section is rigid."""
+        return True
+
+    def loose_rotations(self, components: tuple[str, ...]) -> tuple[str, ...]:
+        """Return nothing: what a section carries follows all its rotations."""
+        return ()
+
+    def inner_motion(self, eta: Vector, deta: Vector, slopes: SlopeMeasure) -> InnerMotion:
+        """Return the motion of the frame seen from G: its rotation is exact, whatever the measure of slopes."""
+        found, i = self.line.motion(eta, deta), self.station
+        motion = np.vstack((found.V[i], found.W[i]))
+        return InnerMotion(
+            found.p[i], found.A[i] @ self.at_rest.T, found.v[i], found.w[i], motion, found.z[i], found.y[i]
+        )
+
+    def moved(self, eta: Vector) -> tuple[Vector, Matrix]:
+        """Return translation and rotation vector of the frame, (6,), and their derivatives (6, k).
+
+        The rotation vector is the shortest one, up to half a turn.
+        """
+        found, i = self.line.motion(eta, np.zeros_like(eta)), self.station
+        displacement = self._displacement(found)
+        turns = np.linalg.solve(SLOPE_MEASURES["rotation-vector"].tangent(displacement[3:]), found.W[i])
+        return displacement, np.vstack((found.V[i], turns))
+
+    def displacements(self, eta: np.ndarray) -> np.ndarray:
+        """Return translations and rotation vectors of the frame, (T, 6), at many states eta (T, k)."""
+        still = np.zeros(self.line.count)
+        return np.array([self._displacement(self.line.motion(row, still)) for row in eta]).reshape(-1, 6)
+
+    def remainder(self, deta: np.ndarray) -> np.ndarray:
+        """Not defined without a state: see `inner_motion`."""
+        raise TypeError("the remainders of a section depend on the state of its beam")
+
+    def _displacement(self, found: SectionMotions) -> Vector:
+        turned = rotation_vector(euler_parameters_from_matrix(found.A[self.station] @ self.at_rest.T))
+        return np.concatenate((found.p[self.station] - self.position, turned))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ExactBeam(FlexibleBody):
+    """A geometrically exact beam in coordinates of its strains; made by `kanefe_fem.exact_beam`.
+
+    Its frame G is fixed to the root section. Stiffness and damping are constant, since they are of the strains; inertia
+    and the motion of the sections depend on the state without approximation. The basis is that of small motions about
+    the undeformed beam, for reports and pictures of modes.
+
+    Attributes
+    ----------
+    line : BeamLine
+    """
+
+    line: BeamLine = None  # type: ignore[assignment]
+
+    @property
+    def bends_far(self) -> bool:
+        """True."""
+        return True
+
+    @property
+    def is_floating(self) -> bool:
+        """False: the root section is fixed in G."""
+        return False
+
+    @checked
+    def node_frame(self, node: int) -> InterfaceFrame:
+        """Return a frame that moves with one station of the beam."""
+        if not 0 <= node < len(self.nodes):
+            raise ModelError(f"node {node} is not one of the {len(self.nodes)} nodes of this body")
+        return section_frame(self.line, node, f"node {node}")
+
+    @checked
+    def node_displacements(self, eta: np.ndarray) -> np.ndarray:
+        """Return the displacement of every station in G, shape (n, 3) in m, from the coordinates (k,)."""
+        given = shaped_numbers(eta, (self.free_count,), "eta, the free coordinates of this body,")
+        return self.line.motion(given, np.zeros(self.free_count)).p - self.nodes
+
+
+def section_frame(line: BeamLine, station: int, name: str) -> SectionFrame:
+    """Return the frame of a station of a beam."""
+    still = np.zeros(line.count)
+    found = line.motion(still, still)
+    motion = np.vstack((found.V[station], found.W[station]))
+    return SectionFrame(
+        name, found.p[station].copy(), motion, line=line, station=station, at_rest=found.A[station].copy()
+    )
+
+
+def exact_beam_body(
+    line: BeamLine, stiffness: Matrix, damping: Matrix, stations: Mapping[str, int], provenance: Mapping[str, object]
+) -> ExactBeam:
+    """Return a beam as a body.
+
+    Parameters
+    ----------
+    line : BeamLine
+    stiffness, damping : ndarray, shape (k, k)
+    stations : mapping of str to int
+        Interfaces by name.
+    provenance : mapping
+        Where the body comes from.
+    """
+    still = np.zeros(line.count)
+    rest = line.motion(still, still)
+    nodes = rest.p
+    n = len(nodes)
+    basis = np.concatenate((rest.V, rest.W), axis=1).reshape(6 * n, line.count)
+    gauss = line.gauss_nodes.ravel()
+    pairs = np.column_stack((np.arange(n - 1), np.arange(1, n)))
+    return ExactBeam(
+        nodes=nodes,
+        components=COMPONENTS,
+        basis=basis,
+        free_count=line.count,
+        stiffness=stiffness,
+        damping=damping,
+        moments=BeamInertia(line),  # type: ignore[arg-type]
+        interfaces=tuple(section_frame(line, station, name) for name, station in stations.items()),
+        inertia_points=nodes[gauss],
+        inertia_mass=sp.csr_matrix(sp.diags(line.masses.ravel())),
+        inertia_basis=rest.V[gauss].reshape(3 * len(gauss), line.count),
+        cells=(Cells("line", pairs),),
+        provenance=dict(provenance),
+        line=line,
+    )

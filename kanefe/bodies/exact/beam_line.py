@@ -1,0 +1,296 @@
+"""A beam as strain fields: their functions at the stations of the quadrature, and the motion of sections from them.
+
+The frame of a section at the arc length s has the axes A(s) and the place p(s) in G, with
+
+    A' = A kappa~,    p' = A t,    kappa = kappa_0 + B q,    t = e_x + B q
+
+(Simo 1985; the parametrisation by strains is that of Boyer et al., IEEE Trans. Robotics 37 (2021), and Renda et al.,
+IEEE RA-L 5 (2020)). The coordinates q are those of the strains alone: a beam that moves as a rigid body has none.
+
+A beam is divided into cells, between whose ends everything is smooth, with Gauss points in each. From station to
+station the axes turn by ``exp(omega~)``, omega from a Magnus expansion of sixth order (Blanes, Casas, Oteo & Ros 2009,
+eq. 258, for a product from the right); places are integrals of ``A t`` by the Gauss points. Velocities and
+accelerations are the derivatives of this map, not approximations of their own, so that energy is kept.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from kanefe.bodies.slopes import SLOPE_MEASURES
+from kanefe.frames import Matrix, Vector
+from kanefe.storage.pickled import PickledByFields
+
+MAGNUS_POINTS = 0.5 + np.sqrt(15.0) / 10.0 * np.array((-1.0, 0.0, 1.0))
+"""Places between two stations, over their distance, where the Magnus expansion takes the curvature (Gauss, order 6)."""
+
+
+ALONG = np.array((1.0, 0.0, 0.0))
+"""Direction of the axis in the axes of an undeformed section."""
+
+
+@dataclass(frozen=True, eq=False)
+class BeamLine(PickledByFields):
+    """Strain fields of a beam of C cells, with P Gauss points in each, in k coordinates.
+
+    Attributes
+    ----------
+    place, axes : ndarray, shapes (3,), (3, 3)
+        Root section in G: place (m) and axes, x along the beam.
+    strain_of : ndarray of int, shape (k,)
+        In rising order: which strain a coordinate is of, 0 to 5: stretch, shear along y and z, twist (1/m), curvature
+        about y and z.
+    lengths : ndarray, shape (C,)
+        Of the cells, m.
+    points, weights : ndarray, shape (P,)
+        Gauss points and weights of the unit interval.
+    turn_rest : ndarray, shape (C, P + 1, 3, 3)
+        The three vectors of the Magnus expansion of each step from station to station at q = 0.
+    turn_values : ndarray, shape (C, P + 1, 3, k)
+        How a coordinate of twist or curvature changes its component, `strain_of` - 3, of each of them.
+    values : ndarray, shape (C, P, k)
+        Functions at the Gauss points.
+    masses : ndarray, shape (C, P)
+        Mass of the Gauss points, kg.
+    centres : ndarray, shape (C, P, 3)
+        Their centres of mass in axes of the section, m.
+    inertias : ndarray, shape (C, P, 3, 3)
+        About these centres, in axes of the section, kg m2.
+    last : ndarray of bool, shape (k,)
+        The last two functions of each strain, if they are of rising degree; else none.
+    """
+
+    place: np.ndarray
+    axes: np.ndarray
+    strain_of: np.ndarray
+    lengths: np.ndarray
+    points: np.ndarray
+    weights: np.ndarray
+    turn_rest: np.ndarray
+    turn_values: np.ndarray
+    values: np.ndarray
+    masses: np.ndarray
+    centres: np.ndarray
+    inertias: np.ndarray
+    last: np.ndarray
+
+    @property
+    def count(self) -> int:
+        """Number k of coordinates."""
+        return len(self.strain_of)
+
+    @property
+    def is_in_plane(self) -> bool:
+        """Whether the beam bends in the x-y plane of G alone."""
+        moves = set(self.strain_of.tolist()) <= {0, 1, 5} and not self.turn_rest[..., :2].any()
+        return moves and abs(float(self.axes[2, 2])) == 1.0
+
+    @property
+    def integration(self) -> Matrix:
+        """Integrals up to the Gauss points and, in the last row, over the whole unit interval, (P + 1, P)."""
+        return integration_matrix(self.points, self.weights)
+
+    @property
+    def node_count(self) -> int:
+        """Number of stations: the root, and of each cell the Gauss points and the end."""
+        return 1 + len(self.lengths) * (len(self.points) + 1)
+
+    @property
+    def gauss_nodes(self) -> np.ndarray:
+        """Which stations are Gauss points, (C, P)."""
+        P = len(self.points)
+        return 1 + (P + 1) * np.arange(len(self.lengths))[:, None] + np.arange(P)
+
+    def end_node(self, cell: int) -> int:
+        """Return which station is the end of a cell; -1: the root."""
+        return (cell + 1) * (len(self.points) + 1)
+
+    def doubt(self, eta: Vector) -> float:
+        """Return how far the last functions move a section in a state, and the error of the quadrature of places, m.
+
+        The coefficients of smooth strains fall with the degree, so that functions that are left out move sections by
+        less than the last ones that are there. The quadrature has the error of P Gauss points for ``exp(i theta x)``,
+        theta the turn of a cell: ``theta^2P (P!)^4 / ((2 P + 1) (2 P)!^3)``.
+        """
+        found, P = self.motion(eta, np.zeros_like(eta)), len(self.points)
+        moved = np.linalg.norm(found.V[:, :, self.last] @ eta[self.last], axis=1).max()
+        turns = np.linalg.norm(self.turn_rest + self._columns[0] @ eta, axis=-1)[:, :, 0].sum(axis=1)
+        scale = 4.0 * math.lgamma(P + 1) - 3.0 * math.lgamma(2 * P + 1) - np.log(2 * P + 1)
+        with np.errstate(divide="ignore"):
+            errors = np.exp(np.minimum(2 * P * np.log(turns) + scale, 0.0))
+        return float(moved + self.lengths @ errors)
+
+    @cached_property
+    def _columns(self) -> tuple[np.ndarray, np.ndarray]:
+        """Twist and curvature in all steps (C, P + 1, 3, 3, k); stretch and shear at Gauss points (C, P, 3, k)."""
+        C, P, k = self.values.shape
+        about, along = np.zeros((C, P + 1, 3, 3, k)), np.zeros((C, P, 3, k))
+        for j, strain in enumerate(self.strain_of):
+            if strain < 3:
+                along[:, :, strain, j] = self.values[:, :, j]
+            else:
+                about[:, :, :, strain - 3, j] = self.turn_values[:, :, :, j]
+        return about, along
+
+    def motion(self, eta: Vector, deta: Vector) -> SectionMotions:
+        """Return the motion of all stations seen from G (Eq. 22, 24-26 for sections that turn far).
+
+        That of the last state is kept, for all who ask for it.
+        """
+        state = eta.tobytes() + deta.tobytes()
+        last: tuple[bytes, SectionMotions] | None = self.__dict__.get("_last")
+        if last is None or last[0] != state:
+            last = state, self._moved(eta, deta)
+            self.__dict__["_last"] = last
+        return last[1]
+
+    def _moved(self, eta: Vector, deta: Vector) -> SectionMotions:
+        C, P, k = self.values.shape
+        found = SectionMotions.room(self.node_count, k)
+        about, along = self._columns
+        omega, rate, second, D = turn_of_step(self.turn_rest + about @ eta, about @ deta)
+        E, T, remainder = rotations(omega, rate)
+        spins, twists = (np.squeeze(T @ x[..., None], -1) for x in (rate, second))
+        turns = T @ np.einsum("cgmab,cgmbk->cgak", D, about)
+        flat = [x.reshape(C * (P + 1), *x.shape[2:]) for x in (E, spins, twists + remainder, turns)]
+        found.A[0], found.p[0] = self.axes, self.place
+        for n, turn in enumerate(flat[0]):
+            found.A[n + 1] = found.A[n] @ turn
+        before = found.A[:-1]
+        spin, twist = (np.squeeze(before @ x[..., None], -1) for x in flat[1:3])
+        np.cumsum(spin, axis=0, out=found.w[1:])
+        np.cumsum(before @ flat[3], axis=0, out=found.W[1:])
+        np.cumsum(twist + np.cross(found.w[:-1], spin), axis=0, out=found.y[1:])
+
+        gauss = self.gauss_nodes
+        A, w, y = found.A[gauss], found.w[gauss], found.y[gauss]
+        t = A @ (ALONG + along @ eta)[..., None]
+        stretch, t = np.squeeze(A @ (along @ deta)[..., None], -1), t[..., 0]
+        swing = np.cross(w, t)
+        pull = np.cross(y, t) + np.cross(w, swing + 2.0 * stretch)
+        slope = A @ along - np.cross(t[..., None], found.W[gauss], axis=2)
+        for of, integrand in ((found.p, t), (found.v, swing + stretch), (found.z, pull), (found.V, slope)):
+            for c, h in enumerate(self.lengths):
+                start = c * (P + 1)
+                of[start + 1 : start + P + 2] = of[start] + h * np.tensordot(self.integration, integrand[c], axes=1)
+        for part in (found.A, found.p, found.v, found.w, found.V, found.W, found.z, found.y):
+            part.flags.writeable = False
+        return found
+
+
+@dataclass(slots=True)
+class SectionMotions:
+    """Motion of n sections seen from G, in components of G.
+
+    Attributes
+    ----------
+    A, p : ndarray, shapes (n, 3, 3), (n, 3)
+        Axes and places, m.
+    v, w : ndarray, shape (n, 3)
+        Velocities (m/s) and angular velocities.
+    V, W : ndarray, shape (n, 3, k)
+        Their derivatives by the rates of the coordinates.
+    z, y : ndarray, shape (n, 3)
+        Accelerations while the coordinates have none.
+    """
+
+    A: np.ndarray
+    p: np.ndarray
+    v: np.ndarray
+    w: np.ndarray
+    V: np.ndarray
+    W: np.ndarray
+    z: np.ndarray
+    y: np.ndarray
+
+    @classmethod
+    def room(cls, n: int, k: int) -> SectionMotions:
+        """Return the motion of n sections, all zero."""
+        return cls(
+            np.zeros((n, 3, 3)), *(np.zeros((n, *shape)) for shape in ((3,), (3,), (3,), (3, k), (3, k), (3,), (3,)))
+        )
+
+
+def rotations(omega: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the rotations of rotation vectors (..., 3), their tangents T of ``w = T rate``, and ``dT/dt rate``."""
+    measure = SLOPE_MEASURES["rotation-vector"]
+    pairs = list(zip(omega.reshape(-1, 3), rate.reshape(-1, 3), strict=True))
+    found = [(measure.rotation(x), measure.tangent(x), measure.remainder(x, dx)) for x, dx in pairs]
+    shape = omega.shape[:-1]
+    E, T, remainder = (np.array(part) for part in zip(*found, strict=True))
+    return E.reshape(*shape, 3, 3), T.reshape(*shape, 3, 3), remainder.reshape(*shape, 3)
+
+
+def turn_of_step(a: np.ndarray, da: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return the rotation vector omega (..., 3) of steps, its two rates, and its derivatives by the vectors a.
+
+    Parameters
+    ----------
+    a, da : ndarray, shape (..., 3, 3)
+        Curvature times length, and its first and second differences, as rows; and their rates, which are constant.
+
+    Returns
+    -------
+    omega, rate, second : ndarray, shape (..., 3)
+    D : ndarray, shape (..., 3, 3, 3)
+        The first of the last three says by which vector.
+    """
+    a1, a2, a3 = np.moveaxis(a, -2, 0)
+    d1, d2, d3 = np.moveaxis(da, -2, 0)
+    # brackets of a product from the right: [x, y] = y x x
+    c1 = np.cross(a2, a1)
+    e = 2.0 * a3 + c1
+    c2 = np.cross(e, a1) / -60.0
+    f, g = c1 - 20.0 * a1 - a3, a2 + c2
+    omega = a1 + a3 / 12.0 + np.cross(g, f) / 240.0
+
+    dc1 = np.cross(d2, a1) + np.cross(a2, d1)
+    de = 2.0 * d3 + dc1
+    dc2 = (np.cross(de, a1) + np.cross(e, d1)) / -60.0
+    df, dg = dc1 - 20.0 * d1 - d3, d2 + dc2
+    rate = d1 + d3 / 12.0 + (np.cross(dg, f) + np.cross(g, df)) / 240.0
+
+    ddc1 = 2.0 * np.cross(d2, d1)
+    ddc2 = (np.cross(ddc1, a1) + 2.0 * np.cross(de, d1)) / -60.0
+    second = (np.cross(ddc2, f) + 2.0 * np.cross(dg, df) + np.cross(g, ddc1)) / 240.0
+
+    one = np.eye(3)
+    A1, A2, E, F, G = (skews(x) for x in (a1, a2, e, f, g))
+    none = np.zeros_like(A1)
+    D = []
+    for m, (of_c1, own_e) in enumerate(((A2, none), (-A1, none), (none, 2.0 * one))):
+        of_c2 = (-A1 @ (own_e + of_c1) + (E if m == 0 else none)) / -60.0
+        of_f, of_g = of_c1 + (-20.0, 0.0, -1.0)[m] * one, of_c2 + (0.0, 1.0, 0.0)[m] * one
+        D.append((1.0, 0.0, 1.0 / 12.0)[m] * one + (G @ of_f - F @ of_g) / 240.0)
+    return omega, rate, second, np.stack(D, axis=-3)
+
+
+def skews(v: np.ndarray) -> np.ndarray:
+    """Return v~ of vectors (..., 3)."""
+    return np.cross(v[..., None, :], np.eye(3)).swapaxes(-1, -2)
+
+
+def magnus_vectors(h: float, curvatures: np.ndarray) -> np.ndarray:
+    """Return the three vectors of the Magnus expansion from values at `MAGNUS_POINTS`, (3, ...)."""
+    first, middle, last = curvatures
+    return np.array(
+        (h * middle, np.sqrt(15.0) / 3.0 * h * (last - first), 10.0 / 3.0 * h * (last - 2.0 * middle + first))
+    )
+
+
+def integration_matrix(points: np.ndarray, weights: np.ndarray) -> Matrix:
+    """Return integrals from 0 to each Gauss point, and to 1, of the polynomial through values there, (P + 1, P)."""
+    P = len(points)
+    x = 2.0 * points - 1.0
+    # through Legendre polynomials, whose coefficients the Gauss points give: int_-1^x P_n = (P_n+1 - P_n-1) / (2 n + 1)
+    polynomials = np.polynomial.legendre.legvander(x, P)
+    coefficients = polynomials[:, :P] * weights[:, None] * (2 * np.arange(P) + 1)
+    integrals = np.empty((P, P))
+    integrals[:, 0] = x + 1.0
+    for n in range(1, P):
+        integrals[:, n] = (polynomials[:, n + 1] - polynomials[:, n - 1]) / (2 * n + 1)
+    return np.vstack((0.5 * integrals @ coefficients.T, weights))

@@ -1,0 +1,97 @@
+"""Inertia of a beam that bends far: sums over its sections (Eq. 12, 37, 38 with exact rotations)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from kanefe.bodies.exact.beam_line import BeamLine, skews
+from kanefe.bodies.mass_moments import MassMoments
+from kanefe.frames import Matrix, Vector
+from kanefe.storage.pickled import PickledByFields
+
+
+@dataclass(frozen=True, eq=False)
+class BeamInertia(PickledByFields):
+    """Inertia of a `BeamLine`, with the methods that other bodies' mass moments have.
+
+    Attributes
+    ----------
+    line : BeamLine
+    quadratic_first, quadratic_second : None
+        There is no expansion, so nothing to complete by second-order displacements.
+    """
+
+    line: BeamLine
+    quadratic_first = None
+    quadratic_second = None
+
+    @property
+    def mass(self) -> np.ndarray:
+        """Kg."""
+        return np.asarray(self.line.masses.sum())
+
+    @cached_property
+    def at_rest(self) -> MassMoments:
+        """Moments of the undeformed beam as a rigid body."""
+        rigid, _ = self._terms_at(np.zeros(self.line.count), np.zeros(self.line.count), np.zeros(3))
+        first = np.array((rigid[5, 1], rigid[3, 2], rigid[4, 0]))
+        second = 0.5 * np.trace(rigid[3:6, 3:6]) * np.eye(3) - rigid[3:6, 3:6]
+        none = np.zeros((3, 0)), np.zeros((3, 3, 0)), np.zeros((3, 3, 0, 0))
+        return MassMoments(self.mass, first, second, *none)
+
+    @cached_property
+    def elastic_mass(self) -> np.ndarray:
+        """Mass of the coordinates at rest, (k, k)."""
+        k = self.line.count
+        return self.terms(np.zeros(k), np.zeros(k), np.zeros(3))[0][6:, 6:]
+
+    def leading(self, count: int) -> BeamInertia | MassMoments:
+        """Return the inertia of the first coordinates: of all, or of none."""
+        if count == self.line.count:
+            return self
+        return self.at_rest.leading(count)
+
+    def first_moments(self, eta: np.ndarray) -> np.ndarray:
+        """Return int rho r at some coordinates eta (T, k), in G, kg m, shape (T, 3)."""
+        still = np.zeros(3)
+        terms = (self._terms_at(row, np.zeros_like(row), still)[0] for row in eta)
+        return np.array([(m[5, 1], m[3, 2], m[4, 0]) for m in terms]).reshape(-1, 3)
+
+    def terms(self, eta: Vector, deta: Vector, w: Vector) -> tuple[Matrix, Vector]:
+        """Return the generalised mass and the velocity-dependent inertia forces in G, as `MassMoments.terms` does.
+
+        Each section is a rigid body with its exact rotation (Eq. 12, 37, 38).
+        """
+        return self._terms_at(eta, deta, w)
+
+    def _terms_at(self, eta: Vector, deta: Vector, w: Vector) -> tuple[Matrix, Vector]:
+        line, k = self.line, self.line.count
+        motion = line.motion(eta, deta)
+        gauss = line.gauss_nodes.ravel()
+        m, inertias = line.masses.reshape(-1, 1), line.inertias.reshape(-1, 3, 3)
+        A, own, y = motion.A[gauss], motion.w[gauss], motion.y[gauss]
+        arm = np.squeeze(A @ line.centres.reshape(-1, 3, 1), -1)
+        r = motion.p[gauss] + arm
+        inertia = A @ inertias @ A.swapaxes(1, 2)
+        V = np.zeros((len(gauss), 3, 6 + k))  # of the centres of mass, and W of the axes
+        W = np.zeros_like(V)
+        V[:, :, :3] = W[:, :, 3:6] = np.eye(3)
+        V[:, :, 3:6] = -skews(r)
+        W[:, :, 6:] = motion.W[gauss]
+        V[:, :, 6:] = motion.V[gauss] - skews(arm) @ motion.W[gauss]
+        swing = np.cross(own, arm)
+        inner = motion.z[gauss] + np.cross(y, arm) + np.cross(own, swing)
+        a = inner + 2.0 * np.cross(w, motion.v[gauss] + swing) + np.cross(w, np.cross(w, r))
+        spin, alpha = w + own, y + np.cross(w, own)
+        momentum = np.squeeze(inertia @ spin[..., None], -1)
+        moment = np.squeeze(inertia @ alpha[..., None], -1) + np.cross(spin, momentum)
+        flat, turned = V.reshape(-1, 6 + k), W.reshape(-1, 6 + k)
+        mass = flat.T @ (m[:, :, None] * V).reshape(-1, 6 + k) + turned.T @ (inertia @ W).reshape(-1, 6 + k)
+        return mass, flat.T @ (m * a).ravel() + turned.T @ moment.ravel()
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Return nothing: the arrays are those of the line."""
+        return {}
