@@ -13,6 +13,7 @@ from kanefe.integrate.events.event_search import EventWatch
 from kanefe.integrate.methods.kernel_stepper import KernelStepper
 from kanefe.integrate.stepper import StepFailure
 from kanefe.kernels.events.event_search import root_in
+from screening_scenes import block_on_deck, deck_motion
 
 
 def arrives(law: kf.contact.normal_laws.NormalLaw, method: str, rtol: float) -> kf.Result:
@@ -47,6 +48,17 @@ def test_flights_between_impacts_keep_their_energy():
     energies = [run.energy.total[(run.times > lift) & (run.times < touch)] for lift, touch in flights]
     # of 10 J: a few steps of rtol
     assert max(np.ptp(energy) for energy in energies) < 1e-9
+
+
+@pytest.mark.parametrize("seed", [5, 8, 72, 125, 153])
+def test_slips_and_sticks_take_turns(seed):
+    """Both are ways through one zero: round-off about it, 1e-11 N, was told as a slip at the moment of a stick."""
+    rest = kf.equilibrium(block_on_deck(None)).state
+    events = block_on_deck(deck_motion(seed, 20.0)).simulate((0.0, 20.0), start=rest, output_step=1.0).events
+    for foot in range(4):
+        slips, sticks = (events[f"foot {foot} {way}"] for way in ("slip", "stick"))
+        order = np.argsort(np.concatenate((slips, sticks)))
+        np.testing.assert_array_equal(order >= len(slips), np.arange(len(order)) % 2 == 1)
 
 
 @pytest.mark.parametrize("method", ["radau5", "dop853"])

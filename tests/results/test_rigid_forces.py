@@ -195,6 +195,12 @@ def test_runs_are_read_in_one_compiled_call(name: str, monkeypatch: pytest.Monke
     assert len(passes) == 1
     wanted = all_of(channels.model, literally(channels.model, channels.times, channels.states))
     assert any(array.any() for what, array in wanted.items() if what.startswith("contact"))
+    for k in range(len(channels.model.rigid_contacts)):
+        # in the air the nearest point is told: of two equally near, on either side of y = 0, round-off decides which
+        depths = wanted[f"points of contact {k}"][:, :, 4]
+        is_even = (depths >= depths.max(axis=1, keepdims=True) - 1e-12).sum(axis=1) > 1
+        is_open, y = ~(depths >= 0.0).any(axis=1), found[f"contact {k}"][:, 8]
+        np.copysign(y, wanted[f"contact {k}"][:, 8], out=y, where=is_even & is_open)
     assert_alike(found, wanted, 1e-10)  # round-off of forces that cancel
 
 

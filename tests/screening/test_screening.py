@@ -13,9 +13,6 @@ from kanefe.screening.windows import screen
 from screening_scenes import block_on_deck, deck_motion
 
 SPAN = 20.0  # s
-SAME_MOMENT = 1e-9
-"""s: a stick so soon after a slip is round-off of a force at its limit, told of three slips in 500."""
-
 SAME_TIME = 2e-3
 """s: events of runs at rtol 1e-6 that take other steps differ by up to 5e-4."""
 
@@ -31,11 +28,7 @@ def start() -> np.ndarray:
 
 
 def happened(run: kf.Result | kf.ScreenedRun) -> dict[str, list[float]]:
-    events = {name: times.tolist() for name, times in run.events.items() if len(times)}
-    for name, times in events.items():
-        slips = np.array(events.get(name.replace("stick", "slip"), ())) if name.endswith("stick") else np.zeros(0)
-        events[name] = [t for t in times if not np.any((slips <= t) & (t < slips + SAME_MOMENT))]
-    return events
+    return {name: times.tolist() for name, times in run.events.items() if len(times)}
 
 
 def check_same(whole: kf.Result, screened: kf.ScreenedRun) -> None:

@@ -105,6 +105,10 @@ class EventWatch:
                 self._noise[i] = event.blur(t, seen(self._model, t, y))
             elif event not in happened or abs(self._values[i]) > self._noise[i]:
                 self._noise[i] = 0.0
+        for i in (i for i, event in enumerate(self.events) if event in happened and not self._is_bound[i]):
+            # as `kanefe.kernels.events.steps_with_events`: two events can be ways through one zero
+            is_one = (self._values == self._values[i]) & ~self._is_bound
+            np.maximum(self._noise, self._noise[i], out=self._noise, where=is_one)
 
     def renew(self, t: float, y: np.ndarray) -> None:
         """Account for a jump of forces at the present time: margins that must not be below zero are evaluated again."""
@@ -228,7 +232,7 @@ class EventWatch:
             self._last[i] = max(roots, default=self._last[i])
             if acting is not None and roots:
                 function, largest = self._along(stepper, quick, i), float(np.abs(table[:, i]).max())
-                self._noise[i] = noise_after(_called, function, roots[-1], t0, self._span, largest)
+                self._noise[i] = noise_after(_called, function, roots[-1], t0, stepper.t, self._span, largest)
                 before = table[np.searchsorted(times, roots[-1]) - 1, i]
                 self._ways[i] = -np.sign(before)
             elif np.abs(table[1:, i]).max() > self._noise[i]:

@@ -35,7 +35,7 @@ AT_ONCE = 1e-6
 EPSILON = float(np.finfo(float).eps)
 
 NOISE = 10.0
-"""Value below which the sign of a function is noise, in multiples of its value at the root found."""
+"""Value below which the sign of a function is noise, in multiples of its values about the root found."""
 
 ROUND_OFF = 1e-15
 """Value below which the sign of a function is noise, relative to its largest value in the step, if its value at the
@@ -248,10 +248,14 @@ def root_in(value: Value, data: Any, a: float, b: float, span: float, is_beyond:
 
 
 @exact
-def noise_after(value: Value, data: Any, root: float, start: float, span: float, largest: float) -> float:
-    """Return below what a function has no sign after its root; of one that jumps by the value before it.
+def noise_after(value: Value, data: Any, root: float, start: float, end: float, span: float, largest: float) -> float:
+    """Return below what a function has no sign after its root; of one that jumps by the values before it.
 
-    `start` is that of the step, `largest` the largest value of the function in it.
+    `start` and `end` are those of the step, `largest` the largest value of the function in it. Of one place alone the
+    value can be zero by chance: two are seen on either side.
     """
-    before = max(root - time_tolerance(span, root), start)
-    return max(NOISE * min(abs(value(data, root)), abs(value(data, before))), ROUND_OFF * largest)
+    tolerance, before, behind = time_tolerance(span, root), 0.0, 0.0
+    for k in range(2):
+        before = max(before, abs(value(data, max(root - (k + 1) * tolerance, start))))
+        behind = max(behind, abs(value(data, min(root + k * tolerance, end))))
+    return max(NOISE * min(before, behind), ROUND_OFF * largest)

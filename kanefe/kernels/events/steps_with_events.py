@@ -33,6 +33,7 @@ from kanefe.kernels.events.lookout import (
 from kanefe.kernels.events.roots_of_step import find_roots, first_acting, sample
 from kanefe.kernels.events.watched_run import (
     ACTS,
+    BOUND,
     BOUND_CHANGES,
     IS_CUT,
     REPORTS,
@@ -256,7 +257,7 @@ def _set_noise(
             later = max(later, abs(watched.samples[k])) if k > 0 else 0.0
         if has_acted and root > -np.inf:
             data = (single, run, vectors, watched.columns[event], 0.0)
-            watched.noise[event] = noise_after(value_at, data, root, start, watched.span, largest)
+            watched.noise[event] = noise_after(value_at, data, root, start, lookout.times[-1], watched.span, largest)
         elif later > watched.noise[event]:
             watched.noise[event] = 0.0  # also where a step ends by chance just before the next zero
 
@@ -323,3 +324,14 @@ def _begin(single: Single, watched: WatchedRun, t: float, found: int) -> None:
             watched.noise[event] = lookout.contacts.asked[BLUR + watched.changes[event, 0] - TOUCH]
         elif not has_happened or abs(value) > watched.noise[event]:
             watched.noise[event] = 0.0
+    for i in range(found):
+        if watched.found[i, 0] >= t and watched.kinds[int(watched.found[i, 1])] < BOUND:
+            _share_noise(watched, int(watched.found[i, 1]))
+
+
+@inlined
+def _share_noise(watched: WatchedRun, happened: int) -> None:
+    """Give the noise of what just happened to all of that value: a slip and a stick can be ways through one zero."""
+    for event in range(len(watched.values)):
+        if watched.kinds[event] < BOUND and watched.values[event] == watched.values[happened]:
+            watched.noise[event] = max(watched.noise[event], watched.noise[happened])

@@ -41,7 +41,7 @@ def check_same(whole: kf.Result, screened: kf.ScreenedRun) -> None:
                 alone += 1
                 contact, _, kind = name.rpartition(" ")
                 assert _nearest(one[f"{contact} {OPPOSITE[kind]}"], t) < GRAZING, f"{name} at {t} s"
-    assert alone <= 0.1 * count
+    assert alone <= 0.05 * count
 
 
 def _nearest(times: np.ndarray, t: float) -> float:

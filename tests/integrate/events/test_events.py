@@ -76,6 +76,19 @@ def test_only_the_wanted_direction_counts(direction: int, expected: list[float])
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11)  # 1e-13 of the span, and round-off of the cosine
 
 
+def test_round_off_about_a_zero_is_no_way_back_through_it() -> None:
+    """Where an event acts a step ends: the other way through its zero was told beside it, of ten times six."""
+
+    def noisy(t: float, state: SceneState) -> float:
+        return float(np.cos(np.pi * angle(state)) + 1e-10 * np.sin(1e15 * t))
+
+    falls = kf.Event("falls", noisy, direction=-1, action=lambda t, state: None)
+    events = [falls, kf.Event("rises", noisy, direction=1)]
+    found = spinner().simulate((0.0, 20.0), method="rk4", step=0.01, events=events).events
+    for name, first in (("falls", 0.5), ("rises", 1.5)):
+        np.testing.assert_allclose(found[name], np.arange(first, 20.0, 2.0), rtol=0, atol=1e-9)
+
+
 @pytest.mark.parametrize("width", [0.3, 3e-2, 1e-3])
 def test_two_roots_within_one_step_are_both_found(width: float) -> None:
     """The wheel has nothing to resolve: steps grow tenfold up to the whole span."""
