@@ -84,6 +84,13 @@ class Reading(NamedTuple):
     component: int
     is_own: bool
 
+    def of(self, state: Any) -> float:
+        """Return the number at a state, of a joint, of modes, or a deflection."""
+        if self.what != "deflection":
+            return float(getattr(state, self.what)(self.body)[self.component])
+        frame = state.model.flexible_terms(self.body).body.interface(self.interface)
+        return float(frame.displacements(state.modal_coordinates(self.body)[None])[0, self.component])
+
 
 @dataclass(frozen=True)
 class Held:

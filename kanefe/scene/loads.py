@@ -12,6 +12,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import numbers, shaped_numbers
 from kanefe.loads.base import Load
 from kanefe.loads.functions import Constant, Turned, callback
+from kanefe.scene.readings import with_reads
 from kanefe.scene.scene import BodyEntry, Frame, Scene, three
 
 if TYPE_CHECKING:
@@ -98,6 +99,7 @@ class LoadMethods(Scene):
         entry = self._target(target, "a force")
         label = f"the force on {target.label}"
         where = target.at + target.axes @ three(point, f"point of {label}")
+        force = with_reads(self._entries, force, label)
         entry.loads.append((_point_load(label, force, False, where, follows, target), target.interface_frame))
 
     @checked("follows")
@@ -120,6 +122,7 @@ class LoadMethods(Scene):
         """
         entry = self._target(target, "a torque")
         label = f"the torque on {target.label}"
+        torque = with_reads(self._entries, torque, label)
         if not (callable(torque) and callback(torque, label)[1]):
             sample = numbers(torque(0.0) if callable(torque) else torque)
             if sample.shape == () and target.interface_frame is None:
@@ -178,6 +181,7 @@ class LoadMethods(Scene):
                 f"{label}: coordinate {coordinate!r} of its {joint.kind} joint is not one that a motor can drive. "
                 f"There are: {free}"
             )
+        force = with_reads(self._entries, force, label)
         if callable(force):
             function, asks = callback(force, label)
             entry.joint_loads.append(JointLoad(label, function, coordinate, asks))

@@ -12,7 +12,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError, did_you_mean
 from kanefe.frames import Vector
 from kanefe.instants.instant import Instant
-from kanefe.integrate.sampling import reader
+from kanefe.integrate.readings import reader
 from kanefe.loads.controller import Reading
 from kanefe.results.quantities import resolved_parts
 from kanefe.results.reader import Reader

@@ -8,9 +8,11 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.frames import Vector
+from kanefe.kernels.steppers.sampling import FEW_SAMPLES
 
-FEW_SAMPLES = 3
-"""Number of first samples of a controller with whose changes of the drives later ones are compared."""
+GROWN, EARLY, LATE = 10.0, 1e3, 1e6
+"""Growth of the drives, in multiples of their initial changes: at which a run that ends for another reason names the
+controller, at which a warning is issued, and at which the run ends."""
 
 ALIKE = 2.0
 """Ratio of the longest to the shortest of three times in which changes grow by the same factor: for a polynomial over

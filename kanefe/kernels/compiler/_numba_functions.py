@@ -29,7 +29,87 @@ def checked(function: Function) -> Function:
     return numba_for("a compiled function").njit(**options)(function.py_func)  # type: ignore[attr-defined, no-any-return]
 
 
-def guarded(function: Function, label: str, count: int, size: int | None) -> Function:
+def offered(function: Function, name: str, parameters: int) -> Function:
+    """Return a function of the user compiled for the time, and for one or two arrays; a ModelError says why it is not.
+
+    The first array is not to be written to.
+    """
+    if not IS_COMPILED:
+        return function
+    numba = numba_for("kanefe.compiled")
+    from numba import types
+
+    made = function if hasattr(function, "py_func") else numba.njit(function)
+    arrays = types.Array(types.float64, 1, "C", readonly=True), types.float64[::1]
+    try:
+        checked(made).compile((types.float64, *arrays[: parameters - 1]))  # type: ignore[attr-defined]
+    except (numba.core.errors.NumbaError, TypeError, NotImplementedError) as error:
+        raise ModelError(
+            f"kanefe.compiled cannot compile {name!r}: {_reason(error)}. Remedy: what numba knows: numbers, arrays, math "
+            "and numpy (reads.copy() where it is to be changed); or the function in Python, without kanefe.compiled"
+        ) from error
+    return made  # type: ignore[no-any-return]
+
+
+def _reason(error: Exception) -> str:
+    """Return the line of an error of numba that tells why."""
+    told = [line.strip() for line in str(error).splitlines() if line.strip()] or [type(error).__name__]
+    return next((line for line in told if not line.startswith("Failed in")), told[0])
+
+
+@lru_cache(maxsize=64)
+def controller_function(function: Function, counts: tuple[int, int, int], label: str) -> Any:
+    """Return what a run calls for a sampled controller by its address: NaN where it raises, or gives another number.
+
+    ``void f(double t, const double *reads, double *memory, double *drives)``, with the counts of the three. A
+    ModelError names the label if the function can give no such drives.
+    """
+    reads, memory, drives = counts
+    if not IS_COMPILED:
+        from kanefe.kernels.compiler.addresses import stand_in
+
+        def in_python(t: float, read: Any, kept: Any, out: Any) -> None:
+            out[:drives] = function(t, read[:reads], kept[:memory])
+
+        return stand_in(in_python)
+    numba = numba_for(f"the function of {label}")
+    from numba import types
+
+    own, arrays = checked(function), (types.Array(types.float64, 1, "C", readonly=True), types.float64[::1])
+    own.compile((types.float64, *arrays))  # type: ignore[attr-defined]
+    given = own.nopython_signatures[0].return_type  # type: ignore[attr-defined]
+    written = ", ".join(f"float(given[{i}])" for i in range(drives))
+    source = "(float(given),)" if isinstance(given, (types.Number, types.Boolean)) else f"({written},)"
+    count = 1 if isinstance(given, (types.Number, types.Boolean)) else getattr(given, "count", drives)
+    if count != drives:
+        raise ModelError(f"the compiled function of {label} gives {count} numbers for {drives} drives")
+    as_numbers = numba.njit(eval(f"lambda given: {source}"))
+    has_length = isinstance(given, types.Array)
+    length = numba.njit((lambda given: len(given)) if has_length else (lambda given: drives))
+
+    def call(t: float, read_at: Any, kept_at: Any, out_at: Any) -> None:
+        out = numba.carray(out_at, (drives,))
+        try:
+            given = own(t, numba.carray(read_at, (reads,)), numba.carray(kept_at, (memory,)))
+            found = as_numbers(given)
+            for i in range(drives):
+                out[i] = found[i] if length(given) == drives else np.nan
+        except Exception:  # noqa: BLE001 - numba knows no other
+            out[0] = np.nan
+
+    place = types.CPointer(types.float64)
+    try:
+        return numba.cfunc(types.void(types.float64, place, place, place))(call)
+    except numba.core.errors.NumbaError as error:
+        raise ModelError(
+            f"the compiled function of {label} does not give a number for each of {drives} drives: {_reason(error)}. "
+            "Remedy: one number, a tuple or an array"
+        ) from error
+
+
+def guarded(
+    function: Function, label: str, count: int, size: int | None, terms: tuple[tuple[tuple[int, float], ...], ...] | None = None
+) -> Function:
     """Return a compiled function as `kanefe.kernels.compiler.filling` takes it: NaN where it raises.
 
     Parameters
@@ -42,6 +122,8 @@ def guarded(function: Function, label: str, count: int, size: int | None) -> Fun
         How many numbers it gives; 0: one by itself.
     size : int or None
         Of the state (q, u, z) that it takes, the first numbers of y; None: it is one of the time.
+    terms : tuple, optional
+        What it reads in place of y: of each number places in y and their factors.
 
     Raises
     ------
@@ -56,15 +138,14 @@ def guarded(function: Function, label: str, count: int, size: int | None) -> Fun
     if size is not None:
         _check_reads(function, label)
     try:
-        made = _guarded(function, count, size)
+        made = _guarded(function, count, size, terms)
         made.compile((types.float64,) if size is None else (types.float64, types.float64[::1]))  # type: ignore[attr-defined]
     except numba.core.errors.NumbaError as error:
-        told = [line.strip() for line in str(error).splitlines() if line.strip()]
-        reason = next((line for line in told if not line.startswith("Failed in")), told[0])
         wanted = f"{count} numbers, as a tuple or an array" if count else "one number"
         given = "f(t)" if size is None else "f(t, y) with the array y = (q, u, z)"
+        given = "f(t, reads)" if terms is not None else given
         raise ModelError(
-            f"the compiled function of {label} cannot be called as {given} that gives {wanted}: {reason}. Remedy: what "
+            f"the compiled function of {label} cannot be called as {given} that gives {wanted}: {_reason(error)}. Remedy: what "
             "numba can compile, or the function in Python, without njit"
         ) from error
     return made
@@ -101,12 +182,36 @@ def _check_reads(function: Function, label: str) -> None:
         ) from error
 
 
+def _reader(terms: tuple[tuple[tuple[int, float], ...], ...]) -> Function:
+    """Return what gives sums of numbers of a state as an array."""
+    import numba
+
+    ends = np.cumsum([0, *map(len, terms)])
+    places = np.array([place for own in terms for place, _ in own], dtype=np.int64)
+    factors = np.array([factor for own in terms for _, factor in own], dtype=float)
+
+    @numba.njit
+    def read(y: Any) -> Any:
+        found = np.zeros(len(ends) - 1)
+        for i in range(len(found)):
+            for k in range(ends[i], ends[i + 1]):
+                found[i] += factors[k] * y[places[k]]
+        return found
+
+    return read  # type: ignore[no-any-return]
+
+
 @lru_cache(maxsize=64)
-def _guarded(function: Function, count: int, size: int | None) -> Function:
+def _guarded(
+    function: Function, count: int, size: int | None, terms: tuple[tuple[tuple[int, float], ...], ...] | None
+) -> Function:
     """Return the function with what it raises as NaN; the same one for each scene, which is compiled once."""
     numba = numba_for("a compiled function")
     own = checked(function) if size is None else _reading(function)
     called = numba.njit((lambda t, y: own(t)) if size is None else (lambda t, y: own(t, y[:size])))
+    if terms is not None:
+        read = _reader(terms)
+        called = numba.njit(lambda t, y: own(t, read(y)))
 
     def number(t: float, y: Any) -> Any:
         try:

@@ -13,6 +13,7 @@ from kanefe.kernels.compiler._numba_functions import guarded
 from kanefe.loads.functions import CompiledCallback
 from kanefe.loads.valued_load import ValuedLoad
 from kanefe.tree.model_data import ModelData
+from kanefe.tree.reading_terms import checked_terms
 
 
 class InputLayout:
@@ -34,6 +35,7 @@ class InputLayout:
 
     def __init__(self, model: ModelData) -> None:
         self._at: dict[int, int] = {}
+        self._model = model
         self._state_size = model.coordinate_count + model.free_count + model.state_count
         self.of_time: list[tuple[slice, ValuedLoad]] = []
         self.of_state: list[tuple[slice, ValuedLoad]] = []
@@ -80,7 +82,8 @@ class InputLayout:
             count = where.stop - where.start
             count = count if count > 1 else 0
             size = self._state_size if load.takes_state else None
-            function = guarded(load.function.function, load.label, count, size)
+            terms = tuple(tuple(checked_terms(self._model, read, load.label)) for read in load.function.reads)
+            function = guarded(load.function.function, load.label, count, size, terms or None)
             parts.append((function, where.start, count, load.takes_state))
         return parts
 
