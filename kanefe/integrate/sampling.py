@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -16,8 +15,8 @@ from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.integrate.readings import reader
 from kanefe.integrate.run_checks.drive_growth import DriveGrowth
-from kanefe.kernels.compiler.entries import LATER
 from kanefe.integrate.sampled_tables import LOG_ROWS, sample_tables
+from kanefe.kernels.compiler.entries import LATER
 from kanefe.kernels.steppers.sampling import (
     ACTED,
     ADDRESS,
@@ -30,10 +29,11 @@ from kanefe.kernels.steppers.sampling import (
     LOGGED,
     ROW,
     VALUES,
-    next_sample,
     Samples,
+    next_sample,
     sample_at,
 )
+from kanefe.loads.compiled import CompiledByNumba
 from kanefe.tree.reading_terms import terms_of
 from kanefe.tree.scene_state import SceneState
 
@@ -149,7 +149,7 @@ class Sampler:
                 state = _SeenOnce(self._model, t, y.copy())
                 row[VALUES : VALUES + one.reads] = [read(t, y, state) for read in one.readers]
             values = one.called(t, row[VALUES : VALUES + one.reads].copy())
-            row[samples.drives_at : samples.drives_at + one.controller.drive_count] = values
+            row[samples.drives_at : samples.drives_at + len(values)] = values
             samples.progress[ASKED] = asked + 1
         self._seconds += time.perf_counter() - began
 
@@ -240,7 +240,7 @@ class _Sampled:
     """One controller in a run: its function, memory and log. `memory` is that of a compiled function."""
 
     def __init__(self, model: Model, controller: Controller, memory: np.ndarray | None) -> None:
-        self.controller, self.reads = controller, len(controller.reads)
+        self.controller, self.reads, self._drives = controller, len(controller.reads), controller.drive_count
         self._memory: Any = {} if memory is None else memory
         self._taken: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
         is_plain = all(terms_of(model, reading) is not None for reading in controller.reads)
@@ -250,10 +250,9 @@ class _Sampled:
     def take(self, times: np.ndarray, values: np.ndarray, most_reads: int) -> None:
         """Take what was sampled."""
         if len(times):
-            drives = values[:, most_reads : most_reads + self.controller.drive_count].copy()
+            drives = values[:, most_reads : most_reads + self._drives].copy()
             self._taken.append((times.copy(), values[:, : self.reads].copy(), drives))
-            for row in drives:
-                self.growth.add(row)
+            self.growth.take(drives)
 
     def snapshot(self) -> tuple[object, ...]:
         """Return what is needed to continue."""
@@ -266,18 +265,26 @@ class _Sampled:
             self._memory = deepcopy(memory)
         self._taken = list(taken)
 
-    def called(self, t: float, reads: Vector) -> Vector | float:
+    def called(self, t: float, reads: Vector) -> Vector | tuple[float, ...]:
         """Return what the function gives."""
         controller = self.controller
-        given = controller.function(t, reads, self._memory)
-        if type(given) is float and controller.drive_count == 1 and math.isfinite(given):  # the usual case
-            return given
+        try:
+            given = controller.function(t, reads, self._memory)
+        except Exception as error:
+            if not isinstance(controller.function, CompiledByNumba):
+                error.add_note(f"the function of controller {controller.name!r} at t = {t:.6g} s")
+                raise
+            text = f"{type(error).__name__}: {error} at t = {t:.6g} s"  # it has no line in Python
+            raise ModelError(f"the compiled function of controller {controller.name!r} raised {text}") from error
+        plain = given if type(given) is tuple else (given,)
+        if len(plain) == self._drives and all(type(x) is float and math.isfinite(x) for x in plain):  # the usual case
+            return plain
         try:
             values = np.atleast_1d(np.asarray(given, dtype=float))
         except (TypeError, ValueError):
             values = np.zeros(0)
-        if values.shape != (controller.drive_count,) or not np.all(np.isfinite(values)):
-            wanted = "one finite number" if controller.drive_count == 1 else f"{controller.drive_count} finite numbers"
+        if values.shape != (self._drives,) or not np.all(np.isfinite(values)):
+            wanted = "one finite number" if self._drives == 1 else f"{self._drives} finite numbers"
             raise ModelError(
                 f"controller {controller.name!r} must give {wanted} ({', '.join(controller.drives)}); at t = {t:.6g} s "
                 f"it gave {given!r}"

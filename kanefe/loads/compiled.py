@@ -7,8 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import numbers

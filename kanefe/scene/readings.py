@@ -63,9 +63,7 @@ def with_reads(entries: Sequence[BodyEntry], load: Any, label: str) -> Any:
     return CompiledCallback(load.function, True, label, readings_of(entries, load.reads, label, OF_LOADS))
 
 
-def _readings(
-    entries: Sequence[BodyEntry], role: str, name: str, text: str, kinds: Mapping[str, str]
-) -> list[Reading]:
+def _readings(entries: Sequence[BodyEntry], role: str, name: str, text: str, kinds: Mapping[str, str]) -> list[Reading]:
     """Return the readings of one text."""
     target = target_of(entries, name, text, kinds, role)
     entry = entries[target.body]
@@ -76,17 +74,13 @@ def _readings(
 
     if target.what in ("joint_coordinates", "joint_speeds"):
         rate = "/s" if target.what == "joint_speeds" else ""
-        return [
-            reading(title, f"{unit}{rate}", i) for title, i, unit in joint_entry(entries, target, role, None)
-        ]
+        return [reading(title, f"{unit}{rate}", i) for title, i, unit in joint_entry(entries, target, role, None)]
     if target.what in ("modal_coordinates", "modal_speeds"):
         count = entry.flexible.free_count if entry.flexible is not None else 0
         chosen = [i for i in range(count) if target.axis in ("", str(i))]
         if not chosen:
             raise ModelError(f"{role} {target.name!r}: {entry.name!r} has {count} modes, not {target.axis!r}")
-        return [
-            reading(target.name if target.axis else f"{target.name} {i}", READS[target.what], i) for i in chosen
-        ]
+        return [reading(target.name if target.axis else f"{target.name} {i}", READS[target.what], i) for i in chosen]
     if target.what == "deflection" and target.interface is None:
         listed = ", ".join(frame.name for frame in entry.interfaces) or "none"
         raise ModelError(f"{role} {target.name!r}: a deflection is that of an interface. There are: {listed}")

@@ -38,8 +38,8 @@ def checked_terms(model: ModelData, reading: Reading, label: str) -> list[tuple[
     terms = terms_of(model, reading)
     if terms is None:
         raise ModelError(
-            f"the compiled function of {label} reads {reading.label!r}, which is not in the state: a driven coordinate, "
-            "or a deflection to second order. Remedy: a function of time, modal_coordinates, or a function in Python, "
-            "f(t, state)"
+            f"the compiled function of {label} reads {reading.label!r}, which is not in the state: a driven "
+            "coordinate, or a deflection to second order. Remedy: a function of time, modal_coordinates, or a "
+            "function in Python, f(t, state)"
         )
     return terms

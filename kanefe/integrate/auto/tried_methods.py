@@ -23,9 +23,9 @@ from kanefe.tree.bending import Bent
 from kanefe.tree.scales import state_scales
 
 if TYPE_CHECKING:
-    from kanefe.integrate.sampling import Sampler
     from kanefe.integrate.dynamics import Dynamics
     from kanefe.integrate.methods.kernel_stepper import KernelStepper
+    from kanefe.integrate.sampling import Sampler
     from kanefe.kernels.events.watched_run import WatchedRun
 
 COUNTED = "steps", "rejected", "evaluations", "factorisations", "jacobians"

@@ -45,8 +45,8 @@ def offered(function: Function, name: str, parameters: int) -> Function:
         checked(made).compile((types.float64, *arrays[: parameters - 1]))  # type: ignore[attr-defined]
     except (numba.core.errors.NumbaError, TypeError, NotImplementedError) as error:
         raise ModelError(
-            f"kanefe.compiled cannot compile {name!r}: {_reason(error)}. Remedy: what numba knows: numbers, arrays, math "
-            "and numpy (reads.copy() where it is to be changed); or the function in Python, without kanefe.compiled"
+            f"kanefe.compiled cannot compile {name!r}: {_reason(error)}. Remedy: what numba knows: numbers, arrays, "
+            "math and numpy (reads.copy() to change it); or the function in Python, without kanefe.compiled"
         ) from error
     return made  # type: ignore[no-any-return]
 
@@ -108,7 +108,11 @@ def controller_function(function: Function, counts: tuple[int, int, int], label:
 
 
 def guarded(
-    function: Function, label: str, count: int, size: int | None, terms: tuple[tuple[tuple[int, float], ...], ...] | None = None
+    function: Function,
+    label: str,
+    count: int,
+    size: int | None,
+    terms: tuple[tuple[tuple[int, float], ...], ...] | None = None,
 ) -> Function:
     """Return a compiled function as `kanefe.kernels.compiler.filling` takes it: NaN where it raises.
 
@@ -145,8 +149,8 @@ def guarded(
         given = "f(t)" if size is None else "f(t, y) with the array y = (q, u, z)"
         given = "f(t, reads)" if terms is not None else given
         raise ModelError(
-            f"the compiled function of {label} cannot be called as {given} that gives {wanted}: {_reason(error)}. Remedy: what "
-            "numba can compile, or the function in Python, without njit"
+            f"the compiled function of {label} cannot be called as {given} that gives {wanted}: {_reason(error)}. "
+            "Remedy: what numba can compile, or the function in Python, without njit"
         ) from error
     return made
 
