@@ -11,7 +11,7 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.integrate.run_checks.drive_growth import EARLY
 from kanefe.kernels.steppers.sampling import VALUES, Samples
-from kanefe.loads.compiled import CompiledByNumba
+from kanefe.loads.offered_function import CompiledByNumba
 from kanefe.tree.reading_terms import terms_of
 
 if TYPE_CHECKING:

@@ -33,7 +33,7 @@ from kanefe.kernels.steppers.sampling import (
     next_sample,
     sample_at,
 )
-from kanefe.loads.compiled import CompiledByNumba
+from kanefe.loads.offered_function import CompiledByNumba
 from kanefe.tree.reading_terms import terms_of
 from kanefe.tree.scene_state import SceneState
 

@@ -91,12 +91,15 @@ class CompiledCallback:
         Name of the load, for messages.
     reads : tuple of Reading
         What f(t, reads) reads in place of y.
+    axes : ndarray, shape (3, 3), or None
+        By which three components are multiplied: see `Turned`.
     """
 
     function: Callable[..., Any]
     takes_state: bool
     label: str
     reads: tuple[Reading, ...] = ()
+    axes: Matrix | None = None
 
     def __call__(self, t: float, state: SceneView | None = None) -> Any:
         """Return the value; a ModelError names the load if the function raises, or reads beyond the state."""
@@ -105,7 +108,7 @@ class CompiledCallback:
         if self.reads and state is not None:
             arguments = t, np.array([reading.of(state) for reading in self.reads])
         try:
-            return function(*arguments)
+            return function(*arguments) if self.axes is None else Turned(function, self.axes)(*arguments)
         except Exception as error:
             text = " ".join(str(error).split()) or "without a message"
             raise ModelError(

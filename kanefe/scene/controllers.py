@@ -12,7 +12,7 @@ import numpy as np
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-from kanefe.loads.compiled import CompiledByNumba
+from kanefe.loads.offered_function import CompiledByNumba
 from kanefe.scene.readings import readings_of, texts_of
 from kanefe.scene.scene import Scene
 from kanefe.scene.targets import Named, Target, axes_of, joint_entry, target_of
@@ -154,7 +154,9 @@ def _check_function(function: object, label: str) -> None:
     wanted = "f(t, reads, memory) -> drives"
     if not callable(function):
         raise ModelError(f"{label} needs a function {wanted}, not {function!r}")
-    if isinstance(function, CompiledByNumba) and function.is_controller:
+    if isinstance(function, CompiledByNumba):
+        if not function.is_controller:
+            raise ModelError(f"{label} needs a function {wanted}, not f(t, reads) of a load. Remedy: one with a memory")
         return
     try:
         signature = inspect.signature(function)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import numbers, shaped_numbers
 from kanefe.loads.base import Load
-from kanefe.loads.functions import Constant, Turned, callback
+from kanefe.loads.functions import CompiledCallback, Constant, Turned, callback
 from kanefe.scene.readings import with_reads
 from kanefe.scene.scene import BodyEntry, Frame, Scene, three
 
@@ -349,8 +350,9 @@ def _point_load(
     if not callable(load):
         return PointLoad(label, Constant(axes @ three(load, label)), is_torque, where, follows)
     function, asks = callback(load, label)
-    turned = function if np.array_equal(axes, np.eye(3)) else Turned(function, axes)
-    return PointLoad(label, turned, is_torque, where, follows, asks)
+    if not np.array_equal(axes, np.eye(3)):
+        function = replace(function, axes=axes) if isinstance(function, CompiledCallback) else Turned(function, axes)
+    return PointLoad(label, function, is_torque, where, follows, asks)
 
 
 def _not_negative(value: object, shape: tuple[int, ...], what: str) -> np.ndarray:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -107,27 +107,37 @@ def controller_function(function: Function, counts: tuple[int, int, int], label:
         ) from error
 
 
-def guarded(
-    function: Function,
-    label: str,
-    count: int,
-    size: int | None,
-    terms: tuple[tuple[tuple[int, float], ...], ...] | None = None,
-) -> Function:
+class Given(NamedTuple):
+    """What a compiled function of a load gives, and what it is given.
+
+    Attributes
+    ----------
+    values : int
+        How many numbers it gives; 0: one by itself.
+    size : int or None
+        Of the state (q, u, z) that it takes, the first numbers of y; None: it is one of the time.
+    terms : tuple or None
+        What it reads in place of y: of each number places in y and their factors.
+    axes : tuple or None
+        Matrix (3, 3), row by row, by which three components are multiplied.
+    """
+
+    values: int
+    size: int | None
+    terms: tuple[tuple[tuple[int, float], ...], ...] | None = None
+    axes: tuple[float, ...] | None = None
+
+
+def guarded(function: Function, label: str, given: Given) -> Function:
     """Return a compiled function as `kanefe.kernels.compiler.filling` takes it: NaN where it raises.
 
     Parameters
     ----------
     function : callable
-        Of the user, f(t) or f(t, y).
+        Of the user, f(t), f(t, y) or f(t, reads).
     label : str
         Of the load, for messages.
-    count : int
-        How many numbers it gives; 0: one by itself.
-    size : int or None
-        Of the state (q, u, z) that it takes, the first numbers of y; None: it is one of the time.
-    terms : tuple, optional
-        What it reads in place of y: of each number places in y and their factors.
+    given : Given
 
     Raises
     ------
@@ -135,21 +145,22 @@ def guarded(
         Naming the load, if it cannot be compiled to give that.
     """
     if not IS_COMPILED:
-        return function
+        return _in_python(function, given)
     numba = numba_for(f"the function of {label}")
     from numba import types
 
+    size = given.size
     if size is not None:
         _check_reads(function, label)
     try:
-        made = _guarded(function, count, size, terms)
+        made = _guarded(function, given)
         made.compile((types.float64,) if size is None else (types.float64, types.float64[::1]))  # type: ignore[attr-defined]
     except numba.core.errors.NumbaError as error:
-        wanted = f"{count} numbers, as a tuple or an array" if count else "one number"
-        given = "f(t)" if size is None else "f(t, y) with the array y = (q, u, z)"
-        given = "f(t, reads)" if terms is not None else given
+        wanted = f"{given.values} numbers, as a tuple or an array" if given.values else "one number"
+        form = "f(t)" if size is None else "f(t, y) with the array y = (q, u, z)"
+        form = form if given.terms is None else "f(t, reads)"
         raise ModelError(
-            f"the compiled function of {label} cannot be called as {given} that gives {wanted}: {_reason(error)}. "
+            f"the compiled function of {label} cannot be called as {form} that gives {wanted}: {_reason(error)}. "
             "Remedy: what numba can compile, or the function in Python, without njit"
         ) from error
     return made
@@ -186,6 +197,20 @@ def _check_reads(function: Function, label: str) -> None:
         ) from error
 
 
+def _in_python(function: Function, given: Given) -> Function:
+    """Return the same where nothing is compiled."""
+    if given.terms is None and given.axes is None:
+        return function
+    axes = np.eye(3) if given.axes is None else np.array(given.axes).reshape(3, 3)
+
+    def value(t: float, *states: Any) -> Any:
+        read = [np.array([sum(c * y[i] for i, c in own) for own in given.terms]) for y in states if given.terms]
+        found = function(t, *(read or states))
+        return axes @ found if given.values else found
+
+    return value
+
+
 def _reader(terms: tuple[tuple[tuple[int, float], ...], ...]) -> Function:
     """Return what gives sums of numbers of a state as an array."""
     import numba
@@ -206,16 +231,22 @@ def _reader(terms: tuple[tuple[tuple[int, float], ...], ...]) -> Function:
 
 
 @lru_cache(maxsize=64)
-def _guarded(
-    function: Function, count: int, size: int | None, terms: tuple[tuple[tuple[int, float], ...], ...] | None
-) -> Function:
+def _guarded(function: Function, given: Given) -> Function:
     """Return the function with what it raises as NaN; the same one for each scene, which is compiled once."""
+    size, axes = given.size, given.axes
     numba = numba_for("a compiled function")
     own = checked(function) if size is None else _reading(function)
     called = numba.njit((lambda t, y: own(t)) if size is None else (lambda t, y: own(t, y[:size])))
-    if terms is not None:
-        read = _reader(terms)
+    if given.terms is not None:
+        read = _reader(given.terms)
         called = numba.njit(lambda t, y: own(t, read(y)))
+
+    @numba.njit
+    def turned(x: float, y: float, z: float) -> Any:
+        if axes is None:
+            return x, y, z
+        a = axes
+        return a[0] * x + a[1] * y + a[2] * z, a[3] * x + a[4] * y + a[5] * z, a[6] * x + a[7] * y + a[8] * z
 
     def number(t: float, y: Any) -> Any:
         try:
@@ -225,11 +256,11 @@ def _guarded(
 
     def three(t: float, y: Any) -> Any:
         try:
-            given = called(t, y)
-            return float(given[0]), float(given[1]), float(given[2])
+            found = called(t, y)
+            return turned(float(found[0]), float(found[1]), float(found[2]))
         except Exception:  # noqa: BLE001 - numba knows no other
             return np.nan, np.nan, np.nan
 
-    value = numba.njit(three if count else number)
+    value = numba.njit(three if given.values else number)
     none = np.zeros(0)
     return numba.njit(lambda t: value(t, none)) if size is None else value  # type: ignore[no-any-return]
