@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from kanefe.errors import ModelError
-from kanefe.loads.offered_function import CompiledByNumba
 from kanefe.loads.controller import Reading
 from kanefe.loads.functions import CompiledCallback
+from kanefe.loads.offered_function import CompiledByNumba
 from kanefe.scene.targets import Named, asked_for, axes_of, joint_entry, target_of
 
 if TYPE_CHECKING:

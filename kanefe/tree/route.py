@@ -311,10 +311,11 @@ class Route(Evaluates, Protocol):
         """Return loads between frames in their state at the start, time t (s)."""
         ...
 
-    def derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:
+    def derivatives(self, t: float, y: Vector, directions: Matrix, reaches: Vector | None = None) -> Matrix | None:
         """Return exact derivatives of dy/dt along the rows of a matrix, (k, state) both; None if not available.
 
-        They are not available for scenes with functions of the user that depend on the state.
+        They are not available for scenes with functions of the user that depend on the state; where `reaches` says how
+        far to go along each direction, those of compiled functions are differences.
         """
         ...
 

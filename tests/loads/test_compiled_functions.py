@@ -11,8 +11,8 @@ import kanefe as kf
 from kanefe.integrate.sampling import Sampler
 from kanefe.kernels.steppers.sampling import ASKED
 from kanefe.loads.functions import CompiledCallback
-from loop_scenes import four_bar
 from kanefe_fem import Rectangle, beam_body, straight_beam
+from loop_scenes import four_bar
 from steel_beams import STEEL
 
 OF_BAR = (
