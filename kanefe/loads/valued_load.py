@@ -76,8 +76,12 @@ class ValuedLoad:
             error.add_note(f"the function of {self.label} at t = {t:.6g} s")
             raise
         SPENT.seconds += perf_counter() - began
-        if type(given) is float and isfinite(given) and self.shape == ():  # the usual case, ten times faster
+        # the usual cases, ten times faster; the square of what is finite may be too large, and is looked at below
+        if isinstance(given, float) and isfinite(given) and self.shape == ():
             return np.array(given)
+        is_plain = type(given) is np.ndarray and given.dtype == float and given.shape == (3,) == self.shape
+        if is_plain and isfinite(given.dot(given)):
+            return given
         value = np.asarray(given)
         if value.shape != self.shape or value.dtype.kind not in REAL or not np.all(np.isfinite(value)):
             raise UnfitValue(

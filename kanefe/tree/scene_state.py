@@ -131,11 +131,11 @@ class SceneState:
 
     def joint_coordinates(self, name: str) -> Vector:
         """Return the coordinates of a body's joint, driven ones included, m and rad."""
-        return self.model.bodies[self.model.index(name)].joint_coordinates(self.time, self.q).copy()
+        return self.model.bodies[self.model.index(name)].joint_coordinates(self.time, self.q)
 
     def joint_speeds(self, name: str) -> Vector:
         """Return the speeds of a body's joint, driven ones included, m/s and rad/s."""
-        return np.array(self.full[self.model.bodies[self.model.index(name)].speeds])
+        return np.asarray(self.full[self.model.bodies[self.model.index(name)].speeds])
 
     def modal_coordinates(self, name: str) -> Vector:
         """Return eta of a flexible body, shape (k,)."""
