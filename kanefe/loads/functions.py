@@ -8,14 +8,16 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.compiler._numba_functions import checked
-from kanefe.loads.controller import Reading
+
+if TYPE_CHECKING:
+    from kanefe.loads.controller import Reading
 
 
 class Spent(threading.local):

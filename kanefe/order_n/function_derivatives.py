@@ -9,19 +9,20 @@ import numpy as np
 from kanefe.frames import Matrix, Vector
 
 if TYPE_CHECKING:
-    from kanefe.order_n.route import OrderN
+    from kanefe.order_n.evaluated import Evaluated
+    from kanefe.order_n.rates_kernel import RatesKernel
 
 NOT_IMPLICIT = 0.0, 0.0
 
 
-def through_functions(route: OrderN, t: float, y: Vector, directions: Matrix, reaches: Vector) -> Matrix | None:
-    """Return derivatives of dy/dt along directions, (k, state) both; None where the rest of the scene has none.
+def add_functions(
+    found: Matrix, route: Evaluated, kernel: RatesKernel, t: float, y: Vector, directions: Matrix, reaches: Vector
+) -> bool:
+    """Add to derivatives of dy/dt along directions, (k, state) both, what the values of functions change of them.
 
-    `reaches`: how far to go along each direction. Rates are linear in what loads give, but for friction.
+    Return whether all is finite. `reaches`: how far to go along each direction. Rates are linear in what loads give,
+    but for friction.
     """
-    found = route.partial_derivatives(t, y, directions)
-    if found is None:
-        return None
     fill = getattr(route.fill, "__wrapped__", route.fill)  # of machine code the function behind it
     at = route.inputs.begun(route.parts(y)[2]).copy()
     values = np.tile(at, (2, len(directions), 1))
@@ -34,14 +35,13 @@ def through_functions(route: OrderN, t: float, y: Vector, directions: Matrix, re
     if len(acting):
         steps = np.maximum(np.abs(at[acting]), np.abs(at).max() or 1.0)
         moved = np.vstack((at, at + steps[:, None] * np.eye(len(at))[acting]))
-        rates = _rates_with(route, t, y, moved)
+        rates = _rates_with(route, kernel, t, y, moved)
         found += slopes[:, acting] @ ((rates[1:] - rates[0]) / steps[:, None])
-    return found
+    return bool(np.isfinite(found).all())
 
 
-def _rates_with(route: OrderN, t: float, y: Vector, values: Matrix) -> Matrix:
+def _rates_with(route: Evaluated, kernel: RatesKernel, t: float, y: Vector, values: Matrix) -> Matrix:
     """Return dy/dt while loads have given values, one set a row."""
-    kernel = route._rates_kernel(False)
     call = kernel.take()
     call.at[:], call.drives[:] = y, route.drives(t)
     found = np.empty((len(values), len(y)))

@@ -306,9 +306,12 @@ class OrderN(LiteralRoute):
             self._check_directions(y, directions)
             if reaches is None or not self.is_autonomous:
                 return None
-            from kanefe.order_n.function_derivatives import through_functions
+            from kanefe.order_n.function_derivatives import add_functions
 
-            return through_functions(self, t, y, directions, reaches)
+            found = self.partial_derivatives(t, y, directions)
+            if found is None or not add_functions(found, self, self._rates_kernel(False), t, y, directions, reaches):
+                return None
+            return found
         return self.partial_derivatives(t, y, directions)
 
     def partial_derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:

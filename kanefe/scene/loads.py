@@ -77,9 +77,9 @@ class LoadMethods(Scene):
         target : Frame
             A rigid body, an interface or node of a flexible body, or a frame of one.
         force : (3,) or callable t -> (3,) or (t, state) -> (3,)
-            N. The state has positions and velocities of bodies: see `kanefe.tree.scene_state.SceneState`. A function
-            compiled by numba takes (t) or (t, y), with y = (q, u, z) as an array in the order of `Model.state_names`;
-            runs then stay in compiled code.
+            N. The state has positions and velocities of bodies: see `kanefe.tree.scene_state.SceneState`. Runs
+            stay in compiled code for a function of `kanefe.compiled`, (t) or (t, reads), or one compiled by numba, (t)
+            or (t, y), with y = (q, u, z) as an array in the order of `Model.state_names`.
         point : array_like, shape (3,)
             Point of action, from the frame's origin in its axes, m.
         follows : bool

@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from kanefe.errors import ModelError
-from kanefe.loads.controller import Reading
 from kanefe.loads.functions import CompiledCallback
 from kanefe.loads.offered_function import CompiledByNumba
 from kanefe.scene.targets import Named, asked_for, axes_of, joint_entry, target_of
 
 if TYPE_CHECKING:
+    from kanefe.loads.controller import Reading
     from kanefe.scene.scene import BodyEntry
 
 READS = {
@@ -28,7 +28,7 @@ READS = {
     "deflection": "m",
 }
 OF_LOADS = "joint_coordinates", "joint_speeds", "modal_coordinates", "modal_speeds", "deflection"
-"""What compiled functions of loads can read: sums of entries of the state."""
+"""Quantities that compiled functions of loads can read: sums of entries of the state."""
 
 
 def readings_of(
@@ -65,6 +65,8 @@ def with_reads(entries: Sequence[BodyEntry], load: Any, label: str) -> Any:
 
 def _readings(entries: Sequence[BodyEntry], role: str, name: str, text: str, kinds: Mapping[str, str]) -> list[Reading]:
     """Return the readings of one text."""
+    from kanefe.loads.controller import Reading
+
     target = target_of(entries, name, text, kinds, role)
     entry = entries[target.body]
 
