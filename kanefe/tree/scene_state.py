@@ -74,6 +74,8 @@ class SceneState:
         self._given = frames
         self._forces: Forces | None = None
         self._asked: list[str] = []
+        self._ends: dict[int, list[End]] = {}
+        self._seen: dict[tuple[str, str], End] = {}
 
     def with_forces(self, forces: Forces) -> Self:
         """Return this state with access to forces that depend on its accelerations."""
@@ -299,10 +301,6 @@ class SceneState:
             self._ends[number] = [self._end(marker) for marker in self.model.loads[number].ends]
         return self._ends[number]
 
-    @cached_property
-    def _ends(self) -> dict[int, list[End]]:
-        return {}
-
     def _end(self, marker: Marker) -> End:
         if not isinstance(marker, CoordinateMarker):
             return self.placed_marker(marker).end
@@ -332,10 +330,6 @@ class SceneState:
         if found is None:
             found = self._seen[name, interface] = self._found(self.model.index(name), name, interface)
         return found
-
-    @cached_property
-    def _seen(self) -> dict[tuple[str, str], End]:
-        return {}
 
     def _found(self, number: int, name: str, interface: str) -> End:
         if not interface:
