@@ -241,7 +241,7 @@ class _Sampled:
 
     def __init__(self, model: Model, controller: Controller, memory: np.ndarray | None) -> None:
         self.controller, self.reads, self._drives = controller, len(controller.reads), controller.drive_count
-        self._memory: Any = {} if memory is None else memory
+        self._memory: Any = controller.new_memory() if memory is None else memory
         self._taken: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
         is_plain = all(terms_of(model, reading) is not None for reading in controller.reads)
         self.readers = [] if is_plain else [reader(model, reading) for reading in controller.reads]

@@ -37,6 +37,11 @@ class Controller:
         """Number of drives."""
         return len(self.drives)
 
+    def new_memory(self) -> Any:
+        """Return the memory of its function at the start of a run: a dict, or of a compiled one so many zeros."""
+        size = getattr(self.function, "memory", None)  # see `kanefe.compiled`
+        return {} if size is None else np.zeros(size)
+
     @property
     def is_sampled(self) -> bool:
         """Whether a run calls its function."""

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.sampling import Sampler
 from kanefe.kernels.steppers.sampling import ASKED
 from kanefe.loads.functions import CompiledCallback
@@ -267,3 +268,36 @@ def test_a_controller_that_turns_nan_ends_the_run_at_its_sample() -> None:
     with pytest.warns(kf.SimulationWarning, match=r"controller 'pd' must give one finite number .* at t = 0\.06 s"):
         result = rod(function=function).simulate((0.0, 0.1))
     assert len(result.controllers["pd"].times) == 6
+
+
+def test_jacobians_have_what_compiled_functions_change() -> None:
+    model = bar_with(kf.compiled(held, reads=OF_BAR), kf.compiled(pushed, reads=OF_BAR[-1])).freeze()
+    python = bar_with(lambda t, state: held(t, read(state)), lambda t, state: pushed(t, (deflection(state),))).freeze()
+    y = np.append(model.initial_state, (0.0, 0.0))
+    y[:-2] += 1e-3 * np.random.default_rng(0).standard_normal(len(y) - 2)
+    found = []
+    for one in (model, python):
+        dynamics = Dynamics(one)
+        dynamics.rate(0.1, y)
+        found.append(dynamics.jacobian(0.1, y))
+    assert model.route.derivatives(0.1, y, np.eye(len(y)), np.full(len(y), 1e-5)) is not None
+    assert python.route.derivatives(0.1, y, np.eye(len(y)), np.full(len(y), 1e-5)) is None
+    size = np.abs(found[0]).max(axis=1, keepdims=True)
+    assert np.abs(found[0] - found[1]).max() > 0.0  # one of them is by differences of whole rates
+    assert np.all(np.abs(found[0] - found[1]) <= 1e-6 * size)
+
+
+def test_an_unstable_loop_is_told_as_in_python() -> None:
+    told = []
+    for function in (kf.compiled(lambda t, r, m: -60.0 * r[0]), lambda t, r, m: -60.0 * r[0]):
+        with pytest.warns(kf.SimulationWarning, match="controller 'pd' now changes 'motor rod") as warned:
+            rod(function=function).simulate((0.0, 3.0))
+        told.append([str(warning.message) for warning in warned])
+    assert told[0] == told[1]
+
+
+def test_poles_of_the_sampled_loop_are_those_of_the_function_in_python() -> None:
+    poles = []
+    for function in (kf.compiled(sum_up, memory=2), sum_in_python):
+        poles.append(np.sort_complex(kf.sampled_loop(sampled_bar(function, 0.4e-3), start=kf.equilibrium(bar())).poles))
+    np.testing.assert_allclose(*poles, atol=1e-6)
