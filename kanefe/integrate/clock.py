@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 
 from kanefe.kernels.compiler._numba import seconds_compiling
 from kanefe.loads.functions import SPENT
@@ -33,16 +31,10 @@ class Clock:
         """Return what adds the time of what is inside to a part."""
         return _Part(self, name)
 
-    @contextmanager
-    def aside(self, name: str) -> Iterator[None]:
-        """Take the time of what is inside from the part around it, and add it to a part of its own."""
-        began = time.perf_counter()
-        try:
-            yield
-        finally:
-            seconds = time.perf_counter() - began
-            self._add(name, seconds)
-            self._aside += seconds
+    def set_aside(self, name: str, seconds: float) -> None:
+        """Take some time (s) from the part around it, and add it to a part of its own."""
+        self._add(name, seconds)
+        self._aside += seconds
 
     @property
     def share_of_user(self) -> float:

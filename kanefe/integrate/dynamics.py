@@ -131,14 +131,14 @@ class Dynamics:
         """Return derivatives of dy/dt along directions, (k, state) both.
 
         Exact to round-off where the scene is in order n and no function of the user looks at the state; else by central
-        differences.
+        differences, of compiled functions alone where there are no others.
         """
+        reaches = DIFFERENCE / np.abs(directions / self._scales).max(axis=1)
         if self._is_own and self.weakest >= NEAR_SINGULAR:
-            exact = self.route.derivatives(t, y, directions)
+            exact = self.route.derivatives(t, y, directions, reaches)
             if exact is not None:
                 self.evaluations += len(directions)
                 return exact
-        reaches = DIFFERENCE / np.abs(directions / self._scales).max(axis=1)
         found = np.empty_like(directions)
         with np.errstate(over="ignore", invalid="ignore"):
             for i, (direction, reach) in enumerate(zip(directions, reaches, strict=True)):

@@ -21,7 +21,7 @@ from kanefe.integrate.pace import Limits, OutOfTime, Pace, Poles
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.state_rows import StateRows, TakesStates
 from kanefe.integrate.status import RunStatus, raised_by_user
-from kanefe.integrate.stepper import StepFailure, Stepper, gives_accelerations, keeps_time, looks_out
+from kanefe.integrate.stepper import StepFailure, Stepper, gives_accelerations, keeps_time, looks_out, passes_samples
 from kanefe.kane.bent import bent_too_far
 from kanefe.kernels.events.watched_run import IS_CUT
 from kanefe.tree.model_data import QUADRATURES
@@ -103,6 +103,9 @@ class RunLoop:
         self._start, self._pace = stepper.t, Pace(dynamics.model, stepper, float(times[-1]), limits, sampler, poles)
         self.is_interrupted = False
         self._looking = stepper if watch and sampler is None and looks_out(stepper) else None
+        # over events it goes step by step
+        is_passing = sampler is not None and watch is None and dynamics.is_autonomous
+        self._passing = stepper if is_passing and passes_samples(stepper) else None
         is_compiled = watch is None or (self._looking is not None and self._looking.can_look_out)
         self.chunk = chunk if is_compiled and not gives_accelerations(stepper) else 1
         if watch is not None:
@@ -252,6 +255,8 @@ class RunLoop:
             rows.stored = max(first, int(np.searchsorted(rows.times, stepper.t, side="right")))
             raise
         finally:
+            if self._sampler is not None:
+                self._clock.set_aside(CONTROLLERS, self._sampler.taken_seconds())
             self._bar.update(stepper.t - self._start - self._bar.n)
         if self.chunk > 1:
             done = max(stepper.step_count - steps, 1)
@@ -279,15 +284,20 @@ class RunLoop:
     def _integrate_sampled(self, sampler: Sampler, most: int, begun: float) -> None:
         """Continue from sample to sample, for so many steps or so long as a go takes; steps end at samples."""
         stepper, rows, end = self._stepper, self.rows, self._stepper.step_count + most
+        if self._passing is not None:
+            rows.stored = self._passing.integrate_over_samples(rows.times, rows.states, rows.stored, most, sampler)
+            if sampler.has_alarm:
+                self._pace.check_drives()
+            return
         while not rows.is_full and (left := end - stepper.step_count) > 0:
             target, t = sampler.next, stepper.t
             if target <= t < rows.end:
-                with self._clock.aside(CONTROLLERS):
-                    y = sampler.sampled(t, stepper.state())
+                y = sampler.sampled(t, stepper.state())
                 target = sampler.next
                 stepper.aim(target)
                 stepper.go_on_with(t, y)
-                self._pace.check_drives()
+                if sampler.has_alarm:
+                    self._pace.check_drives()
                 if self._watch:
                     self._watch.renew(t, y)
                 if rows.stored and rows.times[rows.stored - 1] == t:

@@ -16,6 +16,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import SimulationWarning, outside
 from kanefe.frames import Vector
 from kanefe.integrate.methods.table import serving
+from kanefe.integrate.run_checks.drive_growth import EARLY, GROWN, LATE
 from kanefe.integrate.run_checks.functions_of_user import with_jump
 from kanefe.integrate.run_checks.stiff_contacts import stiffest_contact
 from kanefe.integrate.status import RunStatus
@@ -45,10 +46,6 @@ LARGER = "a larger limit, or continue from a checkpoint with resume="
 OTHERS = ("radau5", "dop853", "generalised-alpha")
 """Methods that are suggested for a slow run."""
 
-
-GROWN, EARLY, LATE = 10.0, 1e3, 1e6
-"""Growth of the drives, in multiples of their initial changes: at which a run that ends for another reason names the
-controller, at which a warning is issued, and at which the run ends."""
 
 Poles = Callable[[Model, float, Vector], str | None]
 """Function that describes the poles of a sampled loop about a state, or returns None if none is unstable."""
@@ -189,6 +186,7 @@ class Pace:
         """Warn once of drives that grow from sample to sample; raise a StepFailure of a millionfold growth."""
         if self._sampler is None:
             return
+        self._sampler.end_alarm()
         if self._is_grown and self._sampler.growth(LATE) is not None:
             raise StepFailure("drives have grown a millionfold", "")
         if not self._is_grown and self._sampler.growth(EARLY) is not None:

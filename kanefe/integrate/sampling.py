@@ -3,33 +3,50 @@
 from __future__ import annotations
 
 import math
-from collections import deque
-from collections.abc import Callable
+import time
 from copy import deepcopy
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
-from kanefe.frames import Vector, euler_parameters_from_matrix, rotation_vector
+from kanefe.frames import Vector
+from kanefe.integrate.readings import reader
 from kanefe.integrate.run_checks.drive_growth import DriveGrowth
+from kanefe.integrate.sampled_tables import LOG_ROWS, sample_tables
+from kanefe.kernels.compiler.entries import LATER
+from kanefe.kernels.steppers.sampling import (
+    ACTED,
+    ADDRESS,
+    ASKED,
+    AT_TIME,
+    BY,
+    END,
+    IS_ALARMED,
+    LEVEL,
+    LOGGED,
+    ROW,
+    VALUES,
+    Samples,
+    next_sample,
+    sample_at,
+)
+from kanefe.loads.offered_function import CompiledByNumba
+from kanefe.tree.reading_terms import terms_of
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
-    from kanefe.loads.controller import Controller, Reading
-
-Read = Callable[[float, Vector, Callable[[], SceneState]], float]
-
-END_SHARE = 1e-9
-"""Time between a sample and the end of a run, relative to the sampling interval, below which the sample is skipped."""
-
+    from kanefe.loads.controller import Controller
 
 AT_ONCE = 1e-9
 """Time difference, relative to the shortest sampling interval, below which samples are simultaneous, such as 3 times
 0.1 s and 15 times 0.02 s."""
+
+
+LEVELS = 2.0
+"""Factor by which drives have to grow once more until they are looked at again."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,46 +81,123 @@ class Sampler:
     model : Model
     start, stop : float
         s.
+
+    Attributes
+    ----------
+    samples : Samples
+        For compiled code.
+    keeps_instants : bool
+        Whether `taken_instants` will be asked for.
     """
 
     def __init__(self, model: Model, start: float, stop: float) -> None:
-        self._model, self._stop = model, stop
-        self._first_held = model.coordinate_count + model.free_count
+        self._model = model
         sampled = [one for one in model.controllers if one.is_sampled]
         together = AT_ONCE * min((one.every for one in sampled), default=0.0)
-        self._controllers = [_Sampled(model, one, start, together) for one in sampled]
+        self.samples, memories = sample_tables(model, sampled, start, stop, together)
+        self._controllers = [_Sampled(model, one, memory) for one, memory in zip(sampled, memories, strict=True)]
+        self._seconds, self.keeps_instants = 0.0, False
+        self._instants = list[np.ndarray]()
+        self._y = np.zeros(model.coordinate_count + model.free_count + model.state_count)
+        self._sample_at = sample_at.bound(self.samples, LATER, self._y)
 
     def aim(self, stop: float) -> None:
         """Let the run end at another time, s."""
-        self._stop = stop
+        self.samples.limits[END] = stop
 
     @property
     def next(self) -> float:
         """When the next sample is, or drives begin to act, s; the end of the run if there is none before."""
-        return min(self._stop, *(one.next(self._stop) for one in self._controllers))
+        return float(next_sample(self.samples))
+
+    @property
+    def is_asking(self) -> bool:
+        """Whether a sample has been begun and functions are to be called yet."""
+        return bool(self.samples.progress[ASKED] >= 0)
+
+    @property
+    def has_alarm(self) -> bool:
+        """Whether drives have grown so that `growth` is to be looked at."""
+        return bool(self.samples.progress[IS_ALARMED])
+
+    def end_alarm(self) -> None:
+        """Have drives looked at again when they have grown once more."""
+        self.samples.progress[IS_ALARMED] = 0
+        self.samples.times[:, LEVEL] *= LEVELS
 
     def sampled(self, t: float, y: Vector) -> Vector:
         """Return the state with the drives as they are from time t (s) on, after what is to be sampled there."""
-        before, y = y, y.copy()
-        state = _SeenOnce(self._model, t, before)
-        for one in self._controllers:
-            values = one.at(t, self._stop, before, state)  # all read what was before any of them drove
-            if values is not None:
-                held = self._model.held[one.controller.name]
-                y[self._first_held + held.start : self._first_held + held.stop] = values
-        return y
+        found, progress = y.copy(), self.samples.progress
+        if max(progress[LOGGED], progress[ACTED]) >= LOG_ROWS:
+            self._empty()
+        self._y[:] = y[: len(self._y)]
+        while self._sample_at(t) >= 0:
+            self.answer(t, y)
+        found[: len(self._y)] = self._y
+        return found
+
+    def answer(self, t: float, y: Vector) -> None:
+        """Call the function that compiled code asks for, or empty the log if it asks for none."""
+        began = time.perf_counter()
+        asked = int(self.samples.progress[ASKED])
+        if asked < 0:
+            self._empty()
+        else:
+            one, samples = self._controllers[asked], self.samples
+            row = samples.log[samples.controllers[asked, ROW]]
+            if one.readers:
+                state = _SeenOnce(self._model, t, y.copy())
+                row[VALUES : VALUES + one.reads] = [read(t, y, state) for read in one.readers]
+            values = one.called(t, row[VALUES : VALUES + one.reads].copy())
+            row[samples.drives_at : samples.drives_at + len(values)] = values
+            samples.progress[ASKED] = asked + 1
+        self._seconds += time.perf_counter() - began
+
+    def taken_seconds(self) -> float:
+        """Return the time in functions of the user since this was asked, s."""
+        found, self._seconds = self._seconds, 0.0
+        return found
+
+    def _empty(self) -> None:
+        """Take what is in the log."""
+        samples, progress = self.samples, self.samples.progress
+        count, own_rows = int(progress[LOGGED]), samples.controllers[:, ROW]
+        done = int(own_rows[own_rows >= 0].min(initial=count)) if self.is_asking else count
+        if progress[ACTED] and self.keeps_instants:
+            self._instants.append(samples.acted[: progress[ACTED]].copy())
+        if done:
+            rows = samples.log[:done]
+            for number, one in enumerate(self._controllers):
+                own = rows if len(self._controllers) == 1 else rows[rows[:, BY] == number]
+                one.take(own[:, AT_TIME], own[:, VALUES:], samples.drives_at - VALUES)
+        samples.log[: count - done] = samples.log[done:count].copy()  # a sample that is begun stays
+        own_rows[own_rows >= 0] -= done
+        progress[LOGGED], progress[ACTED] = count - done, 0
+
+    def taken_instants(self) -> np.ndarray:
+        """Return the times at which drives began to act since this was asked, and the states of loads from then on."""
+        self._empty()
+        found, self._instants = self._instants, []
+        return np.concatenate(found) if found else np.zeros((0, self.samples.acted.shape[1]))
 
     def snapshot(self) -> tuple[object, ...]:
-        """Return what is needed to continue."""
-        return tuple(one.snapshot() for one in self._controllers)
+        """Return what is needed to continue; lists that only grow are represented by their length."""
+        self._empty()
+        return tuple(x.copy() for x in _kept(self.samples)), tuple(one.snapshot() for one in self._controllers)
 
     def resume(self, snapshot: tuple[Any, ...]) -> None:
         """Continue from a snapshot, of this run or of another of the same scene."""
-        for one, kept in zip(self._controllers, snapshot, strict=True):
-            one.resume(kept)
+        arrays, controllers = snapshot
+        addresses = self.samples.controllers[:, ADDRESS].copy()  # which are those of a process
+        for array, kept in zip(_kept(self.samples), arrays, strict=True):
+            array[:] = kept
+        self.samples.controllers[:, ADDRESS] = addresses
+        for one, of_one in zip(self._controllers, controllers, strict=True):
+            one.resume(of_one)
 
     def growth(self, times: float) -> tuple[str, str] | None:
         """Return the description and the remedy of a run in which the drives of a controller have grown by a factor."""
+        self._empty()
         for one in self._controllers:
             grown = one.growth.grown(times)
             if grown is not None:
@@ -118,7 +212,14 @@ class Sampler:
 
     def logs(self) -> dict[str, ControllerLog]:
         """Return all samples so far, by the names of the controllers."""
+        self._empty()
         return {one.controller.name: one.log() for one in self._controllers}
+
+
+def _kept(samples: Samples) -> tuple[np.ndarray, ...]:
+    """Return the arrays of which a run is made up that goes on; the log is emptied before."""
+    kept = samples.controllers, samples.times, samples.progress, samples.limits, samples.memory
+    return *kept, samples.late, samples.changes
 
 
 class _SeenOnce:
@@ -136,67 +237,54 @@ class _SeenOnce:
 
 
 class _Sampled:
-    """One controller in a run."""
+    """One controller in a run: its function, memory and log. `memory` is that of a compiled function."""
 
-    def __init__(self, model: Model, controller: Controller, start: float, together: float) -> None:
-        self.controller, self._start, self._together = controller, start, together
-        self._count = 0
-        self._memory: dict[str, Any] = {}
-        self._late: deque[tuple[float, Vector]] = deque()
-        self._times: list[float] = []
-        self._reads: list[Vector] = []
-        self._drives: list[Vector] = []
-        self._readers = [reader(model, reading) for reading in controller.reads]
+    def __init__(self, model: Model, controller: Controller, memory: np.ndarray | None) -> None:
+        self.controller, self.reads, self._drives = controller, len(controller.reads), controller.drive_count
+        self._memory: Any = controller.new_memory() if memory is None else memory
+        self._taken: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+        is_plain = all(terms_of(model, reading) is not None for reading in controller.reads)
+        self.readers = [] if is_plain else [reader(model, reading) for reading in controller.reads]
         self.growth = DriveGrowth(controller.drive_count)
 
-    @property
-    def _time(self) -> float:
-        return self._start + self._count * self.controller.every
-
-    def next(self, stop: float) -> float:
-        """When something is to be done, s; infinite for never."""
-        sample = self._time if self._time < stop - END_SHARE * self.controller.every else math.inf
-        return min(sample, self._late[0][0] if self._late else math.inf)
-
-    def at(self, t: float, stop: float, y: Vector, state: Callable[[], SceneState]) -> Vector | None:
-        """Sample if that is due; return the drives that begin to act now, None if there are none."""
-        acting: Vector | None = None
-        due = t + self._together
-        while self._late and self._late[0][0] <= due:
-            acting = self._late.popleft()[1]
-        if self._time > due or self._time >= stop - END_SHARE * self.controller.every:
-            return acting
-        reads = np.array([read(t, y, state) for read in self._readers])
-        values = self._called(t, reads)
-        self._times.append(t)
-        self._reads.append(reads)
-        self._drives.append(values)
-        self.growth.add(values)
-        self._count += 1
-        if self.controller.delay == 0.0:
-            return values
-        self._late.append((t + self.controller.delay, values))
-        return acting
+    def take(self, times: np.ndarray, values: np.ndarray, most_reads: int) -> None:
+        """Take what was sampled."""
+        if len(times):
+            drives = values[:, most_reads : most_reads + self._drives].copy()
+            self._taken.append((times.copy(), values[:, : self.reads].copy(), drives))
+            self.growth.take(drives)
 
     def snapshot(self) -> tuple[object, ...]:
-        """Return what is needed to continue; lists that only grow are represented by their length."""
-        return self._count, deepcopy(self._memory), tuple(self._late), self._times, self._reads, self._drives
+        """Return what is needed to continue."""
+        return deepcopy(self._memory), tuple(self._taken)
 
     def resume(self, snapshot: tuple[Any, ...]) -> None:
         """Continue from a snapshot."""
-        count, memory, late, times, reads, drives = snapshot
-        self._count, self._memory, self._late = count, deepcopy(memory), deque(late)
-        self._times, self._reads, self._drives = times[:count], reads[:count], drives[:count]
+        memory, taken = snapshot
+        if isinstance(self._memory, dict):
+            self._memory = deepcopy(memory)
+        self._taken = list(taken)
 
-    def _called(self, t: float, reads: Vector) -> Vector:
+    def called(self, t: float, reads: Vector) -> Vector | tuple[float, ...]:
+        """Return what the function gives."""
         controller = self.controller
-        given = controller.function(t, reads.copy(), self._memory)
+        try:
+            given = controller.function(t, reads, self._memory)
+        except Exception as error:
+            if not isinstance(controller.function, CompiledByNumba):
+                error.add_note(f"the function of controller {controller.name!r} at t = {t:.6g} s")
+                raise
+            text = f"{type(error).__name__}: {error} at t = {t:.6g} s"  # it has no line in Python
+            raise ModelError(f"the compiled function of controller {controller.name!r} raised {text}") from error
+        plain = given if type(given) is tuple else (given,)
+        if len(plain) == self._drives and all(type(x) is float and math.isfinite(x) for x in plain):  # the usual case
+            return plain
         try:
             values = np.atleast_1d(np.asarray(given, dtype=float))
         except (TypeError, ValueError):
             values = np.zeros(0)
-        if values.shape != (controller.drive_count,) or not np.all(np.isfinite(values)):
-            wanted = "one finite number" if controller.drive_count == 1 else f"{controller.drive_count} finite numbers"
+        if values.shape != (self._drives,) or not np.all(np.isfinite(values)):
+            wanted = "one finite number" if self._drives == 1 else f"{self._drives} finite numbers"
             raise ModelError(
                 f"controller {controller.name!r} must give {wanted} ({', '.join(controller.drives)}); at t = {t:.6g} s "
                 f"it gave {given!r}"
@@ -206,89 +294,11 @@ class _Sampled:
     def log(self) -> ControllerLog:
         """Return all samples so far."""
         controller = self.controller
-        return ControllerLog(
-            np.array(self._times),
-            np.array(self._reads).reshape(-1, len(controller.reads)),
-            np.array(self._drives).reshape(-1, controller.drive_count),
-            tuple(reading.label for reading in controller.reads),
-            controller.drives,
+        widths = (), (len(controller.reads),), (controller.drive_count,)
+        times, reads, drives = (
+            np.concatenate([np.zeros((0, *width)), *(taken[i] for taken in self._taken)])
+            for i, width in enumerate(widths)
         )
-
-
-def reader(model: Model, reading: Reading) -> Read:
-    """Return what reads one number of a state."""
-    i, body = reading.component, model.bodies[model.index(reading.body)]
-    n = model.coordinate_count
-    if reading.what == "joint_coordinates":
-        at = int(body.coordinates[i])
-        if at >= 0:
-            return lambda t, y, state: float(y[at])
-        return lambda t, y, state: float(state().joint_coordinates(reading.body)[i])
-    if reading.what == "joint_speeds":
-        speed = int(body.speeds[i])
-        if speed < model.free_count:
-            return lambda t, y, state: float(y[n + speed])
-        return lambda t, y, state: float(state().joint_speeds(reading.body)[i])
-    if reading.what == "modal_coordinates":
-        return lambda t, y, state: float(state().modal_coordinates(reading.body)[i])
-    if reading.what == "modal_speeds":
-        return lambda t, y, state: float(state().modal_speeds(reading.body)[i])
-    if reading.what == "deflection":
-        frame = model.flexible_terms(reading.body).body.interface(reading.interface)
-        return lambda t, y, state: float(frame.displacements(state().modal_coordinates(reading.body)[None])[0, i])
-    vector = partial(_VECTORS[reading.what], model, reading)
-
-    def read(t: float, y: Vector, state: Callable[[], SceneState]) -> float:
-        value = vector(t, y, state())
-        if reading.is_own:
-            value = state().rotation(reading.body, reading.interface).T @ value
-        return float(value[i])
-
-    return read
-
-
-def _position(model: Model, reading: Reading, t: float, y: Vector, state: SceneState) -> Vector:
-    return state.position(reading.body, reading.interface)
-
-
-def _rotation(model: Model, reading: Reading, t: float, y: Vector, state: SceneState) -> Vector:
-    return rotation_vector(euler_parameters_from_matrix(state.rotation(reading.body, reading.interface)))
-
-
-def _velocity(model: Model, reading: Reading, t: float, y: Vector, state: SceneState) -> Vector:
-    return state.velocity(reading.body, reading.interface)
-
-
-def _angular_velocity(model: Model, reading: Reading, t: float, y: Vector, state: SceneState) -> Vector:
-    A = state.rotation(reading.body, reading.interface)
-    return np.asarray(A @ state.angular_velocity(reading.body, reading.interface))
-
-
-def _acceleration(model: Model, reading: Reading, t: float, y: Vector, state: SceneState) -> Vector:
-    return _accelerations(model, reading, t, y)[0]
-
-
-def _angular_acceleration(model: Model, reading: Reading, t: float, y: Vector, state: SceneState) -> Vector:
-    return _accelerations(model, reading, t, y)[1]
-
-
-def _accelerations(model: Model, reading: Reading, t: float, y: Vector) -> tuple[Vector, Vector]:
-    """Return the accelerations of a frame in N, with the drives as they were before the sample."""
-    route, du = model.route, model.parts(model.route.evaluate(t, y).rates)[1]
-    view, du = route.acting(t, y, du)
-    rates = np.concatenate((du, view.driven_rates))
-    frame = None
-    if reading.interface:
-        frame = view.model.flexible_terms(reading.body).body.interface(reading.interface)
-    F = view.motion(model.index(reading.body), frame)
-    return F.A_NF @ (F.V @ rates + F.Z), F.A_NF @ (F.W @ rates + F.Y)
-
-
-_VECTORS: dict[str, Callable[..., Vector]] = {
-    "position": _position,
-    "rotation": _rotation,
-    "velocity": _velocity,
-    "angular_velocity": _angular_velocity,
-    "acceleration": _acceleration,
-    "angular_acceleration": _angular_acceleration,
-}
+        return ControllerLog(
+            times, reads, drives, tuple(reading.label for reading in controller.reads), controller.drives
+        )

@@ -13,6 +13,7 @@ from kanefe.frames import Vector
 from kanefe.tree.bending import Bent
 
 if TYPE_CHECKING:
+    from kanefe.integrate.sampling import Sampler
     from kanefe.kernels.events.watched_run import WatchedRun
 
 BESIDE = 1e-6
@@ -214,6 +215,19 @@ class LooksOut(Protocol):
         ...
 
 
+class PassesSamples(Protocol):
+    """A stepper that continues over samples of controllers in compiled code, in scenes that are autonomous."""
+
+    def integrate_over_samples(
+        self, times: np.ndarray, states: np.ndarray, passed: int, most_steps: int, sampler: Sampler
+    ) -> int:
+        """Continue as `integrate_through` does, over samples, until drives have grown so that Python has to look.
+
+        `passed` of the times are passed before; returned is how many are in the end.
+        """
+        ...
+
+
 class KeepsTime(Protocol):
     """A stepper of fixed steps for what has to keep up with the wall clock."""
 
@@ -259,6 +273,11 @@ def gives_accelerations(stepper: Stepper) -> TypeGuard[GivesAccelerations]:
 def looks_out(stepper: Stepper) -> TypeGuard[LooksOut]:
     """Return whether a stepper keeps that protocol."""
     return hasattr(type(stepper), "integrate_over_events")
+
+
+def passes_samples(stepper: Stepper) -> TypeGuard[PassesSamples]:
+    """Return whether a stepper keeps that protocol."""
+    return hasattr(type(stepper), "integrate_over_samples")
 
 
 def keeps_time(stepper: Stepper) -> TypeGuard[KeepsTime]:

@@ -127,7 +127,7 @@ class LiteralRoute:
         rates = self.model.coordinate_rates(state.q, state.u), du, state_rates(state), powers(state, du)
         return Evaluation(np.concatenate(rates), weakest)
 
-    def derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:
+    def derivatives(self, t: float, y: Vector, directions: Matrix, reaches: Vector | None = None) -> Matrix | None:
         """None: the dense equations are not complex."""
         return None
 

@@ -37,6 +37,11 @@ class Controller:
         """Number of drives."""
         return len(self.drives)
 
+    def new_memory(self) -> Any:
+        """Return the memory of its function at the start of a run: a dict, or of a compiled one so many zeros."""
+        size = getattr(self.function, "memory", None)  # see `kanefe.compiled`
+        return {} if size is None else np.zeros(size)
+
     @property
     def is_sampled(self) -> bool:
         """Whether a run calls its function."""
@@ -83,6 +88,13 @@ class Reading(NamedTuple):
     interface: str
     component: int
     is_own: bool
+
+    def of(self, state: Any) -> float:
+        """Return the number at a state, of a joint, of modes, or a deflection."""
+        if self.what != "deflection":
+            return float(getattr(state, self.what)(self.body)[self.component])
+        frame = state.model.flexible_terms(self.body).body.interface(self.interface)
+        return float(frame.displacements(state.modal_coordinates(self.body)[None])[0, self.component])
 
 
 @dataclass(frozen=True)

@@ -8,13 +8,16 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.compiler._numba_functions import checked
+
+if TYPE_CHECKING:
+    from kanefe.loads.controller import Reading
 
 
 class Spent(threading.local):
@@ -88,18 +91,26 @@ class CompiledCallback:
     takes_state : bool
     label : str
         Name of the load, for messages.
+    reads : tuple of Reading
+        What f(t, reads) reads in place of y.
+    axes : ndarray, shape (3, 3), or None
+        By which three components are multiplied: see `Turned`.
     """
 
     function: Callable[..., Any]
     takes_state: bool
     label: str
+    reads: tuple[Reading, ...] = ()
+    axes: Matrix | None = None
 
     def __call__(self, t: float, state: SceneView | None = None) -> Any:
         """Return the value; a ModelError names the load if the function raises, or reads beyond the state."""
-        function = checked(self.function)
-        arguments = (t,) if not self.takes_state or state is None else (t, state.vector)
+        function = checked(self.function) if hasattr(self.function, "py_func") else self.function
+        arguments: tuple[Any, ...] = (t,) if not self.takes_state or state is None else (t, state.vector)
+        if self.reads and state is not None:
+            arguments = t, np.array([reading.of(state) for reading in self.reads])
         try:
-            return function(*arguments)
+            return function(*arguments) if self.axes is None else Turned(function, self.axes)(*arguments)
         except Exception as error:
             text = " ".join(str(error).split()) or "without a message"
             raise ModelError(
@@ -108,6 +119,8 @@ class CompiledCallback:
             ) from error
 
     def _advice(self, error: Exception, arguments: tuple[Any, ...]) -> str:
+        if isinstance(error, IndexError) and self.reads:
+            return f". Remedy: it reads {len(self.reads)} numbers: {', '.join(read.label for read in self.reads)}"
         if isinstance(error, IndexError) and len(arguments) == 2:
             return (
                 f". Remedy: the state y has {len(arguments[1])} entries, named by scene.freeze().state_names: all "
@@ -118,6 +131,8 @@ class CompiledCallback:
 
 def callback(function: Callable[..., Any], label: str) -> tuple[Callable[..., Any], bool]:
     """Return a function of the user in the form stored in loads, and whether it takes the state: see `takes_state`."""
+    if isinstance(function, CompiledCallback):
+        return function, function.takes_state
     plain = getattr(function, "py_func", None)
     if plain is None:
         return function, takes_state(function, label)

@@ -76,9 +76,12 @@ class ValuedLoad:
             error.add_note(f"the function of {self.label} at t = {t:.6g} s")
             raise
         SPENT.seconds += perf_counter() - began
-        if type(given) is float and isfinite(given) and self.shape == ():  # the usual case, ten times faster
+        # the usual cases, ten times faster; the square of what is finite may be too large, and is looked at below
+        if isinstance(given, float) and isfinite(given) and self.shape == ():
             return np.array(given)
         value = np.asarray(given)
+        if value.shape == (3,) == self.shape and value.dtype == float and isfinite(value.dot(value)):
+            return value
         if value.shape != self.shape or value.dtype.kind not in REAL or not np.all(np.isfinite(value)):
             raise UnfitValue(
                 f"{self.label} must give {WORDS[self.shape]}; at t = {t:.6g} s it gave {given!r}{self.advice(value)}"

@@ -14,12 +14,13 @@ from kanefe.kernels.evaluation.stiff_directions import directions_memory_size, p
 from kanefe.kernels.events.closing_call import ClosingCall
 from kanefe.kernels.events.watched_run import WatchedRun
 from kanefe.kernels.steppers.integration import JacobianCall, Scene, integrate
-from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, STATE, TIME_AT, Run
+from kanefe.kernels.steppers.sampling import IS_ALARMED, pass_samples
+from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, SAMPLE, STATE, TIME, TIME_AT, Run
 from kanefe.kernels.sweeps.drives import Drives
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.lookouts import Lookouts
 from kanefe.order_n.rates_kernel import RatesKernel
-from kanefe.tree.route import MethodNeeds
+from kanefe.tree.route import Answers, MethodNeeds
 from kanefe.tree.scales import tangents, turning
 
 
@@ -70,6 +71,7 @@ class CompiledRun:
         scene = Scene(evaluated, loops, balanced, directed, derivatives, drives, motions, route.fill, inputs, asked)
         self._inputs, self._integrate = inputs, integrate.bound(scene, LATER, vectors)
         self._lookouts = Lookouts(route, loops, inputs, vectors)
+        self._loops, self._sampling = loops, dict[int, Call]()
         self._going: Call | None = None
         self._given: Run | None = None
 
@@ -106,6 +108,21 @@ class CompiledRun:
         """Continue over events of loads, until one needs Python: see `pass_steps`."""
         command, is_done = self._lookouts.passing(self._begun(run), run, watched, restart_share)()
         return self._explained(int(command), run), bool(is_done)
+
+    def go_over_samples(self, run: Run, sampler: Answers) -> int:
+        """Continue over samples of controllers, whose functions are called where they are in Python: `pass_samples`."""
+        going, samples = self._begun(run), sampler.samples
+        call = self._sampling.get(id(samples.log))
+        if call is None:
+            command_at = going.signature.number_count
+            given = going.for_kernels(), command_at, samples, self._loops, self._inputs
+            call = self._sampling[id(samples.log)] = pass_samples.bound(*given, LATER, self._vectors).prepared(run)
+        else:
+            call.give(run)
+        reals, y = run.reals, self._vectors[STATE]
+        while (command := call()) == SAMPLE and not samples.progress[IS_ALARMED]:
+            sampler.answer(float(reals[TIME]), y)
+        return self._explained(command, run)
 
     def _begun(self, run: Run) -> Call:
         """Return the call that continues a run; the arrays of outputs may be others each time."""

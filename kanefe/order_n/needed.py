@@ -26,6 +26,7 @@ from kanefe.kernels.links import places as of_links
 from kanefe.kernels.loads.watching import watch_states
 from kanefe.kernels.planar.evaluation import evaluate_planar
 from kanefe.kernels.steppers.integration import integrate
+from kanefe.kernels.steppers.sampling import pass_samples, sample_at
 from kanefe.kernels.steppers.step_commands import next_command
 from kanefe.kernels.sweeps.outward import motions_of_rows
 from kanefe.order_n.tables.drive_tables import drive_tables
@@ -62,6 +63,8 @@ def functions_of_scene(model: ModelData, has_jacobian: bool, has_directions: boo
         found.append(next_command.unit(Variant()))
     else:
         found += [integrate.unit(Variant()), fill_nothing.unit, revisit.unit, between_states.unit]
+    if any(one.is_sampled for one in model.controllers):
+        found += [sample_at.unit(Variant()), pass_samples.unit(Variant())]
     if any(load.kernel is not None and load.kernel.watch is not None for load in model.loads):
         found.append(watch_states.unit(own))
     if model.rigid_contacts:

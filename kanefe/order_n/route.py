@@ -300,11 +300,18 @@ class OrderN(LiteralRoute):
             self._check_determined(t, call.at, 0.0)
         return weakest
 
-    def derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:
+    def derivatives(self, t: float, y: Vector, directions: Matrix, reaches: Vector | None = None) -> Matrix | None:
         """Return derivatives of dy/dt along directions in the rows of a matrix, exact to round-off, or None."""
         if self.inputs.needs_state:
             self._check_directions(y, directions)
-            return None
+            if reaches is None or not self.is_autonomous:
+                return None
+            from kanefe.order_n.function_derivatives import add_functions
+
+            found = self.partial_derivatives(t, y, directions)
+            if found is None or not add_functions(found, self, self._rates_kernel(False), t, y, directions, reaches):
+                return None
+            return found
         return self.partial_derivatives(t, y, directions)
 
     def partial_derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:

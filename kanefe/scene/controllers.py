@@ -4,33 +4,19 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
+from kanefe.loads.offered_function import CompiledByNumba
+from kanefe.scene.readings import readings_of, texts_of
 from kanefe.scene.scene import Scene
-from kanefe.scene.targets import Named, Target, asked_for, axes_of, joint_entry, target_of
+from kanefe.scene.targets import Named, Target, axes_of, joint_entry, target_of
 
-if TYPE_CHECKING:
-    from kanefe.loads.controller import Reading
-
-READS = {
-    "position": "m",
-    "rotation": "rad",
-    "velocity": "m/s",
-    "angular_velocity": "rad/s",
-    "acceleration": "m/s2",
-    "angular_acceleration": "rad/s2",
-    "joint_coordinates": "",
-    "joint_speeds": "",
-    "modal_coordinates": "modal",
-    "modal_speeds": "modal/s",
-    "deflection": "m",
-}
 DRIVES = {"motor": "", "force": "N", "torque": "N m"}
 ELSEWHERE = {
     "drive": "a motor on a free coordinate, or a Motion for what is known beforehand",
@@ -65,7 +51,8 @@ class ControllerMethods(Scene):
             Unique among controllers.
         function : callable
             ``f(t, reads, memory)`` -> one number for each drive. t in s; reads (k,) in the given order; memory is a
-            dict for integrals and filters, empty at the start of each run.
+            dict for integrals and filters, empty at the start of each run; of `kanefe.compiled` an array of zeros.
+            Where that reads joints, modes and deflections, the run does not return to Python for it.
         every : float
             Sampling time, s; the first sample is at the start of a run.
         reads : str, sequence or mapping of str
@@ -111,46 +98,17 @@ class ControllerMethods(Scene):
             if not (given.shape == () and math.isfinite(given) and given >= least):
                 above = "above zero" if least else "zero or more"
                 raise ModelError(f"{what} of {label} must be {above}, in s, not {value!r}")
-        readings = tuple(found for named in _asked(reads, "reads", label) for found in self._readings(label, *named))
-        wanted = [self._drives(label, *named) for named in _asked(drives, "drives", label)]
+        readings = readings_of(self._entries, reads, label)
+        wanted = [self._drives(label, *named) for named in texts_of(drives, "drives", label)]
         names = [drive for found in wanted for drive, _, _ in found]
         number = 0
         for found in wanted:
             for drive, target, made in found:
                 self._hold(name, number, f"{drive.partition(' [')[0]} by {label}", target, made)
                 number += 1
+        if isinstance(function, CompiledByNumba):
+            function.address(len(readings), number, label)  # whether it gives these drives
         self._controllers.append(Controller(name, function, float(every), float(delay), readings, tuple(names)))
-
-    def _readings(self, label: str, name: str, text: object) -> list[Reading]:
-        """Return the readings of one text."""
-        from kanefe.loads.controller import Reading
-
-        role = f"{label} reads"
-        target = target_of(self._entries, name, text, READS, role)
-        entry = self._entries[target.body]
-
-        def reading(title: str, unit: str, component: int, is_own: bool = False) -> Reading:
-            interface = target.interface.name if target.interface is not None else ""
-            return Reading(f"{title} [{unit}]", target.what, entry.name, interface, component, is_own)
-
-        if target.what in ("joint_coordinates", "joint_speeds"):
-            rate = "/s" if target.what == "joint_speeds" else ""
-            return [
-                reading(title, f"{unit}{rate}", i) for title, i, unit in joint_entry(self._entries, target, role, None)
-            ]
-        if target.what in ("modal_coordinates", "modal_speeds"):
-            count = entry.flexible.free_count if entry.flexible is not None else 0
-            chosen = [i for i in range(count) if target.axis in ("", str(i))]
-            if not chosen:
-                raise ModelError(f"{role} {target.name!r}: {entry.name!r} has {count} modes, not {target.axis!r}")
-            return [
-                reading(target.name if target.axis else f"{target.name} {i}", READS[target.what], i) for i in chosen
-            ]
-        if target.what == "deflection" and target.interface is None:
-            listed = ", ".join(frame.name for frame in entry.interfaces) or "none"
-            raise ModelError(f"{role} {target.name!r}: a deflection is that of an interface. There are: {listed}")
-        unit = READS[target.what]
-        return [reading(title, unit, i, is_own) for title, i, is_own in axes_of(target, role)]
 
     def _drives(self, label: str, name: str, text: object) -> list[tuple[str, Target, tuple[int, bool]]]:
         """Return name, target, and component and axes of each drive of one text."""
@@ -191,21 +149,15 @@ class ControllerMethods(Scene):
         entry.loads.append((load, target.interface))
 
 
-def _asked(named: Named, what: str, label: str) -> Sequence[tuple[str, str]]:
-    try:
-        found = asked_for(named)
-    except TypeError:
-        found = []
-    if not found or not all(isinstance(text, str) for _, text in found):
-        raise ModelError(f"{what} of {label} must be one or more texts such as 'motor hub', not {named!r}")
-    return found
-
-
 def _check_function(function: object, label: str) -> None:
     """Raise a ModelError if a function does not take three arguments."""
     wanted = "f(t, reads, memory) -> drives"
     if not callable(function):
         raise ModelError(f"{label} needs a function {wanted}, not {function!r}")
+    if isinstance(function, CompiledByNumba):
+        if not function.is_controller:
+            raise ModelError(f"{label} needs a function {wanted}, not f(t, reads) of a load. Remedy: one with a memory")
+        return
     try:
         signature = inspect.signature(function)
     except (TypeError, ValueError):  # some functions in C have no signature

@@ -11,6 +11,7 @@ from kanefe.arguments import checked, told
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.loads.functions import Constant, callback
+from kanefe.scene.readings import with_reads
 from kanefe.scene.scene import BodyEntry, FlexibleMember, Frame, Scene, three
 from kanefe.scene.segments import SegmentedMember
 
@@ -60,7 +61,7 @@ class FieldLoadMethods(Scene):
         entry, pattern = self._loaded(member, surface, label)
         if pattern.kind == "line":
             raise ModelError(f"{label}: that is a line. Remedy: add_line_load, in N/m")
-        function, takes = _vector(traction, label)
+        function, takes = _vector(with_reads(self._entries, traction, label), label)
         entry.field_loads.append(FieldLoad(label, function, pattern, False, follows, takes))
 
     @checked("line", "follows")
@@ -98,7 +99,7 @@ class FieldLoadMethods(Scene):
         entry, pattern = self._loaded(member, line, label)
         if pattern.kind != "line":
             raise ModelError(f"{label}: that is a surface. Remedy: add_traction, in Pa")
-        function, takes = _vector(load, label)
+        function, takes = _vector(with_reads(self._entries, load, label), label)
         entry.field_loads.append(FieldLoad(label, function, pattern, False, follows, takes))
 
     @checked("surface")
@@ -137,7 +138,7 @@ class FieldLoadMethods(Scene):
         entry, pattern = self._loaded(member, surface, label)
         if not pattern.has_pressure:
             raise ModelError(f"{label}: a {pattern.kind} without an outside has no pressure. Remedy: a load by vector")
-        function, takes = _scalar(pressure, label)
+        function, takes = _scalar(with_reads(self._entries, pressure, label), label)
         entry.field_loads.append(FieldLoad(label, function, pattern, True, True, takes))
 
     def _loaded(self, member: object, name: str, label: str) -> tuple[BodyEntry, LoadPattern]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +12,8 @@ from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import numbers, shaped_numbers
 from kanefe.loads.base import Load
-from kanefe.loads.functions import Constant, Turned, callback
+from kanefe.loads.functions import CompiledCallback, Constant, Turned, callback
+from kanefe.scene.readings import with_reads
 from kanefe.scene.scene import BodyEntry, Frame, Scene, three
 
 if TYPE_CHECKING:
@@ -75,9 +77,9 @@ class LoadMethods(Scene):
         target : Frame
             A rigid body, an interface or node of a flexible body, or a frame of one.
         force : (3,) or callable t -> (3,) or (t, state) -> (3,)
-            N. The state has positions and velocities of bodies: see `kanefe.tree.scene_state.SceneState`. A function
-            compiled by numba takes (t) or (t, y), with y = (q, u, z) as an array in the order of `Model.state_names`;
-            runs then stay in compiled code.
+            N. The state has positions and velocities of bodies: see `kanefe.tree.scene_state.SceneState`. Runs
+            stay in compiled code for a function of `kanefe.compiled`, (t) or (t, reads), or one compiled by numba, (t)
+            or (t, y), with y = (q, u, z) as an array in the order of `Model.state_names`.
         point : array_like, shape (3,)
             Point of action, from the frame's origin in its axes, m.
         follows : bool
@@ -98,6 +100,7 @@ class LoadMethods(Scene):
         entry = self._target(target, "a force")
         label = f"the force on {target.label}"
         where = target.at + target.axes @ three(point, f"point of {label}")
+        force = with_reads(self._entries, force, label)
         entry.loads.append((_point_load(label, force, False, where, follows, target), target.interface_frame))
 
     @checked("follows")
@@ -120,6 +123,7 @@ class LoadMethods(Scene):
         """
         entry = self._target(target, "a torque")
         label = f"the torque on {target.label}"
+        torque = with_reads(self._entries, torque, label)
         if not (callable(torque) and callback(torque, label)[1]):
             sample = numbers(torque(0.0) if callable(torque) else torque)
             if sample.shape == () and target.interface_frame is None:
@@ -178,6 +182,7 @@ class LoadMethods(Scene):
                 f"{label}: coordinate {coordinate!r} of its {joint.kind} joint is not one that a motor can drive. "
                 f"There are: {free}"
             )
+        force = with_reads(self._entries, force, label)
         if callable(force):
             function, asks = callback(force, label)
             entry.joint_loads.append(JointLoad(label, function, coordinate, asks))
@@ -345,8 +350,9 @@ def _point_load(
     if not callable(load):
         return PointLoad(label, Constant(axes @ three(load, label)), is_torque, where, follows)
     function, asks = callback(load, label)
-    turned = function if np.array_equal(axes, np.eye(3)) else Turned(function, axes)
-    return PointLoad(label, turned, is_torque, where, follows, asks)
+    if not np.array_equal(axes, np.eye(3)):
+        function = replace(function, axes=axes) if isinstance(function, CompiledCallback) else Turned(function, axes)
+    return PointLoad(label, function, is_torque, where, follows, asks)
 
 
 def _not_negative(value: object, shape: tuple[int, ...], what: str) -> np.ndarray:

@@ -12,12 +12,12 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError, did_you_mean
 from kanefe.frames import Vector
 from kanefe.instants.instant import Instant
-from kanefe.integrate.sampling import reader
+from kanefe.integrate.readings import reader
 from kanefe.loads.controller import Reading
 from kanefe.results.quantities import resolved_parts
 from kanefe.results.reader import Reader
 from kanefe.results.tables import Parts, channel_of
-from kanefe.scene.controllers import READS
+from kanefe.scene.readings import READS, readings_of
 from kanefe.scene.targets import Named, asked_for
 from kanefe.stepping.steppable import Steppable
 
@@ -55,7 +55,7 @@ def outputs_of(scene: Steppable, model: Model, named: Named | None) -> tuple[Out
     for name, text in _asked(model, named):
         what = text.strip().partition(" ")[0]
         if what in READS:
-            for reading in scene._readings("the simulation", name, text):
+            for reading in readings_of(scene._entries, {name: text}, "the simulation"):
                 title, _, unit = reading.label.partition(" [")
                 found.append(Output(title, unit.removesuffix("]"), reading))
         elif what in FORCES:

@@ -188,7 +188,8 @@ class ModelData(PickledByFields):
         """Return free, driven and fixed speeds at time t (s) from the free ones; the fixed ones are zero."""
         if self.driven_count + self.fixed_count == 0:
             return u
-        return np.concatenate((u, self.driven_speeds(t)[0], np.zeros(self.fixed_count)))
+        driven = self.driven_speeds(t)[0] if self.drives else ()
+        return np.concatenate((u, driven, np.zeros(self.fixed_count)))
 
     def parts(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return q, u and z of a state that begins with them."""

@@ -17,6 +17,7 @@ from kanefe.tree.scene_state import SceneState
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
     from kanefe.kernels.events.watched_run import WatchedRun
+    from kanefe.kernels.steppers.sampling import Samples
     from kanefe.kernels.steppers.step_commands import Run
 
 
@@ -95,6 +96,19 @@ class MethodNeeds(NamedTuple):
     directions: bool = False
 
 
+class Answers(Protocol):
+    """The sampled controllers of a run, whose functions may be in Python."""
+
+    @property
+    def samples(self) -> Samples:
+        """For compiled code."""
+        ...
+
+    def answer(self, t: float, y: Vector) -> None:
+        """Do what compiled code asks for at a time (s) and a state."""
+        ...
+
+
 class PreparedRun(Protocol):
     """A run that stays in compiled code, used by one thread at a time."""
 
@@ -104,6 +118,10 @@ class PreparedRun(Protocol):
 
     def go_over_events(self, run: Run, watched: WatchedRun, restart_share: float) -> tuple[int, bool]:
         """Continue over events of loads; return the method's request, and whether the last step needs no Python."""
+        ...
+
+    def go_over_samples(self, run: Run, sampler: Answers) -> int:
+        """Continue over samples of controllers; return the method's request."""
         ...
 
     def prepared(self, run: Run, watched: WatchedRun | None, restart_share: float) -> tuple[Any, Any | None, Vector]:
@@ -293,10 +311,11 @@ class Route(Evaluates, Protocol):
         """Return loads between frames in their state at the start, time t (s)."""
         ...
 
-    def derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:
+    def derivatives(self, t: float, y: Vector, directions: Matrix, reaches: Vector | None = None) -> Matrix | None:
         """Return exact derivatives of dy/dt along the rows of a matrix, (k, state) both; None if not available.
 
-        They are not available for scenes with functions of the user that depend on the state.
+        They are not available for scenes with functions of the user that depend on the state; where `reaches` says how
+        far to go along each direction, those of compiled functions are differences.
         """
         ...
 

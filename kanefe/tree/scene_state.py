@@ -74,6 +74,8 @@ class SceneState:
         self._given = frames
         self._forces: Forces | None = None
         self._asked: list[str] = []
+        self._ends: dict[int, list[End]] = {}
+        self._seen: dict[tuple[str, str], End] = {}
 
     def with_forces(self, forces: Forces) -> Self:
         """Return this state with access to forces that depend on its accelerations."""
@@ -131,11 +133,11 @@ class SceneState:
 
     def joint_coordinates(self, name: str) -> Vector:
         """Return the coordinates of a body's joint, driven ones included, m and rad."""
-        return self.model.bodies[self.model.index(name)].joint_coordinates(self.time, self.q).copy()
+        return self.model.bodies[self.model.index(name)].joint_coordinates(self.time, self.q)
 
     def joint_speeds(self, name: str) -> Vector:
         """Return the speeds of a body's joint, driven ones included, m/s and rad/s."""
-        return np.array(self.full[self.model.bodies[self.model.index(name)].speeds])
+        return np.asarray(self.full[self.model.bodies[self.model.index(name)].speeds])
 
     def modal_coordinates(self, name: str) -> Vector:
         """Return eta of a flexible body, shape (k,)."""
@@ -299,10 +301,6 @@ class SceneState:
             self._ends[number] = [self._end(marker) for marker in self.model.loads[number].ends]
         return self._ends[number]
 
-    @cached_property
-    def _ends(self) -> dict[int, list[End]]:
-        return {}
-
     def _end(self, marker: Marker) -> End:
         if not isinstance(marker, CoordinateMarker):
             return self.placed_marker(marker).end
@@ -332,10 +330,6 @@ class SceneState:
         if found is None:
             found = self._seen[name, interface] = self._found(self.model.index(name), name, interface)
         return found
-
-    @cached_property
-    def _seen(self) -> dict[tuple[str, str], End]:
-        return {}
 
     def _found(self, number: int, name: str, interface: str) -> End:
         if not interface:

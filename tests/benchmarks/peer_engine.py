@@ -45,6 +45,7 @@ def measured(options: argparse.Namespace) -> list[Figure]:
         around_a_run,
         loops,
         own_figures,
+        own_functions,
         rigid_contacts,
         sampled_arm,
         start_up,
@@ -78,6 +79,7 @@ def measured(options: argparse.Namespace) -> list[Figure]:
             figures.extend(_skipped([goal for goals in with_peers.values() for goal in goals], failure))
     alone = (
         own_figures.GROUPS
+        | own_functions.GROUPS
         | loops.GROUPS
         | around_a_run.GROUPS
         | rigid_contacts.GROUPS

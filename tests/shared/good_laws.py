@@ -120,3 +120,4 @@ call(
     flat_area=0.0,
     density=1.2,
 )
+call("kanefe.compiled", kf.compiled, function=lambda t, reads: -reads[0], reads="joint_speeds hub", memory=0)

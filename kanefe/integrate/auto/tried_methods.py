@@ -25,6 +25,7 @@ from kanefe.tree.scales import state_scales
 if TYPE_CHECKING:
     from kanefe.integrate.dynamics import Dynamics
     from kanefe.integrate.methods.kernel_stepper import KernelStepper
+    from kanefe.integrate.sampling import Sampler
     from kanefe.kernels.events.watched_run import WatchedRun
 
 COUNTED = "steps", "rejected", "evaluations", "factorisations", "jacobians"
@@ -189,6 +190,27 @@ class TriedMethods(SteppersInTurn):
             self._fall_back(failure)
             watched.regime[0] = -1.0
             return passed, True
+
+    def integrate_over_samples(
+        self, times: np.ndarray, states: np.ndarray, passed: int, most_steps: int, sampler: Sampler
+    ) -> int:
+        """Continue in the same way over samples: see `PassesSamples`."""
+        end = self.step_count + most_steps
+        while passed < len(times) and (left := end - self.step_count) > 0 and not sampler.has_alarm:
+            most = min(left, self._steps_to_look())
+            sampler.keeps_instants = self._stretch is not None
+            try:
+                passed = self._now.integrate_over_samples(times, states, passed, most, sampler)
+            except StepFailure as failure:
+                passed = self._passed_by_failing(times, states, passed)
+                self._fall_back(failure)
+            if self._stretch is None:
+                continue
+            for instant in sampler.taken_instants():
+                y = self._stretch.y.copy()
+                y[self._held] = instant[1:]
+                self._stretch.samples.append((float(instant[0]), y))
+        return passed
 
     def aim(self, stop: float) -> None:
         """Let a step end at a time, s."""

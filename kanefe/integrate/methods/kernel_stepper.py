@@ -80,6 +80,7 @@ from kanefe.tree.route import MethodNeeds
 from kanefe.tree.scales import coordinate_moves
 
 if TYPE_CHECKING:
+    from kanefe.integrate.sampling import Sampler
     from kanefe.integrate.stepper import StepControl
     from kanefe.kernels.events.watched_run import WatchedRun
     from kanefe.tree.bending import Bent
@@ -296,6 +297,12 @@ class KernelStepper:
         """Continue in the same way over events: see `LooksOut.integrate_over_events`."""
         return self._integrate(times, states, passed, most_steps, watched)
 
+    def integrate_over_samples(
+        self, times: np.ndarray, states: np.ndarray, passed: int, most_steps: int, sampler: Sampler
+    ) -> int:
+        """Continue in the same way over samples: see `PassesSamples`."""
+        return self._integrate(times, states, passed, most_steps, None, sampler)[0]
+
     @property
     def has_values(self) -> bool:
         """Whether `values_at` is available: there are no loops to be closed."""
@@ -306,7 +313,13 @@ class KernelStepper:
         return self._compiled_run.values_at(self._run, t)
 
     def _integrate(
-        self, times: np.ndarray, states: np.ndarray, passed: int, most_steps: int, watched: WatchedRun | None
+        self,
+        times: np.ndarray,
+        states: np.ndarray,
+        passed: int,
+        most_steps: int,
+        watched: WatchedRun | None,
+        sampler: Sampler | None = None,
     ) -> tuple[int, bool]:
         """Continue; return how many times were passed and, where there are events, whether the last step is done."""
         integers, reals, vectors = self.integers, self.reals, self.vectors
@@ -324,10 +337,12 @@ class KernelStepper:
             try:
                 # of states too far ahead, which are not kept; compiled code does not warn of them
                 with nullcontext() if is_compiled else np.errstate(over="ignore", invalid="ignore"):
-                    command, is_done = self._command(run, is_compiled, watched)
+                    command, is_done = self._command(run, is_compiled, watched, sampler)
             except (FileError, MissingDependency):
                 raise  # there is no code to go on with: a smaller step is no remedy
             except KanefeError as error:
+                if sampler is not None and sampler.is_asking:
+                    raise
                 self._answer_nothing(error)
                 continue
             if command == PROJECT:
@@ -359,7 +374,9 @@ class KernelStepper:
                 raise beyond(error) from error
             raise
 
-    def _command(self, run: Run, is_compiled: bool, watched: WatchedRun | None) -> tuple[int, bool]:
+    def _command(
+        self, run: Run, is_compiled: bool, watched: WatchedRun | None, sampler: Sampler | None
+    ) -> tuple[int, bool]:
         """Return what the method wants that is no evaluation, which are done here; and whether the step is done."""
         dynamics, reals, vectors = self.dynamics, self.reals, self.vectors
         following: Callable[[], int] = (
@@ -369,6 +386,8 @@ class KernelStepper:
         while True:
             if is_compiled and watched is not None:
                 command, is_done = self._compiled_run.go_over_events(run, watched, self._kernels.restart_share)
+            elif sampler is not None:
+                command = self._compiled_run.go_over_samples(run, sampler)
             else:
                 command = following()
             if command == RATES:

@@ -7,10 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.frames import Vector
+from kanefe.kernels.steppers.sampling import FEW_SAMPLES
 
-FEW_SAMPLES = 3
-"""Number of first samples of a controller with whose changes of the drives later ones are compared."""
+GROWN, EARLY, LATE = 10.0, 1e3, 1e6
+"""Growth of the drives, in multiples of their initial changes: at which a run that ends for another reason names the
+controller, at which a warning is issued, and at which the run ends."""
 
 ALIKE = 2.0
 """Ratio of the longest to the shortest of three times in which changes grow by the same factor: for a polynomial over
@@ -26,27 +27,28 @@ class Grown(NamedTuple):
 
 
 class DriveGrowth:
-    """The largest changes so far of the drives of a controller, one call of `add` a sample."""
+    """The largest changes so far of the drives of a controller, of samples that `take` is given."""
 
     def __init__(self, drives: int) -> None:
         self._count = 0
-        self._last: list[float] = []
+        self._last = np.zeros((0, drives))
         self._first = [0.0] * drives
         self._largest: list[list[float]] = [[] for _ in range(drives)]
         self._when: list[list[int]] = [[] for _ in range(drives)]
 
-    def add(self, values: Vector) -> None:
-        """Take the drives of a sample."""
-        given = values.tolist()  # of few numbers, each by itself is quicker
-        for drive, last in enumerate(self._last):
-            change, largest = abs(given[drive] - last), self._largest[drive]
-            if self._count <= FEW_SAMPLES and change > self._first[drive]:
-                self._first[drive] = change
-            if change > (largest[-1] if largest else 0.0):
-                largest.append(change)
-                self._when[drive].append(self._count)
-        self._count += 1
-        self._last = given
+    def take(self, drives: np.ndarray) -> None:
+        """Take the drives of some samples, (K, drives)."""
+        first = self._count + 1 - len(self._last)  # the sample of the first change
+        changes = np.abs(np.diff(np.concatenate((self._last, drives)), axis=0))
+        for drive, own in enumerate(changes.T):
+            largest, when = self._largest[drive], self._when[drive]
+            self._first[drive] = max(self._first[drive], *own[: max(FEW_SAMPLES + 1 - first, 0)].tolist(), 0.0)
+            before = np.maximum.accumulate(np.append(largest[-1:] or [0.0], own))[:-1]
+            grown = np.flatnonzero(own > before)
+            largest += own[grown].tolist()
+            when += (first + grown).tolist()
+        self._count += len(drives)
+        self._last = drives[-1:].copy()
 
     def grown(self, times: float) -> Grown | None:
         """Return a drive whose changes have grown so many times, lately by one factor from sample to sample.

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,19 +29,115 @@ def checked(function: Function) -> Function:
     return numba_for("a compiled function").njit(**options)(function.py_func)  # type: ignore[attr-defined, no-any-return]
 
 
-def guarded(function: Function, label: str, count: int, size: int | None) -> Function:
+def offered(function: Function, name: str, parameters: int) -> Function:
+    """Return a function of the user compiled for the time, and for one or two arrays; a ModelError says why it is not.
+
+    The first array is not to be written to.
+    """
+    if not IS_COMPILED:
+        return function
+    numba = numba_for("kanefe.compiled")
+    from numba import types
+
+    made = function if hasattr(function, "py_func") else numba.njit(function)
+    arrays = types.Array(types.float64, 1, "C", readonly=True), types.float64[::1]
+    try:
+        checked(made).compile((types.float64, *arrays[: parameters - 1]))  # type: ignore[attr-defined]
+    except (numba.core.errors.NumbaError, TypeError, NotImplementedError) as error:
+        raise ModelError(
+            f"kanefe.compiled cannot compile {name!r}: {_reason(error)}. Remedy: what numba knows: numbers, arrays, "
+            "math and numpy (reads.copy() to change it); or the function in Python, without kanefe.compiled"
+        ) from error
+    return made  # type: ignore[no-any-return]
+
+
+def _reason(error: Exception) -> str:
+    """Return the line of an error of numba that tells why."""
+    told = [line.strip() for line in str(error).splitlines() if line.strip()] or [type(error).__name__]
+    return next((line for line in told if not line.startswith("Failed in")), told[0])
+
+
+@lru_cache(maxsize=64)
+def controller_function(function: Function, counts: tuple[int, int, int], label: str) -> Any:
+    """Return what a run calls for a sampled controller by its address: NaN where it raises, or gives another number.
+
+    ``void f(double t, const double *reads, double *memory, double *drives)``, with the counts of the three. A
+    ModelError names the label if the function can give no such drives.
+    """
+    reads, memory, drives = counts
+    if not IS_COMPILED:
+        from kanefe.kernels.compiler.addresses import stand_in
+
+        def in_python(t: float, read: Any, kept: Any, out: Any) -> None:
+            out[:drives] = function(t, read[:reads], kept[:memory])
+
+        return stand_in(in_python)
+    numba = numba_for(f"the function of {label}")
+    from numba import types
+
+    own, arrays = checked(function), (types.Array(types.float64, 1, "C", readonly=True), types.float64[::1])
+    own.compile((types.float64, *arrays))  # type: ignore[attr-defined]
+    given = own.nopython_signatures[0].return_type  # type: ignore[attr-defined]
+    written = ", ".join(f"float(given[{i}])" for i in range(drives))
+    source = "(float(given),)" if isinstance(given, (types.Number, types.Boolean)) else f"({written},)"
+    count = 1 if isinstance(given, (types.Number, types.Boolean)) else getattr(given, "count", drives)
+    if count != drives:
+        raise ModelError(f"the compiled function of {label} gives {count} numbers for {drives} drives")
+    as_numbers = numba.njit(eval(f"lambda given: {source}"))
+    has_length = isinstance(given, types.Array)
+    length = numba.njit((lambda given: len(given)) if has_length else (lambda given: drives))
+
+    def call(t: float, read_at: Any, kept_at: Any, out_at: Any) -> None:
+        out = numba.carray(out_at, (drives,))
+        try:
+            given = own(t, numba.carray(read_at, (reads,)), numba.carray(kept_at, (memory,)))
+            found = as_numbers(given)
+            for i in range(drives):
+                out[i] = found[i] if length(given) == drives else np.nan
+        except Exception:  # noqa: BLE001 - numba knows no other
+            out[0] = np.nan
+
+    place = types.CPointer(types.float64)
+    try:
+        return numba.cfunc(types.void(types.float64, place, place, place))(call)
+    except numba.core.errors.NumbaError as error:
+        raise ModelError(
+            f"the compiled function of {label} does not give a number for each of {drives} drives: {_reason(error)}. "
+            "Remedy: one number, a tuple or an array"
+        ) from error
+
+
+class Given(NamedTuple):
+    """What a compiled function of a load gives, and what it is given.
+
+    Attributes
+    ----------
+    values : int
+        How many numbers it gives; 0: one by itself.
+    size : int or None
+        Of the state (q, u, z) that it takes, the first numbers of y; None: it is one of the time.
+    terms : tuple or None
+        What it reads in place of y: of each number places in y and their factors.
+    axes : tuple or None
+        Matrix (3, 3), row by row, by which three components are multiplied.
+    """
+
+    values: int
+    size: int | None
+    terms: tuple[tuple[tuple[int, float], ...], ...] | None = None
+    axes: tuple[float, ...] | None = None
+
+
+def guarded(function: Function, label: str, given: Given) -> Function:
     """Return a compiled function as `kanefe.kernels.compiler.filling` takes it: NaN where it raises.
 
     Parameters
     ----------
     function : callable
-        Of the user, f(t) or f(t, y).
+        Of the user, f(t), f(t, y) or f(t, reads).
     label : str
         Of the load, for messages.
-    count : int
-        How many numbers it gives; 0: one by itself.
-    size : int or None
-        Of the state (q, u, z) that it takes, the first numbers of y; None: it is one of the time.
+    given : Given
 
     Raises
     ------
@@ -49,23 +145,23 @@ def guarded(function: Function, label: str, count: int, size: int | None) -> Fun
         Naming the load, if it cannot be compiled to give that.
     """
     if not IS_COMPILED:
-        return function
+        return _in_python(function, given)
     numba = numba_for(f"the function of {label}")
     from numba import types
 
+    size = given.size
     if size is not None:
         _check_reads(function, label)
     try:
-        made = _guarded(function, count, size)
+        made = _guarded(function, given)
         made.compile((types.float64,) if size is None else (types.float64, types.float64[::1]))  # type: ignore[attr-defined]
     except numba.core.errors.NumbaError as error:
-        told = [line.strip() for line in str(error).splitlines() if line.strip()]
-        reason = next((line for line in told if not line.startswith("Failed in")), told[0])
-        wanted = f"{count} numbers, as a tuple or an array" if count else "one number"
-        given = "f(t)" if size is None else "f(t, y) with the array y = (q, u, z)"
+        wanted = f"{given.values} numbers, as a tuple or an array" if given.values else "one number"
+        form = "f(t)" if size is None else "f(t, y) with the array y = (q, u, z)"
+        form = form if given.terms is None else "f(t, reads)"
         raise ModelError(
-            f"the compiled function of {label} cannot be called as {given} that gives {wanted}: {reason}. Remedy: what "
-            "numba can compile, or the function in Python, without njit"
+            f"the compiled function of {label} cannot be called as {form} that gives {wanted}: {_reason(error)}. "
+            "Remedy: what numba can compile, or the function in Python, without njit"
         ) from error
     return made
 
@@ -101,12 +197,56 @@ def _check_reads(function: Function, label: str) -> None:
         ) from error
 
 
+def _in_python(function: Function, given: Given) -> Function:
+    """Return the same where nothing is compiled."""
+    if given.terms is None and given.axes is None:
+        return function
+    axes = np.eye(3) if given.axes is None else np.array(given.axes).reshape(3, 3)
+
+    def value(t: float, *states: Any) -> Any:
+        read = [np.array([sum(c * y[i] for i, c in own) for own in given.terms]) for y in states if given.terms]
+        found = function(t, *(read or states))
+        return axes @ found if given.values else found
+
+    return value
+
+
+def _reader(terms: tuple[tuple[tuple[int, float], ...], ...]) -> Function:
+    """Return what gives sums of numbers of a state as an array."""
+    import numba
+
+    ends = np.cumsum([0, *map(len, terms)])
+    places = np.array([place for own in terms for place, _ in own], dtype=np.int64)
+    factors = np.array([factor for own in terms for _, factor in own], dtype=float)
+
+    @numba.njit
+    def read(y: Any) -> Any:
+        found = np.zeros(len(ends) - 1)
+        for i in range(len(found)):
+            for k in range(ends[i], ends[i + 1]):
+                found[i] += factors[k] * y[places[k]]
+        return found
+
+    return read  # type: ignore[no-any-return]
+
+
 @lru_cache(maxsize=64)
-def _guarded(function: Function, count: int, size: int | None) -> Function:
+def _guarded(function: Function, given: Given) -> Function:
     """Return the function with what it raises as NaN; the same one for each scene, which is compiled once."""
+    size, axes = given.size, given.axes
     numba = numba_for("a compiled function")
     own = checked(function) if size is None else _reading(function)
     called = numba.njit((lambda t, y: own(t)) if size is None else (lambda t, y: own(t, y[:size])))
+    if given.terms is not None:
+        read = _reader(given.terms)
+        called = numba.njit(lambda t, y: own(t, read(y)))
+
+    @numba.njit
+    def turned(x: float, y: float, z: float) -> Any:
+        if axes is None:
+            return x, y, z
+        a = axes
+        return a[0] * x + a[1] * y + a[2] * z, a[3] * x + a[4] * y + a[5] * z, a[6] * x + a[7] * y + a[8] * z
 
     def number(t: float, y: Any) -> Any:
         try:
@@ -116,11 +256,11 @@ def _guarded(function: Function, count: int, size: int | None) -> Function:
 
     def three(t: float, y: Any) -> Any:
         try:
-            given = called(t, y)
-            return float(given[0]), float(given[1]), float(given[2])
+            found = called(t, y)
+            return turned(float(found[0]), float(found[1]), float(found[2]))
         except Exception:  # noqa: BLE001 - numba knows no other
             return np.nan, np.nan, np.nan
 
-    value = numba.njit(three if count else number)
+    value = numba.njit(three if given.values else number)
     none = np.zeros(0)
     return numba.njit(lambda t: value(t, none)) if size is None else value  # type: ignore[no-any-return]

@@ -30,6 +30,7 @@ JACOBIAN = 5  # write derivatives of the rates of AT at TIME_AT to the rows from
 FAILED = 6  # no step is small enough, or a solution could not be found
 DONE = 7  # TIME is STOP
 BALANCE = 8  # write energy and, where kept, momenta and rigid motions of the state AT at the time TIME_AT
+SAMPLE = 10  # call the function of a sampled controller: see `kanefe.kernels.steppers.sampling`
 NO_INERTIA, NOT_FINITE = -1, -2  # of an evaluation: nothing moves along a joint, or the rates are no numbers
 
 # Places in `integers`

@@ -105,7 +105,7 @@ def linear_law(controller: Controller, t: float, reads: Vector) -> LinearLaw:
 def _settled(controller: Controller, t: float, reads: Vector) -> dict[str, Any]:
     """Return the memory of a controller after many samples at rest, at a fixed time."""
     label = f"controller {controller.name!r}"
-    memory: dict[str, Any] = {}
+    memory = controller.new_memory()
     before = np.zeros(0)
     for _ in range(CALLS):
         _drives(controller, t, reads, memory)
@@ -118,7 +118,7 @@ def _settled(controller: Controller, t: float, reads: Vector) -> dict[str, Any]:
     return memory
 
 
-def _drives(controller: Controller, t: float, reads: Vector, memory: dict[str, Any]) -> Vector:
+def _drives(controller: Controller, t: float, reads: Vector, memory: Any) -> Vector:
     values = np.atleast_1d(np.asarray(controller.function(t, reads.copy(), memory), dtype=float))
     if values.shape != (controller.drive_count,) or not np.all(np.isfinite(values)):
         raise ModelError(

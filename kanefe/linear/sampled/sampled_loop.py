@@ -20,7 +20,7 @@ from kanefe.arguments import checked
 from kanefe.equations.model import Model
 from kanefe.errors import KanefeError, ModelError
 from kanefe.frames import Matrix, Vector
-from kanefe.integrate.sampling import reader
+from kanefe.integrate.readings import reader
 from kanefe.linear.frequency_response import FrequencyResponse, checked_frequencies
 from kanefe.linear.inputs import inputs_of
 from kanefe.linear.linearisation import Linearisation, input_directions, linearised

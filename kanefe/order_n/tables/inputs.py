@@ -9,10 +9,11 @@ import numpy as np
 
 from kanefe.frames import Vector
 from kanefe.kernels.compiler._numba import Part
-from kanefe.kernels.compiler._numba_functions import guarded
+from kanefe.kernels.compiler._numba_functions import Given, guarded
 from kanefe.loads.functions import CompiledCallback
 from kanefe.loads.valued_load import ValuedLoad
 from kanefe.tree.model_data import ModelData
+from kanefe.tree.reading_terms import checked_terms
 
 
 class InputLayout:
@@ -34,6 +35,7 @@ class InputLayout:
 
     def __init__(self, model: ModelData) -> None:
         self._at: dict[int, int] = {}
+        self._model = model
         self._state_size = model.coordinate_count + model.free_count + model.state_count
         self.of_time: list[tuple[slice, ValuedLoad]] = []
         self.of_state: list[tuple[slice, ValuedLoad]] = []
@@ -80,7 +82,10 @@ class InputLayout:
             count = where.stop - where.start
             count = count if count > 1 else 0
             size = self._state_size if load.takes_state else None
-            function = guarded(load.function.function, load.label, count, size)
+            own = load.function
+            terms = tuple(tuple(checked_terms(self._model, read, load.label)) for read in own.reads) or None
+            axes = None if own.axes is None else tuple(own.axes.ravel().tolist())
+            function = guarded(own.function, load.label, Given(count, size, terms, axes))
             parts.append((function, where.start, count, load.takes_state))
         return parts
 
