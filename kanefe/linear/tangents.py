@@ -76,8 +76,11 @@ def _large_tangents(model: ModelData) -> Vector:
         if body.flexible:
             # displacement, and at interfaces slope, per unit of the modal coordinate
             basis = body.flexible.body.basis[:, : body.flexible.body.free_count]
-            moved = np.abs(np.asarray(basis)).max(axis=0) if basis.shape[0] else np.ones(basis.shape[1])
-            scales[body.flexible.speeds] = min(length, 1.0) / np.where(moved > 0.0, moved, 1.0)
+            moved, large = np.abs(np.asarray(basis)), min(length, 1.0)
+            if body.flexible.body.bends_far:  # its slopes are rotations of any size: the scene's length, or a radian
+                moved, large = moved.reshape(-1, 6, moved.shape[1]) / np.repeat((length, 1.0), 3)[:, None], 1.0
+            moved = moved.reshape(-1, basis.shape[1]).max(axis=0, initial=0.0)
+            scales[body.flexible.speeds] = large / np.where(moved > 0.0, moved, 1.0)
     return scales
 
 
