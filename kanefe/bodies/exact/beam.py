@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from kanefe.arguments import checked
-from kanefe.bodies.exact.beam_line import BeamLine, SectionMotions
+from kanefe.bodies.exact.beam_line import BeamLine
 from kanefe.bodies.exact.inertia import BeamInertia
 from kanefe.bodies.flexible import FlexibleBody, InnerMotion, InterfaceFrame
 from kanefe.bodies.slopes import SLOPE_MEASURES, SlopeMeasure
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, Cells
-from kanefe.frames import Matrix, Vector, euler_parameters_from_matrix, rotation_vector, shaped_numbers
+from kanefe.frames import Matrix, Vector, euler_parameters_from_matrices, rotation_vectors, shaped_numbers
 from kanefe.storage.scipy_later import sp
 
 
@@ -54,22 +54,19 @@ class SectionFrame(InterfaceFrame):
         The rotation vector is the shortest one, up to half a turn.
         """
         found, i = self.line.motion(eta, np.zeros_like(eta)), self.station
-        displacement = self._displacement(found)
+        displacement = self.displacements(eta[None])[0]
         turns = np.linalg.solve(SLOPE_MEASURES["rotation-vector"].tangent(displacement[3:]), found.W[i])
         return displacement, np.vstack((found.V[i], turns))
 
     def displacements(self, eta: np.ndarray) -> np.ndarray:
         """Return translations and rotation vectors of the frame, (T, 6), at many states eta (T, k)."""
-        still = np.zeros(self.line.count)
-        return np.array([self._displacement(self.line.motion(row, still)) for row in eta]).reshape(-1, 6)
+        A, p = (of[:, self.station] for of in self.line.places(eta))
+        turned = rotation_vectors(euler_parameters_from_matrices(A @ self.at_rest.T))
+        return np.concatenate((p - self.position, turned), axis=1)
 
     def remainder(self, deta: np.ndarray) -> np.ndarray:
         """Not defined without a state: see `inner_motion`."""
         raise TypeError("the remainders of a section depend on the state of its beam")
-
-    def _displacement(self, found: SectionMotions) -> Vector:
-        turned = rotation_vector(euler_parameters_from_matrix(found.A[self.station] @ self.at_rest.T))
-        return np.concatenate((found.p[self.station] - self.position, turned))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -108,7 +105,7 @@ class ExactBeam(FlexibleBody):
     def node_displacements(self, eta: np.ndarray) -> np.ndarray:
         """Return the displacement of every station in G, shape (n, 3) in m, from the coordinates (k,)."""
         given = shaped_numbers(eta, (self.free_count,), "eta, the free coordinates of this body,")
-        return self.line.motion(given, np.zeros(self.free_count)).p - self.nodes
+        return self.line.places(given[None])[1][0] - self.nodes
 
 
 def section_frame(line: BeamLine, station: int, name: str) -> SectionFrame:

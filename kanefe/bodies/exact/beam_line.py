@@ -110,6 +110,27 @@ class BeamLine(PickledByFields):
                 about[:, :, :, strain - 3, j] = self.turn_values[:, :, :, j]
         return about, along
 
+    def places(self, eta: Matrix) -> tuple[np.ndarray, np.ndarray]:
+        """Return axes (T, n, 3, 3) and places (T, n, 3), m, of all stations in G at many states eta (T, k)."""
+        about, along = self._columns
+        (C, P, _), T = self.values.shape, len(eta)
+        turns = turns_of_vectors(magnus(self.turn_rest + np.tensordot(eta, about, axes=(1, -1)))[0])
+        A, p = np.empty((T, self.node_count, 3, 3)), np.empty((T, self.node_count, 3))
+        A[:, 0], p[:, 0] = self.axes, self.place
+        for n, turn in enumerate(np.moveaxis(turns.reshape(T, C * (P + 1), 3, 3), 1, 0)):
+            A[:, n + 1] = A[:, n] @ turn
+        t = np.squeeze(A[:, self.gauss_nodes] @ (ALONG + np.tensordot(eta, along, axes=(1, -1)))[..., None], -1)
+        for c, h in enumerate(self.lengths):
+            start = c * (P + 1)
+            p[:, start + 1 : start + P + 2] = p[:, start, None] + h * (self.integration @ t[:, c])
+        return A, p
+
+    @cached_property
+    def at_rest(self) -> tuple[np.ndarray, np.ndarray]:
+        """Axes (n, 3, 3) and places (n, 3), m, of all stations of the undeformed beam in G."""
+        A, p = self.places(np.zeros((1, self.count)))
+        return A[0], p[0]
+
     def motion(self, eta: Vector, deta: Vector) -> SectionMotions:
         """Return the motion of all stations seen from G (Eq. 22, 24-26 for sections that turn far).
 
@@ -215,12 +236,7 @@ def turn_of_step(a: np.ndarray, da: np.ndarray) -> tuple[np.ndarray, np.ndarray,
     """
     a1, a2, a3 = np.moveaxis(a, -2, 0)
     d1, d2, d3 = np.moveaxis(da, -2, 0)
-    # brackets of a product from the right: [x, y] = y x x
-    c1 = np.cross(a2, a1)
-    e = 2.0 * a3 + c1
-    c2 = np.cross(e, a1) / -60.0
-    f, g = c1 - 20.0 * a1 - a3, a2 + c2
-    omega = a1 + a3 / 12.0 + np.cross(g, f) / 240.0
+    omega, e, f, g = magnus(a)
 
     dc1 = np.cross(d2, a1) + np.cross(a2, d1)
     de = 2.0 * d3 + dc1
@@ -241,6 +257,23 @@ def turn_of_step(a: np.ndarray, da: np.ndarray) -> tuple[np.ndarray, np.ndarray,
         of_f, of_g = of_c1 + (-20.0, 0.0, -1.0)[m] * one, of_c2 + (0.0, 1.0, 0.0)[m] * one
         D.append((1.0, 0.0, 1.0 / 12.0)[m] * one + (G @ of_f - F @ of_g) / 240.0)
     return omega, rate, second, np.stack(D, axis=-3)
+
+
+def magnus(a: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return the rotation vector omega (..., 3) of steps from their vectors a (..., 3, 3), and its parts e, f, g."""
+    a1, a2, a3 = np.moveaxis(a, -2, 0)
+    # brackets of a product from the right: [x, y] = y x x
+    c1 = np.cross(a2, a1)
+    e = 2.0 * a3 + c1
+    f, g = c1 - 20.0 * a1 - a3, a2 + np.cross(e, a1) / -60.0
+    return a1 + a3 / 12.0 + np.cross(g, f) / 240.0, e, f, g
+
+
+def turns_of_vectors(omega: np.ndarray) -> np.ndarray:
+    """Return the matrices of rotation vectors (..., 3): ``1 + sin a / a omega~ + (1 - cos a) / a2 omega~2``."""
+    turns = np.linalg.norm(omega, axis=-1)[..., None, None] / np.pi
+    K = skews(omega)
+    return np.asarray(np.eye(3) + np.sinc(turns) * K + 0.5 * np.sinc(0.5 * turns) ** 2 * (K @ K))
 
 
 def skews(v: np.ndarray) -> np.ndarray:

@@ -83,6 +83,10 @@ class Skin:
 
     def motion(self, shape: BodyShape, eta: np.ndarray) -> np.ndarray:
         """Return the displacements of the points in G, (r, p, 3) in m, from coordinates (r, k)."""
+        if self.arms is not None and shape.line is not None:
+            A, p = (of[:, self.nodes] for of in shape.line.places(eta))
+            own = np.squeeze(np.swapaxes(shape.line.at_rest[0][self.nodes], 1, 2) @ self.arms[..., None], -1)
+            return np.asarray(p + np.squeeze(A @ own[..., None], -1) - self.points)
         moved = shape.displacements(eta, self.nodes)
         if self.arms is None:
             return moved
