@@ -240,6 +240,12 @@ def rotation_vectors(e: Matrix) -> Matrix:
     return np.asarray((2.0 * np.arctan2(sine, e[:, 0]) / sine)[:, None] * e[:, 1:])
 
 
+def moved_to(place: Vector, wrench: np.ndarray) -> np.ndarray:
+    """Return wrenches (..., 6) about the origin as those about a place (3,), in the same axes."""
+    moment = wrench[..., 3:] - np.cross(place, wrench[..., :3])
+    return np.concatenate((wrench[..., :3], moment), axis=-1)
+
+
 def across(axis: Vector) -> tuple[Vector, Vector]:
     """Return two unit vectors perpendicular to a unit axis and to each other, right-handed with it."""
     first = cross(axis, np.eye(3)[int(np.argmin(abs(axis)))])

@@ -92,6 +92,11 @@ class InterfaceFrame:
         return f"InterfaceFrame({self.name!r})"
 
     @property
+    def is_held(self) -> bool:
+        """Whether some of its components are fixed in G."""
+        return bool(self.fixed_components)
+
+    @property
     def is_linear(self) -> bool:
         """Whether translation and slopes are linear in the coordinates."""
         return self.quadratic is None

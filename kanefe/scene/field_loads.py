@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.arguments import checked, told
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-from kanefe.loads.functions import Constant, callback
+from kanefe.loads.functions import Constant, Turned, callback
 from kanefe.scene.scene import BodyEntry, FlexibleMember, Frame, Scene, three
 
 if TYPE_CHECKING:
@@ -66,11 +66,12 @@ class FieldLoadMethods(Scene):
         ----------
         member : FlexibleMember
         line : str
-            A line of the beam model: "span" is all of it (see `kanefe_fem.beam_model`).
+            A line of the beam model: "span" is all of it (see `kanefe_fem.beam_model`), and the only one of an exact
+            beam.
         load : (3,) or callable t, or (t, state), -> (3,)
             N/m of the undeformed axis.
         follows : bool
-            True: components of the body's mesh frame G; False: of N.
+            True: components of the body's mesh frame G, which turn with the sections of an exact beam; False: of N.
 
         Raises
         ------
@@ -84,6 +85,9 @@ class FieldLoadMethods(Scene):
         from kanefe.loads.field_load import FieldLoad
 
         label = f"the line load on {line!r} of {_name(member)}"
+        if isinstance(member, FlexibleMember) and member.body.bends_far:
+            self._add_to_sections(member, line, load, follows, label)
+            return
         entry, pattern = self._loaded(member, line, label)
         if pattern.kind != "line":
             raise ModelError(f"{label}: that is a surface. Remedy: add_traction, in Pa")
@@ -122,6 +126,27 @@ class FieldLoadMethods(Scene):
             raise ModelError(f"{label}: a {pattern.kind} without an outside has no pressure. Remedy: a load by vector")
         function, takes = _scalar(pressure, label)
         entry.field_loads.append(FieldLoad(label, function, pattern, True, True, takes))
+
+    def _add_to_sections(self, member: FlexibleMember, line: str, load: VectorLoad, follows: bool, label: str) -> None:
+        """Add a load per length as forces on the Gauss points of an exact beam, by whose sums it integrates."""
+        from kanefe.bodies.exact.beam import ExactBeam
+        from kanefe.loads.point_load import PointLoad
+
+        self._check_open(label)
+        self._check_frame(member, f"the body of {label}")
+        body = member.body
+        if not isinstance(body, ExactBeam) or line != "span":
+            raise ModelError(f"{label}: an exact beam has the line 'span' alone. Remedy: add_force at its interfaces")
+        function, takes = _vector(load, label)
+        lengths = np.outer(body.line.lengths, body.line.weights)
+        for node, length in zip(body.line.gauss_nodes.ravel(), lengths.ravel(), strict=True):
+            own: Callable[..., Any] = (
+                Constant(length * function.value)
+                if isinstance(function, Constant)
+                else Turned(function, length * np.eye(3))
+            )
+            force = PointLoad(f"{label}, node {node}", own, False, np.zeros(3), follows, takes)
+            self._entries[member.number].loads.append((force, body.node_frame(int(node))))
 
     def _loaded(self, member: object, name: str, label: str) -> tuple[BodyEntry, LoadPattern]:
         self._check_open(label)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -13,9 +13,10 @@ from kanefe.bodies.exact.inertia import BeamInertia
 from kanefe.bodies.flexible import FlexibleBody, InnerMotion, InterfaceFrame
 from kanefe.bodies.slopes import SLOPE_MEASURES, SlopeMeasure
 from kanefe.errors import ModelError
-from kanefe.fe_model.model import COMPONENTS, Cells
+from kanefe.fe_model.model import COMPONENTS, Cells, Elasticity
 from kanefe.frames import Matrix, Vector, euler_parameters_from_matrices, rotation_vectors, shaped_numbers
 from kanefe.storage.scipy_later import sp
+from kanefe.storage.serialise import NOT_SAVED
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -31,7 +32,7 @@ class SectionFrame(InterfaceFrame):
         Axes of the section at rest in G.
     """
 
-    line: BeamLine = None  # type: ignore[assignment]
+    line: BeamLine = field(default=None, metadata=NOT_SAVED)  # type: ignore[assignment]
     station: int = 0
     at_rest: np.ndarray = None  # type: ignore[assignment]
 
@@ -39,6 +40,11 @@ class SectionFrame(InterfaceFrame):
     def is_linear(self) -> bool:
         """False."""
         return False
+
+    @property
+    def is_held(self) -> bool:
+        """Whether it is the root, which is fixed in G."""
+        return self.station == 0
 
     def inner_motion(self, eta: Vector, deta: Vector, slopes: SlopeMeasure) -> InnerMotion:
         """Return the motion of the frame seen from G: its rotation is exact, whatever the measure of slopes."""
@@ -84,6 +90,11 @@ class ExactBeam(FlexibleBody):
 
     line: BeamLine = None  # type: ignore[assignment]
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for part in (*self.interfaces, self.moments):  # one line for all, also of a body from a file
+            object.__setattr__(part, "line", self.line)
+
     @property
     def bends_far(self) -> bool:
         """True."""
@@ -96,9 +107,12 @@ class ExactBeam(FlexibleBody):
 
     @checked
     def node_frame(self, node: int) -> InterfaceFrame:
-        """Return a frame that moves with one station of the beam."""
+        """Return the frame of one station of the beam: an interface, or one that is no interface."""
         if not 0 <= node < len(self.nodes):
             raise ModelError(f"node {node} is not one of the {len(self.nodes)} nodes of this body")
+        for frame in self.interfaces:
+            if isinstance(frame, SectionFrame) and frame.station == node:
+                return frame
         return section_frame(self.line, node, f"node {node}")
 
     @checked
@@ -119,7 +133,12 @@ def section_frame(line: BeamLine, station: int, name: str) -> SectionFrame:
 
 
 def exact_beam_body(
-    line: BeamLine, stiffness: Matrix, damping: Matrix, stations: Mapping[str, int], provenance: Mapping[str, object]
+    line: BeamLine,
+    stiffness: Matrix,
+    damping: Matrix,
+    stations: Mapping[str, int],
+    provenance: Mapping[str, object],
+    elasticity: Elasticity | None = None,
 ) -> ExactBeam:
     """Return a beam as a body.
 
@@ -131,6 +150,8 @@ def exact_beam_body(
         Interfaces by name.
     provenance : mapping
         Where the body comes from.
+    elasticity : Elasticity, optional
+        Of the lines from station to station.
     """
     still = np.zeros(line.count)
     rest = line.motion(still, still)
@@ -152,6 +173,7 @@ def exact_beam_body(
         inertia_mass=sp.csr_matrix(sp.diags(line.masses.ravel())),
         inertia_basis=rest.V[gauss].reshape(3 * len(gauss), line.count),
         cells=(Cells("line", pairs),),
+        elasticity=elasticity,
         provenance=dict(provenance),
         line=line,
     )

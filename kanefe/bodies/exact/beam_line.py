@@ -41,7 +41,8 @@ class BeamLine(PickledByFields):
     place, axes : ndarray, shapes (3,), (3, 3)
         Root section in G: place (m) and axes, x along the beam.
     strain_of : ndarray of int, shape (k,)
-        In rising order: which strain a coordinate is of, 0 to 5: stretch, shear along y and z, twist (1/m), curvature about y and z.
+        In rising order: which strain a coordinate is of, 0 to 5: stretch, shear along y and z, twist (1/m), curvature
+        about y and z.
     lengths : ndarray, shape (C,)
         Of the cells, m.
     points, weights : ndarray, shape (P,)
@@ -58,6 +59,8 @@ class BeamLine(PickledByFields):
         Their centres of mass in axes of the section, m.
     inertias : ndarray, shape (C, P, 3, 3)
         About these centres, in axes of the section, kg m2.
+    stiffness : ndarray, shape (C, P, 6, 6)
+        Forces (N) and moments (N m) of the Gauss points from the strains, in axes of the section.
     """
 
     place: np.ndarray
@@ -72,6 +75,7 @@ class BeamLine(PickledByFields):
     masses: np.ndarray
     centres: np.ndarray
     inertias: np.ndarray
+    stiffness: np.ndarray
 
     @property
     def count(self) -> int:
@@ -94,13 +98,30 @@ class BeamLine(PickledByFields):
         P = len(self.points)
         return 1 + (P + 1) * np.arange(len(self.lengths))[:, None] + np.arange(P)
 
+    @property
+    def stations(self) -> np.ndarray:
+        """Arc lengths of the stations, (n,), m."""
+        starts = np.cumsum(self.lengths) - self.lengths
+        within = starts[:, None] + self.lengths[:, None] * np.append(self.points, 1.0)
+        return np.append(0.0, within.ravel())
+
+    def strains(self, eta: Matrix) -> np.ndarray:
+        """Return the strains of the Gauss points, beyond those at rest, (T, C, P, 6), at many states eta (T, k)."""
+        return np.asarray(np.tensordot(eta, self.values[..., None] * np.eye(6)[self.strain_of], axes=(1, 2)))
+
+    def through(self, x: np.ndarray) -> Matrix:
+        """Return the values at places x (s,) of a cell over its length from those at its Gauss points, (s, P)."""
+        P = len(self.points)
+        at, own = (np.polynomial.legendre.legvander(2.0 * of - 1.0, P - 1) for of in (x, self.points))
+        return np.asarray((at * (2 * np.arange(P) + 1)) @ (own * self.weights[:, None]).T)
+
     def end_node(self, cell: int) -> int:
         """Return which station is the end of a cell; -1: the root."""
         return (cell + 1) * (len(self.points) + 1)
 
     @cached_property
     def _columns(self) -> tuple[np.ndarray, np.ndarray]:
-        """Twist and curvature in all steps (C, P + 1, 3, 3, k), and stretch and shear at all Gauss points (C, P, 3, k)."""
+        """Twist and curvature in all steps (C, P + 1, 3, 3, k), stretch and shear at all Gauss points (C, P, 3, k)."""
         C, P, k = self.values.shape
         about, along = np.zeros((C, P + 1, 3, 3, k)), np.zeros((C, P, 3, k))
         for j, strain in enumerate(self.strain_of):
@@ -234,7 +255,7 @@ def turn_of_step(a: np.ndarray, da: np.ndarray) -> tuple[np.ndarray, np.ndarray,
     D : ndarray, shape (..., 3, 3, 3)
         The first of the last three says by which vector.
     """
-    a1, a2, a3 = np.moveaxis(a, -2, 0)
+    a1, a2, _ = np.moveaxis(a, -2, 0)
     d1, d2, d3 = np.moveaxis(da, -2, 0)
     omega, e, f, g = magnus(a)
 
