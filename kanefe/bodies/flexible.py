@@ -233,7 +233,7 @@ class FlexibleBody(PickledByFields):
         ]
 
     def __repr__(self) -> str:
-        interfaces = ", ".join(f"{f.name}{' (fixed)' if f.fixed_components else ''}" for f in self.interfaces)
+        interfaces = ", ".join(f"{f.name}{' (fixed)' if f.is_held else ''}" for f in self.interfaces)
         return (
             f"{type(self).__name__}({self.mass:.6g} kg, {len(self.nodes)} nodes, {self.free_count} coordinates, "
             f"interfaces: {interfaces or 'none'})"

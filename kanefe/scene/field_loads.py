@@ -156,6 +156,8 @@ class FieldLoadMethods(Scene):
                 f"{label}: {frame.label} is not a flexible body, and only the mesh of one has surfaces and lines. "
                 "Remedy: give the flexible body itself, or use add_force"
             )
+        if frame.body.bends_far:
+            raise ModelError(f"{label}: an exact beam has no surfaces. Remedy: add_line_load(..., 'span', ...), in N/m")
         try:
             return self._entries[frame.number], frame.body.load_pattern(name)
         except ModelError as error:
