@@ -92,6 +92,11 @@ class InterfaceFrame:
         return f"InterfaceFrame({self.name!r})"
 
     @property
+    def turns(self) -> bool:
+        """Whether it has a rotation of its own, and is not a node without."""
+        return bool(self.motion[3:].any())
+
+    @property
     def is_held(self) -> bool:
         """Whether some of its components are fixed in G."""
         return bool(self.fixed_components)
@@ -337,6 +342,10 @@ class FlexibleBody(PickledByFields):
             if component in ("x", "y", "z"):
                 displacement[:, COMPONENTS.index(component)] = motion[:, column]
         return displacement
+
+    def node_velocities(self, eta: np.ndarray, deta: np.ndarray) -> np.ndarray:
+        """Return the velocity of every node in G, shape (n, 3) in m/s, from the free coordinates and their rates."""
+        return self.node_displacements(deta)
 
     def report(self) -> Report:
         """Return a report: mesh quality, mass, modes, effective masses, interfaces, reduction, provenance.

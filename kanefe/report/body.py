@@ -302,8 +302,8 @@ def _pictures(body: FlexibleBody, modes: BodyModes | None) -> dict[str, list[Pic
     from kanefe.views.pictures import drawn, shape_drawing
 
     numbers = range(min(body.free_count, PICTURES))
-    # small motions, also of a body that bends far
-    moved = [FlexibleBody.node_displacements(body, modes.shapes[:, number]) for number in numbers]
+    rest = np.zeros(body.free_count)
+    moved = [body.node_velocities(rest, modes.shapes[:, number]) for number in numbers]
     images = drawn([shape_drawing(body.nodes, body.cells, shape) for shape in moved])
     captions = [f"mode {number + 1}: {modes.frequencies[number]:.5g} Hz" for number in numbers]
     return {SHAPES: [Picture(*pair) for pair in zip(captions, images, strict=True)]}

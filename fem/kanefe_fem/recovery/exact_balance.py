@@ -24,12 +24,12 @@ def exact_beam_balance(result: Reader, name: str, frames: np.ndarray) -> np.ndar
         If the result was read from a file.
     """
     run, body = result.run, result.body(name).flexible
-    if run is None or not isinstance(body, ExactBeam) or not isinstance(body.moments, BeamInertia):
+    if run is None or not isinstance(body, ExactBeam):
         raise ModelError(
             f"a result read from a file does not contain the loads on {name!r}. Remedy: inertia=False, or recover in "
             "the program that runs the scene"
         )
-    line, terms = body.line, run.model.flexible_terms(name)
+    line, inertia, terms = body.line, BeamInertia(body.line), run.model.flexible_terms(name)
     gravity = run.model.gravity if run.model.bodies[run.model.index(name)].has_gravity else np.zeros(3)
     to_G = rotation_matrices(result.rotation(name)[frames]).transpose(0, 2, 1)
     of_G = np.squeeze(to_G @ (result.acceleration(name)[frames] - gravity)[..., None], -1)
@@ -40,7 +40,7 @@ def exact_beam_balance(result: Reader, name: str, frames: np.ndarray) -> np.ndar
     (C, P), T = line.masses.shape, len(frames)
     gauss = line.gauss_nodes
     at = np.zeros((T, line.node_count, 6))  # at the stations
-    at[:, gauss] = np.reshape([body.moments.wrenches(*row) for row in rows], (T, C, P, 6))
+    at[:, gauss] = np.reshape([inertia.wrenches(*row) for row in rows], (T, C, P, 6))
     for frame in body.interfaces:
         if isinstance(frame, SectionFrame) and not frame.is_held:
             at[:, frame.station] += result.coupling_force(name, frame.name)[frames]

@@ -42,6 +42,15 @@ class SectionFrame(InterfaceFrame):
         return False
 
     @property
+    def turns(self) -> bool:
+        """True, also of the root, which is fixed in G."""
+        return True
+
+    def loose_rotations(self, components: tuple[str, ...]) -> tuple[str, ...]:
+        """Return none: what it carries turns with the section."""
+        return ()
+
+    @property
     def is_held(self) -> bool:
         """Whether it is the root, which is fixed in G."""
         return self.station == 0
@@ -120,6 +129,12 @@ class ExactBeam(FlexibleBody):
         """Return the displacement of every station in G, shape (n, 3) in m, from the coordinates (k,)."""
         given = shaped_numbers(eta, (self.free_count,), "eta, the free coordinates of this body,")
         return self.line.places(given[None])[1][0] - self.nodes
+
+    @checked
+    def node_velocities(self, eta: np.ndarray, deta: np.ndarray) -> np.ndarray:
+        """Return the velocity of every station in G, shape (n, 3) in m/s, from the coordinates and their rates (k,)."""
+        given = (shaped_numbers(x, (self.free_count,), "coordinates and rates of this body") for x in (eta, deta))
+        return self.line.motion(*given).v
 
 
 def section_frame(line: BeamLine, station: int, name: str) -> SectionFrame:

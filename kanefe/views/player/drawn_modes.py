@@ -81,11 +81,11 @@ def drawn_modes(shape: BodyShape, skin: Skin, eta: np.ndarray, stress: StressFie
         rows = mixed @ eta
     else:
         amplitudes, rows = eta, np.eye(eta.shape[1])
-    return _kept(amplitudes, skin.motion(shape, rows), _stresses(skin, stress, rows))
+    return _kept(amplitudes, skin.motion(shape, rows), None if stress is None else _stresses(skin, stress, rows))
 
 
-def _stresses(skin: Skin, stress: StressField | None, rows: np.ndarray) -> np.ndarray | None:
-    return None if stress is None else stress.stress_of(rows)[:, slice(None) if skin.fibres else skin.nodes]
+def _stresses(skin: Skin, stress: StressField, rows: np.ndarray) -> np.ndarray:
+    return stress.stress_of(rows)[:, slice(None) if skin.fibres else skin.nodes]
 
 
 def _drawn_far(shape: BodyShape, skin: Skin, eta: np.ndarray, stress: StressField | None) -> DrawnModes:
