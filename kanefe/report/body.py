@@ -146,9 +146,11 @@ def _mass(body: FlexibleBody) -> list[Block]:
     rows += [[f"principal axis {number + 1}", _direction(axes[:, number]), ""] for number in range(3)]
     form = (
         "The inertia is exact for the displacement field of the elements."
-        if body.is_exact or body.bends_far
+        if body.is_exact
         else "The inertia is the nodal form of Eq. 38, an approximation where nodes rotate."
     )
+    if body.bends_far:
+        form = "The inertia is that of rigid sections along the beam, exact however it bends."
     return [Heading("Mass properties (undeformed)"), Table(("", "", ""), rows, align_left=True), Paragraph(form)]
 
 

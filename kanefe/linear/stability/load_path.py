@@ -202,12 +202,8 @@ def _scaled(model: Model, t: float, raised: dict[str, SceneLoad | None], factor:
 def _check_stiffening(model: Model, what: str) -> None:
     """Raise a ModelError for flexible bodies whose stiffness does not depend on their loads."""
     for body in model.bodies:
-        if body.flexible is not None and body.flexible.body.moments.quadratic_first is None:
-            if body.flexible.body.bends_far:
-                raise ModelError(
-                    f"{what}: {body.name!r} is an exact beam, whose loads are not raised in small steps. Remedy: where "
-                    "the first frequency of kanefe.linearise about its equilibria under rising loads falls to zero"
-                )
+        flexible = None if body.flexible is None else body.flexible.body
+        if flexible is not None and not flexible.bends_far and flexible.moments.quadratic_first is None:
             raise ModelError(
                 f"{what}: flexible body {body.name!r} has no geometric stiffness, so that no load can buckle it. "
                 "Remedy: make it with stiffening='full'"
