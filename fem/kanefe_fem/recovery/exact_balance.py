@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.bodies.exact.beam import ExactBeam, SectionFrame
+from kanefe.bodies.exact.beam_line import integrals_to
 from kanefe.bodies.exact.inertia import BeamInertia
 from kanefe.errors import ModelError
 from kanefe.frames import rotation_matrices
@@ -12,8 +13,10 @@ from kanefe.results.reader import Reader
 from kanefe_fem.recovery.free_body_loads import forces_at_nodes
 
 
-def exact_beam_balance(result: Reader, name: str, frames: np.ndarray) -> np.ndarray:
-    """Return forces and moments of the part beyond each Gauss point on that before it, (T, C, P, 6), in section axes.
+def exact_beam_balance(result: Reader, name: str, frames: np.ndarray, xi: np.ndarray) -> np.ndarray:
+    """Return forces and moments of the part beyond a section on that before it, (T, C, s, 6), in section axes.
+
+    The sections are at xi (s,) of each cell over its length.
 
     ``F' + f = 0`` and ``M' + p' x F + m = 0`` from the end of the beam, with the loads f and m at the Gauss points as
     polynomials over each cell.
@@ -46,19 +49,17 @@ def exact_beam_balance(result: Reader, name: str, frames: np.ndarray) -> np.ndar
             at[:, frame.station] += result.coupling_force(name, frame.name)[frames]
     for row, node, acting in forces_at_nodes(result, name, body, frames):
         at[row, node] += acting
-    A = line.places(eta)[0]
     strains = line.strains(eta)[..., :3] + (1.0, 0.0, 0.0)
-    along = np.squeeze(A[:, gauss] @ strains[..., None], -1)  # p'
-    beyond = line.weights - line.integration[:-1]  # integrals from the Gauss points to the end of a cell, (P, P)
-    found, end = np.empty((T, C, P, 6)), np.zeros((T, 6))
+    along = np.squeeze(line.places(eta)[0][:, gauss] @ strains[..., None], -1)  # p'
+    to_end, beyond = (line.weights - integrals_to(x, line.points, line.weights) for x in (line.points, xi))
+    found, end = np.empty((T, C, len(xi), 6)), np.zeros((T, 6))
     for c in reversed(range(C)):
         h = line.lengths[c]
         end += at[:, line.end_node(c)]
         loads = at[:, gauss[c]] / (h * line.weights)[:, None]
+        forces = end[:, None, :3] + h * (to_end @ loads[..., :3])
+        loads[..., 3:] += np.cross(along[:, c], forces)
         found[:, c] = end[:, None] + h * (beyond @ loads)
-        turning = np.cross(along[:, c], found[:, c, :, :3])
-        found[:, c, :, 3:] += h * (beyond @ turning)
         end += h * (line.weights @ loads)
-        end[:, 3:] += h * (line.weights @ turning)
-    own = A[:, gauss].swapaxes(-1, -2)
+    own = line.axes_within(eta, xi).swapaxes(-1, -2)
     return np.concatenate([np.squeeze(own @ x[..., None], -1) for x in np.split(found, 2, axis=-1)], axis=-1)

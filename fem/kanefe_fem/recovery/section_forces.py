@@ -93,17 +93,16 @@ def exact_section_forces(
 ) -> SectionForces:
     """Return those of an exact beam, whose elements are the cells of its line, in the axes of the turned sections."""
     times, xi = result.times[frames], _stations(stations)
-    forces = np.squeeze(line.stiffness @ line.strains(eta)[..., None], -1)  # (T, C, P, 6) at the Gauss points
+    forces = line.through(xi) @ np.squeeze(line.stiffness @ line.strains(eta)[..., None], -1)  # (T, C, s, 6)
     missing = [i for i in range(6) if inertia or i not in line.strain_of]
     if result.body(name).provenance.get("planar"):
         missing = [i for i in missing if i in PLANAR_FORCES]
     if missing and (inertia or result.run is not None):
-        forces[..., missing] = exact_beam_balance(result, name, frames)[..., missing]
+        forces[..., missing] = exact_beam_balance(result, name, frames, xi)[..., missing]
     else:
         forces[..., missing] = np.nan
-    through = line.through(xi)
-    places = through @ line.at_rest[1][line.gauss_nodes]
-    return SectionForces(times, xi, places, through @ forces)
+    places = line.through(xi) @ line.at_rest[1][line.gauss_nodes]
+    return SectionForces(times, xi, places, forces)
 
 
 def _stations(count: int) -> np.ndarray:

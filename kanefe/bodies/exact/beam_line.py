@@ -146,6 +146,24 @@ class BeamLine(PickledByFields):
             p[:, start + 1 : start + P + 2] = p[:, start, None] + h * (self.integration @ t[:, c])
         return A, p
 
+    def axes_within(self, eta: Matrix, x: np.ndarray) -> np.ndarray:
+        """Return the axes in G at places x (s,) of every cell over its length, (T, C, s, 3, 3), at states eta (T, k).
+
+        The curvature at rest within a step is the quadratic function that its Magnus expansion has.
+        """
+        marks = np.concatenate(([0.0], self.points, [1.0]))
+        step = np.clip(np.searchsorted(marks, x, side="right") - 1, 0, len(self.points))
+        share = ((x - marks[step]) / np.diff(marks)[step])[:, None]
+        a1, a2, a3 = np.moveaxis(self.turn_rest[:, step], -2, 0)
+        u = 0.5 * (share - 1.0)  # middle of the part, from that of the step
+        rest = np.array((share * (a1 + u * a2 + u**2 * a3), share**2 * (a2 + 2.0 * u * a3), share**3 * a3))
+        part = x - marks[step]
+        within = self.through((marks[step] + MAGNUS_POINTS[:, None] * part).ravel()) @ self.strains(eta)[..., 3:]
+        bent = np.moveaxis(within.reshape(len(eta), len(self.lengths), 3, len(x), 3), 2, 0)
+        a = rest[:, None] + magnus_vectors(1.0, bent) * (self.lengths[:, None] * part)[..., None]
+        before = (len(self.points) + 1) * np.arange(len(self.lengths))[:, None] + step
+        return np.asarray(self.places(eta)[0][:, before] @ turns_of_vectors(magnus(np.moveaxis(a, 0, -2))[0]))
+
     @cached_property
     def at_rest(self) -> tuple[np.ndarray, np.ndarray]:
         """Axes (n, 3, 3) and places (n, 3), m, of all stations of the undeformed beam in G."""
@@ -312,13 +330,18 @@ def magnus_vectors(h: float, curvatures: np.ndarray) -> np.ndarray:
 
 def integration_matrix(points: np.ndarray, weights: np.ndarray) -> Matrix:
     """Return integrals from 0 to each Gauss point, and to 1, of the polynomial through values there, (P + 1, P)."""
-    P = len(points)
-    x = 2.0 * points - 1.0
+    return np.vstack((integrals_to(points, points, weights), weights))
+
+
+def integrals_to(at: np.ndarray, points: np.ndarray, weights: np.ndarray) -> Matrix:
+    """Return integrals from 0 to places (s,) in (0, 1) of the polynomial through values at Gauss points, (s, P)."""
+    P, x = len(points), 2.0 * at - 1.0
     # through Legendre polynomials, whose coefficients the Gauss points give: int_-1^x P_n = (P_n+1 - P_n-1) / (2 n + 1)
     polynomials = np.polynomial.legendre.legvander(x, P)
-    coefficients = polynomials[:, :P] * weights[:, None] * (2 * np.arange(P) + 1)
-    integrals = np.empty((P, P))
+    own = np.polynomial.legendre.legvander(2.0 * points - 1.0, P - 1)
+    coefficients = own * weights[:, None] * (2 * np.arange(P) + 1)
+    integrals = np.empty((len(x), P))
     integrals[:, 0] = x + 1.0
     for n in range(1, P):
         integrals[:, n] = (polynomials[:, n + 1] - polynomials[:, n - 1]) / (2 * n + 1)
-    return np.vstack((0.5 * integrals @ coefficients.T, weights))
+    return np.asarray(0.5 * integrals @ coefficients.T)
