@@ -92,11 +92,6 @@ class InterfaceFrame:
         return f"InterfaceFrame({self.name!r})"
 
     @property
-    def turns(self) -> bool:
-        """Whether it has a rotation of its own, and is not a node without."""
-        return bool(self.motion[3:].any())
-
-    @property
     def is_held(self) -> bool:
         """Whether some of its components are fixed in G."""
         return bool(self.fixed_components)
@@ -105,6 +100,11 @@ class InterfaceFrame:
     def is_linear(self) -> bool:
         """Whether translation and slopes are linear in the coordinates."""
         return self.quadratic is None
+
+    @property
+    def turns(self) -> bool:
+        """Whether the frame has a rotation, which what it carries can follow."""
+        return bool(self.motion[3:].any())
 
     def moved(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return translation and slopes of the frame, (6,), and their derivatives by the leading coordinates (6, k).

@@ -43,11 +43,11 @@ class SectionFrame(InterfaceFrame):
 
     @property
     def turns(self) -> bool:
-        """True, also of the root, which is fixed in G."""
+        """True: a section is rigid."""
         return True
 
     def loose_rotations(self, components: tuple[str, ...]) -> tuple[str, ...]:
-        """Return none: what it carries turns with the section."""
+        """Return nothing: what a section carries follows all its rotations."""
         return ()
 
     @property

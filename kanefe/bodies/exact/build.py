@@ -95,8 +95,9 @@ def beam_line(
         stiffness[c] = fields.stiffness(s)
         D = stiffness[c][:, strain_of[:, None], strain_of]
         K += np.einsum("g,gi,gij,gj->ij", w, gauss_values[c], D, gauss_values[c])
+    last = [basis.is_hierarchical and basis.count - i <= 2 for basis in bases.values() for i in range(basis.count)]
     line = BeamLine(
-        *(place, axes, strain_of, lengths, x, weights, turn_rest, turn_values, gauss_values, masses, centres, inertias),
-        stiffness=stiffness,
+        *(place, axes, strain_of, lengths, x, weights, turn_rest, turn_values, gauss_values),
+        *(masses, centres, inertias, stiffness, np.array(last)),
     )
     return line, 0.5 * (K + K.T)
