@@ -61,5 +61,5 @@ def exact_beam_balance(result: Reader, name: str, frames: np.ndarray, xi: np.nda
         loads[..., 3:] += np.cross(along[:, c], forces)
         found[:, c] = end[:, None] + h * (beyond @ loads)
         end += h * (line.weights @ loads)
-    own = line.axes_within(eta, xi).swapaxes(-1, -2)
+    own = line.within(eta, xi)[0].swapaxes(-1, -2)
     return np.concatenate([np.squeeze(own @ x[..., None], -1) for x in np.split(found, 2, axis=-1)], axis=-1)

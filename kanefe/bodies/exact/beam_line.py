@@ -171,8 +171,8 @@ class BeamLine(PickledByFields):
             p[:, start + 1 : start + P + 2] = p[:, start, None] + h * (self.integration @ t[:, c])
         return A, p
 
-    def axes_within(self, eta: Matrix, x: np.ndarray) -> np.ndarray:
-        """Return the axes in G at places x (s,) of every cell over its length, (T, C, s, 3, 3), at states eta (T, k).
+    def within(self, eta: Matrix, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return axes (T, C, s, 3, 3) and places (T, C, s, 3), m, in G at x (s,) of every cell over its length.
 
         The curvature at rest within a step is the quadratic function that its Magnus expansion has.
         """
@@ -186,8 +186,12 @@ class BeamLine(PickledByFields):
         within = self.through((marks[step] + MAGNUS_POINTS[:, None] * part).ravel()) @ self.strains(eta)[..., 3:]
         bent = np.moveaxis(within.reshape(len(eta), len(self.lengths), 3, len(x), 3), 2, 0)
         a = rest[:, None] + magnus_vectors(1.0, bent) * (self.lengths[:, None] * part)[..., None]
-        before = (len(self.points) + 1) * np.arange(len(self.lengths))[:, None] + step
-        return np.asarray(self.places(eta)[0][:, before] @ turns_of_vectors(magnus(np.moveaxis(a, 0, -2))[0]))
+        A, p = self.places(eta)
+        first = (len(self.points) + 1) * np.arange(len(self.lengths))
+        along = np.squeeze(A[:, self.gauss_nodes] @ (ALONG + self.strains(eta)[..., :3])[..., None], -1)
+        moved = self.lengths[:, None, None] * (integrals_to(x, self.points, self.weights) @ along)
+        turns = turns_of_vectors(magnus(np.moveaxis(a, 0, -2))[0])
+        return A[:, first[:, None] + step] @ turns, p[:, first, None] + moved
 
     @cached_property
     def at_rest(self) -> tuple[np.ndarray, np.ndarray]:

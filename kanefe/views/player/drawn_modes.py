@@ -85,7 +85,14 @@ def drawn_modes(shape: BodyShape, skin: Skin, eta: np.ndarray, stress: StressFie
 
 
 def _stresses(skin: Skin, stress: StressField, rows: np.ndarray) -> np.ndarray:
-    return stress.stress_of(rows)[:, slice(None) if skin.fibres else skin.nodes]
+    found = stress.stress_of(rows)
+    if not skin.fibres:
+        return found[:, skin.nodes]
+    if skin.pieces == 1:
+        return found
+    start, end = np.moveaxis(found.reshape(len(rows), -1, 1, 2, skin.fibres, 6), 3, 0)
+    share = (np.arange(skin.pieces)[:, None] + np.arange(2))[:, :, None, None] / skin.pieces  # along each element
+    return np.asarray((1.0 - share) * start[:, :, :, None] + share * end[:, :, :, None]).reshape(len(rows), -1, 6)
 
 
 def _drawn_far(shape: BodyShape, skin: Skin, eta: np.ndarray, stress: StressField | None) -> DrawnModes:
