@@ -192,7 +192,15 @@ def multiply(e_ab: Vector, e_bc: Vector) -> Vector:
 
 def euler_parameters_from_matrices(A: Matrix) -> Matrix:
     """Return the Euler parameters (T, 4) of rotation matrices (T, 3, 3): see `euler_parameters_from_matrix`."""
-    return np.array([euler_parameters_from_matrix(matrix) for matrix in A]).reshape(-1, 4)
+    trace = np.trace(A, axis1=1, axis2=2)
+    e = np.empty((len(A), 4, 4))  # 4 e_i e_j
+    e[:, 0, 0], e[:, range(1, 4), range(1, 4)] = trace, np.diagonal(A, axis1=1, axis2=2)
+    e[:, range(4), range(4)] = 2.0 * np.diagonal(e, axis1=1, axis2=2) - trace[:, None] + 1.0
+    for i, (j, k) in enumerate(((2, 1), (0, 2), (1, 0)), start=1):
+        e[:, 0, i] = e[:, i, 0] = A[:, j, k] - A[:, k, j]
+        e[:, j + 1, k + 1] = e[:, k + 1, j + 1] = A[:, j, k] + A[:, k, j]
+    rows = e[np.arange(len(A)), np.diagonal(e, axis1=1, axis2=2).argmax(axis=1)]
+    return np.asarray(np.where(rows[:, :1] < 0.0, -rows, rows) / np.linalg.norm(rows, axis=1)[:, None])
 
 
 def euler_parameter_rates(e_ab: Vector, w_ab_b: Vector) -> Vector:
@@ -223,6 +231,19 @@ def rotation_vector(e: Vector) -> Vector:
     if sine < 1e-8 * abs(e[0]):
         return 2.0 * vector / e[0]
     return 2.0 * math.atan2(sine, e[0]) * vector / sine
+
+
+def rotation_vectors(e: Matrix) -> Matrix:
+    """Return the rotation vectors (T, 3) of many Euler parameters (T, 4): see `rotation_vector`."""
+    e = np.where(e[:, :1] < 0.0, -e, e)
+    sine = np.maximum(np.linalg.norm(e[:, 1:], axis=1), 1e-300)
+    return np.asarray((2.0 * np.arctan2(sine, e[:, 0]) / sine)[:, None] * e[:, 1:])
+
+
+def moved_to(place: Vector, wrench: np.ndarray) -> np.ndarray:
+    """Return wrenches (..., 6) about the origin as those about a place (3,), in the same axes."""
+    moment = wrench[..., 3:] - np.cross(place, wrench[..., :3])
+    return np.concatenate((wrench[..., :3], moment), axis=-1)
 
 
 def across(axis: Vector) -> tuple[Vector, Vector]:

@@ -26,6 +26,7 @@ OWN = {
     "23_control_of_an_arm": "control_of_an_arm.png",
     "25_stress_of_skids": "stress_of_skids.png",
     "26_stress_of_a_solid_gear": "solid_gear.png",
+    "27_flying_noodle": "flying_noodle.png",
     "28_blade_cut_in_twelve": "blade_cut_in_twelve.png",
 }
 # whose run can be turned with the mouse on its page
@@ -36,6 +37,7 @@ PLAYED = (
     "18_gripper",
     "19_beam_on_stops",
     "22_helicopter_in_a_trap",
+    "27_flying_noodle",
 )
 
 

@@ -92,6 +92,11 @@ class InterfaceFrame:
         return f"InterfaceFrame({self.name!r})"
 
     @property
+    def is_held(self) -> bool:
+        """Whether some of its components are fixed in G."""
+        return bool(self.fixed_components)
+
+    @property
     def is_linear(self) -> bool:
         """Whether translation and slopes are linear in the coordinates."""
         return self.quadratic is None
@@ -233,7 +238,7 @@ class FlexibleBody(PickledByFields):
         ]
 
     def __repr__(self) -> str:
-        interfaces = ", ".join(f"{f.name}{' (fixed)' if f.fixed_components else ''}" for f in self.interfaces)
+        interfaces = ", ".join(f"{f.name}{' (fixed)' if f.is_held else ''}" for f in self.interfaces)
         return (
             f"{type(self).__name__}({self.mass:.6g} kg, {len(self.nodes)} nodes, {self.free_count} coordinates, "
             f"interfaces: {interfaces or 'none'})"
@@ -337,6 +342,10 @@ class FlexibleBody(PickledByFields):
             if component in ("x", "y", "z"):
                 displacement[:, COMPONENTS.index(component)] = motion[:, column]
         return displacement
+
+    def node_velocities(self, eta: np.ndarray, deta: np.ndarray) -> np.ndarray:
+        """Return the velocity of every node in G, shape (n, 3) in m/s, from the free coordinates and their rates."""
+        return self.node_displacements(deta)
 
     def report(self) -> Report:
         """Return a report: mesh quality, mass, modes, effective masses, interfaces, reduction, provenance.

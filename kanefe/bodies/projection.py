@@ -39,6 +39,12 @@ def projected(body: FlexibleBody, field: Field, label: str) -> Vector:
     ModelError
         If the field has another shape or is not finite; the message names it by the label.
     """
+    if body.bends_far:
+        raise ModelError(
+            f"{label}: an exact beam does not move linearly in its coordinates, so that no field is projected on them. "
+            "Remedy: modal_coordinates= and modal_speeds=, or the start= of a run from kanefe.equilibrium under loads "
+            "that bend it"
+        )
     points, nodes = body.inertia_points, body.nodes
     is_by_mass = len(points) > 0 and (callable(field) or points.shape == nodes.shape)
     places = points if is_by_mass else nodes

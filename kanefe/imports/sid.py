@@ -57,6 +57,11 @@ def write_sid(body: FlexibleBody, path: str | Path, *, nodes: Sequence[int] = ()
     >>> frames = kf.write_sid(body, "arm.SID_FEM")  # doctest: +SKIP
     """
     count = body.free_count
+    if body.bends_far:
+        raise ModelError(
+            "an exact beam cannot be written as SID, which has motions of first order only. Remedy: "
+            "kanefe_fem.beam_body with a reduction, for small deformation"
+        )
     if not isinstance(body.moments, MassMoments):
         raise ModelError(
             "only a body with exact inertia can be written as SID, this one has the nodal approximation or is not "

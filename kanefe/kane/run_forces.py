@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 
-from kanefe.frames import Matrix, Vector, cross
+from kanefe.frames import Matrix, Vector, cross, moved_to
 from kanefe.kane.coupling import recovered_forces, unit_wrenches
 from kanefe.kane.reactions import held_wrenches, joint_reactions, loop_forces
 from kanefe.kane.state import State
@@ -120,7 +120,10 @@ def part_forces(parts: tuple[InterfacePart, ...], state: State, du: Vector) -> M
         place = state.placed(part.body, frame).p_NoFo_N
         for source in part.sources:
             if source.kind == BODY and source.end == 0:
-                own += _of_carrier(state, part, coupling)
+                if frame.fixed_components:
+                    own += _of_carrier(state, part, coupling)
+                else:
+                    own += moved_to(frame.position, reactions[part.body])
                 continue
             if source.kind == BODY:
                 child = state.motions[numbers[source.name]]

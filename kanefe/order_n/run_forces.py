@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.frames import Matrix, Vector
+from kanefe.frames import Matrix, Vector, moved_to
 from kanefe.kernels.contact.output_places import CONTACT_OUTPUTS, POINT_OUTPUTS
 from kanefe.kernels.evaluation.force_tables import (
     CONTACTS,
@@ -100,7 +100,11 @@ class CompiledForces:
 
     def part(self, number: int) -> Matrix:
         """Return a part of the force at an interface, by its number among `parts_of`, (T, 6)."""
-        if number in self._route.force_kernel.told.undetermined:
+        told = self._route.force_kernel.told
+        if number in told.by_reaction:
+            body, place = told.by_reaction[number]
+            return moved_to(place, self.reactions[:, body])
+        if number in told.undetermined:
             return self._of_all.part(number)
         found = self._block(PARTS, ENDS)[:, WRENCH * number : WRENCH * (number + 1)].copy()
         return self._with_rest(found, lambda rest: rest.part(number))

@@ -56,6 +56,8 @@ def body_report(body: FlexibleBody) -> Report:
 
 def _summary(body: FlexibleBody, modes: BodyModes | None) -> list[Block]:
     held = "floats" if body.is_floating else f"is held in G by {body.fixed_count} components of its interfaces"
+    if body.bends_far:
+        held = "bends and turns as far as it likes from its root section, which is fixed in G"
     first = "" if modes is None or not body.free_count else f" from {modes.frequencies[0]:.5g} Hz"
     return [
         Paragraph(
@@ -147,6 +149,8 @@ def _mass(body: FlexibleBody) -> list[Block]:
         if body.is_exact
         else "The inertia is the nodal form of Eq. 38, an approximation where nodes rotate."
     )
+    if body.bends_far:
+        form = "The inertia is that of rigid sections along the beam, exact however it bends."
     return [Heading("Mass properties (undeformed)"), Table(("", "", ""), rows, align_left=True), Paragraph(form)]
 
 
@@ -160,6 +164,8 @@ def _frequencies(body: FlexibleBody, modes: BodyModes | None) -> list[Block]:
             Paragraph(f"The body has {body.free_count} free coordinates; modes are listed up to {DENSE} of them."),
         ]
     how = "the body free in space" if body.is_floating else "the fixed interfaces held"
+    if body.bends_far:
+        how = "the root section held, for small motions about the undeformed body"
     rows = [
         [str(i + 1), f"{modes.frequencies[i]:.6g}", f"{100 * modes.damping_ratios[i]:.3g}"]
         for i in range(min(body.free_count, MOST_MODES))
@@ -208,7 +214,8 @@ def _interfaces(body: FlexibleBody, modes: BodyModes | None) -> list[Block]:
         return [*blocks, Paragraph("The body has no interfaces.")]
     rows = []
     for frame in body.interfaces:
-        fixed = ", ".join(COMPONENTS[c] for c in frame.fixed_components) or "none"
+        of = range(6) if frame.is_held and body.bends_far else frame.fixed_components
+        fixed = ", ".join(COMPONENTS[c] for c in of) or "none"
         rows.append([frame.name, ", ".join(f"{_clean(x, _size(body)):.6g}" for x in frame.position), fixed])
     blocks.append(Table(("interface", "position in G [m]", "fixed in G"), rows, align_left=True))
     if modes is None or body.free_count == 0:
@@ -228,6 +235,8 @@ def _interfaces(body: FlexibleBody, modes: BodyModes | None) -> list[Block]:
 
 
 def _reduction(body: FlexibleBody) -> list[Block]:
+    if body.bends_far:
+        return []
     record = body.provenance.get("reduction")
     blocks: list[Block] = [Heading("Reduction")]
     if record is None:
@@ -266,11 +275,11 @@ def _skipped(body: FlexibleBody) -> list[Block]:
     skipped = []
     if not body.damping.any() if isinstance(body.damping, np.ndarray) else body.damping.nnz == 0:
         skipped.append("damping: the body has none")
-    if body.provenance.get("stiffening", "none") == "none":
+    if body.provenance.get("stiffening", "none") == "none" and not body.bends_far:
         skipped.append("motion-induced stiffening: the stiffness does not change with speed or load")
     if body.elasticity is None:
         skipped.append("stresses: the moduli of the cells are not known")
-    if not body.load_patterns:
+    if not body.load_patterns and not body.bends_far:
         skipped.append("distributed loads: no surface or line of the body can carry one")
     if "z" not in body.components:
         skipped.append("motion out of the plane: the mesh has none")
@@ -295,7 +304,8 @@ def _pictures(body: FlexibleBody, modes: BodyModes | None) -> dict[str, list[Pic
     from kanefe.views.pictures import drawn, shape_drawing
 
     numbers = range(min(body.free_count, PICTURES))
-    moved = [body.node_displacements(modes.shapes[:, number]) for number in numbers]
+    rest = np.zeros(body.free_count)
+    moved = [body.node_velocities(rest, modes.shapes[:, number]) for number in numbers]
     images = drawn([shape_drawing(body.nodes, body.cells, shape) for shape in moved])
     captions = [f"mode {number + 1}: {modes.frequencies[number]:.5g} Hz" for number in numbers]
     return {SHAPES: [Picture(*pair) for pair in zip(captions, images, strict=True)]}

@@ -16,6 +16,7 @@ from kanefe.tree.model_data import ModelData
 from kanefe.tree.neighbours import Neighbours, sources_of
 
 if TYPE_CHECKING:
+    from kanefe.bodies.exact.beam_line import BeamLine
     from kanefe.bodies.flexible import FlexibleBody
 
 
@@ -57,6 +58,8 @@ class BodyShape:
         The body itself, if the run is in memory.
     neighbours : mapping of str to Neighbours
         What acts at each interface, by name.
+    line : BeamLine or None
+        Of a body that bends far, which moves its nodes instead of the basis.
     """
 
     name: str
@@ -79,6 +82,7 @@ class BodyShape:
     elasticity: Elasticity | None = None
     flexible: FlexibleBody | None = None
     neighbours: Mapping[str, Neighbours] = field(default_factory=dict)
+    line: BeamLine | None = None
 
     @property
     def is_driven(self) -> bool:
@@ -92,6 +96,9 @@ class BodyShape:
 
     def displacements(self, eta: np.ndarray, nodes: np.ndarray) -> np.ndarray:
         """Return the displacements of some nodes in G, (T, len(nodes), 3) in m, from eta (T, k); T may be left out."""
+        if self.line is not None:
+            moved = self.line.places(np.atleast_2d(eta))[1][:, nodes] - self.nodes[nodes]
+            return moved if np.ndim(eta) == 2 else moved[0]
         if not sp.issparse(self.basis):
             motion = self.translations(nodes)
             # tensordot copies the basis, which takes longer than the product at a single time
@@ -146,6 +153,7 @@ def body_shape(model: ModelData, body: BodyTerms) -> BodyShape:
             "provenance": flexible.provenance,
             "elasticity": flexible.elasticity,
             "flexible": flexible,
+            "line": getattr(flexible, "line", None),
             "neighbours": {
                 frame.name: sources[model.index(body.name), frame.name].neighbours for frame in flexible.interfaces
             },

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -38,10 +38,13 @@ from kanefe.storage.hdf5 import decode, encode
 from kanefe.storage.watched import long_work
 from kanefe.tree.neighbours import Neighbours
 
+if TYPE_CHECKING:
+    from kanefe.bodies.exact.beam_line import BeamLine
+
 FORMAT = "kanefe result"
-VERSION = 10
+VERSION = 11
 """Version of the file. Version 7 lacked the lines of loads and surfaces, version 8 the points of contacts, version 9
-records."""
+records, version 10 bodies that bend far."""
 SUFFIXES = ("", ".h5", ".hdf5", ".hdf", ".he5")
 
 LARGEST_BASIS = 2**29
@@ -372,6 +375,8 @@ def _shape_arrays(shape: BodyShape) -> dict[str, tuple[np.ndarray, str]]:
                 for f in fields(shape.elasticity)
                 if (value := getattr(shape.elasticity, f.name)) is not None
             }
+        if shape.line is not None:
+            arrays |= {f"{folder}/line/{f.name}": (getattr(shape.line, f.name), "SI") for f in fields(shape.line)}
     return arrays
 
 
@@ -400,7 +405,17 @@ def _shape(entry: dict[str, Any], arrays: dict[str, np.ndarray]) -> BodyShape:
             for name, found in entry["neighbours"].items()
         },
         elasticity=_elasticity(f"{folder}/elasticity", arrays),
+        line=_line(f"{folder}/line/", arrays),
     )
+
+
+def _line(folder: str, arrays: dict[str, np.ndarray]) -> BeamLine | None:
+    found = {where.removeprefix(folder): array for where, array in arrays.items() if where.startswith(folder)}
+    if not found:
+        return None
+    from kanefe.bodies.exact.beam_line import BeamLine
+
+    return BeamLine(**found)
 
 
 def _elasticity(folder: str, arrays: dict[str, np.ndarray]) -> Elasticity | None:

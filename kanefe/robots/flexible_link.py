@@ -94,7 +94,7 @@ class FlexibleLink:
                 f"interfaces of flexible link {link.name!r} name {unknown[0]!r}, which it does not carry. It carries "
                 f"{', '.join(children) or 'nothing'}"
             )
-        held = [frame for frame in self.body.interfaces if frame.fixed_components]
+        held = [frame for frame in self.body.interfaces if frame.is_held]
         if held and link.moves and min(self._distance(frame, self.pose.inverse) for frame in held) > self._reach:
             where = "; ".join(f"{frame.name} at {_text(frame.position)}" for frame in held)
             raise ModelError(

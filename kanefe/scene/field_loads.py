@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.arguments import checked, told
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-from kanefe.loads.functions import Constant, callback
+from kanefe.loads.functions import Constant, Turned, callback
 from kanefe.scene.readings import with_reads
 from kanefe.scene.scene import BodyEntry, FlexibleMember, Frame, Scene, three
 from kanefe.scene.segments import SegmentedMember
@@ -74,11 +74,13 @@ class FieldLoadMethods(Scene):
         ----------
         member : FlexibleMember or SegmentedMember
         line : str
-            A line of the beam model: "span" is all of it (see `kanefe_fem.beam_model`).
+            A line of the beam model: "span" is all of it (see `kanefe_fem.beam_model`), and the only one of an exact
+            beam.
         load : (3,) or callable t, or (t, state), -> (3,)
             N/m of the undeformed axis.
         follows : bool
-            True: components of the body's mesh frame G (of each segment); False: of N.
+            True: components of the body's mesh frame G (of each segment, and turning with the sections of an exact
+            beam); False: of N.
 
         Raises
         ------
@@ -95,6 +97,9 @@ class FieldLoadMethods(Scene):
         if isinstance(member, SegmentedMember):
             for part in member.carrying(line, label):
                 self.add_line_load(part, line, load, follows=follows)
+            return
+        if isinstance(member, FlexibleMember) and member.body.bends_far:
+            self._add_to_sections(member, line, load, follows, label)
             return
         entry, pattern = self._loaded(member, line, label)
         if pattern.kind != "line":
@@ -141,6 +146,27 @@ class FieldLoadMethods(Scene):
         function, takes = _scalar(with_reads(self._entries, pressure, label), label)
         entry.field_loads.append(FieldLoad(label, function, pattern, True, True, takes))
 
+    def _add_to_sections(self, member: FlexibleMember, line: str, load: VectorLoad, follows: bool, label: str) -> None:
+        """Add a load per length as forces on the Gauss points of an exact beam, by whose sums it integrates."""
+        from kanefe.bodies.exact.beam import ExactBeam
+        from kanefe.loads.point_load import PointLoad
+
+        self._check_open(label)
+        self._check_frame(member, f"the body of {label}")
+        body = member.body
+        if not isinstance(body, ExactBeam) or line != "span":
+            raise ModelError(f"{label}: an exact beam has the line 'span' alone. Remedy: add_force at its interfaces")
+        function, takes = _vector(load, label)
+        lengths = np.outer(body.line.lengths, body.line.weights)
+        for node, length in zip(body.line.gauss_nodes.ravel(), lengths.ravel(), strict=True):
+            own: Callable[..., Any] = (
+                Constant(length * function.value)
+                if isinstance(function, Constant)
+                else Turned(function, length * np.eye(3))
+            )
+            force = PointLoad(f"{label}, node {node}", own, False, np.zeros(3), follows, takes)
+            self._entries[member.number].loads.append((force, body.node_frame(int(node))))
+
     def _loaded(self, member: object, name: str, label: str) -> tuple[BodyEntry, LoadPattern]:
         self._check_open(label)
         frame = self._check_frame(member, f"the body of {label}")
@@ -149,6 +175,8 @@ class FieldLoadMethods(Scene):
                 f"{label}: {frame.label} is not a flexible body, and only the mesh of one has surfaces and lines. "
                 "Remedy: give the flexible body itself, or use add_force"
             )
+        if frame.body.bends_far:
+            raise ModelError(f"{label}: an exact beam has no surfaces. Remedy: add_line_load(..., 'span', ...), in N/m")
         try:
             return self._entries[frame.number], frame.body.load_pattern(name)
         except ModelError as error:

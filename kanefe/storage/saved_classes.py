@@ -10,8 +10,11 @@ from importlib import import_module
 from typing import Any
 
 SAVED_CLASSES = {
+    "beam inertia": "kanefe.bodies.exact.inertia:BeamInertia",
+    "beam line": "kanefe.bodies.exact.beam_line:BeamLine",
     "cells": "kanefe.fe_model.model:Cells",
     "elasticity": "kanefe.fe_model.model:Elasticity",
+    "exact beam": "kanefe.bodies.exact.beam:ExactBeam",
     "finite element model": "kanefe.fe_model.model:FiniteElementModel",
     "flexible body": "kanefe.bodies.flexible:FlexibleBody",
     "inertia field": "kanefe.bodies.inertia_field:InertiaField",
@@ -24,6 +27,7 @@ SAVED_CLASSES = {
     "nodal pattern": "kanefe.fe_model.load_pattern:NodalPattern",
     "node group": "kanefe.fe_model.model:NodeGroup",
     "node shares": "kanefe.fe_model.node_shares:NodeShares",
+    "section frame": "kanefe.bodies.exact.beam:SectionFrame",
     "unreduced body": "kanefe.bodies.unreduced:UnreducedBody",
 }
 """Classes that can be saved, as "module:Class" by name."""

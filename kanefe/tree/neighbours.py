@@ -154,7 +154,7 @@ def _sources_of(model: ModelData) -> dict[tuple[int, str], Sources]:
     for number, body in enumerate(model.bodies):
         for n in body.interfaces:
             unknown[number, n.name], known[number, n.name] = [], []
-            if n.fixed_components:
+            if n.is_held:
                 carrier = model.bodies[body.parent].name if body.parent >= 0 else GROUND
                 unknown[number, n.name].append(Source(BODY, carrier, 0))
     for body in model.bodies:

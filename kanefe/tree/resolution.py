@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from kanefe.bodies.exact.beam_line import BeamLine
 
 COARSE = 1e-2
-"""Displacement by the last functions, over the length of the beam, above which a run is warned of."""
+"""Displacement by the last functions, relative to the length of the beam, above which a run is warned of."""
 
 
 class Resolution(NamedTuple):

@@ -9,18 +9,23 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.bodies.exact.beam import ExactBeam, exact_beam_body
+from kanefe.bodies.exact.beam_line import BeamLine, magnus, turns_of_vectors
 from kanefe.bodies.exact.build import STRAINS, SectionFields, beam_line
 from kanefe.bodies.exact.inertia import BeamInertia
 from kanefe.bodies.exact.strain_basis import Legendre, StrainBasis
 from kanefe.errors import ModelError
 from kanefe.fe_model.damping import ModalDamping, RayleighDamping, damping_of
+from kanefe.fe_model.model import Elasticity
 from kanefe.frames import numbers
 from kanefe_fem.beams.beam_section import BeamSection
+from kanefe_fem.beams.properties import section_elasticity
 
 if TYPE_CHECKING:
     from kanefe_fem.materials.isotropic import Material
 
 Theory = Literal["shear-rigid", "stretching", "shear-deformable"]
+
+SectionAt = Callable[[float], BeamSection]
 
 KEPT: dict[str, tuple[str, ...]] = {
     "shear-rigid": ("twist", "curvature_y", "curvature_z"),
@@ -113,7 +118,8 @@ def exact_beam(
     where = _interfaces(interfaces, length)
     inner = sorted({*_places("breaks", breaks, length), *where.values()} - {0.0, length})
     place, root = _root(start, axes)
-    fields = _fields(length, section, material, curvature, planar)
+    section_at = _sections(section, material)
+    fields = _fields(section_at, material, curvature, planar)
     _check_positive(fields, length, [STRAINS.index(name) for name in kept], inner)
     points = max(b.degree for b in bases.values()) + 1 + SPARE_POINTS
     line, K = beam_line(length, fields, bases, inner, points, place, root)
@@ -123,7 +129,7 @@ def exact_beam(
     ends = np.cumsum(line.lengths)
     stations = {name: 0 if s == 0.0 else line.end_node(int(np.abs(ends - s).argmin())) for name, s in where.items()}
     provenance = {"source": "kanefe_fem.exact_beam", "theory": theory, "planar": planar, "length": length}
-    return exact_beam_body(line, K, C, stations, provenance)
+    return exact_beam_body(line, K, C, stations, provenance, _elasticity(line, section_at, material, planar))
 
 
 def _bases(given: Any, kept: Sequence[str]) -> dict[int, StrainBasis]:
@@ -180,8 +186,8 @@ def _root(start: Any, axes: Any) -> tuple[np.ndarray, np.ndarray]:
     return place, root
 
 
-def _fields(length: float, section: Any, material: Any, curvature: Any, planar: bool) -> SectionFields:
-    """Return the properties of the sections over the arc length."""
+def _sections(section: Any, material: Any) -> SectionAt:
+    """Return a function that gives the section at an arc length, checked."""
     made: dict[float, BeamSection] = {}
 
     def section_at(s: float) -> BeamSection:
@@ -193,6 +199,25 @@ def _fields(length: float, section: Any, material: Any, curvature: Any, planar: 
                 raise ModelError("exact_beam: this section needs a material. Remedy: material=Material(...)")
             made[s] = found
         return made[s]
+
+    return section_at
+
+
+def _elasticity(line: BeamLine, section_at: SectionAt, material: Any, planar: bool) -> Elasticity:
+    """Return stiffness, axes and fibres of the sections in the middle between stations, for pictures and stresses."""
+    middles = [section_at(s) for s in 0.5 * (line.stations[1:] + line.stations[:-1])]
+    different = {id(one): one for one in middles}
+    stiffness = {key: one.stiffness_of(material, planar=planar) for key, one in different.items()}
+    fibres = {key: one.fibres_of(material) for key, one in different.items()}
+    half = turns_of_vectors(0.5 * magnus(line.turn_rest.reshape(-1, 3, 3))[0])
+    numbers_of = [id(one) for one in middles]
+    return section_elasticity(
+        np.array([stiffness[i] for i in numbers_of]), line.at_rest[0][:-1] @ half, [fibres[i] for i in numbers_of]
+    )
+
+
+def _fields(section_at: SectionAt, material: Any, curvature: Any, planar: bool) -> SectionFields:
+    """Return the properties of the sections over the arc length."""
 
     def stiffness(s: np.ndarray) -> np.ndarray:
         found = np.array([section_at(x).stiffness_of(material, planar=planar) for x in s])

@@ -1,15 +1,22 @@
 """Normal stress of stretch and bending in the outer fibres of beams, ``E (N/EA + z My/EI_y - y Mz/EI_z)``.
 
-The section forces are those of the kept modes. Shear stresses of shear forces and torsion are not included.
+The section forces are those of the kept modes. Shear stresses of shear forces and torsion are not included. In an exact
+beam it follows from its strains, ``E (e + z k_y - y k_z)``: it is that of bending alone if its theory has no stretch,
+and its components are in G as if the sections had not turned.
 """
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.results.body_shape import BodyShape
 from kanefe_fem.recovery.section_forces import BeamFrame
+
+if TYPE_CHECKING:
+    from kanefe.bodies.exact.beam_line import BeamLine
 
 ENDS = np.array([0.0, 1.0])
 
@@ -42,7 +49,10 @@ def normal_stress(shape: BodyShape, eta: np.ndarray) -> np.ndarray:
             f"the sections of body {shape.name!r} have section constants but no shape, so the stress of their outer "
             "fibres is unknown. Remedy: SolidCircle, Tube, Rectangle or Box, or recover(...).section_forces()"
         )
-    y, z, E = np.moveaxis(elasticity.fibres[elasticity.of_cell], -1, 0)[:, None, :, None, :]
+    fibres = elasticity.fibres[elasticity.of_cell]
+    if shape.line is not None:
+        return _exact_stress(shape.line, fibres, np.asarray(eta))
+    y, z, E = np.moveaxis(fibres, -1, 0)[:, None, :, None, :]
     forces = frame.along(frame.end_forces(np.asarray(eta @ shape.basis.T)), ENDS, None)[..., None]  # (r, m, 2, 6, 1)
     own = frame.properties
     stretch = forces[..., 0, :] / own.EA[:, None, None]
@@ -52,6 +62,15 @@ def normal_stress(shape: BodyShape, eta: np.ndarray) -> np.ndarray:
     is_unknown = E[0] <= 0.0  # (m, 1, p)
     is_unknown[own.coupled] = True
     return np.where(is_unknown, np.nan, stress)
+
+
+def _exact_stress(line: BeamLine, fibres: np.ndarray, eta: np.ndarray) -> np.ndarray:
+    """Return those of an exact beam between its stations, from its strains."""
+    strains = line.through(np.concatenate(([0.0], line.points, [1.0]))) @ line.strains(eta)  # (r, C, P + 2, 6)
+    ends = np.stack((strains[:, :, :-1], strains[:, :, 1:]), axis=3).reshape(len(eta), -1, 2, 6, 1)
+    y, z, E = np.moveaxis(fibres, -1, 0)[:, None, :, None, :]
+    stress = E * (ends[..., 0, :] + z * ends[..., 4, :] - y * ends[..., 5, :])
+    return np.where(E > 0.0, stress, np.nan)
 
 
 def _frame(shape: BodyShape) -> BeamFrame:

@@ -124,7 +124,7 @@ def free_body_loads(result: Reader, name: str, frames: np.ndarray) -> FreeBodyLo
         place = frame.position + np.array([frame.moved(row)[0][:3] for row in eta])
         wrench += np.concatenate((coupling[:, :3], coupling[:, 3:] + np.cross(place, coupling[:, :3])), axis=1)
         scale = np.maximum(scale, np.repeat([abs(coupling[:, :3]).max(), abs(coupling[:, 3:]).max()], len(frames)))
-    for row, node, acting in _forces_at_nodes(result, name, body, frames):
+    for row, node, acting in forces_at_nodes(result, name, body, frames):
         nodal[row, node * len(kept) + np.arange(len(kept))] += acting[kept]
         place = body.nodes[node] + body.node_displacements(eta[row])[node]
         wrench[row] += np.concatenate((acting[:3], acting[3:] + np.cross(place, acting[:3])))
@@ -157,7 +157,7 @@ def inertia_forces(result: Reader, name: str, body: FlexibleBody, frames: np.nda
     return forces, moved
 
 
-def _forces_at_nodes(
+def forces_at_nodes(
     result: Reader, name: str, body: FlexibleBody, frames: np.ndarray
 ) -> Iterator[tuple[int, int, np.ndarray]]:
     """Yield row, node, and force and moment about it in G (6,), of every load at a node that is no interface."""
@@ -178,7 +178,9 @@ def _forces_at_nodes(
             to_G = G.A_NF.T @ placed.A_NF
             force, moment = to_G @ wrench[:3], to_G @ wrench[3:]
             arm = G.A_NF.T @ (placed.p_NoFo_N - state.motion(number, at).p_NoFo_N)
-            node = int(np.linalg.norm(body.nodes - at.position, axis=1).argmin())
+            node = getattr(at, "station", None)
+            if node is None:
+                node = int(np.linalg.norm(body.nodes - at.position, axis=1).argmin())
             yield row, node, np.concatenate((force, moment + np.cross(arm, force)))
 
 

@@ -297,6 +297,10 @@ class Recovery:
     def section_forces(self, stations: int = 2, *, inertia: bool = False) -> SectionForces:
         """Return the section forces along the elements of a body of beams; see `kanefe_fem.recovery.section_forces`.
 
+        The elements of an exact beam are its cells, and forces are in the axes of the turned sections. Forces whose
+        strains its theory does not have are those in balance with all loads beyond the section; NaN in a result that
+        was read from a file, which does not have the loads.
+
         Parameters
         ----------
         stations : int
@@ -304,7 +308,7 @@ class Recovery:
         inertia : bool
             Solve for the static deflection under the loads of each instant (gravity, inertia, and forces at interfaces
             and nodes) instead of taking the deflection of the kept modes: the mode-acceleration method, which is exact
-            in statics for any modes.
+            in statics for any modes. Of an exact beam: all six by balance instead of by strains.
 
         Raises
         ------

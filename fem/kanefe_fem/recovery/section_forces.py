@@ -10,6 +10,7 @@ element curves the diagrams inside it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
@@ -21,7 +22,14 @@ from kanefe.results.reader import Reader
 from kanefe_fem.beams import elements as be
 from kanefe_fem.beams.mass import AXIAL_STATIONS
 from kanefe_fem.beams.properties import properties_of
+from kanefe_fem.recovery.exact_balance import exact_beam_balance
 from kanefe_fem.recovery.free_body_loads import SpreadLoads, free_body_loads
+
+if TYPE_CHECKING:
+    from kanefe.bodies.exact.beam_line import BeamLine
+
+PLANAR_FORCES = (0, 1, 5)
+"""Section forces in the x-y plane: N, Vy, Mz."""
 
 NAMES = ("N", "Vy", "Vz", "T", "My", "Mz")
 
@@ -63,10 +71,10 @@ def section_forces(
     """Return the section forces that `Recovery.section_forces` describes, at frames (T,) with coordinates (T, k)."""
     times = result.times[frames]
     shape = result.body(name)
+    if shape.line is not None:
+        return exact_section_forces(result, name, shape.line, frames, eta, stations, inertia)
     frame = BeamFrame.of_body(name, shape.nodes, shape.components, shape.elasticity, shape.cells)
-    if not isinstance(stations, (int, np.integer)) or stations < 2:
-        raise ModelError(f"stations={stations!r} of each element. Remedy: at least 2, its ends")
-    xi = np.linspace(0.0, 1.0, stations)
+    xi = _stations(stations)
     if not inertia:
         motion = np.asarray(eta @ shape.basis.T)  # (T, N)
         forces = frame.along(frame.end_forces(motion), xi, None)
@@ -78,6 +86,29 @@ def section_forces(
     motion = frame.static_deflection(frame.nodal_forces(loads) + lumped + acting.nodal_forces)
     forces = frame.along(frame.end_forces(motion) - loads.fixed_ends, xi, loads)
     return SectionForces(times, xi, frame.positions(xi), forces)
+
+
+def exact_section_forces(
+    result: Reader, name: str, line: BeamLine, frames: np.ndarray, eta: np.ndarray, stations: int, inertia: bool
+) -> SectionForces:
+    """Return those of an exact beam, whose elements are the cells of its line, in the axes of the turned sections."""
+    times, xi = result.times[frames], _stations(stations)
+    forces = line.through(xi) @ np.squeeze(line.stiffness @ line.strains(eta)[..., None], -1)  # (T, C, s, 6)
+    missing = [i for i in range(6) if inertia or i not in line.strain_of]
+    if result.body(name).provenance.get("planar"):
+        missing = [i for i in missing if i in PLANAR_FORCES]
+    if missing and (inertia or result.run is not None):
+        forces[..., missing] = exact_beam_balance(result, name, frames, xi)[..., missing]
+    else:
+        forces[..., missing] = np.nan
+    places = line.through(xi) @ line.at_rest[1][line.gauss_nodes]
+    return SectionForces(times, xi, places, forces)
+
+
+def _stations(count: int) -> np.ndarray:
+    if not isinstance(count, (int, np.integer)) or count < 2:
+        raise ModelError(f"stations={count!r} of each element. Remedy: at least 2, its ends")
+    return np.linspace(0.0, 1.0, count)
 
 
 class BeamFrame:

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from kanefe.arguments import checked
-from kanefe.bodies.exact.beam_line import BeamLine, SectionMotions
+from kanefe.bodies.exact.beam_line import BeamLine
 from kanefe.bodies.exact.inertia import BeamInertia
 from kanefe.bodies.flexible import FlexibleBody, InnerMotion, InterfaceFrame
 from kanefe.bodies.slopes import SLOPE_MEASURES, SlopeMeasure
 from kanefe.errors import ModelError
-from kanefe.fe_model.model import COMPONENTS, Cells
-from kanefe.frames import Matrix, Vector, euler_parameters_from_matrix, rotation_vector, shaped_numbers
+from kanefe.fe_model.model import COMPONENTS, Cells, Elasticity
+from kanefe.frames import Matrix, Vector, euler_parameters_from_matrices, rotation_vectors, shaped_numbers
 from kanefe.storage.scipy_later import sp
+from kanefe.storage.serialise import NOT_SAVED
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -31,7 +32,7 @@ class SectionFrame(InterfaceFrame):
         Axes of the section at rest in G.
     """
 
-    line: BeamLine = None  # type: ignore[assignment]
+    line: BeamLine = field(default=None, metadata=NOT_SAVED)  # type: ignore[assignment]
     station: int = 0
     at_rest: np.ndarray = None  # type: ignore[assignment]
 
@@ -49,6 +50,11 @@ class SectionFrame(InterfaceFrame):
         """Return nothing: what a section carries follows all its rotations."""
         return ()
 
+    @property
+    def is_held(self) -> bool:
+        """Whether it is the root, which is fixed in G."""
+        return self.station == 0
+
     def inner_motion(self, eta: Vector, deta: Vector, slopes: SlopeMeasure) -> InnerMotion:
         """Return the motion of the frame seen from G: its rotation is exact, whatever the measure of slopes."""
         found, i = self.line.motion(eta, deta), self.station
@@ -63,22 +69,19 @@ class SectionFrame(InterfaceFrame):
         The rotation vector is the shortest one, up to half a turn.
         """
         found, i = self.line.motion(eta, np.zeros_like(eta)), self.station
-        displacement = self._displacement(found)
+        displacement = self.displacements(eta[None])[0]
         turns = np.linalg.solve(SLOPE_MEASURES["rotation-vector"].tangent(displacement[3:]), found.W[i])
         return displacement, np.vstack((found.V[i], turns))
 
     def displacements(self, eta: np.ndarray) -> np.ndarray:
         """Return translations and rotation vectors of the frame, (T, 6), at many states eta (T, k)."""
-        still = np.zeros(self.line.count)
-        return np.array([self._displacement(self.line.motion(row, still)) for row in eta]).reshape(-1, 6)
+        A, p = (of[:, self.station] for of in self.line.places(eta))
+        turned = rotation_vectors(euler_parameters_from_matrices(A @ self.at_rest.T))
+        return np.concatenate((p - self.position, turned), axis=1)
 
     def remainder(self, deta: np.ndarray) -> np.ndarray:
         """Not defined without a state: see `inner_motion`."""
         raise TypeError("the remainders of a section depend on the state of its beam")
-
-    def _displacement(self, found: SectionMotions) -> Vector:
-        turned = rotation_vector(euler_parameters_from_matrix(found.A[self.station] @ self.at_rest.T))
-        return np.concatenate((found.p[self.station] - self.position, turned))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -96,6 +99,11 @@ class ExactBeam(FlexibleBody):
 
     line: BeamLine = None  # type: ignore[assignment]
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for part in (*self.interfaces, self.moments):  # one line for all, also of a body from a file
+            object.__setattr__(part, "line", self.line)
+
     @property
     def bends_far(self) -> bool:
         """True."""
@@ -108,16 +116,25 @@ class ExactBeam(FlexibleBody):
 
     @checked
     def node_frame(self, node: int) -> InterfaceFrame:
-        """Return a frame that moves with one station of the beam."""
+        """Return the frame of one station of the beam: an interface, or one that is no interface."""
         if not 0 <= node < len(self.nodes):
             raise ModelError(f"node {node} is not one of the {len(self.nodes)} nodes of this body")
+        for frame in self.interfaces:
+            if isinstance(frame, SectionFrame) and frame.station == node:
+                return frame
         return section_frame(self.line, node, f"node {node}")
 
     @checked
     def node_displacements(self, eta: np.ndarray) -> np.ndarray:
         """Return the displacement of every station in G, shape (n, 3) in m, from the coordinates (k,)."""
         given = shaped_numbers(eta, (self.free_count,), "eta, the free coordinates of this body,")
-        return self.line.motion(given, np.zeros(self.free_count)).p - self.nodes
+        return self.line.places(given[None])[1][0] - self.nodes
+
+    @checked
+    def node_velocities(self, eta: np.ndarray, deta: np.ndarray) -> np.ndarray:
+        """Return the velocity of every station in G, shape (n, 3) in m/s, from the coordinates and their rates (k,)."""
+        given = (shaped_numbers(x, (self.free_count,), "coordinates and rates of this body") for x in (eta, deta))
+        return self.line.motion(*given).v
 
 
 def section_frame(line: BeamLine, station: int, name: str) -> SectionFrame:
@@ -131,7 +148,12 @@ def section_frame(line: BeamLine, station: int, name: str) -> SectionFrame:
 
 
 def exact_beam_body(
-    line: BeamLine, stiffness: Matrix, damping: Matrix, stations: Mapping[str, int], provenance: Mapping[str, object]
+    line: BeamLine,
+    stiffness: Matrix,
+    damping: Matrix,
+    stations: Mapping[str, int],
+    provenance: Mapping[str, object],
+    elasticity: Elasticity | None = None,
 ) -> ExactBeam:
     """Return a beam as a body.
 
@@ -143,6 +165,8 @@ def exact_beam_body(
         Interfaces by name.
     provenance : mapping
         Where the body comes from.
+    elasticity : Elasticity, optional
+        Of the lines from station to station.
     """
     still = np.zeros(line.count)
     rest = line.motion(still, still)
@@ -164,6 +188,7 @@ def exact_beam_body(
         inertia_mass=sp.csr_matrix(sp.diags(line.masses.ravel())),
         inertia_basis=rest.V[gauss].reshape(3 * len(gauss), line.count),
         cells=(Cells("line", pairs),),
+        elasticity=elasticity,
         provenance=dict(provenance),
         line=line,
     )

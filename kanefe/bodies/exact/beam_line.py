@@ -60,6 +60,8 @@ class BeamLine(PickledByFields):
         Their centres of mass in axes of the section, m.
     inertias : ndarray, shape (C, P, 3, 3)
         About these centres, in axes of the section, kg m2.
+    stiffness : ndarray, shape (C, P, 6, 6)
+        Forces (N) and moments (N m) of the Gauss points from the strains, in axes of the section.
     last : ndarray of bool, shape (k,)
         The last two functions of each strain, if they are of rising degree; else none.
     """
@@ -76,6 +78,7 @@ class BeamLine(PickledByFields):
     masses: np.ndarray
     centres: np.ndarray
     inertias: np.ndarray
+    stiffness: np.ndarray
     last: np.ndarray
 
     @property
@@ -104,6 +107,23 @@ class BeamLine(PickledByFields):
         """Which stations are Gauss points, (C, P)."""
         P = len(self.points)
         return 1 + (P + 1) * np.arange(len(self.lengths))[:, None] + np.arange(P)
+
+    @property
+    def stations(self) -> np.ndarray:
+        """Arc lengths of the stations, (n,), m."""
+        starts = np.cumsum(self.lengths) - self.lengths
+        within = starts[:, None] + self.lengths[:, None] * np.append(self.points, 1.0)
+        return np.append(0.0, within.ravel())
+
+    def strains(self, eta: Matrix) -> np.ndarray:
+        """Return the strains of the Gauss points, beyond those at rest, (T, C, P, 6), at many states eta (T, k)."""
+        return np.asarray(np.tensordot(eta, self.values[..., None] * np.eye(6)[self.strain_of], axes=(1, 2)))
+
+    def through(self, x: np.ndarray) -> Matrix:
+        """Return the values at places x (s,) of a cell over its length from those at its Gauss points, (s, P)."""
+        P = len(self.points)
+        at, own = (np.polynomial.legendre.legvander(2.0 * of - 1.0, P - 1) for of in (x, self.points))
+        return np.asarray((at * (2 * np.arange(P) + 1)) @ (own * self.weights[:, None]).T)
 
     def end_node(self, cell: int) -> int:
         """Return which station is the end of a cell; -1: the root."""
@@ -135,6 +155,49 @@ class BeamLine(PickledByFields):
             else:
                 about[:, :, :, strain - 3, j] = self.turn_values[:, :, :, j]
         return about, along
+
+    def places(self, eta: Matrix) -> tuple[np.ndarray, np.ndarray]:
+        """Return axes (T, n, 3, 3) and places (T, n, 3), m, of all stations in G at many states eta (T, k)."""
+        about, along = self._columns
+        (C, P, _), T = self.values.shape, len(eta)
+        turns = turns_of_vectors(magnus(self.turn_rest + np.tensordot(eta, about, axes=(1, -1)))[0])
+        A, p = np.empty((T, self.node_count, 3, 3)), np.empty((T, self.node_count, 3))
+        A[:, 0], p[:, 0] = self.axes, self.place
+        for n, turn in enumerate(np.moveaxis(turns.reshape(T, C * (P + 1), 3, 3), 1, 0)):
+            A[:, n + 1] = A[:, n] @ turn
+        t = np.squeeze(A[:, self.gauss_nodes] @ (ALONG + np.tensordot(eta, along, axes=(1, -1)))[..., None], -1)
+        for c, h in enumerate(self.lengths):
+            start = c * (P + 1)
+            p[:, start + 1 : start + P + 2] = p[:, start, None] + h * (self.integration @ t[:, c])
+        return A, p
+
+    def within(self, eta: Matrix, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return axes (T, C, s, 3, 3) and places (T, C, s, 3), m, in G at x (s,) of every cell over its length.
+
+        The curvature at rest within a step is the quadratic function that its Magnus expansion has.
+        """
+        marks = np.concatenate(([0.0], self.points, [1.0]))
+        step = np.clip(np.searchsorted(marks, x, side="right") - 1, 0, len(self.points))
+        share = ((x - marks[step]) / np.diff(marks)[step])[:, None]
+        a1, a2, a3 = np.moveaxis(self.turn_rest[:, step], -2, 0)
+        u = 0.5 * (share - 1.0)  # middle of the part, from that of the step
+        rest = np.array((share * (a1 + u * a2 + u**2 * a3), share**2 * (a2 + 2.0 * u * a3), share**3 * a3))
+        part = x - marks[step]
+        within = self.through((marks[step] + MAGNUS_POINTS[:, None] * part).ravel()) @ self.strains(eta)[..., 3:]
+        bent = np.moveaxis(within.reshape(len(eta), len(self.lengths), 3, len(x), 3), 2, 0)
+        a = rest[:, None] + magnus_vectors(1.0, bent) * (self.lengths[:, None] * part)[..., None]
+        A, p = self.places(eta)
+        first = (len(self.points) + 1) * np.arange(len(self.lengths))
+        along = np.squeeze(A[:, self.gauss_nodes] @ (ALONG + self.strains(eta)[..., :3])[..., None], -1)
+        moved = self.lengths[:, None, None] * (integrals_to(x, self.points, self.weights) @ along)
+        turns = turns_of_vectors(magnus(np.moveaxis(a, 0, -2))[0])
+        return A[:, first[:, None] + step] @ turns, p[:, first, None] + moved
+
+    @cached_property
+    def at_rest(self) -> tuple[np.ndarray, np.ndarray]:
+        """Axes (n, 3, 3) and places (n, 3), m, of all stations of the undeformed beam in G."""
+        A, p = self.places(np.zeros((1, self.count)))
+        return A[0], p[0]
 
     def motion(self, eta: Vector, deta: Vector) -> SectionMotions:
         """Return the motion of all stations seen from G (Eq. 22, 24-26 for sections that turn far).
@@ -239,14 +302,9 @@ def turn_of_step(a: np.ndarray, da: np.ndarray) -> tuple[np.ndarray, np.ndarray,
     D : ndarray, shape (..., 3, 3, 3)
         The first of the last three says by which vector.
     """
-    a1, a2, a3 = np.moveaxis(a, -2, 0)
+    a1, a2, _ = np.moveaxis(a, -2, 0)
     d1, d2, d3 = np.moveaxis(da, -2, 0)
-    # brackets of a product from the right: [x, y] = y x x
-    c1 = np.cross(a2, a1)
-    e = 2.0 * a3 + c1
-    c2 = np.cross(e, a1) / -60.0
-    f, g = c1 - 20.0 * a1 - a3, a2 + c2
-    omega = a1 + a3 / 12.0 + np.cross(g, f) / 240.0
+    omega, e, f, g = magnus(a)
 
     dc1 = np.cross(d2, a1) + np.cross(a2, d1)
     de = 2.0 * d3 + dc1
@@ -269,6 +327,23 @@ def turn_of_step(a: np.ndarray, da: np.ndarray) -> tuple[np.ndarray, np.ndarray,
     return omega, rate, second, np.stack(D, axis=-3)
 
 
+def magnus(a: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return the rotation vector omega (..., 3) of steps from their vectors a (..., 3, 3), and its parts e, f, g."""
+    a1, a2, a3 = np.moveaxis(a, -2, 0)
+    # brackets of a product from the right: [x, y] = y x x
+    c1 = np.cross(a2, a1)
+    e = 2.0 * a3 + c1
+    f, g = c1 - 20.0 * a1 - a3, a2 + np.cross(e, a1) / -60.0
+    return a1 + a3 / 12.0 + np.cross(g, f) / 240.0, e, f, g
+
+
+def turns_of_vectors(omega: np.ndarray) -> np.ndarray:
+    """Return the matrices of rotation vectors (..., 3): ``1 + sin a / a omega~ + (1 - cos a) / a2 omega~2``."""
+    turns = np.linalg.norm(omega, axis=-1)[..., None, None] / np.pi
+    K = skews(omega)
+    return np.asarray(np.eye(3) + np.sinc(turns) * K + 0.5 * np.sinc(0.5 * turns) ** 2 * (K @ K))
+
+
 def skews(v: np.ndarray) -> np.ndarray:
     """Return v~ of vectors (..., 3)."""
     return np.cross(v[..., None, :], np.eye(3)).swapaxes(-1, -2)
@@ -284,13 +359,18 @@ def magnus_vectors(h: float, curvatures: np.ndarray) -> np.ndarray:
 
 def integration_matrix(points: np.ndarray, weights: np.ndarray) -> Matrix:
     """Return integrals from 0 to each Gauss point, and to 1, of the polynomial through values there, (P + 1, P)."""
-    P = len(points)
-    x = 2.0 * points - 1.0
+    return np.vstack((integrals_to(points, points, weights), weights))
+
+
+def integrals_to(at: np.ndarray, points: np.ndarray, weights: np.ndarray) -> Matrix:
+    """Return integrals from 0 to places (s,) in (0, 1) of the polynomial through values at Gauss points, (s, P)."""
+    P, x = len(points), 2.0 * at - 1.0
     # through Legendre polynomials, whose coefficients the Gauss points give: int_-1^x P_n = (P_n+1 - P_n-1) / (2 n + 1)
     polynomials = np.polynomial.legendre.legvander(x, P)
-    coefficients = polynomials[:, :P] * weights[:, None] * (2 * np.arange(P) + 1)
-    integrals = np.empty((P, P))
+    own = np.polynomial.legendre.legvander(2.0 * points - 1.0, P - 1)
+    coefficients = own * weights[:, None] * (2 * np.arange(P) + 1)
+    integrals = np.empty((len(x), P))
     integrals[:, 0] = x + 1.0
     for n in range(1, P):
         integrals[:, n] = (polynomials[:, n + 1] - polynomials[:, n - 1]) / (2 * n + 1)
-    return np.vstack((0.5 * integrals @ coefficients.T, weights))
+    return np.asarray(0.5 * integrals @ coefficients.T)

@@ -81,6 +81,7 @@ def beam_line(
     gauss_values = np.zeros((cells, points, k))
     masses, centres = np.zeros((cells, points)), np.zeros((cells, points, 3))
     inertias, K = np.zeros((cells, points, 3, 3)), np.zeros((k, k))
+    stiffness = np.zeros((cells, points, 6, 6))
     for c, (start, h) in enumerate(zip(ends[:-1], lengths, strict=True)):
         stations = start + h * np.concatenate(([0.0], x, [1.0]))
         for g, step in enumerate(np.diff(stations)):
@@ -91,11 +92,12 @@ def beam_line(
         gauss_values[c] = values(s)
         masses[c], centres[c] = w * fields.mass(s), fields.centre(s)
         inertias[c] = w[:, None, None] * fields.inertia(s)
-        D = fields.stiffness(s)[:, strain_of[:, None], strain_of]
+        stiffness[c] = fields.stiffness(s)
+        D = stiffness[c][:, strain_of[:, None], strain_of]
         K += np.einsum("g,gi,gij,gj->ij", w, gauss_values[c], D, gauss_values[c])
     last = [basis.is_hierarchical and basis.count - i <= 2 for basis in bases.values() for i in range(basis.count)]
     line = BeamLine(
         *(place, axes, strain_of, lengths, x, weights, turn_rest, turn_values, gauss_values),
-        *(masses, centres, inertias, np.array(last)),
+        *(masses, centres, inertias, stiffness, np.array(last)),
     )
     return line, 0.5 * (K + K.T)

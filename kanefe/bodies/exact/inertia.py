@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from kanefe.bodies.exact.beam_line import BeamLine, skews
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.frames import Matrix, Vector
 from kanefe.storage.pickled import PickledByFields
+from kanefe.storage.serialise import NOT_SAVED
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +26,7 @@ class BeamInertia(PickledByFields):
         There is no expansion, so nothing to complete by second-order displacements.
     """
 
-    line: BeamLine
+    line: BeamLine = field(default=None, metadata=NOT_SAVED)  # type: ignore[assignment]
     quadratic_first = None
     quadratic_second = None
 
@@ -68,6 +70,23 @@ class BeamInertia(PickledByFields):
         return self._terms_at(eta, deta, w)
 
     def _terms_at(self, eta: Vector, deta: Vector, w: Vector) -> tuple[Matrix, Vector]:
+        n = self._sections_at(eta, deta, w)
+        width = n.V.shape[2]
+        flat, turned = n.V.reshape(-1, width), n.W.reshape(-1, width)
+        mass = flat.T @ (n.m[:, :, None] * n.V).reshape(-1, width) + turned.T @ (n.inertia @ n.W).reshape(-1, width)
+        return mass, flat.T @ (n.m * n.a).ravel() + turned.T @ n.moment.ravel()
+
+    def wrenches(self, eta: Vector, deta: Vector, w: Vector, rates: Vector) -> Matrix:
+        """Return the inertia forces of the Gauss points, and their moments about the axis, in G, (C P, 6), N and N m.
+
+        `rates` are those of the speeds of G and of the coordinates, (6 + k,).
+        """
+        n = self._sections_at(eta, deta, w)
+        force = -n.m * (n.V @ rates + n.a)
+        moment = -np.squeeze(n.inertia @ (n.W @ rates)[..., None], -1) - n.moment
+        return np.hstack((force, moment + np.cross(n.arm, force)))
+
+    def _sections_at(self, eta: Vector, deta: Vector, w: Vector) -> _Sections:
         line, k = self.line, self.line.count
         motion = line.motion(eta, deta)
         gauss = line.gauss_nodes.ravel()
@@ -76,7 +95,7 @@ class BeamInertia(PickledByFields):
         arm = np.squeeze(A @ line.centres.reshape(-1, 3, 1), -1)
         r = motion.p[gauss] + arm
         inertia = A @ inertias @ A.swapaxes(1, 2)
-        V = np.zeros((len(gauss), 3, 6 + k))  # of the centres of mass, and W of the axes
+        V = np.zeros((len(gauss), 3, 6 + k))
         W = np.zeros_like(V)
         V[:, :, :3] = W[:, :, 3:6] = np.eye(3)
         V[:, :, 3:6] = -skews(r)
@@ -88,10 +107,32 @@ class BeamInertia(PickledByFields):
         spin, alpha = w + own, y + np.cross(w, own)
         momentum = np.squeeze(inertia @ spin[..., None], -1)
         moment = np.squeeze(inertia @ alpha[..., None], -1) + np.cross(spin, momentum)
-        flat, turned = V.reshape(-1, 6 + k), W.reshape(-1, 6 + k)
-        mass = flat.T @ (m[:, :, None] * V).reshape(-1, 6 + k) + turned.T @ (inertia @ W).reshape(-1, 6 + k)
-        return mass, flat.T @ (m * a).ravel() + turned.T @ moment.ravel()
+        return _Sections(m, inertia, arm, V, W, a, moment)
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return nothing: the arrays are those of the line."""
         return {}
+
+
+class _Sections(NamedTuple):
+    """Inertia of the sections at the Gauss points.
+
+    Attributes
+    ----------
+    m, inertia : ndarray, shapes (n, 1), (n, 3, 3)
+        kg, and about the centres of mass, in G, kg m2.
+    arm : ndarray, shape (n, 3)
+        Centres of mass from the axis, in G, m.
+    V, W : ndarray, shape (n, 3, 6 + k)
+        Velocities of the centres and angular velocities by the speeds of G and the rates of the coordinates.
+    a, moment : ndarray, shape (n, 3)
+        Accelerations of the centres while these have none, and the moments of inertia then.
+    """
+
+    m: np.ndarray
+    inertia: np.ndarray
+    arm: np.ndarray
+    V: np.ndarray
+    W: np.ndarray
+    a: np.ndarray
+    moment: np.ndarray

@@ -67,12 +67,12 @@ class Shapes(ABC):
         model, q = self._small.model, self._small.q
         terms = model.flexible_terms(body)
         G, z = self._frame(body, ""), self.tangents[:, mode]
-        n, moved = model.free_count, terms.body.node_displacements
+        n, eta = model.free_count, q[terms.eta]
         v, w = G.V[:, :n] @ z, G.W[:, :n] @ z
-        own = moved(z[terms.speeds].real)
+        own = terms.body.node_velocities(eta, z[terms.speeds].real)
         if np.iscomplexobj(z):
-            own = own + 1j * moved(z[terms.speeds].imag)
-        return np.asarray((v + np.cross(w, terms.body.nodes + moved(q[terms.eta])) + own) @ G.A_NF.T)
+            own = own + 1j * terms.body.node_velocities(eta, z[terms.speeds].imag)
+        return np.asarray((v + np.cross(w, terms.body.nodes + terms.body.node_displacements(eta)) + own) @ G.A_NF.T)
 
     @checked
     def shown(self, mode: int, size: float = 1.0) -> Instant:

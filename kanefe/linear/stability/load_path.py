@@ -151,7 +151,8 @@ def _check_spread(raised: dict[str, SceneLoad | None], what: str) -> None:
 def _check_stiffening(model: Model, what: str) -> None:
     """Raise a ModelError for flexible bodies whose stiffness does not depend on their loads."""
     for body in model.bodies:
-        if body.flexible is not None and body.flexible.body.moments.quadratic_first is None:
+        flexible = None if body.flexible is None else body.flexible.body
+        if flexible is not None and not flexible.bends_far and flexible.moments.quadratic_first is None:
             raise ModelError(
                 f"{what}: flexible body {body.name!r} has no geometric stiffness, so that no load can buckle it. "
                 "Remedy: make it with stiffening='full'"

@@ -68,6 +68,7 @@ class ForceTableBuilder:
         self.first_points = np.searchsorted(loops.points.places[:, CONTACT], contacts).tolist()
         self._components: dict[tuple[int, str], tuple[int, int]] = {}
         self.undetermined: set[int] = set()
+        self.by_reaction: dict[int, tuple[int, np.ndarray]] = {}
         held = self._held()
         parts, sources = self._parts(parts_of(model))
         frames = builder.frame_offsets
@@ -162,6 +163,10 @@ class ForceTableBuilder:
                 and (part.body, part.interface) not in self._components
             ):
                 self.undetermined.add(number)
+                body = self._model.bodies[part.body]
+                frame = self._model.flexible_terms(body.name).body.interface(part.interface)
+                if not frame.fixed_components:
+                    self.by_reaction[number] = part.body, frame.position
         return parts, sources
 
     def _source(self, part: InterfacePart, source: Source) -> list[tuple[int, int, int, int]]:

@@ -28,7 +28,7 @@ def body_card(body: FlexibleBody) -> str:
     if 0 < body.free_count <= DENSE:
         first = ", ".join(f"{f:.4g}" for f in body.frequencies[:MOST_FREQUENCIES])
         rows.append(("frequencies", f"{first}{', ...' if body.free_count > MOST_FREQUENCIES else ''} Hz"))
-    names = [f"{frame.name}{' (fixed)' if frame.fixed_components else ''}" for frame in body.interfaces]
+    names = [f"{frame.name}{' (fixed)' if frame.is_held else ''}" for frame in body.interfaces]
     rows.append(("interfaces", ", ".join(names) or "none"))
     if source := body.provenance.get("source"):
         rows.append(("source", str(source)))

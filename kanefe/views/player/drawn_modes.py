@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -73,12 +74,45 @@ def drawn_modes(shape: BodyShape, skin: Skin, eta: np.ndarray, stress: StressFie
         Modal coordinates at the times shown.
     stress : StressField or None
     """
+    if shape.line is not None:
+        return _drawn_far(shape, skin, eta, stress)
     if eta.shape[1] > MOST_OWN:
-        amplitudes, rows = _principal(shape, skin, eta)
+        amplitudes, mixed = _principal(shape, skin, eta)
+        rows = mixed @ eta
     else:
         amplitudes, rows = eta, np.eye(eta.shape[1])
-    shapes = skin.motion(shape, rows)
-    stresses = None if stress is None else stress.stress_of(rows)[:, slice(None) if skin.fibres else skin.nodes]
+    return _kept(amplitudes, skin.motion(shape, rows), None if stress is None else _stresses(skin, stress, rows))
+
+
+def _stresses(skin: Skin, stress: StressField, rows: np.ndarray) -> np.ndarray:
+    found = stress.stress_of(rows)
+    if not skin.fibres:
+        return found[:, skin.nodes]
+    if skin.pieces == 1:
+        return found
+    start, end = np.moveaxis(found.reshape(len(rows), -1, 1, 2, skin.fibres, 6), 3, 0)
+    share = (np.arange(skin.pieces)[:, None] + np.arange(2))[:, :, None, None] / skin.pieces  # along each element
+    return np.asarray((1.0 - share) * start[:, :, :, None] + share * end[:, :, :, None]).reshape(len(rows), -1, 6)
+
+
+def _drawn_far(shape: BodyShape, skin: Skin, eta: np.ndarray, stress: StressField | None) -> DrawnModes:
+    """Return the principal modes of a motion that is not linear in the coordinates, and the stress by these."""
+    amplitudes, mixed = _principal(shape, skin, eta)
+    shapes = np.concatenate(
+        [np.tensordot(mixed, part.motion(shape, eta), axes=1) for part in _parts(skin, eta)], axis=1
+    )
+    if stress is None:
+        return _kept(amplitudes, shapes, None)
+    stresses = _stresses(skin, stress, np.eye(eta.shape[1]))
+    return _kept(
+        np.concatenate((amplitudes, eta), axis=1),
+        np.concatenate((shapes, np.zeros((eta.shape[1], *shapes.shape[1:])))),
+        np.concatenate((np.zeros((len(shapes), *stresses.shape[1:])), stresses)),
+    )
+
+
+def _kept(amplitudes: np.ndarray, shapes: np.ndarray, stresses: np.ndarray | None) -> DrawnModes:
+    """Return the modes that can be seen."""
     kept = _seen(amplitudes, shapes)
     if stresses is not None:
         kept |= _seen(amplitudes, np.nan_to_num(stresses))
@@ -121,14 +155,20 @@ def _seen(amplitudes: np.ndarray, fields: np.ndarray) -> np.ndarray:
 
 
 def _principal(shape: BodyShape, skin: Skin, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return amplitudes (S, r) and the coordinates of their modes (r, k), from the inner products of all instants."""
-    at_once = max(1, AT_ONCE // (3 * max(1, len(eta))))
+    """Return amplitudes (S, r) and the shares of all instants in their modes (r, S), from their inner products."""
     products = np.zeros((len(eta), len(eta)))
-    for start in range(0, len(skin.points), at_once):
-        moved = skin.part(slice(start, start + at_once)).motion(shape, eta).reshape(len(eta), -1)
+    for part in _parts(skin, eta):
+        moved = part.motion(shape, eta).reshape(len(eta), -1)
         products += moved @ moved.T
     values, vectors = np.linalg.eigh(products)
     values, vectors = values[::-1], vectors[:, ::-1]
     kept = np.flatnonzero(values > UNSEEN**2 * max(values[0], 0.0))[:MOST_PRINCIPAL]
     sizes = np.sqrt(values[kept])
-    return vectors[:, kept] * sizes, (vectors[:, kept] / sizes).T @ eta
+    return vectors[:, kept] * sizes, (vectors[:, kept] / sizes).T
+
+
+def _parts(skin: Skin, eta: np.ndarray) -> Iterator[Skin]:
+    """Yield the points of a skin, so many at once that their motion at all instants has room."""
+    at_once = max(1, AT_ONCE // (3 * max(1, len(eta))))
+    for start in range(0, len(skin.points), at_once):
+        yield skin.part(slice(start, start + at_once))

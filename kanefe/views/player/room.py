@@ -105,6 +105,10 @@ def room_of(result: Reader, tracks: Tracks, skins: Mapping[str, Skin], lines: Se
     mass, middle = 0.0, np.zeros((count, 3))
     for name in result.bodies:
         shape, points = result.body(name), [np.zeros((1, 3))]
+        if shape.line is not None:  # bent far, it is not where it was at rest
+            see(result.nodal_positions(name, frames=tracks.frames[rows]), moves=True)
+            mass, middle = mass + shape.mass, middle + shape.mass * result.center_of_mass(name)[tracks.frames]
+            continue
         if shape.is_flexible:
             points.append(skins[name].points)
         if shape.mass > 0.0:

@@ -8,7 +8,7 @@ drawn as small octahedra.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from kanefe.fe_model.skin import skin as outside
 from kanefe.results.body_shape import BodyShape
 from kanefe.views.player.creases import SMOOTH
 
+if TYPE_CHECKING:
+    from kanefe.bodies.exact.beam_line import BeamLine
+
 THIN = 0.01
 """Side of a beam with unknown section, and size of a node without cells, relative to the body's size."""
 
@@ -27,6 +30,9 @@ FEW = 10
 
 MOST_NODES = 2000
 """Largest number of nodes without cells that are drawn."""
+
+PIECES = 4
+"""Number of straight pieces by which an exact beam is drawn from one station to the next."""
 
 _HALVES: dict[str, tuple[tuple[int, ...], ...]] = {
     "triangle": ((0, 1, 2),),
@@ -71,6 +77,8 @@ class Skin:
         Sharp edges, if they are known: for beams, whose elements are separate pieces.
     fibres : int
         Number of points of each section of a beam; the points are ordered by element and end. 0 for other bodies.
+    pieces : int
+        Into which each element of an exact beam is divided; its nodes are then the root and all ends of pieces.
     """
 
     nodes: np.ndarray
@@ -80,9 +88,15 @@ class Skin:
     lines: np.ndarray
     creases: np.ndarray | None = None
     fibres: int = 0
+    pieces: int = 1
 
     def motion(self, shape: BodyShape, eta: np.ndarray) -> np.ndarray:
         """Return the displacements of the points in G, (r, p, 3) in m, from coordinates (r, k)."""
+        if self.arms is not None and shape.line is not None:
+            A, p = (of[:, self.nodes] for of in _fine(shape.line, eta))
+            rest = _fine(shape.line, np.zeros((1, shape.line.count)))[0][0, self.nodes]
+            own = np.squeeze(np.swapaxes(rest, 1, 2) @ self.arms[..., None], -1)
+            return np.asarray(p + np.squeeze(A @ own[..., None], -1) - self.points)
         moved = shape.displacements(eta, self.nodes)
         if self.arms is None:
             return moved
@@ -151,8 +165,13 @@ def _of_facets(nodes: np.ndarray, facets: list[Cells]) -> Skin:
 
 
 def _of_beams(shape: Meshed, blocks: list[Cells]) -> Skin:
-    ends = np.concatenate([block.nodes[:, :2] for block in blocks])
+    ends, places = np.concatenate([block.nodes[:, :2] for block in blocks]), shape.nodes
     axes, outlines = _sections(shape, ends)
+    line: BeamLine | None = getattr(shape, "line", None)
+    if line is not None:
+        places = _fine(line, np.zeros((1, line.count)))[1][0]
+        ends = np.column_stack((np.arange(len(places) - 1), np.arange(1, len(places))))
+        axes, outlines = (np.repeat(of, PIECES, axis=0) for of in (axes, outlines))
     count = outlines.shape[1]
     across = np.einsum("cxa,cka->ckx", axes[:, :, 1:], outlines)  # (cells, points, 3)
     arms = np.concatenate((across, across), axis=1).reshape(-1, 3)
@@ -167,10 +186,24 @@ def _of_beams(shape: Meshed, blocks: list[Cells]) -> Skin:
     corners = around[_turns(outlines[0])]
     along = np.column_stack((corners, corners + count))
     lines = (first + np.concatenate((rings, along))).reshape(-1, 2)
-    is_last = np.bincount(ends.ravel(), minlength=len(shape.nodes)) == 1
+    is_last = np.bincount(ends.ravel(), minlength=len(places)) == 1
     seen = (nodes[lines[:, 0]] != nodes[lines[:, 1]]) | is_last[nodes[lines[:, 0]]]
     triangles = (first + piece).reshape(-1, 3)
-    return Skin(nodes, arms, shape.nodes[nodes] + arms, triangles, lines, lines[seen], count)
+    pieces = 1 if line is None else PIECES
+    return Skin(nodes, arms, places[nodes] + arms, triangles, lines, lines[seen], count, pieces)
+
+
+def _fine(line: BeamLine, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return axes (T, n, 3, 3) and places (T, n, 3) in G of the root and all ends of pieces of an exact beam."""
+    marks = np.concatenate(([0.0], line.points, [1.0]))
+    x = (marks[:-1, None] + np.diff(marks)[:, None] * np.arange(1, PIECES + 1) / PIECES).ravel()
+    A, p = line.within(eta, x)
+    count = len(eta)
+    root = np.broadcast_to(line.axes, (count, 1, 3, 3)), np.broadcast_to(line.place, (count, 1, 3))
+    return (
+        np.concatenate((root[0], A.reshape(count, -1, 3, 3)), axis=1),
+        np.concatenate((root[1], p.reshape(count, -1, 3)), axis=1),
+    )
 
 
 def _turns(outline: np.ndarray) -> np.ndarray:
