@@ -106,10 +106,10 @@ def test_an_interface_within_is_where_the_axis_is() -> None:
     frame = body.interface("middle")
     moved, slopes = frame.moved(q)
     inner = frame.inner_motion(q, np.zeros_like(q), None)
-    np.testing.assert_allclose(inner.position, frame.position + moved[:3], rtol=0, atol=1e-14)
+    np.testing.assert_allclose(inner.p, frame.position + moved[:3], rtol=0, atol=1e-14)
     # the same beam, cut there, has the same place
-    at = int(np.abs(whole.p - inner.position).sum(axis=1).argmin())
-    np.testing.assert_allclose(whole.p[at], inner.position, rtol=0, atol=1e-14)
+    at = int(np.abs(whole.p - inner.p).sum(axis=1).argmin())
+    np.testing.assert_allclose(whole.p[at], inner.p, rtol=0, atol=1e-14)
     along = np.linalg.norm(np.diff(body.nodes[: at + 1], axis=0), axis=1).sum()
     assert along == pytest.approx(0.5, abs=5e-3)  # chords of a curved line
     # and its twist and translation change as their derivatives tell
