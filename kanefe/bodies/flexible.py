@@ -96,6 +96,11 @@ class InterfaceFrame:
         """Whether translation and slopes are linear in the coordinates."""
         return self.quadratic is None
 
+    @property
+    def turns(self) -> bool:
+        """Whether the frame has a rotation, which what it carries can follow."""
+        return bool(self.motion[3:].any())
+
     def moved(self, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return translation and slopes of the frame, (6,), and their derivatives by the leading coordinates (6, k).
 

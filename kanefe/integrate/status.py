@@ -15,6 +15,7 @@ import numpy as np
 from kanefe.errors import SimulationError
 from kanefe.integrate.clock import OF_USER
 from kanefe.tree.bending import Bending
+from kanefe.tree.resolution import Resolution
 
 Kind = Literal["finished", "stopped", "failed"]
 
@@ -179,6 +180,8 @@ def summary(status: RunStatus, statistics: Mapping[str, Any], events: Mapping[st
     if "bending" in statistics:
         bending = Bending(*statistics["bending"])
         lines.append(f"  bending {bending}{', beyond its valid range' if bending.is_too_far else ''}")
+    if "resolution" in statistics:
+        lines.append(f"  strains {Resolution(*statistics['resolution'])}")
     if events:
         lines.append("  events  " + _counted(events))
     return "\n".join(lines)

@@ -76,11 +76,12 @@ CARRIED_COUNT = 9
 BORDER = 10  # its place in the border work array
 QUADRATIC = 11  # moments of the second-order displacement, (k, 6 k) in the pool; -1: none
 QUADRATIC_WORK = 12  # workspace of 9 k numbers in the modal work
-EXACT = 13  # of a beam that bends far: its constants in the pool, see `kanefe.kernels.sweeps.exact_beams`; -1: it is not one
+EXACT = 13  # of a beam that bends far: its constants in the pool, see `exact_beams`; -1: it is not one
 EXACT_CELLS = 14
 EXACT_POINTS = 15  # Gauss points of a cell
 EXACT_WORK = 16  # its place in the modal work
-BODY_INTEGERS = 17
+EXACT_IN_PLANE = 17  # whether it bends in the x-y plane of G alone
+BODY_INTEGERS = 18
 
 # Constants of a flexible body, from POOL on
 POOL_MASS = 0

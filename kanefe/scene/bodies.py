@@ -314,7 +314,7 @@ class BodyMethods(Scene):
                 f"parent of body {name!r}: {frame.name} of {parent.name!r} has no rotation of its own. "
                 "Remedy: an interface"
             )
-        if frame is not None and not frame.motion[3:].any():
+        if frame is not None and not frame.turns:
             raise ModelError(
                 f"parent of body {name!r}: interface {frame.name!r} of {parent.name!r} is a node without a rotation of "
                 "its own, which what it carries could follow. Remedy: an interface of three nodes or more"

@@ -125,7 +125,7 @@ class Frame:
     @property
     def is_node(self) -> bool:
         """Whether the frame moves with one node of a mesh and has no rotation of its own."""
-        return self.interface_frame is not None and not self.interface_frame.motion[3:].any()
+        return self.interface_frame is not None and not self.interface_frame.turns
 
 
 @dataclass(frozen=True, eq=False, repr=False)

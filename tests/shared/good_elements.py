@@ -113,6 +113,22 @@ call(
     lines=None,
 )
 call(
+    "kanefe_fem.exact_beam",
+    fem.exact_beam,
+    length=1.0,
+    section=SECTION,
+    material=STEEL,
+    theory="shear-rigid",
+    planar=False,
+    basis=2,
+    curvature=(0.0, 0.1, 0.0),
+    start=(0.0, 0.0, 0.0),
+    axes=np.eye(3),
+    interfaces={"tip": 1.0},
+    breaks=(0.5,),
+    damping=kf.ModalDamping(0.01),
+)
+call(
     "kanefe_fem.box_mesh",
     fem.box_mesh,
     size=(1.0, 1.0, 1.0),

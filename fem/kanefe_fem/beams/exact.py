@@ -33,8 +33,8 @@ IN_PLANE = ("stretch", "shear_y", "curvature_z")
 """Strains of motions in the x-y plane."""
 
 SPARE_POINTS = 4
-"""Gauss points of a cell beyond the degree of the strains. The error of the 45-degree bend (two radians, with 8 functions
-a strain) falls from 5e-10 to 2e-10 of the length from 4 to 6."""
+"""Gauss points of a cell beyond the number of functions of a strain. The error of the 45-degree bend (two radians, 8
+functions a strain) falls from 5e-10 to 2e-10 of the length from 4 to 6."""
 
 
 @checked("length")
@@ -75,7 +75,8 @@ def exact_beam(
         Functions of each strain: so many Legendre polynomials, or `kanefe.Legendre`, `kanefe.BSpline`; by the name of
         the strain ("twist", "curvature_y", "curvature_z", "stretch", "shear_y", "shear_z") where they differ.
     curvature : array_like, shape (3,), or callable
-        Twist, and curvature about y and about z, of the beam at rest, 1/m; a function of the arc length where they vary.
+        Twist, and curvature about y and about z, of the beam at rest, 1/m; a function of the arc length where they
+        vary.
     start, axes : array_like, shapes (3,), (3, 3)
         Root section in G: place (m), and axes as columns, x along the beam. Default: those of G.
     interfaces : mapping of str to float, optional

@@ -40,6 +40,15 @@ class SectionFrame(InterfaceFrame):
         """False."""
         return False
 
+    @property
+    def turns(self) -> bool:
+        """True: a section is rigid."""
+        return True
+
+    def loose_rotations(self, components: tuple[str, ...]) -> tuple[str, ...]:
+        """Return nothing: what a section carries follows all its rotations."""
+        return ()
+
     def inner_motion(self, eta: Vector, deta: Vector, slopes: SlopeMeasure) -> InnerMotion:
         """Return the motion of the frame seen from G: its rotation is exact, whatever the measure of slopes."""
         found, i = self.line.motion(eta, deta), self.station

@@ -15,6 +15,7 @@ accelerations are the derivatives of this map, not approximations of their own, 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -37,7 +38,8 @@ class BeamLine(PickledByFields):
     place, axes : ndarray, shapes (3,), (3, 3)
         Root section in G: place (m) and axes, x along the beam.
     strain_of : ndarray of int, shape (k,)
-        In rising order: which strain a coordinate is of, 0 to 5: stretch, shear along y and z, twist (1/m), curvature about y and z.
+        In rising order: which strain a coordinate is of, 0 to 5: stretch, shear along y and z, twist (1/m), curvature
+        about y and z.
     lengths : ndarray, shape (C,)
         Of the cells, m.
     points, weights : ndarray, shape (P,)
@@ -54,6 +56,8 @@ class BeamLine(PickledByFields):
         Their centres of mass in axes of the section, m.
     inertias : ndarray, shape (C, P, 3, 3)
         About these centres, in axes of the section, kg m2.
+    last : ndarray of bool, shape (k,)
+        The last two functions of each strain, if they are of rising degree; else none.
     """
 
     place: np.ndarray
@@ -68,11 +72,18 @@ class BeamLine(PickledByFields):
     masses: np.ndarray
     centres: np.ndarray
     inertias: np.ndarray
+    last: np.ndarray
 
     @property
     def count(self) -> int:
         """Number k of coordinates."""
         return len(self.strain_of)
+
+    @property
+    def is_in_plane(self) -> bool:
+        """Whether the beam bends in the x-y plane of G alone."""
+        moves = set(self.strain_of.tolist()) <= {0, 1, 5} and not self.turn_rest[..., :2].any()
+        return moves and abs(float(self.axes[2, 2])) == 1.0
 
     @property
     def integration(self) -> Matrix:
@@ -94,9 +105,24 @@ class BeamLine(PickledByFields):
         """Return which station is the end of a cell; -1: the root."""
         return (cell + 1) * (len(self.points) + 1)
 
+    def doubt(self, eta: Vector) -> float:
+        """Return how far the last functions move a section in a state, and the error of the quadrature of places, m.
+
+        The coefficients of smooth strains fall with the degree, so that functions that are left out move sections by
+        less than the last ones that are there. The quadrature has the error of P Gauss points for ``exp(i theta x)``,
+        theta the turn of a cell: ``theta^2P (P!)^4 / ((2 P + 1) (2 P)!^3)``.
+        """
+        found, P = self.motion(eta, np.zeros_like(eta)), len(self.points)
+        moved = np.linalg.norm(found.V[:, :, self.last] @ eta[self.last], axis=1).max()
+        turns = np.linalg.norm(self.turn_rest + self._columns[0] @ eta, axis=-1)[:, :, 0].sum(axis=1)
+        scale = 4.0 * math.lgamma(P + 1) - 3.0 * math.lgamma(2 * P + 1) - np.log(2 * P + 1)
+        with np.errstate(divide="ignore"):
+            errors = np.exp(np.minimum(2 * P * np.log(turns) + scale, 0.0))
+        return float(moved + self.lengths @ errors)
+
     @cached_property
     def _columns(self) -> tuple[np.ndarray, np.ndarray]:
-        """Twist and curvature in all steps (C, P + 1, 3, 3, k), and stretch and shear at all Gauss points (C, P, 3, k)."""
+        """Twist and curvature in all steps (C, P + 1, 3, 3, k); stretch and shear at Gauss points (C, P, 3, k)."""
         C, P, k = self.values.shape
         about, along = np.zeros((C, P + 1, 3, 3, k)), np.zeros((C, P, 3, k))
         for j, strain in enumerate(self.strain_of):

@@ -93,7 +93,9 @@ def beam_line(
         inertias[c] = w[:, None, None] * fields.inertia(s)
         D = fields.stiffness(s)[:, strain_of[:, None], strain_of]
         K += np.einsum("g,gi,gij,gj->ij", w, gauss_values[c], D, gauss_values[c])
+    last = [basis.is_hierarchical and basis.count - i <= 2 for basis in bases.values() for i in range(basis.count)]
     line = BeamLine(
-        *(place, axes, strain_of, lengths, x, weights, turn_rest, turn_values, gauss_values, masses, centres, inertias)
+        *(place, axes, strain_of, lengths, x, weights, turn_rest, turn_values, gauss_values),
+        *(masses, centres, inertias, np.array(last)),
     )
     return line, 0.5 * (K + K.T)

@@ -61,7 +61,10 @@ class BeamInertia(PickledByFields):
         return np.array([(m[5, 1], m[3, 2], m[4, 0]) for m in terms]).reshape(-1, 3)
 
     def terms(self, eta: Vector, deta: Vector, w: Vector) -> tuple[Matrix, Vector]:
-        """Return the generalised mass and the velocity-dependent inertia forces in G, as `MassMoments.terms` does."""
+        """Return the generalised mass and the velocity-dependent inertia forces in G, as `MassMoments.terms` does.
+
+        Each section is a rigid body with its exact rotation (Eq. 12, 37, 38).
+        """
         return self._terms_at(eta, deta, w)
 
     def _terms_at(self, eta: Vector, deta: Vector, w: Vector) -> tuple[Matrix, Vector]:

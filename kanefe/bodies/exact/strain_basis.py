@@ -33,6 +33,11 @@ class StrainBasis(ABC):
     def breaks(self) -> np.ndarray:
         """Places within (0, 1) between which the functions are smooth."""
 
+    @property
+    def is_hierarchical(self) -> bool:
+        """Whether the functions are of rising degree, so that the last ones tell what is left out."""
+        return False
+
     @abstractmethod
     def values(self, x: np.ndarray) -> np.ndarray:
         """Return the values of all functions at some places, (len(x), count)."""
@@ -63,6 +68,11 @@ class Legendre(StrainBasis):
     def degree(self) -> int:
         """Largest degree of the polynomials."""
         return self.count - 1
+
+    @property
+    def is_hierarchical(self) -> bool:
+        """True."""
+        return True
 
     @property
     def breaks(self) -> np.ndarray:

@@ -15,6 +15,7 @@ from kanefe.integrate.status import UNFIT
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.tree.bending import Bending, worst_bending
 from kanefe.tree.model_data import ModelData
+from kanefe.tree.resolution import Resolution, worst_resolution
 from kanefe.tree.scales import kept_of_scene, scene_length
 
 NOTED = 0.01
@@ -26,13 +27,15 @@ ROUND_OFF = 1e-15
 
 
 def account(model: Model, run: Trajectory) -> None:
-    """Add "energy_balance" and "bending" to the statistics of a run; warn of what is far off.
+    """Add "energy_balance", "bending" and "resolution" to the statistics of a run; warn of what is far off.
 
     "energy_balance": what is missing at the end, J, and its share of the largest energy of motion and deformation, or
     that was exchanged. "bending": the `Bending` of the body that is nearest to its reach, or farthest beyond.
+    "resolution": the `Resolution` of the beam that bends far with the largest doubt.
     """
     bending = worst_bending(model, run.times, run.coordinates, run.bent)
-    found = {"energy_balance": _balance(model, run), "bending": bending}
+    resolution = worst_resolution(model, run.times, run.coordinates)
+    found = {"energy_balance": _balance(model, run), "bending": bending, "resolution": resolution}
     # lists, as files give them back
     run.statistics.update((name, list(told)) for name, told in found.items() if told)
     for text in remarks(run.statistics, model):
@@ -54,6 +57,8 @@ def remarks(statistics: Mapping[str, Any], model: Model) -> list[str]:
         )
     if "bending" in statistics and (bending := Bending(*statistics["bending"])).is_too_far:
         found.append(bending.remark)
+    if "resolution" in statistics and (resolution := Resolution(*statistics["resolution"])).is_coarse:
+        found.append(resolution.remark)
     return found
 
 

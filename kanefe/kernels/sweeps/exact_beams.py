@@ -26,6 +26,7 @@ from kanefe.kernels.algebra.vectors import (
     symmetric_times,
     three,
     times,
+    turned_about_z,
     vector,
 )
 from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
@@ -34,6 +35,7 @@ from kanefe.kernels.layout import (
     DAMPING,
     EXACT,
     EXACT_CELLS,
+    EXACT_IN_PLANE,
     EXACT_POINTS,
     EXACT_WORK,
     OMEGA,
@@ -169,9 +171,10 @@ def motion_of_section(body: np.ndarray, station: int) -> int:
 
 @kernel
 def move_sections(flexible: FlexibleTables, f: int, modal: np.ndarray) -> None:
-    """Write how all sections of a beam move, seen from G."""
+    """Write how all sections of a beam move, seen from G (Eq. 22, 24-26 for sections that turn far)."""
     body = flexible.bodies[f]
-    C, P = body[EXACT_CELLS], body[EXACT_POINTS]
+    C, P, in_plane = body[EXACT_CELLS], body[EXACT_POINTS], body[EXACT_IN_PLANE] > 0
+    moving = 2 if in_plane else 3
     beam, at = beam_in(flexible, body), beam_work_in(body, modal)
     eta, deta = modal[span(body, WORK_ETA)], modal[span(body, WORK_DETA)]
     zero = 0.0 * modal[body[EXACT_WORK]]
@@ -179,15 +182,18 @@ def move_sections(flexible: FlexibleTables, f: int, modal: np.ndarray) -> None:
     put(at.sections, 0, PLACE_AT, three(beam.head, 0))
     for i in range(9):
         at.sections[0, AXES_AT + i] = zero + beam.head[3 + i]
-    at.motions[:6, :] = zero
+    at.motions[:, :] = zero
     node = 0
     for c in range(C):
         start = node
         for g in range(P + 1):
-            _turn(beam, c * (P + 1) + g, node, eta, deta, at)
+            if in_plane:
+                _turn_in_plane(beam, c * (P + 1) + g, node, eta, deta, at)
+            else:
+                _turn(beam, c * (P + 1) + g, node, eta, deta, at)
             node += 1
             if g < P:
-                _slope(beam, c * P + g, g, node, eta, deta, at)
+                _slope(beam, c * P + g, g, node, eta, deta, moving, at)
         h = beam.lengths[c]
         for g in range(P + 1):
             i, weights = start + 1 + g, beam.integration[g]
@@ -195,7 +201,7 @@ def move_sections(flexible: FlexibleTables, f: int, modal: np.ndarray) -> None:
                 at.sections[i, PLACE_AT + a] = at.sections[start, PLACE_AT + a] + h * total(weights, at.slopes[a])
                 at.sections[i, V_AT + a] = at.sections[start, V_AT + a] + h * total(weights, at.slopes[3 + a])
                 at.sections[i, Z_AT + a] = at.sections[start, Z_AT + a] + h * total(weights, at.slopes[6 + a])
-            for a in range(3):
+            for a in range(moving):
                 _integrate(at.motions[6 * start + a], h, weights, at.slope_motions, a, at.motions[6 * i + a])
 
 
@@ -235,6 +241,25 @@ def _turn(beam: Beam, row: int, node: int, eta: np.ndarray, deta: np.ndarray, at
             _add_three(int(begins[3 + strain]), int(begins[4 + strain]), x, y, z, values, old, new)
 
 
+@inlined
+def _turn_in_plane(beam: Beam, row: int, node: int, eta: np.ndarray, deta: np.ndarray, at: BeamWork) -> None:
+    """Write axes and rotation of the next section of a beam that turns about z alone: brackets are zero."""
+    begin, end, rest = int(beam.head[17]), int(beam.head[18]), beam.turn_rest[row]
+    middle, curved = beam.turn_values[3 * row], beam.turn_values[3 * row + 2]
+    angle, rate = rest[2] + rest[8] / 12.0, 0.0 * eta[0]
+    angle = angle + total(middle[begin:end], eta[begin:end]) + total(curved[begin:end], eta[begin:end]) / 12.0
+    rate = rate + total(middle[begin:end], deta[begin:end]) + total(curved[begin:end], deta[begin:end]) / 12.0
+    A, w = matrix(at.sections, node, AXES_AT), vector(at.sections, node, W_AT)
+    put_matrix(at.sections, node + 1, AXES_AT, turned_about_z(A, angle))
+    put(at.sections, node + 1, W_AT, (w[0], w[1], w[2] + A[8] * rate))
+    put(at.sections, node + 1, Y_AT, vector(at.sections, node, Y_AT))
+    old, new = at.motions[6 * node + 5], at.motions[6 * node + 11]
+    for j in range(begin):
+        new[j] = old[j]
+    for j in range(begin, end):
+        new[j] = old[j] + A[8] * (middle[j] + curved[j] / 12.0)
+
+
 @vector_kernel
 def _add_three(
     begin: int, end: int, x: float, y: float, z: float, values: np.ndarray, old: np.ndarray, new: np.ndarray
@@ -245,7 +270,9 @@ def _add_three(
 
 
 @inlined
-def _slope(beam: Beam, row: int, g: int, node: int, eta: np.ndarray, deta: np.ndarray, at: BeamWork) -> None:
+def _slope(
+    beam: Beam, row: int, g: int, node: int, eta: np.ndarray, deta: np.ndarray, moving: int, at: BeamWork
+) -> None:
     """Write the derivative of the place along the beam at a Gauss point, A t, and its rates."""
     values, begins = beam.values[row], beam.head[12:HEAD]
     x, y, z, end = int(begins[0]), int(begins[1]), int(begins[2]), int(begins[3])
@@ -258,6 +285,7 @@ def _slope(beam: Beam, row: int, g: int, node: int, eta: np.ndarray, deta: np.nd
     pull = plus(cross(turn, t), cross(w, plus(swing, times(2.0, stretch))))
     for a in range(3):
         at.slopes[a, g], at.slopes[3 + a, g], at.slopes[6 + a, g] = t[a], velocity[a], pull[a]
+    for a in range(moving):
         b, d = (a + 1) % 3, (a + 2) % 3
         # W_j x t
         _cross_rows(t[d], at.motions[6 * node + 3 + b], t[b], at.motions[6 * node + 3 + d], at.slope_motions[3 * g + a])
@@ -290,7 +318,7 @@ def _integrate(start: np.ndarray, h: float, weights: np.ndarray, rows: np.ndarra
 
 @kernel
 def set_exact(flexible: FlexibleTables, f: int, i: int, work: np.ndarray, modal: np.ndarray) -> None:
-    """Write inertia and force of a beam with du = 0, in N, and mass, coupling and forces of its coordinates (Eq. 38)."""
+    """Write what `set_flexible` does, for a beam, and the mass of its coordinates (Eq. 38)."""
     body = flexible.bodies[f]
     k = body[COUNT]
     beam, at = beam_in(flexible, body), beam_work_in(body, modal)
@@ -338,8 +366,12 @@ def set_exact(flexible: FlexibleTables, f: int, i: int, work: np.ndarray, modal:
         yz += inertia[4] - m * r[1] * r[2]
         zz += inertia[5] + square - m * r[2] * r[2]
         rows = at.motions[6 * node : 6 * node + 6]
-        _couple(rows, m, arm, r, inertia, pull, plus(cross(arm, pull), twist), p, coupling, at.rows)
-        _add_mass(rows, arm, m, at.rows, at.mass)
+        if body[EXACT_IN_PLANE]:
+            _couple_in_plane(rows, m, arm, r, inertia, pull, plus(cross(arm, pull), twist), p, coupling, at.rows)
+            _add_mass_in_plane(rows, at.rows, at.mass)
+        else:
+            _couple(rows, m, arm, r, inertia, pull, plus(cross(arm, pull), twist), p, coupling, at.rows)
+            _add_mass(rows, at.rows, at.mass)
     put_inertia(
         work, i, mass, rotated(G, first), congruent(G, (xx, xy, xz, yy, yz, zz)), rotated(G, force), rotated(G, moment)
     )
@@ -403,7 +435,7 @@ def _couple(
 
 
 @vector_kernel
-def _add_mass(motion: np.ndarray, arm: Numbers, m: float, rows: np.ndarray, mass: np.ndarray) -> None:
+def _add_mass(motion: np.ndarray, rows: np.ndarray, mass: np.ndarray) -> None:
     """Add what a section gives to the lower half of M: its motion times its momenta."""
     for i in range(len(mass)):
         a, b, c, d, e, f = motion[0, i], motion[1, i], motion[2, i], motion[3, i], motion[4, i], motion[5, i]
@@ -412,6 +444,42 @@ def _add_mass(motion: np.ndarray, arm: Numbers, m: float, rows: np.ndarray, mass
             row[j] += (
                 a * rows[0, j] + b * rows[1, j] + c * rows[2, j] + d * rows[3, j] + e * rows[4, j] + f * rows[5, j]
             )
+
+
+@vector_kernel
+def _couple_in_plane(
+    motion: np.ndarray,
+    m: float,
+    arm: Numbers,
+    r: Numbers,
+    inertia: Numbers,
+    pull: Numbers,
+    twist: Numbers,
+    p: np.ndarray,
+    coupling: np.ndarray,
+    rows: np.ndarray,
+) -> None:
+    """Do what `_couple` does where sections move along x and y and turn about z."""
+    for j in range(len(p)):
+        w = motion[5, j]
+        p[j] -= motion[0, j] * pull[0] + motion[1, j] * pull[1] + w * twist[2]
+        v0, v1 = m * (motion[0, j] - w * arm[1]), m * (motion[1, j] + w * arm[0])
+        rows[0, j], rows[1, j], rows[5, j] = v0, v1, inertia[5] * w + arm[0] * v1 - arm[1] * v0
+        coupling[0, j] += v0
+        coupling[1, j] += v1
+        coupling[3, j] += inertia[2] * w - r[2] * v1
+        coupling[4, j] += inertia[4] * w + r[2] * v0
+        coupling[5, j] += inertia[5] * w + r[0] * v1 - r[1] * v0
+
+
+@vector_kernel
+def _add_mass_in_plane(motion: np.ndarray, rows: np.ndarray, mass: np.ndarray) -> None:
+    """Do what `_add_mass` does where sections move along x and y and turn about z."""
+    for i in range(len(mass)):
+        a, b, c = motion[0, i], motion[1, i], motion[5, i]
+        row = mass[i]
+        for j in range(i + 1):
+            row[j] += a * rows[0, j] + b * rows[1, j] + c * rows[5, j]
 
 
 @inlined

@@ -38,6 +38,6 @@ def beam_numbers(line: BeamLine, stiffness: Matrix) -> tuple[np.ndarray, ...]:
 
 def constants_of_beam(terms: FlexibleTerms) -> ModalConstants:
     """Return what the kernels need of a beam as of other bodies: its mass, and the diagonal of K for scales."""
-    rest = terms.free_moments.leading(0)
-    constants = np.atleast_1d(rest.mass), rest.first, rest.second[np.triu_indices(3)], np.diag(terms.body.stiffness)
+    body = terms.body
+    constants = np.atleast_1d(body.mass), np.zeros(3), np.zeros(6), np.diag(body.stiffness)
     return ModalConstants(constants, None, terms.damping, None)

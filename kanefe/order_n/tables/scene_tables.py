@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.bodies.exact.beam import SectionFrame
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.compiler.addresses import addresses
 from kanefe.kernels.layout import (
@@ -34,6 +35,7 @@ from kanefe.kernels.layout import (
     ETA,
     EXACT,
     EXACT_CELLS,
+    EXACT_IN_PLANE,
     EXACT_POINTS,
     EXACT_WORK,
     FIRST,
@@ -245,6 +247,7 @@ class TableBuilder(FrameOffsets):
         if line is not None:
             integers[EXACT] = self._pool.add(*beam_numbers(line, terms.body.stiffness))
             integers[EXACT_CELLS], integers[EXACT_POINTS] = len(line.lengths), len(line.points)
+            integers[EXACT_IN_PLANE] = line.is_in_plane
             integers[EXACT_WORK] = self._modal_space(beam_work_size(k, len(line.lengths), len(line.points)))
         if modes.quadratic is not None:
             integers[QUADRATIC], integers[QUADRATIC_WORK] = self._pool.add(modes.quadratic), self._modal_space(9 * k)
@@ -253,9 +256,10 @@ class TableBuilder(FrameOffsets):
         self._integers[row][FLEXIBLE] = flexible
         integers[CARRIED] = len(self._carrying)
         for name, (frame, carries) in attached.items():
-            at = self._add_row(INTERFACE, row, frame.position, np.eye(3) if line is None else frame.at_rest.T)
+            axes = frame.at_rest.T if isinstance(frame, SectionFrame) else np.eye(3)
+            at = self._add_row(INTERFACE, row, frame.position, axes)
             self._integers[at][FLEXIBLE] = flexible
-            if line is None:
+            if not isinstance(frame, SectionFrame):
                 self._integers[at][BASIS] = self._pool.add(modes.of_interface(frame.motion[:, :k]))
             else:
                 self._integers[at][BASIS] = frame.station

@@ -1,0 +1,65 @@
+"""How well the functions of beams that bend far can show what they did: an estimate from the run itself."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from kanefe.frames import Matrix, Vector
+from kanefe.tree.model_data import ModelData
+
+if TYPE_CHECKING:
+    from kanefe.bodies.exact.beam_line import BeamLine
+
+COARSE = 1e-2
+"""Displacement by the last functions, over the length of the beam, above which a run is warned of."""
+
+
+class Resolution(NamedTuple):
+    """What a beam's discretisation leaves open.
+
+    Attributes
+    ----------
+    body : str
+    doubt : float
+        Displacement by the last two functions of its strains, and error of the quadrature of places, m.
+    length : float
+        Of the beam, m.
+    time : float
+        s.
+    """
+
+    body: str
+    doubt: float
+    length: float
+    time: float
+
+    @property
+    def is_coarse(self) -> bool:
+        """Whether the estimate is above what a run is warned of."""
+        return self.doubt > COARSE * self.length
+
+    def __str__(self) -> str:
+        share = self.doubt / self.length
+        return f"of {self.body!r}: the last functions move it by {self.doubt:.2g} m at most, {share:.1g} of its length"
+
+    @property
+    def remark(self) -> str:
+        """Message for a beam with too few functions, with a remedy."""
+        return f"strains {self}, at t = {self.time:.6g} s. Remedy: more functions (basis=...) for this beam"
+
+
+def worst_resolution(model: ModelData, times: Vector, coordinates: Matrix) -> Resolution | None:
+    """Return the resolution of the beam with the largest doubt over its length; None without such beams."""
+    found = []
+    for body in model.bodies:
+        if body.flexible is None or not body.flexible.body.bends_far:
+            continue
+        line: BeamLine = body.flexible.body.line  # type: ignore[attr-defined]
+        etas, stiffness = coordinates[:, body.flexible.eta], np.diag(body.flexible.body.stiffness)
+        if not line.last.any() or not np.all(np.isfinite(etas)):
+            continue
+        row = int(np.argmax(np.square(etas[:, line.last]) @ stiffness[line.last]))
+        found.append(Resolution(body.name, line.doubt(etas[row]), float(line.lengths.sum()), float(times[row])))
+    return max(found, key=lambda one: one.doubt / one.length, default=None)
