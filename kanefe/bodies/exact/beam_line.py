@@ -25,10 +25,6 @@ from kanefe.bodies.slopes import SLOPE_MEASURES
 from kanefe.frames import Matrix, Vector
 from kanefe.storage.pickled import PickledByFields
 
-MAGNUS_POINTS = 0.5 + np.sqrt(15.0) / 10.0 * np.array((-1.0, 0.0, 1.0))
-"""Places between two stations, over their distance, where the Magnus expansion takes the curvature (Gauss, order 6)."""
-
-
 ALONG = np.array((1.0, 0.0, 0.0))
 """Direction of the axis in the axes of an undeformed section."""
 
@@ -349,12 +345,15 @@ def skews(v: np.ndarray) -> np.ndarray:
     return np.cross(v[..., None, :], np.eye(3)).swapaxes(-1, -2)
 
 
-def magnus_vectors(h: float, curvatures: np.ndarray) -> np.ndarray:
-    """Return the three vectors of the Magnus expansion from values at `MAGNUS_POINTS`, (3, ...)."""
-    first, middle, last = curvatures
-    return np.array(
-        (h * middle, np.sqrt(15.0) / 3.0 * h * (last - first), 10.0 / 3.0 * h * (last - 2.0 * middle + first))
-    )
+def magnus_vectors(h: float, points: np.ndarray, weights: np.ndarray, curvatures: np.ndarray) -> np.ndarray:
+    """Return the three vectors of the Magnus expansion from values at Gauss points of the unit interval, (3, ...).
+
+    They are those of the moments over the step (Blanes et al. 2009, eq. 253), so that angles in a plane, which are the
+    integrals of the curvature, are exact.
+    """
+    x = points - 0.5
+    whole, slope, bow = (h * np.tensordot(weights * x**i, curvatures, axes=1) for i in range(3))
+    return np.array((2.25 * whole - 15.0 * bow, 12.0 * slope, 180.0 * bow - 15.0 * whole))
 
 
 def integration_matrix(points: np.ndarray, weights: np.ndarray) -> Matrix:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kanefe.bodies.exact.beam_line import MAGNUS_POINTS, BeamLine, magnus_vectors
+from kanefe.bodies.exact.beam_line import BeamLine, magnus_vectors
 from kanefe.bodies.exact.strain_basis import StrainBasis
 from kanefe.frames import Matrix, Vector
 
@@ -85,9 +85,9 @@ def beam_line(
     for c, (start, h) in enumerate(zip(ends[:-1], lengths, strict=True)):
         stations = start + h * np.concatenate(([0.0], x, [1.0]))
         for g, step in enumerate(np.diff(stations)):
-            s = stations[g] + step * MAGNUS_POINTS
-            turn_rest[c, g] = magnus_vectors(step, fields.curvature(s))
-            turn_values[c, g] = magnus_vectors(step, values(s))
+            s = stations[g] + step * x
+            turn_rest[c, g] = magnus_vectors(step, x, weights, fields.curvature(s))
+            turn_values[c, g] = magnus_vectors(step, x, weights, values(s))
         s, w = stations[1:-1], h * weights
         gauss_values[c] = values(s)
         masses[c], centres[c] = w * fields.mass(s), fields.centre(s)
