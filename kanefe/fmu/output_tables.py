@@ -104,7 +104,13 @@ class OutputTables:
         self.has_forces = True
         told = self._route.force_kernel.told
         first, count = told.place(what, of, interface, i)
-        if any(number in told.undetermined for number in told.numbers_of_parts(of, interface)):
+        numbers = told.numbers_of_parts(of, interface)
+        if any(number in told.by_reaction for number in numbers):
+            raise NeedsPython(
+                f"the output {output.name!r} is at the root of an exact beam, which is computed in Python. Remedy: "
+                f"'joint_reaction {of}'"
+            )
+        if any(number in told.undetermined for number in numbers):
             raise NeedsPython(
                 f"the output {output.name!r} is of interfaces that share forces in several ways, which is computed in "
                 "Python. Remedy: reactions, or interfaces with fewer fixed components"

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.bodies.exact.beam import SectionFrame
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.compiler.addresses import addresses
 from kanefe.kernels.layout import (
@@ -255,6 +254,8 @@ class TableBuilder(FrameOffsets):
         self.modes[number], self.flexible_numbers[number] = modes, flexible
         self._integers[row][FLEXIBLE] = flexible
         integers[CARRIED] = len(self._carrying)
+        from kanefe.bodies.exact.beam import SectionFrame
+
         for name, (frame, carries) in attached.items():
             axes = frame.at_rest.T if isinstance(frame, SectionFrame) else np.eye(3)
             at = self._add_row(INTERFACE, row, frame.position, axes)
