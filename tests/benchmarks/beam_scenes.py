@@ -52,8 +52,10 @@ def slewing(functions: int) -> Model:
         x = min(t / RAMP, 1.0)
         return ANGLE / RAMP**2 * 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x)
 
-    numbers = {name: SLEWED[name] for name in ("EA", "rho_A", "rho_I")}
-    section = fem.Section.from_stiffness(GA_y=SLEWED["GA"], EI_z=SLEWED["EI"], **numbers)
+    of = SLEWED
+    section = fem.Section.from_stiffness(
+        EA=of["EA"], GA_y=of["GA"], EI_z=of["EI"], rho_A=of["rho_A"], rho_I=of["rho_I"]
+    )
     beam = fem.exact_beam(LENGTH, section, theory="shear-deformable", planar=True, basis=functions)
     scene = kf.System()
     scene.add_flexible_body("beam", beam, joint=kf.Revolute("z", motion=kf.Motion(turn, rate, acceleration)))

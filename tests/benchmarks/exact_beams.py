@@ -5,8 +5,8 @@
 makes an environment of its own for Exudyn. Both sides have the numbers of functions or elements and the steps that were
 the fastest to reach the error; that they still do is checked. Models are built before; Exudyn's steps are those of
 generalised-alpha, ours those of any method. The reference of the slewing link is our own run with 14 functions; those
-of the others are in ``kanefe verify`` (G01, G10) and are good to 3e-5 and 2e-5 of the length, so that no error of 1e-6 can
-be told there.
+of the others are in ``kanefe verify`` (G01, G10) and are good to 3e-5 and 2e-5 of the length, not to
+1e-6.
 """
 
 from __future__ import annotations
@@ -105,8 +105,8 @@ def raced(peers: Peers, pair: Pair, rounds: int) -> Figure:
         raise Disagreement(f"{pair.what.what}: errors {errors[0]:.2g} and {errors[1]:.2g}")
     race = Race(lambda: seconds(ours), lambda: float(theirs()["seconds"]), rounds)
     remark = (
-        f"{1e3 * race.ours:.3g} ms, {pair.functions} functions, error {errors[0]:.2g}; Exudyn {1e3 * race.theirs:.3g} ms, "
-        f"{pair.elements} elements, step {pair.step:g} s, error {errors[1]:.2g}"
+        f"{1e3 * race.ours:.3g} ms, {pair.functions} functions, error {errors[0]:.2g}; Exudyn "
+        f"{1e3 * race.theirs:.3g} ms, {pair.elements} elements, step {pair.step:g} s, error {errors[1]:.2g}"
     )
     return pair.what.figure(race.ratio, remark)
 
