@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numba
 import numpy as np
 
 import kanefe as kf
@@ -52,20 +53,22 @@ def slewing(functions: int) -> Model:
         x = min(t / RAMP, 1.0)
         return ANGLE / RAMP**2 * 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x)
 
-    numbers = {name: SLEWED[name] for name in ("EA", "rho_A", "rho_I")}
-    section = fem.Section.from_stiffness(GA_y=SLEWED["GA"], EI_z=SLEWED["EI"], **numbers)
+    of = SLEWED
+    section = fem.Section.from_stiffness(
+        EA=of["EA"], GA_y=of["GA"], EI_z=of["EI"], rho_A=of["rho_A"], rho_I=of["rho_I"]
+    )
     beam = fem.exact_beam(LENGTH, section, theory="shear-deformable", planar=True, basis=functions)
     scene = kf.System()
-    scene.add_flexible_body("beam", beam, joint=kf.Revolute("z", motion=kf.Motion(turn, rate, acceleration)))
+    scene.add_flexible_body("beam", beam, joint=kf.Revolute("z", motion=kf.Motion(turn, rate, acceleration).compiled()))
     return scene.freeze()
 
 
 SCENES = {
-    "flying": (flying, (("beam", "root"), ("beam", "tip"))),
-    "right angle": (lambda n: right_angle(n, max(n - 2, 2)), (("first", "tip"), ("second", "tip"))),
+    "flying": (lambda n: flying(n, numba.njit), (("beam", "root"), ("beam", "tip"))),
+    "right angle": (lambda n: right_angle(n, max(n - 2, 2), numba.njit), (("first", "tip"), ("second", "tip"))),
     "slewing": (slewing, (("beam", "tip"),)),
 }
-"""Scenes by the number of their functions, and the places that are compared."""
+"""Scenes by the number of their functions, with compiled loads and motions, and the places that are compared."""
 
 
 def places(name: str, model: Model, q: np.ndarray) -> np.ndarray:

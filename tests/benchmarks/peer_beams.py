@@ -34,7 +34,9 @@ class Scene:
         h = section["length"] / elements
         direction = np.array((np.cos(along), np.sin(along)))
         nodes = [
-            self.mbs.AddNode(items.NodeRigidBody2D(referenceCoordinates=[*(np.array(start) + i * h * direction), along]))
+            self.mbs.AddNode(
+                items.NodeRigidBody2D(referenceCoordinates=[*(np.array(start) + i * h * direction), along])
+            )
             for i in range(elements + 1)
         ]
         for i in range(elements):
@@ -52,7 +54,9 @@ class Scene:
             )
         return nodes
 
-    def spatial_beam(self, start: np.ndarray, turned: np.ndarray, section: Answer, nodes: list[int], elements: int) -> None:
+    def spatial_beam(
+        self, start: np.ndarray, turned: np.ndarray, section: Answer, nodes: list[int], elements: int
+    ) -> None:
         """Add a beam in space to nodes, of which the first may be there."""
         h = section["length"] / elements
         while len(nodes) < elements + 1:
@@ -68,7 +72,9 @@ class Scene:
         data.stiffnessMatrix = np.diag([section[k] for k in ("EA", "GA", "GA", "GJ", "EI", "EI")])
         data.inertia = section["rho_I"] * np.diag([2.0, 1.0, 1.0])
         for i in range(elements):
-            self.mbs.AddObject(items.ObjectBeamGeometricallyExact(nodeNumbers=nodes[i : i + 2], length=h, sectionData=data))
+            self.mbs.AddObject(
+                items.ObjectBeamGeometricallyExact(nodeNumbers=nodes[i : i + 2], length=h, sectionData=data)
+            )
 
     def hold(self, node: int, coordinates: range) -> None:
         """Fix coordinates of a node."""
@@ -83,7 +89,9 @@ def _rotation_vector(A: np.ndarray) -> np.ndarray:
     return axial if angle == 0.0 else axial * angle / np.sin(angle)
 
 
-def flying(elements: int, section: Answer, start: list[float], along: float, force: float, torque: float, loaded: float) -> Scene:
+def flying(
+    elements: int, section: Answer, start: list[float], along: float, force: float, torque: float, loaded: float
+) -> Scene:
     """Return a free beam, loaded at its first node until a time."""
     scene = Scene()
     nodes = scene.planar_beam(start, along, section, elements)

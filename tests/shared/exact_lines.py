@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 import kanefe as kf
 import kanefe_fem as fem
 from kanefe.bodies.exact.beam import ExactBeam
+from kanefe_fem.beams.beam_section import BeamSection
+from kanefe_fem.beams.exact import Theory
 
 LENGTH = 1.3
 
 
-def coupled_section(size: float = 1.0) -> fem.Section:
+def coupled_section(size: float = 1.0) -> BeamSection:
     """Return a section whose strains are coupled and whose centre of mass is off the axis."""
     D = np.diag([300.0, 200.0, 150.0, 6.0, 5.0, 4.0])
     D[0, 3] = D[3, 0] = 10.0
@@ -21,7 +25,7 @@ def coupled_section(size: float = 1.0) -> fem.Section:
     )
 
 
-BASES = {
+BASES: dict[str, Any] = {
     "numbers": 3,
     "splines": kf.BSpline(2, 2),
     "mixed": {
@@ -35,7 +39,7 @@ BASES = {
 }
 
 
-def random_beam(seed: int, theory: str, basis: str) -> ExactBeam:
+def random_beam(seed: int, theory: Theory, basis: str) -> ExactBeam:
     """Return a tapered, twisted and curved beam that starts anywhere, with interfaces at its ends and within."""
     rng = np.random.default_rng(seed)
     axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]

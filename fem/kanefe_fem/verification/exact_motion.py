@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from kanefe.equations.model import Model
 from kanefe.frames import rotation_about
 from kanefe.joints import Planar
 from kanefe.system import System
+from kanefe_fem.beams.beam_section import BeamSection
 from kanefe_fem.beams.exact import exact_beam
 from kanefe_fem.beams.sections import Section
 from kanefe_fem.verification import spin_up
@@ -27,25 +29,33 @@ FORCE = 50.0
 """Largest force on the elbow, N; it rises for a second and falls for another."""
 
 
-def section_of_motion(EA: float, EI: float) -> Section:
+def as_they_are(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function."""
+    return function
+
+
+def section_of_motion(EA: float, EI: float) -> BeamSection:
     """Return a section with GA = EA, EI and GJ equal, 1 kg/m and the large rotary inertia of both cases."""
     return Section.from_stiffness(EA=EA, GA_y=EA, GA_z=EA, EI_y=EI, EI_z=EI, GJ=EI, rho_A=1.0, rho_I=10.0)
 
 
-def flying(functions: int) -> Model:
-    """Return the flying beam of G01, with so many functions of each of its three strains."""
-    beam = exact_beam(
-        LENGTH, section_of_motion(1e4, 500.0), theory="shear-deformable", planar=True, basis=functions
-    )
+def flying(functions: int, given: Callable[..., Any] = as_they_are) -> Model:
+    """Return the flying beam of G01, with so many functions of each of its three strains.
+
+    `given` may compile the functions of the loads.
+    """
+    beam = exact_beam(LENGTH, section_of_motion(1e4, 500.0), theory="shear-deformable", planar=True, basis=functions)
     scene = System()
     start = rotation_about("z", math.atan2(8.0, -6.0))
-    root = scene.add_flexible_body("beam", beam, joint=Planar(), at=(6.0, 0.0, 0.0), orientation=start).interface("root")
-    scene.add_force(root, lambda t: (PULL if t <= END_OF_LOAD else 0.0, 0.0, 0.0))
-    scene.add_torque(root, lambda t: (0.0, 0.0, PUSH if t <= END_OF_LOAD else 0.0))
+    root = scene.add_flexible_body("beam", beam, joint=Planar(), at=(6.0, 0.0, 0.0), orientation=start).interface(
+        "root"
+    )
+    scene.add_force(root, given(lambda t: (PULL if t <= END_OF_LOAD else 0.0, 0.0, 0.0)))
+    scene.add_torque(root, given(lambda t: (0.0, 0.0, PUSH if t <= END_OF_LOAD else 0.0)))
     return scene.freeze()
 
 
-def right_angle(bending: int, stretch: int) -> Model:
+def right_angle(bending: int, stretch: int, given: Callable[..., Any] = as_they_are) -> Model:
     """Return the cantilever of G10 with so many functions of bending and twist, and of stretch and shear."""
     basis = {
         **dict.fromkeys(("twist", "curvature_y", "curvature_z"), bending),
@@ -55,7 +65,7 @@ def right_angle(bending: int, stretch: int) -> Model:
     scene = System()
     elbow = scene.add_flexible_body("first", beam).interface("tip")
     scene.add_flexible_body("second", beam, parent=elbow, orientation=rotation_about("z", 0.5 * math.pi))
-    scene.add_force(elbow, lambda t: (0.0, 0.0, FORCE * max(0.0, 1.0 - abs(t - 1.0))))
+    scene.add_force(elbow, given(lambda t: (0.0, 0.0, FORCE * max(0.0, 1.0 - abs(t - 1.0)))))
     return scene.freeze()
 
 
@@ -75,12 +85,11 @@ def flying_beam(reference: Reference) -> Iterator[Check]:
         model = flying(functions)
         states = states_at(model, values["T"], 1e-6)
         places = [
-            np.concatenate([section_place(model, "beam", end, state)[:2] for end in ("root", "tip")]) for state in states
+            np.concatenate([section_place(model, "beam", end, state)[:2] for end in ("root", "tip")])
+            for state in states
         ]
         quantity = f"ends to t = 10 s over the length, {functions} functions a strain"
-        yield Check.absolute(
-            quantity, np.array(places) / LENGTH, np.array(values["ends"]) / LENGTH, tolerance
-        )
+        yield Check.absolute(quantity, np.array(places) / LENGTH, np.array(values["ends"]) / LENGTH, tolerance)
 
 
 def right_angle_cantilever(reference: Reference) -> Iterator[Check]:

@@ -60,7 +60,9 @@ def spin_up_checks(reference: Reference, arm: Arm, label: str) -> Iterator[Check
     """Yield the checks of D01 for one kind of arm."""
     values = reference.values
     stiffened = arm("full")
-    yield from spun_checks(reference, stiffened, f"{stiffened.free_count} coordinates, {label}", (2e-3, 1e-2, 1e-2, 2e-2))
+    yield from spun_checks(
+        reference, stiffened, f"{stiffened.free_count} coordinates, {label}", (2e-3, 1e-2, 1e-2, 2e-2)
+    )
 
     # without stiffening the arm is unstable above its first frequency of 3.80 rad/s
     expected = {float(t): v for t, v in values["linear_no_stiffening_v"].items() if float(t) <= 9.0}

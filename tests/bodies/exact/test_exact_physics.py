@@ -11,9 +11,7 @@ import kanefe_fem as fem
 from kanefe.bodies.exact.beam import ExactBeam
 from kanefe.frames import rotation_about
 
-SLENDER = fem.Section.from_stiffness(
-    EA=1e4, GA_y=1e4, GA_z=1e4, EI_y=50.0, EI_z=60.0, GJ=40.0, rho_A=1.0, rho_I=0.1
-)
+SLENDER = fem.Section.from_stiffness(EA=1e4, GA_y=1e4, GA_z=1e4, EI_y=50.0, EI_z=60.0, GJ=40.0, rho_A=1.0, rho_I=0.1)
 
 
 @pytest.mark.parametrize("steps", [2000, pytest.param(100_000, marks=pytest.mark.slow)])
@@ -24,7 +22,9 @@ def test_free_flight_keeps_energy_and_momenta(steps: int) -> None:
     eta = 0.3 * np.random.default_rng(0).normal(size=12) / (1.0 + np.arange(12) % 4) ** 2
     joint = kf.Free(velocity=(1.0, 0.3, -0.2), angular_velocity=(0.7, 1.5, -0.4))
     scene.add_flexible_body("beam", beam, joint=joint, modal_coordinates=eta)
-    run = scene.simulate((0.0, 0.02 * steps), method="energy-momentum", step=0.02, output_step=0.001 * steps, progress=False)
+    run = scene.simulate(
+        (0.0, 0.02 * steps), method="energy-momentum", step=0.02, output_step=0.001 * steps, progress=False
+    )
     energy = run.energy
     assert np.ptp(energy.elastic) > 0.1 * energy.total[0]  # it does swing
     # 1e5 steps: 1e-8 is asked for; round-off and the tolerance of the iteration leave some 1e-12
@@ -59,9 +59,7 @@ def test_frequencies_of_bending(is_clamped: bool) -> None:
 
 def test_frequencies_of_stretch_and_twist() -> None:
     """Rods clamped at one end: odd multiples of a quarter wave."""
-    section = fem.Section.from_stiffness(
-        EA=300.0, GJ=2.0, EI_y=1e-3, EI_z=1e-3, rho_A=0.5, rho_I=(0.02, 0.03)
-    )
+    section = fem.Section.from_stiffness(EA=300.0, GJ=2.0, EI_y=1e-3, EI_z=1e-3, rho_A=0.5, rho_I=(0.02, 0.03))
     beam = fem.exact_beam(3.0, section, theory="stretching", basis=12)
     scene = kf.System()
     scene.add_flexible_body("beam", beam)
@@ -93,9 +91,9 @@ def test_linearisation_about_a_bent_state() -> None:
 
 def frame_of_lee(load: float) -> kf.System:
     """Return Lee's frame: two legs of 120, hinged at both far ends; the load is at 24 from the corner on the beam."""
-    A, I, E, nu = 6.0, 2.0, 7.2e6, 0.3
+    A, inertia, E, nu = 6.0, 2.0, 7.2e6, 0.3
     GA = 5.0 / 6.0 * E / (2.0 * (1.0 + nu)) * A
-    section = fem.Section.from_stiffness(EA=E * A, GA_y=GA, EI_z=E * I, rho_A=1.0)
+    section = fem.Section.from_stiffness(EA=E * A, GA_y=GA, EI_z=E * inertia, rho_A=1.0)
 
     def piece(length: float) -> ExactBeam:
         return fem.exact_beam(length, section, theory="shear-deformable", planar=True, basis=6)
@@ -125,7 +123,7 @@ def test_lees_frame_under_a_small_load_is_that_of_beam_theory() -> None:
 def linear_sag() -> float:
     """Return the sag under a unit load by virtual work: one redundant, the horizontal force H of the pins."""
     a, b, L = 24.0, 96.0, 120.0
-    E, A, I = 7.2e6, 6.0, 2.0
+    E, A, inertia = 7.2e6, 6.0, 2.0
     GA = 5.0 / 6.0 * E / 2.6 * A
     x, w = np.polynomial.legendre.leggauss(8)
 
@@ -139,7 +137,7 @@ def linear_sag() -> float:
             s, weights = along(start, end)
             M1, N1, V1 = one(part, s)
             M2, N2, V2 = other(part, s)
-            total += float(np.sum(weights * (M1 * M2 / (E * I) + N1 * N2 / (E * A) + V1 * V2 / GA)))
+            total += float(np.sum(weights * (M1 * M2 / (E * inertia) + N1 * N2 / (E * A) + V1 * V2 / GA)))
         return total
 
     def by_load(part, s):

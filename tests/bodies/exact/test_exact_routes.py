@@ -49,7 +49,11 @@ def springs(scene: kf.System) -> None:
     scene.add_spring("stay", scene.ground, beam.interface("tip"), stiffness=30.0, damping=2.0, rest_length=0.5)
     scene.add_spring("chord", beam.interface("root"), beam.interface("tip"), stiffness=50.0, damping=1.0)
     scene.add_bushing(
-        "bushing", beam.interface("root"), beam.interface("middle"), stiffness=(20.0, 10.0, 5.0), damping=(1.0, 2.0, 0.5)
+        "bushing",
+        beam.interface("root"),
+        beam.interface("middle"),
+        stiffness=(20.0, 10.0, 5.0),
+        damping=(1.0, 2.0, 0.5),
     )
 
 

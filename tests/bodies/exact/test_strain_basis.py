@@ -7,7 +7,13 @@ from scipy.interpolate import BSpline as Scipys
 import kanefe as kf
 
 X = np.linspace(0.0, 1.0, 41)
-SPLINES = [kf.BSpline(0, 3), kf.BSpline(1, 1), kf.BSpline(2, 4), kf.BSpline(3, (0.2, 0.2, 0.7)), kf.BSpline(2, (0.5,) * 3)]
+SPLINES = [
+    kf.BSpline(0, 3),
+    kf.BSpline(1, 1),
+    kf.BSpline(2, 4),
+    kf.BSpline(3, (0.2, 0.2, 0.7)),
+    kf.BSpline(2, (0.5,) * 3),
+]
 
 
 @pytest.mark.parametrize("basis", SPLINES, ids=repr)

@@ -36,7 +36,10 @@ def made(section=SECTION, length=2.0, **options):
         ({"section": lambda s: "square"}, "section at .* m is 'square'"),
         ({"section": fem.Rectangle(0.1, 0.1)}, "needs a material"),
         ({"section": FLAT}, "has no GJ and no EI_y|which a beam in space needs"),
-        ({"section": FLAT, "planar": True, "theory": "shear-deformable"}, "no finite, positive stiffness against shear_y"),
+        (
+            {"section": FLAT, "planar": True, "theory": "shear-deformable"},
+            "no finite, positive stiffness against shear_y",
+        ),
         ({"damping": 0.01}, "RayleighDamping or kanefe.ModalDamping|damping"),
     ],
     ids=lambda given: "" if isinstance(given, str) else "-".join(given),
