@@ -139,10 +139,8 @@ call(
     planar=False,
     basis=2,
     curvature=(0.0, 0.1, 0.0),
-    start=(0.0, 0.0, 0.0),
     axes=np.eye(3),
     interfaces={"tip": 1.0},
-    breaks=(0.5,),
     damping=kf.ModalDamping(0.01),
 )
 call(

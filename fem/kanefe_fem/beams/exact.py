@@ -52,10 +52,8 @@ def exact_beam(
     planar: bool = False,
     basis: int | StrainBasis | Mapping[str, int | StrainBasis] = 8,
     curvature: Sequence[float] | Callable[[float], Sequence[float]] = (0.0, 0.0, 0.0),
-    start: Sequence[float] = (0.0, 0.0, 0.0),
     axes: Sequence[Sequence[float]] | np.ndarray | None = None,
     interfaces: Mapping[str, float] | None = None,
-    breaks: Sequence[float] = (),
     damping: RayleighDamping | ModalDamping | None = None,
 ) -> ExactBeam:
     """Return a geometrically exact beam, which may bend and turn as far as it likes, as a flexible body.
@@ -82,12 +80,11 @@ def exact_beam(
     curvature : array_like, shape (3,), or callable
         Twist, and curvature about y and about z, of the beam at rest, 1/m; a function of the arc length where they
         vary.
-    start, axes : array_like, shapes (3,), (3, 3)
-        Root section in G: place (m), and axes as columns, x along the beam. Default: those of G.
+    axes : array_like, shape (3, 3), optional
+        Axes of the root section, at the origin of G, as columns, x along the beam. Default: those of G.
     interfaces : mapping of str to float, optional
-        Arc lengths (m) of the sections to which something is attached. Default: "root" at 0 and "tip" at the end.
-    breaks : sequence of float, optional
-        Other arc lengths (m) at which sections or curvatures jump.
+        Arc lengths (m) of the sections to which something is attached, or where sections or curvatures jump. Default:
+        "root" at 0 and "tip" at the end.
     damping : RayleighDamping or ModalDamping, optional
         Of the rates of the strains, which rigid motions do not have, with the modes and the mass of the beam at rest.
         ``RayleighDamping(stiffness=...)`` is a viscous material.
@@ -116,13 +113,13 @@ def exact_beam(
     kept = [name for name in KEPT[theory] if not planar or name in IN_PLANE]
     bases = _bases(basis, kept)
     where = _interfaces(interfaces, length)
-    inner = sorted({*_places("breaks", breaks, length), *where.values()} - {0.0, length})
-    place, root = _root(start, axes)
+    inner = sorted({*where.values()} - {0.0, length})
+    root = _root(axes)
     section_at = _sections(section, material)
     fields = _fields(section_at, material, curvature, planar)
     _check_positive(fields, length, [STRAINS.index(name) for name in kept], inner)
     points = max(b.degree for b in bases.values()) + 1 + SPARE_POINTS
-    line, K = beam_line(length, fields, bases, inner, points, place, root)
+    line, K = beam_line(length, fields, bases, inner, points, np.zeros(3), root)
     if damping is not None and not isinstance(damping, (RayleighDamping, ModalDamping)):
         raise ModelError(f"exact_beam: damping = {damping!r}. Remedy: kanefe.RayleighDamping or kanefe.ModalDamping")
     C = np.zeros_like(K) if damping is None else damping_of(damping, K, BeamInertia(line).elastic_mass)
@@ -161,29 +158,29 @@ def _interfaces(given: Mapping[str, float] | None, length: float) -> dict[str, f
         return {"root": 0.0, "tip": length}
     if not isinstance(given, Mapping) or not given:
         raise ModelError("exact_beam: interfaces is a mapping of names to arc lengths in m, such as {'tip': 1.0}")
-    places = _places("interfaces", list(given.values()), length)
+    places = _places(list(given.values()), length)
     return dict(zip(given, places, strict=True))
 
 
-def _places(what: str, given: Sequence[float], length: float) -> list[float]:
+def _places(given: Sequence[float], length: float) -> list[float]:
     """Return arc lengths within the beam; those within round-off of an end are there."""
     s = numbers(given)
     if s.ndim != 1 or not np.all((s >= -1e-12 * length) & (s <= (1.0 + 1e-12) * length)):
-        raise ModelError(f"exact_beam: {what}: {given!r} must be arc lengths within the beam, from 0 to {length:g} m")
+        raise ModelError(
+            f"exact_beam: interfaces: {given!r} must be arc lengths within the beam, from 0 to {length:g} m"
+        )
     near = np.where(s <= 1e-12 * length, 0.0, np.where(s >= (1.0 - 1e-12) * length, length, s))
     return [float(value) for value in near]
 
 
-def _root(start: Any, axes: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return place and axes of the root section."""
-    place, root = numbers(start).astype(float), np.eye(3) if axes is None else numbers(axes).astype(float)
-    if place.shape != (3,) or not np.isfinite(place).all():
-        raise ModelError(f"exact_beam: start = {start!r} must be a place (3,) in m")
+def _root(axes: Any) -> np.ndarray:
+    """Return the axes of the root section."""
+    root = np.eye(3) if axes is None else numbers(axes).astype(float)
     if root.shape != (3, 3) or np.abs(root.T @ root - np.eye(3)).max() > 1e-9 or np.linalg.det(root) < 0.0:
         raise ModelError(
             "exact_beam: axes must be a rotation matrix (3, 3) with the axes of the root section as columns"
         )
-    return place, root
+    return root
 
 
 def _sections(section: Any, material: Any) -> SectionAt:

@@ -14,7 +14,8 @@ from kanefe.checks.verification import Case, Check, Reference
 from kanefe.checks.verification.scenes import whole_run
 from kanefe.frames import axis_rotation
 from kanefe.joints import Free, Motion, Revolute
-from kanefe.linear.equilibrium.equilibria import Equilibrium, equilibrium
+from kanefe.linear.equilibrium.equilibria import equilibrium
+from kanefe.linear.equilibrium.rest import Equilibrium
 from kanefe.system import System
 from kanefe_fem.beams.beam_section import BeamSection
 from kanefe_fem.beams.exact import exact_beam
@@ -114,9 +115,10 @@ def bend(reference: Reference) -> Iterator[Check]:
 def helix(reference: Reference) -> Iterator[Check]:
     """G07: a straight beam that is coiled by a couple and pulled along its axis."""
     values = reference.values
-    # a break in the middle halves the steps from section to section, whose error is the larger one here (2e-8)
+    # an interface in the middle halves the steps from section to section, whose error is the larger one here (2e-8)
     middle = 0.5 * values["L"]
-    beam = exact_beam(values["L"], stiff_section(values), theory="shear-deformable", basis=BASIS, breaks=[middle])
+    places = {"middle": middle, "tip": values["L"]}
+    beam = exact_beam(values["L"], stiff_section(values), theory="shear-deformable", basis=BASIS, interfaces=places)
     found = under_loads(beam, force=(0.0, 0.0, values["force"]), torque=(0.0, 0.0, values["moment"]))
     quantity = "place of the tip over the length, 24 coordinates of bending and twist"
     place = found.position("beam", "tip") / values["L"]

@@ -25,6 +25,9 @@ from kanefe.bodies.slopes import SLOPE_MEASURES
 from kanefe.frames import Matrix, Vector
 from kanefe.storage.pickled import PickledByFields
 
+THREE_POINTS = 0.5 + np.sqrt(15.0) / 10.0 * np.array((-1.0, 0.0, 1.0)), np.array((5.0, 8.0, 5.0)) / 18.0
+"""Gauss points and weights of the unit interval for the curvature over a part of a step, of sixth order."""
+
 ALONG = np.array((1.0, 0.0, 0.0))
 """Direction of the axis in the axes of an undeformed section."""
 
@@ -179,9 +182,9 @@ class BeamLine(PickledByFields):
         u = 0.5 * (share - 1.0)  # middle of the part, from that of the step
         rest = np.array((share * (a1 + u * a2 + u**2 * a3), share**2 * (a2 + 2.0 * u * a3), share**3 * a3))
         part = x - marks[step]
-        within = self.through((marks[step] + MAGNUS_POINTS[:, None] * part).ravel()) @ self.strains(eta)[..., 3:]
+        within = self.through((marks[step] + THREE_POINTS[0][:, None] * part).ravel()) @ self.strains(eta)[..., 3:]
         bent = np.moveaxis(within.reshape(len(eta), len(self.lengths), 3, len(x), 3), 2, 0)
-        a = rest[:, None] + magnus_vectors(1.0, bent) * (self.lengths[:, None] * part)[..., None]
+        a = rest[:, None] + magnus_vectors(1.0, *THREE_POINTS, bent) * (self.lengths[:, None] * part)[..., None]
         A, p = self.places(eta)
         first = (len(self.points) + 1) * np.arange(len(self.lengths))
         along = np.squeeze(A[:, self.gauss_nodes] @ (ALONG + self.strains(eta)[..., :3])[..., None], -1)

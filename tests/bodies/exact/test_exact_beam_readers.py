@@ -25,7 +25,7 @@ def strip(**options: object) -> kf.FlexibleBody:
 
 
 def curved() -> kf.FlexibleBody:
-    return strip(curvature=(0.5, 1.0, 2.0), start=(0.1, 0.2, 0.0), interfaces={"root": 0.0, "mid": 0.4, "tip": 1.0})
+    return strip(curvature=(0.5, 1.0, 2.0), interfaces={"root": 0.0, "mid": 0.4, "tip": 1.0})
 
 
 @pytest.fixture(scope="module")
@@ -135,7 +135,10 @@ def test_section_forces_are_in_balance_with_the_root(swing):
 
 
 def test_axes_within_steps_are_those_of_finer_steps():
-    line, fine = (exact_beam(1.0, STRIP, RUBBER, basis=4, breaks=b, curvature=(0, 1, 2)).line for b in ((), (0.37,)))
+    line, fine = (
+        exact_beam(1.0, STRIP, RUBBER, basis=4, interfaces={"tip": 1.0, **b}, curvature=(0, 1, 2)).line
+        for b in ({}, {"mid": 0.37})
+    )
     eta = 0.2 * np.random.default_rng(2).normal(size=(3, line.count))
     for found, exact in zip(line.within(eta, np.array([0.0, 0.37, 1.0])), fine.places(eta), strict=True):
         ends = exact[:, [0, fine.end_node(0), fine.end_node(1)]]

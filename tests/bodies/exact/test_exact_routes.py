@@ -103,7 +103,6 @@ def test_routes_agree_in_a_plane() -> None:
             basis=3,
             curvature=(0.0, 0.0, 0.7),
             axes=axes,
-            start=(0.1, 0.2, 0.3),
         )
         scene = kf.System(gravity=(0.3, -9.0, 0.0))
         eta = 0.3 * np.random.default_rng(1).normal(size=beam.free_count)

@@ -26,10 +26,8 @@ def made(section=SECTION, length=2.0, **options):
         ({"basis": {"twist": 3, "curvature_y": 2, "curvature_z": "two"}}, "basis of curvature_z = 'two'|basis"),
         ({"interfaces": {"beyond": 2.5}}, "must be arc lengths within the beam, from 0 to 2 m"),
         ({"interfaces": {}}, "interfaces is a mapping"),
-        ({"breaks": (-0.1,)}, "breaks: .*within the beam"),
         ({"axes": np.diag((1.0, 1.0, -1.0))}, "rotation matrix"),
         ({"axes": 2.0 * np.eye(3)}, "rotation matrix"),
-        ({"start": (0.0, float("nan"), 0.0)}, "place .3,. in m|nan|finite"),
         ({"curvature": (0.0, 1.0)}, "three finite numbers"),
         ({"planar": True, "curvature": (0.0, 1.0, 0.0)}, "no twist and no curvature about y"),
         ({"curvature": lambda s: (0.0, 0.0, float("nan"))}, "three finite numbers"),
@@ -83,7 +81,7 @@ def test_a_jump_of_the_section_needs_a_break():
     def section(s):
         return fem.Section.from_stiffness(EA=300.0, EI_z=4.0 if s < 0.7 else 2.0, rho_A=1.0)
 
-    beam = made(section, planar=True, basis=kf.BSpline(0, (0.35,)), breaks=(0.7,))
+    beam = made(section, planar=True, basis=kf.BSpline(0, (0.35,)), interfaces={"jump": 0.7, "tip": 1.0})
     scene = kf.System()
     scene.add_torque(scene.add_flexible_body("beam", beam).interface("tip"), (0.0, 0.0, 1.0))
     eta = kf.equilibrium(scene).modal_coordinates("beam")
