@@ -177,7 +177,7 @@ def move_sections(flexible: FlexibleTables, f: int, modal: np.ndarray) -> None:
     moving = 2 if in_plane else 3
     beam, at = beam_in(flexible, body), beam_work_in(body, modal)
     eta, deta = modal[span(body, WORK_ETA)], modal[span(body, WORK_DETA)]
-    zero = 0.0 * modal[body[EXACT_WORK]]
+    zero = 0.0 * eta[0]
     at.sections[0, :] = zero
     put(at.sections, 0, PLACE_AT, three(beam.head, 0))
     for i in range(9):
