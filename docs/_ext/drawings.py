@@ -27,6 +27,7 @@ OWN = {
     "25_stress_of_skids": "stress_of_skids.png",
     "26_stress_of_a_solid_gear": "solid_gear.png",
     "28_blade_cut_in_twelve": "blade_cut_in_twelve.png",
+    "29_drop_of_a_compliant_gear": "drop_of_a_compliant_gear.png",
 }
 # whose run can be turned with the mouse on its page
 PLAYED = (
