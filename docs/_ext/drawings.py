@@ -28,6 +28,7 @@ OWN = {
     "26_stress_of_a_solid_gear": "solid_gear.png",
     "27_flying_noodle": "flying_noodle.png",
     "28_blade_cut_in_twelve": "blade_cut_in_twelve.png",
+    "29_drop_of_a_compliant_gear": "drop_of_a_compliant_gear.png",
 }
 # whose run can be turned with the mouse on its page
 PLAYED = (

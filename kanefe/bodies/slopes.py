@@ -59,7 +59,7 @@ def _series(first: int, factor: Callable[[int], float] = lambda k: 1.0) -> tuple
 _SERIES = (_series(2), _series(3), _series(4, lambda k: -2.0 * (k + 1)), _series(5, lambda k: -2.0 * (k + 1)))
 
 
-def _exponential_coefficients(x: float) -> tuple[float, ...]:
+def exponential_coefficients(x: float) -> tuple[float, ...]:
     """Return a, b, a'/x and b'/x of an angle; by series below 1 rad, where the closed forms cancel."""
     if x < 1.0:
         return tuple(_horner(coefficients, x * x) for coefficients in _SERIES)
@@ -86,13 +86,13 @@ def _exponential_rotation(theta: Vector) -> Matrix:
 
 
 def _exponential_tangent(theta: Vector) -> Matrix:
-    a, b, _, _ = _exponential_coefficients(float(np.linalg.norm(theta)))
+    a, b, _, _ = exponential_coefficients(float(np.linalg.norm(theta)))
     t = skew(theta)
     return np.eye(3) + a * t + b * (t @ t)
 
 
 def _exponential_remainder(theta: Vector, dtheta: Vector) -> Vector:
-    _, b, da, db = _exponential_coefficients(float(np.linalg.norm(theta)))
+    _, b, da, db = exponential_coefficients(float(np.linalg.norm(theta)))
     x = cross(theta, dtheta)
     along = float(theta @ dtheta)
     return da * along * x + db * along * cross(theta, x) + b * cross(dtheta, x)
