@@ -55,6 +55,7 @@ on("kanefe.FiniteElementModel.rigid_modes", lambda: steel_beam(4), about=(0.0, 0
 on("kanefe.FlexibleBody.interface", beam, name="tip")
 on("kanefe.FlexibleBody.load_pattern", loaded_body, name="right")
 on("kanefe.FlexibleBody.node_displacements", beam, eta=np.zeros(2 + 6))
+on("kanefe.FlexibleBody.node_velocities", beam, eta=np.zeros(2 + 6), deta=np.zeros(2 + 6))
 on("kanefe.FlexibleBody.node_frame", beam, node=0)
 on("kanefe.FlexibleBody.save", beam, path="body.h5")
 files("kanefe.FlexibleBody.load", kf.FlexibleBody.load, path="body.h5")

@@ -139,7 +139,7 @@ call(
     planar=False,
     basis=2,
     curvature=(0.0, 0.1, 0.0),
-    axes=np.eye(3),
+    axes=((1, 0, 0), (0, 1, 0), (0, 0, 1)),
     interfaces={"tip": 1.0},
     damping=kf.ModalDamping(0.01),
 )

@@ -29,8 +29,11 @@ from scenes import lattice_model
 
 # These words are in files that users have: more may come, but none may change.
 WORDS = {
+    "beam inertia",
+    "beam line",
     "cells",
     "elasticity",
+    "exact beam",
     "finite element model",
     "flexible body",
     "inertia field",
@@ -43,13 +46,14 @@ WORDS = {
     "nodal pattern",
     "node group",
     "node shares",
+    "section frame",
     "unreduced body",
 }
 WORDS_OF_WARNINGS = {"accuracy", "imported body", "mesh", "modes", "nodal form", "simulation", "tie", "units"}
 
 # Classes of the same name in two files of a package. A digest does not tell them apart, and need not: they are parts of
 # tables that are printed, of verification runs, studies and searches, never of a scene or of the options of a body.
-SHARED_NAMES = {"Case", "Entry", "Held", "ObjectCode", "Output", "Row", "Scene", "Table"}
+SHARED_NAMES = {"Case", "Entry", "Held", "ObjectCode", "Output", "Row", "Scene", "Table", "Tangent"}
 
 PLACES = {**SAVED_CLASSES, **{f"{word} warning": place for word, place in WARNINGS.items()}}
 

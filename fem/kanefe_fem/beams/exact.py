@@ -42,7 +42,7 @@ SPARE_POINTS = 4
 functions a strain) falls from 5e-10 to 2e-10 of the length from 4 to 6."""
 
 
-@checked("length")
+@checked("length", "planar")
 def exact_beam(
     length: float,
     section: BeamSection | Callable[[float], BeamSection],
@@ -157,7 +157,9 @@ def _interfaces(given: Mapping[str, float] | None, length: float) -> dict[str, f
     if given is None:
         return {"root": 0.0, "tip": length}
     if not isinstance(given, Mapping) or not given:
-        raise ModelError("exact_beam: interfaces is a mapping of names to arc lengths in m, such as {'tip': 1.0}")
+        raise ModelError(
+            "exact_beam: interfaces is not a mapping of names. Remedy: arc lengths in m by name, such as {'tip': 1.0}"
+        )
     places = _places(list(given.values()), length)
     return dict(zip(given, places, strict=True))
 
@@ -186,6 +188,8 @@ def _root(axes: Any) -> np.ndarray:
 def _sections(section: Any, material: Any) -> SectionAt:
     """Return a function that gives the section at an arc length, checked."""
     made: dict[float, BeamSection] = {}
+    if not isinstance(section, BeamSection) and not callable(section):
+        raise ModelError(f"exact_beam: section = {section!r}. Remedy: a section such as Rectangle, or a function of s")
 
     def section_at(s: float) -> BeamSection:
         if s not in made:

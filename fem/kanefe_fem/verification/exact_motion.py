@@ -20,7 +20,7 @@ from kanefe_fem.beams.sections import Section
 from kanefe_fem.verification import spin_up
 
 LENGTH = 10.0
-"""Of each beam, m."""
+"""Length of each beam, m."""
 
 PULL, PUSH, END_OF_LOAD = 8.0, -80.0, 2.5
 """Force (N) and couple (N m) on the flying beam, and when they end (s)."""

@@ -25,10 +25,10 @@ CLOSE = 1e-8
 """Largest error of the tip over the length, with 24 coordinates of bending and twist, or 12 in a plane."""
 
 BENDING = 8
-"""Functions of twist and of each curvature."""
+"""Number of functions of twist and of each curvature."""
 
 STRETCH = 6
-"""Functions of stretch and of each shear, which are small beside."""
+"""Number of functions of stretch and of each shear, which are small beside bending."""
 
 BASIS = {
     **dict.fromkeys(("twist", "curvature_y", "curvature_z"), BENDING),

@@ -25,7 +25,7 @@ def made(section=SECTION, length=2.0, **options):
         ({"basis": {"shear_y": 3}}, "basis names .*shear_y.*this beam has twist"),
         ({"basis": {"twist": 3, "curvature_y": 2, "curvature_z": "two"}}, "basis of curvature_z = 'two'|basis"),
         ({"interfaces": {"beyond": 2.5}}, "must be arc lengths within the beam, from 0 to 2 m"),
-        ({"interfaces": {}}, "interfaces is a mapping"),
+        ({"interfaces": {}}, "interfaces is not a mapping"),
         ({"axes": np.diag((1.0, 1.0, -1.0))}, "rotation matrix"),
         ({"axes": 2.0 * np.eye(3)}, "rotation matrix"),
         ({"curvature": (0.0, 1.0)}, "three finite numbers"),
@@ -81,7 +81,7 @@ def test_a_jump_of_the_section_needs_a_break():
     def section(s):
         return fem.Section.from_stiffness(EA=300.0, EI_z=4.0 if s < 0.7 else 2.0, rho_A=1.0)
 
-    beam = made(section, planar=True, basis=kf.BSpline(0, (0.35,)), interfaces={"jump": 0.7, "tip": 1.0})
+    beam = made(section, planar=True, basis=kf.BSpline(0, (0.35,)), interfaces={"jump": 0.7, "tip": 2.0})
     scene = kf.System()
     scene.add_torque(scene.add_flexible_body("beam", beam).interface("tip"), (0.0, 0.0, 1.0))
     eta = kf.equilibrium(scene).modal_coordinates("beam")
