@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -127,6 +127,15 @@ class CompiledCallback:
                 "coordinates, and then all speeds"
             )
         return ". Remedy: test it in Python, function.py_func"
+
+
+def multiplied(function: Callable[..., Any], axes: Matrix) -> Callable[..., Any]:
+    """Return a function of three components that are multiplied by a matrix (3, 3)."""
+    if isinstance(function, Constant):
+        return Constant(axes @ function.value)
+    if isinstance(function, CompiledCallback):
+        return replace(function, axes=axes if function.axes is None else axes @ function.axes)
+    return Turned(function, axes)
 
 
 def callback(function: Callable[..., Any], label: str) -> tuple[Callable[..., Any], bool]:

@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.arguments import checked, told
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-from kanefe.loads.functions import Constant, Turned, callback
+from kanefe.loads.functions import Constant, callback, multiplied
 from kanefe.scene.readings import with_reads
 from kanefe.scene.scene import BodyEntry, FlexibleMember, Frame, Scene, three
 from kanefe.scene.segments import SegmentedMember
@@ -77,7 +77,8 @@ class FieldLoadMethods(Scene):
             A line of the beam model: "span" is all of it (see `kanefe_fem.beam_model`), and the only one of an exact
             beam.
         load : (3,) or callable t, or (t, state), -> (3,)
-            N/m of the undeformed axis.
+            N/m of the undeformed axis. Of an exact beam, a function in Python is called for each of its Gauss points,
+            one of `kanefe.compiled` in compiled code.
         follows : bool
             True: components of the body's mesh frame G (of each segment, and turning with the sections of an exact
             beam); False: of N.
@@ -156,14 +157,10 @@ class FieldLoadMethods(Scene):
         body = member.body
         if not isinstance(body, ExactBeam) or line != "span":
             raise ModelError(f"{label}: an exact beam has the line 'span' alone. Remedy: add_force at its interfaces")
-        function, takes = _vector(load, label)
+        function, takes = _vector(with_reads(self._entries, load, label), label)
         lengths = np.outer(body.line.lengths, body.line.weights)
         for node, length in zip(body.line.gauss_nodes.ravel(), lengths.ravel(), strict=True):
-            own: Callable[..., Any] = (
-                Constant(length * function.value)
-                if isinstance(function, Constant)
-                else Turned(function, length * np.eye(3))
-            )
+            own = multiplied(function, length * np.eye(3))
             force = PointLoad(f"{label}, node {node}", own, False, np.zeros(3), follows, takes)
             self._entries[member.number].loads.append((force, body.node_frame(int(node))))
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import numbers, shaped_numbers
 from kanefe.loads.base import Load
-from kanefe.loads.functions import CompiledCallback, Constant, Turned, callback
+from kanefe.loads.functions import Constant, callback, multiplied
 from kanefe.scene.readings import with_reads
 from kanefe.scene.scene import BodyEntry, Frame, Scene, three
 
@@ -346,12 +345,9 @@ def _point_load(
     """Return a checked force or torque, with components transformed to the frame that the target is fixed in."""
     from kanefe.loads.point_load import PointLoad
 
-    axes = target.axes if follows else np.eye(3)
-    if not callable(load):
-        return PointLoad(label, Constant(axes @ three(load, label)), is_torque, where, follows)
-    function, asks = callback(load, label)
-    if not np.array_equal(axes, np.eye(3)):
-        function = replace(function, axes=axes) if isinstance(function, CompiledCallback) else Turned(function, axes)
+    function, asks = callback(load, label) if callable(load) else (Constant(three(load, label)), False)
+    if follows and not np.array_equal(target.axes, np.eye(3)):
+        function = multiplied(function, target.axes)
     return PointLoad(label, function, is_torque, where, follows, asks)
 
 

@@ -28,7 +28,7 @@ def terms_of(model: ModelData, reading: Reading) -> list[tuple[int, float]] | No
         return [(n + body.flexible.speeds.start + i, 1.0)]
     if reading.what == "deflection":
         frame = body.flexible.body.interface(reading.interface)
-        if frame.quadratic is None:
+        if frame.is_linear:
             return [(eta.start + k, float(frame.motion[i, k])) for k in range(eta.stop - eta.start)]
     return None
 
@@ -39,7 +39,7 @@ def checked_terms(model: ModelData, reading: Reading, label: str) -> list[tuple[
     if terms is None:
         raise ModelError(
             f"the compiled function of {label} reads {reading.label!r}, which is not in the state: a driven "
-            "coordinate, or a deflection to second order. Remedy: a function of time, modal_coordinates, or a "
-            "function in Python, f(t, state)"
+            "coordinate, or a deflection that is not linear in the modal coordinates (of second order, or of an exact "
+            "beam). Remedy: a function of time, modal_coordinates, or a function in Python, f(t, state)"
         )
     return terms

@@ -8,6 +8,7 @@ import pytest
 import kanefe as kf
 from kanefe.frames import euler_parameters_from_matrices, rotation_matrices, rotation_vectors
 from kanefe.kane.run_forces import LiteralForces
+from kanefe.loads.functions import CompiledCallback
 from kanefe.tree.neighbours import parts_of
 from kanefe.views.player import page
 from kanefe.views.player.skins import PIECES, skin_of
@@ -223,3 +224,44 @@ def test_report_speaks_of_small_motions_and_the_root():
     assert "for small motions about the undeformed body" in text
     assert "nodal form" not in text
     assert "x, y, z, rx, ry, rz" in text
+
+
+def bent_to_a_quarter_circle() -> kf.System:
+    scene = kf.System()
+    beam = scene.add_flexible_body("beam", strip(), joint=kf.Fixed())
+    scene.add_torque(beam.interface("tip"), (0.0, 0.5 * np.pi * EI, 0.0))
+    return scene
+
+
+def test_controllers_read_the_deflection_of_a_bent_beam_and_not_its_linear_part():
+    scene = bent_to_a_quarter_circle()
+    scene.add_rigid_body("hub", 1.0, 0.1, joint=kf.Revolute("z"))
+    scene.add_controller(
+        "eye", lambda t, reads, memory: 0.0, every=0.1, reads="deflection beam/tip x", drives="motor hub"
+    )
+    run = scene.simulate((0.0, 0.05), start=kf.equilibrium(bent_to_a_quarter_circle()))
+    # sin(t) / t - 1 at t = pi / 2; the linear part is zero
+    assert run.controllers["eye"].reads[0, 0] == pytest.approx(2.0 / np.pi - 1.0, abs=1e-8)
+
+
+def test_compiled_functions_of_loads_refuse_what_is_no_sum_of_the_state():
+    scene = bent_to_a_quarter_circle()
+    pull = kf.compiled(lambda t, reads: (-reads[0], 0.0, 0.0), reads="deflection beam/tip x")
+    scene.add_force(scene.body("beam").interface("tip"), pull)
+    with pytest.raises(kf.ModelError, match="deflection that is not linear in the modal coordinates"):
+        scene.simulate((0.0, 0.01))
+
+
+def test_compiled_line_loads_are_not_called_in_python(monkeypatch):
+    scene, given = kf.System(), {"method": "rk4", "step": 1e-4}
+    beam = scene.add_flexible_body("beam", strip(), joint=kf.Fixed())
+    scene.add_line_load(beam, "span", lambda t: (0.0, 0.0, -t), follows=True)
+    expected = scene.simulate((0.0, 0.01), **given).position("beam", "tip")
+    scene, calls = kf.System(), []
+    monkeypatch.setattr(CompiledCallback, "__call__", lambda *given: calls.append(given))
+    beam = scene.add_flexible_body("beam", strip(), joint=kf.Fixed())
+    scene.add_line_load(beam, "span", kf.compiled(lambda t: (0.0, 0.0, -t)), follows=True)
+    found = scene.simulate((0.0, 0.01), **given).position("beam", "tip")
+    assert not calls
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)  # round-off of 400 evaluations
+    assert abs(expected[-1] - expected[0]).max() > 1e-9
