@@ -28,6 +28,13 @@ Matrix = np.ndarray
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
+def skews(v: np.ndarray) -> np.ndarray:
+    """Return v~ of vectors (..., 3), see `skew`, shape (..., 3, 3)."""
+    found = np.zeros((*v.shape, 3))
+    found[..., 2, 1], found[..., 0, 2], found[..., 1, 0] = v[..., 0], v[..., 1], v[..., 2]
+    return found - found.swapaxes(-1, -2)
+
+
 def skew(v: Vector | Sequence[float]) -> Matrix:
     """Return v~, the matrix of the cross product: ``skew(a) @ b = a x b`` (Eq. 4), shape (3, 3)."""
     x, y, z = v

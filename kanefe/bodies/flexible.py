@@ -24,6 +24,7 @@ from kanefe.storage.pickled import PickledByFields
 from kanefe.storage.scipy_later import scipy, sp
 
 if TYPE_CHECKING:
+    from kanefe.bodies.exact.beam_line import BeamLine
     from kanefe.bodies.nodal_moments import NodalMoments
     from kanefe.bodies.slopes import SlopeMeasure
     from kanefe.documents.document import Report
@@ -269,9 +270,14 @@ class FlexibleBody(PickledByFields):
         return self.fixed_count == 0
 
     @property
+    def line(self) -> BeamLine | None:
+        """Strain fields of an `ExactBeam`; None: any other body."""
+        return None
+
+    @property
     def bends_far(self) -> bool:
         """Whether its motion holds for any deformation, and not for small ones alone."""
-        return False
+        return self.line is not None
 
     @property
     def frequencies(self) -> np.ndarray:

@@ -13,7 +13,7 @@ import numpy as np
 
 from kanefe.bodies.rigid import RigidMass
 from kanefe.fe_model.model import COMPONENTS
-from kanefe.frames import Matrix, Vector, cross, skew
+from kanefe.frames import Matrix, Vector, cross, skew, skews
 from kanefe.kane.kinematics import FrameMotion, elastic_partial_rates
 from kanefe.tree.body_terms import FlexibleTerms
 
@@ -84,7 +84,7 @@ def nodal_partial_velocities(
     dr = psi @ deta
     w2 = skew(G.w) @ skew(G.w)
     V = np.zeros((points, 6, J.shape[1]))
-    V[:, :3] = G.V + psi @ J[6:] - np.einsum("jab,bc->jac", np.array([skew(x) for x in r]), G.W)
+    V[:, :3] = G.V + psi @ J[6:] - np.einsum("jab,bc->jac", skews(r), G.W)
     V[:, 3:] = G.W + slope @ J[6:]
     Z = np.zeros((points, 6))
     Z[:, :3] = G.Z + np.cross(G.Y, r) + r @ w2.T + 2.0 * np.cross(G.w, dr)

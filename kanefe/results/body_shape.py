@@ -153,7 +153,7 @@ def body_shape(model: ModelData, body: BodyTerms) -> BodyShape:
             "provenance": flexible.provenance,
             "elasticity": flexible.elasticity,
             "flexible": flexible,
-            "line": getattr(flexible, "line", None),
+            "line": flexible.line,
             "neighbours": {
                 frame.name: sources[model.index(body.name), frame.name].neighbours for frame in flexible.interfaces
             },

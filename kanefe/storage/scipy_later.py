@@ -13,6 +13,7 @@ __all__ = ["scipy", "sp", "spla"]
 
 if TYPE_CHECKING:
     import scipy
+    import scipy.interpolate
     import scipy.linalg
     import scipy.sparse as sp
     import scipy.sparse.linalg as spla
@@ -29,4 +30,4 @@ else:
                 return import_module(f"{self._name}.{name}")
             return getattr(import_module(self._name), name)
 
-    scipy, sp, spla = _Later("scipy", ("linalg",)), _Later("scipy.sparse"), _Later("scipy.sparse.linalg")
+    scipy, sp, spla = _Later("scipy", ("interpolate", "linalg")), _Later("scipy.sparse"), _Later("scipy.sparse.linalg")

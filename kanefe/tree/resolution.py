@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.tree.model_data import ModelData
-
-if TYPE_CHECKING:
-    from kanefe.bodies.exact.beam_line import BeamLine
 
 COARSE = 1e-2
 """Displacement by the last functions, relative to the length of the beam, above which a run is warned of."""
@@ -54,9 +51,8 @@ def worst_resolution(model: ModelData, times: Vector, coordinates: Matrix) -> Re
     """Return the resolution of the beam with the largest doubt over its length; None without such beams."""
     found = []
     for body in model.bodies:
-        if body.flexible is None or not body.flexible.body.bends_far:
+        if body.flexible is None or (line := body.flexible.body.line) is None:
             continue
-        line: BeamLine = body.flexible.body.line  # type: ignore[attr-defined]
         etas, stiffness = coordinates[:, body.flexible.eta], np.diag(body.flexible.body.stiffness)
         if not line.last.any() or not np.all(np.isfinite(etas)):
             continue

@@ -108,6 +108,7 @@ def exact_beam(
     """
     if not 0.0 < length < np.inf:
         raise ModelError(f"exact_beam: length = {length!r} must be positive and finite. Remedy: give it in m")
+    length = float(length)
     if not isinstance(theory, str) or theory not in KEPT:
         raise ModelError(f"exact_beam: unknown theory {theory!r}. Remedy: one of {', '.join(map(repr, KEPT))}")
     kept = [name for name in KEPT[theory] if not planar or name in IN_PLANE]
@@ -119,7 +120,7 @@ def exact_beam(
     fields = _fields(section_at, material, curvature, planar)
     _check_positive(fields, length, [STRAINS.index(name) for name in kept], inner)
     points = max(b.degree for b in bases.values()) + 1 + SPARE_POINTS
-    line, K = beam_line(length, fields, bases, inner, points, np.zeros(3), root)
+    line, K = beam_line(length, fields, bases, inner, points, root)
     if damping is not None and not isinstance(damping, (RayleighDamping, ModalDamping)):
         raise ModelError(f"exact_beam: damping = {damping!r}. Remedy: kanefe.RayleighDamping or kanefe.ModalDamping")
     C = np.zeros_like(K) if damping is None else damping_of(damping, K, BeamInertia(line).elastic_mass)

@@ -69,15 +69,17 @@ class SectionFrame(InterfaceFrame):
         The rotation vector is the shortest one, up to half a turn.
         """
         found, i = self.line.motion(eta, np.zeros_like(eta)), self.station
-        displacement = self.displacements(eta[None])[0]
+        displacement = self._displacements(found.A[[i]], found.p[[i]])[0]
         turns = np.linalg.solve(SLOPE_MEASURES["rotation-vector"].tangent(displacement[3:]), found.W[i])
         return displacement, np.vstack((found.V[i], turns))
 
     def displacements(self, eta: np.ndarray) -> np.ndarray:
         """Return translations and rotation vectors of the frame, (T, 6), at many states eta (T, k)."""
-        A, p = (of[:, self.station] for of in self.line.places(eta))
+        return self._displacements(*(of[:, self.station] for of in self.line.places(eta)))
+
+    def _displacements(self, A: np.ndarray, p: np.ndarray) -> np.ndarray:
         turned = rotation_vectors(euler_parameters_from_matrices(A @ self.at_rest.T))
-        return np.concatenate((p - self.position, turned), axis=1)
+        return np.hstack((p - self.position, turned))
 
     def remainder(self, deta: np.ndarray) -> np.ndarray:
         """Not defined without a state: see `inner_motion`."""
@@ -103,11 +105,6 @@ class ExactBeam(FlexibleBody):
         super().__post_init__()
         for part in (*self.interfaces, self.moments):  # one line for all, also of a body from a file
             object.__setattr__(part, "line", self.line)
-
-    @property
-    def bends_far(self) -> bool:
-        """True."""
-        return True
 
     @property
     def is_floating(self) -> bool:

@@ -22,7 +22,7 @@ from functools import cached_property
 import numpy as np
 
 from kanefe.bodies.slopes import exponential_coefficients
-from kanefe.frames import Matrix, Vector
+from kanefe.frames import Matrix, Vector, skews
 from kanefe.storage.pickled import PickledByFields
 
 THREE_POINTS = 0.5 + np.sqrt(15.0) / 10.0 * np.array((-1.0, 0.0, 1.0)), np.array((5.0, 8.0, 5.0)) / 18.0
@@ -38,8 +38,8 @@ class BeamLine(PickledByFields):
 
     Attributes
     ----------
-    place, axes : ndarray, shapes (3,), (3, 3)
-        Root section in G: place (m) and axes, x along the beam.
+    axes : ndarray, shape (3, 3)
+        Of the root section, at the origin of G: x along the beam.
     strain_of : ndarray of int, shape (k,)
         In rising order: which strain a coordinate is of, 0 to 5: stretch, shear along y and z, twist (1/m), curvature
         about y and z.
@@ -65,7 +65,6 @@ class BeamLine(PickledByFields):
         The last two functions of each strain, if they are of rising degree; else none.
     """
 
-    place: np.ndarray
     axes: np.ndarray
     strain_of: np.ndarray
     lengths: np.ndarray
@@ -161,7 +160,7 @@ class BeamLine(PickledByFields):
         (C, P, _), T = self.values.shape, len(eta)
         turns = turns_of_vectors(magnus(self.turn_rest + np.tensordot(eta, about, axes=(1, -1)))[0])
         A, p = np.empty((T, self.node_count, 3, 3)), np.empty((T, self.node_count, 3))
-        A[:, 0], p[:, 0] = self.axes, self.place
+        A[:, 0], p[:, 0] = self.axes, 0.0
         for n, turn in enumerate(np.moveaxis(turns.reshape(T, C * (P + 1), 3, 3), 1, 0)):
             A[:, n + 1] = A[:, n] @ turn
         t = np.squeeze(A[:, self.gauss_nodes] @ (ALONG + np.tensordot(eta, along, axes=(1, -1)))[..., None], -1)
@@ -219,7 +218,7 @@ class BeamLine(PickledByFields):
         spins, twists = (np.squeeze(T @ x[..., None], -1) for x in (rate, second))
         turns = T @ np.einsum("cgmab,cgmbk->cgak", D, about)
         flat = [x.reshape(C * (P + 1), *x.shape[2:]) for x in (E, spins, twists + remainder, turns)]
-        found.A[0], found.p[0] = self.axes, self.place
+        found.A[0] = self.axes
         for n, turn in enumerate(flat[0]):
             found.A[n + 1] = found.A[n] @ turn
         before = found.A[:-1]
@@ -284,10 +283,8 @@ def rotations(omega: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarr
     a, b, da, db = (x.reshape(angle.shape)[..., None] for x in coefficients.T)
     t, x = skews(omega), _cross(omega, rate)
     square, along = t @ t, np.sum(omega * rate, axis=-1, keepdims=True)
-    one = np.eye(3)
-    E = one + (1.0 - b * (angle * angle)[..., None])[..., None] * t + a[..., None] * square  # sin x / x = 1 - b x^2
-    T = one + a[..., None] * t + b[..., None] * square
-    return E, T, da * along * x + db * along * _cross(omega, x) + b * _cross(rate, x)
+    T = np.eye(3) + a[..., None] * t + b[..., None] * square
+    return turns_of_vectors(omega), T, da * along * x + db * along * _cross(omega, x) + b * _cross(rate, x)
 
 
 def turn_of_step(a: np.ndarray, da: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
@@ -353,13 +350,6 @@ def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     found[..., 1] = a[..., 2] * b[..., 0] - a[..., 0] * b[..., 2]
     found[..., 2] = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
     return found
-
-
-def skews(v: np.ndarray) -> np.ndarray:
-    """Return v~ of vectors (..., 3)."""
-    found = np.zeros((*v.shape, 3))
-    found[..., 2, 1], found[..., 0, 2], found[..., 1, 0] = v[..., 0], v[..., 1], v[..., 2]
-    return found - found.swapaxes(-1, -2)
 
 
 def magnus_vectors(h: float, points: np.ndarray, weights: np.ndarray, curvatures: np.ndarray) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from kanefe.bodies.exact.beam_line import BeamLine, magnus_vectors
 from kanefe.bodies.exact.strain_basis import StrainBasis
-from kanefe.frames import Matrix, Vector
+from kanefe.frames import Matrix
 
 STRAINS = ("stretch", "shear_y", "shear_z", "twist", "curvature_y", "curvature_z")
 """Strains of a section in the order of their numbers: of its forces along x, y, z, then of its moments about them."""
@@ -46,7 +46,6 @@ def beam_line(
     bases: Mapping[int, StrainBasis],
     breaks: Sequence[float],
     points: int,
-    place: Vector,
     axes: Matrix,
 ) -> tuple[BeamLine, Matrix]:
     """Return the strain fields of a beam, and the stiffness K of its coordinates (k, k).
@@ -62,8 +61,8 @@ def beam_line(
         Places within the beam (m), in order, where cells end besides the breaks of the functions.
     points : int
         Gauss points of each cell.
-    place, axes : ndarray
-        Of the root section in G.
+    axes : ndarray, shape (3, 3)
+        Of the root section, at the origin of G.
     """
     inner = np.concatenate([np.asarray(breaks, dtype=float), *(length * basis.breaks for basis in bases.values())])
     ends = np.unique(np.concatenate(([0.0, length], inner)))
@@ -80,7 +79,7 @@ def beam_line(
     turn_rest, turn_values = np.zeros((cells, points + 1, 3, 3)), np.zeros((cells, points + 1, 3, k))
     gauss_values = np.zeros((cells, points, k))
     masses, centres = np.zeros((cells, points)), np.zeros((cells, points, 3))
-    inertias, K = np.zeros((cells, points, 3, 3)), np.zeros((k, k))
+    inertias = np.zeros((cells, points, 3, 3))
     stiffness = np.zeros((cells, points, 6, 6))
     for c, (start, h) in enumerate(zip(ends[:-1], lengths, strict=True)):
         stations = start + h * np.concatenate(([0.0], x, [1.0]))
@@ -93,11 +92,11 @@ def beam_line(
         masses[c], centres[c] = w * fields.mass(s), fields.centre(s)
         inertias[c] = w[:, None, None] * fields.inertia(s)
         stiffness[c] = fields.stiffness(s)
-        D = stiffness[c][:, strain_of[:, None], strain_of]
-        K += np.einsum("g,gi,gij,gj->ij", w, gauss_values[c], D, gauss_values[c])
+    D = stiffness[..., strain_of[:, None], strain_of]
+    K = np.einsum("c,g,cgi,cgij,cgj->ij", lengths, weights, gauss_values, D, gauss_values, optimize=True)
     last = [basis.is_hierarchical and basis.count - i <= 2 for basis in bases.values() for i in range(basis.count)]
     line = BeamLine(
-        *(place, axes, strain_of, lengths, x, weights, turn_rest, turn_values, gauss_values),
+        *(axes, strain_of, lengths, x, weights, turn_rest, turn_values, gauss_values),
         *(masses, centres, inertias, stiffness, np.array(last)),
     )
     return line, 0.5 * (K + K.T)

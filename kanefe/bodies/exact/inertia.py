@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.bodies.exact.beam_line import BeamLine, skews
+from kanefe.bodies.exact.beam_line import BeamLine
 from kanefe.bodies.mass_moments import MassMoments
-from kanefe.frames import Matrix, Vector
+from kanefe.frames import Matrix, Vector, skews
 from kanefe.storage.pickled import PickledByFields
 from kanefe.storage.serialise import NOT_SAVED
 
@@ -32,13 +32,13 @@ class BeamInertia(PickledByFields):
 
     @property
     def mass(self) -> np.ndarray:
-        """Kg."""
+        """Mass in kg."""
         return np.asarray(self.line.masses.sum())
 
     @cached_property
     def at_rest(self) -> MassMoments:
         """Moments of the undeformed beam as a rigid body."""
-        rigid, _ = self._terms_at(np.zeros(self.line.count), np.zeros(self.line.count), np.zeros(3))
+        rigid, _ = self.terms(np.zeros(self.line.count), np.zeros(self.line.count), np.zeros(3))
         first = np.array((rigid[5, 1], rigid[3, 2], rigid[4, 0]))
         second = 0.5 * np.trace(rigid[3:6, 3:6]) * np.eye(3) - rigid[3:6, 3:6]
         none = np.zeros((3, 0)), np.zeros((3, 3, 0)), np.zeros((3, 3, 0, 0))
@@ -59,7 +59,7 @@ class BeamInertia(PickledByFields):
     def first_moments(self, eta: np.ndarray) -> np.ndarray:
         """Return int rho r at some coordinates eta (T, k), in G, kg m, shape (T, 3)."""
         still = np.zeros(3)
-        terms = (self._terms_at(row, np.zeros_like(row), still)[0] for row in eta)
+        terms = (self.terms(row, np.zeros_like(row), still)[0] for row in eta)
         return np.array([(m[5, 1], m[3, 2], m[4, 0]) for m in terms]).reshape(-1, 3)
 
     def terms(self, eta: Vector, deta: Vector, w: Vector) -> tuple[Matrix, Vector]:
@@ -67,9 +67,6 @@ class BeamInertia(PickledByFields):
 
         Each section is a rigid body with its exact rotation (Eq. 12, 37, 38).
         """
-        return self._terms_at(eta, deta, w)
-
-    def _terms_at(self, eta: Vector, deta: Vector, w: Vector) -> tuple[Matrix, Vector]:
         n = self._sections_at(eta, deta, w)
         width = n.V.shape[2]
         flat, turned = n.V.reshape(-1, width), n.W.reshape(-1, width)

@@ -10,9 +10,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-
-LEAST_SPAN = 1e-9
-"""Shortest distance of two knots, over the length of the beam, that counts as one between them."""
+from kanefe.storage.scipy_later import scipy
 
 
 class StrainBasis(ABC):
@@ -139,16 +137,6 @@ class BSpline(StrainBasis):
         return np.unique(self._all[self.degree + 1 : -self.degree - 1])  # type: ignore[attr-defined]
 
     def values(self, x: np.ndarray) -> np.ndarray:
-        """Return the values of all functions at some places, (len(x), count): the recursion of Cox and de Boor."""
-        t = self._all  # type: ignore[attr-defined]
-        last = np.flatnonzero(t < 1.0)[-1]
-        span = np.minimum(np.searchsorted(t, x, side="right") - 1, last)
-        found = np.zeros((len(x), len(t) - 1))
-        found[np.arange(len(x)), span] = 1.0
-        for p in range(1, self.degree + 1):
-            for i in range(len(t) - 1 - p):
-                rising, falling = t[i + p] - t[i], t[i + p + 1] - t[i + 1]
-                left = (x - t[i]) / rising * found[:, i] if rising > 0.0 else 0.0
-                right = (t[i + p + 1] - x) / falling * found[:, i + 1] if falling > 0.0 else 0.0
-                found[:, i] = left + right
-        return found[:, : self.count]
+        """Return the values of all functions at some places, (len(x), count)."""
+        knots: np.ndarray = self._all  # type: ignore[attr-defined]
+        return np.asarray(scipy.interpolate.BSpline.design_matrix(x, knots, self.degree).toarray())

@@ -46,10 +46,10 @@ from kanefe.kernels.layout import (
     Tables,
 )
 from kanefe.kernels.sweeps.advance import advance
-from kanefe.kernels.sweeps.exact_beams import scale_beams
 from kanefe.kernels.sweeps.implicit import stiffen_joints, stiffen_modes
 from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward
+from kanefe.kernels.sweeps.unit_mass import scale_beams
 
 CLOSED, LEFT_OPEN, WITHOUT_INERTIA = range(3)
 """Return values of `close`. The literal route may be able to close open loops, and names those that cannot be closed;

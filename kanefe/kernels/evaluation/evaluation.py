@@ -59,11 +59,11 @@ from kanefe.kernels.steppers.step_commands import (
 )
 from kanefe.kernels.sweeps.accelerations import put_driving_forces, sweep_accelerations
 from kanefe.kernels.sweeps.elastic import span, total
-from kanefe.kernels.sweeps.exact_beams import scale_beams
 from kanefe.kernels.sweeps.implicit import stiffen_joints, stiffen_modes
 from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.inward import sweep_inward
 from kanefe.kernels.sweeps.outward import sweep_outward
+from kanefe.kernels.sweeps.unit_mass import scale_beams
 
 
 class Workspace(NamedTuple):

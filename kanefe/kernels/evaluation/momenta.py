@@ -77,7 +77,7 @@ from kanefe.kernels.steppers.step_commands import (
     TOTAL_MASS,
 )
 from kanefe.kernels.sweeps.elastic import coupling_span, project, span
-from kanefe.kernels.sweeps.exact_beams import energies_of_beam
+from kanefe.kernels.sweeps.exact_beam_inertia import energies_of_beam
 from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward
 

@@ -29,7 +29,7 @@ from kanefe.kernels.layout import (
 from kanefe.kernels.loads.coordinate_law import coordinate_slopes
 from kanefe.kernels.planar.layout import PlanarTables
 from kanefe.kernels.sweeps.elastic import coupling_span, span, transposed_product
-from kanefe.kernels.sweeps.exact_beams import stiffen_beam
+from kanefe.kernels.sweeps.exact_beam_inertia import stiffen_beam
 
 
 @kernel

@@ -29,7 +29,7 @@ from kanefe.kernels.layout import (
 )
 from kanefe.kernels.sweeps.body_inertia import clear, set_rigid
 from kanefe.kernels.sweeps.elastic import coupling_span, set_flexible, set_stiff, span
-from kanefe.kernels.sweeps.exact_beams import set_exact
+from kanefe.kernels.sweeps.exact_beam_inertia import set_exact
 
 
 @kernel

@@ -67,7 +67,7 @@ from kanefe.kernels.layout import (
 from kanefe.kernels.sweeps.body_inertia import hand_inward
 from kanefe.kernels.sweeps.border import Border, border_in
 from kanefe.kernels.sweeps.elastic import coupling_span, project, span, total, transposed_product
-from kanefe.kernels.sweeps.exact_beams import from_unit_mass, to_unit_mass
+from kanefe.kernels.sweeps.unit_mass import from_unit_mass, to_unit_mass
 
 
 @kernel

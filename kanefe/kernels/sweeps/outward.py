@@ -221,7 +221,7 @@ def _interface(
     parent = rows[i, PARENT]
     zero = 0.0 * work[parent, R]
     if body[EXACT] >= 0:
-        offset_G, A, shift, spin_G, pull, bend = section_motion(flexible, body, rows[i, BASIS], at_rest, modal)
+        offset_G, A, shift, spin_G, pull, bend = section_motion(body, rows[i, BASIS], at_rest, modal)
         T = (zero + 1.0, zero, zero, zero, zero + 1.0, zero, zero, zero, zero + 1.0)
     else:
         displacement, slopes, shift, rates, pull, twist = _by_modes(flexible, rows, i, body, modal, zero)

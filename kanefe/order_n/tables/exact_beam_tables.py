@@ -1,4 +1,4 @@
-"""Constants of a beam that bends far, in the kernels' order: see `kanefe.kernels.sweeps.exact_beams.Beam`."""
+"""Constants of a beam that bends far, in the kernels' order: see `kanefe.kernels.sweeps.exact_beam_layout.Beam`."""
 
 from __future__ import annotations
 
@@ -23,7 +23,6 @@ def beam_numbers(line: BeamLine, stiffness: Matrix) -> tuple[np.ndarray, ...]:
         (line.masses[..., None], line.centres, line.inertias[..., rows, columns]), axis=-1
     ).reshape(cells * points, 10)
     return (
-        line.place,
         line.axes,
         begins,
         line.lengths,

@@ -67,7 +67,7 @@ from kanefe.kernels.layout import (
 )
 from kanefe.kernels.links.places import SIGNATURE
 from kanefe.kernels.sweeps.border import border_size
-from kanefe.kernels.sweeps.exact_beams import beam_work_size, motion_of_section
+from kanefe.kernels.sweeps.exact_beam_layout import beam_work_size, motion_of_section
 from kanefe.order_n.tables.exact_beam_tables import beam_numbers, constants_of_beam
 from kanefe.order_n.tables.frame_offsets import FrameOffset, FrameOffsets
 from kanefe.order_n.tables.load_tables import attached_interfaces, joint_force_tables, point_load_tables
@@ -231,7 +231,7 @@ class TableBuilder(FrameOffsets):
         if terms is None:
             return
         k = terms.body.free_count
-        line = getattr(terms.body, "line", None)
+        line = terms.body.line
         modes = modal_constants(terms) if line is None else constants_of_beam(terms)
         integers = np.full(BODY_INTEGERS, -1, dtype=np.int64)
         integers[COUNT], integers[ROW] = k, row

@@ -199,11 +199,8 @@ def _fine(line: BeamLine, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     x = (marks[:-1, None] + np.diff(marks)[:, None] * np.arange(1, PIECES + 1) / PIECES).ravel()
     A, p = line.within(eta, x)
     count = len(eta)
-    root = np.broadcast_to(line.axes, (count, 1, 3, 3)), np.broadcast_to(line.place, (count, 1, 3))
-    return (
-        np.concatenate((root[0], A.reshape(count, -1, 3, 3)), axis=1),
-        np.concatenate((root[1], p.reshape(count, -1, 3)), axis=1),
-    )
+    axes = np.concatenate((np.broadcast_to(line.axes, (count, 1, 3, 3)), A.reshape(count, -1, 3, 3)), axis=1)
+    return axes, np.concatenate((np.zeros((count, 1, 3)), p.reshape(count, -1, 3)), axis=1)
 
 
 def _turns(outline: np.ndarray) -> np.ndarray:
