@@ -88,10 +88,14 @@ def missed_statics(instants: Sequence[Instant]) -> list[Missed]:
 
 def _together(model: ModelData, body: BodyTerms) -> list[BodyTerms]:
     """Return the body, or all segments of a segmented body, whose deformation counts as that of one body."""
-    if body.flexible is None or "segment" not in body.flexible.body.provenance:
+    if not _is_segment(body):
         return [body]
     stem = body.name.rpartition(" ")[0]
-    return [other for other in model.bodies if other.name.rpartition(" ")[0] == stem and other.flexible is not None]
+    return [other for other in model.bodies if _is_segment(other) and other.name.rpartition(" ")[0] == stem]
+
+
+def _is_segment(body: BodyTerms) -> bool:
+    return body.flexible is not None and "segment" in body.flexible.body.provenance
 
 
 def _energy(body: BodyTerms, instant: Instant) -> float:

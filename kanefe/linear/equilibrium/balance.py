@@ -170,8 +170,11 @@ class BalanceSearch:
     def _closed(self, q: Vector, u: Vector) -> tuple[Vector, Vector]:
         if not self.model.is_constrained:
             return q, u
-        q = project_positions(self.model, self.t, q)
-        return q, project_speeds(self.model, self.t, q, u)
+        if self.model.rigid_contacts:  # the compiled route closes loops alone
+            q = project_positions(self.model, self.t, q)
+            return q, project_speeds(self.model, self.t, q, u)
+        y = self.model.route.projected(self.t, np.concatenate((q, u, self.model.initial_states)))
+        return y[: len(q)], y[len(q) : len(q) + len(u)]
 
     def _iterate(self, start: tuple[Vector, Vector], settles: bool) -> tuple[tuple[Vector, Vector], Imbalance]:
         """Return the best state on the way from the start, and its imbalance."""

@@ -17,7 +17,6 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.loop_closure import project_positions
 from kanefe.linear.equilibrium.balance import stiffness_of
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.stability.raised_loads import scaled_model
@@ -92,8 +91,8 @@ class LoadedScene:
 
     def moved(self, q: Vector, z: Vector) -> Vector:
         """Return coordinates moved along a tangent, with closed loops."""
-        q = self.model.advance(q, z)
-        return project_positions(self.model, self.t, q) if self.model.constraints else q
+        y = np.concatenate((self.model.advance(q, z), np.zeros(self.model.free_count), self.model.initial_states))
+        return self.model.route.projected(self.t, y)[: len(q)]
 
     def between(self, q: Vector, there: Vector, at: Balance) -> Vector:
         """Return the tangent at a balance from some coordinates to others near them, to first order."""

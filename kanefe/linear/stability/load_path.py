@@ -21,7 +21,6 @@ from kanefe.equations.given_state import Start
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.loop_closure import project_positions
 from kanefe.linear.equilibrium.balance import step_length
 from kanefe.linear.equilibrium.equilibria import balanced
 from kanefe.linear.small_motions import SmallMotions
@@ -117,9 +116,8 @@ def load_path(
 
 def _stiffness_beside(small: SmallMotions, model: Model, z: Vector, what: str) -> Matrix:
     """Return the stiffness of a model whose loads are raised, at tangents z from rest."""
-    q = model.advance(small.q, z)
-    if model.constraints:
-        q = project_positions(model, small.t, q)
+    y = np.concatenate((model.advance(small.q, z), small.u, model.initial_states))
+    q = model.route.projected(small.t, y)[: len(small.q)]
     beside = SmallMotions(model, small.t, q, small.u)
     if not np.array_equal(beside.positions.leading, small.positions.leading):
         raise ModelError(f"{what}: the loops are close to a singular position. Remedy: a start away from it")

@@ -5,6 +5,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.errors import ModelError, SimulationError
+from kanefe.kane import loop_closure
 from kanefe.kane.loop_closure import project_positions
 from linear_scenes import GRAVITY, cart_and_rod, governor
 from loop_scenes import four_bar, four_bars
@@ -173,3 +174,12 @@ def test_a_search_steps_over_positions_at_which_loops_are_singular():
     aside = np.pi / 2 - 0.3
     found = kf.equilibrium(four_bars(1, "one on the other"), start=[aside, -aside, aside, 0.0, 0.0, 0.0])
     assert np.cos(found.q) == pytest.approx(-np.ones(3), abs=1e-9)
+
+
+def test_loops_are_closed_by_compiled_code(monkeypatch: pytest.MonkeyPatch) -> None:
+    model, calls = four_bar(speed=0.0).freeze(), list[object]()
+    newton = loop_closure._closed
+    monkeypatch.setattr(loop_closure, "_closed", lambda *given: calls.append(given) or newton(*given))
+    found = kf.equilibrium(model)
+    assert len(calls) == 2  # of the start, and beside the rest, which must not be singular; none of the search
+    assert project_positions(model, 0.0, found.state[:3]) == pytest.approx(found.state[:3], abs=1e-14)
