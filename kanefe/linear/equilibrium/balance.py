@@ -23,6 +23,10 @@ PATIENCE = {True: 80, False: 20}
 """Number of iterations without improvement after which a search ends, with and without the
 shift: a shifted search may pass through worse states."""
 
+AS_IN_STATICS = 1.0
+"""Share of the stiffness in the metric in which loops are closed, s2: stiff coordinates, whose mass resists least, then
+stay where they are, and a step is not undone by the forces of a wrong closing."""
+
 STILL = 1e-14
 """Step, in rad or scene lengths, that is round-off of positions; it may still improve small loads of stiff directions.
 """
@@ -173,7 +177,7 @@ class BalanceSearch:
         if self.model.rigid_contacts:  # the compiled route closes loops alone
             q = project_positions(self.model, self.t, q)
             return q, project_speeds(self.model, self.t, q, u)
-        y = self.model.route.projected(self.t, np.concatenate((q, u, self.model.initial_states)))
+        y = self.model.route.projected(self.t, np.concatenate((q, u, self.model.initial_states)), AS_IN_STATICS)
         return y[: len(q)], y[len(q) : len(q) + len(u)]
 
     def _iterate(self, start: tuple[Vector, Vector], settles: bool) -> tuple[tuple[Vector, Vector], Imbalance]:
