@@ -81,7 +81,7 @@ def guide_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out
 
 @called_by_address(*WATCH_SIGNATURE)
 def guide_tell(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
-    """Write the arc length, the distance of the runner from the line, the rate of the arc length, and the force across."""
+    """Write the arc length, the runner's distance from the line, the rate of the arc length, and the force across."""
     s, r, slope, bend = foot_of(numbers, ends)
     d, rate = minus(three(ends, P), r), three(ends, V)
     turning = times(0.0, d)
