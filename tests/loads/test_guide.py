@@ -23,7 +23,7 @@ def girder() -> kf.FlexibleBody:
         LENGTH, Rectangle(0.1, 0.2), steel, elements=ELEMENTS, theory="euler-bernoulli", rotary_inertia=False
     )
     held = {"root": kf.Interface(fixed=("x", "y", "z", "rx")), "tip": kf.Interface(fixed=("y", "z"))}
-    return beam_body(model, held, kf.CraigBampton(modes=16))
+    return beam_body(model, held, kf.CraigBampton(modes=40))
 
 
 def crossing(girder: kf.FlexibleBody, at: float = 0.0, is_driven: bool = False) -> kf.System:
@@ -71,7 +71,7 @@ def test_a_trolley_that_crosses_a_girder_keeps_the_energy_and_its_force_does_not
     end = 0.95 * LENGTH / SPEED
     result = crossing(girder).simulate((0.0, end), rtol=1e-9, output_step=end / 400)
     energy = result.energy.total
-    assert np.ptp(energy) < 1e-6 * np.ptp(result.energy.kinetic)
+    assert np.ptp(energy) < 1e-7 * energy[0]  # rtol, and interpolation between steps
     assert abs(result.load("rail", "arc length")[-1] - 0.95 * LENGTH) < 0.05
     # without jumps over 24 gaps: the largest third difference over 400 times is that of its bouncing at 70 rad/s,
     # m g (70 h)^3 with h = 4.75e-3 s
@@ -90,21 +90,21 @@ def test_both_routes_agree(girder: kf.FlexibleBody) -> None:
 
 def test_a_trolley_moves_as_by_the_modal_equations_of_a_moving_mass(girder: kf.FlexibleBody) -> None:
     """The modal equations of a simply supported beam under a sprung mass at constant speed, by scipy."""
-    end, n = 0.9 * LENGTH / SPEED, np.arange(1, 9)
+    end, n = 0.9 * LENGTH / SPEED, np.arange(1, 25)
     EI, rho_A = 210e9 * 0.1 * 0.2**3 / 12, 7850.0 * 0.02
     omega = (n * np.pi / LENGTH) ** 2 * np.sqrt(EI / rho_A)
 
     def rates(t: float, y: np.ndarray) -> np.ndarray:
         shape = np.sin(n * np.pi * SPEED * t / LENGTH)
-        press = STIFFNESS * (shape @ y[:8] - y[16])
-        ddw = -(omega**2) * y[:8] - shape * press / (0.5 * rho_A * LENGTH)
-        return np.concatenate((y[8:16], ddw, (y[17], press / MASS - 9.81)))
+        press = STIFFNESS * (shape @ y[:24] - y[48])
+        ddw = -(omega**2) * y[:24] - shape * press / (0.5 * rho_A * LENGTH)
+        return np.concatenate((y[24:48], ddw, (y[49], press / MASS - 9.81)))
 
-    own = solve_ivp(rates, (0.0, end), np.zeros(18), method="DOP853", rtol=1e-10, atol=1e-13, t_eval=(end / 2, end))
+    own = solve_ivp(rates, (0.0, end), np.zeros(50), method="DOP853", rtol=1e-10, atol=1e-13, t_eval=(end / 2, end))
     result = crossing(girder, is_driven=True).simulate((0.0, end), rtol=1e-9, output_step=end / 2)
     sag = result.position("trolley")[1:, 2]
-    # static share of what eight modes leave out, and elements of a twelfth of the span: 1 part in 1000
-    np.testing.assert_allclose(sag, own.y[16], atol=2e-3 * np.abs(own.y[16]).max())
+    # some 13 modes across of 24 elements against 24 sines, and what slopes of 1e-3 change
+    np.testing.assert_allclose(sag, own.y[48], atol=2e-3 * np.abs(own.y[48]).max())
 
 
 def test_a_run_fails_where_the_line_ends(girder: kf.FlexibleBody) -> None:
