@@ -43,7 +43,8 @@ NEAR = 1e-8
 """Newton's step, relative to the line's length, after which one more is exact: its error is of the step's square."""
 
 EDGE = 1e-9
-"""Part of its length by which a runner may be beyond the end of a line: round-off of one that starts there."""
+"""Distance of a runner beyond the end of a line, relative to the length of the line, that is round-off of a start there.
+"""
 
 Foot = tuple[Any, Numbers, Numbers, Numbers]
 """Arc length of a foot; and there the line and its first two derivatives by the arc length."""
