@@ -43,7 +43,7 @@ NEAR = 1e-8
 """Newton's step, relative to the line's length, after which one more is exact: its error is of the step's square."""
 
 EDGE = 1e-9
-"""Distance of a runner beyond the end of a line, relative to the length of the line, that is round-off of a start there.
+"""Distance of a runner beyond the end of a line, relative to the line's length, that is round-off of a start there.
 """
 
 Foot = tuple[Any, Numbers, Numbers, Numbers]
