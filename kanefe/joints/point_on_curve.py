@@ -16,7 +16,7 @@ from kanefe.joints.base import OneCoordinateJoint, axis_direction
 from kanefe.joints.coordinate_force import CoordinateForce
 from kanefe.joints.link import Link, LinkKernel, LinkMotion, motion_by
 from kanefe.joints.motion import Motion
-from kanefe.joints.quintic import quintic_pieces
+from kanefe.joints.quintic import quintic_pieces, quintic_spline
 from kanefe.kernels.links.curve import curve
 
 ORDER = 12
@@ -191,7 +191,7 @@ def _by_arc_length(points: Matrix, closed: bool, kind: str) -> tuple[Vector, Mat
     ring = np.vstack((points, points[:1])) if closed else points
     chords = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(ring, axis=0), axis=1)))
     centre = points.mean(axis=0)  # reduces round-off far from F's origin
-    spline = _spline(chords, ring - centre, closed)
+    spline = quintic_spline(chords, ring - centre, closed)
     edges = spline.x
     places, weights = np.polynomial.legendre.leggauss(ORDER)
     while True:
@@ -217,17 +217,6 @@ def _by_arc_length(points: Matrix, closed: bool, kind: str) -> tuple[Vector, Mat
         if not wrong.any() or len(wrong) > MOST_PIECES:
             return starts, nodes, t, pieces
         edges = np.sort(np.concatenate((edges, (edges[:-1] + half[:, 0])[wrong])))
-
-
-def _spline(x: Vector, y: Matrix, closed: bool) -> Any:
-    """Return the spline of order 5 through points y at x, as polynomials; through fewer than six a single one."""
-    from scipy.interpolate import PPoly, make_interp_spline
-
-    if not closed and len(x) < 6:
-        return PPoly(np.linalg.solve(np.vander(x), y)[:, None], x[[0, -1]])
-    spline = make_interp_spline(x, y, k=5, bc_type="periodic" if closed else None)
-    edges = np.unique(spline.t[5:-5])
-    return PPoly(np.array([spline(edges[:-1], k) / factorial(k) for k in range(5, -1, -1)]), edges)
 
 
 def _as_given(starts: Vector, t: Matrix, up: Vector, kind: str) -> Matrix:
@@ -264,5 +253,5 @@ def _rotation_minimising(starts: Vector, nodes: Matrix, t: Matrix, closed: bool)
         missing = np.arctan2(cross(n[-1], n[0]) @ t[0], n[-1] @ n[0]) * starts / starts[-1]
         n = np.cos(missing)[:, None] * n + np.sin(missing)[:, None] * np.cross(t, n)
         n[-1] = n[0]
-    spline = _spline(starts, n, closed)
+    spline = quintic_spline(starts, n, closed)
     return np.array([spline(starts[:-1], k) / factorial(k) for k in (5, 4, 3, 2, 1, 0)])

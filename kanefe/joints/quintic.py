@@ -1,6 +1,9 @@
-"""Piecewise polynomials of the fifth degree with given values and two derivatives at their ends."""
+"""Piecewise polynomials of the fifth degree: with given values and two derivatives at their ends, and splines."""
 
 from __future__ import annotations
+
+from math import factorial
+from typing import Any
 
 import numpy as np
 
@@ -32,3 +35,14 @@ def quintic_pieces(h: Vector, y: Matrix, moved: Matrix, dy: Matrix, ddy: Matrix)
             y[:-1],
         )
     )
+
+
+def quintic_spline(x: Vector, y: Matrix, closed: bool) -> Any:
+    """Return the spline of order 5 through points y at x, as polynomials; through fewer than six a single one."""
+    from scipy.interpolate import PPoly, make_interp_spline
+
+    if not closed and len(x) < 6:
+        return PPoly(np.linalg.solve(np.vander(x), y)[:, None], x[[0, -1]])
+    spline = make_interp_spline(x, y, k=5, bc_type="periodic" if closed else None)
+    edges = np.unique(spline.t[5:-5])
+    return PPoly(np.array([spline(edges[:-1], k) / factorial(k) for k in range(5, -1, -1)]), edges)

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from kanefe.loads.base import Load as Load
     from kanefe.loads.base import LoadEvent as LoadEvent
     from kanefe.loads.bearing import Bearing as Bearing
+    from kanefe.loads.guide import Guide as Guide
     from kanefe.loads.offered_function import compiled as compiled
     from kanefe.loads.oleo import Oleo as Oleo
     from kanefe.loads.periodic_load import PeriodicLoad as PeriodicLoad
