@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterator
 from typing import Any
 
@@ -12,10 +13,12 @@ from kanefe.bodies.exact.beam import ExactBeam
 from kanefe.bodies.exact.build import STRAINS
 from kanefe.checks.verification import Case, Check, Reference
 from kanefe.checks.verification.scenes import whole_run
+from kanefe.errors import SimulationWarning
 from kanefe.frames import axis_rotation
 from kanefe.joints import Free, Motion, Revolute
 from kanefe.linear.equilibrium.equilibria import equilibrium
 from kanefe.linear.equilibrium.rest import Equilibrium
+from kanefe.linear.paths.equilibrium_path import equilibrium_path
 from kanefe.system import System
 from kanefe_fem.beams.beam_section import BeamSection
 from kanefe_fem.beams.exact import exact_beam
@@ -139,6 +142,35 @@ def roll_up(reference: Reference) -> Iterator[Check]:
     yield Check.absolute(quantity, found, expected, CLOSE)
 
 
+def lees_frame(reference: Reference) -> Iterator[Check]:
+    """G12: two legs, hinged at both ends, snap through; pieces are joined at the corner and at the load."""
+    values = reference.values
+    leg, at = values["L"], values["load_at"]
+    E, area, quarter = values["E"], values["A"], math.pi / 2.0
+    GA = 5.0 / 6.0 * E / (2.0 + 2.0 * values["nu"]) * area
+    section = Section.from_stiffness(EA=E * area, GA_y=GA, EI_z=E * values["I"], rho_A=1.0)
+    for theory, limit in values["limit"].items():
+        column, short, long = (
+            exact_beam(length, section, theory=theory, planar=True, basis=BENDING) for length in (leg, at, leg - at)
+        )
+        scene, z = System(), np.array((0.0, 0.0, 1.0))
+        first = scene.add_flexible_body("column", column, joint=Revolute("z"), orientation=axis_rotation(z, quarter))
+        turn = axis_rotation(z, -quarter)
+        second = scene.add_flexible_body("short", short, parent=first.interface("tip"), orientation=turn)
+        third = scene.add_flexible_body("long", long, parent=second.interface("tip"))
+        scene.add_loop_joint("pin", Revolute("z"), scene.ground.frame(at=(leg, leg, 0.0)), third.interface("tip"))
+        scene.add_force(second.interface("tip"), (0.0, -1.0, 0.0))
+        with warnings.catch_warnings():  # the path ends behind the limit point
+            warnings.filterwarnings("ignore", "equilibrium_path: the path ended after", SimulationWarning)
+            path = equilibrium_path(scene, to=1.05 * limit["load"], longest=0.2, points=26)
+        (found,) = path.limit_points
+        quantity = f"limit load over the reference, 24 coordinates of bending, {theory}"
+        yield Check.absolute(quantity, found.factor / limit["load"], 1.0, values["close"])
+        sag = leg - path.point(found.number).position("short", "tip")[1]
+        # the load is flat there: its digits leave the root of them for the place
+        yield Check.absolute(f"sag there over the length, {theory}", sag / leg, limit["sag"] / leg, 1e-4)
+
+
 def spinning_bar(reference: Reference) -> Iterator[Check]:
     """G09: the stretch of a bar that spins about its end, which grows beyond all bounds at k = pi/2."""
     values = reference.values
@@ -181,4 +213,5 @@ CASES = (
     Case("G08", roll_up),
     Case("G09", spinning_bar),
     Case("G11", rigid_motion),
+    Case("G12", lees_frame),
 )
