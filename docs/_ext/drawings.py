@@ -29,6 +29,7 @@ OWN = {
     "27_flying_noodle": "flying_noodle.png",
     "28_blade_cut_in_twelve": "blade_cut_in_twelve.png",
     "29_drop_of_a_compliant_gear": "drop_of_a_compliant_gear.png",
+    "30_trolley_on_a_crane": "trolley_on_a_crane.png",
 }
 # whose run can be turned with the mouse on its page
 PLAYED = (

@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from kanefe.bodies.exact.beam_line import BeamLine
 
 FORMAT = "kanefe result"
-VERSION = 11
+VERSION = 12
 """Version of the file. Version 7 lacked the lines of loads and surfaces, version 8 the points of contacts, version 9
 records, version 10 bodies that bend far."""
 SUFFIXES = ("", ".h5", ".hdf5", ".hdf", ".he5")
