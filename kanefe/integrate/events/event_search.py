@@ -225,7 +225,11 @@ class EventWatch:
         if self.is_again:
             return []
         if acting is not None:
-            found = [entry for entry in found if entry[0] <= acting + 2 * time_tolerance(self._span, acting)]
+            until = acting + 2 * time_tolerance(self._span, acting)
+            late = [
+                (acting, event) for t, event in found if t > until and self._is_at(stepper, quick, event, acting, t)
+            ]
+            found = [entry for entry in found if entry[0] <= until] + late
         for i, event in enumerate(self.events):
             roots = [t for t, other in found if other is event]
             self.times[event.name] += roots
@@ -239,6 +243,17 @@ class EventWatch:
                 self._noise[i] = 0.0  # also where a step ends by chance just before the next zero
         self._values[:] = table[-1]
         return found
+
+    def _is_at(self, stepper: Stepper, quick: QuickLook | None, event: Event, t: float, root: float) -> bool:
+        """Return whether a function with a root after a time (s) has no sign there, but for noise: it passes zero then.
+
+        From the next step, which begins at this time, its zero could not be seen.
+        """
+        number = self.events.index(event)
+        if self._is_bound[number]:
+            return False
+        function = self._along(stepper, quick, number)
+        return abs(function(t)) <= noise_after(_called, function, root, stepper.t_old, stepper.t, self._span, 0.0)
 
     def _is_kink(self, found: Sequence[tuple[float, Event]], acting: float) -> bool:
         """Return whether what happens at a time is that a law changes there, see `kanefe.kernels.events.kinks`."""
