@@ -21,6 +21,7 @@ from kanefe.kernels.events.event_search import (
     is_over,
     is_quiet,
     noise_after,
+    passes_at,
     root_in,
     time_tolerance,
 )
@@ -226,10 +227,8 @@ class EventWatch:
             return []
         if acting is not None:
             until = acting + 2 * time_tolerance(self._span, acting)
-            late = [
-                (acting, event) for t, event in found if t > until and self._is_at(stepper, quick, event, acting, t)
-            ]
-            found = [entry for entry in found if entry[0] <= until] + late
+            late = [event for t, event in found if t > until and self._passes_at(stepper, quick, event, acting, t)]
+            found = [entry for entry in found if entry[0] <= until] + [(acting, event) for event in late]
         for i, event in enumerate(self.events):
             roots = [t for t, other in found if other is event]
             self.times[event.name] += roots
@@ -244,16 +243,13 @@ class EventWatch:
         self._values[:] = table[-1]
         return found
 
-    def _is_at(self, stepper: Stepper, quick: QuickLook | None, event: Event, t: float, root: float) -> bool:
-        """Return whether a function with a root after a time (s) has no sign there, but for noise: it passes zero then.
-
-        From the next step, which begins at this time, its zero could not be seen.
-        """
+    def _passes_at(self, stepper: Stepper, quick: QuickLook | None, event: Event, t: float, root: float) -> bool:
+        """Return whether an event with a root behind a time (s) happens at that time: see `passes_at`."""
         number = self.events.index(event)
-        if self._is_bound[number]:
-            return False
         function = self._along(stepper, quick, number)
-        return abs(function(t)) <= noise_after(_called, function, root, stepper.t_old, stepper.t, self._span, 0.0)
+        return not self._is_bound[number] and passes_at(
+            _called, function, t, root, stepper.t_old, stepper.t, self._span
+        )
 
     def _is_kink(self, found: Sequence[tuple[float, Event]], acting: float) -> bool:
         """Return whether what happens at a time is that a law changes there, see `kanefe.kernels.events.kinks`."""

@@ -259,3 +259,12 @@ def noise_after(value: Value, data: Any, root: float, start: float, end: float, 
         before = max(before, abs(value(data, max(root - (k + 1) * tolerance, start))))
         behind = max(behind, abs(value(data, min(root + k * tolerance, end))))
     return max(NOISE * min(before, behind), ROUND_OFF * largest)
+
+
+@exact
+def passes_at(value: Value, data: Any, t: float, root: float, start: float, end: float, span: float) -> bool:
+    """Return whether a function with a root behind a time has no sign there but for noise: it passes zero then.
+
+    From a step that begins at this time its zero could not be seen. `start` and `end` are those of the last step.
+    """
+    return bool(abs(value(data, t)) <= noise_after(value, data, root, start, end, span, 0.0))

@@ -15,10 +15,7 @@ from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.events.closing_call import ClosingCall, close_at
 from kanefe.kernels.events.event_changes import ask_contacts, change_states, is_storm, mark_action, take_reports
-from kanefe.kernels.events.event_search import (
-    noise_after,
-    time_tolerance,
-)
+from kanefe.kernels.events.event_search import noise_after, passes_at, time_tolerance
 from kanefe.kernels.events.foreseen_events import FARTHEST_SHARP, SHARPENED, smooth_until, time_to_event
 from kanefe.kernels.events.kinks import steps_again
 from kanefe.kernels.events.lookout import (
@@ -210,6 +207,16 @@ def _deal_with(
             if watched.found[count, 0] >= acting and watched.kinds[int(watched.found[count, 1])] == ACTS:
                 return False
             count += 1
+        for late in range(count, found):
+            event = int(watched.found[late, 1])
+            data = (single, run, vectors, watched.columns[event], 0.0)
+            if watched.kinds[event] < BOUND and passes_at(
+                value_at, data, acting, watched.found[late, 0], start, lookout.times[-1], watched.span
+            ):
+                if watched.kinds[event] == ACTS:
+                    return False
+                watched.found[count, 0], watched.found[count, 1] = acting, watched.found[late, 1]
+                count += 1
         found = count
         if is_storm(watched, acting, found) or not put_closed(single, run, vectors, acting):
             return False
