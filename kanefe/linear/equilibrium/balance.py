@@ -51,6 +51,11 @@ POLISHED = 1e-13
 """Imbalance below which iterations continue only while they improve it."""
 
 
+def closed(model: Model, t: float, q: Vector, u: Vector) -> tuple[Vector, Vector]:
+    """Return coordinates and speeds with closed loops; those with little stiffness move most."""
+    return model.parts(model.route.projected(t, np.concatenate((q, u, model.initial_states)), AS_IN_STATICS))[:2]
+
+
 class BalanceSearch:
     """Newton's method for a state without accelerations.
 
@@ -177,8 +182,7 @@ class BalanceSearch:
         if self.model.rigid_contacts:  # the compiled route closes loops alone
             q = project_positions(self.model, self.t, q)
             return q, project_speeds(self.model, self.t, q, u)
-        y = self.model.route.projected(self.t, np.concatenate((q, u, self.model.initial_states)), AS_IN_STATICS)
-        return y[: len(q)], y[len(q) : len(q) + len(u)]
+        return closed(self.model, self.t, q, u)
 
     def _iterate(self, start: tuple[Vector, Vector], settles: bool) -> tuple[tuple[Vector, Vector], Imbalance]:
         """Return the best state on the way from the start, and its imbalance."""

@@ -17,7 +17,7 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
-from kanefe.linear.equilibrium.balance import AS_IN_STATICS, stiffness_of
+from kanefe.linear.equilibrium.balance import closed, stiffness_of
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.stability.raised_loads import scaled_model
 from kanefe.linear.tangents import DIFFERENCE_STEP, tangent_steps
@@ -91,8 +91,7 @@ class LoadedScene:
 
     def moved(self, q: Vector, z: Vector) -> Vector:
         """Return coordinates moved along a tangent, with closed loops."""
-        y = np.concatenate((self.model.advance(q, z), np.zeros(self.model.free_count), self.model.initial_states))
-        return self.model.route.projected(self.t, y, AS_IN_STATICS)[: len(q)]
+        return closed(self.model, self.t, self.model.advance(q, z), np.zeros(self.model.free_count))[0]
 
     def between(self, q: Vector, there: Vector, at: Balance) -> Vector:
         """Return the tangent at a balance from some coordinates to others near them, to first order."""

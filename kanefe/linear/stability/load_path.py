@@ -21,7 +21,7 @@ from kanefe.equations.given_state import Start
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
-from kanefe.linear.equilibrium.balance import AS_IN_STATICS, step_length
+from kanefe.linear.equilibrium.balance import closed, step_length
 from kanefe.linear.equilibrium.equilibria import balanced
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.stability.raised_loads import chosen_loads, scaled_model
@@ -116,8 +116,7 @@ def load_path(
 
 def _stiffness_beside(small: SmallMotions, model: Model, z: Vector, what: str) -> Matrix:
     """Return the stiffness of a model whose loads are raised, at tangents z from rest."""
-    y = np.concatenate((model.advance(small.q, z), small.u, model.initial_states))
-    q = model.route.projected(small.t, y, AS_IN_STATICS)[: len(small.q)]
+    q, _ = closed(model, small.t, model.advance(small.q, z), small.u)
     beside = SmallMotions(model, small.t, q, small.u)
     if not np.array_equal(beside.positions.leading, small.positions.leading):
         raise ModelError(f"{what}: the loops are close to a singular position. Remedy: a start away from it")
