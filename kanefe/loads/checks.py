@@ -1,4 +1,4 @@
-"""Checks of loads of users, when they are added, and at the start."""
+"""Checks of loads: of what they are given, of those of users when they are added, and at the start."""
 
 from __future__ import annotations
 
@@ -52,6 +52,13 @@ def check_load(load: object) -> None:
         raise ModelError(f"columns of {label} must have those of one unit adjacent: {load.columns!r}")
     if type(load).tell is Load.tell and load.columns:
         raise ModelError(f"{label} has columns {load.columns!r} but does not give their values. Remedy: tell()")
+
+
+def check_number(value: object, what: str, *, may_be_zero: bool) -> None:
+    """Raise a ModelError if a value is not one finite number above zero, or zero where it may be."""
+    number = numbers(value)
+    if not (number.shape == () and np.isfinite(number) and (number > 0 or (may_be_zero and number == 0))):
+        raise ModelError(f"{what} must be one number, finite and {'>=' if may_be_zero else '>'} 0, not {value!r}")
 
 
 def check_start(load: Load, t: float, ends: Sequence[End]) -> None:

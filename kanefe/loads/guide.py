@@ -11,14 +11,15 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.errors import ModelError, SimulationError
-from kanefe.frames import Matrix, Vector, numbers, shaped_numbers
+from kanefe.frames import Matrix, Vector, shaped_numbers
 from kanefe.joints.quintic import quintic_spline
 from kanefe.kernels.force_elements.blocks import flat
-from kanefe.kernels.force_elements.guide import GuideNumbers, foot_of, guide, guide_tell, guide_watch, weight
+from kanefe.kernels.force_elements.guide import GuideNumbers, foot_of, guide, guide_tell, guide_watch, place_in, weight
 from kanefe.kernels.links.polynomials import POWERS
 from kanefe.loads.action import NO_STATES, End, LoadKernel, Tangent
 from kanefe.loads.base import Load, LoadEvent
 from kanefe.loads.by_kernel import EventByKernel, numbers_of, written_by
+from kanefe.loads.checks import check_number
 
 NEAREST = 0.5
 """Largest distance of a runner from its line at the start, relative to the shortest gap between points of the line:
@@ -98,12 +99,8 @@ class Guide(Load):
         if not isinstance(self.ends, (tuple, list)) or len(self.ends) < 3:
             raise ModelError(f"{label} needs three ends or more: the runner, and the frames of its line in order")
         object.__setattr__(self, "ends", tuple(self.ends))
-        for what, least in (("stiffness", ">"), ("damping", ">="), ("drag", ">=")):
-            number = numbers(getattr(self, what))
-            if not (number.shape == () and np.isfinite(number) and (number > 0 or (number == 0 and least == ">="))):
-                raise ModelError(
-                    f"{what} of {label} must be one number, finite and {least} 0, not {getattr(self, what)!r}"
-                )
+        for what in ("stiffness", "damping", "drag"):
+            check_number(getattr(self, what), f"{what} of {label}", may_be_zero=what != "stiffness")
         if self.stations is not None:
             found = shaped_numbers(self.stations, (len(self.ends) - 1,), f"stations of {label}, one for each frame,")
             if found[0] != 0.0 or np.any(np.diff(found) <= 0.0):
@@ -172,7 +169,8 @@ class Guide(Load):
         """Return stiffness across the line, damping and drag, without what turning of the line does under load."""
         given, count = self.kernel.numbers, len(ends)
         s, _, slope, _ = foot_of(given, numbers_of(ends))
-        shares = np.array([1.0, *(-weight(given, i, s)[0] for i in range(count - 1))])
+        place = place_in(given, s)
+        shares = np.array([1.0, *(-weight(given, i, place)[0] for i in range(count - 1))])
         directions = np.linalg.svd(np.array(slope).reshape(1, 3))[2]  # along the line, and two across
         rows = np.zeros((3, count, 6))
         rows[:, :, :3] = shares[:, None] * directions[:, None]

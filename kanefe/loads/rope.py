@@ -12,13 +12,14 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.errors import ModelError, SimulationError
-from kanefe.frames import Vector, numbers
+from kanefe.frames import Vector
 from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.force_elements.rope import RopeNumbers, rope, rope_change, rope_watch, tensions
 from kanefe.loads.action import NO_STATES, End, LoadKernel
 from kanefe.loads.along_line import AlongLine
 from kanefe.loads.base import LoadEvent
 from kanefe.loads.by_kernel import ActionByKernel, EventByKernel
+from kanefe.loads.checks import check_number
 
 
 @checked("name")
@@ -93,18 +94,10 @@ class Rope(AlongLine):
         if not isinstance(self.ends, (tuple, list)) or len(self.ends) < 2:
             raise ModelError(f"{label} needs two ends or more: the first, points on its way, the last")
         object.__setattr__(self, "ends", tuple(self.ends))
-        for what, value, least in (
-            ("axial_stiffness", self.axial_stiffness, ">"),
-            ("damping", self.damping, ">="),
-            ("length", self.length, ">"),
-            ("preload", self.preload, ">="),
-            ("breaking_load", self.breaking_load, ">"),
-        ):
-            if value is None and what not in {"axial_stiffness", "damping"}:
-                continue
-            number = numbers(value)
-            if not (number.shape == () and np.isfinite(number) and (number > 0 or (number == 0 and least == ">="))):
-                raise ModelError(f"{what} of {label} must be one number, finite and {least} 0, not {value!r}")
+        for what in ("axial_stiffness", "damping", "length", "preload", "breaking_load"):
+            value = getattr(self, what)
+            if value is not None or what in {"axial_stiffness", "damping"}:
+                check_number(value, f"{what} of {label}", may_be_zero=what in {"damping", "preload"})
         if self.length is not None and self.preload is not None:
             raise ModelError(f"{label} has a length and a preload. Remedy: one of them, the other follows")
 

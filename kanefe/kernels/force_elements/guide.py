@@ -46,6 +46,9 @@ EDGE = 1e-9
 """Distance of a runner beyond the end of a line, relative to the line's length, that is round-off of a start there.
 """
 
+Place = tuple[int, Any, Any]
+"""Where the weights of a piece of the line begin, and the arc lengths from its start and beyond the ends, m."""
+
 Foot = tuple[Any, Numbers, Numbers, Numbers]
 """Arc length of a foot; and there the line and its first two derivatives by the arc length."""
 
@@ -55,10 +58,11 @@ def guide(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any)
     """Write the forces on the runner, which comes first, and on the points of the line; see `GuideNumbers`."""
     count, k, c, drag = int(numbers[AT.points]), numbers[AT.stiffness], numbers[AT.damping], numbers[AT.drag]
     s, r, slope, _ = foot_of(numbers, ends)
+    place = place_in(numbers, s)
     d, t_line = minus(three(ends, P), r), times(1.0 / np.sqrt(dot(slope, slope)), slope)
     rate = three(ends, V)
     for i in range(count):
-        b, _, _ = weight(numbers, i, s)
+        b, _, _ = weight(numbers, i, place)
         rate = minus(rate, times(b, three(ends, END_NUMBERS * (i + 1) + V)))
     along = dot(t_line, rate)
     across = minus(rate, times(along, t_line))
@@ -68,7 +72,7 @@ def guide(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any)
     for x in range(3):
         out[WRENCHES + x] += force[x]
     for i in range(count):
-        b, _, _ = weight(numbers, i, s)
+        b, _, _ = weight(numbers, i, place)
         for x in range(3):
             out[WRENCHES + WRENCH * (i + 1) + x] -= b * force[x]
 
@@ -84,10 +88,10 @@ def guide_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out
 def guide_tell(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write the arc length, the runner's distance from the line, the rate of the arc length, and the force across."""
     s, r, slope, bend = foot_of(numbers, ends)
-    d, rate = minus(three(ends, P), r), three(ends, V)
+    d, rate, place = minus(three(ends, P), r), three(ends, V), place_in(numbers, s)
     turning = times(0.0, d)
     for i in range(int(numbers[AT.points])):
-        b, db, _ = weight(numbers, i, s)
+        b, db, _ = weight(numbers, i, place)
         v = three(ends, END_NUMBERS * (i + 1) + V)
         rate, turning = minus(rate, times(b, v)), plus(turning, times(db, v))
     size = dot(slope, slope)
@@ -105,8 +109,8 @@ def line_length(numbers: Any) -> float:
 
 
 @inlined
-def weight(numbers: Any, i: int, s: Any) -> tuple[Any, Any, Any]:
-    """Return the weight of a point of the line at an arc length and its first two derivatives; straight beyond ends."""
+def place_in(numbers: Any, s: Any) -> Place:
+    """Return the place of an arc length among the pieces of the line."""
     count, pieces, length = int(numbers[AT.points]), int(numbers[AT.pieces]), line_length(numbers)
     beyond = 0.0 * s
     if s.real < 0.0:
@@ -115,7 +119,14 @@ def weight(numbers: Any, i: int, s: Any) -> tuple[Any, Any, Any]:
         beyond = s - length
     inside, starts = s - beyond, AT.table + count
     piece = piece_at(numbers, starts, pieces, inside.real)
-    x, at = inside - numbers[starts + piece], starts + pieces + 1 + piece * POWERS * count + i
+    return starts + pieces + 1 + piece * POWERS * count, inside - numbers[starts + piece], beyond
+
+
+@inlined
+def weight(numbers: Any, i: int, place: Place) -> tuple[Any, Any, Any]:
+    """Return the weight of a point of the line at a place and its first two derivatives; straight beyond ends."""
+    weights, x, beyond = place
+    count, at = int(numbers[AT.points]), weights + i
     b = numbers[at + (POWERS - 1) * count] + 0.0 * x
     db = ddb = 0.0 * x
     for power in range(POWERS - 2, -1, -1):
@@ -157,10 +168,10 @@ def foot_of(numbers: Any, ends: Any) -> Foot:
 @inlined
 def _line(numbers: Any, count: int, s: Any, ends: Any) -> tuple[Numbers, Numbers, Numbers]:
     """Return the line at an arc length, and its first two derivatives."""
-    zero = 0.0 * ends[0]
+    zero, place = 0.0 * ends[0], place_in(numbers, s)
     r = slope = bend = (zero, zero, zero)
     for i in range(count):
-        b, db, ddb = weight(numbers, i, s)
+        b, db, ddb = weight(numbers, i, place)
         p = three(ends, END_NUMBERS * (i + 1) + P)
         r, slope, bend = plus(r, times(b, p)), plus(slope, times(db, p)), plus(bend, times(ddb, p))
     return r, slope, bend
