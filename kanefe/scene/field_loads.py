@@ -61,7 +61,7 @@ class FieldLoadMethods(Scene):
         entry, pattern = self._loaded(member, surface, label)
         if pattern.kind == "line":
             raise ModelError(f"{label}: that is a line. Remedy: add_line_load, in N/m")
-        function, takes = _vector(with_reads(self._entries, traction, label), label)
+        function, takes = _vector(self._entries, traction, label)
         entry.field_loads.append(FieldLoad(label, function, pattern, False, follows, takes))
 
     @checked("line", "follows")
@@ -105,7 +105,7 @@ class FieldLoadMethods(Scene):
         entry, pattern = self._loaded(member, line, label)
         if pattern.kind != "line":
             raise ModelError(f"{label}: that is a surface. Remedy: add_traction, in Pa")
-        function, takes = _vector(with_reads(self._entries, load, label), label)
+        function, takes = _vector(self._entries, load, label)
         entry.field_loads.append(FieldLoad(label, function, pattern, False, follows, takes))
 
     @checked("surface")
@@ -144,7 +144,7 @@ class FieldLoadMethods(Scene):
         entry, pattern = self._loaded(member, surface, label)
         if not pattern.has_pressure:
             raise ModelError(f"{label}: a {pattern.kind} without an outside has no pressure. Remedy: a load by vector")
-        function, takes = _scalar(with_reads(self._entries, pressure, label), label)
+        function, takes = _scalar(self._entries, pressure, label)
         entry.field_loads.append(FieldLoad(label, function, pattern, True, True, takes))
 
     def _add_to_sections(self, member: FlexibleMember, line: str, load: VectorLoad, follows: bool, label: str) -> None:
@@ -157,7 +157,7 @@ class FieldLoadMethods(Scene):
         body = member.body
         if not isinstance(body, ExactBeam) or line != "span":
             raise ModelError(f"{label}: an exact beam has the line 'span' alone. Remedy: add_force at its interfaces")
-        function, takes = _vector(with_reads(self._entries, load, label), label)
+        function, takes = _vector(self._entries, load, label)
         lengths = np.outer(body.line.lengths, body.line.weights)
         for node, length in zip(body.line.gauss_nodes.ravel(), lengths.ravel(), strict=True):
             own = multiplied(function, length * np.eye(3))
@@ -184,14 +184,18 @@ def _name(member: object) -> str:
     return repr(member.name) if isinstance(member, Frame) else told(member)
 
 
-def _vector(load: VectorLoad, label: str) -> tuple[Callable[..., Any], bool]:
+def _vector(entries: Sequence[BodyEntry], load: VectorLoad, label: str) -> tuple[Callable[..., Any], bool]:
     """Return a function, and whether it takes the state."""
-    return callback(load, label) if callable(load) else (Constant(three(load, label)), False)
+    given = with_reads(entries, load, label)
+    return callback(given, label) if callable(given) else (Constant(three(given, label)), False)
 
 
-def _scalar(load: Callable[..., Any] | float, label: str) -> tuple[Callable[..., Any], bool]:
+def _scalar(
+    entries: Sequence[BodyEntry], load: Callable[..., Any] | float, label: str
+) -> tuple[Callable[..., Any], bool]:
+    """Return the same of a pressure."""
     if callable(load):
-        return callback(load, label)
+        return callback(with_reads(entries, load, label), label)
     constant = numbers(load)
     if constant.shape != () or not np.isfinite(constant):
         raise ModelError(f"{label} must be one finite number or a function of time, not {load!r}")
