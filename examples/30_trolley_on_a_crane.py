@@ -53,5 +53,5 @@ out = Path("out")
 out.mkdir(exist_ok=True)
 figure.savefig(out / "trolley_on_a_crane.png", dpi=120)
 
-# Wheels, damping and gravity together neither make nor lose energy: 10 J would be a thousandth of it.
+# What springs, weight, damping and drag exchange is in balance, to some millionths of the energy that moves.
 checked = (lost, 0.0, 1e-2)  # J

@@ -14,7 +14,7 @@ from kanefe.bodies.exact.build import STRAINS
 from kanefe.checks.verification import Case, Check, Reference
 from kanefe.checks.verification.scenes import whole_run
 from kanefe.errors import SimulationWarning
-from kanefe.frames import axis_rotation
+from kanefe.frames import axis_rotation, rotation_about
 from kanefe.joints import Free, Motion, Revolute
 from kanefe.linear.equilibrium.equilibria import equilibrium
 from kanefe.linear.equilibrium.rest import Equilibrium
@@ -146,17 +146,16 @@ def lees_frame(reference: Reference) -> Iterator[Check]:
     """G12: two legs, hinged at both ends, snap through; pieces are joined at the corner and at the load."""
     values = reference.values
     leg, at = values["L"], values["load_at"]
-    E, area, quarter = values["E"], values["A"], math.pi / 2.0
+    E, area = values["E"], values["A"]
     GA = 5.0 / 6.0 * E / (2.0 + 2.0 * values["nu"]) * area
     section = Section.from_stiffness(EA=E * area, GA_y=GA, EI_z=E * values["I"], rho_A=1.0)
     for theory, limit in values["limit"].items():
         column, short, long = (
             exact_beam(length, section, theory=theory, planar=True, basis=BENDING) for length in (leg, at, leg - at)
         )
-        scene, z = System(), np.array((0.0, 0.0, 1.0))
-        first = scene.add_flexible_body("column", column, joint=Revolute("z"), orientation=axis_rotation(z, quarter))
-        turn = axis_rotation(z, -quarter)
-        second = scene.add_flexible_body("short", short, parent=first.interface("tip"), orientation=turn)
+        scene, up, down = System(), rotation_about("z", 0.5 * math.pi), rotation_about("z", -0.5 * math.pi)
+        first = scene.add_flexible_body("column", column, joint=Revolute("z"), orientation=up)
+        second = scene.add_flexible_body("short", short, parent=first.interface("tip"), orientation=down)
         third = scene.add_flexible_body("long", long, parent=second.interface("tip"))
         scene.add_loop_joint("pin", Revolute("z"), scene.ground.frame(at=(leg, leg, 0.0)), third.interface("tip"))
         scene.add_force(second.interface("tip"), (0.0, -1.0, 0.0))
