@@ -47,7 +47,7 @@ EDGE = 1e-9
 """
 
 Place = tuple[int, Any, Any]
-"""Where the weights of a piece of the line begin, and the arc lengths from its start and beyond the ends, m."""
+"""Number of the first weight of a piece of the line, and the arc lengths from its start and beyond the ends, m."""
 
 Foot = tuple[Any, Numbers, Numbers, Numbers]
 """Arc length of a foot; and there the line and its first two derivatives by the arc length."""
