@@ -20,7 +20,6 @@ from kanefe.tree.model_outputs import FrameKinematics, MechanicalEnergy
 if TYPE_CHECKING:
     from kanefe.kane.constraint_report import ConstraintReport
     from kanefe.kane.route import LiteralRoute
-    from kanefe.kane.state import State
     from kanefe.tree.route import Route
 
 
@@ -125,16 +124,17 @@ class Model(ModelData):
 
     def mass_matrix(self, t: float, y: Vector) -> Matrix:
         """Return M_sys over the free speeds, shape (free, free) (Eq. 18)."""
-        from kanefe.kane.assemble import mass_matrix
-
+        self._check_dense(y, "the mass matrix")
         n = self.free_count
-        return mass_matrix(self._dense_state(t, y, "the mass matrix"))[:n, :n]
+        return self.route.mass_matrix(t, y)[:n, :n]
 
     def forces(self, t: float, y: Vector) -> Vector:
         """Return F of ``mass_matrix du = forces``, shape (free,) (Eq. 18), without those of constraints."""
         from kanefe.kane.assemble import equations
+        from kanefe.kane.state import State
 
-        state, n = self._dense_state(t, y, "the vector of forces"), self.free_count
+        self._check_dense(y, "the vector of forces")
+        state, n = State(self, t, *self.parts(y)), self.free_count
         M, F = equations(state)
         return F[:n] - M[:n, n:] @ state.driven_rates
 
@@ -152,7 +152,7 @@ class Model(ModelData):
         """
         from kanefe.kane.constraint_report import constraint_report
 
-        return constraint_report(self)
+        return constraint_report(self.route)
 
     def joint_reactions(self, t: float, y: Vector) -> dict[str, Vector]:
         """Return force and moment of each joint on its body, by name, (6,), N and N m.
@@ -192,12 +192,9 @@ class Model(ModelData):
         V, W = (self.route.widened(wide[:, : seen.free_count]) for wide in (frame.V, frame.W))
         return FrameKinematics(frame.p_NoFo_N, frame.A_NF, frame.v, frame.w, V, W)
 
-    def _dense_state(self, t: float, y: Vector, what: str) -> State:
-        from kanefe.kane.state import State
-
+    def _check_dense(self, y: Vector, what: str) -> None:
         self._check(y)
         self.route.check_dense(what)
-        return State(self, t, *self.parts(y))
 
     def _check(self, y: Vector) -> None:
         """Raise a ModelError if a state has another shape."""

@@ -24,15 +24,20 @@ def route_of(model: ModelData) -> Route:
     return in_space if planar is None else PlanarRoute(in_space, planar)
 
 
-def functions_of_route(model: ModelData, has_jacobian: bool, has_directions: bool = False) -> list[CompiledFunction]:
+def functions_of_route(
+    model: ModelData, has_jacobian: bool, has_directions: bool = False, has_masses: bool = False
+) -> list[CompiledFunction]:
     """Return the compiled functions for the route of a scene and for its results.
 
-    `has_jacobian`: with derivatives; `has_directions`: with the directions in which loads between frames are stiff.
+    `has_jacobian`: with derivatives; `has_directions`: with the directions in which loads between frames are stiff;
+    `has_masses`: with the mass matrix.
     """
     from kanefe.order_n.needed import functions_of_scene
     from kanefe.order_n.route import obstacles_of
 
-    return [] if model.has_unreduced or obstacles_of(model) else functions_of_scene(model, has_jacobian, has_directions)
+    if model.has_unreduced or obstacles_of(model):
+        return []
+    return functions_of_scene(model, has_jacobian, has_directions, has_masses)
 
 
 def directions_of_loads(model: ModelData) -> int:

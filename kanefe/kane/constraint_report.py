@@ -7,14 +7,16 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from kanefe.errors import SimulationError
 from kanefe.frames import Vector
-from kanefe.kane.assemble import constrained_solver, mass_matrix
+from kanefe.kane.assemble import constrained_solver
 from kanefe.kane.constrained_solver import ConstrainedSolver
 from kanefe.kane.constraints import constraint_rates, held_rows
 from kanefe.kane.dependent_rows import dependent_rows
 from kanefe.kane.loop_closure import closed_coordinates
-from kanefe.kane.state import State, once
+from kanefe.kane.state import State
 from kanefe.tree.model_data import ModelData
+from kanefe.tree.route import Route
 from kanefe.tree.scales import displacement_scales, modal_frequencies
 
 STEPS = (0.1, 0.03, 0.01, 0.001)
@@ -73,15 +75,18 @@ class ConstraintReport:
         return "\n".join(lines)
 
 
-def constraint_report(model: ModelData, t: float = 0.0) -> ConstraintReport:
+def constraint_report(route: Route, t: float = 0.0) -> ConstraintReport:
     """Return which rows of the constraints of a model depend on others at its start, at time t (s), and beside it."""
+    model = route.model
     start = State(model, t, model.initial_coordinates, model.initial_speeds)
     names = _names(start)
     held = [constraint for constraint in model.constraints if constraint.holds(start.z)]
-    at_start = _dependent_rows(start)
+    solver = _solver(start, route)
+    at_start = _dependent_rows(start, solver)
     beside = at_start
     if at_start:  # what depends on nothing here does not do so beside it either
-        beside = _dependent_rows(State(model, t, _coordinates_beside(start), start.u)) & at_start
+        there = State(model, t, _coordinates_beside(start, solver, route), start.u)
+        beside = _dependent_rows(there, _solver(there, route)) & at_start
     rank = len(names) - len(beside)
     whole, number = [], 0
     for constraint in held:
@@ -103,21 +108,25 @@ def constraint_report(model: ModelData, t: float = 0.0) -> ConstraintReport:
 _redundant: WeakKeyDictionary[ModelData, tuple[bytes, set[int]]] = WeakKeyDictionary()
 
 
-def singular_rows(state: State) -> tuple[str, ...]:
+def singular_rows(state: State, route: Route) -> tuple[str, ...]:
     """Return the rows that depend on others in a state, but not beside it, each as ``constraint: row``.
+
+    The mass matrix comes from the route.
 
     Which rows are redundant is found beside the first state of a scene that is asked about, and kept for others with
     the same internal states: wherever a mechanism moves from there, its rank is the same but at singular positions.
     """
     model, switches = state.model, state.z.tobytes()
-    here = _dependent_rows(state)
+    solver = _solver(state, route)
+    here = _dependent_rows(state, solver)
     before = _redundant.get(model)
     if not here or (before is not None and before[0] == switches and here <= before[1]):
         return ()
-    q = _coordinates_beside(state)
+    q = _coordinates_beside(state, solver, route)
     if q is state.q:  # nothing is known of a mechanism that cannot move
         return ()
-    beside = _dependent_rows(State(model, state.t, q, state.u))
+    there = State(model, state.t, q, state.u)
+    beside = _dependent_rows(there, _solver(there, route))
     _redundant[model] = switches, beside
     return tuple(_names(state)[i] for i in sorted(here - beside))
 
@@ -126,16 +135,15 @@ def _names(state: State) -> list[str]:
     return [f"{constraint.name}: {row.label}" for constraint, row in held_rows(state)]
 
 
-@once
-def _solver(state: State) -> ConstrainedSolver:
+def _solver(state: State, route: Route) -> ConstrainedSolver:
     n = state.model.free_count
-    return constrained_solver(state.model, mass_matrix(state)[:n, :n], constraint_rates(state).over(slice(n)))
+    M = route.mass_matrix(state.t, np.concatenate((state.q, state.u, state.z)))[:n, :n]
+    return constrained_solver(state.model, M, constraint_rates(state).over(slice(n)))
 
 
-@once
-def _dependent_rows(state: State) -> set[int]:
+def _dependent_rows(state: State, solver: ConstrainedSolver) -> set[int]:
     """Return the numbers of the rows that depend on rows before them."""
-    return dependent_rows(_solver(state).scaled_rows, constraint_rates(state).J[:, : state.model.free_count])
+    return dependent_rows(solver.scaled_rows, constraint_rates(state).J[:, : state.model.free_count])
 
 
 def _sizes(model: ModelData) -> Vector:
@@ -145,18 +153,29 @@ def _sizes(model: ModelData) -> Vector:
     return np.asarray(displacement_scales(model) / np.clip(frequencies / modes.min(initial=np.inf), 1.0, 1e6))
 
 
-def _coordinates_beside(state: State) -> Vector:
+def _coordinates_beside(state: State, solver: ConstrainedSolver, route: Route) -> Vector:
     """Return closed coordinates a little away from those of a state, in no special direction; the same if stuck."""
-    model, t, q, n = state.model, state.t, state.q, state.model.free_count
+    model, q, n = state.model, state.q, state.model.free_count
     rows = constraint_rates(state).over(slice(n))
     scales = _sizes(model)
     wish = scales * np.random.default_rng(0).standard_normal(n)
-    allowed = wish + _solver(state).solve(np.zeros(n), rows.J @ wish)[0]
+    allowed = wish + solver.solve(np.zeros(n), rows.J @ wish)[0]
     size = float(np.abs(allowed / scales).max(initial=0.0))
     if size <= 1e-9:
         return q
     for step in STEPS:
-        closed = closed_coordinates(model, t, model.advance(q, step / size * allowed))
+        closed = _closed(state, model.advance(q, step / size * allowed), route)
         if closed is not None:
             return closed
     return q
+
+
+def _closed(state: State, q: Vector, route: Route) -> Vector | None:
+    """Return the coordinates near q at which the loops are closed, or None."""
+    model, t = state.model, state.t
+    if model.rigid_contacts:  # the compiled route closes loops alone
+        return closed_coordinates(model, t, q)
+    try:
+        return model.parts(route.projected(t, np.concatenate((q, state.u, state.z))))[0]
+    except SimulationError:
+        return None

@@ -127,6 +127,12 @@ class LiteralRoute:
         rates = self.model.coordinate_rates(state.q, state.u), du, state_rates(state), powers(state, du)
         return Evaluation(np.concatenate(rates), weakest)
 
+    def mass_matrix(self, t: float, y: Vector) -> Matrix:
+        """Return M_sys over the free and the driven speeds at a state."""
+        from kanefe.kane.assemble import mass_matrix
+
+        return mass_matrix(self.view(t, y))
+
     def derivatives(self, t: float, y: Vector, directions: Matrix, reaches: Vector | None = None) -> Matrix | None:
         """None: the dense equations are not complex."""
         return None

@@ -10,7 +10,6 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector, cross
 from kanefe.kane.active import elastic_forces
-from kanefe.kane.assemble import mass_matrix
 from kanefe.kane.inertia import flexible_inertia
 from kanefe.kane.interactions import generalised_force
 from kanefe.kane.kinematics import elastic_state
@@ -53,18 +52,20 @@ class Imbalance:
         return f"{abs(self.force):.4g} {unit} along {self.name}"
 
 
-def worst_imbalance(state: State, du: Vector, N: Matrix, leading: Vector) -> Imbalance:
+def worst_imbalance(state: State, M: Matrix, du: Vector, N: Matrix, leading: Vector) -> Imbalance:
     """Return the largest of the remaining generalised forces ``N^T M du``, relative to those that act.
 
     Parameters
     ----------
+    M : ndarray, shape (free, free)
+        The mass matrix.
     du : ndarray, shape (free,)
         Accelerations at the state.
     N : ndarray, shape (free, k)
         Independent motions, led by the coordinates `leading`.
     """
     model, n = state.model, state.model.free_count
-    left = N.T @ (mass_matrix(state)[:n, :n] @ du)
+    left = N.T @ (M @ du)
     sizes = np.abs(N).T @ force_sizes(state)[:n]
     floor = FLOOR * float(sizes.max(initial=0.0))
     ratios = np.abs(left) / np.maximum(np.maximum(sizes, floor), 1e-300)

@@ -16,9 +16,7 @@ from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.frames import Matrix, Vector, shaped_numbers
 from kanefe.instants.instant import Instant
 from kanefe.instants.missed_statics import is_known, warn_of_missed
-from kanefe.kane.assemble import mass_matrix
 from kanefe.kane.rigid_contacts.impulses import unit_responses
-from kanefe.kane.state import State
 from kanefe.linear.azimuth import CONSTANT, change_ahead
 from kanefe.linear.inputs import Input, inputs_of
 from kanefe.linear.outputs import Output, output_rows, output_values, outputs_of
@@ -261,12 +259,13 @@ def linearised(
 def _rested(small: SmallMotions) -> Vector:
     """Return the state (q, u, z) with elastic coordinates in balance with its motion, to first order."""
     model, q = small.model, small.q.copy()
-    state = State(model, small.t, small.q, small.u, model.initial_states)
     bodies = [body.flexible for body in model.bodies if body.flexible is not None]
     speeds = np.concatenate([np.arange(terms.speeds.start, terms.speeds.stop) for terms in bodies])
     y = np.concatenate((small.q, small.u, model.initial_states))
     left = np.zeros(model.free_count)
-    left[speeds] = mass_matrix(state)[np.ix_(speeds, speeds)] @ model.parts(model.rhs(small.t, y))[1][speeds]
+    left[speeds] = (
+        model.route.mass_matrix(small.t, y)[np.ix_(speeds, speeds)] @ model.parts(model.rhs(small.t, y))[1][speeds]
+    )
     for terms in bodies:
         k = terms.body.free_count
         q[terms.eta] += np.linalg.solve(terms.body.stiffness[:k, :k], left[terms.speeds])

@@ -23,7 +23,7 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.assemble import accelerations, mass_matrix
+from kanefe.kane.assemble import accelerations
 from kanefe.kane.constraints import constraint_rates, place_rows
 from kanefe.kane.state import State
 from kanefe.linear.displaced_drives import Drive, Shift, shifted
@@ -152,7 +152,8 @@ class SmallMotions:
     @cached_property
     def mass(self) -> Matrix:
         """M_sys over free speeds and drives."""
-        return mass_matrix(self.here)[np.ix_(self.columns, self.columns)]
+        y = np.concatenate((self.q, self.u, self.model.initial_states))
+        return self.model.route.mass_matrix(self.t, y)[np.ix_(self.columns, self.columns)]
 
     def moved(self, along: Directions, column: int, h: float) -> Moved:
         """Return the state displaced by h along a direction."""
@@ -250,7 +251,7 @@ class SmallMotions:
             return ()
         from kanefe.kane.constraint_report import singular_rows
 
-        return singular_rows(self.here)
+        return singular_rows(self.here, self.model.route)
 
     def _check_singular(self) -> None:
         """Raise a ModelError at a singular position of the loops."""

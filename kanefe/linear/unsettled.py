@@ -33,7 +33,7 @@ def unsettled(small: SmallMotions, free: Unresisted) -> Imbalance:
     du, drifts = small.du[leading], free.drifts
     if drifts.shape[1]:
         du = du - drifts @ np.linalg.solve(drifts.T @ M @ drifts, drifts.T @ M @ du)
-    return worst_imbalance(small.here, N[:n] @ du, N[:n], leading)
+    return worst_imbalance(small.here, small.mass[:n, :n], N[:n] @ du, N[:n], leading)
 
 
 def imbalance_in_words(found: Imbalance) -> list[str]:

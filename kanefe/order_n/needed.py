@@ -12,6 +12,7 @@ from kanefe.kernels.constraints.closing import close_state
 from kanefe.kernels.constraints.contact_margins import watch_contacts
 from kanefe.kernels.evaluation.derivatives import derivatives
 from kanefe.kernels.evaluation.evaluation import evaluate
+from kanefe.kernels.evaluation.masses import put_masses
 from kanefe.kernels.evaluation.momenta import balances_of_states
 from kanefe.kernels.evaluation.replay import between_states, revisit
 from kanefe.kernels.evaluation.stiff_directions import put_directions
@@ -39,11 +40,13 @@ COMPLEX = Variant(has_flexible=True, is_complex=True)
 """Kernel variant that all scenes need."""
 
 
-def functions_of_scene(model: ModelData, has_jacobian: bool, has_directions: bool) -> list[CompiledFunction]:
+def functions_of_scene(
+    model: ModelData, has_jacobian: bool, has_directions: bool, has_masses: bool
+) -> list[CompiledFunction]:
     """Return the units of a run and of the reading of its results, but for those of the method.
 
-    `has_jacobian`: whether the method takes derivatives; `has_directions`: directions in which loads are stiff. Nothing
-    is built or loaded for the answer.
+    `has_jacobian`: whether the method takes derivatives; `has_directions`: directions in which loads are stiff;
+    `has_masses`: the mass matrix. Nothing is built or loaded for the answer.
     """
     own = Variant(has_flexible=any(body.flexible is not None for body in model.bodies))
     functions = list(_functions(model))
@@ -55,6 +58,8 @@ def functions_of_scene(model: ModelData, has_jacobian: bool, has_directions: boo
     found += [balances_of_states.unit(Variant(has_flexible=True)), motions_of_rows.unit(own)]
     if model.is_constrained:
         found.append(close_state.unit(Variant(has_flexible=True)))
+    if has_masses:
+        found.append(put_masses.unit(Variant(has_flexible=True)))
     if has_directions:
         found.append(put_directions.unit(own))
     if has_jacobian:

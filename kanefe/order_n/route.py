@@ -23,6 +23,7 @@ from kanefe.kernels.constraints.closing import CLOSED, close_state, closing_memo
 from kanefe.kernels.constraints.least_forces import LEAST_GAIN
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import evaluate, workspace_size
+from kanefe.kernels.evaluation.masses import masses_memory_size, put_masses
 from kanefe.kernels.evaluation.momenta import balance, balances_of_states
 from kanefe.kernels.impacts.contact_questions import BLUR, BLURS, START
 from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND, FlexibleTables, Tables, no_flexible
@@ -387,6 +388,13 @@ class OrderN(LiteralRoute):
                 return closed
         return super().projected(t, y, share)
 
+    def mass_matrix(self, t: float, y: Vector) -> Matrix:
+        """Return M_sys over the free and the driven speeds at a state, from one sweep."""
+        size = self.model.free_count + self.model.driven_count
+        found, memory = np.empty((size, size)), np.empty(masses_memory_size(self.tables, self.elastic))
+        self._masses(self.drives(t), np.asarray(y, dtype=float), found, memory)
+        return found
+
     def powers(self, t: float, y: Vector, du: Vector) -> Vector:
         """Return the power taken and given; of trees from one sweep."""
         if not self.model.has_power:
@@ -448,6 +456,11 @@ class OrderN(LiteralRoute):
     def closing(self) -> Bound:
         """What closes loops: see `close_state`."""
         return close_state.bound(LATER, self.tables, self.elastic, self.loops, LATER, LATER, LATER)
+
+    @cached_property
+    def _masses(self) -> Bound:
+        """What writes the mass matrix: see `put_masses`."""
+        return put_masses.bound(self.tables, self.elastic, LATER, LATER, LATER, LATER)
 
     def explain(self, t: float, y: Vector) -> NoReturn:
         """Raise the error of the literal route for a state at which the sweep failed."""

@@ -331,6 +331,10 @@ class Route(Evaluates, Protocol):
         """
         ...
 
+    def mass_matrix(self, t: float, y: Vector) -> Matrix:
+        """Return M_sys over the free and the driven speeds at a state, shape (free + driven, free + driven)."""
+        ...
+
     def state(self, t: float, y: Vector) -> SceneState:
         """Return the state passed to functions of the user."""
         ...

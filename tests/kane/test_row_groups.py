@@ -150,9 +150,11 @@ def test_redundant_rows_are_known_from_the_first_state_and_singular_ones_are_sti
 ) -> None:
     beside = []
     coordinates = constraint_report._coordinates_beside
-    monkeypatch.setattr(constraint_report, "_coordinates_beside", lambda state: beside.append(1) or coordinates(state))
+    monkeypatch.setattr(
+        constraint_report, "_coordinates_beside", lambda *given: beside.append(1) or coordinates(*given)
+    )
     model = flat_loops(first).freeze()
     closed = [np.tile((angle, -angle, angle), 2) for angle in (first, 0.7, 0.9, 0.0, 1.1)]
-    found = [len(singular_rows(State(model, 0.0, q))) for q in closed]
+    found = [len(singular_rows(State(model, 0.0, q), model.route)) for q in closed]
     assert found == [2 if q[0] == 0.0 else 0 for q in closed]
     assert len(beside) == 2  # of the first state, and of a singular one

@@ -135,7 +135,7 @@ def overconstrained(effort: Effort) -> Iterator[Finding]:
         run = _run(model, span)
         errors.append(float(np.abs(run.coordinates - plain.coordinates).max()))
         openings.append(_worst_opening(model, run))
-        freedoms.append(abs(constraint_report(model).degrees_of_freedom - 1))
+        freedoms.append(abs(constraint_report(model.route).degrees_of_freedom - 1))
     what = f"four-bar held by {', '.join(pins)}, {span:g} s at rtol 1e-9"
     yield Finding.of(
         what, errors, "angles against a plain pin [rad]", 1e-6, "1e-9 a step over some hundred steps, twice"
@@ -163,7 +163,7 @@ def overconstrained(effort: Effort) -> Iterator[Finding]:
         run = _run(model, span)
         cranks = np.array([Result(model, run).joint_coordinates(f"crank {i}")[:, 0] for i in range(count)])
         spreads.append(float(np.ptp(cranks, axis=0).max()))
-        freedoms.append(abs(constraint_report(model).degrees_of_freedom - 1))
+        freedoms.append(abs(constraint_report(model.route).degrees_of_freedom - 1))
     yield Finding.of(
         f"bar on {', '.join(map(str, counts))} parallel cranks with spatial pins, {span:g} s",
         spreads,
@@ -173,7 +173,7 @@ def overconstrained(effort: Effort) -> Iterator[Finding]:
     )
 
     model = bennett()
-    freedoms.append(abs(constraint_report(model).degrees_of_freedom - 1))
+    freedoms.append(abs(constraint_report(model.route).degrees_of_freedom - 1))
     for method in controlled_methods(model):
         rtol = tolerance(method, RTOL, 1e-6)
         run = follow(model, span, rtol=rtol, method=method, output_step=span / 60)

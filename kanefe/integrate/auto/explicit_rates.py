@@ -6,7 +6,6 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import DIFFERENCE, Dynamics
-from kanefe.kane.assemble import mass_matrix
 from kanefe.kane.state import State
 from kanefe.kane.tangents import constant_tangents, current_tangents
 from kanefe.storage.scipy_later import scipy
@@ -37,7 +36,7 @@ def rate_of_functions(dynamics: Dynamics, t: float) -> float:
     n, m, y = model.coordinate_count, model.free_count, dynamics.initial_state(t)
     state = State(model, t, *model.parts(y))
     K, C = current_tangents(state, *constant_tangents(model))
-    factors = scipy.linalg.lu_factor(mass_matrix(state)[:m, :m])
+    factors = scipy.linalg.lu_factor(model.route.mass_matrix(t, y)[:m, :m])
     straight = np.array([(at, speed) for turns, at, speed in coordinate_moves(model) if not turns], dtype=int)
     straight = straight.reshape(-1, 2)
     scales, rng = state_scales(model), np.random.default_rng(0)

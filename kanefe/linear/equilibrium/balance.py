@@ -44,6 +44,9 @@ LARGEST_STEP = 0.3
 NEUTRAL = 1e-11
 """Singular value of the scaled stiffness, relative to the largest, below which a motion has no restoring force."""
 
+UNHELD = 0.5
+"""Forces that meet no stiffness, relative to all of them in the metric of masses, above which a scene is not held."""
+
 MOST_UNBOWED, UNBOWED = 12, 1e-9
 """Largest number of iterations to a state without the bow due to unbalance, and the step at which it is reached."""
 
@@ -155,7 +158,7 @@ class BalanceSearch:
     def is_held(self) -> bool:
         """Whether there is a stiffness against most of the remaining forces where the search begins."""
         state = self._closed(self.q, self.u)
-        return self.imbalance(*state).ratio <= BALANCED or self._step(*state, False)[2] <= 0.5
+        return self.imbalance(*state).ratio <= BALANCED or self._step(*state, False)[2] <= UNHELD
 
     def refusal(self) -> SimulationError:
         """Return the error for a start from which a search is useless."""
@@ -166,7 +169,7 @@ class BalanceSearch:
         """Return the worst imbalance of a state."""
         small = self.small(q, u)
         if self._left is None or self._left[0] is not small:
-            self._left = small, worst_imbalance(small.here, small.du, small.speeds.N, small.speeds.leading)
+            self._left = small, worst_imbalance(small.here, small.mass, small.du, small.speeds.N, small.speeds.leading)
         return self._left[1]
 
     def small(self, q: Vector, u: Vector) -> SmallMotions:
@@ -240,8 +243,12 @@ class BalanceSearch:
                 # above
                 H = H - 2.0 * along / float(x @ x) * np.eye(len(H))
                 x = _solved(H, residual)
+            unresisted = _unresisted(H, x, residual)
+            if settles and unresisted > UNHELD and (slope := _along_neutral(H, residual)).any():
+                # no stiffness is met: as far as a step may go
+                x = x + self._longest / step_length(self.model, P.z @ inverse.T @ slope) * slope
             p = inverse.T @ x
-            return P.z @ p, P.du @ p, _unresisted(H, x, residual)
+            return P.z @ p, P.du @ p, unresisted
         columns = P.ddu[np.ix_(lead, kept)]
         if len(self.found):
             columns = np.hstack((columns, small.along_speeds.ddu[np.ix_(lead, self.found)]))
@@ -329,6 +336,13 @@ def _lowest(H: Matrix) -> float:
     """Return the lowest eigenvalue of the symmetric part of a stiffness if it is negative beyond round-off, else 0."""
     lowest = float(scipy.linalg.eigvalsh(0.5 * (H + H.T)).min(initial=0.0))
     return lowest if lowest < -1e-9 * float(np.abs(H).max(initial=0.0)) else 0.0
+
+
+def _along_neutral(H: Matrix, right: Vector) -> Vector:
+    """Return the part of the right-hand side along motions without stiffness."""
+    squares, shapes = np.linalg.eigh(0.5 * (H + H.T))
+    neutral = shapes[:, np.abs(squares) <= NEUTRAL * np.abs(squares).max(initial=0.0)]
+    return np.asarray(neutral @ (neutral.T @ right))
 
 
 def _unresisted(H: Matrix, x: Vector, right: Vector) -> float:

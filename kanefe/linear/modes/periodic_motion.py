@@ -171,7 +171,7 @@ def _are_steady(points: list[SmallMotions]) -> bool:
 
 
 def _imbalance(small: SmallMotions) -> Imbalance:
-    return worst_imbalance(small.here, small.du, small.speeds.N, small.speeds.leading)
+    return worst_imbalance(small.here, small.mass, small.du, small.speeds.N, small.speeds.leading)
 
 
 def _worst(points: list[SmallMotions]) -> str:

@@ -18,7 +18,7 @@ from kanefe.linear.equilibrium.rest import Equilibrium
 from kanefe.linear.imbalance import worst_imbalance
 from kanefe.linear.modes.mode_shapes import Shapes
 from kanefe.linear.paths.arc_length import Stop
-from kanefe.linear.paths.crossings import Crossing, Kind, crossing_of_factor
+from kanefe.linear.paths.crossings import DIGITS, Crossing, Kind, crossing_of_factor
 from kanefe.linear.paths.loaded_scene import LoadedScene
 from kanefe.linear.paths.path_settings import WHAT, Settings, settings_of
 from kanefe.linear.paths.traced import Traced, branch_start, traced
@@ -157,10 +157,9 @@ class EquilibriumPath:
         ModelError
             If the path does not pass the factor so often.
         """
-        passed = [
-            i for i in range(len(self) - 1) if (self.factors[i] - factor) * (self.factors[i + 1] - factor) <= 0.0
-            and not (i and self.factors[i] == factor)
-        ]  # fmt: skip
+        gaps = self.factors - factor
+        gaps[np.abs(gaps) <= DIGITS * float(np.abs(self.factors).max())] = 0.0  # where the path was led to a factor
+        passed = [i for i in range(len(self) - 1) if gaps[i] * gaps[i + 1] <= 0.0 and not (i and gaps[i] == 0.0)]
         if not -len(passed) <= crossing < len(passed):
             low, high = self.factors.min(), self.factors.max()
             raise ModelError(
@@ -168,6 +167,8 @@ class EquilibriumPath:
                 f"Remedy: a factor from {low:.6g} to {high:.6g}, and crossings from 0"
             )
         i = passed[crossing]
+        if gaps[i + 1] == 0.0:
+            return self._equilibrium(self._stops[i + 1])
         return self._equilibrium(crossing_of_factor(self.loaded, self._stops[i], self._stops[i + 1], factor))
 
     @checked
@@ -294,7 +295,7 @@ class EquilibriumPath:
         small, t = stop.balance.small, self.loaded.t
         model = small.model
         z = rested_states(model, t, np.concatenate((stop.q, small.u, model.initial_states)))
-        imbalance = worst_imbalance(small.here, small.du, small.speeds.N, small.speeds.leading)
+        imbalance = worst_imbalance(small.here, small.mass, small.du, small.speeds.N, small.speeds.leading)
         return Equilibrium(model, t, np.concatenate((stop.q, small.u, z)), imbalance, 0, model, small)
 
     def _most(self, of: str, axis: str) -> tuple[str, str]:
