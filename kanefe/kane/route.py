@@ -127,6 +127,11 @@ class LiteralRoute:
         rates = self.model.coordinate_rates(state.q, state.u), du, state_rates(state), powers(state, du)
         return Evaluation(np.concatenate(rates), weakest)
 
+    def wrenches_of_loads(self, t: float, y: Vector) -> dict[int, Matrix]:
+        """Return the wrenches of loads between frames on their ends in N."""
+        rigid = set(self.model.rigid_contacts)
+        return {i: one.wrenches for i, one in enumerate(actions(self.view(t, y))) if i not in rigid}
+
     def mass_matrix(self, t: float, y: Vector) -> Matrix:
         """Return M_sys over the free and the driven speeds at a state."""
         from kanefe.kane.assemble import mass_matrix

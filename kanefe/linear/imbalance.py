@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -17,6 +17,10 @@ from kanefe.kane.state import State, once
 from kanefe.linear.tangents import tangent_names
 from kanefe.linear.unit_forces import scene_load_columns
 from kanefe.tree.load_names import scene_loads
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import InterfaceFrame
+    from kanefe.contact.contact import Contact
 
 BALANCED = 1e-9
 """Remaining force, relative to those that balance in the same motion, that counts as zero: round-off of stiff bodies.
@@ -100,7 +104,7 @@ def force_sizes(state: State) -> Vector:
     Inertia and gravity of each body, stiffness, damping, loads and springs are added separately, so that they do not
     cancel, and with full lever arms: a measure of round-off, not a force.
     """
-    model, t, full, driven_rates = state.model, state.t, state.full, state.driven_rates
+    model, t, full, driven_rates = cast(Model, state.model), state.t, state.full, state.driven_rates
     sizes = np.zeros(state.columns)
     pushed, turned = np.zeros(len(model.bodies)), np.zeros(len(model.bodies))
     for number, (body, frame) in enumerate(zip(model.bodies, state.motions, strict=True)):
@@ -145,19 +149,33 @@ def force_sizes(state: State) -> Vector:
         sizes[: model.free_count] += np.abs(columns_of) @ np.abs(np.atleast_1d(load.value(t, state)))
     if model.loads:
         from kanefe.contact.contact import Contact
-        from kanefe.contact.contact_evaluation import InPython
-    for i, load_between in enumerate(model.loads):
-        ends, own = state.load_ends(i), state.load_states(i)
-        if not isinstance(load_between, Contact):
-            action = load_between.action(t, ends, own)
+    y = np.concatenate((state.q, state.u, state.z))
+    for i, wrenches in model.route.wrenches_of_loads(t, y).items():
+        load_between = model.loads[i]
+        if isinstance(load_between, Contact):
+            sizes += _contact_sizes(state, load_between, wrenches)
         else:
-            contact = InPython(load_between, ends, own)
-            action = contact.action()
-            for touch in contact.touches():
-                # the force through a wheel's axle and its friction cancel at the axle
-                force = math.hypot(touch.normal_force, float(np.linalg.norm(touch.tangential)))
-                for end in (0, touch.end):
-                    placed, arm = state.marker(load_between.ends[end]), np.linalg.norm(touch.point - ends[end].p)
-                    sizes += force * (np.linalg.norm(placed.V, axis=0) + arm * np.linalg.norm(placed.W, axis=0))
-        sizes += np.abs(generalised_force(state, load_between.ends, action.wrenches))
+            sizes += np.abs(generalised_force(state, load_between.ends, wrenches))
+    return sizes
+
+
+def _contact_sizes(state: State, contact: Contact, wrenches: Matrix) -> Vector:
+    """Return the sizes of the generalised forces of a contact, from its wrenches on its ends.
+
+    The force through a wheel's axle and its friction cancel at the axle: forces count with their lever arms.
+    """
+    arms = np.zeros(len(contact.ends))
+    for end, probe in contact.probes:
+        arms[end] = max(arms[end], float(np.linalg.norm(probe.point)) + probe.radius + probe.ring)
+    forces, moments = (np.linalg.norm(part, axis=1) for part in (wrenches[:, :3], wrenches[:, 3:]))
+    acting: dict[tuple[int, InterfaceFrame | None], tuple[float, float]] = {}
+    for marker, force, moment, arm in zip(contact.ends, forces, moments, arms, strict=True):
+        if marker.body >= 0 and force > 0.0:
+            pushed, turned = acting.get((marker.body, marker.interface), (0.0, 0.0))
+            lever = float(np.linalg.norm(marker.point)) + arm
+            acting[marker.body, marker.interface] = pushed + force, turned + moment + force * lever
+    sizes = np.zeros(state.columns)
+    for (body, interface), (pushed, turned) in acting.items():
+        frame = state.motion(body, interface)
+        sizes += pushed * np.linalg.norm(frame.V, axis=0) + turned * np.linalg.norm(frame.W, axis=0)
     return sizes

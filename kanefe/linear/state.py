@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Protocol, runtime_checkable
 
@@ -15,7 +14,6 @@ from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.kernels.compiler._numba import IS_COMPILED
 from kanefe.kernels.compiler.compiled_functions import expect
-from kanefe.loads.action import End
 from kanefe.loads.base import Load
 from kanefe.tree.scales import scene_weight
 
@@ -56,7 +54,7 @@ def model_of(scene: object, what: str, t: float = 0.0) -> Model:
     if not isinstance(model, Model):
         raise ModelError(f"{what} needs a System or a Model, not {scene!r}. Remedy: the scene, or scene.freeze()")
     if IS_COMPILED and "route" not in vars(model):
-        expect(functions_of_route(model, has_jacobian=True, has_masses=True))  # together, not each at its first call
+        expect(functions_of_route(model, has_jacobian=True, for_analyses=True))  # together, not each at its first call
     model.route.check_dense(what)
     _check_states(model, what)
     if model.free_count == 0:
@@ -103,28 +101,26 @@ def at_rest(model: Model, t: float, y: Vector, softness: float = 0.0) -> Model:
     """
     if all(type(load).resting is Load.resting for load in model.loads):
         return model
-    scene = model.route.state(t, y)
-    most = MOST_WEIGHTS * scene_weight(model)
-    loads = tuple(
-        _resting(load, t, scene.load_ends(i), scene.load_states(i), softness, most)
-        for i, load in enumerate(model.loads)
-    )
+    scene, z = model.route.state(t, y), model.parts(y)[2]
+
+    def resting(i: int, softness: float) -> Load:
+        return model.loads[i].resting(scene.load_ends(i), softness) or model.loads[i]
+
+    loads = [resting(i, softness) for i in range(len(model.loads))]
     if all(load is before for load, before in zip(loads, model.loads, strict=True)):
         return model
-    return replace(model, loads=loads, initial_states=model.parts(y)[2])
-
-
-def _resting(load: Load, t: float, ends: Sequence[End], z: Vector, softness: float, most: float) -> Load:
-    """Return a load in its form about a rest, with a softness at which none of its forces is above `most` (N)."""
-    found = load.resting(ends, softness)
-    if found is None:
-        return load
-    if load.may_part and most > 0.0 and softness > 0.0:
-        for _ in range(HALVINGS):
-            if np.abs(found.action(t, ends, z).wrenches[:, :3]).max() <= most:
-                break
-            softness *= 0.5
-            found = load.resting(ends, softness) or found
+    found = replace(model, loads=tuple(loads), initial_states=z)
+    if softness <= 0.0 or (most := MOST_WEIGHTS * scene_weight(model)) <= 0.0:
+        return found
+    for _ in range(HALVINGS):
+        wrenches = found.route.wrenches_of_loads(t, y)
+        strong = [i for i, load in enumerate(loads) if load.may_part and np.abs(wrenches[i][:, :3]).max() > most]
+        if not strong:
+            break
+        softness *= 0.5
+        for i in strong:
+            loads[i] = resting(i, softness)
+        found = replace(model, loads=tuple(loads), initial_states=z)
     return found
 
 

@@ -24,6 +24,7 @@ from kanefe.kernels.impacts.cones import solve_one
 from kanefe.kernels.impacts.contact_changes import change_contacts
 from kanefe.kernels.impacts.moments import look_at_points
 from kanefe.kernels.links import places as of_links
+from kanefe.kernels.loads.telling import tell_states
 from kanefe.kernels.loads.watching import watch_states
 from kanefe.kernels.planar.evaluation import evaluate_planar
 from kanefe.kernels.steppers.integration import integrate
@@ -41,12 +42,12 @@ COMPLEX = Variant(has_flexible=True, is_complex=True)
 
 
 def functions_of_scene(
-    model: ModelData, has_jacobian: bool, has_directions: bool, has_masses: bool
+    model: ModelData, has_jacobian: bool, has_directions: bool, for_analyses: bool
 ) -> list[CompiledFunction]:
     """Return the units of a run and of the reading of its results, but for those of the method.
 
     `has_jacobian`: whether the method takes derivatives; `has_directions`: directions in which loads are stiff;
-    `has_masses`: the mass matrix. Nothing is built or loaded for the answer.
+    `for_analyses`: the mass matrix, and what loads do. Nothing is built or loaded for the answer.
     """
     own = Variant(has_flexible=any(body.flexible is not None for body in model.bodies))
     functions = list(_functions(model))
@@ -58,8 +59,10 @@ def functions_of_scene(
     found += [balances_of_states.unit(Variant(has_flexible=True)), motions_of_rows.unit(own)]
     if model.is_constrained:
         found.append(close_state.unit(Variant(has_flexible=True)))
-    if has_masses:
+    if for_analyses:
         found.append(put_masses.unit(Variant(has_flexible=True)))
+        if model.loads:
+            found.append(tell_states.unit(Variant(has_flexible=True)))
     if has_directions:
         found.append(put_directions.unit(own))
     if has_jacobian:

@@ -23,7 +23,6 @@ from kanefe.kernels.constraints.closing import CLOSED, close_state, closing_memo
 from kanefe.kernels.constraints.least_forces import LEAST_GAIN
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import evaluate, workspace_size
-from kanefe.kernels.evaluation.masses import masses_memory_size, put_masses
 from kanefe.kernels.evaluation.momenta import balance, balances_of_states
 from kanefe.kernels.impacts.contact_questions import BLUR, BLURS, START
 from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND, FlexibleTables, Tables, no_flexible
@@ -32,6 +31,7 @@ from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, SL
 from kanefe.loads.functions import SPENT
 from kanefe.order_n.derivative_call import DerivativeCall
 from kanefe.order_n.rates_kernel import RatesCall, RatesKernel
+from kanefe.order_n.state_kernels import StateKernels
 from kanefe.order_n.sweeps import Sweeps
 from kanefe.order_n.swept_state import MotionsKernel, SweptState
 from kanefe.order_n.tables.constraint_tables import loop_tables
@@ -81,7 +81,7 @@ class OrderN(LiteralRoute):
         self.reason = "all parts of the scene have kernels"
         builder = TableBuilder(model)
         self.tables, self.flexible = builder.tables()
-        self.between = loads_between(builder)[0]
+        self.between, self._order = loads_between(builder)
         self.loops = loop_tables(builder, self.tables, self.flexible)
         self.has_loops = model.is_constrained
         self.memory_size = workspace_size(self.tables, self.flexible, self.between, self.loops)
@@ -388,12 +388,17 @@ class OrderN(LiteralRoute):
                 return closed
         return super().projected(t, y, share)
 
+    def wrenches_of_loads(self, t: float, y: Vector) -> dict[int, Matrix]:
+        """Return the wrenches of loads between frames on their ends in N, from one sweep."""
+        return self._state_kernels.wrenches_of_loads(t, y)
+
     def mass_matrix(self, t: float, y: Vector) -> Matrix:
         """Return M_sys over the free and the driven speeds at a state, from one sweep."""
-        size = self.model.free_count + self.model.driven_count
-        found, memory = np.empty((size, size)), np.empty(masses_memory_size(self.tables, self.elastic))
-        self._masses(self.drives(t), np.asarray(y, dtype=float), found, memory)
-        return found
+        return self._state_kernels.mass_matrix(t, y)
+
+    @cached_property
+    def _state_kernels(self) -> StateKernels:
+        return StateKernels(self, self._order)
 
     def powers(self, t: float, y: Vector, du: Vector) -> Vector:
         """Return the power taken and given; of trees from one sweep."""
@@ -456,11 +461,6 @@ class OrderN(LiteralRoute):
     def closing(self) -> Bound:
         """What closes loops: see `close_state`."""
         return close_state.bound(LATER, self.tables, self.elastic, self.loops, LATER, LATER, LATER)
-
-    @cached_property
-    def _masses(self) -> Bound:
-        """What writes the mass matrix: see `put_masses`."""
-        return put_masses.bound(self.tables, self.elastic, LATER, LATER, LATER, LATER)
 
     def explain(self, t: float, y: Vector) -> NoReturn:
         """Raise the error of the literal route for a state at which the sweep failed."""

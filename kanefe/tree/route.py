@@ -331,6 +331,13 @@ class Route(Evaluates, Protocol):
         """
         ...
 
+    def wrenches_of_loads(self, t: float, y: Vector) -> dict[int, Matrix]:
+        """Return the wrenches of loads between frames on their ends in N, (ends, 6), by the numbers of the loads.
+
+        Without those of rigid contacts.
+        """
+        ...
+
     def mass_matrix(self, t: float, y: Vector) -> Matrix:
         """Return M_sys over the free and the driven speeds at a state, shape (free + driven, free + driven)."""
         ...
