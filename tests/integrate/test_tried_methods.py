@@ -12,7 +12,7 @@ from benchmarks.drawn_scenes import drawn
 from kanefe.equations.model import Model
 from kanefe.integrate.auto.choice import choose
 from kanefe.integrate.auto.trial_plan import SHARE, TrialPlan
-from kanefe.integrate.auto.trials import Trial
+from kanefe.integrate.auto.trials import Stretch, Trial, went_over
 from kanefe.integrate.auto.tried_methods import TriedMethods
 from kanefe.integrate.auto.work import WorkCounter
 from kanefe.integrate.dynamics import Dynamics
@@ -168,6 +168,26 @@ def test_controllers_are_not_asked_in_trials() -> None:
     run = scene.simulate((0.0, SECONDS), rtol=1e-3)
     assert run.statistics["tried"]
     np.testing.assert_allclose(times, 1e-3 * np.arange(len(times)), atol=1e-12)
+
+
+def test_a_trial_that_begins_at_a_sample_holds_what_is_held_from_there_on() -> None:
+    """A cart of 2 kg under a force that is held: it goes over to 3 N where the trial begins, and to -1 N within it."""
+    scene = kf.System()
+    scene.add_rigid_body("cart", 2.0, joint=kf.Prismatic("x"))
+    options = {"every": 0.1, "reads": ("joint_coordinates cart",), "drives": "motor cart"}
+    scene.add_controller("pull", lambda t, reads, memory: 0.0, **options)
+    model = scene.freeze()
+    options = RunOptions(t_span=(0.0, 1.0), method="dop853")
+    rival = set_up(model, options).stepper
+    first = rival.state()
+    held = slice(2, 2 + model.state_count)
+    held_3, held_1 = first.copy(), first.copy()
+    held_3[held], held_1[held] = 3.0, -1.0
+    stretch = Stretch(0.1, first, 0.0, -np.inf, [(0.1, held_3), (0.2, held_1)])
+    found, _ = went_over(rival, stretch, (0.25, first), held, np.inf, WorkCounter(model, False))
+    x = 0.5 * 1.5 * 0.1**2 + 0.15 * 0.05 - 0.5 * 0.5 * 0.05**2  # m
+    assert found is not None
+    assert found[:2] == pytest.approx((x, 0.15 - 0.5 * 0.05), rel=1e-9)
 
 
 def test_another_method_is_not_tried_where_one_is_asked_for() -> None:

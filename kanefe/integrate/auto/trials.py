@@ -106,14 +106,13 @@ def went_over(
     row = np.empty((1, len(stretch.y)))
     try:
         for t, y in (*stretch.samples, end):
-            if t <= rival.t:
-                continue
-            rival.aim(t)
+            if t > rival.t:
+                rival.aim(t)
             while rival.t < t:
                 rival.integrate_through(np.array([t]), row, STEPS_AT_ONCE)
                 if counter.work(counts()) > most:
                     return None, counts()
-            if t < end[0]:
+            if t < end[0]:  # also where the stretch begins at a sample
                 state = rival.state()
                 state[held] = y[held]
                 rival.go_on_with(t, state)

@@ -169,7 +169,7 @@ def find_brackets(
 ) -> int:
     """Write the intervals at whose ends a function has different signs, in order of time; return how many.
 
-    A value of zero ends an interval. After an event the values have no sign until the one with the number `first`: the
+    A value of zero ends an interval, unless the function is back on its side at the next one. After an event the values have no sign until the one with the number `first`: the
     place that was found lies before the root as often as behind it.
 
     Parameters
@@ -183,6 +183,8 @@ def find_brackets(
     found = 0
     last_time, last = 0.0, 0.0
     for k in range(first, count):
+        if last != 0.0 and k + 1 < count and values[k] == 0.0 and sign_of(values[k + 1]) == sign_of(last):
+            continue
         if last != 0.0 and sign_of(values[k]) != sign_of(last):
             found = _add(brackets, found, last_time, times[k], -last * direction)
         last_time, last = times[k], values[k]
