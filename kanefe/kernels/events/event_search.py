@@ -169,8 +169,9 @@ def find_brackets(
 ) -> int:
     """Write the intervals at whose ends a function has different signs, in order of time; return how many.
 
-    A value of zero ends an interval, unless the function is back on its side at the next one. After an event the values have no sign until the one with the number `first`: the
-    place that was found lies before the root as often as behind it.
+    A value of zero ends an interval, unless the function is back on its side at the next one. After an event the values
+    have no sign until the one with the number `first`: the place that was found lies before the root as often as behind
+    it.
 
     Parameters
     ----------
