@@ -22,6 +22,9 @@ from kanefe.kernels.evaluation.force_tables import (
     WRENCH,
 )
 from kanefe.order_n.evaluated import Evaluated
+from kanefe.order_n.held_forces import HeldForces, are_served
+from kanefe.tree.neighbours import LOAD, parts_of
+from kanefe.tree.route import FrameMotions
 
 if TYPE_CHECKING:
     from kanefe.kane.run_forces import LiteralForces
@@ -39,14 +42,25 @@ class CompiledForces:
     states : ndarray, shape (T, state)
     rates : ndarray, shape (T or 0, state and quadratures)
         Known ones, of scenes without constraints; without rows they are computed.
+    motion : callable
+        Returns the motion of a body's frame with accelerations, by the number of the body.
     """
 
-    def __init__(self, route: Evaluated, times: Vector, drives: np.ndarray, states: Matrix, rates: Matrix) -> None:
+    def __init__(
+        self,
+        route: Evaluated,
+        times: Vector,
+        drives: np.ndarray,
+        states: Matrix,
+        rates: Matrix,
+        motion: Callable[[int], FrameMotions],
+    ) -> None:
         self._route, self._times, self._drives, self._states, self._rates = route, times, drives, states, rates
-        self._tables = route.force_kernel.told.tables
+        self._motion, self._tables = motion, route.force_kernel.told.tables
+        self._held: dict[int, tuple[HeldForces, Matrix]] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return CompiledForces, (self._route, self._times, self._drives, self._states, self._rates)
+        return CompiledForces, (self._route, self._times, self._drives, self._states, self._rates, self._motion)
 
     @cached_property
     def _found(self) -> tuple[Matrix, Vector]:
@@ -104,16 +118,54 @@ class CompiledForces:
         if number in told.by_reaction:
             body, place = told.by_reaction[number]
             return moved_to(place, self.reactions[:, body])
-        if number in told.undetermined:
+        if number in told.undetermined and not are_served(self._route.model, parts_of(self._route.model)[number].body):
             return self._of_all.part(number)
-        found = self._block(PARTS, ENDS)[:, WRENCH * number : WRENCH * (number + 1)].copy()
+        found = self._told_part(number)
+        if number in told.undetermined:
+            found += self._of_carrier(number)
         return self._with_rest(found, lambda rest: rest.part(number))
+
+    def _told_part(self, number: int) -> Matrix:
+        return self._block(PARTS, ENDS)[:, WRENCH * number : WRENCH * (number + 1)].copy()
+
+    def _of_carrier(self, number: int) -> Matrix:
+        """Return what holds an interface among others that share forces, (T, 6)."""
+        model = self._route.model
+        place = parts_of(model)[number]
+        if place.body not in self._held:
+            n, name = model.coordinate_count, model.bodies[place.body].name
+            told, rigid = self._route.force_kernel.told, {model.loads[i].name for i in model.rigid_contacts}
+
+            def at_interface(interface: str) -> Matrix:
+                found = np.zeros((len(self._times), WRENCH))
+                for i in told.numbers_of_parts(name, interface):
+                    kind, source, _ = parts_of(model)[i].sources[0]  # all of a part are of one
+                    if kind != LOAD or source in rigid:
+                        found += self._told_part(i)
+                return found
+
+            held = HeldForces(
+                model,
+                place.body,
+                self._states,
+                self._found[0][:, n : n + model.free_count],
+                self._motion(place.body),
+                self._block(REACTIONS, DRIVING)[:, WRENCH * place.body : WRENCH * (place.body + 1)],
+                at_interface,
+                self._told_end,
+            )
+            self._held[place.body] = held, held.forces()
+        held, forces = self._held[place.body]
+        frame = model.flexible_terms(model.bodies[place.body].name).body.interface(place.interface)
+        return held.on_body(frame, forces)
 
     def on_end(self, number: int, end: int) -> Matrix:
         """Return the wrench of a load between frames on one of its ends, in N, (T, 6)."""
+        return self._with_rest(self._told_end(number, end), lambda rest: rest.on_end(number, end))
+
+    def _told_end(self, number: int, end: int) -> Matrix:
         first = WRENCH * (self._route.force_kernel.told.first_ends[number] + end)
-        found = self._block(ENDS, CONTACTS)[:, first : first + WRENCH].copy()
-        return self._with_rest(found, lambda rest: rest.on_end(number, end))
+        return self._block(ENDS, CONTACTS)[:, first : first + WRENCH].copy()
 
     def contact(self, number: int) -> Matrix:
         """Return the outputs of a rigid contact, by its number among these, (T, 12)."""

@@ -187,7 +187,11 @@ class Sweeps:
         """The forces of all states."""
         is_known = self._route.is_autonomous and not self._route.model.is_constrained
         rates = self.rates if is_known else np.zeros((0, self._states.shape[1] + QUADRATURES))
-        return CompiledForces(self._route, self._times, self._drives, self._states, np.ascontiguousarray(rates))
+        given = self._times, self._drives, self._states, np.ascontiguousarray(rates)
+        return CompiledForces(self._route, *given, self._accelerated_frame)
+
+    def _accelerated_frame(self, number: int) -> FrameMotions:
+        return self.frame(number, None, is_accelerated=True)
 
     def outputs_of_loads(self, functions: Mapping[int, tuple[OutputFunction, int]]) -> dict[int, Matrix]:
         """Return what compiled functions tell of some loads, by their numbers."""
