@@ -12,14 +12,14 @@ from kanefe.equations.model import Model
 from kanefe.kane.assemble import held_accelerations
 from kanefe.kane.constraints import constraint_rates
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
-from kanefe.kane.loop_closure import openings
+from kanefe.kane.loop_closure import openings, project_positions
 from kanefe.kane.state import State
 from kanefe.kernels.constraints.closing import CLOSED, closing_memory_size
 from kanefe.kernels.constraints.row_paths import FIRST_GUEST
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.order_n.route import OrderN
 from kanefe.tree.model_data import QUADRATURES
-from loop_scenes import bent_four_bars, four_bars, geared_bars, nested_loops
+from loop_scenes import bent_four_bars, four_bar, four_bars, geared_bars, nested_loops
 
 LAYOUTS = ("apart", "in a row", "one on the other")
 SPEEDING_UP = kf.Motion(lambda t: 0.3 + t + t * t, lambda t: 1.0 + 2.0 * t, lambda _: 2.0)
@@ -263,3 +263,20 @@ def openings_of_speeds(model: Model, y: np.ndarray) -> np.ndarray:
     q, u, _ = model.parts(y[:-QUADRATURES])
     state = State(model, 0.0, q, u)
     return constraint_rates(state).open_rates(state.full)
+
+
+def test_rows_at_markers_beside_their_links_tell_how_near_a_dead_centre_is() -> None:
+    """The pins are 2 m and 0.9 m from the joints of their bars: coupler and rocker come into line."""
+    model = four_bar(rocker=0.9, motion=kf.Motion.steady(2.0, 0.6)).freeze()
+    q = np.array((-2.728843865, 1.305535183))
+    state = State(model, 0.99, project_positions(model, 0.99, q), np.zeros(2))
+    literal = held_accelerations(state)[2]
+    assert literal < NEAR_SINGULAR
+    y = np.concatenate((state.q, state.u, np.zeros(2)))
+    assert 0.5 * literal < route_of(model).held_rates(0.99, y)[1] < 2.0 * literal
+
+
+def test_a_crank_that_pulls_its_rocker_beyond_its_reach_is_told_in_compiled_runs() -> None:
+    scene = four_bar(rocker=0.9, motion=kf.Motion.steady(2.0, 0.6))
+    with pytest.warns(kf.SimulationWarning, match=r"at a singular position.*within its reach"):
+        scene.simulate((0.0, 3.0), rtol=1e-6)

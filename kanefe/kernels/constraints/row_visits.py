@@ -13,6 +13,7 @@ from kanefe.kernels.algebra.vectors import (
     cross,
     dot,
     matrix,
+    minus,
     plus,
     put,
     put_three,
@@ -47,6 +48,7 @@ from kanefe.kernels.layout import (
     R,
     Tables,
 )
+from kanefe.kernels.loads.markers import lever_of
 from kanefe.kernels.loads.point_and_field_loads import share_of_modes
 from kanefe.kernels.sweeps.border import border_in
 from kanefe.kernels.sweeps.elastic import coupling_span, total
@@ -99,8 +101,8 @@ def put_visits(
                 moment = vector(kept.exerted.wrenches, j, 6 * which + 3)
                 accumulate(carried, i, 0, times(-1.0, force))
                 accumulate(carried, i, TURN, times(-1.0, moment))
-                put(carried, i, FORCE_AT_END, force)
-                put(carried, i, MOMENT_AT_END, moment)
+                arm = lever_of(loops.markers, 2 * j + which, i, work)
+                _hand_ends(carried, i, force, minus(moment, cross(arm, force)), arm)
     for s in range(begin, end):
         i, at, of_modes, of_wrench = paths.visits[s]
         kind, parent = rows[i, KIND], rows[i, PARENT]
