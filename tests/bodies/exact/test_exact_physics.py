@@ -14,7 +14,7 @@ from kanefe.frames import rotation_about
 SLENDER = fem.Section.from_stiffness(EA=1e4, GA_y=1e4, GA_z=1e4, EI_y=50.0, EI_z=60.0, GJ=40.0, rho_A=1.0, rho_I=0.1)
 
 
-@pytest.mark.parametrize("steps", [2000, pytest.param(100_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("steps", [2000, pytest.param(100_000, marks=pytest.mark.stress)])
 def test_free_flight_keeps_energy_and_momenta(steps: int) -> None:
     """By the method energy-momentum; generalised-alpha loses a tenth of both within 2000 steps."""
     beam = fem.exact_beam(3.0, SLENDER, basis=4)
