@@ -7,6 +7,7 @@ from robustness import (
     contact,
     determinism,
     events,
+    far_bent,
     finite_elements,
     flexible_extremes,
     invariances,
@@ -22,6 +23,7 @@ from robustness import (
 CASES = (
     *cases.CASES,
     *flexible_extremes.CASES,
+    *far_bent.CASES,
     *vibrations.CASES,
     *mass_extremes.CASES,
     *rotations.CASES,
