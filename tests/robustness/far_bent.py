@@ -13,7 +13,7 @@ from kanefe.joints import Revolute
 from kanefe.loads.rope import Rope
 from kanefe.system import System
 from kanefe_fem import Section, exact_beam
-from kanefe_fem.beams.sections import StiffnessSection
+from kanefe_fem.beams.stiffness_section import StiffnessSection
 
 LENGTH, TORSION, ROUND = 2.0, 40.0, 0.1
 """Length of a rod (m), its GJ (N m2) and its inertia against bending per length (kg m), half of that about its axis."""
@@ -42,7 +42,7 @@ def twists(effort: Effort) -> Iterator[Finding]:
         angle = 2.0 * math.pi * turns
         scene = System()
         start = angle * np.array((*parts, *np.zeros(4)))
-        scene.add_flexible_body("rod", rod(count), modal_coordinates=start)
+        scene.add_flexible_body("rod", rod(count), modal_coordinates=start.tolist())
         for method, rtol in METHODS.items():
             span = (1.0 if effort.is_quick else 20.0) * period
             run = scene.simulate((0.0, span), method=method, rtol=rtol, output_step=period / 40.0)
