@@ -63,7 +63,8 @@ def changes_of(dynamics: Dynamics, start: float, stop: float) -> np.ndarray:
     The functions are sampled all through the run. What is shorter than a sample, 1/960 of it, may still be missed; so
     may what functions of the state do.
     """
-    if not dynamics.calls_functions or not math.isfinite(stop - start):
+    moves = dynamics.calls_functions or any(load.motions for load in dynamics.model.loads)
+    if not moves or not math.isfinite(stop - start):
         return np.zeros(0)
     times = sample_times(start, stop)
     change = np.zeros(len(times))
@@ -96,14 +97,20 @@ def accelerations_at(model: ModelData, motion: Motion, times: np.ndarray) -> Mat
 
 
 def _samples(dynamics: Dynamics, times: np.ndarray) -> list[Sequence[Any] | Matrix]:
-    """Return the values of functions of the user that depend on time only: loads, accelerations of driven joints."""
+    """Return the values of what depends on time only: functions of the user, and motions of loads, also of tables.
+
+    Tables of driven joints are left out, since they limit the steps themselves.
+    """
     model = dynamics.model
     found: list[Sequence[Any] | Matrix] = [
         values_at(load.value, times)
         for load, _ in loads_with_values(model)
         if not (load.takes_state or load.is_constant or isinstance(load.function, Held))
     ]
-    return found + [accelerations_at(model, motion, times) for motion, _ in model.drives if motion.pieces is None]
+    for motion, what in (given for load in model.loads for given in load.motions):
+        if motion.pieces is not None:
+            found.append(motion.over(np.clip(times, *motion.span), what)[:, :1])
+    return found + [accelerations_at(model, motion, times) for motion, _ in model.motions if motion.pieces is None]
 
 
 def _second_differences(values: Sequence[Any] | Matrix, count: int) -> np.ndarray:
@@ -126,7 +133,7 @@ def _stretches(change: np.ndarray) -> list[tuple[int, int]]:
 
 def _breakpoints_of_tables(dynamics: Dynamics) -> np.ndarray:
     """Return the breakpoints of the tables that drive a scene, s."""
-    tables = [motion.pieces[:, 0] for motion, _ in dynamics.model.drives if motion.pieces is not None]
+    tables = [motion.pieces[:, 0] for motion, _ in dynamics.model.motions if motion.pieces is not None]
     breakpoints = np.unique(np.concatenate([table for table in tables if len(table) > 1] or [np.zeros(0)]))
     if len(breakpoints) < 2:
         return np.zeros(0)

@@ -130,7 +130,7 @@ def _kept(model: Model, options: RunOptions) -> list[SetUp] | None:
 
 
 def check_motions(model: Model, start: float, stop: float, may_end: bool = False) -> None:
-    """Raise a ModelError if a motion is not known in the whole of a run, or rates of its functions do not fit it.
+    """Raise a ModelError if a motion is not known in the whole of a run, or not possible, or its rates do not fit it.
 
     Parameters
     ----------
@@ -141,14 +141,15 @@ def check_motions(model: Model, start: float, stop: float, may_end: bool = False
         Whether it may end before: then motions need not be known up to its end.
     """
     model.looks.clear()
-    for motion, body in model.drives:
-        what = f"the motion of body {body!r}"
+    for motion, what in model.motions:
         for t in (start,) if may_end else (start, stop):
             motion.check_known(t, what)
         first, last = max(start, motion.known[0]), min(stop, motion.known[1])
         if motion.pieces is None and math.isfinite(last - first):
             times = sample_times(first, last)
             motion.check_over(times, what, accelerations_at(model, motion, times))
+    for load in model.loads:
+        load.check_during(start, stop)
 
 
 def reported_events(model: Model, choice: Choice, options: RunOptions) -> tuple[Event, ...]:

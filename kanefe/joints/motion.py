@@ -83,6 +83,22 @@ def check_span(span: object, what: str) -> None:
         raise ModelError(f"span of {what} must be its first and last time, s, not {span!r}")
 
 
+def of_body(name: str) -> str:
+    """Return what the motion of a driven joint of a body is named in messages."""
+    return f"the motion of body {name!r}"
+
+
+def polyline(times: np.ndarray, values: np.ndarray) -> Motion:
+    """Return the motion straight from point to point, constant before and after them: its rate jumps, as of a winch."""
+    from scipy.interpolate import PPoly
+
+    starts, positions = np.append(times[0] - 1.0, times), np.append(values[0], values)
+    rates = np.concatenate(((0.0,), np.diff(values) / np.diff(times), (0.0,)))
+    line = PPoly(np.array((rates, positions)), np.append(starts, times[-1] + 1.0))
+    motion = Motion(line, line.derivative(1), line.derivative(2))
+    return motion._of_pieces(np.column_stack((starts, positions, rates, np.zeros((len(starts), 2)))))
+
+
 def clock(times: np.ndarray) -> Motion:
     """Return the time as a motion, in the span of a table with these times and with their pieces."""
     motion = Motion(*TIME, span=(float(times[0]), float(times[-1])))
@@ -240,27 +256,25 @@ class Motion:
         round_off = 1e-9 * (last - first) if math.isfinite(last - first) else 0.0
         return first - round_off, last + round_off
 
-    def at(self, name: str, t: float, body: str) -> float:
+    def at(self, name: str, t: float, what: str) -> float:
         """Return the position, velocity or acceleration (by name) at time t.
 
         Raises
         ------
         ModelError
-            If it is not finite or not defined there; the message names the body and the time.
+            If it is not finite or not defined there; the message names the motion as `what`, and the time.
         """
-        self.check_known(t, f"the motion of body {body!r}")
+        self.check_known(t, what)
         try:
             given = getattr(self, name)(t)
         except KanefeError:
             raise
         except Exception as error:
-            error.add_note(f"the {name} of the motion of body {body!r} at t = {t:.6g} s")
+            error.add_note(f"the {name} of {what} at t = {t:.6g} s")
             raise
         value = given if type(given) is float else numbers(given)
         if np.shape(value) != () or not math.isfinite(value):
-            raise ModelError(
-                f"the motion of body {body!r} must give finite numbers; its {name} at t = {t:.6g} s is {given}"
-            )
+            raise ModelError(f"{what} must give finite numbers; its {name} at t = {t:.6g} s is {given}")
         return float(value)
 
     def check_known(self, t: float, what: str) -> None:
@@ -273,13 +287,13 @@ class Motion:
                 "longer table (duration=... of Ship.at), or a shorter run"
             )
 
-    def over(self, times: np.ndarray, body: str) -> np.ndarray:
+    def over(self, times: np.ndarray, what: str) -> np.ndarray:
         """Return position, velocity and acceleration at many times, (T, 3): see `at`."""
         functions = {name: getattr(self, name) for name in ("position", "velocity", "acceleration")}
         if self.pieces is None:  # functions of the user take a single time
-            return np.array([[self.at(name, t, body) for name in functions] for t in times.tolist()]).reshape(-1, 3)
+            return np.array([[self.at(name, t, what) for name in functions] for t in times.tolist()]).reshape(-1, 3)
         for t in (times.min(initial=self.start), times.max(initial=self.start)):
-            self.at("position", float(t), body)
+            self.at("position", float(t), what)
         return np.column_stack([function(times) for function in functions.values()])
 
     @property

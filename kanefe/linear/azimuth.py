@@ -23,9 +23,9 @@ def times_ahead(model: Model, t: float, u: Vector) -> list[float]:
     driven = model.driven_speeds(t)[0] if model.driven_count else np.zeros(0)
     fastest = float(max(np.abs(u).max(initial=0.0), np.abs(driven).max(initial=0.0)))
     times = [tau / fastest for tau in SAMPLES] if fastest > 0.0 else []
-    if not model.route.is_constant or model.driven_count:
+    if not model.route.is_constant or model.motions:
         times += list(SAMPLES)
-    return [tau for tau in times if all(t + tau <= motion.span[1] for motion, _ in model.drives)]
+    return [tau for tau in times if all(t + tau <= motion.span[1] for motion, _ in model.motions)]
 
 
 def moved_on(model: Model, t: float, q: Vector, u: Vector, tau: float) -> tuple[Vector, Vector]:

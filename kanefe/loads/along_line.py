@@ -63,6 +63,7 @@ class AlongLine(Load):
         """Return its pull on all points (Eq. 11)."""
         done = super().action(t, ends, states)
         if not math.isfinite(done.wrenches.sum()):
+            self.check_at(t)
             self.path(t, ends)  # raises an error if points coincide
         return done
 

@@ -16,6 +16,7 @@ from kanefe.loads.action import NO_STATES, Action, End, LoadKernel, Tangent
 from kanefe.loads.by_kernel import numbers_of, resistances, written_by
 
 if TYPE_CHECKING:
+    from kanefe.joints.motion import Motion
     from kanefe.loads.anchors import Anchor
     from kanefe.loads.reach import LoadReach
     from kanefe.loads.reaction_load import ReactionLoad
@@ -205,6 +206,26 @@ class Load(ABC):
     def stuck(self, factor: float) -> Self:
         """Return the load with static friction between surfaces multiplied by a factor."""
         return self
+
+    @property
+    def input_functions(self) -> tuple[Callable[[float], float], ...]:
+        """Functions of time, compiled by numba, that give its `inputs`, one each; none: these are asked for."""
+        return ()
+
+    @property
+    def motions(self) -> tuple[tuple[Motion, str], ...]:
+        """Its given functions of time, such as the length of a rope on a winch, each with its name for messages."""
+        return ()
+
+    def check_during(self, start: float, stop: float) -> None:
+        """Raise a ModelError if its `motions` give it values that are not possible, between two times (s)."""
+        return
+
+    def check_at(self, t: float) -> None:
+        """Raise a ModelError if its `motions` are not known at a time (s), or not possible."""
+        for motion, what in self.motions:
+            motion.check_known(t, what)
+        self.check_during(t, t)
 
     @property
     def not_screened(self) -> str:

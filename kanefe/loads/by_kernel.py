@@ -61,6 +61,15 @@ class HasKernel(Protocol):
         """Its compiled function and numbers."""
         ...
 
+    @property
+    def input_count(self) -> int:
+        """Number of inputs from Python to compiled code in each evaluation."""
+        ...
+
+    def inputs(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
+        """Return these inputs, (`input_count`,)."""
+        ...
+
 
 @dataclass(frozen=True, eq=False)
 class EventByKernel:
@@ -85,7 +94,8 @@ class EventByKernel:
         if kernel is None:
             raise TypeError(f"{self.load.name!r} has no kernel")
         count = WRENCHES + WRENCH * len(ends)  # kernels may also write to the space of the forces
-        return float(written_by(self.watch, t, kernel.numbers, NO_STATES, numbers_of(ends), states, count)[self.place])
+        inputs = self.load.inputs(t, ends, states) if self.load.input_count else NO_STATES
+        return float(written_by(self.watch, t, kernel.numbers, inputs, numbers_of(ends), states, count)[self.place])
 
 
 @dataclass(frozen=True, eq=False)

@@ -123,7 +123,7 @@ class OrderN(LiteralRoute):
             return NO_DRIVES
         names = ("position", "velocity", "acceleration")
         with SPENT.counted():
-            values = [[motion.at(what, t, name) for what in names] for motion, name in self._drives]
+            values = [[motion.at(name, t, what) for name in names] for motion, what in self._drives]
         return np.array(values).reshape(-1, 3)
 
     def drives_over(self, times: np.ndarray) -> np.ndarray:
@@ -131,7 +131,7 @@ class OrderN(LiteralRoute):
         if not self._drives:
             return np.zeros((len(times), 0, 3))
         with SPENT.counted():
-            return np.stack([motion.over(times, name) for motion, name in self._drives], axis=1)
+            return np.stack([motion.over(times, what) for motion, what in self._drives], axis=1)
 
     def values_over(self, times: np.ndarray, states: Matrix) -> np.ndarray:
         """Return the values of all loads at many states (T, n), (T, inputs): see `values`."""
@@ -414,6 +414,8 @@ class OrderN(LiteralRoute):
         Towards that a force grows without bound, and a run ends a little before.
         """
         self.drives(t)
+        for load in self.model.loads:
+            load.check_at(t)
         self.values(t, y)
         self._check_determined(t, y, NEAR_PARADOX)
 

@@ -19,6 +19,7 @@ from kanefe.frames import euler_parameters_from_matrix, rotation_matrices
 from kanefe.integrate.sampling import ControllerLog
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import Trajectory
+from kanefe.joints.motion import of_body
 from kanefe.kane.run_forces import LiteralForces
 from kanefe.kane.state import State
 from kanefe.loads.base import Load
@@ -288,7 +289,7 @@ class RunChannels:
                 if motion is None:
                     q[:, i], u[:, i] = run.coordinates[:, terms.coordinates[i]], run.speeds[:, terms.speeds[i]]
                 else:
-                    q[:, i], u[:, i] = motion.over(self.times, body)[:, :2].T
+                    q[:, i], u[:, i] = motion.over(self.times, of_body(body))[:, :2].T
         return {("joint_coordinates", body, ""): q, ("joint_speeds", body, ""): u}
 
     def _modes(self, body: str, interface: str) -> dict[Key, np.ndarray]:

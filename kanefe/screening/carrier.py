@@ -11,7 +11,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.joints.given_pose import PoseDriven, PoseRates
-from kanefe.joints.motion import Motion
+from kanefe.joints.motion import Motion, of_body
 from kanefe.joints.pose_table import PoseTable
 from kanefe.tree.body_terms import BodyTerms
 
@@ -115,7 +115,9 @@ class Carrier:
         found = []
         for t in times.tolist():
             q, u, du = (
-                np.array([motion.at(kind, t, self.body.name) for motion in joint.motions if motion is not None])
+                np.array(
+                    [motion.at(kind, t, of_body(self.body.name)) for motion in joint.motions if motion is not None]
+                )
                 for kind in ("position", "velocity", "acceleration")
             )
             (p, A), (V, W), (v, w) = joint.pose(q), joint.partial_velocities(q), joint.remainders(q, u)

@@ -10,6 +10,7 @@ import numpy as np
 
 from kanefe.bodies.rigid import RigidMass
 from kanefe.joints import Joint
+from kanefe.joints.motion import of_body
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
@@ -132,8 +133,8 @@ class BodyTerms:
         """Return the coordinates of the joint, from the state or from their motions in time."""
         if not self.is_driven:
             return q[self.coordinates]
-        pairs = zip(self.joint.motions, self.coordinates, strict=True)
-        return np.array([q[at] if motion is None else motion.at("position", t, self.name) for motion, at in pairs])
+        pairs, what = zip(self.joint.motions, self.coordinates, strict=True), of_body(self.name)
+        return np.array([q[at] if motion is None else motion.at("position", t, what) for motion, at in pairs])
 
     def free_coordinates(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the indices in q and in the free speeds of what is not driven; pairwise if some coordinate is."""

@@ -19,6 +19,7 @@ from kanefe.bodies.slopes import SlopeMeasure
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix
 from kanefe.joints import Motion
+from kanefe.joints.motion import of_body
 from kanefe.loads.base import Load, has_contacts
 from kanefe.storage.pickled import PickledByFields
 from kanefe.tree.body_terms import BodyTerms, FlexibleTerms, is_unreduced
@@ -321,10 +322,15 @@ class ModelData(PickledByFields):
 
     @property
     def drives(self) -> tuple[tuple[Motion, str], ...]:
-        """The motions of the driven coordinates, each with the name of its body, in the order of the driven speeds."""
-        return tuple((motion, b.name) for b in self.bodies for motion in b.joint.motions if motion is not None)
+        """The motions of the driven coordinates with their names, in the order of the driven speeds."""
+        return tuple((motion, of_body(b.name)) for b in self.bodies for motion in b.joint.motions if motion is not None)
+
+    @property
+    def motions(self) -> tuple[tuple[Motion, str], ...]:
+        """All that is given as a function of time, of joints and of loads between frames, each with its name."""
+        return (*self.drives, *(given for load in self.loads for given in load.motions))
 
     def driven_speeds(self, t: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the driven joint speeds and their rates at time t, each (driven,)."""
-        speeds = np.array([motion.at("velocity", t, name) for motion, name in self.drives])
-        return speeds, np.array([motion.at("acceleration", t, name) for motion, name in self.drives])
+        speeds = np.array([motion.at("velocity", t, what) for motion, what in self.drives])
+        return speeds, np.array([motion.at("acceleration", t, what) for motion, what in self.drives])

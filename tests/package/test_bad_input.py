@@ -21,7 +21,7 @@ PROGRAM = ROOT / "tests" / "shared" / "bad_input.py"
 SNAPSHOT = Path(__file__).with_name("public_api.json")
 
 RUN_IN_STEPS = (
-    "action|anchors|anchored|inputs|input_wrenches|rested|resting|started|state_scales|tangent|tell|with_ends|path|pull|rates|tension|forces|blown|own|"
+    "action|check_at|check_during|anchors|anchored|inputs|input_wrenches|rested|resting|started|state_scales|tangent|tell|with_ends|path|pull|rates|tension|forces|blown|own|"
     "coefficients|potential|dissipation|force|slopes|advance|bearing|coordinate_rates|held|partial_velocities|pose|remainders|distance|"
     "curvature|probes|pressed|slope|slipping|law|arms|anchor|coefficient|completed|large_stretch|stuck|with_damping|with_numbers|damping_at|basis|carrier|check|changed|status|value|check_known|check_over|at|over|"
     "contains|harmonics|wanted|projected|stiffness_of|mass_of|fibres_of|stiffness_at|cloud|table|ratio_at|factor|fitted|headings|values|"

@@ -65,6 +65,7 @@ files("kanefe.shapes.Convex.from_stl", S.Convex.from_stl, path="solid.stl", scal
 G = kf.System().ground
 ENDS = (G, G.frame((1, 0, 0)))
 call("kanefe.Rope", kf.Rope, name="r", ends=ENDS, axial_stiffness=1e5, damping=1.0, length=1.0, breaking_load=1e5)
+call("kanefe.Rope", kf.Rope, name="r", ends=ENDS, axial_stiffness=1e5, length=([0.0, 1.0], [2.0, 1.0]))
 RUNNER = (G.frame((0.5, 0, 0)), *ENDS)
 call("kanefe.Guide", kf.Guide, name="g", ends=RUNNER, stiffness=1e5, damping=1.0, drag=1.0, stations=[0.0, 1.0])
 BEARING = {"stiffness": [np.eye(2), 2.0 * np.eye(2)], "damping": [np.eye(2), np.eye(2)], "speeds": [0.0, 1.0]}

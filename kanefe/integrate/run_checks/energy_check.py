@@ -71,8 +71,8 @@ def _doubtful(model: Model) -> list[str]:
         if type(load).__module__.partition(".")[0] != "kanefe"
     ]
     return found + [
-        f"the motion of body {body!r}, where it jumps or its speed and acceleration are not the rates of its position"
-        for motion, body in model.drives
+        f"{what}, where it jumps or its speed and acceleration are not the rates of its position"
+        for motion, what in model.motions
         if motion.pieces is None
     ]
 

@@ -13,6 +13,7 @@ from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.force_elements.places import (
     END_NUMBERS,
+    GIVEN,
     POTENTIAL,
     SIGNATURE,
     TAKEN,
@@ -22,10 +23,15 @@ from kanefe.kernels.force_elements.places import (
     P,
     V,
 )
+from kanefe.kernels.links.polynomials import POWERS, piece_at, polynomial
 
-RopeNumbers = namedtuple("RopeNumbers", "ends stiffness damping length breaking_load looks_for_slack")
-"""Numbers of a rope: of its ends, N/m and N s/m, without tension in m, and N, 0 of one that does not break; and whether
-it looks for events at which it becomes slack or taut, which come before that at which it breaks."""
+RopeNumbers = namedtuple(
+    "RopeNumbers", "ends stiffness damping breaking_load looks_for_slack inputs first last pieces table"
+)
+"""Numbers of a rope: of its ends, EA in N and C in N s, and N, 0 of one that does not break; and whether it looks for
+events at which it becomes slack or taut, which come before that at which it breaks. Its unstretched length (m) and the
+rate of that come as inputs, or in pieces: `table` has their starts, then the powers 0 to 5 of the time since (s). It
+has none before `first` and after `last`."""
 
 AT = places(RopeNumbers)
 
@@ -35,9 +41,13 @@ def rope(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) 
     """Write the pull on all points; see `RopeNumbers`."""
     count = int(numbers[AT.ends])
     length, rate = put_gradient(count, ends, out)
-    elastic, tension = tensions(numbers, length, rate, states)
-    out[POTENTIAL] = 0.5 * elastic * elastic / numbers[AT.stiffness]
-    out[TAKEN] = (tension - elastic) * rate
+    l0, payout = unstretched(t, numbers, inputs)
+    elastic, tension = tensions(numbers, l0, payout, length, rate, states)
+    strain_energy = 0.5 * elastic * elastic / numbers[AT.stiffness]  # of a metre without tension
+    out[POTENTIAL] = strain_energy * l0
+    out[TAKEN] = (tension - elastic) * (rate - length / l0 * payout)
+    # what the drum does on the rope that comes to it, less the strain energy that stays on it
+    out[GIVEN] = (strain_energy - tension * length / l0) * payout
     pull(count, tension, out)
 
 
@@ -45,10 +55,11 @@ def rope(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) 
 def rope_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write twice how much longer its way is than the rope, and what its tension is below that at which it breaks."""
     length, rate = way_over(int(numbers[AT.ends]), ends)
+    l0, payout = unstretched(t, numbers, inputs)
     breaking = numbers[AT.breaking_load]
     is_broken = breaking > 0.0 and states[0] <= 0.0
-    stretch = -numbers[AT.length] if is_broken else length - numbers[AT.length]
-    margin = breaking - tensions(numbers, length, rate, states)[1]
+    stretch = -l0 if is_broken else length - l0
+    margin = breaking - tensions(numbers, l0, payout, length, rate, states)[1]
     put_margins(numbers[AT.looks_for_slack], stretch, breaking, margin, out)
 
 
@@ -66,19 +77,35 @@ def put_margins(looks_for_slack: float, stretch: float, breaking_load: float, ma
 @called_by_address(*WATCH_SIGNATURE)
 def rope_change(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write that it is gone, and its strain energy with it."""
-    stretch = max(way_over(int(numbers[AT.ends]), ends)[0] - numbers[AT.length], 0.0)
-    out[0], out[1] = -0.5 * numbers[AT.stiffness] * stretch * stretch, 0.0
+    l0, _ = unstretched(t, numbers, inputs)
+    stretch = max(way_over(int(numbers[AT.ends]), ends)[0] - l0, 0.0)
+    out[0], out[1] = -0.5 * numbers[AT.stiffness] / l0 * stretch * stretch, 0.0
 
 
 @inlined
-def tensions(numbers: Any, length: Any, rate: Any, states: Any) -> tuple[Any, Any]:
+def unstretched(t: float, numbers: Any, inputs: Any) -> tuple[float, float]:
+    """Return the length without tension and how fast it is paid out; no numbers where it is unknown or not above 0."""
+    if numbers[AT.inputs] > 0.0:
+        l0, payout = inputs[0], inputs[1]
+    else:
+        count = int(numbers[AT.pieces])
+        piece = piece_at(numbers, AT.table, count, t)
+        at, since = AT.table + count + POWERS * piece, t - numbers[AT.table + piece]
+        l0, payout, _, _ = polynomial(numbers, at, since)
+    if not (l0 > 0.0 and numbers[AT.first] <= t <= numbers[AT.last]):
+        l0 = payout = np.nan
+    return l0, payout
+
+
+@inlined
+def tensions(numbers: Any, l0: float, payout: float, length: Any, rate: Any, states: Any) -> tuple[Any, Any]:
     """Return what the stretch pulls with, and with damping; nothing where the rope is slack or broken."""
-    stretch = length - numbers[AT.length]
-    elastic = numbers[AT.stiffness] * stretch
-    if stretch.real <= 0.0 or (numbers[AT.breaking_load] > 0.0 and states[0].real <= 0.0):
+    strain = (length - l0) / l0
+    elastic = numbers[AT.stiffness] * strain
+    if strain.real <= 0.0 or (numbers[AT.breaking_load] > 0.0 and states[0].real <= 0.0):
         elastic = 0.0 * elastic
         return elastic, elastic
-    tension = elastic + numbers[AT.damping] * rate
+    tension = elastic + numbers[AT.damping] * (rate - length / l0 * payout) / l0
     if tension.real < 0.0:
         tension = 0.0 * tension
     return elastic, tension

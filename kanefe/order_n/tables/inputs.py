@@ -76,8 +76,14 @@ class InputLayout:
     def compiled(self) -> list[Part]:
         """Return the functions that numba has compiled, for the kernels; none if there are others besides."""
         parts: list[Part] = []
+        for where, number in self.between:
+            item = self._model.loads[number]
+            if not item.input_functions:
+                return []
+            for at, one in enumerate(item.input_functions, where.start):
+                parts.append((guarded(one, f"{item.kind} {item.name!r}", Given(0, None)), at, 0, False))
         for where, load in (*self.of_time, *self.of_state):
-            if self.between or not isinstance(load.function, CompiledCallback):
+            if not isinstance(load.function, CompiledCallback):
                 return []
             count = where.stop - where.start
             count = count if count > 1 else 0

@@ -19,7 +19,7 @@ def test_the_tubes_are_those_of_the_parameter_set():
 def test_the_deck_follows_its_formula():
     deck = Deck(amplitude=0.1, span=12.0)
     motion = deck.motion()
-    position, acceleration = (motion.at(name, 11.3, "deck") for name in ("position", "acceleration"))
+    position, acceleration = (motion.at(name, 11.3, "the deck") for name in ("position", "acceleration"))
     w = 0.2 * math.pi
     assert position == pytest.approx(0.1 * math.sin(w * 11.3), abs=1e-12)
     assert acceleration == pytest.approx(-0.1 * w**2 * math.sin(w * 11.3), abs=1e-7)
