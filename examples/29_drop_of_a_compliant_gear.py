@@ -135,7 +135,7 @@ def linear_gear(height: float) -> tuple[kf.System, int]:
 
 def dropped(scene: kf.System) -> tuple[kf.Result, int, float]:
     """Return a run, its lowest output, and the way of the airframe until then (m)."""
-    result = scene.simulate((0.0, SPAN), method="dop853", rtol=1e-4, output_step=1e-3)
+    result = scene.simulate((0.0, SPAN), method="radau5", rtol=1e-4, output_step=1e-3)
     height = result.position("airframe")[:, 2]
     lowest = int(height.argmin())
     return result, lowest, float(height[0] - height[lowest])

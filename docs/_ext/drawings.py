@@ -30,6 +30,7 @@ OWN = {
     "28_blade_cut_in_twelve": "blade_cut_in_twelve.png",
     "29_drop_of_a_compliant_gear": "drop_of_a_compliant_gear.png",
     "30_trolley_on_a_crane": "trolley_on_a_crane.png",
+    "31_cable_car": "cable_car.png",
 }
 # whose run can be turned with the mouse on its page
 PLAYED = (

@@ -22,12 +22,12 @@ from kanefe.kernels.evaluation.force_tables import (
     WRENCH,
 )
 from kanefe.order_n.evaluated import Evaluated
-from kanefe.order_n.held_forces import HeldForces, are_served
 from kanefe.tree.neighbours import LOAD, parts_of
 from kanefe.tree.route import FrameMotions
 
 if TYPE_CHECKING:
     from kanefe.kane.run_forces import LiteralForces
+    from kanefe.order_n.held_forces import HeldForces
 
 
 class CompiledForces:
@@ -118,10 +118,12 @@ class CompiledForces:
         if number in told.by_reaction:
             body, place = told.by_reaction[number]
             return moved_to(place, self.reactions[:, body])
-        if number in told.undetermined and not are_served(self._route.model, parts_of(self._route.model)[number].body):
-            return self._of_all.part(number)
         found = self._told_part(number)
         if number in told.undetermined:
+            from kanefe.order_n.held_forces import are_served
+
+            if not are_served(self._route.model, parts_of(self._route.model)[number].body):
+                return self._of_all.part(number)
             found += self._of_carrier(number)
         return self._with_rest(found, lambda rest: rest.part(number))
 
@@ -130,6 +132,8 @@ class CompiledForces:
 
     def _of_carrier(self, number: int) -> Matrix:
         """Return what holds an interface among others that share forces, (T, 6)."""
+        from kanefe.order_n.held_forces import HeldForces
+
         model = self._route.model
         place = parts_of(model)[number]
         if place.body not in self._held:

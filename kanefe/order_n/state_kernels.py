@@ -43,6 +43,8 @@ class StateKernels:
     def wrenches_of_loads(self, t: float, y: Vector) -> dict[int, Matrix]:
         """Return the wrenches of loads on their ends in N, (ends, 6), by the numbers of the loads."""
         route, wrenches, at = self._route, dict[int, Matrix](), 0
+        if not self._order:
+            return wrenches
         found = np.empty((1, sum(WRENCHES + WRENCH * count for count in self._ends)))
         states, drives, values = np.asarray(y, dtype=float)[None], route.drives(t)[None], route.values(t, y)[None]
         memory = np.empty(telling_memory_size(route.tables, route.elastic, route.between))
