@@ -70,7 +70,7 @@ figure.legend(loc="outside upper center", ncols=6)
 for name, values in tension.items():
     pull.plot(result.times, values, label=f"{name} rope")
 pull.set(ylabel="tension [kN]", ylim=(0.0, None))
-pull.legend(loc="center right")
+pull.legend(loc="center")
 turn.plot(result.times, swing)
 turn.set(xlabel="time [s]", ylabel="swing [degrees]")
 out = Path("out")
