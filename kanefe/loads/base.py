@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from kanefe.loads.reaction_load import ReactionLoad
 
 
+JUST_AFTER = 1e-9
+"""Time relative to that of a failure (s, or 1 s) up to which its cause is looked for."""
+
+
 class HeldCoordinates(NamedTuple):
     """Upper bounds for a load along joint coordinates while it holds them.
 
@@ -225,7 +229,8 @@ class Load(ABC):
         """Raise a ModelError if its `motions` are not known at a time (s), or not possible."""
         for motion, what in self.motions:
             motion.check_known(t, what)
-        self.check_during(t, t)
+        # a force that grows without bound ends a run just before it
+        self.check_during(t, t + JUST_AFTER * max(1.0, abs(t)))
 
     @property
     def not_screened(self) -> str:
