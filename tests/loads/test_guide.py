@@ -9,8 +9,10 @@ from scipy.interpolate import make_interp_spline
 from scipy.optimize import minimize_scalar
 
 import kanefe as kf
+from kanefe.checks.verification.references import load_references
 from kanefe.loads.action import End
 from kanefe_fem import Material, Rectangle, beam_body, exact_beam, segmented, straight_beam
+from kanefe_fem.verification import moving_force
 
 LENGTH, SPEED, MASS, STIFFNESS, ELEMENTS = 12.0, 6.0, 200.0, 1e6, 24
 NONE = np.zeros(0)
@@ -105,6 +107,19 @@ def test_a_trolley_moves_as_by_the_modal_equations_of_a_moving_mass(girder: kf.F
     sag = result.position("trolley")[1:, 2]
     # some 13 modes across of 24 elements against 24 sines, and what slopes of 1e-3 change
     np.testing.assert_allclose(sag, own.y[48], atol=2e-3 * np.abs(own.y[48]).max())
+
+
+def test_a_stiffer_guide_comes_to_the_rigid_one_as_one_over_its_stiffness_in_few_more_steps() -> None:
+    """Against the series of a force that crosses the beam: see case C07, whose runner leaves the beam by P / k."""
+    values = load_references()["C07"].values
+    beam, times = moving_force.simply_supported(values), np.linspace(0.0, 0.95 * LENGTH / 12.0, 51)
+    under = moving_force.sags(values, times, 12.0 * times)
+    found = [moving_force.crossing(beam, values, stiffness) for stiffness in (1e5, 1e6, 1e7, 1e8, 1e9)]
+    gaps = [np.abs(result.position("runner")[:, 1] - under).max() for result in found]
+    # to 1e-6 m of the time steps
+    np.testing.assert_allclose(gaps, values["force"] / np.array((1e5, 1e6, 1e7, 1e8, 1e9)), atol=1e-6)
+    steps = [result.statistics["steps"] for result in found]
+    assert steps[-1] < 3.0 * steps[0]
 
 
 def test_a_run_fails_where_the_line_ends(girder: kf.FlexibleBody) -> None:
