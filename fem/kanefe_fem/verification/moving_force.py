@@ -25,13 +25,13 @@ ELEMENTS, MODES = 24, 20
 they are those of the time steps."""
 
 TERMS = 60
-"""Of the series, whose terms fall with the fourth power of their number."""
+"""Number of terms of the series, which fall with its fourth power."""
 
 PLACES = 50
 """Number of times at which sags are compared."""
 
 RTOL = 1e-6
-"""Tolerance of the runs, which leaves 0.6e-4 to 1.5e-4 of the largest sag; 1e-7 leaves 0.3e-4 to 0.5e-4."""
+"""Tolerance of the runs, relative: it leaves 0.6e-4 to 1.5e-4 of the largest sag, and 1e-7 leaves 0.3e-4 to 0.5e-4."""
 
 
 def moving_force(reference: Reference) -> Iterator[Check]:
