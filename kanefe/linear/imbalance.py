@@ -21,6 +21,7 @@ from kanefe.tree.load_names import scene_loads
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
     from kanefe.contact.contact import Contact
+    from kanefe.linear.small_motions import SmallMotions
 
 BALANCED = 1e-9
 """Remaining force, relative to those that balance in the same motion, that counts as zero: round-off of stiff bodies.
@@ -77,6 +78,11 @@ def worst_imbalance(state: State, M: Matrix, du: Vector, N: Matrix, leading: Vec
         return Imbalance("", 0.0, 0.0)
     worst = int(np.argmax(ratios))
     return Imbalance(tangent_names(model)[int(leading[worst])], float(left[worst]), float(ratios[worst]))
+
+
+def imbalance_of(small: SmallMotions) -> Imbalance:
+    """Return the worst imbalance of the state of small motions."""
+    return worst_imbalance(small.here, small.mass, small.du, small.speeds.N, small.speeds.leading)
 
 
 def slipping_friction(model: Model, t: float, q: Vector, u: Vector, left: Imbalance) -> str:

@@ -261,11 +261,8 @@ def _rested(small: SmallMotions) -> Vector:
     model, q = small.model, small.q.copy()
     bodies = [body.flexible for body in model.bodies if body.flexible is not None]
     speeds = np.concatenate([np.arange(terms.speeds.start, terms.speeds.stop) for terms in bodies])
-    y = np.concatenate((small.q, small.u, model.initial_states))
     left = np.zeros(model.free_count)
-    left[speeds] = (
-        model.route.mass_matrix(small.t, y)[np.ix_(speeds, speeds)] @ model.parts(model.rhs(small.t, y))[1][speeds]
-    )
+    left[speeds] = small.mass[np.ix_(speeds, speeds)] @ small.du[speeds]
     for terms in bodies:
         k = terms.body.free_count
         q[terms.eta] += np.linalg.solve(terms.body.stiffness[:k, :k], left[terms.speeds])
@@ -289,7 +286,7 @@ def linearisation_of(small: SmallMotions, inputs: Sequence[Input], outputs: Sequ
     return Linearisation(
         model=model,
         time=small.t,
-        state=np.concatenate((small.q, small.u, model.initial_states)),
+        state=small.y,
         A=A,
         B=B,
         C=C,

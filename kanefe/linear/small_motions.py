@@ -85,10 +85,14 @@ class SmallMotions:
         ).astype(int)
 
     @cached_property
+    def y(self) -> Vector:
+        """The state (q, u, z)."""
+        return np.concatenate((self.q, self.u, self.model.initial_states))
+
+    @cached_property
     def du(self) -> Vector:
         """The accelerations of the state, (free,)."""
-        y = np.concatenate((self.q, self.u, self.model.initial_states))
-        return self.model.parts(self.model.rhs(self.t, y))[1]
+        return self.model.parts(self.model.rhs(self.t, self.y))[1]
 
     @cached_property
     def derivatives(self) -> Derivatives:
@@ -152,8 +156,7 @@ class SmallMotions:
     @cached_property
     def mass(self) -> Matrix:
         """M_sys over free speeds and drives."""
-        y = np.concatenate((self.q, self.u, self.model.initial_states))
-        return self.model.route.mass_matrix(self.t, y)[np.ix_(self.columns, self.columns)]
+        return self.model.route.mass_matrix(self.t, self.y)[np.ix_(self.columns, self.columns)]
 
     def moved(self, along: Directions, column: int, h: float) -> Moved:
         """Return the state displaced by h along a direction."""

@@ -96,32 +96,36 @@ class HeldForces:
 
     def forces(self) -> Matrix:
         """Return them along the axes of the interfaces, in the order of the coordinates of the body, (T, fixed)."""
-        work = self._reaction @ self._terms.fixed_rigid + self._elastic_work() - self._work_of_loads()
-        return np.linalg.solve(self._unit_work(), work[..., None])[..., 0]
+        found = self._reaction @ self._terms.fixed_rigid + self._elastic_work() - self._work_of_loads()
+        for chunk in self._chunks():
+            found[chunk] = np.linalg.solve(self._unit_work(chunk), found[chunk][..., None])[..., 0]
+        return found
 
     def on_body(self, frame: InterfaceFrame, forces: Matrix) -> Matrix:
         """Return the wrench at an interface that has such components, about its place, in axes of G, (T, 6)."""
         columns = [column - self._terms.body.free_count for column in frame.fixed_columns]
-        return np.einsum("tac,tc->ta", self._unit_wrenches(frame), forces[:, columns])
+        return np.einsum("tac,tc->ta", self._unit_wrenches(frame, self._tangents(frame)), forces[:, columns])
+
+    def _chunks(self) -> Iterator[slice]:
+        for first in range(0, len(self._eta), AT_ONCE):
+            yield slice(first, first + AT_ONCE)
 
     def _elastic_work(self) -> Matrix:
         """Return the work of inertia and elasticity in the deformations, (T, fixed)."""
-        found = np.empty((len(self._eta), self._terms.fixed_elastic.shape[1]))
-        for first in range(0, len(found), AT_ONCE):
-            chunk = slice(first, first + AT_ONCE)
-            found[chunk] = self._work_of_inertia(chunk)
         terms, k = self._terms, self._terms.body.free_count
+        moments, E = cast(MassMoments, terms.all_moments), terms.fixed_elastic  # see `are_served`
+        product = np.einsum("abij,ic->abcj", moments.shape_product[..., :k], E)
+        along = moments.shape_first @ E, moments.shape_second @ E, product
+        found = np.empty((len(self._eta), E.shape[1]))
+        for chunk in self._chunks():
+            found[chunk] = self._work_of_inertia(*along, chunk)
         found += self._eta @ (terms.fixed_elastic.T @ terms.body.stiffness[:, :k]).T
         if terms.damping is not None:
             found += self._deta @ (terms.fixed_elastic.T @ terms.damping[:, :k]).T
         return found
 
-    def _work_of_inertia(self, chunk: slice) -> Matrix:
-        """Return the rows of `MassMoments.terms` along the deformations, at some states."""
-        moments = cast(MassMoments, self._terms.all_moments)  # see `are_served`
-        E, k = self._terms.fixed_elastic, self._terms.body.free_count
-        product = np.einsum("abij,ic->abcj", moments.shape_product[..., :k], E)
-        first, second = moments.shape_first @ E, moments.shape_second @ E
+    def _work_of_inertia(self, first: Matrix, second: np.ndarray, product: np.ndarray, chunk: slice) -> Matrix:
+        """Return the rows of `MassMoments.terms` along the deformations, from the moments of these, at some states."""
         motion, body = self._motion, self._model.bodies[self._number]
         axes = motion.axes[chunk]
         gravity = self._model.gravity if body.has_gravity else np.zeros(3)
@@ -164,36 +168,36 @@ class HeldForces:
             found += np.einsum("tba,tb->ta", self._tangents(frame), wrench[:, 3:]) @ moved[3:]
         return found
 
-    def _tangents(self, frame: InterfaceFrame) -> np.ndarray:
-        """Return T of the slopes of a frame at all states, (T, 3, 3)."""
-        slopes = frame.displacements(self._eta)[:, 3:]
+    def _tangents(self, frame: InterfaceFrame, chunk: slice = slice(None)) -> np.ndarray:
+        """Return T of the slopes of a frame at states, (T, 3, 3)."""
+        slopes = frame.displacements(self._eta[chunk])[:, 3:]
         if not slopes.any():
             return np.broadcast_to(np.eye(3), (len(slopes), 3, 3))
         return np.array([self._model.slopes.tangent(theta) for theta in slopes])
 
-    def _unit_wrenches(self, frame: InterfaceFrame) -> np.ndarray:
-        """Return `unit_wrenches` of an interface at all states, (T, 6, forces)."""
-        tangents = self._tangents(frame)
+    def _unit_wrenches(self, frame: InterfaceFrame, tangents: np.ndarray) -> np.ndarray:
+        """Return `unit_wrenches` of an interface with its tangents, (T, 6, forces)."""
         if tangents.strides[0] == 0:
             one = unit_wrenches(frame.fixed_components, tangents[0], frame.axes)
             return np.broadcast_to(one, (len(tangents), *one.shape))
         return np.array([unit_wrenches(frame.fixed_components, tangent, frame.axes) for tangent in tangents])
 
-    def _unit_work(self) -> np.ndarray:
+    def _unit_work(self, chunk: slice) -> np.ndarray:
         """Return the work of unit forces (columns) in motions along the components (rows), (T, fixed, fixed).
 
         The identity without deformation; a partly released interface moves off its place and turns.
         """
         terms = self._terms
         k, rigid, fixed = terms.body.free_count, terms.fixed_rigid, terms.body.fixed_count
-        found = np.zeros((len(self._eta), fixed, fixed))
+        eta = self._eta[chunk]
+        found = np.zeros((len(eta), fixed, fixed))
         for frame in terms.body.interfaces:
             if not frame.fixed_components:
                 continue
-            moved, tangents = frame.motion @ terms.fixed_elastic, self._tangents(frame)
-            place = frame.position + frame.displacements(self._eta)[:, :3]
+            moved, tangents = frame.motion @ terms.fixed_elastic, self._tangents(frame, chunk)
+            place = frame.position + frame.displacements(eta)[:, :3]
             velocity = rigid[:3] + moved[:3] - skews(place) @ rigid[3:]
             motions = np.concatenate((velocity, rigid[3:] + tangents @ moved[3:]), axis=1)
             columns = [column - k for column in frame.fixed_columns]
-            found[:, :, columns] = motions.swapaxes(1, 2) @ self._unit_wrenches(frame)
+            found[:, :, columns] = motions.swapaxes(1, 2) @ self._unit_wrenches(frame, tangents)
         return found

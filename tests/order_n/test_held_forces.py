@@ -8,6 +8,7 @@ import pytest
 import kanefe as kf
 from kanefe.equations.model import Model
 from kanefe.kane.run_forces import LiteralForces
+from kanefe.order_n import held_forces
 from kanefe.order_n.held_forces import are_served
 from kanefe.tree.neighbours import parts_of
 from order_n_rates import order_n
@@ -58,6 +59,7 @@ def test_a_damped_body_that_is_held_at_both_ends_and_carries_another(
     parts = [i for i, part in enumerate(parts_of(model)) if part.body == model.index("held")]
     wanted = [expected.part(i) for i in parts]
     monkeypatch.setattr(LiteralForces, "of_states", lambda *given: pytest.fail("state by state"))
+    monkeypatch.setattr(held_forces, "AT_ONCE", 2)  # of three states
     forces = order_n(model).sweeps(*given).forces
     for number, own in zip(parts, wanted, strict=True):
         np.testing.assert_allclose(forces.part(number), own, rtol=0, atol=1e-11 * (1.0 + np.abs(own).max()))

@@ -11,7 +11,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.loop_closure import project_positions, project_speeds
-from kanefe.linear.imbalance import BALANCED, Imbalance, slipping_friction, worst_imbalance
+from kanefe.linear.imbalance import BALANCED, Imbalance, imbalance_of, slipping_friction
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.tangents import DIFFERENCE_STEP, tangent_steps
 from kanefe.linear.unsettled import REPORTED
@@ -169,7 +169,7 @@ class BalanceSearch:
         """Return the worst imbalance of a state."""
         small = self.small(q, u)
         if self._left is None or self._left[0] is not small:
-            self._left = small, worst_imbalance(small.here, small.mass, small.du, small.speeds.N, small.speeds.leading)
+            self._left = small, imbalance_of(small)
         return self._left[1]
 
     def small(self, q: Vector, u: Vector) -> SmallMotions:

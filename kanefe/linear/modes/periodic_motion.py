@@ -15,7 +15,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.linear.azimuth import moved_on
-from kanefe.linear.imbalance import FLOOR, Imbalance, force_sizes, worst_imbalance
+from kanefe.linear.imbalance import FLOOR, force_sizes, imbalance_of
 from kanefe.linear.modes.eigenpairs import rate_weights
 from kanefe.linear.modes.hill import hill_matrix
 from kanefe.linear.small_motions import SmallMotions
@@ -165,15 +165,11 @@ def _are_steady(points: list[SmallMotions]) -> bool:
     masses = np.abs(first.mass[:n, :n])
     left = (np.abs(small.speeds.N).T @ (masses @ np.abs(small.du)) for small in points)
     return all(
-        forces.max(initial=0.0) <= noise or _imbalance(small).ratio <= STEADY
+        forces.max(initial=0.0) <= noise or imbalance_of(small).ratio <= STEADY
         for forces, small in zip(left, points, strict=True)
     )
 
 
-def _imbalance(small: SmallMotions) -> Imbalance:
-    return worst_imbalance(small.here, small.mass, small.du, small.speeds.N, small.speeds.leading)
-
-
 def _worst(points: list[SmallMotions]) -> str:
-    worst = max(points, key=lambda small: _imbalance(small).ratio)
-    return f"{_imbalance(worst)} remains at t = {worst.t:.6g} s"
+    worst = max(points, key=lambda small: imbalance_of(small).ratio)
+    return f"{imbalance_of(worst)} remains at t = {worst.t:.6g} s"

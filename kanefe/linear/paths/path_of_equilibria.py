@@ -15,7 +15,7 @@ from kanefe.arguments import checked
 from kanefe.errors import AccuracyWarning, ModelError, SimulationWarning, outside
 from kanefe.frames import Matrix, Vector
 from kanefe.linear.equilibrium.rest import Equilibrium
-from kanefe.linear.imbalance import worst_imbalance
+from kanefe.linear.imbalance import imbalance_of
 from kanefe.linear.modes.mode_shapes import Shapes
 from kanefe.linear.paths.arc_length import Stop
 from kanefe.linear.paths.crossings import DIGITS, Crossing, Kind, crossing_of_factor
@@ -295,7 +295,7 @@ class EquilibriumPath:
         small, t = stop.balance.small, self.loaded.t
         model = small.model
         z = rested_states(model, t, np.concatenate((stop.q, small.u, model.initial_states)))
-        imbalance = worst_imbalance(small.here, small.mass, small.du, small.speeds.N, small.speeds.leading)
+        imbalance = imbalance_of(small)
         return Equilibrium(model, t, np.concatenate((stop.q, small.u, z)), imbalance, 0, model, small)
 
     def _most(self, of: str, axis: str) -> tuple[str, str]:
