@@ -115,6 +115,18 @@ def bend(reference: Reference) -> Iterator[Check]:
         yield Check.absolute(quantity, found / length, np.array(part["tip"]) / length, CLOSE)
 
 
+def composite(reference: Reference) -> Iterator[Check]:
+    """G13 and G14: a section that couples twist and bending, and one that turns along the beam."""
+    values = reference.values
+    length, turns = values["L"], (values["twist"] / values["L"], 0.0, 0.0)
+    section = Section.from_stiffness(stiffness=values["stiffness"], rho_A=1.0)
+    beam = exact_beam(length, section, theory="shear-deformable", basis=BASIS, curvature=turns)
+    rest = under_loads(beam, force=(0.0, 0.0, values["force"]))
+    found = (rest.position("beam", "tip") - (length, 0.0, 0.0)) / length
+    quantity = "displacement of the tip over the length, 24 coordinates of bending and twist"
+    yield Check.absolute(quantity, found, np.array(values["displacement"]) / length, CLOSE)
+
+
 def helix(reference: Reference) -> Iterator[Check]:
     """G07: a straight beam that is coiled by a couple and pulled along its axis."""
     values = reference.values
@@ -213,4 +225,6 @@ CASES = (
     Case("G09", spinning_bar),
     Case("G11", rigid_motion),
     Case("G12", lees_frame),
+    Case("G13", composite),
+    Case("G14", composite),
 )

@@ -32,7 +32,7 @@ ALONG = np.array((1.0, 0.0, 0.0))
 """Direction of the axis in the axes of an undeformed section."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class BeamLine(PickledByFields):
     """Strain fields of a beam of C cells, with P Gauss points in each, in k coordinates.
 
@@ -78,6 +78,10 @@ class BeamLine(PickledByFields):
     inertias: np.ndarray
     stiffness: np.ndarray
     last: np.ndarray
+
+    def __repr__(self) -> str:
+        cells, points = self.masses.shape
+        return f"BeamLine({self.lengths.sum():.4g} m, {self.count} coordinates, {cells} cells of {points} Gauss points)"
 
     @property
     def count(self) -> int:

@@ -15,7 +15,10 @@ def _size(x: complex) -> float:
 
 @kernel
 def factorise(A: np.ndarray, pivots: np.ndarray) -> bool:
-    """Replace A by its factors, and note which row was exchanged with each; return whether A is regular."""
+    """Replace A by its factors, and note which row was exchanged with each; return whether A is regular.
+
+    Where it is not, the factors are of no use, but `solve` stays within its memory.
+    """
     size = len(A)
     for k in range(size):
         best = k
@@ -24,6 +27,8 @@ def factorise(A: np.ndarray, pivots: np.ndarray) -> bool:
                 best = i
         pivots[k] = best
         if not 0.0 < _size(A[best, k]) < np.inf:
+            for i in range(k, size):
+                pivots[i] = i
             return False
         if best != k:
             for j in range(size):
@@ -42,7 +47,7 @@ def solve(A: np.ndarray, pivots: np.ndarray, b: np.ndarray) -> None:
     """Replace b by the solution of the system whose factors `factorise` left."""
     size = len(A)
     for k in range(size):
-        best = int(pivots[k])
+        best = int(pivots[k].real)
         b[k], b[best] = b[best], b[k]
     for i in range(size):
         total = b[i]
@@ -57,33 +62,21 @@ def solve(A: np.ndarray, pivots: np.ndarray, b: np.ndarray) -> None:
 
 
 @kernel
-def solve_in_place(system: np.ndarray, first: np.ndarray, second: np.ndarray, column: np.ndarray) -> None:
-    """Replace two matrices and a column by ``system^-1`` times them; Gauss and Jordan with row exchange."""
-    n = len(column)
-    for i in range(n):
-        best = i
-        for a in range(i + 1, n):
-            if abs(system[a, i].real) > abs(system[best, i].real):
-                best = a
-        if best != i:
-            for b in range(n):
-                system[i, b], system[best, b] = system[best, b], system[i, b]
-                first[i, b], first[best, b] = first[best, b], first[i, b]
-                second[i, b], second[best, b] = second[best, b], second[i, b]
-            column[i], column[best] = column[best], column[i]
-        pivot = 1.0 / system[i, i]
-        for b in range(i, n):
-            system[i, b] *= pivot
-        for b in range(n):
-            first[i, b] *= pivot
-            second[i, b] *= pivot
-        column[i] *= pivot
-        for a in range(n):
-            s = system[a, i]
-            if a != i and s != 0.0:
-                for b in range(i, n):
-                    system[a, b] -= s * system[i, b]
-                for b in range(n):
-                    first[a, b] -= s * first[i, b]
-                    second[a, b] -= s * second[i, b]
-                column[a] -= s * column[i]
+def solve_columns(A: np.ndarray, pivots: np.ndarray, B: np.ndarray) -> None:
+    """Replace the columns of B by the solutions of the system whose factors `factorise` left."""
+    size = len(A)
+    for k in range(size):
+        best = int(pivots[k].real)
+        if best != k:
+            for c in range(B.shape[1]):
+                B[k, c], B[best, c] = B[best, c], B[k, c]
+    for i in range(size):
+        for j in range(i):
+            for c in range(B.shape[1]):
+                B[i, c] -= A[i, j] * B[j, c]
+    for i in range(size - 1, -1, -1):
+        for j in range(i + 1, size):
+            for c in range(B.shape[1]):
+                B[i, c] -= A[i, j] * B[j, c]
+        for c in range(B.shape[1]):
+            B[i, c] /= A[i, i]

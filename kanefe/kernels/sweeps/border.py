@@ -19,12 +19,14 @@ class Border(NamedTuple):
         B, the motion of the interfaces from the modes.
     lever : ndarray, shape (n, 6)
         H, their motion with G while the modes give way.
-    inertia, force : ndarray, shapes (n, n), (n,)
-        A and f of what they carry.
-    gram, system : ndarray, shape (n, n)
-        B B^T and 1 + A B B^T; the second is lost when it is solved.
-    series, inverse : ndarray, shape (n, n)
-        A' and (1 + A B B^T)^-1.
+    inertia, force : ndarray, shapes (n, 6), (n,)
+        A, a block of six for each interface, and f of what they carry.
+    gram : ndarray, shape (n, n)
+        B B^T.
+    factors, pivots : ndarray, shapes (n, n), (n,)
+        Those of 1 + A B B^T.
+    series : ndarray, shape (n, 6)
+        A' H.
     held, column : ndarray, shape (n,)
         y_0, and a column that is used on the way to it.
     push, change : ndarray, shapes (6,), (6, 6)
@@ -36,9 +38,9 @@ class Border(NamedTuple):
     inertia: np.ndarray
     force: np.ndarray
     gram: np.ndarray
-    system: np.ndarray
+    factors: np.ndarray
+    pivots: np.ndarray
     series: np.ndarray
-    inverse: np.ndarray
     held: np.ndarray
     column: np.ndarray
     push: np.ndarray
@@ -48,30 +50,30 @@ class Border(NamedTuple):
 def border_size(count: int, carried: int) -> int:
     """Return how many numbers the border of a body with `count` modes and `carried` carrying interfaces takes."""
     n = 6 * carried
-    return n * (count + 6) + 5 * n * n + 3 * n + 6 + 36
+    return n * (count + 18) + 2 * n * n + 4 * n + 6 + 36
 
 
 @inlined
 def border_in(border: np.ndarray, body: np.ndarray) -> Border:
     """Return the parts of the border of a body, in the border work array."""
     k, n, at = body[COUNT], 6 * body[CARRIED_COUNT], body[BORDER]
-    levers = at + n * k
-    squares = levers + 6 * (n + 6)
-    columns = squares + 5 * n * n
-    ends = columns + 3 * n
+    sixes = at + n * k
+    squares = sixes + 6 * (3 * n + 6)
+    columns = squares + 2 * n * n
+    ends = columns + 4 * n
     # as few reshapes as can be: each is a call
-    sixes, square = border[levers:squares].reshape(n + 6, 6), border[squares:columns].reshape(5, n, n)
+    six, square = border[sixes:squares].reshape(3 * n + 6, 6), border[squares:columns].reshape(2, n, n)
     return Border(
-        basis=border[at:levers].reshape(n, k),
-        lever=sixes[:n],
-        inertia=square[0],
+        basis=border[at:sixes].reshape(n, k),
+        lever=six[:n],
+        inertia=six[n : 2 * n],
         force=border[columns : columns + n],
-        gram=square[1],
-        system=square[2],
-        series=square[3],
-        inverse=square[4],
-        held=border[columns + n : columns + 2 * n],
-        column=border[columns + 2 * n : ends],
+        gram=square[0],
+        factors=square[1],
+        pivots=border[columns + n : columns + 2 * n],
+        series=six[2 * n : 3 * n],
+        held=border[columns + 2 * n : columns + 3 * n],
+        column=border[columns + 3 * n : ends],
         push=border[ends : ends + 6],
-        change=sixes[n:],
+        change=six[3 * n :],
     )

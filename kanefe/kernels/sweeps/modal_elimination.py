@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels.algebra.lu import solve_in_place
+from kanefe.kernels.algebra.lu import factorise, solve, solve_columns
 from kanefe.kernels.algebra.vectors import (
     Numbers,
     accumulate,
@@ -25,6 +25,7 @@ from kanefe.kernels.algebra.vectors import (
     congruent,
     copy,
     cross,
+    dot,
     matrix,
     plus,
     product,
@@ -121,7 +122,6 @@ def _gather_carried(
 ) -> None:
     """Write B, H, A and f of the interfaces that carry something, in G."""
     k, back = body[COUNT], transposed(G)
-    parts.inertia[:] = 0.0
     for c in range(body[CARRIED_COUNT]):
         i = flexible.carrying[body[CARRIED] + c]
         T, placed = matrix(work, i, TANGENT), parts.basis[6 * c : 6 * c + 6]
@@ -145,7 +145,7 @@ def _gather_carried(
         block[2, 4] -= r[0]
         m, j = congruent(back, symmetric(work, i, M)), congruent(back, symmetric(work, i, J))
         h = product(product(back, matrix(work, i, H)), G)
-        _put_block(parts.inertia, 6 * c, m, h, j)
+        _put_block(parts.inertia[6 * c : 6 * c + 6], m, h, j)
         force, moment = rotated(back, vector(work, i, FORCE)), rotated(back, vector(work, i, MOMENT))
         put_three(parts.force, 6 * c, force)
         put_three(parts.force, 6 * c + 3, moment)
@@ -153,43 +153,34 @@ def _gather_carried(
 
 @inlined
 def _put_in_series(p: np.ndarray, parts: Border) -> None:
-    """Write A', (1 + A B B^T)^-1 and y_0: what is carried, in series with the compliance of the modes."""
+    """Write A' H, y_0 and the factors of 1 + A B B^T: what is carried, in series with the compliance of the modes."""
     n = len(parts.force)
     for a in range(n):
         for b in range(a + 1):
             parts.gram[a, b] = parts.gram[b, a] = total(parts.basis[a], parts.basis[b])
-    for first in range(0, n, 6):  # A has a block of six for each interface
-        for a in range(first, first + 6):
-            for b in range(n):
-                s = 0.0 * parts.force[0]
-                for d in range(first, first + 6):
-                    s += parts.inertia[a, d] * parts.gram[d, b]
-                parts.system[a, b] = s
-            parts.system[a, a] += 1.0
-    parts.inverse[:] = 0.0
-    for a in range(n):
-        copy(parts.inertia[a], parts.series[a])
-        parts.inverse[a, a] = 1.0
-        parts.held[a] = parts.force[a]
-    solve_in_place(parts.system, parts.series, parts.inverse, parts.held)
-    for a in range(n):
         parts.column[a] = total(parts.basis[a], p)
-    for a in range(n):
-        parts.held[a] += total(parts.series[a], parts.column)
+    for first in range(0, n, 6):
+        motion, lever = parts.gram[first : first + 6], parts.lever[first : first + 6]
+        for a in range(first, first + 6):
+            row = parts.inertia[a]
+            transposed_product(motion, 0, row, parts.factors[a])
+            transposed_product(lever, 0, row, parts.series[a])
+            parts.factors[a, a] += 1.0
+            parts.held[a] = parts.force[a] + total(row, parts.column[first : first + 6])
+    factorise(parts.factors, parts.pivots)
+    solve(parts.factors, parts.pivots, parts.held)
+    solve_columns(parts.factors, parts.pivots, parts.series)
 
 
 @inlined
 def _add_change_by_carried(parts: Border) -> None:
     """Add what the carried interfaces do to the inertia and the force of G: H^T A' H and H^T y_0."""
-    n = len(parts.held)
-    for i in range(n):
-        for b in range(6):
-            parts.push[b] += parts.lever[i, b] * parts.held[i]
-            s = 0.0 * parts.held[0]
-            for d in range(n):
-                s += parts.series[i, d] * parts.lever[d, b]
-            for a in range(b + 1):
-                parts.change[a, b] += parts.lever[i, a] * s
+    for i in range(len(parts.held)):
+        lever, series = parts.lever[i], parts.series[i]
+        for a in range(6):
+            parts.push[a] += lever[a] * parts.held[i]
+            for b in range(a, 6):
+                parts.change[a, b] += lever[a] * series[b]
 
 
 @inlined
@@ -217,17 +208,17 @@ def _place_basis(raw: np.ndarray, T: Numbers, basis: np.ndarray) -> None:
 
 
 @kernel
-def _put_block(A: np.ndarray, at: int, m: Numbers, h: Numbers, j: Numbers) -> None:
-    """Write a 6 x 6 block of three 3 x 3 ones."""
-    A[at, at], A[at, at + 1], A[at, at + 2] = m[0], m[1], m[2]
-    A[at + 1, at], A[at + 1, at + 1], A[at + 1, at + 2] = m[1], m[3], m[4]
-    A[at + 2, at], A[at + 2, at + 1], A[at + 2, at + 2] = m[2], m[4], m[5]
+def _put_block(A: np.ndarray, m: Numbers, h: Numbers, j: Numbers) -> None:
+    """Write a 6 x 6 matrix of three 3 x 3 ones."""
+    A[0, 0], A[0, 1], A[0, 2] = m[0], m[1], m[2]
+    A[1, 0], A[1, 1], A[1, 2] = m[1], m[3], m[4]
+    A[2, 0], A[2, 1], A[2, 2] = m[2], m[4], m[5]
     for a in range(3):
         for b in range(3):
-            A[at + a, at + 3 + b] = A[at + 3 + b, at + a] = h[3 * a + b]
-    A[at + 3, at + 3], A[at + 3, at + 4], A[at + 3, at + 5] = j[0], j[1], j[2]
-    A[at + 4, at + 3], A[at + 4, at + 4], A[at + 4, at + 5] = j[1], j[3], j[4]
-    A[at + 5, at + 3], A[at + 5, at + 4], A[at + 5, at + 5] = j[2], j[4], j[5]
+            A[a, 3 + b] = A[3 + b, a] = h[3 * a + b]
+    A[3, 3], A[3, 4], A[3, 5] = j[0], j[1], j[2]
+    A[4, 3], A[4, 4], A[4, 5] = j[1], j[3], j[4]
+    A[5, 3], A[5, 4], A[5, 5] = j[2], j[4], j[5]
 
 
 @kernel
@@ -267,11 +258,13 @@ def push_through_modes(
     """
     a, b = project(coupling, 0, p), project(coupling, 3, p)
     for i in range(len(held)):
-        held[i] = total(parts.inverse[i], on)
-    for i in range(len(held)):
+        held[i] = on[i]
         moved[i] = total(parts.basis[i], p)
     for i in range(len(held)):
-        held[i] += total(parts.series[i], moved)
+        first = i - i % 6
+        held[i] += total(parts.inertia[i], moved[first : first + 6])
+    solve(parts.factors, parts.pivots, held)
+    for i in range(len(held)):
         a = plus(a, times(held[i], three(parts.lever[i], 0)))
         b = plus(b, times(held[i], three(parts.lever[i], 3)))
     return a, b
@@ -324,17 +317,8 @@ def modal_accelerations(
         parts = border_in(border, body)
         basis = parts.basis
         for i in range(6 * carried):
-            block = parts.lever[i]
-            parts.column[i] = (
-                block[0] * a[0]
-                + block[1] * a[1]
-                + block[2] * a[2]
-                + block[3] * alpha[0]
-                + block[4] * alpha[1]
-                + block[5] * alpha[2]
-            )
-        for i in range(6 * carried):
-            y = parts.held[i] + total(parts.series[i], parts.column)
+            series = parts.series[i]
+            y = parts.held[i] + dot(three(series, 0), a) + dot(three(series, 3), alpha)
             subtract(basis[i], y, x)
         for c in range(carried):
             shift = total(basis[6 * c], x), total(basis[6 * c + 1], x), total(basis[6 * c + 2], x)
