@@ -59,10 +59,10 @@ def functions_of_scene(
     found += [balances_of_states.unit(Variant(has_flexible=True)), motions_of_rows.unit(own)]
     if model.is_constrained:
         found.append(close_state.unit(Variant(has_flexible=True)))
-    if for_analyses:
+    if for_analyses or (own.has_flexible and not model.constraints):  # see `kanefe.integrate.locked_speeds`
         found.append(put_masses.unit(Variant(has_flexible=True)))
-        if model.loads:
-            found.append(tell_states.unit(Variant(has_flexible=True)))
+    if for_analyses and model.loads:
+        found.append(tell_states.unit(Variant(has_flexible=True)))
     if has_directions:
         found.append(put_directions.unit(own))
     if has_jacobian:

@@ -11,6 +11,7 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.locked_speeds import has_locked_speeds
 from kanefe.kane.assemble import mass_at_start
 from kanefe.kane.state import State
 from kanefe.kane.tangents import constant_tangents, current_tangents
@@ -155,7 +156,8 @@ def vibrations(dynamics: Dynamics, start: float, span: float) -> Vibrations:
     fallen = np.minimum(span * falls, np.sqrt(2.0 * displacements * falls))
     allowed = 1.0 + (np.abs(moving) + fallen) / speeds / ALLOWED_AT_REST
     reach = np.abs(shapes / displacements[:, None]).max(axis=0, initial=0.0)
-    speed = np.abs(shapes / (speeds * allowed)[:, None]).max(axis=0, initial=0.0)
+    counts = alone > 0.0 if has_locked_speeds(dynamics) and not model.controllers else np.ones(m, dtype=bool)
+    speed = np.abs(shapes / (speeds * allowed)[:, None])[counts].max(axis=0, initial=0.0)
     return Vibrations(
         frequencies,
         0.5 * np.sum(shapes * (C @ shapes), axis=0) / frequencies,

@@ -14,6 +14,7 @@ from kanefe.errors import FileError, KanefeError, MissingDependency
 from kanefe.frames import Vector
 from kanefe.integrate.breakpoints import breakpoints_of, changes_of
 from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.locked_speeds import locked_speeds
 from kanefe.integrate.methods.kernel_set import Kernels
 from kanefe.integrate.methods.method import LEAST_RTOL
 from kanefe.integrate.methods.step_failures import step_failure
@@ -39,6 +40,7 @@ from kanefe.kernels.steppers.step_commands import (
     JACOBIANS,
     LARGEST,
     LARGEST_OF_DRIVES,
+    LOCKED_SPEEDS,
     LONGEST_RESTART,
     MAP,
     MAP_SIZE,
@@ -133,11 +135,14 @@ class KernelStepper:
         self._bodies = watched_bodies(model)
         bent, bends = bends_in_kernels(self._bodies, kernels.reals)
         self.integers = np.concatenate((np.zeros(MAP + 3 * len(moves), dtype=np.int64), bent))
-        breakpoints, base = np.zeros(0), kernels.reals + len(bends)
+        y, breakpoints, locked = dynamics.initial_state(start), np.zeros(0), np.zeros(0)
+        base = kernels.reals + len(bends)
+        if control.step is None and (kernels.is_implicit or JACOBIAN_ROW in kernels.integers):
+            locked = locked_speeds(dynamics, start, y[:-QUADRATURES], base)
         if control.step is None:
             changes = changes_of(dynamics, start, stop) if control.changes is None else control.changes
-            breakpoints = breakpoints_of(dynamics, base, changes)
-        self.reals = np.concatenate((np.zeros(kernels.reals), bends, breakpoints))
+            breakpoints = breakpoints_of(dynamics, base + len(locked), changes)
+        self.reals = np.concatenate((np.zeros(kernels.reals), bends, locked, breakpoints))
         rows = kernels.rows + kernels.rows_per_speed * m + kernels.rows_per_state * model.state_count
         self.vectors = np.zeros((rows, n + m + model.state_count + QUADRATURES))
         integers, reals = self.integers, self.reals
@@ -147,8 +152,10 @@ class KernelStepper:
         integers[HAS_LOOPS] = model.is_constrained
         for place, value in kernels.integers.items():
             integers[place] = value
+        if len(locked):
+            integers[LOCKED_SPEEDS] = base
         if len(breakpoints):
-            integers[BREAKPOINTS] = base
+            integers[BREAKPOINTS] = base + len(locked)
         reals[TIME] = reals[TIME_OLD] = start
         self._span = stop - start
         reals[STOP], reals[SMALLEST] = stop, SMALLEST_STEP * max(abs(start), abs(stop))
@@ -164,7 +171,7 @@ class KernelStepper:
         self._no_answer: tuple[float, KanefeError] | None = None
         self.unanswered: list[str] = []
         self._step_times = StepTimes()
-        self.vectors[STATE] = dynamics.initial_state(start)
+        self.vectors[STATE] = y
         reals[RELATIVE], self.vectors[SCALE] = (
             rtol,
             atol * dynamics.scales(start, self.vectors[STATE], control.looseness),

@@ -19,6 +19,7 @@ from kanefe.kernels.compiler.entries import built_first, entry
 from kanefe.kernels.evaluation.bending import watch_bends
 from kanefe.kernels.steppers.step_times import CLOCK, LAST_LOOK, look_at_clock
 from kanefe.kernels.sweeps.advance import put_turned
+from kanefe.kernels.sweeps.elastic import total
 
 # Commands
 START = 0
@@ -58,7 +59,8 @@ NO_INERTIA, NOT_FINITE = -1, -2  # of an evaluation: nothing moves along a joint
     IS_LEFT_OPEN,
     BREAKPOINTS,
     BENDS,
-) = range(23)
+    LOCKED_SPEEDS,
+) = range(24)
 OF_METHOD = 24  # from here on a method has its own
 MAP = 60  # triples of kind, coordinate and speed: how a coordinate moves
 
@@ -105,6 +107,9 @@ REALS_OF_METHOD = 41
 NEXT_BREAKPOINT, LAST_KEPT, KEPT_AT_ONCE, REJECTED_BEFORE, FIRST_BREAKPOINT = range(5)
 FEWEST_KEPT, MOST_KEPT = 8, 1024
 PIECES_OF_FREE_STEP = 4.0  # steps that want more pieces of a table than these pass over its knots
+
+# From the place LOCKED_SPEEDS on in `reals`, where it is not 0: the time between samples, s, for each speed the place of a
+# row, or 0, and the rows, see `kanefe.integrate.locked_speeds`
 
 # Rows of `vectors`, each of the length of a state (q, u, dissipated energy, work)
 AT, SLOPE, DAMPING_DIRECTION, STIFFNESS_DIRECTION, STATE, STATE_OLD, SCALE = range(7)
@@ -157,13 +162,23 @@ def scaled_size(
 ) -> float:
     """Return the largest component of an error, of what is allowed there; infinite if it is not finite.
 
-    Allowed is the absolute tolerance and the relative one of the larger of two states.
-    The worst that is told is a coordinate or a speed: energies only follow.
+    Allowed is the absolute tolerance and the relative one of the larger of two states. Of joint speeds counts what is
+    left without vibrations. The worst that is told is a coordinate or a speed: energies only follow.
     """
-    largest, moving = 0.0, integers[COORDINATES] + integers[SPEEDS]
+    n, m, locked = integers[COORDINATES], integers[SPEEDS], integers[LOCKED_SPEEDS]
+    largest, moving, share = 0.0, n + m, 0.0
+    if locked > 0:
+        every = reals[locked]
+        share = min(every * max(1.0, every / reals[STEP]), 1.0)
     for i in range(len(error)):
         allowed = vectors[SCALE, i] + reals[RELATIVE] * max(abs(a[i]), abs(b[i]))
-        size = abs(error[i]) / allowed
+        off = error[i]
+        if locked > 0 and n <= i < moving:
+            row = int(reals[locked + 1 + i - n])
+            if row > 0:
+                off += total(reals[row : row + m], error[n:moving])
+                off = max(abs(off), share * abs(error[i]))
+        size = abs(off) / allowed
         if not size <= largest:
             largest = size
             if i < moving:

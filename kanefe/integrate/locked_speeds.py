@@ -1,0 +1,74 @@
+"""The error of joint speeds without what vibrations of flexible bodies have in it.
+
+A flexible body that vibrates shakes its joints: their speeds have an error as large as that of the modal speeds, although
+it moves nothing by more than the deflection. Elastic forces do no work on joints, so that vibrations leave the momenta of
+the joints alone, ``M_rr e_r + M_re e_e = 0`` for their errors e of joint and modal speeds. Speeds that have the same
+momenta while no mode moves, ``e_r + M_rr^-1 M_re e_e``, are what drifts, and are compared with the tolerance of joint
+speeds; modal speeds are compared with their own, which is larger by their frequency.
+
+A controller that reads speeds sees vibrations at its samples, and holds what it makes of them until the next, a time T
+later. What steps h add up to until a sample moves something by T times that, so that an error of a joint speed itself
+counts with ``T max(1, T / h)``, in the place of a second.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.frames import Vector
+from kanefe.integrate.dynamics import Dynamics
+from kanefe.loads.controller import Held
+from kanefe.tree.scales import modal_frequencies
+
+def has_locked_speeds(dynamics: Dynamics) -> bool:
+    """Return whether a scene has joints that vibrations shake, and nothing but samples that asks for their speeds.
+
+    Loops have momenta of their own; friction, contacts, stops and functions of the state may turn on a small speed.
+    """
+    model = dynamics.model
+    vibrates = modal_frequencies(model) > 0.0
+    if model.constraints or model.has_stops or model.states_move or not vibrates.any() or vibrates.all():
+        return False
+    if any(load.acts_at_once or load.kernel is None for load in model.loads):
+        return False
+    own = [(*(load for load, _ in body.loads), *body.joint_loads, *body.field_loads) for body in model.bodies]
+    asks = any(load.takes_state and not isinstance(load.function, Held) for loads in own for load in loads)
+    return not asks and all(controller.is_sampled for controller in model.controllers)
+
+
+def locked_speeds(dynamics: Dynamics, t: float, y: Vector, base: int) -> Vector:
+    """Return how errors of speeds are measured, for the places from `base` on among the reals of a method.
+
+    Parameters
+    ----------
+    dynamics : Dynamics
+    t : float
+        Time in s.
+    y : ndarray
+        State whose mass matrix is taken.
+    base : int
+        Place of the first number returned.
+
+    Returns
+    -------
+    ndarray, shape (1 + free + joints free,)
+        The shortest time between samples, s, 0 without any; for each free speed the place of a row, 0 for modal ones;
+        and the rows. A row times the errors of all free speeds is to be added to the error of its joint speed.
+        Nothing where no joint is shaken, or joints have no inertia.
+    """
+    if not has_locked_speeds(dynamics):
+        return np.zeros(0)
+    model = dynamics.model
+    m, vibrates = model.free_count, modal_frequencies(model) > 0.0
+    joints = np.flatnonzero(~vibrates)
+    M = dynamics.route.mass_matrix(t, y)[joints, :m]
+    try:
+        rows = np.linalg.solve(M[:, joints], np.where(vibrates, M, 0.0))
+    except np.linalg.LinAlgError:
+        return np.zeros(0)
+    if not np.isfinite(rows).all():
+        return np.zeros(0)
+    places = np.zeros(m)
+    places[joints] = base + 1 + m * (1 + np.arange(len(joints)))
+    every = min((controller.every for controller in model.controllers), default=0.0)
+    return np.concatenate(((every,), places, rows.ravel()))
