@@ -12,7 +12,7 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
-from kanefe.integrate.auto.suited_method import LEAST_SHARE, Candidates, candidates
+from kanefe.integrate.auto.suited_method import Candidates, candidates
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.method import LEAST_RTOL, Method
@@ -80,8 +80,6 @@ def choose(model: Model, options: RunOptions) -> Choice:
     _check_options(row, options, step)
     make = partial(_stepper, row, start, stop, control)
     if options.method == AUTO and found.then:
-        if options.atol is None:  # how large that is which vibrates later, nobody knows yet
-            control = replace(control, atol=control.atol * LEAST_SHARE)
         make = partial(
             _handing_over, make, partial(_stepper, row_for(model, found.then), start, stop, control), found.least
         )

@@ -65,13 +65,6 @@ CONTACT_ATOL = 1e-7
 """Largest absolute tolerance with contacts and friction, relative to the size of the scene: a hundredth of their
 deflection, if that is 1e-5. With a larger tolerance a loose run shakes sticking points loose and takes more steps."""
 
-LEAST_SHARE = 0.1
-"""Smallest absolute tolerance for vibrations that are small relative to the scene, as a fraction of the usual one."""
-
-LOST = 300.0
-"""Absolute tolerance with that fraction, relative to the initial vibration and rtol, from which even that does not
-conserve the vibration: it loses some hundred rtol of its energy per period."""
-
 MANY_SAMPLES = 50.0
 """Number of controller samples from which Radau's method needs too many Jacobians, and steps of the explicit method end
 at samples more often than for their error."""
@@ -285,12 +278,7 @@ def _by_vibrations(
     reason += f", and {followed}{_without_damping(model)}"
     if undamped == math.inf and model.free_count > MOST_SPEEDS:
         return SuitedMethod("extrapolation", f"{reason}, and {model.free_count} speeds are too many for radau5")
-    if undamped == math.inf:
-        return SuitedMethod(name, reason)
-    share = min(max(largest * (rtol or 0.0) / atol, LEAST_SHARE), 1.0)
-    if seen and not dynamics.calls_functions and LEAST_SHARE * atol > LOST * (rtol or 0.0) * largest:
-        share = 1.0
-    return SuitedMethod(name, reason, share=share)
+    return SuitedMethod(name, reason)
 
 
 def _followed(
