@@ -1,10 +1,10 @@
 """The error of joint speeds without what vibrations of flexible bodies have in it.
 
-A flexible body that vibrates shakes its joints: their speeds have an error as large as that of the modal speeds, although
-it moves nothing by more than the deflection. Elastic forces do no work on joints, so that vibrations leave the momenta of
-the joints alone, ``M_rr e_r + M_re e_e = 0`` for their errors e of joint and modal speeds. Speeds that have the same
-momenta while no mode moves, ``e_r + M_rr^-1 M_re e_e``, are what drifts, and are compared with the tolerance of joint
-speeds; modal speeds are compared with their own, which is larger by their frequency.
+A flexible body that vibrates shakes its joints: their speeds have an error as large as that of the modal speeds,
+although it moves nothing by more than the deflection. Elastic forces do no work on joints, so that vibrations leave the
+momenta of the joints alone, ``M_rr e_r + M_re e_e = 0`` for their errors e of joint and modal speeds. Speeds that have
+the same momenta while no mode moves, ``e_r + M_rr^-1 M_re e_e``, are what drifts, and are compared with the tolerance of
+joint speeds; modal speeds are compared with their own, which is larger by their frequency.
 
 A controller that reads speeds sees vibrations at its samples, and holds what it makes of them until the next, a time T
 later. What steps h add up to until a sample moves something by T times that, so that an error of a joint speed itself
@@ -19,6 +19,7 @@ from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.loads.controller import Held
 from kanefe.tree.scales import modal_frequencies
+
 
 def has_locked_speeds(dynamics: Dynamics) -> bool:
     """Return whether a scene has joints that vibrations shake, and nothing but samples that asks for their speeds.

@@ -23,7 +23,6 @@ from kanefe.kernels.algebra.vectors import (
     accumulate_matrix,
     accumulate_symmetric,
     congruent,
-    copy,
     cross,
     dot,
     matrix,

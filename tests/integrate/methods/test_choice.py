@@ -131,14 +131,19 @@ def _two_links() -> kf.System:
     return scene
 
 
-@pytest.mark.parametrize(("make", "name"), [(_swung_bar, "radau5"), (_two_links, "dop853")])
-def test_what_follows_vibrations_is_that_with_less_evaluations(make: Callable[[], kf.System], name: str) -> None:
+@pytest.mark.parametrize(
+    ("make", "rtol", "name"),
+    [(_swung_bar, 1e-5, "radau5"), (_two_links, 1e-5, "radau5"), (_two_links, 1e-9, "dop853")],
+)
+def test_what_follows_vibrations_is_that_with_less_evaluations(
+    make: Callable[[], kf.System], rtol: float, name: str
+) -> None:
     asked = {
-        method: make().simulate((0.0, 0.4), method=method, rtol=1e-5).statistics
+        method: make().simulate((0.0, 0.4), method=method, rtol=rtol).statistics
         for method in ("auto", "radau5", "dop853")
     }
     assert asked["auto"]["method"].startswith(name)
-    # samples of the choice, trials, and smaller tolerances for what is not damped
+    # samples of the choice, and trials
     assert asked["auto"]["evaluations"] < 1.25 * min(asked[method]["evaluations"] for method in ("radau5", "dop853"))
 
 
@@ -234,16 +239,7 @@ def test_an_undamped_vibration_neither_grows_nor_is_lost(kind: str) -> None:
     assert result.statistics["energy_balance"][1] == pytest.approx(1.0 - energy[-1] / energy[0], rel=1e-6)
 
 
-@pytest.mark.parametrize(("size", "share"), [(0.2, 1.0), (1e-3, 0.1), (1e-6, 1.0)])
-def test_vibrations_are_followed_by_their_own_tolerance_as_far_as_it_keeps_them(size: float, share: float) -> None:
-    body = steel_bar(0.02, 0.01, reduction=kf.CraigBampton(modes=4)).freeze().bodies[0].flexible.body
-    scene = kf.System()
-    bent = size * np.sqrt(body.mass) * np.eye(body.free_count)[0]
-    scene.add_flexible_body("bar", body, joint=kf.Fixed(), modal_coordinates=bent)
-    assert candidates(scene.freeze(), 0.0, 1.0, 1e-7, 1e-8).choose().share == share
-
-
-def test_a_small_vibration_that_begins_in_the_run_fades_no_faster_than_one_that_begins_with_it() -> None:
+def test_a_small_vibration_that_begins_in_the_run_is_kept_within_the_tolerance() -> None:
     body = steel_bar(0.02, 0.01, reduction=kf.CraigBampton(modes=4)).freeze().bodies[0].flexible.body
     slowest, k = np.sqrt(body.stiffness[0, 0]), body.free_count
     scene = kf.System()
@@ -254,8 +250,8 @@ def test_a_small_vibration_that_begins_in_the_run_fades_no_faster_than_one_that_
     strike = kf.Event("strike", lambda t, state: t - 0.1 * span, action=lambda t, state: state.vector + moving)
     result = scene.simulate((0.0, span), rtol=rtol, output_step=0.05 * span, events=strike)
     assert result.statistics["method"] == "extrapolation, then radau5"
-    # ten times rtol in each of the periods that are left
-    assert -np.log(result.energy.total[-1] / (0.5 * moving @ moving)) < 10.0 * rtol * 0.9 * periods
+    # what is lost of the millimetre, beside the tolerance for the bar of 0.3 m
+    assert 1e-3 * (1.0 - np.sqrt(result.energy.total[-1] / (0.5 * moving @ moving))) < 10.0 * rtol * 0.3
 
 
 def test_a_vibration_that_begins_in_the_run_is_followed_from_there_on() -> None:
