@@ -2,8 +2,8 @@
 
 A flexible body that vibrates shakes its joints: their speeds have an error as large as that of the modal speeds,
 although it moves nothing by more than the deflection. Elastic forces do no work on joints, so that vibrations leave the
-momenta of the joints alone, ``M_rr e_r + M_re e_e = 0`` for their errors e of joint and modal speeds. Speeds that have
-the same momenta while no mode moves, ``e_r + M_rr^-1 M_re e_e``, are what drifts, and are compared with the tolerance of
+momenta of the joints alone, ``M_rr e_r + M_re e_e = 0`` for their errors e of joint and modal speeds. Speeds with the
+same momenta while no mode moves, ``e_r + M_rr^-1 M_re e_e``, are what drifts, and are compared with the tolerance of
 joint speeds; modal speeds are compared with their own, which is larger by their frequency.
 
 A controller that reads speeds sees vibrations at its samples, and holds what it makes of them until the next, a time T

@@ -9,8 +9,9 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
-from kanefe.integrate.auto.cost import LEAST_BESIDE_KINKS, explicit_work, radau_work
+from kanefe.integrate.auto.cost import LEAST_BESIDE_KINKS, explicit_work, radau_work, steps_of_radau
 from kanefe.integrate.auto.stiffest_rate import highest_rate
+from kanefe.integrate.auto.vibrations import vibrations
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.kane.state import State
 from kanefe.kane.tangents import constant_tangents
@@ -80,8 +81,10 @@ def _rate_of_motion(model: Model, start: float) -> float:
     return float(max(speeds.max(initial=0.0), falls.max(initial=0.0)))
 
 
-def explicit_serves_contacts(model: Model, abrupt: Sequence[Load], start: float, span: float) -> bool:
-    """Return whether the explicit method has bearable work.
+def explicit_serves_contacts(
+    model: Model, abrupt: Sequence[Load], start: float, span: float, rtol: float | None, atol: float
+) -> bool:
+    """Return whether the explicit method has less work while contacts do not act, and bearable work if they do.
 
     With what all of them are at most: pressed at all probes that may be at once, and stuck; anchors that slip give way.
     """
@@ -93,8 +96,12 @@ def explicit_serves_contacts(model: Model, abrupt: Sequence[Load], start: float,
         return False
     if span * _rate_of_motion(model, start) < AT_REST:
         return False
-    state = State(model, start, model.initial_coordinates, model.initial_speeds)
     (K, C), slipping = constant_tangents(model), 0.0
+    if free := highest_rate(model, start, K, C):
+        followed = steps_of_radau(span, rtol, atol, vibrations(Dynamics(model), start, span))
+        if explicit_work(model, span * free) > radau_work(model, max(followed, LEAST_BESIDE_KINKS)):
+            return False
+    state = State(model, start, model.initial_coordinates, model.initial_speeds)
     for contact in contacts:
         if contact.at_most is None:
             return False

@@ -159,7 +159,7 @@ def _of_many(model: Model, start: float, stop: float, rtol: float | None, atol: 
     span = stop - start
     abrupt = [load for load in model.loads if load.acts_at_once]
     if abrupt and model.free_count + model.state_count <= MOST_SPEEDS:
-        return Candidates(("radau5", *EXPLICIT), lambda: _for_abrupt_forces(model, abrupt, start, span, atol))
+        return Candidates(("radau5", *EXPLICIT), lambda: _for_abrupt_forces(model, abrupt, (start, stop), rtol, atol))
     rate = _fastest(model, start, span)
     if not look_at_state(model) and not _is_stiff(rate, span):
         return Candidates(EXPLICIT, lambda: _explicit(model, span))
@@ -180,13 +180,16 @@ def _is_loose(rtol: float | None) -> bool:
     return rtol is None or rtol >= LOOSE_RTOL
 
 
-def _for_abrupt_forces(model: Model, abrupt: Sequence[Load], start: float, span: float, atol: float) -> SuitedMethod:
+def _for_abrupt_forces(
+    model: Model, abrupt: Sequence[Load], times: tuple[float, float], rtol: float | None, atol: float
+) -> SuitedMethod:
     """Return the method for a scene with forces that act at once: contacts, friction, stops."""
+    start, span = times[0], times[1] - times[0]
     share = min(CONTACT_ATOL / atol, 1.0)
     if explicit_serves_friction(model, abrupt, start, span):
         return SuitedMethod("dop853", "friction in joints, which is not stiff if all of it sticks", share=share)
     reason = f"{abrupt[0].kind} {abrupt[0].name!r} may become stiff suddenly"
-    if explicit_serves_contacts(model, abrupt, start, span):
+    if explicit_serves_contacts(model, abrupt, start, span, rtol, atol):
         reason += ", but seldom acts"
         return SuitedMethod("dop853", reason, share=share)
     return SuitedMethod("radau5", reason, share=share)

@@ -108,8 +108,8 @@ NEXT_BREAKPOINT, LAST_KEPT, KEPT_AT_ONCE, REJECTED_BEFORE, FIRST_BREAKPOINT = ra
 FEWEST_KEPT, MOST_KEPT = 8, 1024
 PIECES_OF_FREE_STEP = 4.0  # steps that want more pieces of a table than these pass over its knots
 
-# From the place LOCKED_SPEEDS on in `reals`, where it is not 0: the time between samples, s, for each speed the place of
-# a row, or 0, and the rows, see `kanefe.integrate.locked_speeds`
+# From the place LOCKED_SPEEDS on in `reals`, where it is not 0: the time between samples, s; for each speed the place
+# of a row, or 0; and the rows: see `kanefe.integrate.locked_speeds`
 
 # Rows of `vectors`, each of the length of a state (q, u, dissipated energy, work)
 AT, SLOPE, DAMPING_DIRECTION, STIFFNESS_DIRECTION, STATE, STATE_OLD, SCALE = range(7)
