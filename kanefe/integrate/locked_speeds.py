@@ -21,12 +21,17 @@ from kanefe.loads.controller import Held
 from kanefe.tree.scales import modal_frequencies
 
 
-def has_locked_speeds(dynamics: Dynamics) -> bool:
+def has_locked_speeds(dynamics: Dynamics, is_damping: bool = True) -> bool:
     """Return whether a scene has joints that vibrations shake, and nothing but samples that asks for their speeds.
 
     Loops have momenta of their own; friction, contacts, stops and functions of the state may turn on a small speed.
+    `is_damping`: whether the method damps what it steps over; one under which that may grow has to see it, where a
+    body has no damping.
     """
     model = dynamics.model
+    flexible = [body.flexible.body for body in model.bodies if body.flexible is not None]
+    if not is_damping and not all(np.any(body.damping) for body in flexible):
+        return False
     vibrates = modal_frequencies(model) > 0.0
     if model.constraints or model.has_stops or model.states_move or not vibrates.any() or vibrates.all():
         return False
@@ -37,7 +42,7 @@ def has_locked_speeds(dynamics: Dynamics) -> bool:
     return not asks and all(controller.is_sampled for controller in model.controllers)
 
 
-def locked_speeds(dynamics: Dynamics, t: float, y: Vector, base: int) -> Vector:
+def locked_speeds(dynamics: Dynamics, t: float, y: Vector, base: int, is_damping: bool) -> Vector:
     """Return how errors of speeds are measured, for the places from `base` on among the reals of a method.
 
     Parameters
@@ -49,6 +54,8 @@ def locked_speeds(dynamics: Dynamics, t: float, y: Vector, base: int) -> Vector:
         State whose mass matrix is taken.
     base : int
         Place of the first number returned.
+    is_damping : bool
+        See `has_locked_speeds`.
 
     Returns
     -------
@@ -57,7 +64,7 @@ def locked_speeds(dynamics: Dynamics, t: float, y: Vector, base: int) -> Vector:
         and the rows. A row times the errors of all free speeds is to be added to the error of its joint speed.
         Nothing where no joint is shaken, or joints have no inertia.
     """
-    if not has_locked_speeds(dynamics):
+    if not has_locked_speeds(dynamics, is_damping):
         return np.zeros(0)
     model = dynamics.model
     m, vibrates = model.free_count, modal_frequencies(model) > 0.0

@@ -146,7 +146,7 @@ def test_a_sampled_run_is_the_same_and_calls_no_python(
     never = kf.Event("never", lambda t, state: 1.0)
     watched = other.simulate((0.0, 0.3), method=method, events=never)
     apart = np.abs(watched.controllers["pd"].reads - run.controllers["pd"].reads).max(axis=0)
-    assert apart[0] < 1e-6  # of an angle of some 0.05 rad, with other steps where trials are others
+    assert apart[0] < 1e-5  # ten times the tolerance of the angle, with other steps where trials are others
 
 
 def test_each_run_has_a_memory_of_its_own_and_simulations_go_back() -> None:

@@ -43,7 +43,7 @@ def test_a_vibration_leaves_nothing_and_a_turn_of_a_joint_itself() -> None:
     dynamics, base = Dynamics(arm().freeze()), 7
     model, y = dynamics.model, dynamics.initial_state(0.0)[:-QUADRATURES]
     m, joints = model.free_count, modal_frequencies(model) == 0.0
-    found = locked_speeds(dynamics, 0.0, y, base)
+    found = locked_speeds(dynamics, 0.0, y, base, True)
     every, places = found[0], found[1 : 1 + m]
     assert every == 0.0
     np.testing.assert_array_equal(places > 0.0, joints)
@@ -82,7 +82,7 @@ def test_what_samples_see_counts_for_the_time_they_hold_it() -> None:
         return scene
 
     dynamics = Dynamics(held(1e-3).freeze())
-    assert locked_speeds(dynamics, 0.0, dynamics.initial_state(0.0)[:-QUADRATURES], 1)[0] == 1e-3
+    assert locked_speeds(dynamics, 0.0, dynamics.initial_state(0.0)[:-QUADRATURES], 1, True)[0] == 1e-3
     exact, run = (
         held(1e-3).simulate((0.0, 0.1), method=method, rtol=rtol, output_step=0.01).position("weight")
         for method, rtol in (("dop853", 1e-10), ("radau5", 1e-6))
@@ -118,3 +118,8 @@ def rests(scene: kf.System, body: Any) -> None:
 )
 def test_what_may_turn_on_a_small_speed_keeps_it(add: Callable[[kf.System, Any], None], is_locked: bool) -> None:
     assert has_locked_speeds(Dynamics(with_more(add).freeze())) == is_locked
+
+
+@pytest.mark.parametrize(("damping", "is_locked"), [(0.0, False), (0.01, True)])
+def test_a_method_that_lets_vibrations_grow_sees_those_that_nothing_damps(damping: float, is_locked: bool) -> None:
+    assert has_locked_speeds(Dynamics(arm(damping).freeze()), is_damping=False) == is_locked
