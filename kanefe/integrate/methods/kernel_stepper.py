@@ -137,10 +137,10 @@ class KernelStepper:
         self.integers = np.concatenate((np.zeros(MAP + 3 * len(moves), dtype=np.int64), bent))
         y, breakpoints, locked = dynamics.initial_state(start), np.zeros(0), np.zeros(0)
         base = kernels.reals + len(bends)
-        if control.step is None and (kernels.is_implicit or self._has_jacobian):
-            # the extrapolation lets grow what nothing damps, beside methods that solve with Jacobians
-            locked = locked_speeds(dynamics, start, y[:-QUADRATURES], base, self._has_jacobian)
         if control.step is None:
+            if kernels.is_implicit or self._has_jacobian:
+                # the extrapolation lets grow what nothing damps, beside methods that solve with Jacobians
+                locked = locked_speeds(dynamics, start, y[:-QUADRATURES], base, self._has_jacobian)
             changes = changes_of(dynamics, start, stop) if control.changes is None else control.changes
             breakpoints = breakpoints_of(dynamics, base + len(locked), changes)
         self.reals = np.concatenate((np.zeros(kernels.reals), bends, locked, breakpoints))

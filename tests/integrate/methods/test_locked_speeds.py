@@ -33,7 +33,7 @@ def arm(damping: float = 0.0) -> kf.System:
 
 
 def with_more(add: Callable[[kf.System, Any], None]) -> kf.System:
-    """Return the arm with something beside it, or on its hub."""
+    """Return the arm with a body beside it, and what is added to that."""
     scene = arm()
     add(scene, scene.add_rigid_body("more", 1.0, 0.1, joint=kf.Revolute("z")))
     return scene
