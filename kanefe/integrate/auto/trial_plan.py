@@ -79,12 +79,13 @@ class TrialPlan:
         self._length, self._afforded, self._price = FIRST_STRETCH, 0.0, math.inf
         self._looked = start, 0.0, 0
         self._out: set[int] = set()
+        self._made = {0}  # whose steppers this run has asked for: a run before may have made more
         self._wins: dict[int, int] = {}
 
-    def begins_stretch(self, t: float, steps: int, now: int, made: Mapping[int, object]) -> bool:
+    def begins_stretch(self, t: float, steps: int, now: int) -> bool:
         """Return whether the method `now` begins a stretch at a time t (s), which a rival will go over too.
 
-        `made`: the methods that have a stepper. If none is afforded, `next_look` tells when to ask again.
+        If none is afforded, `next_look` tells when to ask again.
         """
         since, work, before = self._looked
         self._looked = t, self.work, steps
@@ -98,7 +99,7 @@ class TrialPlan:
         left = price * (self._stop - t)
         self._afforded = SHARE * (self.work + min(left, FORESEEN * self.work)) - self.tried_work
         rival = self._next_rival(now)
-        cost = self._length * a_step + (0.0 if rival in made else WORTH)
+        cost = self._length * a_step + (0.0 if rival in self._made else WORTH)
         if rival is None or begins or cost > min(self._afforded, left):
             self.next_look = steps + max(FIRST_STRETCH, steps // LOOKS)
             return False
@@ -130,6 +131,7 @@ class TrialPlan:
         """
         number, came_there = trial.method, math.isfinite(trial.off)
         self._length *= 2
+        self._made.add(number)
         if came_there and trial.off > 1.0:
             self._out.add(now if is_checked else number)
             return is_checked
@@ -161,6 +163,7 @@ class TrialPlan:
             "plan": np.array((self.rival, self._length, self.next_look, self._looked[2]), dtype=np.int64),
             "works": np.array(reals),
             "out": np.array(sorted(self._out), dtype=np.int64),
+            "made": np.array(sorted(self._made), dtype=np.int64),
             "wins": np.array(list(self._wins.items()), dtype=np.int64).reshape(-1, 2),
         }
 
@@ -169,4 +172,5 @@ class TrialPlan:
         self.rival, self._length, self.next_look, step = snapshot["plan"].tolist()
         self._price, self._afforded, t, work, self.work, self.tried_work = snapshot["works"].tolist()
         self._looked = t, work, step
-        self._out, self._wins = set(snapshot["out"].tolist()), dict(snapshot["wins"].tolist())
+        self._out, self._made = set(snapshot["out"].tolist()), set(snapshot["made"].tolist())
+        self._wins = dict(snapshot["wins"].tolist())

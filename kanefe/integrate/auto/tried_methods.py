@@ -261,7 +261,7 @@ class TriedMethods(SteppersInTurn):
                 plan.went_on_with_another(self.t, self.step_count)
                 if watched is not None:
                     watched.regime[0] = -1.0  # steps are counted anew
-            elif plan.begins_stretch(self.t, self.step_count, now, self._steppers):
+            elif plan.begins_stretch(self.t, self.step_count, now):
                 self._stretch = Stretch(self.t, self.state(), plan.work, restarts)
         return max(plan.next_look - self.step_count, 1)
 
