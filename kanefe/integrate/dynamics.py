@@ -114,13 +114,21 @@ class Dynamics:
         second. A tangent is a change of the coordinates in the direction of a speed, of a
         rotation the rotation vector in the moving frame.
         """
-        n = self.model.coordinate_count
+        return self._derivatives(t, y, self._tangents(y))[:, self.model.coordinate_count :].T
+
+    def calls_for_jacobian(self, t: float) -> int:
+        """Return how many calls of functions of the user in Python a Jacobian takes, that of the start (s)."""
+        y = self.initial_state(t)
+        return self.route.calls_for_derivatives(t, y, self._tangents(y))
+
+    def _tangents(self, y: Vector) -> Matrix:
+        """Return the directions in y of changes along each speed and of speeds and states that move, (k, state)."""
         directions = tangents(self.model).copy()
         for at, speed in turning(self.model):
             # rates of Euler parameters by the angular velocity, in the frame that turns
             e0, e1, e2, e3 = 0.5 * y[at : at + 4]
             directions[speed : speed + 3, at : at + 4] = (-e1, e0, e3, -e2), (-e2, -e3, e0, e1), (-e3, e2, -e1, e0)
-        return self._derivatives(t, y, directions)[:, n:].T
+        return directions
 
     def jacobian(self, t: float, y: Vector) -> Matrix:
         """Return d(dy/dt)/dy, (state, state)."""
@@ -130,8 +138,8 @@ class Dynamics:
     def _derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix:
         """Return derivatives of dy/dt along directions, (k, state) both.
 
-        Exact to round-off where the scene is in order n and no function of the user looks at the state; else by central
-        differences, of compiled functions alone where there are no others.
+        Exact to round-off where the scene is in order n, but for functions of the user that look at the state: of these
+        by central differences. Else of all by central differences.
         """
         reaches = DIFFERENCE / np.abs(directions / self._scales).max(axis=1)
         if self._is_own and self.weakest >= NEAR_SINGULAR:

@@ -100,7 +100,7 @@ def _with_trials(
 
     model = dynamics.model
     by_single_steps = watch is not None and not (not model.controllers and looks_out(stepper) and stepper.can_look_out)
-    counter = WorkCounter(model, by_single_steps)
+    counter = WorkCounter(model, by_single_steps, dynamics.calls_for_jacobian(options.span[0]))
     return TriedMethods(stepper, choice.rivals, dynamics, options.span, choice.control["rtol"], counter)
 
 

@@ -142,6 +142,10 @@ class LiteralRoute:
         """None: the dense equations are not complex."""
         return None
 
+    def calls_for_derivatives(self, t: float, y: Vector, directions: Matrix) -> int:
+        """Return the number of evaluations for differences: one call in each."""
+        return 2 * len(directions)
+
     def partial_derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:
         """None either."""
         return None

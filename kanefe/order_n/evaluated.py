@@ -17,6 +17,7 @@ from kanefe.order_n.rates_kernel import RatesKernel
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.inputs import InputLayout
 from kanefe.tree.route import Evaluates, MethodNeeds, PreparedRun, WatchedEvents
+from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
     from kanefe.order_n.force_kernel import ForceKernel
@@ -104,6 +105,10 @@ class Evaluated(Evaluates, Protocol):
 
     def parts(self, y: Vector) -> tuple[Vector, Vector, Vector]:
         """Return q, u and z of a state."""
+        ...
+
+    def state(self, t: float, y: Vector) -> SceneState:
+        """Return what functions of the user see of a state."""
         ...
 
     def drives(self, t: float) -> np.ndarray:

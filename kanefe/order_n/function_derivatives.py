@@ -1,4 +1,4 @@
-"""Derivatives of rates where compiled functions of the user look at the state: by differences of these alone."""
+"""Derivatives of rates where functions of the user look at the state: by differences of these alone."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
+from kanefe.order_n.read_state import ReadState
 
 if TYPE_CHECKING:
     from kanefe.order_n.evaluated import Evaluated
     from kanefe.order_n.rates_kernel import RatesKernel
+    from kanefe.tree.scene_state import SceneState
 
 NOT_IMPLICIT = 0.0, 0.0
 
@@ -23,14 +25,8 @@ def add_functions(
     Return whether all is finite. `reaches`: how far to go along each direction. Rates are linear in what loads give,
     but for friction.
     """
-    fill = getattr(route.fill, "__wrapped__", route.fill)  # of machine code the function behind it
-    at = route.inputs.begun(route.parts(y)[2]).copy()
-    values = np.tile(at, (2, len(directions), 1))
-    for i, step in enumerate(reaches[:, None] * directions):
-        fill(t, y + step, values[0, i])
-        fill(t, y - step, values[1, i])
-    fill(t, y, at)
-    slopes = (values[0] - values[1]) / (2.0 * reaches[:, None])
+    at = route.values(t, y)
+    slopes = (_compiled_slopes if route.is_autonomous else _python_slopes)(route, t, y, directions, reaches)
     acting = np.flatnonzero(slopes.any(axis=0))
     if len(acting):
         steps = np.maximum(np.abs(at[acting]), np.abs(at).max() or 1.0)
@@ -38,6 +34,53 @@ def add_functions(
         rates = _rates_with(route, kernel, t, y, moved)
         found += slopes[:, acting] @ ((rates[1:] - rates[0]) / steps[:, None])
     return bool(np.isfinite(found).all())
+
+
+def calls_for_derivatives(route: Evaluated, t: float, y: Vector, directions: Matrix) -> int:
+    """Return how many calls of functions in Python derivatives along directions take at a state."""
+    count = 2  # for the values at the state
+    for _, load in route.inputs.of_state:
+        state = ReadState(route.state(t, y))
+        load.value(t, state)
+        count += 1 + 2 * len(state.moved_by(directions))
+    return count + 2 * len(directions) * len(route.inputs.between)
+
+
+def _compiled_slopes(route: Evaluated, t: float, y: Vector, directions: Matrix, reaches: Vector) -> Matrix:
+    """Return the derivatives of the values of functions that are compiled, (k, values)."""
+    fill = getattr(route.fill, "__wrapped__", route.fill)  # of machine code the function behind it
+    values = np.tile(route.inputs.begun(route.parts(y)[2]), (2, len(directions), 1))
+    for i, step in enumerate(reaches[:, None] * directions):
+        fill(t, y + step, values[0, i])
+        fill(t, y - step, values[1, i])
+    return np.asarray((values[0] - values[1]) / (2.0 * reaches[:, None]))
+
+
+def _python_slopes(route: Evaluated, t: float, y: Vector, directions: Matrix, reaches: Vector) -> Matrix:
+    """Return the same of functions in Python: each is called along the directions that move what it reads alone."""
+    layout = route.inputs
+    nothing_held = layout.begun(np.zeros(route.model.state_count))
+    slopes = np.array([layout.begun(route.parts(direction)[2]) - nothing_held for direction in directions])
+    states: dict[int, tuple[SceneState, SceneState]] = {}  # which several functions look at
+
+    def beside(i: int) -> tuple[SceneState, SceneState]:
+        if i not in states:
+            step = reaches[i] * directions[i]
+            states[i] = route.state(t, y + step), route.state(t, y - step)
+        return states[i]
+
+    for where, load in layout.of_state:
+        read = ReadState(route.state(t, y))
+        load.value(t, read)
+        for i in read.moved_by(directions):
+            ahead, behind = (load.value(t, state) for state in beside(i))
+            slopes[i, where] = (ahead - behind) / (2.0 * reaches[i])
+    for where, number in layout.between:
+        own = route.model.loads[number]
+        for i, reach in enumerate(reaches):
+            ahead, behind = (own.inputs(t, x.load_ends(number), x.load_states(number)) for x in beside(i))
+            slopes[i, where] = (ahead - behind) / (2.0 * reach)
+    return slopes
 
 
 def _rates_with(route: Evaluated, kernel: RatesKernel, t: float, y: Vector, values: Matrix) -> Matrix:

@@ -305,7 +305,7 @@ class OrderN(LiteralRoute):
         """Return derivatives of dy/dt along directions in the rows of a matrix, exact to round-off, or None."""
         if self.inputs.needs_state:
             self._check_directions(y, directions)
-            if reaches is None or not self.is_autonomous:
+            if reaches is None:
                 return None
             from kanefe.order_n.function_derivatives import add_functions
 
@@ -314,6 +314,16 @@ class OrderN(LiteralRoute):
                 return None
             return found
         return self.partial_derivatives(t, y, directions)
+
+    def calls_for_derivatives(self, t: float, y: Vector, directions: Matrix) -> int:
+        """Return how many calls of functions in Python derivatives along so many directions take at a state."""
+        if self.is_autonomous:
+            return 0
+        if not self.is_complex:
+            return super().calls_for_derivatives(t, y, directions)
+        from kanefe.order_n.function_derivatives import calls_for_derivatives
+
+        return calls_for_derivatives(self, t, y, directions)
 
     def partial_derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:
         """Return the same, with what functions of the user give held constant.

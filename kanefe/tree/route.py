@@ -319,6 +319,10 @@ class Route(Evaluates, Protocol):
         """
         ...
 
+    def calls_for_derivatives(self, t: float, y: Vector, directions: Matrix) -> int:
+        """Return how many calls of functions in Python derivatives along so many directions take at a state."""
+        ...
+
     def partial_derivatives(self, t: float, y: Vector, directions: Matrix) -> Matrix | None:
         """Return derivatives with the values of functions of the user held constant; otherwise as `derivatives`."""
         ...

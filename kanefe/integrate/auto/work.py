@@ -5,8 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from kanefe.equations.model import Model
-from kanefe.integrate.auto.cost import PRODUCTS_OF_FACTORS, compiled_evaluation, evaluation, moving_states
-from kanefe.integrate.auto.explicit_rates import look_at_state
+from kanefe.integrate.auto.cost import (
+    PRODUCTS_A_CALL,
+    PRODUCTS_OF_FACTORS,
+    compiled_evaluation,
+    evaluation,
+    moving_states,
+)
 
 PRODUCTS_A_JACOBIAN_STEP = 10_000.0
 """Products in a step of a method with Jacobians beside its evaluations and factors, for its solutions: measured with 15
@@ -27,14 +32,14 @@ class WorkCounter:
     model : Model
     by_single_steps : bool
         Whether events are looked for in Python after each step.
+    calls : int
+        Calls of functions in Python for a Jacobian.
     """
 
-    def __init__(self, model: Model, by_single_steps: bool) -> None:
+    def __init__(self, model: Model, by_single_steps: bool, calls: int = 0) -> None:
         size = model.free_count + moving_states(model)
         self._evaluation = evaluation(model)
-        in_python = not model.route.is_autonomous and look_at_state(model)
-        differentiated = self._evaluation if in_python else compiled_evaluation(model)
-        self._jacobian = OF_COMPLEX * (model.free_count + size) * differentiated
+        self._jacobian = OF_COMPLEX * (model.free_count + size) * compiled_evaluation(model) + calls * PRODUCTS_A_CALL
         self._factors = 0.5 * PRODUCTS_OF_FACTORS * size**3  # compiled code reuses what it has read
         self._step = PRODUCTS_A_PYTHON_STEP if by_single_steps else 0.0
 
