@@ -16,7 +16,7 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import dot, three
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.constraints.loop_factors import TURN, LoopFactors
-from kanefe.kernels.constraints.loop_tables import HOLDS_PLACE, LEAST_SHARE, Loops, holds
+from kanefe.kernels.constraints.loop_tables import HOLDS_PLACE, Loops, holds
 from kanefe.kernels.constraints.row_paths import (
     FIRST_GUEST,
     GUEST,
@@ -62,9 +62,7 @@ def put_loop_system(
         kept.system.A[paths.ends[place] : paths.ends[place + 1]] = 0.0
         kept.system.scale[j] = 0.0
         if holds(loops, j, z) and not (places_only and not loops.rows[j, HOLDS_PLACE]):
-            own, reach = put_visits(loops, tables, flexible, j, work, modal, border, is_implicit, kept)
-            if own.real > LEAST_SHARE * reach.real:  # else its pivot would be below all that count
-                kept.system.scale[j] = own / reach
+            kept.system.scale[j] = put_visits(loops, tables, flexible, j, work, modal, border, is_implicit, kept)
     for meeting in range(paths.meetings_at[at + 1], paths.meetings_at[at + 2]):
         _sum_meeting(loops, tables, flexible, meeting, work, kept)
     for place in range(begin, end):

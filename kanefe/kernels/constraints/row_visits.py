@@ -25,7 +25,7 @@ from kanefe.kernels.algebra.vectors import (
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.constraints.constraint_rows import COUPLER_ROW
 from kanefe.kernels.constraints.loop_factors import FORCE_AT_END, LEVER, MOMENT_AT_END, TURN, LoopFactors, modes_size
-from kanefe.kernels.constraints.loop_tables import FIRST_TERM, KIND_OF, ROW_A, TERM_COUNT, Loops
+from kanefe.kernels.constraints.loop_tables import FIRST_TERM, KIND_OF, LEAST_SHARE, ROW_A, TERM_COUNT, Loops
 from kanefe.kernels.constraints.row_paths import OF_JOINT, OF_MODES, VISITED
 from kanefe.kernels.layout import (
     BASIS,
@@ -44,6 +44,7 @@ from kanefe.kernels.layout import (
     ROW,
     SPEED,
     SPHERICAL,
+    TANGENT,
     FlexibleTables,
     R,
     Tables,
@@ -68,13 +69,14 @@ def put_visits(
     border: np.ndarray,
     is_implicit: bool,
     kept: LoopFactors,
-) -> tuple[Any, Any]:
-    """Write what a unit multiplier of a row does at all it visits; return squares of what it has, and could have.
+) -> Any:
+    """Write what a unit multiplier of a row does at all it visits; return how much of its reach it has, squared.
 
-    ``|J|^2``, and that of a row whose wrench pointed along all motions on its way, over displacements of the scene's
-    size: their ratio says how much of its reach a row has, whatever the inertias. A joint with partial velocities v and
-    w has ``v F + w (M + r x F)`` of force and moment at the end, with the lever r to it, and could have the root of
-    ``(v F)^2 + w^2 (M^2 + r^2 F^2)``.
+    That is ``|J|^2`` relative to that of a row whose wrench pointed along all motions on its way, over displacements of
+    the scene's size, whatever the inertias. Modes count as what they have: a light body could move the row far by its
+    high modes or its twist, which says nothing of a singular position. Zero for what is round-off of all. A joint with
+    partial velocities v and w has ``v F + w (M + r x F)`` of force and moment at the end, with the lever r to it, and
+    could have the root of ``(v F)^2 + w^2 (M^2 + r^2 F^2)``.
 
     Of a joint: e; of a free one the accelerations of its body. Of k modes and n numbers of what the body carries: the
     forces p on the modes, their accelerations x, what acts on the carried interfaces, how these move, and y. Wrenches
@@ -82,7 +84,7 @@ def put_visits(
     """
     paths, rows, geometry, carried, numbers = loops.paths, tables.rows, tables.geometry, kept.carried, kept.numbers
     begin, end = paths.first[j], paths.first[j + 1]
-    own = reach = 0.0 * work[0, R]
+    own = reach = own_of_modes = reach_of_modes = 0.0 * work[0, R]
     for s in range(begin, end):
         i = paths.visits[s, VISITED]
         carried[i, :] = 0.0
@@ -117,8 +119,10 @@ def put_visits(
             if body[COUNT] > 0:
                 G = matrix(work, body[ROW], R)
                 if moves:
-                    reach += _modal_reach(loops, flexible, rows, i, along, across, work, modal)
+                    reach_of_modes += _modal_reach(loops, flexible, rows, i, along, work, modal)
                 if rows[i, CARRIES]:
+                    if moves:
+                        own_of_modes += _modal_share(loops, flexible, rows, i, pull, twist, work, modal)
                     put_three(numbers, of_modes, rotated_back(G, force))
                     put_three(numbers, of_modes + 3, rotated_back(G, moment))
                     _hand_ends(carried, parent, pull, couple, plus(lever, vector(work, i, OFFSET)))
@@ -131,7 +135,7 @@ def put_visits(
             )
             force, moment = plus(force, a), plus(moment, b)
             if s <= paths.common[j]:
-                own += moved
+                own_of_modes += moved
         if is_end:
             put(kept.felt, j, 0, force)
             put(kept.felt, j, TURN, moment)
@@ -171,7 +175,10 @@ def put_visits(
             offset = vector(work, i, OFFSET)
             accumulate(carried, parent, TURN, plus(moment, cross(offset, force)))
             _hand_ends(carried, parent, pull, couple, plus(lever, offset))
-    return own, reach
+    whole = own + own_of_modes
+    if not whole.real > LEAST_SHARE * (reach + reach_of_modes).real:  # else its pivot would be below all that count
+        return 0.0 * whole
+    return whole / (reach + own_of_modes)
 
 
 @inlined
@@ -188,24 +195,47 @@ def _modal_reach(
     rows: np.ndarray,
     i: int,
     force_square: Any,
-    moment_square: Any,
     work: np.ndarray,
     modal: np.ndarray,
 ) -> Any:
-    """Return what a wrench on an interface would move of the modes if it pointed along their motions there."""
+    """Return what a force on an interface would move of the modes if it pointed along their motions there."""
     body, at, bent = flexible.bodies[rows[i, FLEXIBLE]], rows[i, BASIS], rows[i, BENT]
-    k, shift, turn = body[COUNT], 0.0 * work[0, R], 0.0 * work[0, R]
-    for a in range(3):
-        for m in range(k):
-            size = loops.extents[body[DETA] + m]
-            first, second = a * k + m, (3 + a) * k + m
+    k, shift = body[COUNT], 0.0 * work[0, R]
+    for m in range(k):
+        size = loops.extents[body[DETA] + m]
+        for a in range(3):
             if bent < 0:
-                x, y = 0.0 * shift + size * flexible.pool[at + first], 0.0 * shift + size * flexible.pool[at + second]
+                x = 0.0 * shift + size * flexible.pool[at + a * k + m]
             else:
-                x, y = size * modal[bent + first], size * modal[bent + second]
+                x = size * modal[bent + a * k + m]
             shift += x * x
-            turn += y * y
-    return shift * force_square + turn * moment_square
+    return shift * force_square
+
+
+@inlined
+def _modal_share(
+    loops: Loops,
+    flexible: FlexibleTables,
+    rows: np.ndarray,
+    i: int,
+    force: Numbers,
+    moment: Numbers,
+    work: np.ndarray,
+    modal: np.ndarray,
+) -> Any:
+    """Return what a wrench in N on an interface moves of the modes."""
+    body, at, bent = flexible.bodies[rows[i, FLEXIBLE]], rows[i, BASIS], rows[i, BENT]
+    k, G, own = body[COUNT], matrix(work, body[ROW], R), 0.0 * work[0, R]
+    a, b = rotated_back(G, force), rotated_back(matrix(work, i, TANGENT), rotated_back(G, moment))
+    for m in range(k):
+        p = 0.0 * own
+        for c in range(3):
+            if bent < 0:
+                p += flexible.pool[at + c * k + m] * a[c] + flexible.pool[at + (3 + c) * k + m] * b[c]
+            else:
+                p += modal[bent + c * k + m] * a[c] + modal[bent + (3 + c) * k + m] * b[c]
+        own += (loops.extents[body[DETA] + m] * p) ** 2
+    return own
 
 
 @inlined
@@ -234,6 +264,7 @@ def _give_way(
 ) -> tuple[Numbers, Numbers, Any]:
     """Write how the modes of a body give way to a row; return what its link feels more, in N, and what the row moves.
 
+    That is over the coordinates themselves, as what it could move is, and without what it moves by what is carried.
     See `kanefe.kernels.sweeps.modal_elimination`: with G at rest ``x = p - B^T y``, and y as there.
     """
     body = flexible.bodies[f]
@@ -241,12 +272,12 @@ def _give_way(
     p, x, rest = numbers[at : at + k], numbers[at + k : at + 2 * k], numbers[at + 2 * k : at + 2 * k + 3 * n]
     on, moved, held = rest[:n], rest[n : 2 * n], rest[2 * n :]
     parts, own = border_in(border, body), 0.0 * work[0, R]
+    for d in range(k):
+        own += (loops.extents[body[DETA] + d] * p[d]) ** 2
     scale(body, p.reshape(1, k), modal, is_implicit)
     copy(p, x)
     for c in range(n):
         subtract(parts.basis[c], on[c], x)
-    for d in range(k):
-        own += (loops.extents[body[DETA] + d] * x[d]) ** 2
     a, b = push_through_modes(modal[coupling_span(body)].reshape(6, k), parts, p, on, moved, held)
     copy(p, x)
     for c in range(n):
