@@ -44,7 +44,7 @@ def test_a_strip_in_a_loop_is_evaluated_where_it_is(end: str, pin: float) -> Non
     assert isinstance(model.route, OrderN)
     assert model.route.held_rates(0.0, Dynamics(model).initial_state(0.0))[1] > 10 * NEAR_SINGULAR
     result = scene.simulate((0.0, 0.1), method="radau5", rtol=1e-4, output_step=0.1)
-    assert result.statistics["jacobians"] < 15  # from 30 on before
+    assert result.statistics["jacobians"] < 15
 
 
 def test_what_moves_a_row_by_round_off_does_not_hold_it() -> None:
