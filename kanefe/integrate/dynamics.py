@@ -118,6 +118,8 @@ class Dynamics:
 
     def calls_for_jacobian(self, t: float) -> int:
         """Return how many calls of functions of the user in Python a Jacobian takes, that of the start (s)."""
+        if self.is_autonomous:
+            return 0
         y = self.initial_state(t)
         return self.route.calls_for_derivatives(t, y, self._tangents(y))
 

@@ -18,14 +18,20 @@ NOT_IMPLICIT = 0.0, 0.0
 
 
 def add_functions(
-    found: Matrix, route: Evaluated, kernel: RatesKernel, t: float, y: Vector, directions: Matrix, reaches: Vector
+    found: Matrix,
+    route: Evaluated,
+    kernel: RatesKernel,
+    t: float,
+    y: Vector,
+    at: np.ndarray,
+    directions: Matrix,
+    reaches: Vector,
 ) -> bool:
     """Add to derivatives of dy/dt along directions, (k, state) both, what the values of functions change of them.
 
-    Return whether all is finite. `reaches`: how far to go along each direction. Rates are linear in what loads give,
-    but for friction.
+    Return whether all is finite. `at`: the values at the state; `reaches`: how far to go along each direction. Rates
+    are linear in what loads give, but for friction.
     """
-    at = route.values(t, y)
     slopes = (_compiled_slopes if route.is_autonomous else _python_slopes)(route, t, y, directions, reaches)
     acting = np.flatnonzero(slopes.any(axis=0))
     if len(acting):
@@ -38,7 +44,7 @@ def add_functions(
 
 def calls_for_derivatives(route: Evaluated, t: float, y: Vector, directions: Matrix) -> int:
     """Return how many calls of functions in Python derivatives along directions take at a state."""
-    count = 2  # for the values at the state
+    count = 1  # for the values at the state
     for _, load in route.inputs.of_state:
         state = ReadState(route.state(t, y))
         load.value(t, state)
@@ -58,9 +64,10 @@ def _compiled_slopes(route: Evaluated, t: float, y: Vector, directions: Matrix, 
 
 def _python_slopes(route: Evaluated, t: float, y: Vector, directions: Matrix, reaches: Vector) -> Matrix:
     """Return the same of functions in Python: each is called along the directions that move what it reads alone."""
-    layout = route.inputs
-    nothing_held = layout.begun(np.zeros(route.model.state_count))
-    slopes = np.array([layout.begun(route.parts(direction)[2]) - nothing_held for direction in directions])
+    layout, model = route.inputs, route.model
+    slopes = np.zeros((len(directions), len(layout.constants)))
+    for place, state, factor in layout.held:
+        slopes[:, place] = factor * directions[:, model.coordinate_count + model.free_count + state]
     states: dict[int, tuple[SceneState, SceneState]] = {}  # which several functions look at
 
     def beside(i: int) -> tuple[SceneState, SceneState]:
@@ -76,7 +83,7 @@ def _python_slopes(route: Evaluated, t: float, y: Vector, directions: Matrix, re
             ahead, behind = (load.value(t, state) for state in beside(i))
             slopes[i, where] = (ahead - behind) / (2.0 * reaches[i])
     for where, number in layout.between:
-        own = route.model.loads[number]
+        own = model.loads[number]
         for i, reach in enumerate(reaches):
             ahead, behind = (own.inputs(t, x.load_ends(number), x.load_states(number)) for x in beside(i))
             slopes[i, where] = (ahead - behind) / (2.0 * reach)

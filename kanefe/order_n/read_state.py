@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -38,19 +39,21 @@ class ReadState:
     def joint_speeds(self, name: str) -> Vector:
         """Return those of a body's joint: see `SceneState`."""
         model = self._state.model
-        self._note_speeds(model.bodies[model.index(name)].speeds)
+        self._note_speeds(model.bodies[model.index(name)].speeds.tolist())
         return self._state.joint_speeds(name)
 
     def modal_coordinates(self, name: str) -> Vector:
         """Return those of a flexible body: see `SceneState`."""
         found = self._state.modal_coordinates(name)
-        self._entries.update(np.arange(self._state.model.coordinate_count)[self._terms(name).eta].tolist())
+        model = self._state.model
+        self._entries.update(range(model.coordinate_count)[model.flexible_terms(name).eta])
         return found
 
     def modal_speeds(self, name: str) -> Vector:
         """Return those of a flexible body: see `SceneState`."""
         found = self._state.modal_speeds(name)
-        self._note_speeds(np.arange(self._state.model.free_count)[self._terms(name).speeds])
+        model = self._state.model
+        self._note_speeds(range(model.free_count)[model.flexible_terms(name).speeds])
         return found
 
     def __getattr__(self, name: str) -> Any:
@@ -58,12 +61,9 @@ class ReadState:
         self._is_all = True
         return getattr(self._state, name)
 
-    def _terms(self, name: str) -> Any:
-        return self._state.model.flexible_terms(name)
-
-    def _note_speeds(self, speeds: np.ndarray) -> None:
+    def _note_speeds(self, speeds: Sequence[int]) -> None:
         model = self._state.model
-        self._entries.update(model.coordinate_count + at for at in speeds.tolist() if at < model.free_count)
+        self._entries.update(model.coordinate_count + at for at in speeds if at < model.free_count)
 
     def moved_by(self, directions: Matrix) -> np.ndarray:
         """Return the numbers of the directions, rows of a matrix (k, y), that move something that was read."""

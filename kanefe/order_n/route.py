@@ -303,22 +303,20 @@ class OrderN(LiteralRoute):
 
     def derivatives(self, t: float, y: Vector, directions: Matrix, reaches: Vector | None = None) -> Matrix | None:
         """Return derivatives of dy/dt along directions in the rows of a matrix, exact to round-off, or None."""
-        if self.inputs.needs_state:
-            self._check_directions(y, directions)
-            if reaches is None:
-                return None
-            from kanefe.order_n.function_derivatives import add_functions
+        if not self.inputs.needs_state:
+            return self.partial_derivatives(t, y, directions)
+        self._check_directions(y, directions)
+        if reaches is None or not self.is_complex:
+            return None
+        from kanefe.order_n.function_derivatives import add_functions
 
-            found = self.partial_derivatives(t, y, directions)
-            if found is None or not add_functions(found, self, self._rates_kernel(False), t, y, directions, reaches):
-                return None
-            return found
-        return self.partial_derivatives(t, y, directions)
+        values = self.values(t, y)
+        found = self._derivatives_with(values, t, y, directions)
+        is_finite = add_functions(found, self, self._rates_kernel(False), t, y, values, directions, reaches)
+        return found if is_finite else None
 
     def calls_for_derivatives(self, t: float, y: Vector, directions: Matrix) -> int:
         """Return how many calls of functions in Python derivatives along so many directions take at a state."""
-        if self.is_autonomous:
-            return 0
         if not self.is_complex:
             return super().calls_for_derivatives(t, y, directions)
         from kanefe.order_n.function_derivatives import calls_for_derivatives
@@ -336,11 +334,13 @@ class OrderN(LiteralRoute):
             If the mass matrix is singular; the message names the speeds without inertia.
         """
         self._check_directions(y, directions)
-        if not self.is_complex:
-            return None
+        return self._derivatives_with(self.values(t, y), t, y, directions) if self.is_complex else None
+
+    def _derivatives_with(self, values: np.ndarray, t: float, y: Vector, directions: Matrix) -> Matrix:
+        """Return derivatives while loads have given values."""
         calls = self._derivative_calls
         call = calls.pop() if calls else self.derivative_call(len(y))
-        done, found = call(t, y, self.drives(t), self.values(t, y), directions)
+        done, found = call(t, y, self.drives(t), values, directions)
         calls.append(call)
         if not done:
             self.explain(t, y)

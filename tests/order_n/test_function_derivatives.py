@@ -104,7 +104,7 @@ def test_a_function_is_called_along_what_it_reads(law: Law, read: int | None) ->
     entries = 2 * model.free_count if read is None else read
     if law is by_modes:
         entries = 2 * model.flexible_terms("beam").body.free_count
-    assert len(calls) == foreseen == 3 + 2 * entries  # twice for the rates, and once to see what it reads
+    assert len(calls) == foreseen == 2 + 2 * entries  # once for the rates, and once to see what it reads
 
 
 def test_what_controllers_hold_is_an_entry_like_others() -> None:

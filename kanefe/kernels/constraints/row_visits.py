@@ -44,13 +44,12 @@ from kanefe.kernels.layout import (
     ROW,
     SPEED,
     SPHERICAL,
-    TANGENT,
     FlexibleTables,
     R,
     Tables,
 )
 from kanefe.kernels.loads.markers import lever_of
-from kanefe.kernels.loads.point_and_field_loads import share_of_modes
+from kanefe.kernels.loads.point_and_field_loads import share_of_modes, wrench_on_slopes
 from kanefe.kernels.sweeps.border import border_in
 from kanefe.kernels.sweeps.elastic import coupling_span, total
 from kanefe.kernels.sweeps.inward import moved_freely, through_axis, through_ball
@@ -225,8 +224,8 @@ def _modal_share(
 ) -> Any:
     """Return what a wrench in N on an interface moves of the modes."""
     body, at, bent = flexible.bodies[rows[i, FLEXIBLE]], rows[i, BASIS], rows[i, BENT]
-    k, G, own = body[COUNT], matrix(work, body[ROW], R), 0.0 * work[0, R]
-    a, b = rotated_back(G, force), rotated_back(matrix(work, i, TANGENT), rotated_back(G, moment))
+    k, own = body[COUNT], 0.0 * work[0, R]
+    a, b = wrench_on_slopes(rows, i, force, moment, work)
     for m in range(k):
         p = 0.0 * own
         for c in range(3):

@@ -69,6 +69,15 @@ def push(
     accumulate(work, i, MOMENT, (-moment[0], -moment[1], -moment[2]))
 
 
+@inlined
+def wrench_on_slopes(
+    rows: np.ndarray, i: int, force: Numbers, moment: Numbers, work: np.ndarray
+) -> tuple[Numbers, Numbers]:
+    """Return a force in N on an interface in G, and a moment as it acts on the rates of its slopes."""
+    G = matrix(work, rows[i, PARENT], R)
+    return rotated_back(G, force), rotated_back(matrix(work, i, TANGENT), rotated_back(G, moment))
+
+
 @kernel
 def share_of_modes(
     flexible: FlexibleTables,
@@ -81,11 +90,8 @@ def share_of_modes(
     p: np.ndarray,
 ) -> None:
     """Add the share of the modes in what acts on an interface to the forces p on them."""
-    body = flexible.bodies[rows[i, FLEXIBLE]]
-    k, at, bent = body[COUNT], rows[i, BASIS], rows[i, BENT]
-    G = matrix(work, rows[i, PARENT], R)
-    a = rotated_back(G, force)
-    b = rotated_back(matrix(work, i, TANGENT), rotated_back(G, moment))
+    k, at, bent = len(p), rows[i, BASIS], rows[i, BENT]
+    a, b = wrench_on_slopes(rows, i, force, moment, work)
     if bent < 0:
         _add_share(flexible.pool[at : at + 6 * k].reshape(6, k), a, b, p)
     else:
