@@ -18,17 +18,17 @@ import numpy as np
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.loads.controller import Held
+from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import modal_frequencies
 
 
-def has_locked_speeds(dynamics: Dynamics, is_damping: bool = True) -> bool:
+def has_locked_speeds(model: ModelData, is_damping: bool = True) -> bool:
     """Return whether a scene has joints that vibrations shake, and nothing but samples that asks for their speeds.
 
     Loops have momenta of their own; friction, contacts, stops and functions of the state may turn on a small speed.
     `is_damping`: whether the method damps what it steps over; one under which that may grow has to see it, where a
     body has no damping.
     """
-    model = dynamics.model
     flexible = [body.flexible.body for body in model.bodies if body.flexible is not None]
     if not is_damping and not all(np.any(body.damping) for body in flexible):
         return False
@@ -64,9 +64,9 @@ def locked_speeds(dynamics: Dynamics, t: float, y: Vector, base: int, is_damping
         and the rows. A row times the errors of all free speeds is to be added to the error of its joint speed.
         Nothing where no joint is shaken, or joints have no inertia.
     """
-    if not has_locked_speeds(dynamics, is_damping):
-        return np.zeros(0)
     model = dynamics.model
+    if not has_locked_speeds(model, is_damping):
+        return np.zeros(0)
     m, vibrates = model.free_count, modal_frequencies(model) > 0.0
     joints = np.flatnonzero(~vibrates)
     M = dynamics.route.mass_matrix(t, y)[joints, :m]

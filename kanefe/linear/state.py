@@ -54,7 +54,8 @@ def model_of(scene: object, what: str, t: float = 0.0) -> Model:
     if not isinstance(model, Model):
         raise ModelError(f"{what} needs a System or a Model, not {scene!r}. Remedy: the scene, or scene.freeze()")
     if IS_COMPILED and "route" not in vars(model):
-        expect(functions_of_route(model, has_jacobian=True, for_analyses=True))  # together, not each at its first call
+        # together, not each at its first call
+        expect(functions_of_route(model, has_jacobian=True, has_masses=True, for_analyses=True))
     model.route.check_dense(what)
     _check_states(model, what)
     if model.free_count == 0:

@@ -42,12 +42,12 @@ COMPLEX = Variant(has_flexible=True, is_complex=True)
 
 
 def functions_of_scene(
-    model: ModelData, has_jacobian: bool, has_directions: bool, for_analyses: bool
+    model: ModelData, has_jacobian: bool, has_directions: bool, has_masses: bool, for_analyses: bool
 ) -> list[CompiledFunction]:
     """Return the units of a run and of the reading of its results, but for those of the method.
 
     `has_jacobian`: whether the method takes derivatives; `has_directions`: directions in which loads are stiff;
-    `for_analyses`: the mass matrix, and what loads do. Nothing is built or loaded for the answer.
+    `has_masses`: the mass matrix; `for_analyses`: what loads do. Nothing is built or loaded for the answer.
     """
     own = Variant(has_flexible=any(body.flexible is not None for body in model.bodies))
     functions = list(_functions(model))
@@ -59,7 +59,7 @@ def functions_of_scene(
     found += [balances_of_states.unit(Variant(has_flexible=True)), motions_of_rows.unit(own)]
     if model.is_constrained:
         found.append(close_state.unit(Variant(has_flexible=True)))
-    if for_analyses or (own.has_flexible and not model.constraints):  # see `kanefe.integrate.locked_speeds`
+    if has_masses:
         found.append(put_masses.unit(Variant(has_flexible=True)))
     if for_analyses and model.loads:
         found.append(tell_states.unit(Variant(has_flexible=True)))

@@ -156,7 +156,7 @@ def vibrations(dynamics: Dynamics, start: float, span: float) -> Vibrations:
     fallen = np.minimum(span * falls, np.sqrt(2.0 * displacements * falls))
     allowed = 1.0 + (np.abs(moving) + fallen) / speeds / ALLOWED_AT_REST
     reach = np.abs(shapes / displacements[:, None]).max(axis=0, initial=0.0)
-    counts = alone > 0.0 if has_locked_speeds(dynamics) and not model.controllers else np.ones(m, dtype=bool)
+    counts = alone > 0.0 if has_locked_speeds(model) and not model.controllers else np.ones(m, dtype=bool)
     speed = np.abs(shapes / (speeds * allowed)[:, None])[counts].max(axis=0, initial=0.0)
     return Vibrations(
         frequencies,

@@ -26,7 +26,7 @@ from kanefe.kernels.algebra.vectors import (
 )
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import RealRows, Reals
-from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.compiler.entries import built_first, entry
 from kanefe.kernels.compiler.signatures import Variant
 from kanefe.kernels.layout import (
     BASIS,
@@ -66,6 +66,7 @@ from kanefe.kernels.sweeps.link_motion import fixed_axes, partials
 from kanefe.kernels.sweeps.outward import sweep_outward
 
 
+@built_first
 @entry(Variant(has_flexible=True))
 def put_masses(
     tables: Tables, flexible: FlexibleTables, drives: RealRows, y: Reals, found: RealRows, memory: Reals
