@@ -83,8 +83,8 @@ def exact_beam(
     axes : array_like, shape (3, 3), optional
         Axes of the root section, at the origin of G, as columns, x along the beam. Default: those of G.
     interfaces : mapping of str to float, optional
-        Arc lengths (m) of the sections to which something is attached, or where sections or curvatures jump. Default:
-        "root" at 0 and "tip" at the end.
+        Arc lengths (m) of the sections to which something is attached, or where sections or curvatures jump; with the
+        axes of G at rest, see `ExactBeam.section_orientation`. Default: "root" at 0 and "tip" at the end.
     damping : RayleighDamping or ModalDamping, optional
         Of the rates of the strains, which rigid motions do not have, with the modes and the mass of the beam at rest.
         ``RayleighDamping(stiffness=...)`` is a viscous material.

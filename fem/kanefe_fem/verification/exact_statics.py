@@ -15,7 +15,7 @@ from kanefe.checks.verification import Case, Check, Reference
 from kanefe.checks.verification.scenes import whole_run
 from kanefe.errors import SimulationWarning
 from kanefe.frames import axis_rotation, rotation_about
-from kanefe.joints import Free, Motion, Revolute
+from kanefe.joints import Fixed, Free, Motion, Revolute
 from kanefe.linear.equilibrium.equilibria import equilibrium
 from kanefe.linear.equilibrium.rest import Equilibrium
 from kanefe.linear.paths.equilibrium_path import equilibrium_path
@@ -182,6 +182,26 @@ def lees_frame(reference: Reference) -> Iterator[Check]:
         yield Check.absolute(f"sag there over the length, {theory}", sag / leg, limit["sag"] / leg, 1e-4)
 
 
+def arch(reference: Reference) -> Iterator[Check]:
+    """G15: a deep arch, of two halves joined at the crown, gives way to the side of its hinge."""
+    values = reference.values
+    radius, angle = values["R"], math.radians(0.5 * values["degrees"])
+    section = Section.from_stiffness(EA=1.0, EI_z=values["EI"], rho_A=1.0)
+    half = exact_beam(radius * angle, section, planar=True, basis=2 * BENDING, curvature=(0.0, 0.0, -1.0 / radius))
+    scene, foot = System(), radius * np.array((math.sin(angle), math.cos(angle), 0.0))
+    up = {"at": foot * (-1.0, 1.0, 1.0), "orientation": rotation_about("z", angle)}
+    left = scene.add_flexible_body("left", half, joint=Fixed(), **up)
+    crown = left.interface("tip")
+    right = scene.add_flexible_body("right", half, parent=crown, orientation=half.section_orientation("tip"))
+    scene.add_loop_joint("pin", Revolute("z"), scene.ground.frame(at=foot), right.interface("tip"))
+    scene.add_force(crown, (0.0, -1.0, 0.0))
+    with warnings.catch_warnings():  # the path ends behind the limit point
+        warnings.filterwarnings("ignore", "equilibrium_path: the path ended after", SimulationWarning)
+        (found,) = equilibrium_path(scene, to=1.1 * values["load"], longest=0.2, points=40).limit_points
+    quantity = f"limit load over the reference, {2 * half.free_count} coordinates"
+    yield Check.absolute(quantity, found.factor / values["load"], 1.0, values["close"])
+
+
 def spinning_bar(reference: Reference) -> Iterator[Check]:
     """G09: the stretch of a bar that spins about its end, which grows beyond all bounds at k = pi/2."""
     values = reference.values
@@ -227,4 +247,5 @@ CASES = (
     Case("G12", lees_frame),
     Case("G13", composite),
     Case("G14", composite),
+    Case("G15", arch),
 )

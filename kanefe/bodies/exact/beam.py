@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import cast
 
 import numpy as np
 
@@ -14,7 +15,14 @@ from kanefe.bodies.flexible import FlexibleBody, InnerMotion, InterfaceFrame
 from kanefe.bodies.slopes import SLOPE_MEASURES, SlopeMeasure
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, Cells, Elasticity
-from kanefe.frames import Matrix, Vector, euler_parameters_from_matrices, rotation_vectors, shaped_numbers
+from kanefe.frames import (
+    Matrix,
+    Vector,
+    euler_parameters_from_matrices,
+    euler_parameters_from_matrix,
+    rotation_vectors,
+    shaped_numbers,
+)
 from kanefe.storage.scipy_later import sp
 from kanefe.storage.serialise import NOT_SAVED
 
@@ -120,6 +128,44 @@ class ExactBeam(FlexibleBody):
             if isinstance(frame, SectionFrame) and frame.station == node:
                 return frame
         return section_frame(self.line, node, f"node {node}")
+
+    @checked
+    def section_orientation(self, interface: str) -> Vector:
+        """Return the axes of the section at an interface at rest, for ``orientation=`` of what goes on along it.
+
+        Interfaces have the axes of G at rest, also where the beam is curved or twisted there.
+
+        Parameters
+        ----------
+        interface : str
+
+        Returns
+        -------
+        ndarray, shape (4,)
+            Euler parameters of the section in G.
+
+        Raises
+        ------
+        ModelError
+            If there is no such interface.
+
+        Examples
+        --------
+        Two quarter circles, joined to half a circle:
+
+        >>> import numpy as np
+        >>> import kanefe as kf
+        >>> from kanefe_fem import Material, Rectangle, exact_beam
+        >>> steel = Material(E=210e9, nu=0.3, rho=7850.0)
+        >>> quarter = exact_beam(np.pi / 2, Rectangle(0.01, 0.02), steel, curvature=(0, 0, 1))
+        >>> scene = kf.System()
+        >>> first = scene.add_flexible_body("first", quarter, joint=kf.Fixed())
+        >>> on = quarter.section_orientation("tip")
+        >>> second = scene.add_flexible_body("second", quarter, parent=first.interface("tip"), orientation=on)
+        >>> print(abs(kf.equilibrium(scene).position("second", "tip").round(6)))
+        [0. 2. 0.]
+        """
+        return euler_parameters_from_matrix(cast("SectionFrame", self.interface(interface)).at_rest)
 
     @checked
     def node_displacements(self, eta: np.ndarray) -> np.ndarray:
