@@ -47,12 +47,18 @@ class Watching:
         self.contact_columns = {kind: width + at for kind, at in COLUMNS.items()} if route.model.rigid_contacts else {}
         self._width = width + (MARGINS if self.contact_columns else 0)
         self.rows = {number: row for row, number in enumerate(numbers)}
+        has_inputs = any(number in self.rows for _, number in route.inputs.between)
+        self._needs_inputs = has_inputs or bool(route.model.rigid_contacts)  # forces of these depend on all loads
         self.columns = {i: slice(int(end) - n, int(end)) for i, end, n in zip(numbers, ends, counts, strict=True)}
 
     def values(self, times: np.ndarray, states: Matrix) -> Matrix:
         """Return the values at times (T,) and states (T, n) that begin with q, u and z, (T, values)."""
         route = self._route
-        drives, inputs = route.drives_over(times), route.values_over(times, states)
+        drives = route.drives_over(times)
+        if self._needs_inputs:
+            inputs = route.values_over(times, states)
+        else:  # what else is given by functions of the user pushes, and is not looked at
+            inputs = np.repeat(route.inputs.constants[None], len(times), axis=0)
         call, found = self.prepared(np.ascontiguousarray(times), drives, inputs, np.ascontiguousarray(states))
         call()
         return found

@@ -238,3 +238,34 @@ print("numba" in sys.modules)
 def test_numba_is_not_imported_where_kernels_are_built() -> None:
     assert python(IMPORTS, KANEFE_JIT="1").split() == ["False", "False"]
     assert python(IMPORTS, KANEFE_JIT="0").split() == ["False", "False"]
+
+
+@pytest.mark.parametrize("is_looked_at", [False, True])
+def test_looking_at_contacts_calls_no_function_of_the_user(is_looked_at: bool) -> None:
+    """A ball bounces under a force of a function, and on a rope of a given length, whose events ask for it."""
+    forces: list[float] = []
+    lengths: list[float] = []
+
+    def force(t: float, state: kf.SceneState) -> tuple[float, float, float]:  # of the state: not sampled for its jumps
+        forces.append(t)
+        return (0.0, 0.0, 0.1 * np.sin(t))
+
+    def length(t: float) -> float:
+        lengths.append(t)
+        return 1.0 + 0.01 * t
+
+    scene = kf.System(gravity=(0, 0, -9.81))
+    ball = scene.add_point("ball", 1.0, at=(0, 0, 0.2))
+    scene.add_force(ball, force)
+    ground = scene.add_surface("ground", scene.ground, kf.shapes.Plane("z"))
+    shape = scene.add_surface("shape", ball, kf.shapes.Sphere(0.1))
+    scene.add_contact("drop", shape, ground, normal=kf.KelvinVoigt(1e4))
+    if is_looked_at:
+        peg = scene.ground.frame(at=(0, 0, 2.0))
+        motion = kf.Motion(length, lambda t: 0.01, lambda t: 0.0)
+        scene.add(kf.Rope("hoist", (peg, ball), axial_stiffness=10.0, length=motion, breaking_load=1e9))
+    result = scene.simulate((0.0, 0.4), method="dop853")
+    assert result.events["drop touch"].size > 0
+    beside = result.statistics["evaluations"] + 20  # the start, and the states whose functions are checked again
+    assert (len(forces) > beside) == is_looked_at
+    assert bool(lengths) == is_looked_at

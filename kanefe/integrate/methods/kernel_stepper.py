@@ -21,6 +21,7 @@ from kanefe.integrate.methods.step_failures import step_failure
 from kanefe.integrate.run_checks.bending_check import bends_in_kernels, bends_of_kernels, watched_bodies
 from kanefe.integrate.step_times import StepTimes
 from kanefe.integrate.stepper import BESIDE, LEAST_STEPS, Unconverged, beyond
+from kanefe.kernels.compiler.entries import LATER, Bound
 from kanefe.kernels.events.kinks import step_again
 from kanefe.kernels.steppers.step_commands import (
     AT,
@@ -240,9 +241,7 @@ class KernelStepper:
             return found
         for t, row in zip(times, found, strict=True):
             if self.integers[STAGE] and t < self.t:
-                interpolated(
-                    self._kernels.interpolate, self.integers, self.reals, self.vectors, self._kernels.table, t, row
-                )
+                self._interpolated(t, row)
             else:
                 row[:] = self.vectors[STATE]
             row[:] = self.dynamics.projected(float(t), row)
@@ -279,7 +278,7 @@ class KernelStepper:
         self._no_answer = None
         if len(snapshot["reals"]) != len(self.reals):
             self.reals = np.empty_like(snapshot["reals"])
-            for name in ("_run", "_compiled_run"):
+            for name in ("_run", "_compiled_run", "_interpolated"):
                 vars(self).pop(name, None)
         self._step_times.places[:] = 0
         for name, array in (("integers", self.integers), ("reals", self.reals), ("vectors", self.vectors)):
@@ -408,6 +407,12 @@ class KernelStepper:
                 dynamics.balance(run, vectors)
             else:
                 return command, is_done
+
+    @cached_property
+    def _interpolated(self) -> Bound:
+        kernels = self._kernels
+        memory = self.integers, self.reals, self.vectors, kernels.table
+        return interpolated.bound(kernels.interpolate, *memory, LATER, LATER)
 
     @cached_property
     def _run(self) -> Run:
