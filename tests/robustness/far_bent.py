@@ -1,15 +1,20 @@
-"""Bodies that bend far: rods twisted by a hundred turns, whips, and a strip on a tether that goes slack and taut."""
+"""Bodies that bend far: rods twisted by a hundred turns, whips, strips on a tether, and arches that snap through."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+import warnings
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from kanefe.bodies.exact.beam import ExactBeam
 from kanefe.checks.robustness.case import Effort, Finding, StressCase
+from kanefe.errors import SimulationWarning
+from kanefe.fe_model.damping import RayleighDamping
+from kanefe.frames import rotation_about
 from kanefe.joints import Revolute
+from kanefe.linear.paths.equilibrium_path import equilibrium_path
 from kanefe.loads.rope import Rope
 from kanefe.system import System
 from kanefe_fem import Section, exact_beam
@@ -107,8 +112,52 @@ def tethers(effort: Effort) -> Iterator[Finding]:
         yield Finding("strip on a tether", 1, "fewer than four events", float(count < 4), 0.0, "it goes on", note)
 
 
+def arch(force: Callable[[float], tuple[float, float, float]] | tuple[float, float, float]) -> System:
+    """Return a shallow arch, hinged at both feet, under a force beside its middle."""
+    radius, angle = 1.25, 0.4
+    section = Section.from_stiffness(EA=1e4, EI_z=2.0, rho_A=0.3)
+    ends, bent = {"root": 0.0, "load": 0.48, "tip": 2.0 * radius * angle}, (0.0, 0.0, -1.0 / radius)
+    damping = RayleighDamping(stiffness=2e-3)
+    beam = exact_beam(ends["tip"], section, planar=True, curvature=bent, interfaces=ends, damping=damping)
+    scene, reach = System(), radius * math.sin(angle)
+    member = scene.add_flexible_body(
+        "arch", beam, joint=Revolute("z"), at=(-reach, 0.0, 0.0), orientation=rotation_about("z", angle)
+    )
+    foot = scene.ground.frame(at=(reach, 0.0, 0.0))
+    scene.add_loop_joint("foot", Revolute("z"), foot, member.interface("tip"))
+    scene.add_force(member.interface("load"), force)
+    return scene
+
+
+def snaps(effort: Effort) -> Iterator[Finding]:
+    """Press an arch through slowly, and back and forth."""
+    with warnings.catch_warnings():  # the path ends behind the limit point
+        warnings.filterwarnings("ignore", "equilibrium_path: the path ended after", SimulationWarning)
+        (limit_point,) = equilibrium_path(arch((0.0, -1.0, 0.0)), to=100.0, points=30).limit_points
+    largest, slow, period, periods = limit_point.factor, 20.0, 2.0, 1 if effort.is_quick else 10
+    for method in ("auto", "generalised-alpha"):
+        pressed = arch(lambda t: (0.0, -1.1 * largest * t / slow, 0.0))
+        run = pressed.simulate((0.0, slow), method=method, output_step=slow / 1000)
+        height = run.position("arch", "load")[:, 1]
+        load = 1.1 * float(run.times[np.argmax(height < 0.0)]) / slow
+        what, note = "arch pressed through slowly", f"{method}, {run.statistics['steps']} steps"
+        # it falls for a while from the limit point, before it is through
+        yield Finding(what, 1, "load over that of the limit point, less 1", abs(load - 1.0), 0.03, "time to fall", note)
+        pushed = arch(lambda t: (0.0, -1.5 * largest * math.sin(2.0 * math.pi * t / period), 0.0))
+        run = pushed.simulate((0.0, periods * period), method=method, output_step=0.005)
+        height = run.position("arch", "load")[:, 1]
+        missed = abs(int(np.count_nonzero(np.diff(np.sign(height)))) - 2 * periods)
+        what, note = "arch pressed back and forth", f"{method}, {run.statistics['steps']} steps"
+        yield Finding(what, 2 * periods, "snaps missed, or too many", float(missed), 0.0, "one each half period", note)
+        energy = run.energy
+        lost = float(np.abs(energy.balance_error).max() / (energy.kinetic + energy.elastic).max())
+        limit = 1e-2 if method == "generalised-alpha" else 1e-5
+        yield Finding(what, len(height), "energy over the largest", lost, limit, "rtol", note)
+
+
 CASES = (
     StressCase("many turns of twist", "rods twisted by a hundred turns", twists),
     StressCase("whips", "tapered whips, fast tips", whips),
     StressCase("tethers", "a strip on a rope that goes slack and taut", tethers),
+    StressCase("snap-through", "an arch pressed through, back and forth", snaps),
 )
