@@ -164,6 +164,7 @@ def _run(model: Model, options: RunOptions, poles: Poles | None, recorder: Recor
         **choice.control,
         **loop.statistics,
         **loop.told_of_steps,
+        **({"left_out": choice.left_out} if choice.left_out else {}),
         **({"tried": stepper.told, "tried_share": stepper.tried_share} if tries_others(stepper) else {}),
         "seconds": sum(clock.seconds.values()),
         "seconds_by_part": dict(clock.seconds),

@@ -16,7 +16,7 @@ from kanefe.integrate.auto.trials import Stretch, Trial, went_over
 from kanefe.integrate.auto.tried_methods import TriedMethods
 from kanefe.integrate.auto.work import WorkCounter
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.methods.table import row_for
+from kanefe.integrate.methods.table import METHODS, own_methods, row_for
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.set_up import set_up
 from kanefe.integrate.stepper import StepControl, StepFailure
@@ -205,3 +205,16 @@ def test_another_method_is_not_tried_where_one_is_asked_for() -> None:
     model = drawn(FLEXIBLE).scene.freeze()
     assert not choose(model, RunOptions(t_span=(0.0, SECONDS), method="radau5")).rivals
     assert choose(model, RunOptions(t_span=(0.0, SECONDS))).rivals
+
+
+@pytest.mark.parametrize("seed", [FLEXIBLE, 4205, 4208, 4218])
+def test_a_method_that_is_not_tried_is_left_out_with_the_reason(seed: int) -> None:
+    model = drawn(seed).scene.freeze()
+    choice = choose(model, RunOptions(t_span=(0.0, SECONDS)))
+    assert choice.left_out is not None
+    with_control = {name for name in own_methods() if METHODS[name].has_error_control}
+    assert choice.left_out.keys() < with_control - {choice.name}
+    assert len(choice.rivals) >= len(with_control) - 1 - len(choice.left_out)  # the rest; one may also take over
+    assert all(choice.left_out.values())
+    if any(load.acts_at_once for load in model.loads) and not model.rigid_contacts:
+        assert choice.left_out["extrapolation"] == "it may step over what contact 'drop' begins at once"

@@ -45,6 +45,8 @@ class Choice:
         Whether its steps are given, and events of loads that would only end one do not.
     rivals : tuple of callable
         (dynamics) -> stepper of another method, which the run tries.
+    left_out : dict of str to str, or None
+        Why "auto" does not try others, by their names.
     """
 
     name: str
@@ -55,6 +57,7 @@ class Choice:
     is_compiled: bool = False
     keeps_steps: bool = False
     rivals: tuple[Callable[[Dynamics], Stepper], ...] = ()
+    left_out: dict[str, str] | None = None
 
 
 def choose(model: Model, options: RunOptions) -> Choice:
@@ -86,9 +89,11 @@ def choose(model: Model, options: RunOptions) -> Choice:
     follows, is_compiled = {"rtol": allowed} if step is None else {"step": step}, isinstance(row.stepper, Compiled)
     keeps_steps = step is not None and row.keeps_fixed_steps
     rivals: tuple[Callable[[Dynamics], Stepper], ...] = ()
+    left_out = None
     if options.method == AUTO and step is None:
         rivals = tuple(partial(_stepper, row_for(model, one), start, stop, control) for one in found.rivals)
-    return Choice(name, reason, make, follows, row.is_plugged, is_compiled, keeps_steps, rivals)
+        left_out = found.left_out
+    return Choice(name, reason, make, follows, row.is_plugged, is_compiled, keeps_steps, rivals, left_out)
 
 
 def method_names(model: Model, options: RunOptions) -> tuple[str, ...]:

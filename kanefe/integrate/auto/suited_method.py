@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ from kanefe.integrate.auto.abrupt_forces import (
 )
 from kanefe.integrate.auto.cost import LEAST_OF_RADAU, explicit_work, radau_work, sampled_work, steps_of_radau
 from kanefe.integrate.auto.explicit_rates import look_at_state, rate_of_functions
-from kanefe.integrate.auto.rivals import EXPLICIT, FEWER_STAGES, rivals_of
+from kanefe.integrate.auto.rivals import EXPLICIT, FEWER_STAGES, rivals_of, why_left_out
 from kanefe.integrate.auto.stiffest_rate import stiffest_rate
 from kanefe.integrate.auto.vibrations import (
     CALM,
@@ -93,6 +94,8 @@ class SuitedMethod(NamedTuple):
         Those of functions of the time, where they were asked for.
     rivals : tuple of str
         Methods that the run tries in its place.
+    left_out : dict of str to str, or None
+        Why others are not tried, by their names.
     """
 
     name: str
@@ -103,6 +106,7 @@ class SuitedMethod(NamedTuple):
     step: float | None = None
     changes: Vector | None = None
     rivals: tuple[str, ...] = ()
+    left_out: dict[str, str] | None = None
 
 
 class Candidates(NamedTuple):
@@ -114,10 +118,13 @@ class Candidates(NamedTuple):
         All that `choose` may return: known before anything is evaluated, so that they are compiled together.
     choose : function () -> SuitedMethod
         Evaluates the scene where it has to.
+    others : str
+        Why it returns no other.
     """
 
     names: tuple[str, ...]
     choose: Callable[[], SuitedMethod]
+    others: str = ""
 
 
 def candidates(model: Model, start: float, stop: float, rtol: float | None, atol: float) -> Candidates:
@@ -145,7 +152,9 @@ def candidates(model: Model, start: float, stop: float, rtol: float | None, atol
         if len(own) == 1:
             return _of_route(model, own)
         taken = found.choose()
-        return taken._replace(rivals=rivals_of(model, found.names, taken.name))
+        rivals = rivals_of(model, found.names, taken.name)
+        those = filter(None, (taken.name, taken.then, *rivals))
+        return taken._replace(rivals=rivals, left_out=why_left_out(model, found.others, those))
 
     return Candidates(found.names, choose)
 
@@ -159,13 +168,18 @@ def _of_many(model: Model, start: float, stop: float, rtol: float | None, atol: 
     span = stop - start
     abrupt = [load for load in model.loads if load.acts_at_once]
     if abrupt and model.free_count + model.state_count <= MOST_SPEEDS:
-        return Candidates(("radau5", *EXPLICIT), lambda: _for_abrupt_forces(model, abrupt, (start, stop), rtol, atol))
+        others = f"{abrupt[0].kind} {abrupt[0].name!r} may become stiff suddenly"
+        suited = partial(_for_abrupt_forces, model, abrupt, (start, stop), rtol, atol)
+        return Candidates(("radau5", *EXPLICIT), suited, others)
     rate = _fastest(model, start, span)
     if not look_at_state(model) and not _is_stiff(rate, span):
-        return Candidates(EXPLICIT, lambda: _explicit(model, span))
+        return Candidates(EXPLICIT, lambda: _explicit(model, span), "nothing is stiff")
     is_plain = not (model.loads or model.has_stops or look_at_state(model)) and all_damped(model)
     names = ("extrapolation",) if is_plain and _is_loose(rtol) else ("extrapolation", "radau5", *EXPLICIT)
-    return Candidates((*names, "generalised-alpha"), lambda: _by_rates(model, (start, stop), rtol, atol, rate))
+    suited = partial(_by_rates, model, (start, stop), rtol, atol, rate)
+    return Candidates(
+        (*names, "generalised-alpha"), suited, "nothing but damped vibrations is stiff" if is_plain else ""
+    )
 
 
 def _explicit(model: Model, span: float) -> SuitedMethod:
