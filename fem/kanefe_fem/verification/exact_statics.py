@@ -19,6 +19,7 @@ from kanefe.joints import Fixed, Free, Motion, Revolute
 from kanefe.linear.equilibrium.equilibria import equilibrium
 from kanefe.linear.equilibrium.rest import Equilibrium
 from kanefe.linear.paths.equilibrium_path import equilibrium_path
+from kanefe.linear.paths.path_of_equilibria import EquilibriumPath
 from kanefe.system import System
 from kanefe_fem.beams.beam_section import BeamSection
 from kanefe_fem.beams.exact import exact_beam
@@ -154,6 +155,13 @@ def roll_up(reference: Reference) -> Iterator[Check]:
     yield Check.absolute(quantity, found, expected, CLOSE)
 
 
+def path_past_limit(scene: System, load: float, points: int) -> EquilibriumPath:
+    """Return the equilibria under a load (N) raised over its limit; they end some way behind that."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "equilibrium_path: the path ended after", SimulationWarning)
+        return equilibrium_path(scene, to=1.05 * load, longest=0.2, points=points)
+
+
 def lees_frame(reference: Reference) -> Iterator[Check]:
     """G12: two legs, hinged at both ends, snap through; pieces are joined at the corner and at the load."""
     values = reference.values
@@ -171,9 +179,7 @@ def lees_frame(reference: Reference) -> Iterator[Check]:
         third = scene.add_flexible_body("long", long, parent=second.interface("tip"))
         scene.add_loop_joint("pin", Revolute("z"), scene.ground.frame(at=(leg, leg, 0.0)), third.interface("tip"))
         scene.add_force(second.interface("tip"), (0.0, -1.0, 0.0))
-        with warnings.catch_warnings():  # the path ends behind the limit point
-            warnings.filterwarnings("ignore", "equilibrium_path: the path ended after", SimulationWarning)
-            path = equilibrium_path(scene, to=1.05 * limit["load"], longest=0.2, points=26)
+        path = path_past_limit(scene, limit["load"], points=26)
         (found,) = path.limit_points
         quantity = f"limit load over the reference, 24 coordinates of bending, {theory}"
         yield Check.absolute(quantity, found.factor / limit["load"], 1.0, values["close"])
@@ -189,15 +195,13 @@ def arch(reference: Reference) -> Iterator[Check]:
     section = Section.from_stiffness(EA=1.0, EI_z=values["EI"], rho_A=1.0)
     half = exact_beam(radius * angle, section, planar=True, basis=2 * BENDING, curvature=(0.0, 0.0, -1.0 / radius))
     scene, foot = System(), radius * np.array((math.sin(angle), math.cos(angle), 0.0))
-    up = {"at": foot * (-1.0, 1.0, 1.0), "orientation": rotation_about("z", angle)}
-    left = scene.add_flexible_body("left", half, joint=Fixed(), **up)
+    at, up = foot * (-1.0, 1.0, 1.0), rotation_about("z", angle)
+    left = scene.add_flexible_body("left", half, joint=Fixed(), at=at, orientation=up)
     crown = left.interface("tip")
     right = scene.add_flexible_body("right", half, parent=crown, orientation=half.section_orientation("tip"))
     scene.add_loop_joint("pin", Revolute("z"), scene.ground.frame(at=foot), right.interface("tip"))
     scene.add_force(crown, (0.0, -1.0, 0.0))
-    with warnings.catch_warnings():  # the path ends behind the limit point
-        warnings.filterwarnings("ignore", "equilibrium_path: the path ended after", SimulationWarning)
-        (found,) = equilibrium_path(scene, to=1.1 * values["load"], longest=0.2, points=40).limit_points
+    (found,) = path_past_limit(scene, values["load"], points=40).limit_points
     quantity = f"limit load over the reference, {2 * half.free_count} coordinates"
     yield Check.absolute(quantity, found.factor / values["load"], 1.0, values["close"])
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from kanefe.equations.model import Model
 from kanefe.integrate.methods.table import METHODS, own_methods, serving
 
@@ -26,7 +24,7 @@ def rivals_of(model: Model, names: tuple[str, ...], taken: str) -> tuple[str, ..
     return tuple(serving(model, *(name for name in names if name != taken and not why_unfit(model, name, taken))))
 
 
-def why_left_out(model: Model, others: str, found: Iterable[str]) -> dict[str, str]:
+def why_left_out(model: Model, others: str, taken: str, beside: tuple[str, ...]) -> dict[str, str]:
     """Return why methods with error control are neither taken nor tried, by their names.
 
     Parameters
@@ -34,14 +32,14 @@ def why_left_out(model: Model, others: str, found: Iterable[str]) -> dict[str, s
     model : Model
     others : str
         Why a run has not compiled others than those that may be right.
-    found : iterable of str
-        Those that are taken and tried, the one that begins first.
+    taken : str
+    beside : tuple of str
+        Those that are tried, or take over.
     """
-    taken, *_ = found = list(found)
     why = {}
     for name in own_methods():
         row = METHODS[name]
-        if name in found or not row.has_error_control:
+        if name in (taken, *beside) or not row.has_error_control:
             continue
         why[name] = row.refuses(model) or why_unfit(model, name, taken) or (others if name in FORESEEN else BY_HAND)
     return why

@@ -153,8 +153,8 @@ def candidates(model: Model, start: float, stop: float, rtol: float | None, atol
             return _of_route(model, own)
         taken = found.choose()
         rivals = rivals_of(model, found.names, taken.name)
-        those = filter(None, (taken.name, taken.then, *rivals))
-        return taken._replace(rivals=rivals, left_out=why_left_out(model, found.others, those))
+        left_out = why_left_out(model, found.others, taken.name, (taken.then, *rivals))
+        return taken._replace(rivals=rivals, left_out=left_out)
 
     return Candidates(found.names, choose)
 
