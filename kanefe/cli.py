@@ -84,11 +84,12 @@ def version() -> None:
 def prepare() -> None:
     """Build the solver for this machine now, not in the first runs; a wheel already contains it."""
     from kanefe.kernels.compiler.build import build
-    from kanefe.kernels.compiler.compiled_functions import own_folder
-    from kanefe.kernels.compiler.side_by_side import processors_here
+    from kanefe.kernels.compiler.processors import own_folder, processors_here
 
-    count = build(own_folder(), processors_here(), typer.echo)
-    typer.echo(f"the solver is prepared: {count} parts built, {own_folder()}")
+    built = build(own_folder(), processors_here(), typer.echo)
+    if not built:
+        typer.echo("the solver is there already")
+    typer.echo(f"folder: {own_folder()}")
 
 
 def view(

@@ -17,7 +17,7 @@ from kanefe.checks.table import check_target, write_as_json
 from kanefe.doctor.parts import Found, Search
 from kanefe.doctor.routes import NEEDED, Solve, solves
 from kanefe.doctor.stores import BuiltKernels, CacheStore, kernels, stores
-from kanefe.kernels.compiler.side_by_side import processors_here
+from kanefe.kernels.compiler.processors import processors_here
 
 VARIABLES = "KANEFE_CACHE", "KANEFE_CACHE_DIR", "KANEFE_CACHE_GB", "KANEFE_JIT", "CC", "OMP_NUM_THREADS"
 """Environment variables that are reported if they are set."""
@@ -123,7 +123,7 @@ def _print_parts(parts: Sequence[Found], stream: TextIO) -> None:
 def _print_stores(examination: Examination, stream: TextIO) -> None:
     of = examination.kernels
     where = f", {of.from_wheel} of them came with the package" if of.from_wheel else ""
-    print(f"\nkernels\n  {of.built} of {of.count} built for this processor{where}", file=stream)
+    print(f"\nkernels\n  {of.built} of {of.count} libraries built for this processor{where}", file=stream)
     if not of.is_on:
         print("  KANEFE_JIT=0: they run as plain Python, some 100 times slower", file=stream)
     elif not of.are_ready and not examination.cannot_build:
@@ -143,8 +143,7 @@ def _print_solves(examination: Examination, stream: TextIO) -> None:
         print("  none: without compiled kernels there is one route", file=stream)
     elif not NEEDED.isdisjoint(examination.kernels.missing):
         remedy = WITH_NUMBA if examination.cannot_build else f"Remedy: {TO_BUILD}"
-        which = "not all: kernels of the others" if examination.solves else "none: the kernels"
-        print(f"  {which} are not built. {remedy}", file=stream)
+        print(f"  none: the kernels are not built. {remedy}", file=stream)
     for solve in examination.solves:
         agreement = f"as {solve.against} to {solve.difference:.0e}" if solve.against else ""
         note = f"   {_fault(solve)}" if solve.is_fault else ""

@@ -18,11 +18,8 @@ SAME = 1e-10
 """Largest difference relative to the largest number: the same steps on two routes differ by round-off, accumulated over
 200 evaluations."""
 
-ALWAYS = {"advance_explicitly", "balances_of_states-flexible", "fill_nothing", "integrate", "interpolate_explicitly"}
-PLANAR = ALWAYS | {"evaluate_planar"}
-SPATIAL = ALWAYS | {"evaluate-flexible", "motions_of_rows-flexible"}
-NEEDED = PLANAR | SPATIAL
-"""Kernels that the solves need."""
+NEEDED = {"engine", "explicit"}
+"""Libraries of kernels that the solves need."""
 
 RTOL = 1e-7
 ALIKE = 1e-5
@@ -62,17 +59,15 @@ class Solve:
 
 
 def solves(missing: Collection[str] = ()) -> Iterator[Solve]:
-    """Yield a solve on each route as it is done, except those that need a kernel named in `missing`."""
-    for name, scene, route, needed in (
-        ("double pendulum", double_pendulum, "compiled, in the plane", PLANAR),
-        ("arm, hub and tip in space", lambda: arm(is_reduced=True), "compiled, order n", SPATIAL),
+    """Yield a solve on each route as it is done; none if a library of kernels that they need is in `missing`."""
+    if not NEEDED.isdisjoint(missing):
+        return
+    for name, scene, route in (
+        ("double pendulum", double_pendulum, "compiled, in the plane"),
+        ("arm, hub and tip in space", lambda: arm(is_reduced=True), "compiled, order n"),
     ):
-        if not needed.isdisjoint(missing):
-            continue
         plain = yield from _tried("literal", name, lambda scene=scene: _by_literal_steps(scene().freeze()))  # type: ignore[misc]
         yield from _tried(route, name, lambda scene=scene: _by_compiled_steps(scene()), plain, "literal", SAME)  # type: ignore[misc]
-    if not SPATIAL.isdisjoint(missing):
-        return
     reduced = yield from _tried("compiled, all modes", "arm, free steps", lambda: _tip_of(arm(is_reduced=True)))
     unreduced = "unreduced, sparse matrices"
     yield from _tried(unreduced, "arm, free steps", lambda: _tip_of(arm(is_reduced=False)), reduced, "all modes", ALIKE)

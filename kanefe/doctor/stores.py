@@ -8,7 +8,7 @@ from pathlib import Path
 
 from kanefe.bodies import cache
 from kanefe.kernels.compiler import _numba
-from kanefe.kernels.compiler.build import all_compiled_functions
+from kanefe.kernels.compiler.build import all_libraries
 from kanefe.kernels.compiler.compiled_functions import BUILT, path_of
 from kanefe.storage.files import cache_folder
 
@@ -20,13 +20,13 @@ class BuiltKernels:
     Attributes
     ----------
     count, built : int
-        Number of kernels, and of those with a file that this processor can run.
+        Number of libraries of kernels, and of those with a file that this processor can run.
     from_wheel : int
         Number of files that came with the package.
     is_on : bool
         Whether kernels are compiled at all: unless ``KANEFE_JIT=0``.
     missing : tuple of str
-        Names of those that are not built.
+        Names of libraries that are not built.
     """
 
     count: int
@@ -63,8 +63,8 @@ class CacheStore:
 
 
 def kernels() -> BuiltKernels:
-    """Return how many kernels are built; this builds none."""
-    paths = {unit.name: path_of(unit) for unit in all_compiled_functions()}
+    """Return how many libraries of kernels are built; this builds none."""
+    paths = {library.name: path_of(library) for library in all_libraries()}
     built = [path for path in paths.values() if path is not None]
     from_wheel = sum(path.is_relative_to(BUILT) for path in built)
     missing = tuple(name for name, path in paths.items() if path is None)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from kanefe.kane.route import LiteralRoute
-from kanefe.kernels.compiler.compiled_functions import CompiledFunction
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.route import Route
 
@@ -22,26 +21,6 @@ def route_of(model: ModelData) -> Route:
     in_space = OrderN(model)
     planar = planar_tables(model, in_space.tables)
     return in_space if planar is None else PlanarRoute(in_space, planar)
-
-
-def functions_of_route(
-    model: ModelData,
-    has_jacobian: bool,
-    has_directions: bool = False,
-    has_masses: bool = False,
-    for_analyses: bool = False,
-) -> list[CompiledFunction]:
-    """Return the compiled functions for the route of a scene and for its results.
-
-    `has_jacobian`: with derivatives; `has_directions`: with the directions in which loads between frames are stiff;
-    `has_masses`: with the mass matrix; `for_analyses`: with what tells what loads do.
-    """
-    from kanefe.order_n.needed import functions_of_scene
-    from kanefe.order_n.route import obstacles_of
-
-    if model.has_unreduced or obstacles_of(model):
-        return []
-    return functions_of_scene(model, has_jacobian, has_directions, has_masses, for_analyses)
 
 
 def directions_of_loads(model: ModelData) -> int:

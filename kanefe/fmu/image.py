@@ -54,8 +54,8 @@ class Image:
 
     Attributes
     ----------
-    files : list of Path
-        Machine code of the functions, in the order of their numbers.
+    functions : list of (Path, str)
+        Library and symbol of each function, in the order of their numbers.
     pointers : list of (int, int)
         Place in the image of each address within it, and the place that it refers to.
     called : list of (int, int)
@@ -79,7 +79,7 @@ class Image:
                 a, b = self._blocks[i]
                 self._starts[i], self.size = self.size, self.size + (b - a + ALIGNMENT - 1) // ALIGNMENT * ALIGNMENT
         self._known = loaded_files()
-        self.files: list[Path] = []
+        self.functions: list[tuple[Path, str]] = []
         self._numbers: dict[int, int] = {}
         self.pointers: list[tuple[int, int]] = []
         self.called: list[tuple[int, int]] = []
@@ -125,8 +125,8 @@ class Image:
                 "loads and joints of kanefe, or the value of the function as an input"
             )
         if address not in self._numbers:
-            self._numbers[address] = len(self.files)
-            self.files.append(self._known[address])
+            self._numbers[address] = len(self.functions)
+            self.functions.append(self._known[address])
         return self._numbers[address]
 
     def _note_pointers(self, call: Call) -> None:

@@ -40,13 +40,13 @@ class SceneSource(NamedTuple):
     header : str
         C header.
     image : bytes
-    files : list of Path
-        Machine code of the functions that it calls.
+    files : tuple of Path
+        Libraries of the functions that it calls.
     """
 
     header: str
     image: bytes
-    files: list[Path]
+    files: tuple[Path, ...]
 
 
 MOST_NAMED = 4
@@ -133,7 +133,7 @@ class _Tables:
                         getattr(part, name)[...] = 0.0
         image = Image(self.calls)
         self._add_scene(image)
-        return SceneSource("\n".join(self.lines) + "\n", image.content(), image.files)
+        return SceneSource("\n".join(self.lines) + "\n", image.content(), tuple(dict.fromkeys(file for file, _ in image.functions)))
 
     def _check_jacobian(self) -> None:
         """Refuse a scene whose method needs derivatives of the rates that would not be exact."""
@@ -216,7 +216,7 @@ class _Tables:
             "MOST_STEPS": self.run.signature.place_of("run", "most_steps"),
             "POINTER_COUNT": len(image.pointers),
             "CALLED_COUNT": len(image.called),
-            "FUNCTION_COUNT": len(image.files),
+            "FUNCTION_COUNT": len(image.functions),
         }
         self.lines += [c.define(name, value) for name, value in counts.items()]
         self.lines += [c.define(name, int(getattr(stepping, name))) for name in f"{COMMANDS} {PLACES}".split()]
@@ -274,8 +274,8 @@ class _Tables:
         add(c.integers("KEPT", [(image.place(array), array.nbytes) for array in kept], 2))
         add(c.integers("POINTERS", image.pointers, 2))
         add(c.integers("CALLED", image.called, 2))
-        names = ", ".join(c.text(path.name) for path in image.files)
-        add(f"static const char *const FUNCTION_FILES[] = {{{names}}};")
+        for name, of in (("FILES", [path.name for path, _ in image.functions]), ("NAMES", [n for _, n in image.functions])):
+            add(f"static const char *const FUNCTION_{name}[] = {{{', '.join(map(c.text, of))}}};")
         self._add_inputs()
         self.lines += self.outputs.lines()
 

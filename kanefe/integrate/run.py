@@ -89,12 +89,12 @@ def run(
 
 
 def one_count(model: Model, options: RunOptions) -> AbstractContextManager[None]:
-    """Have all that a run needs built at once, with the first of it that is missing; see `foreseen`."""
+    """Have what methods of a run need built with the first of the rest that is missing; see `foreseen`."""
 
     def needed() -> list[CompiledFunction]:
-        from kanefe.integrate.auto.compiled_code_needed import functions_of_run
+        from kanefe.integrate.auto.choice import functions_of_methods
 
-        return functions_of_run(model, options)
+        return functions_of_methods(model, options)
 
     return foreseen(needed)
 

@@ -10,8 +10,6 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
 from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
 
 # Kinds of rows
@@ -138,7 +136,7 @@ class Tables(NamedTuple):
 
 
 class FlexibleTables(NamedTuple):
-    """The flexible bodies of a scene; None in its place leaves out their code altogether.
+    """The flexible bodies of a scene: none where all bodies are rigid.
 
     Attributes
     ----------
@@ -159,12 +157,6 @@ class FlexibleTables(NamedTuple):
     carrying: Integers
     fields: IntegerRows
     sizes: Integers
-
-
-def no_flexible() -> FlexibleTables:
-    """Return the tables of a scene of rigid bodies."""
-    bodies, fields = np.zeros((0, BODY_INTEGERS), dtype=np.int64), np.zeros((0, 7), dtype=np.int64)
-    return FlexibleTables(bodies, np.zeros(0), np.zeros(0, dtype=np.int64), fields, np.zeros(3, dtype=np.int64))
 
 
 COORDINATES, SPEEDS, DRIVES, STATES = range(4)

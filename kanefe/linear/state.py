@@ -9,11 +9,11 @@ import numpy as np
 
 from kanefe.equations.given_state import Start, given_state, knows_states, slack_time, time_of
 from kanefe.equations.model import Model
-from kanefe.equations.routes import functions_of_route
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
-from kanefe.kernels.compiler._numba import IS_COMPILED
-from kanefe.kernels.compiler.compiled_functions import expect
+from kanefe.kernels.compiler.compiled_functions import foreseen
+from kanefe.kernels.compiler.signatures import COMPLEX
+from kanefe.kernels.evaluation.evaluation import evaluate
 from kanefe.loads.base import Load
 from kanefe.tree.scales import scene_weight
 
@@ -53,10 +53,8 @@ def model_of(scene: object, what: str, t: float = 0.0) -> Model:
     model = scene.freeze(t) if isinstance(scene, Freezable) else scene
     if not isinstance(model, Model):
         raise ModelError(f"{what} needs a System or a Model, not {scene!r}. Remedy: the scene, or scene.freeze()")
-    if IS_COMPILED and "route" not in vars(model):
-        # together, not each at its first call
-        expect(functions_of_route(model, has_jacobian=True, has_masses=True, for_analyses=True))
-    model.route.check_dense(what)
+    with foreseen(lambda: [evaluate.unit(COMPLEX)]):  # what is missing is built together
+        model.route.check_dense(what)
     _check_states(model, what)
     if model.free_count == 0:
         raise ModelError(f"{what}: nothing in the scene can move. Remedy: a joint that is free, or a flexible body")

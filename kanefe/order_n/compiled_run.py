@@ -59,10 +59,10 @@ class CompiledRun:
             directions = put_directions.bound(*scene_tables, drives, inputs, integers, reals, vectors, memory, own)
             directed = directions.prepared().for_kernels()
         if route.has_loops:
-            memory = np.empty(closing_memory_size(route.tables, route.elastic, route.loops))
+            memory = np.empty(closing_memory_size(route.tables, route.flexible, route.loops))
             closing = route.closing.prepared(0.0, drives, closed, memory).for_kernels()
         if needs.balance:
-            tables, memory = (route.tables, route.elastic, route.between), np.empty(route.memory_size)
+            tables, memory = (route.tables, route.flexible, route.between), np.empty(route.memory_size)
             bound = balance.bound(0.0, *tables, drives, inputs, integers, reals, vectors, memory)
             balanced = bound.prepared().for_kernels()
         motions = cast(Drives, route.motion_tables)  # of an autonomous scene

@@ -36,7 +36,7 @@ def contact_calls(route: Evaluated, motions: Drives, held: np.ndarray, y: Vector
     look, size, driven = ContactLook(route), len(y), len(route.model.drives)
     points = len(route.loops.points.places)
     asked, reports = np.zeros(ASKED), np.zeros((report_count(points), 2))
-    scene = look.looked, route.loops, route.tables, route.elastic, motions, route.fill, held
+    scene = look.looked, route.loops, route.tables, route.flexible, motions, route.fill, held
     decision = decision_of(points, route.model.free_count, look.vectors.shape[1])
     looking = look_at_points.bound(*scene, decision, y).prepared()
     wanted = np.zeros(5)

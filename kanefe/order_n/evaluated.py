@@ -33,7 +33,7 @@ class Evaluated(Evaluates, Protocol):
         Where frames sit in the rows.
     inputs : InputLayout
     tables, flexible, between, loops : named tuples
-        For the kernels; `flexible` is None where all bodies are rigid.
+        For the kernels; `flexible` is empty where all bodies are rigid.
     motion_tables : Drives or None
         Of driven coordinates; None if one is a Python function.
     fill : function (t, y, inputs)
@@ -46,18 +46,13 @@ class Evaluated(Evaluates, Protocol):
     places: FrameOffsets
     inputs: InputLayout
     tables: Tables
-    flexible: FlexibleTables | None
+    flexible: FlexibleTables
     between: LoadsBetween
     loops: Loops
     motion_tables: Drives | None
     fill: Any
     has_loops: bool
     memory_size: int
-
-    @property
-    def elastic(self) -> FlexibleTables:
-        """The tables of flexible bodies, empty where there are none."""
-        ...
 
     @property
     def closing(self) -> Bound:
@@ -75,7 +70,7 @@ class Evaluated(Evaluates, Protocol):
         ...
 
     @property
-    def complete(self) -> tuple[FrameOffsets, Tables, FlexibleTables | None]:
+    def complete(self) -> tuple[FrameOffsets, Tables, FlexibleTables]:
         """Tables with a row for each body and interface."""
         ...
 

@@ -11,7 +11,7 @@ from kanefe.kernels.constraints.loop_tables import Loops
 from kanefe.kernels.evaluation.evaluation import workspace_in
 from kanefe.kernels.evaluation.force_tables import WIDTH, force_memory_size
 from kanefe.kernels.evaluation.forces import forces_of_states
-from kanefe.kernels.layout import DRIVES, SPEEDS, FlexibleTables, Tables, no_flexible
+from kanefe.kernels.layout import DRIVES, SPEEDS, FlexibleTables, Tables
 from kanefe.kernels.loads.loads_layout import LoadsBetween
 from kanefe.order_n.rates_kernel import RatesKernel
 from kanefe.order_n.tables.constraint_tables import loop_tables
@@ -28,7 +28,7 @@ class ForceKernel:
     evaluation : RatesKernel
         In space: what computes accelerations and multipliers.
     scene : tuple
-        Its tables: of links, of flexible bodies or None, of loads, of loops.
+        Its tables: of links, of flexible bodies, of loads, of loops.
     complete : tuple
         Tables with a row for each body and interface, and their builder.
 
@@ -40,15 +40,15 @@ class ForceKernel:
     def __init__(
         self,
         evaluation: RatesKernel,
-        scene: tuple[Tables, FlexibleTables | None, LoadsBetween, Loops],
-        complete: tuple[FrameOffsets, Tables, FlexibleTables | None],
+        scene: tuple[Tables, FlexibleTables, LoadsBetween, Loops],
+        complete: tuple[FrameOffsets, Tables, FlexibleTables],
     ) -> None:
         self._evaluation, self._evaluated = evaluation, scene
         builder, tables, flexible = complete
         between, order = loads_between(builder)
         loops = loop_tables(builder, tables, flexible)
         self.told = ForceTableBuilder(builder, between, order, loops)
-        self._scene = tables, flexible or no_flexible(), between, loops, self.told.tables
+        self._scene = tables, flexible, between, loops, self.told.tables
         self._bound = forces_of_states.bound(*self._scene, *(LATER,) * 15)
 
     def prepared(

@@ -35,7 +35,7 @@ class LoadOutputs:
         ends = np.cumsum(counts).tolist()
         self.columns = {n: slice(end - functions[n][1], end) for n, end in zip(order, ends, strict=True)}
         self._width = int(counts.sum())
-        scene = route.tables, route.elastic, between
+        scene = route.tables, route.flexible, between
         self._memory_size = telling_memory_size(*scene)
         self._bound = tell_states.bound(*scene, counts, *(LATER,) * 6)
 

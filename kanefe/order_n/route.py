@@ -25,7 +25,7 @@ from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import evaluate, workspace_size
 from kanefe.kernels.evaluation.momenta import balance, balances_of_states
 from kanefe.kernels.impacts.contact_questions import BLUR, BLURS, START
-from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND, FlexibleTables, Tables, no_flexible
+from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND, FlexibleTables, Tables
 from kanefe.kernels.loads.loads_layout import COMPLEX
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, SLOPE, TIME_AT, Run
 from kanefe.loads.functions import SPENT
@@ -34,6 +34,7 @@ from kanefe.order_n.rates_kernel import RatesCall, RatesKernel
 from kanefe.order_n.state_kernels import StateKernels
 from kanefe.order_n.sweeps import Sweeps
 from kanefe.order_n.swept_state import MotionsKernel, SweptState
+from kanefe.order_n.laws import functions_of_laws
 from kanefe.order_n.tables.constraint_tables import loop_tables
 from kanefe.order_n.tables.drive_tables import drive_tables
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
@@ -79,6 +80,8 @@ class OrderN(LiteralRoute):
     def __init__(self, model: ModelData) -> None:
         super().__init__(model)
         self.reason = "all parts of the scene have kernels"
+        if IS_COMPILED:  # what is missing is built together
+            expect((evaluate.unit(), *functions_of_laws(model)))
         builder = TableBuilder(model)
         self.tables, self.flexible = builder.tables()
         self.between, self._order = loads_between(builder)
@@ -167,7 +170,7 @@ class OrderN(LiteralRoute):
         return Sweeps(self, times, states)
 
     @cached_property
-    def complete(self) -> tuple[FrameOffsets, Tables, FlexibleTables | None]:
+    def complete(self) -> tuple[FrameOffsets, Tables, FlexibleTables]:
         """Tables in which every body and every interface has a row of its own, and where frames are in them."""
         builder = TableBuilder(self.model, is_complete=True)
         return builder, *builder.tables()
@@ -187,7 +190,7 @@ class OrderN(LiteralRoute):
     @cached_property
     def balances(self) -> Bound:
         """What tells energies and momenta: see `kanefe.kernels.evaluation.momenta.balances_of_states`."""
-        return balances_of_states.bound(self.tables, self.elastic, self.between, *(LATER,) * 6)
+        return balances_of_states.bound(self.tables, self.flexible, self.between, *(LATER,) * 6)
 
     @cached_property
     def watching(self) -> Watching:
@@ -363,7 +366,7 @@ class OrderN(LiteralRoute):
     def derivative_call(self, size: int) -> DerivativeCall:
         """Return a call that differentiates the rates of states with quadratures, of that size."""
         return DerivativeCall(
-            (self.tables, self.elastic, self.between, self.loops),
+            (self.tables, self.flexible, self.between, self.loops),
             self.memory_size,
             size,
             len(self._drives),
@@ -379,7 +382,7 @@ class OrderN(LiteralRoute):
 
     def balance(self, run: Run, vectors: np.ndarray) -> None:
         """Write what a method asks for by BALANCE: see `kanefe.kernels.evaluation.momenta`."""
-        t, scene = float(run.reals[TIME_AT]), (self.tables, self.elastic, self.between)
+        t, scene = float(run.reals[TIME_AT]), (self.tables, self.flexible, self.between)
         memory = np.empty(self.memory_size)
         balance(t, *scene, self.drives(t), self.inputs.constants, run.integers, run.reals, vectors, memory)
 
@@ -392,7 +395,7 @@ class OrderN(LiteralRoute):
             return y
         if self.model.free_count:
             closed = np.array(y, dtype=float)
-            memory = np.empty(closing_memory_size(self.tables, self.elastic, self.loops))
+            memory = np.empty(closing_memory_size(self.tables, self.flexible, self.loops))
             ended, _ = self.closing(share, self.drives(t), closed, memory)
             if ended == CLOSED:
                 return closed
@@ -448,11 +451,6 @@ class OrderN(LiteralRoute):
         kernel = self._rates_kernel(needs.implicit, needs.balance)
         return CompiledRun(self, kernel, integers, reals, vectors, needs)
 
-    @property
-    def elastic(self) -> FlexibleTables:
-        """The tables of flexible bodies, empty where there are none."""
-        return no_flexible() if self.flexible is None else self.flexible
-
     def _rates_kernel(self, is_implicit: bool, is_balanced: bool = False) -> RatesKernel:
         """Return the kernel that evaluates the rates, in a run with the balance or else."""
         return self.kernel_in_space
@@ -464,15 +462,13 @@ class OrderN(LiteralRoute):
         return self._kernel_of(evaluate.bound(LATER, LATER, LATER, LATER, *scene, *(LATER,) * 4), self.memory_size)
 
     def _kernel_of(self, evaluation: Bound, memory_size: int) -> RatesKernel:
-        """Return a kernel of rates, which is built with what closes loops, where it is not."""
-        if IS_COMPILED:
-            expect((evaluation.unit, *((self.closing.unit,) if self.has_loops else ())))
+        """Return a kernel of rates."""
         return RatesKernel(evaluation, memory_size, self._run_size, len(self._drives), self.inputs.constants)
 
     @cached_property
     def closing(self) -> Bound:
         """What closes loops: see `close_state`."""
-        return close_state.bound(LATER, self.tables, self.elastic, self.loops, LATER, LATER, LATER)
+        return close_state.bound(LATER, self.tables, self.flexible, self.loops, LATER, LATER, LATER)
 
     def explain(self, t: float, y: Vector) -> NoReturn:
         """Raise the error of the literal route for a state at which the sweep failed."""

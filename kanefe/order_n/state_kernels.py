@@ -27,7 +27,7 @@ class StateKernels:
     def __init__(self, route: Evaluated, order: Sequence[int]) -> None:
         self._route, self._order = route, order
         self._ends = [len(route.model.loads[number].ends) for number in order]
-        scene = route.tables, route.elastic
+        scene = route.tables, route.flexible
         counts = WRENCHES + WRENCH * np.array(self._ends, dtype=np.int64)
         self._masses = put_masses.bound(*scene, *(LATER,) * 4)
         self._told = tell_states.bound(*scene, route.between, counts, *(LATER,) * 6)
@@ -36,7 +36,7 @@ class StateKernels:
         """Return M_sys over the free and the driven speeds, (free + driven, free + driven)."""
         route = self._route
         size = route.model.free_count + route.model.driven_count
-        found, memory = np.empty((size, size)), np.empty(masses_memory_size(route.tables, route.elastic))
+        found, memory = np.empty((size, size)), np.empty(masses_memory_size(route.tables, route.flexible))
         self._masses(route.drives(t), np.asarray(y, dtype=float), found, memory)
         return found
 
@@ -47,7 +47,7 @@ class StateKernels:
             return wrenches
         found = np.empty((1, sum(WRENCHES + WRENCH * count for count in self._ends)))
         states, drives, values = np.asarray(y, dtype=float)[None], route.drives(t)[None], route.values(t, y)[None]
-        memory = np.empty(telling_memory_size(route.tables, route.elastic, route.between))
+        memory = np.empty(telling_memory_size(route.tables, route.flexible, route.between))
         self._told(np.array((t,)), drives, values, states, found, memory)
         for number, count in zip(self._order, self._ends, strict=True):
             at += WRENCHES

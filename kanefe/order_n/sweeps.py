@@ -79,7 +79,7 @@ class Sweeps:
         return self._route.drives_over(self._times)
 
     @cached_property
-    def placed(self) -> tuple[FrameOffsets, Tables, FlexibleTables | None]:
+    def placed(self) -> tuple[FrameOffsets, Tables, FlexibleTables]:
         """Where all frames are in the rows, those of interfaces with nothing attached included, and the rows."""
         route = self._route
         flexible = [(i, body.flexible) for i, body in enumerate(route.model.bodies) if body.flexible is not None]

@@ -72,12 +72,10 @@ def test_the_motion_is_that_of_the_scene_that_skips_nothing(name: str) -> None:
 
 def test_without_damping_the_product_would_be_zero() -> None:
     model = chain(**FREE)
-    assert order_n(model).flexible is not None
     assert order_n(model).flexible.bodies[0, DAMPING] == -1
     y = np.concatenate((*random_state(model, 1), np.zeros(2)))
     expected = order_n(model).held_rates(0.0, y)[0]
     other = OrderN(model)
-    assert other.flexible is not None
     bodies, pool = other.flexible.bodies.copy(), other.flexible.pool
     k = model.flexible_terms("arm").body.free_count
     bodies[0, DAMPING] = len(pool)

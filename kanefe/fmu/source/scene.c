@@ -50,7 +50,7 @@ static void load(void)
         void *library;
         snprintf(path + folder, sizeof path - folder, "%s", FUNCTION_FILES[i]);
         library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
-        functions[i] = library ? (kernel)dlsym(library, "kanefe_unit") : NULL;
+        functions[i] = library ? (kernel)dlsym(library, FUNCTION_NAMES[i]) : NULL;
         if (!functions[i]) {
             snprintf(not_loaded, MESSAGE_SIZE, "a kernel cannot be loaded: %.400s", dlerror());
             return;

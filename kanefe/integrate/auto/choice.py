@@ -19,6 +19,10 @@ from kanefe.integrate.methods.method import LEAST_RTOL, Method
 from kanefe.integrate.methods.table import row_for
 from kanefe.integrate.options import AUTO, RunOptions
 from kanefe.integrate.stepper import ATOL_SHARE, StepControl, Stepper
+from kanefe.kernels.compiler.compiled_functions import CompiledFunction
+from kanefe.kernels.compiler.signatures import COMPLEX
+from kanefe.kernels.evaluation.evaluation import evaluate
+from kanefe.kernels.steppers.step_commands import JACOBIAN_ROW
 
 if TYPE_CHECKING:
     from kanefe.integrate.methods.kernel_stepper import KernelStepper
@@ -99,6 +103,19 @@ def choose(model: Model, options: RunOptions) -> Choice:
 def method_names(model: Model, options: RunOptions) -> tuple[str, ...]:
     """Return the methods of which `choose` takes one, known before anything is evaluated."""
     return _candidates(model, options).names if options.method == AUTO else (options.method,)
+
+
+def functions_of_methods(model: Model, options: RunOptions) -> list[CompiledFunction]:
+    """Return what is built for the methods of which `choose` takes one."""
+    found: list[CompiledFunction] = []
+    for name in method_names(model, options):
+        row = row_for(model, name)
+        if isinstance(row.stepper, Compiled):
+            kernels = row.stepper.kernels_for(model)
+            found += [kernels.advance.unit, kernels.interpolate.unit]
+            if JACOBIAN_ROW in kernels.integers and not kernels.takes_directions:
+                found.append(evaluate.unit(COMPLEX))
+    return found
 
 
 def _candidates(model: Model, options: RunOptions) -> Candidates:

@@ -18,6 +18,7 @@ from types import FunctionType
 from typing import Any, TypeVar
 
 from kanefe.errors import MissingDependency, ModelError
+from kanefe.kernels.compiler.arrays import FILLER
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -141,6 +142,13 @@ def dispatcher(function: Callable[..., Any]) -> Any:
     return _dispatchers[function]
 
 
+def vector_dispatchers() -> Iterator[Any]:
+    """Yield the compiled forms of kernels of long sums, so far."""
+    for function, made in _dispatchers.items():
+        if "reassoc" in getattr(function, "kernel_options", {}).get("fastmath", ()):
+            yield made
+
+
 @cache
 def _call_by_address() -> Any:
     """Return what calls a function by its address, with integers, numbers and the first places of arrays."""
@@ -241,15 +249,24 @@ def compiled_filler(parts: tuple[Part, ...]) -> Callable[..., None]:
 
         return fill
     numba = numba_for("a compiled function")
-    from numba import types
+    from kanefe.kernels.compiler._numba_pointers import c_function, c_signature
 
     chain = numba.njit(lambda t, y, inputs: None)
     for part in parts:
         chain = _filler_of(part, chain)
-    whole = chain
-    signature = types.void(types.float64, types.float64[::1], types.float64[::1])
     with timed():
-        return numba.cfunc(signature)(lambda t, y, inputs: whole(t, y, inputs))  # type: ignore[no-any-return]
+        return _CompiledFiller(chain, numba.cfunc(c_signature(FILLER))(c_function(chain, FILLER)))
+
+
+class _CompiledFiller:
+    """A compiled function (t, y, inputs), for Python and, by its address, for kernels."""
+
+    def __init__(self, function: Callable[..., None], in_c: Any) -> None:
+        self._function, self._in_c = function, in_c
+        self.address: int = in_c.address
+
+    def __call__(self, t: float, y: Any, inputs: Any) -> None:
+        self._function(t, y, inputs)
 
 
 def _filler_of(part: Part, rest: Callable[..., None]) -> Callable[..., None]:

@@ -11,33 +11,9 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
-
-class Change(NamedTuple):
-    """What takes the place of a function inside numba.
-
-    Attributes
-    ----------
-    owner : object
-        Module or class.
-    name : str
-    instead : function (original) -> function
-    uses : str
-        Names that the original refers to and what takes its place relies on.
-    """
-
-    owner: Any
-    name: str
-    instead: Callable[[Any], Callable[..., Any]]
-    uses: str = ""
-
-    def fits(self) -> bool:
-        """Return whether this version of numba has it, and works as it is known to."""
-        original = getattr(self.owner, self.name, None)
-        names = getattr(getattr(original, "__code__", None), "co_names", ())
-        return original is not None and {*self.uses.split()} <= {*names}
-
+from kanefe.kernels.compiler._numba_change import Change
 
 _is_alone = False
 
@@ -54,14 +30,16 @@ def build_alone() -> bool:
     gc.disable()  # what is made is needed to the end
     from numba import _dynfunc
     from numba.core import analysis, base, codegen, cpu, ir_utils, lowering
-    from numba.core.datamodel import models
     from numba.core.types import functions
 
     def entry_point(context: Any, library: Any, description: Any, environment: Any) -> Any:
         """Return what stands for a kernel among those that numba knows, each by its own."""
         return _dynfunc.make_function(description.lookup_module(), description.qualname, "", 1, environment, (library,))
 
-    library, lower, array = codegen.CPUCodeLibrary, lowering.Lower, models.ArrayModel
+    from kanefe.kernels.compiler._numba_arrays import add_views, array_changes
+    from kanefe.kernels.compiler._numba_values import value_changes
+
+    library, lower = codegen.CPUCodeLibrary, lowering.Lower
     changes = (
         Change(library, "_optimize_functions", lambda original: _leave_as_it_is, "data_layout _data_layout"),
         Change(library, "add_linking_library", lambda original: original, "_linking_libraries"),
@@ -72,16 +50,16 @@ def build_alone() -> bool:
         Change(lower, "_find_singly_assigned_variable", _with_dominating, "_singly_assigned_vars _blk_local_varmap"),
         Change(lower, "storevar", _without_counts_in_store, "_alloca_var _singly_assigned_vars getvar"),
         Change(lower, "delvar", _without_counts, "_alloca_var _singly_assigned_vars decref"),
-        Change(array, "get_argument_type", lambda original: _short_or(original, _short_type)),
-        Change(array, "as_argument", lambda original: _short_or(original, _as_short)),
-        Change(array, "from_argument", lambda original: _short_or(original, _from_short)),
         Change(analysis, "compute_live_map", lambda original: live_variables),
         Change(ir_utils, "compute_live_map", lambda original: live_variables),
+        *array_changes(),
+        *value_changes(),
     )
     _is_alone = all(change.fits() for change in changes)
     if _is_alone:
-        for owner, name, instead, _ in changes:
-            setattr(owner, name, instead(getattr(owner, name)))
+        for change in changes:
+            change.make()
+        add_views()
     return _is_alone
 
 
@@ -96,24 +74,9 @@ def _leave_apart(library: Any) -> None:
     library._finalized = True
 
 
-def finish(library: Any, symbol: str) -> None:
-    """Link a unit with all that it calls and optimise it, where `build_alone` has kept numba from that."""
-    if not _is_alone:
-        return
-    linked, waiting = {library}, [*library._linking_libraries]
-    while waiting:
-        other = waiting.pop()
-        if other not in linked:
-            linked.add(other)
-            waiting += other._linking_libraries
-            library._final_module.link_in(other._final_module, preserve=True)
-    # each function that stays apart is handed every array of the scene's tables: what only the unit can call is laid
-    # in where it is called once
-    for function in library._final_module.functions:
-        if not function.is_declaration and function.name != symbol:
-            function.linkage = "internal"
-    library._optimize_final_module()
-    library._final_module.verify()
+def is_alone() -> bool:
+    """Return whether this process builds and does nothing else."""
+    return _is_alone
 
 
 def _resolved_once(original: Callable[..., Any]) -> Callable[..., Any]:
@@ -195,52 +158,6 @@ def _without_counts_in_store(original: Callable[..., None]) -> Callable[..., Non
         lower.builder.store(value, lower.getvar(name))
 
     return store
-
-
-# Of an array all but where its numbers are and how many lie along each axis follows, if it is contiguous and its memory
-# is not its own
-FIELDS = "meminfo", "parent", "nitems", "itemsize", "data", "shape", "strides"
-GIVEN_FIELDS = FIELDS.index("data"), FIELDS.index("shape")
-
-
-def _short_or(original: Callable[..., Any], short: Callable[..., Any]) -> Callable[..., Any]:
-    """Return how an array is handed over: by less, if it is contiguous and of plain numbers."""
-    from numba import types
-
-    def handed(model: Any, *given: Any) -> Any:
-        kind = model._fe_type
-        is_plain = isinstance(kind, types.Array) and isinstance(kind.dtype, (types.Integer, types.Float, types.Complex))
-        is_short = is_plain and kind.layout == "C" and model._fields == FIELDS
-        return short(model, *given) if is_short else original(model, *given)
-
-    return handed
-
-
-def _short_type(model: Any) -> tuple[Any, ...]:
-    return tuple(model._models[i].get_argument_type() for i in GIVEN_FIELDS)
-
-
-def _as_short(model: Any, builder: Any, value: Any) -> tuple[Any, ...]:
-    return tuple(model._models[i].as_argument(builder, model.get(builder, value, i)) for i in GIVEN_FIELDS)
-
-
-def _from_short(model: Any, builder: Any, value: tuple[Any, ...]) -> Any:
-    """Return the whole array of what is handed over."""
-    from llvmlite import ir
-
-    of = [part.get_value_type() for part in model._models]
-    data, shape = (model._models[i].from_argument(builder, part) for i, part in zip(GIVEN_FIELDS, value, strict=True))
-    size = ir.Constant(of[FIELDS.index("itemsize")], model._fe_type.dtype.bitwidth // 8)
-    lengths = [builder.extract_value(shape, [axis]) for axis in range(model._fe_type.ndim)]
-    strides, step, count = ir.Constant(of[FIELDS.index("strides")], ir.Undefined), size, size.type(1)
-    for axis in reversed(range(len(lengths))):
-        strides = builder.insert_value(strides, step, [axis])
-        step, count = builder.mul(step, lengths[axis]), builder.mul(count, lengths[axis])
-    none = [ir.Constant(of[FIELDS.index(name)], None) for name in ("meminfo", "parent")]
-    array = ir.Constant(model.get_value_type(), ir.Undefined)
-    for i, part in enumerate((*none, count, size, data, shape, strides)):
-        array = model.set(builder, array, part, i)
-    return array
 
 
 Names = Mapping[int, set[str]]

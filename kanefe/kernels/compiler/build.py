@@ -7,31 +7,37 @@ import importlib
 import os
 import pkgutil
 import shutil
+import subprocess
+import sys
 import tempfile
-from collections.abc import Iterable, Iterator
+import threading
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from queue import SimpleQueue
 from types import FunctionType
 
 import kanefe.kernels
 from kanefe.errors import FileError, MissingDependency
 from kanefe.kernels.compiler._numba_alone import build_alone
+from kanefe.kernels.compiler._numba_objects import SUPPORT
 from kanefe.kernels.compiler.addresses import compiled_functions_of
-from kanefe.kernels.compiler.compiled_functions import (
-    BUILT,
+from kanefe.kernels.compiler.compiled_functions import BUILT, CompiledFunction, can_keep, linker
+from kanefe.kernels.compiler.entries import Entry, Pointer
+from kanefe.kernels.compiler.libraries import Library
+from kanefe.kernels.compiler.processors import (
     GENERATIONS,
-    CompiledFunction,
-    can_keep,
     folder_for,
     generations_here,
-    linker,
-    name_of,
     own_folder,
-    write_compiled_function,
+    processors_here,
 )
-from kanefe.kernels.compiler.entries import Entry, Pointer
-from kanefe.kernels.compiler.side_by_side import BUILDER, Say, batches_of, build_by_name, processors_here
-from kanefe.storage.kept_code import is_sound, kept, opened
+from kanefe.kernels.compiler.side_by_side import BUILDER, Say, build_libraries
+from kanefe.kernels.compiler.watched import end_with_parent
+from kanefe.storage.kept_code import is_sound, keep, kept, opened
+
+SHARE_OF_TRANSLATION = 0.55
+"""Share of translation in the time of building a library; the rest is optimisation."""
 
 
 def all_compiled_functions() -> list[CompiledFunction]:
@@ -41,10 +47,8 @@ def all_compiled_functions() -> list[CompiledFunction]:
         if module.name == BUILDER:
             continue
         for value in vars(importlib.import_module(module.name)).values():
-            if isinstance(value, Entry):
-                units = [value.unit(variant) for variant in value.variants]
-            elif isinstance(value, Pointer):
-                units = [value.unit]
+            if isinstance(value, (Entry, Pointer)):
+                units = value.units
             elif isinstance(value, FunctionType) and hasattr(value, "kinds"):
                 units = compiled_functions_of(value, value.kinds)
             else:
@@ -53,8 +57,16 @@ def all_compiled_functions() -> list[CompiledFunction]:
     return list(found.values())
 
 
-def build(folder: Path, jobs: int, say: Say, generation: str | None = None, only_first: bool = False) -> int:
-    """Build what is missing in a folder; return how many units were built.
+def all_libraries() -> dict[Library, list[CompiledFunction]]:
+    """Return all libraries with their functions, those that take longest to translate first in each."""
+    found: dict[Library, list[CompiledFunction]] = {}
+    for unit in all_compiled_functions():
+        found.setdefault(unit.library, []).append(unit)
+    return found
+
+
+def build(folder: Path, jobs: int, say: Say, generation: str | None = None) -> list[str]:
+    """Build what is missing in a folder; return the names of the libraries that were built.
 
     Parameters
     ----------
@@ -65,8 +77,6 @@ def build(folder: Path, jobs: int, say: Say, generation: str | None = None, only
         Gets lines of progress.
     generation : str, optional
         A key of `GENERATIONS`; else the processor of this machine.
-    only_first : bool
-        Whether to build what is marked with `built_first`, and leave the rest to later.
 
     Raises
     ------
@@ -75,22 +85,18 @@ def build(folder: Path, jobs: int, say: Say, generation: str | None = None, only
     subprocess.CalledProcessError
         If a compiler fails; what it said has been printed.
     """
-    missing = [
-        unit.name
-        for unit in all_compiled_functions()
-        if (unit.is_first or not only_first) and not _is_there(folder, unit)
-    ]
+    missing = [library for library in all_libraries() if not _is_there(folder, library)]
     if missing and shutil.which(linker()) is None:
         raise MissingDependency(
             f"the C compiler {linker()!r}", "the solver, to be built,", "apt-get install gcc libc6-dev, or CC=..."
         )
-    if missing:
-        build_by_name(batches_of(missing), folder, jobs, say, () if generation is None else ("--for", generation))
-    return len(missing)
+    if not missing:
+        return []
+    return build_libraries(missing, folder, jobs, say, () if generation is None else ("--for", generation))
 
 
 def build_into_package(generations: Iterable[str], jobs: int, say: Say) -> None:
-    """Build units of generations of processors and lay them into the package, where a wheel takes them from.
+    """Build libraries for generations of processors and lay them into the package, where a wheel takes them from.
 
     They are kept in the user's cache: what another build made is not made again.
     """
@@ -98,12 +104,12 @@ def build_into_package(generations: Iterable[str], jobs: int, say: Say) -> None:
         with _folder_to_build_in(folder_for(generation)) as folder:
             build(folder, jobs, say, generation)
             (BUILT / generation).mkdir(parents=True, exist_ok=True)
-            for unit in all_compiled_functions():
-                path = kept(folder, name_of(unit))
+            for library in all_libraries():
+                path = kept(folder, library.file_name)
                 if path is None:
-                    raise FileError(f"{unit.name} was built and is gone from {folder}. Remedy: build again")
+                    raise FileError(f"{library.name} was built and is gone from {folder}. Remedy: build again")
                 with opened(path) as (_, content):
-                    (BUILT / generation / f"{name_of(unit)}.so").write_bytes(content)
+                    (BUILT / generation / f"{library.file_name}.so").write_bytes(content)
 
 
 @contextmanager
@@ -120,21 +126,65 @@ def _folder_to_build_in(wanted: Path) -> Iterator[Path]:
             yield Path(folder)
 
 
-def _is_there(folder: Path, unit: CompiledFunction) -> bool:
-    """Return whether a folder has a unit, whole."""
-    path = kept(folder, name_of(unit))
+def _is_there(folder: Path, library: Library) -> bool:
+    """Return whether a folder has a library, whole."""
+    path = kept(folder, library.file_name)
     return path is not None and is_sound(path)
 
 
-def write_named(names: set[str], folder: Path, generation: str | None) -> None:
-    """Build units in this process, which does nothing else, and print the name of each that is done."""
+def build_what_is_asked(folder: Path, generation: str | None, parts: int) -> None:
+    """Build the libraries whose names come by lines, in this process, which does nothing else, and print how far it is."""
+    end_with_parent()
     if generation is not None:
         os.environ |= {"NUMBA_CPU_NAME": GENERATIONS[generation].compiler_name, "NUMBA_CPU_FEATURES": ""}
+    names: SimpleQueue[str | None] = SimpleQueue()
+    is_building = threading.Event()
+
+    def listen() -> None:
+        for line in sys.stdin:
+            names.put(line.strip())
+        if is_building.is_set():  # who asked for it is gone
+            os._exit(1)
+        names.put(None)
+
+    threading.Thread(target=listen, daemon=True).start()
     build_alone()
-    for unit in all_compiled_functions():
-        if unit.name in names:
-            write_compiled_function(folder, unit)
-            print(unit.name, flush=True)
+    libraries = {library.name: (library, units) for library, units in all_libraries().items()}
+    while (name := names.get()) is not None:
+        is_building.set()
+        write_library(folder, *libraries[name], parts)
+        is_building.clear()
+        print("done", flush=True)
+
+
+def write_library(folder: Path, library: Library, units: Sequence[CompiledFunction], parts: int = 1) -> None:
+    """Build a library and put its file into a folder; print the share that is done, and that after the next step.
+
+    Raises
+    ------
+    OSError, subprocess.SubprocessError
+        If there is no C compiler.
+    FileError
+        If the file cannot be written.
+    """
+    from kanefe.kernels.compiler._numba_module import object_codes
+
+    made = []
+    for i, unit in enumerate(units):
+        shares = [SHARE_OF_TRANSLATION * k / len(units) for k in (i, i + 1)]
+        print(*shares, flush=True)
+        made.append((unit.symbol, unit.compile()))
+    print(SHARE_OF_TRANSLATION, 1.0, flush=True)
+    codes = object_codes(made, parts)
+    with tempfile.TemporaryDirectory(prefix="kanefe-") as work:
+        support, whole = Path(work) / "support.c", Path(work) / "whole.so"
+        support.write_text(SUPPORT)
+        places = [Path(work) / f"{i}.o" for i in range(len(codes))]
+        for place, code in zip(places, codes, strict=True):
+            place.write_bytes(code)
+        command = [linker(), "-shared", "-fPIC", "-O2", "-Wl,-z,notext", "-Wl,-s", "-o", whole, *places, support, "-lm"]
+        subprocess.run(command, check=True, capture_output=True, text=True)
+        keep(folder, library.file_name, whole.read_bytes())
 
 
 def main() -> None:
@@ -143,21 +193,22 @@ def main() -> None:
     parser.add_argument("--folder", type=Path, default=own_folder(), help="where to; else the cache of the user")
     parser.add_argument("--wheel", choices=("here", "all"), help="into the package, for this generation or for all")
     parser.add_argument("--jobs", type=int, default=processors_here(), help="compilers side by side")
-    parser.add_argument("--first", action="store_true", help="what trees of flexible bodies need, and no more")
     parser.add_argument("--for", dest="generation", choices=GENERATIONS, help=argparse.SUPPRESS)
-    parser.add_argument("--only", nargs="*", help=argparse.SUPPRESS)
+    parser.add_argument("--parts", type=int, default=1, help=argparse.SUPPRESS)
+    parser.add_argument("--worker", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
 
     def say(line: str) -> None:
         print(f"kanefe: {line}", flush=True)
 
-    if options.only:
-        write_named(set(options.only), options.folder, options.generation)
+    if options.worker:
+        build_what_is_asked(options.folder, options.generation, options.parts)
     elif options.wheel:
         generations = list(GENERATIONS) if options.wheel == "all" else generations_here()[:1]
         build_into_package(generations, options.jobs, say)
     else:
-        build(options.folder, options.jobs, say, only_first=options.first)
+        options.folder.mkdir(parents=True, exist_ok=True)
+        build(options.folder, options.jobs, say)
 
 
 if __name__ == "__main__":

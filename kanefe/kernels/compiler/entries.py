@@ -1,7 +1,6 @@
 """Kernels that are called from outside: from Python, or by other kernels through prepared calls.
 
-`entry` declares one, with the variants that it is built in: with and without the code of flexible bodies, and with
-complex values. It is called in three ways, the later the faster: once; `bound` to what stays the same; or `prepared`,
+`entry` declares one, with the numbers that it is built for, real or complex ones. It is called in three ways, the later the faster: once; `bound` to what stays the same; or `prepared`,
 with arrays that stay where they are.
 """
 
@@ -11,7 +10,7 @@ import ctypes
 from collections.abc import Callable, Iterator
 from enum import Enum, auto
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -21,12 +20,14 @@ from kanefe.kernels.compiler.arrays import Prepared
 from kanefe.kernels.compiler.compiled_functions import CompiledFunction, MachineCode, machine_code
 from kanefe.kernels.compiler.signatures import (
     BOOLEAN,
+    COMPLEX,
     INTEGER,
     NUMBER,
+    REAL,
     Group,
+    Numbers,
     Part,
     Signature,
-    Variant,
     signature_of,
     wrapper_source,
 )
@@ -47,19 +48,19 @@ class Entry:
     ----------
     function : function
         With annotations of `kanefe.kernels.compiler.arrays`.
-    variants : tuple of Variant
+    numbers : tuple of Numbers
+        What its values may be.
 
     Attributes
     ----------
     function : function
-    variants : tuple of Variant
+    numbers : tuple of Numbers
     """
 
-    def __init__(self, function: Callable[..., Any], variants: tuple[Variant, ...]) -> None:
-        self.function, self.variants = function, variants
+    def __init__(self, function: Callable[..., Any], numbers: tuple[Numbers, ...]) -> None:
+        self.function, self.numbers = function, numbers
         self.__name__, self.__qualname__ = function.__name__, function.__qualname__
         self.__module__, self.__doc__ = function.__module__, function.__doc__
-        self.is_built_first = False
         self._names = function.__code__.co_varnames[: function.__code__.co_argcount]
 
     def __reduce__(self) -> str:
@@ -69,25 +70,26 @@ class Entry:
         """Call it once: what is called often is bound first."""
         return self.bound(*arguments)()
 
-    def unit(self, variant: Variant) -> CompiledFunction:
-        """Return what is built for a variant."""
-        name = f"{self.__name__}-{variant.label}".rstrip("-")
+    def unit(self, values: Numbers = REAL) -> CompiledFunction:
+        """Return what is built for values of some kind."""
+        is_complex = values is COMPLEX
 
         def compile_() -> Any:
-            return compiled_entry(self.function, *wrapper_source(signature_of(self.function, variant)))
+            return compiled_entry(self.function, *wrapper_source(signature_of(self.function, values)))
 
-        # where there are variants with flexible bodies, these serve the first runs
-        is_first = variant.has_flexible or not any(other.has_flexible for other in self.variants)
-        return CompiledFunction(name, self.__module__, compile_, self.is_built_first and is_first)
+        return CompiledFunction(self.__name__ + "-complex" * is_complex, self.__module__, compile_, is_complex)
+
+    @property
+    def units(self) -> list[CompiledFunction]:
+        """All that is built for it."""
+        return [self.unit(values) for values in self.numbers]
 
     def bound(self, *arguments: Any, is_complex: bool = False) -> Bound:
         """Return it with arguments that stay the same; in the place of others is LATER.
 
         `is_complex`: whether values are complex.
         """
-        given = zip(self._names, arguments, strict=True)
-        has_flexible = any(name == "flexible" and value is not None for name, value in given)
-        return Bound(self, Variant(has_flexible, is_complex), arguments)
+        return Bound(self, COMPLEX if is_complex else REAL, arguments)
 
 
 class Bound:
@@ -96,14 +98,14 @@ class Bound:
     Parameters
     ----------
     entry : Entry
-    variant : Variant
+    values : Numbers
     arguments : tuple
         LATER for those that come with each call.
     """
 
-    def __init__(self, entry: Entry, variant: Variant, arguments: tuple[Any, ...]) -> None:
-        self._entry, self._variant, self._arguments = entry, variant, arguments
-        self._signature = signature = signature_of(entry.function, variant)
+    def __init__(self, entry: Entry, values: Numbers, arguments: tuple[Any, ...]) -> None:
+        self._entry, self._values, self._arguments = entry, values, arguments
+        self._signature = signature = signature_of(entry.function, values)
         places = (ctypes.c_int64 * max(signature.place_count, 1))()
         numbers = (ctypes.c_double * (signature.error_at + 1))()
         self._later: list[Part] = []
@@ -117,10 +119,10 @@ class Bound:
     @property
     def unit(self) -> CompiledFunction:
         """What is built for it."""
-        return self._entry.unit(self._variant)
+        return self._entry.unit(self._values)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Bound, (self._entry, self._variant, self._arguments)
+        return Bound, (self._entry, self._values, self._arguments)
 
     def __call__(self, *later: Any) -> Any:
         """Call it with the arguments that were left out; return what the kernel returns."""
@@ -267,8 +269,6 @@ CHARACTERS = {kind: np.dtype(kind).char for kind in ("int64", "float64", "comple
 
 def _write(part: Part, value: Any, places: Any, numbers: Any) -> None:
     """Write an argument to its places; where nothing is compiled scalars alone, which are read there."""
-    if part is None:
-        return
     if isinstance(part, Group):
         for inner, item in zip(part.parts, value, strict=True):
             _write(inner, item, places, numbers)
@@ -289,7 +289,7 @@ def _read(part: Part, value: Any, places: Any, numbers: Any) -> Any:
     """Return an argument with its scalars as they are in its places by now."""
     if isinstance(part, Group):
         return part.of(*(_read(inner, item, places, numbers) for inner, item in zip(part.parts, value, strict=True)))
-    if part is None or part.axes != 0:
+    if part.axes != 0:
         return value
     return numbers[part.at] if part.is_number else kinds[part.kind](places[part.at])
 
@@ -310,9 +310,9 @@ def _address(array: np.ndarray, axes: int, kind: str) -> int:
 kinds: dict[str, Callable[[Any], Any]] = {INTEGER: int, BOOLEAN: bool}
 
 
-def entry(*variants: Variant) -> Callable[[Callable[..., Any]], Entry]:
-    """Declare a kernel that is called from outside."""
-    return lambda function: Entry(function, variants or (Variant(),))
+def entry(*numbers: Numbers) -> Callable[[Callable[..., Any]], Entry]:
+    """Declare a kernel that is called from outside: of real numbers, if nothing else is said."""
+    return lambda function: Entry(function, numbers or (REAL,))
 
 
 class Pointer:
@@ -326,7 +326,7 @@ class Pointer:
     """
 
     def __init__(self, function: Callable[..., Any], kind: str) -> None:
-        self.function, self.kind, self.is_built_first = function, kind, False
+        self.function, self.kind = function, kind
         self.__name__, self.__qualname__ = function.__name__, function.__qualname__
         self.__module__, self.__doc__ = function.__module__, function.__doc__
 
@@ -341,23 +341,17 @@ class Pointer:
     def unit(self) -> CompiledFunction:
         """What is built for it."""
         function, kind = self.function, self.kind
-        return CompiledFunction(
-            self.__name__, self.__module__, lambda: compiled_pointer(function, kind), self.is_built_first
-        )
+        return CompiledFunction(self.__name__, self.__module__, lambda: compiled_pointer(function, kind))
+
+    @property
+    def units(self) -> list[CompiledFunction]:
+        """All that is built for it."""
+        return [self.unit]
 
     @property
     def address(self) -> int:
         """Where its machine code is."""
         return machine_code(self.unit).address
-
-
-Declared = TypeVar("Declared", Entry, Pointer)
-
-
-def built_first(kernel: Declared) -> Declared:
-    """Mark a kernel that trees of flexible bodies need: the first build makes these, and leaves the rest to later."""
-    kernel.is_built_first = True
-    return kernel
 
 
 def pointer(kind: str) -> Callable[[Callable[..., Any]], Pointer]:

@@ -7,10 +7,9 @@ from typing import Any
 
 from kanefe.kernels.compiler._numba import Part, compiled_filler
 from kanefe.kernels.compiler.arrays import FILLER
-from kanefe.kernels.compiler.entries import built_first, pointer
+from kanefe.kernels.compiler.entries import pointer
 
 
-@built_first
 @pointer(FILLER)
 def fill_nothing(t: float, y: Any, inputs: Any) -> None:
     """Write nothing: of a scene without functions of the user."""

@@ -1,4 +1,4 @@
-"""Units built in processes of their own, side by side, with a line of progress every few seconds."""
+"""Libraries built in processes of their own, side by side: one build at a time in a folder, with its progress told."""
 
 from __future__ import annotations
 
@@ -7,35 +7,32 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from queue import Empty, SimpleQueue
 
-STILL = 5.0
-"""Time after which a line reports that the build continues, s."""
+from kanefe.kernels.compiler.libraries import Library
+from kanefe.kernels.compiler.progress import Progress
+from kanefe.storage.kept_code import kept
 
 BUILDER = "kanefe.kernels.compiler.build"
-"""Module whose command builds compiled functions by their names."""
+"""Module whose command builds libraries by their names."""
 
-STEPS = "advance_", "interpolate_", "integrate"
-"""First parts of the names of compiled functions that make steps: they share little with evaluations."""
+LOCK = ".building"
+"""File in a folder of libraries that the process holds which builds there."""
 
 Say = Callable[[str], None]
 
 
-def processors_here() -> int:
-    """Return how many processors this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def build_by_name(
-    batches: Sequence[Sequence[str]], folder: Path, jobs: int, say: Say, options: Sequence[str] = ()
-) -> None:
-    """Build units in a folder; those of a batch share a process, and what they have in common is compiled once.
+def build_libraries(
+    libraries: Sequence[Library], folder: Path, jobs: int, say: Say, options: Sequence[str] = ()
+) -> list[str]:
+    """Build what another process has not built meanwhile; return the names of what was built here.
 
     Parameters
     ----------
-    batches : sequence of sequences of str
-        Names of units, those that take longest first.
+    libraries : sequence of Library
     folder : Path
     jobs : int
         How many processes run side by side.
@@ -49,43 +46,70 @@ def build_by_name(
     subprocess.CalledProcessError
         If one fails; what it said has been printed.
     """
-    count, waiting = sum(map(len, batches)), list(batches)
-    began, done = time.monotonic(), 0
-    failed: list[subprocess.CalledProcessError] = []
-    last_said, lock = began, threading.Lock()
+    with _alone_in(folder, say):
+        missing = [one for one in libraries if kept(folder, one.file_name) is None]
+        if missing:
+            _build(sorted(missing, key=lambda one: -one.seconds), folder, jobs, say, options)
+    return [one.name for one in missing]
 
-    def tell(text: str = "") -> None:
-        nonlocal last_said
-        last_said = time.monotonic()
-        say(f"preparing the solver: {done} of {count} parts, {last_said - began:.0f} s, once{text}")
+
+def _build(libraries: Sequence[Library], folder: Path, jobs: int, say: Say, options: Sequence[str]) -> None:
+    waiting, failed = [*libraries], list[subprocess.CalledProcessError]()
+    progress, lock = Progress(libraries, min(jobs, len(libraries)), say), threading.Lock()
+    lines: SimpleQueue[tuple[str, str]] = SimpleQueue()
+    spare = max(jobs // len(libraries), 1)
+    command = [sys.executable, "-m", BUILDER, "--folder", str(folder), "--parts", str(spare), *options, "--worker"]
 
     def work() -> None:
-        nonlocal done
-        while True:
-            with lock:
-                if not waiting or failed:
-                    return
-                names = waiting.pop(0)
-            command = [sys.executable, "-m", BUILDER, "--folder", str(folder), *options, "--only", *names]
-            with subprocess.Popen(command, env=_environment(), stdout=subprocess.PIPE, text=True) as process:
+        with subprocess.Popen(
+            command, env=_environment(), stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        ) as process:
+            while not failed:
+                with lock:
+                    library = waiting.pop(0) if waiting else None
+                if library is None:
+                    break
+                lines.put((library.name, ""))
+                print(library.name, file=process.stdin, flush=True)
                 for line in process.stdout or ():
-                    with lock:
-                        done += 1
-                        tell(f" ({line.strip()})")
-            if process.returncode:
-                failed.append(subprocess.CalledProcessError(process.returncode, command))
+                    lines.put((library.name, line.strip()))
+                    if line.startswith("done"):
+                        break
+                else:
+                    failed.append(subprocess.CalledProcessError(process.wait(), command))
+            if failed:
+                process.terminate()
 
-    tell()
-    threads = [threading.Thread(target=work) for _ in range(min(jobs, len(batches)))]
+    threads = [threading.Thread(target=work, daemon=True) for _ in range(min(jobs, len(libraries)))]
     for thread in threads:
         thread.start()
     while any(thread.is_alive() for thread in threads):
-        time.sleep(0.05)
-        with lock:
-            if time.monotonic() - last_said > STILL:
-                tell()
+        try:
+            progress.note(*lines.get(timeout=0.1))
+        except Empty:
+            progress.tell()
     if failed:
         raise failed[0]
+    progress.end()
+
+
+@contextmanager
+def _alone_in(folder: Path, say: Say) -> Iterator[None]:
+    """Wait until no other process builds in a folder; where the system cannot lock files, several may."""
+    try:
+        import fcntl
+
+        file = open(folder / LOCK, "a")  # noqa: SIM115 - it is closed below
+    except (ImportError, OSError):
+        yield
+        return
+    with file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            say("another process is preparing the solver: waiting for it")
+            fcntl.flock(file, fcntl.LOCK_EX)
+        yield
 
 
 def _environment() -> dict[str, str]:
@@ -93,13 +117,3 @@ def _environment() -> dict[str, str]:
     package = str(Path(__file__).parents[3])
     paths = os.pathsep.join(filter(None, (package, os.environ.get("PYTHONPATH"))))
     return os.environ | {"PYTHONPATH": paths, "KANEFE_JIT": "1", "NUMBA_NUM_THREADS": "1"}
-
-
-def batches_of(names: Sequence[str]) -> list[list[str]]:
-    """Return names of units in batches that have most of what they call in common, those that take longest first."""
-    kinds: dict[tuple[bool, bool, bool], list[str]] = {}
-    for name in names:
-        kind = "complex" in name, "flexible" in name, name.startswith(STEPS)
-        kinds.setdefault(kind, []).append(name)
-    order = [(False, True, False), (True, True, False), (False, False, False), (False, False, True)]
-    return [kinds[kind] for kind in sorted(kinds, key=lambda kind: order.index(kind) if kind in order else len(order))]

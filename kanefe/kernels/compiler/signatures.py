@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
+from enum import Enum
 from functools import cache
-from types import NoneType, UnionType
+from types import NoneType
 from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
 
 from kanefe.kernels.compiler.arrays import VALUE
@@ -19,24 +20,14 @@ from kanefe.kernels.compiler.arrays import VALUE
 INTEGER, NUMBER, BOOLEAN = "int64", "float64", "boolean"
 
 
-class Variant(NamedTuple):
-    """One of the forms that an entry is built in.
+class Numbers(Enum):
+    """What the values of a scene are, of arrays that exist twice: see `kanefe.kernels.compiler.arrays.VALUE`."""
 
-    Attributes
-    ----------
-    has_flexible : bool
-        Whether there is code of flexible bodies: without, the parameter of their tables is None.
-    is_complex : bool
-        Whether values are complex.
-    """
+    REAL = "float64"
+    COMPLEX = "complex128"
 
-    has_flexible: bool = False
-    is_complex: bool = False
 
-    @property
-    def label(self) -> str:
-        """For names of files."""
-        return "_".join((*("flexible",) * self.has_flexible, *("complex",) * self.is_complex))
+REAL, COMPLEX = Numbers.REAL, Numbers.COMPLEX
 
 
 class Leaf(NamedTuple):
@@ -66,10 +57,10 @@ class Group(NamedTuple):
     """A named tuple among the arguments."""
 
     of: type
-    parts: tuple[Leaf | Group | None, ...]
+    parts: tuple[Leaf | Group, ...]
 
 
-Part = Leaf | Group | None
+Part = Leaf | Group
 
 
 class Signature(NamedTuple):
@@ -80,7 +71,7 @@ class Signature(NamedTuple):
     names : tuple of str
         Of the parameters.
     parts : tuple
-        Of each parameter; None of one that is left out.
+        Of each parameter.
     place_count, number_count : int
         Of `numbers`, arguments alone.
     result : tuple of str
@@ -106,9 +97,9 @@ class Signature(NamedTuple):
 
 
 class _Counter:
-    def __init__(self, is_complex: bool) -> None:
+    def __init__(self, values: Numbers) -> None:
         self.places = self.numbers = 0
-        self._values = "complex128" if is_complex else "float64"
+        self._values = values.value
 
     def leaf(self, kind: str, axes: int) -> Leaf:
         if axes == 0 and kind == NUMBER:
@@ -132,28 +123,15 @@ SCALARS = {int: INTEGER, float: NUMBER, bool: BOOLEAN}
 
 
 @cache
-def signature_of(function: Callable[..., Any], variant: Variant) -> Signature:
+def signature_of(function: Callable[..., Any], values: Numbers) -> Signature:
     """Return the signature of a kernel that is called from outside, from the annotations of its parameters."""
     hints = get_type_hints(function, include_extras=True)
     names = tuple(inspect.signature(function).parameters)
-    counter = _Counter(variant.is_complex)
-    parts: list[Part] = []
-    for name in names:
-        hint = hints[name]
-        if is_optional(hint):
-            if not variant.has_flexible:
-                parts.append(None)
-                continue
-            (hint,) = (kind for kind in get_args(hint) if kind is not NoneType)
-        parts.append(counter.part(hint))
+    counter = _Counter(values)
+    parts = tuple(counter.part(hints[name]) for name in names)
     returned = hints["return"]
     kinds = get_args(returned) or (() if returned is NoneType else (returned,))
-    return Signature(names, tuple(parts), counter.places, counter.numbers, tuple(SCALARS[kind] for kind in kinds))
-
-
-def is_optional(hint: Any) -> bool:
-    """Return whether a parameter may be None."""
-    return isinstance(hint, UnionType) and NoneType in get_args(hint)
+    return Signature(names, parts, counter.places, counter.numbers, tuple(SCALARS[kind] for kind in kinds))
 
 
 def wrapper_source(signature: Signature) -> tuple[str, dict[str, Any]]:
@@ -164,8 +142,6 @@ def wrapper_source(signature: Signature) -> tuple[str, dict[str, Any]]:
     types: dict[str, Any] = {}
 
     def text(part: Part) -> str:
-        if part is None:
-            return "None"
         if isinstance(part, Group):
             types[part.of.__name__] = part.of
             return f"{part.of.__name__}({', '.join(map(text, part.parts))},)"

@@ -16,7 +16,6 @@ from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.compiler.signatures import Variant
 from kanefe.kernels.constraints.held_sweeps import (
     sweep_accelerations_held,
     sweep_forces_inward_held,
@@ -260,7 +259,7 @@ def _has_closed_speeds(
 SHARE_IN_METRIC, ENDED_AS = range(2)
 
 
-@entry(Variant(has_flexible=True))
+@entry()
 def close_state(
     share_stiffness: float,
     tables: Tables,

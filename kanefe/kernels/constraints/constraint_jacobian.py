@@ -34,7 +34,7 @@ from kanefe.kernels.sweeps.link_motion import partials
 @kernel
 def walk_inward(
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     i: int,
     force: Numbers,
     moment: Numbers,
@@ -49,7 +49,7 @@ def walk_inward(
     f_size, m_size = np.sqrt(abs(dot(force, force).real)), np.sqrt(abs(dot(moment, moment).real))
     while i >= 0:
         kind, speed = rows[i, KIND], rows[i, SPEED]
-        if flexible is not None and kind == INTERFACE:
+        if kind == INTERFACE:
             body = flexible.bodies[rows[i, FLEXIBLE]]
             k, first = body[COUNT], body[DETA]
             G = matrix(work, rows[i, PARENT], R)

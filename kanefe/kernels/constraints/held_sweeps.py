@@ -80,7 +80,7 @@ from kanefe.kernels.sweeps.modal_elimination import eliminate_modal_forces, elim
 def sweep_inward_held(
     loops: Loops,
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     z: np.ndarray,
     applied: np.ndarray,
     work: np.ndarray,
@@ -121,7 +121,7 @@ def sweep_inward_held(
     tolerance = max(tolerance, loops.limits[RANK_TOLERANCE])
     for i in range(len(rows) - 1, -2, -1):
         is_link = i >= 0 and rows[i, KIND] != INTERFACE
-        if flexible is not None and is_link and rows[i, FLEXIBLE] >= 0:
+        if is_link and rows[i, FLEXIBLE] >= 0:
             eliminate_modes(rows, flexible, rows[i, FLEXIBLE], work, modal, border, is_implicit)
         begin, end = paths.places[i + 1], paths.places[i + 2]
         if end > begin:
@@ -140,7 +140,7 @@ def sweep_inward_held(
 def sweep_forces_inward_held(
     loops: Loops,
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     applied: np.ndarray,
     work: np.ndarray,
     modal: np.ndarray,
@@ -153,7 +153,7 @@ def sweep_forces_inward_held(
     rows, paths = tables.rows, loops.paths
     for i in range(len(rows) - 1, -2, -1):
         is_link = i >= 0 and rows[i, KIND] != INTERFACE
-        if flexible is not None and is_link and rows[i, FLEXIBLE] >= 0:
+        if is_link and rows[i, FLEXIBLE] >= 0:
             eliminate_modal_forces(flexible, rows[i, FLEXIBLE], work, modal, border, is_implicit)
         if paths.places[i + 2] > paths.places[i + 1]:
             _hold(loops, tables, flexible, i, applied, work, modal, kept, multipliers)
@@ -165,7 +165,7 @@ def sweep_forces_inward_held(
 def sweep_accelerations_held(
     loops: Loops,
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     applied: np.ndarray,
     work: np.ndarray,
     modal: np.ndarray,
@@ -193,7 +193,7 @@ def sweep_accelerations_held(
                 multipliers[j] += dot(vector(kept.asked, j, TURN), vector(work, i, ALPHA))
             if multipliers[j] != 0.0:
                 _exert(loops, tables, flexible, j, multipliers[j], len(du), applied, work, modal, border, kept)
-        if flexible is not None and is_link and rows[i, FLEXIBLE] >= 0:
+        if is_link and rows[i, FLEXIBLE] >= 0:
             modal_accelerations(flexible, rows[i, FLEXIBLE], work, modal, border, is_implicit, du)
 
 
@@ -222,7 +222,7 @@ def _add_inertia(loops: Loops, i: int, work: np.ndarray, kept: LoopFactors) -> N
 def _hold(
     loops: Loops,
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     i: int,
     applied: np.ndarray,
     work: np.ndarray,
@@ -252,7 +252,7 @@ def _hold(
 def _acceleration(
     loops: Loops,
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     j: int,
     applied: np.ndarray,
     work: np.ndarray,
@@ -265,7 +265,7 @@ def _acceleration(
     for s in range(paths.first[j], paths.first[j + 1]):
         i, at, of_modes = paths.visits[s, VISITED], paths.visits[s, OF_JOINT], paths.visits[s, OF_MODES]
         kind, speed = rows[i, KIND], rows[i, SPEED]
-        if flexible is not None and of_modes >= 0 and kind != INTERFACE:
+        if of_modes >= 0 and kind != INTERFACE:
             along += _modal_acceleration(flexible, rows[i, FLEXIBLE], of_modes, work, modal, numbers)
         if at < 0:
             continue
@@ -301,7 +301,7 @@ def _modal_acceleration(
 def _exert(
     loops: Loops,
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     j: int,
     multiplier: Any,
     count: int,
@@ -324,7 +324,7 @@ def _exert(
             accumulate(work, i, MOMENT, times(multiplier, three(numbers, of_wrench + TURN)))
             if at >= 0 and rows[i, KIND] != SPHERICAL and rows[i, KIND] != FREE:
                 work[i, DRIVING] += multiplier * numbers[at]
-        if flexible is not None and of_modes >= 0 and rows[i, KIND] != INTERFACE:
+        if of_modes >= 0 and rows[i, KIND] != INTERFACE:
             body = flexible.bodies[rows[i, FLEXIBLE]]
             k, n, p = body[COUNT], 6 * body[CARRIED_COUNT], modal[span(body, WORK_FORCE)]
             for c in range(k):

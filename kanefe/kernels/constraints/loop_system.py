@@ -36,7 +36,7 @@ from kanefe.kernels.sweeps.elastic import total
 def put_loop_system(
     loops: Loops,
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     at: int,
     z: np.ndarray,
     places_only: bool,
@@ -80,7 +80,7 @@ def put_loop_system(
 def _sum_meeting(
     loops: Loops,
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     meeting: int,
     work: np.ndarray,
     kept: LoopFactors,
@@ -100,7 +100,7 @@ def _sum_meeting(
             if kept.system.scale[other] == 0.0:
                 continue
             their = paths.visits[paths.guests[b, GUEST_VISIT]]
-            if flexible is not None and paths.meetings[meeting, IS_MODES]:
+            if paths.meetings[meeting, IS_MODES]:
                 body, p, x = flexible.bodies[rows[i, FLEXIBLE]], own[OF_MODES], their[OF_MODES]
                 k, n = body[COUNT], 6 * body[CARRIED_COUNT]
                 on, moved = p + 2 * k, x + 2 * k + n

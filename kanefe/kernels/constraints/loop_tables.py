@@ -38,7 +38,7 @@ LEAST_SHARE = 1e-29
 
 
 class Loops(NamedTuple):
-    """Constraints of a scene; None in its place leaves out their code.
+    """Constraints of a scene.
 
     Attributes
     ----------

@@ -44,7 +44,7 @@ from kanefe.kernels.sweeps.inward import sweep_forces_inward
 def hold(
     loops: Loops,
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     drives: np.ndarray,
     z: np.ndarray,
     applied: np.ndarray,
@@ -103,7 +103,7 @@ def hold(
 def respond_to_rows(
     loops: Loops,
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     z: np.ndarray,
     applied: np.ndarray,
     work: np.ndarray,
@@ -181,7 +181,7 @@ def respond_to_rows(
 def respond_to_multipliers(
     loops: Loops,
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     applied: np.ndarray,
     work: np.ndarray,
     modal: np.ndarray,

@@ -61,7 +61,7 @@ from kanefe.kernels.sweeps.modal_elimination import push_through_modes, scale, s
 def put_visits(
     loops: Loops,
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     j: int,
     work: np.ndarray,
     modal: np.ndarray,
@@ -89,7 +89,7 @@ def put_visits(
         carried[i, :] = 0.0
         if paths.visits[s, OF_JOINT] >= 0 and rows[i, KIND] <= GIVEN:
             numbers[paths.visits[s, OF_JOINT]] = 0.0  # what a coupler applies, until its joint is reached
-        if flexible is not None and rows[i, KIND] != INTERFACE and paths.visits[s, OF_MODES] >= 0:
+        if rows[i, KIND] != INTERFACE and paths.visits[s, OF_MODES] >= 0:
             body, at = flexible.bodies[rows[i, FLEXIBLE]], paths.visits[s, OF_MODES]
             numbers[at : at + modes_size(body[COUNT], body[CARRIED_COUNT])] = 0.0
     if loops.rows[j, KIND_OF] == COUPLER_ROW:
@@ -113,7 +113,7 @@ def put_visits(
         twist, along = plus(couple, cross(lever, pull)), dot(pull, pull)
         across = dot(couple, couple) + dot(lever, lever) * along
         is_end = s == end - 1 and at < 0 and of_wrench < 0
-        if flexible is not None and kind == INTERFACE and not is_end:
+        if kind == INTERFACE and not is_end:
             body = flexible.bodies[rows[i, FLEXIBLE]]
             if body[COUNT] > 0:
                 G = matrix(work, body[ROW], R)
@@ -128,7 +128,7 @@ def put_visits(
                     continue
                 p = numbers[of_modes : of_modes + body[COUNT]]
                 share_of_modes(flexible, rows, i, times(-1.0, force), times(-1.0, moment), work, modal, p)
-        elif flexible is not None and of_modes >= 0:
+        elif of_modes >= 0:
             a, b, moved = _give_way(
                 loops, flexible, rows[i, FLEXIBLE], of_modes, work, modal, border, is_implicit, numbers
             )

@@ -139,7 +139,7 @@ def along_row(loops: Loops, j: int, work: np.ndarray, wrenches: np.ndarray, du: 
 def push_row(
     loops: Loops,
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     j: int,
     multiplier: Any,
     rubs: bool,
@@ -175,12 +175,11 @@ def wrench_on(
 
 @kernel
 def clear_all_forces(
-    tables: Tables, flexible: FlexibleTables | None, applied: np.ndarray, work: np.ndarray, modal: np.ndarray
+    tables: Tables, flexible: FlexibleTables, applied: np.ndarray, work: np.ndarray, modal: np.ndarray
 ) -> None:
     """Write no forces on rows, modes and joints."""
     for i in range(len(tables.rows)):
         clear_forces(work, i)
-    if flexible is not None:
-        for f in range(len(flexible.bodies)):
-            modal[span(flexible.bodies[f], WORK_FORCE)][:] = 0.0
+    for f in range(len(flexible.bodies)):
+        modal[span(flexible.bodies[f], WORK_FORCE)][:] = 0.0
     applied[:] = 0.0

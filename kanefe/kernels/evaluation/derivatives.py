@@ -7,16 +7,15 @@ from __future__ import annotations
 
 from kanefe.kernels.compiler.arrays import Prepared, RealRows, ValueRows
 from kanefe.kernels.compiler.calls import call_address
-from kanefe.kernels.compiler.entries import built_first, entry
-from kanefe.kernels.compiler.signatures import Variant
+from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.compiler.signatures import COMPLEX
 from kanefe.kernels.evaluation.evaluation import DONE_AS, IS_ERROR
 from kanefe.kernels.steppers.step_commands import AT, SLOPE
 
 COMPLEX_STEP = 1e-30
 
 
-@built_first
-@entry(Variant(is_complex=True))
+@entry(COMPLEX)
 def derivatives(evaluation: Prepared, vectors: ValueRows, directions: RealRows, found: RealRows) -> bool:
     """Write derivatives of dy/dt to the rows of `found`, along the rows of `directions`; return whether all are finite.
 

@@ -9,8 +9,8 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import put_euler_rates, three
 from kanefe.kernels.compiler._numba import expanded, inlined
 from kanefe.kernels.compiler.arrays import RealRows, Reals, ValueRows, Values
-from kanefe.kernels.compiler.entries import built_first, entry
-from kanefe.kernels.compiler.signatures import Variant
+from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.compiler.signatures import COMPLEX, REAL
 from kanefe.kernels.constraints.contact_rates import put_contact_rates
 from kanefe.kernels.constraints.held_sweeps import hold_size, sweep_accelerations_held, sweep_inward_held
 from kanefe.kernels.constraints.loop_factors import loop_factors_in
@@ -122,15 +122,14 @@ class Parts(NamedTuple):
 
 def workspace_size(
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     between: LoadsBetween,
     loops: Loops,
 ) -> int:
     """Return how many numbers the workspace of a scene has."""
     speeds = int(tables.sizes[SPEEDS] + tables.sizes[DRIVES])
     size = WORK * len(tables.rows) + 2 * speeds + int(tables.sizes[DRIVES])
-    if flexible is not None:
-        size += int(flexible.sizes[MODAL_SIZE] + flexible.sizes[BORDER_SIZE])
+    size += int(flexible.sizes[MODAL_SIZE] + flexible.sizes[BORDER_SIZE])
     m = len(loops.rows)
     of_loads = int(between.workspace_size[WHOLE]) + REACTION * len(between.bearings)
     return size + of_loads + m + hold_size(loops, speeds)
@@ -138,14 +137,12 @@ def workspace_size(
 
 @expanded
 def workspace_in(
-    memory: np.ndarray, tables: Tables, flexible: FlexibleTables | None, between: LoadsBetween, loops: Loops
+    memory: np.ndarray, tables: Tables, flexible: FlexibleTables, between: LoadsBetween, loops: Loops
 ) -> Workspace:
     """Return the parts of a memory of `workspace_size`."""
     rows, driven = WORK * len(tables.rows), tables.sizes[DRIVES]
-    speeds, modes, borders, m = tables.sizes[SPEEDS] + driven, 0, 0, len(loops.rows)
-    holds = hold_size(loops, speeds)
-    if flexible is not None:
-        modes, borders = flexible.sizes[MODAL_SIZE], flexible.sizes[BORDER_SIZE]
+    speeds, m = tables.sizes[SPEEDS] + driven, len(loops.rows)
+    holds, modes, borders = hold_size(loops, speeds), flexible.sizes[MODAL_SIZE], flexible.sizes[BORDER_SIZE]
     work, rest = memory[:rows].reshape(-1, WORK), memory[rows:]
     modal, border, rest = rest[:modes], rest[modes : modes + borders], rest[modes + borders :]
     applied, added, rest = rest[:speeds], rest[speeds : 2 * speeds], rest[2 * speeds :]
@@ -169,15 +166,14 @@ IS_IMPLICIT = 0
 AT_TIME, SHARE_OF_DAMPING, SHARE_OF_STIFFNESS, DONE_AS, LEAST_PIVOT, IS_ERROR = range(6)
 
 
-@built_first
-@entry(Variant(), Variant(has_flexible=True), Variant(has_flexible=True, is_complex=True))
+@entry(REAL, COMPLEX)
 def evaluate(
     is_implicit: bool,
     t: float,
     share_damping: float,
     share_stiffness: float,
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     between: LoadsBetween,
     loops: Loops,
     drives: RealRows,
@@ -196,8 +192,7 @@ def evaluate(
     share_damping, share_stiffness : float
         s and r of a linearly implicit evaluation.
     tables : Tables
-    flexible : FlexibleTables or None
-        None leaves out the code of flexible bodies.
+    flexible : FlexibleTables
     between : LoadsBetween
     loops : Loops
     drives : ndarray, shape (driven, 3)
@@ -231,7 +226,7 @@ def evaluate(
 @expanded
 def put_rates(
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     between: LoadsBetween,
     loops: Loops,
     drives: np.ndarray,
@@ -257,7 +252,7 @@ def put_rates(
     dissipated, motors = add_joint_forces(tables, drives, inputs, q, u, applied)
     powers[0] = dissipated
     powers[1] += motors
-    if flexible is not None:
+    if len(flexible.bodies) > 0:
         powers[0] += modal_dissipation(flexible, modal, powers)
         powers[1] += add_field_loads(flexible, inputs, work, modal)
     if len(between.loads) > 0:
@@ -271,10 +266,8 @@ def put_rates(
         speeds = slice(len(q), len(q) + len(u))
         directions = vectors[DAMPING_DIRECTION, speeds], vectors[STIFFNESS_DIRECTION, speeds]
         stiffen_joints(tables, shares[0], shares[1], directions[0], directions[1], q, u, applied, added)
-        if flexible is not None:
-            stiffen_modes(flexible, shares[0], shares[1], directions[0], directions[1], modal)
-    if flexible is not None:
-        scale_beams(flexible, modal)
+        stiffen_modes(flexible, shares[0], shares[1], directions[0], directions[1], modal)
+    scale_beams(flexible, modal)
 
     if len(loops.rows) > 0 and len(loops.points.places) == 0:
         kept = loop_factors_in(holding, loops)
@@ -327,7 +320,7 @@ def put_rates(
 
 @inlined
 def rates_of_coordinates(
-    tables: Tables, flexible: FlexibleTables | None, q: np.ndarray, u: np.ndarray, rates: np.ndarray
+    tables: Tables, flexible: FlexibleTables, q: np.ndarray, u: np.ndarray, rates: np.ndarray
 ) -> None:
     """Write dq/dt."""
     rows = tables.rows
@@ -341,11 +334,10 @@ def rates_of_coordinates(
         elif kind == FREE:
             rates[at], rates[at + 1], rates[at + 2] = u[speed], u[speed + 1], u[speed + 2]
             put_euler_rates(rates, at + 3, q, three(u, speed + 3))
-    if flexible is not None:
-        for f in range(len(flexible.bodies)):
-            at, speed = flexible.bodies[f, ETA], flexible.bodies[f, DETA]
-            for j in range(flexible.bodies[f, COUNT]):
-                rates[at + j] = u[speed + j]
+    for f in range(len(flexible.bodies)):
+        at, speed = flexible.bodies[f, ETA], flexible.bodies[f, DETA]
+        for j in range(flexible.bodies[f, COUNT]):
+            rates[at + j] = u[speed + j]
 
 
 @inlined

@@ -27,8 +27,7 @@ from kanefe.kernels.algebra.vectors import (
 from kanefe.kernels.compiler._numba import expanded, inlined, kernel
 from kanefe.kernels.compiler.arrays import Integers, Prepared, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
-from kanefe.kernels.compiler.entries import built_first, entry
-from kanefe.kernels.compiler.signatures import Variant
+from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.constraints.loop_tables import (
     Loops,
     holds,
@@ -90,8 +89,7 @@ from kanefe.kernels.sweeps.link_motion import partials
 from kanefe.kernels.sweeps.outward import sweep_outward
 
 
-@built_first
-@entry(Variant(has_flexible=True))
+@entry()
 def forces_of_states(
     tables: Tables,
     flexible: FlexibleTables,

@@ -26,8 +26,7 @@ from kanefe.kernels.algebra.vectors import (
 )
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import RealRows, Reals
-from kanefe.kernels.compiler.entries import built_first, entry
-from kanefe.kernels.compiler.signatures import Variant
+from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.layout import (
     BASIS,
     BENT,
@@ -66,8 +65,7 @@ from kanefe.kernels.sweeps.link_motion import fixed_axes, partials
 from kanefe.kernels.sweeps.outward import sweep_outward
 
 
-@built_first
-@entry(Variant(has_flexible=True))
+@entry()
 def put_masses(
     tables: Tables, flexible: FlexibleTables, drives: RealRows, y: Reals, found: RealRows, memory: Reals
 ) -> None:
@@ -101,7 +99,7 @@ def put_masses(
             k, at, first = body[COUNT], body[TRANSFORM], body[DETA]
             transform = flexible.pool[at : at + k * k].reshape(k, k)
             _transform_columns(found, first, transform, column[:k])
-            _transform_columns(found.T, first, transform, column[:k])
+            _transform_rows(found, first, transform, column[:k])
 
 
 @kernel
@@ -283,6 +281,16 @@ def _transform_columns(found: np.ndarray, first: int, transform: np.ndarray, col
         copy(found[first : first + k, c], column)
         for j in range(k):
             found[first + j, c] = total(transform[j], column)
+
+
+@kernel
+def _transform_rows(found: np.ndarray, first: int, transform: np.ndarray, row: np.ndarray) -> None:
+    """Do the same in all rows."""
+    k = len(row)
+    for i in range(len(found)):
+        copy(found[i, first : first + k], row)
+        for j in range(k):
+            found[i, first + j] = total(transform[j], row)
 
 
 def masses_memory_size(tables: Tables, flexible: FlexibleTables) -> int:

@@ -26,8 +26,7 @@ from kanefe.kernels.algebra.vectors import (
 )
 from kanefe.kernels.compiler._numba import expanded, inlined, kernel
 from kanefe.kernels.compiler.arrays import Integers, RealBlocks, RealRows, Reals
-from kanefe.kernels.compiler.entries import built_first, entry
-from kanefe.kernels.compiler.signatures import Variant
+from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.layout import (
     AXES,
     COORDINATES,
@@ -232,7 +231,7 @@ def _put_rigid_motions(
 BALANCE_TIME = 0
 
 
-@entry(Variant(has_flexible=True))
+@entry()
 def balance(
     t: float,
     tables: Tables,
@@ -262,8 +261,7 @@ def balance(
         _put_rigid_motions(tables, work, integers, reals, vectors)
 
 
-@built_first
-@entry(Variant(has_flexible=True))
+@entry()
 def balances_of_states(
     tables: Tables,
     flexible: FlexibleTables,

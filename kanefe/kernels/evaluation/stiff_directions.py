@@ -18,7 +18,6 @@ from kanefe.kernels.algebra.vectors import copy, cross, matrix, plus, put_three,
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import Integers, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.compiler.signatures import Variant
 from kanefe.kernels.constraints.constraint_jacobian import walk_inward
 from kanefe.kernels.constraints.loop_tables import Loops
 from kanefe.kernels.constraints.row_wrenches import clear_all_forces
@@ -78,10 +77,10 @@ def directions_memory_size(between: LoadsBetween, speeds: int) -> int:
     return 2 * speeds + max(tangent_size(int(row[END_COUNT]), int(row[STATE_COUNT])) for row in between.loads)
 
 
-@entry(Variant(), Variant(has_flexible=True))
+@entry()
 def put_directions(
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     between: LoadsBetween,
     loops: Loops,
     drives: RealRows,
@@ -136,7 +135,7 @@ def _respond(
     between: LoadsBetween,
     n: int,
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     wrenches: np.ndarray,
     workspace: Workspace,
     du: np.ndarray,
@@ -161,7 +160,7 @@ def _put_row(
     between: LoadsBetween,
     n: int,
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     share: float,
     along: np.ndarray,
     free: int,
@@ -193,7 +192,7 @@ def _put_row(
 
 @kernel
 def _over_speeds(
-    tables: Tables, flexible: FlexibleTables | None, work: np.ndarray, row: np.ndarray, found: np.ndarray
+    tables: Tables, flexible: FlexibleTables, work: np.ndarray, row: np.ndarray, found: np.ndarray
 ) -> None:
     """Replace what a row has in N, and of modes of unit mass, by what it has of the speeds."""
     rows = tables.rows
@@ -207,12 +206,11 @@ def _over_speeds(
                 put_three(row, speed, rotated_back(matrix(tables.geometry, i, AXES), force))
                 speed += 3
             put_three(row, speed, rotated_back(matrix(work, i, R), three(row, speed)))
-    if flexible is not None:
-        for f in range(len(flexible.bodies)):
-            body = flexible.bodies[f]
-            k, first = body[COUNT], body[DETA]
-            if body[TRANSFORM] >= 0:
-                transform = flexible.pool[body[TRANSFORM] : body[TRANSFORM] + k * k].reshape(k, k)
-                for j in range(k):
-                    found[j] = total(transform[j], row[first : first + k])
-                copy(found[:k], row[first : first + k])
+    for f in range(len(flexible.bodies)):
+        body = flexible.bodies[f]
+        k, first = body[COUNT], body[DETA]
+        if body[TRANSFORM] >= 0:
+            transform = flexible.pool[body[TRANSFORM] : body[TRANSFORM] + k * k].reshape(k, k)
+            for j in range(k):
+                found[j] = total(transform[j], row[first : first + k])
+            copy(found[:k], row[first : first + k])

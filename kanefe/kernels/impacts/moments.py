@@ -12,7 +12,6 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import Filler, Reals
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.compiler.signatures import Variant
 from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW
 from kanefe.kernels.constraints.contact_margins import Looked, find_forces
 from kanefe.kernels.constraints.loop_tables import (
@@ -92,7 +91,7 @@ class ContactScene(NamedTuple):
     held: Reals
 
 
-@entry(Variant(has_flexible=True))
+@entry()
 def look_at_points(
     looked: Looked,
     loops: Loops,

@@ -61,7 +61,7 @@ from kanefe.kernels.loads.reach import (
 def add_loads_between(
     between: LoadsBetween,
     rows: np.ndarray,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     t: float,
     inputs: np.ndarray,
     states: np.ndarray,
@@ -137,7 +137,7 @@ def decay(between: LoadsBetween, first: int, count: int, states: np.ndarray, rat
 @inlined
 def potential_between(
     between: LoadsBetween,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     t: float,
     inputs: np.ndarray,
     states: np.ndarray,
@@ -169,7 +169,7 @@ def evaluate_load(
     between: LoadsBetween,
     n: int,
     first_gathered: int,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     t: float,
     inputs: np.ndarray,
     states: np.ndarray,
@@ -199,7 +199,7 @@ def evaluate_load(
             ends[at + A + c] = axes[c]
         put_three(ends, at + V, v)
         put_three(ends, at + W, w)
-    if flexible is not None and between.loads[n, POINT_COUNT] > 0:
+    if between.loads[n, POINT_COUNT] > 0:
         put_points(between, n, first_gathered, flexible, work, ends, workspace)
     out[:] = 0.0
     address = between.addresses[n, COMPLEX if np.iscomplexobj(work) else REAL]
@@ -214,7 +214,7 @@ def apply_load(
     n: int,
     first_gathered: int,
     rows: np.ndarray,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     rates: np.ndarray,
     applied: np.ndarray,
     work: np.ndarray,
@@ -234,7 +234,7 @@ def apply_load(
         force, moment = three(out, WRENCHES + WRENCH * i), three(out, WRENCHES + WRENCH * i + 3)
         lever = lever_of(between.markers, first + i, row, work)
         push(rows, flexible, row, force, plus(moment, cross(lever, force)), work, modal)
-    if flexible is not None and between.loads[n, POINT_COUNT] > 0:
+    if between.loads[n, POINT_COUNT] > 0:
         take_shares(between, n, first_gathered, flexible, out, work, workspace)
     of_states = between.loads[n, FIRST_STATE]
     for i in range(between.loads[n, STATE_COUNT]):

@@ -42,7 +42,7 @@ AT, SPEED = range(2)
 
 
 class LoadsBetween(NamedTuple):
-    """Loads between frames of a scene; None in its place leaves out their code.
+    """Loads between frames of a scene.
 
     Attributes
     ----------

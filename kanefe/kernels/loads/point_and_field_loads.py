@@ -49,7 +49,7 @@ from kanefe.kernels.sweeps.elastic import project, span, transposed_product
 @kernel
 def push(
     rows: np.ndarray,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     i: int,
     force: Numbers,
     moment: Numbers,
@@ -59,7 +59,7 @@ def push(
     """Apply a force and a moment, about the row's origin in N, to a row; i = -1 is N, which does not move."""
     if i < 0:
         return
-    if flexible is not None and rows[i, KIND] == INTERFACE and not rows[i, CARRIES]:
+    if rows[i, KIND] == INTERFACE and not rows[i, CARRIES]:
         parent = rows[i, PARENT]
         body = flexible.bodies[rows[i, FLEXIBLE]]
         share_of_modes(flexible, rows, i, force, moment, work, modal, modal[span(body, WORK_FORCE)])
@@ -128,7 +128,7 @@ def point_load(tables: Tables, n: int, inputs: np.ndarray, work: np.ndarray) -> 
 
 @kernel
 def add_point_loads(
-    tables: Tables, flexible: FlexibleTables | None, inputs: np.ndarray, work: np.ndarray, modal: np.ndarray
+    tables: Tables, flexible: FlexibleTables, inputs: np.ndarray, work: np.ndarray, modal: np.ndarray
 ) -> Any:
     """Apply forces and torques; return their power."""
     power = 0.0 * work[0, R]

@@ -80,7 +80,7 @@ def basis_span(between: LoadsBetween, team: int, k: int) -> slice:
 @inlined
 def gather_points(
     between: LoadsBetween,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     team: int,
     first: int,
     last: int,
@@ -89,7 +89,7 @@ def gather_points(
     workspace: np.ndarray,
 ) -> None:
     """Write displacements and rates of the points of loads beside each other."""
-    if flexible is not None and team >= 0 and between.reach.teams[team, BODY] >= 0:
+    if team >= 0 and between.reach.teams[team, BODY] >= 0:
         body, width = flexible.bodies[between.reach.teams[team, BODY]], width_of(between, team)
         begin = between.loads[first, FIRST_POINT]
         size = width * (between.loads[last - 1, FIRST_POINT] + between.loads[last - 1, POINT_COUNT] - begin)
@@ -190,10 +190,10 @@ def take_shares(
 
 @inlined
 def clear_points(
-    between: LoadsBetween, flexible: FlexibleTables | None, n: int, first_gathered: int, workspace: np.ndarray
+    between: LoadsBetween, flexible: FlexibleTables, n: int, first_gathered: int, workspace: np.ndarray
 ) -> None:
     """Write no forces at the points of a load that does not act."""
-    if flexible is not None and between.loads[n, POINT_COUNT] > 0:
+    if between.loads[n, POINT_COUNT] > 0:
         width = width_of(between, between.loads[n, TEAM])
         at = width * (between.loads[n, FIRST_POINT] - between.loads[first_gathered, FIRST_POINT])
         at += between.workspace_size[NEAR]
@@ -204,7 +204,7 @@ def clear_points(
 @inlined
 def push_points(
     between: LoadsBetween,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     team: int,
     first: int,
     last: int,
@@ -212,7 +212,7 @@ def push_points(
     workspace: np.ndarray,
 ) -> None:
     """Apply forces at the points of loads beside each other to the modes."""
-    if flexible is not None and team >= 0 and between.reach.teams[team, BODY] >= 0:
+    if team >= 0 and between.reach.teams[team, BODY] >= 0:
         body, width = flexible.bodies[between.reach.teams[team, BODY]], width_of(between, team)
         begin = between.loads[first, FIRST_POINT]
         size = width * (between.loads[last - 1, FIRST_POINT] + between.loads[last - 1, POINT_COUNT] - begin)

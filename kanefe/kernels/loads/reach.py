@@ -134,9 +134,7 @@ def near_load(reach: Reach, i: int, out: np.ndarray) -> int:
 
 
 @inlined
-def find_near(
-    reach: Reach, flexible: FlexibleTables | None, work: np.ndarray, modal: np.ndarray, out: np.ndarray
-) -> int:
+def find_near(reach: Reach, flexible: FlexibleTables, work: np.ndarray, modal: np.ndarray, out: np.ndarray) -> int:
     """Write how near all loads are, and in rising order the swept ones that are; return how many these are."""
     place_balls(reach, flexible, work, modal, out)
     nearness = out[nearness_at(reach) : _near_at(reach)]
@@ -216,16 +214,13 @@ def place_of_pair(pairs: np.ndarray, pair: int) -> int:
 
 
 @inlined
-def place_balls(
-    reach: Reach, flexible: FlexibleTables | None, work: np.ndarray, modal: np.ndarray, out: np.ndarray
-) -> None:
+def place_balls(reach: Reach, flexible: FlexibleTables, work: np.ndarray, modal: np.ndarray, out: np.ndarray) -> None:
     """Write centres in N and radii of all balls, grown by what their bodies are displaced."""
     grown = BALL * len(reach.balls)
-    if flexible is not None:
-        for s in range(len(reach.swells)):
-            body, at = flexible.bodies[reach.swells[s, 0]], reach.swells[s, 1]
-            eta = modal[span(body, WORK_ETA)]
-            out[grown + s] = weighed_sizes(reach.weights[at : at + body[COUNT]], eta)
+    for s in range(len(reach.swells)):
+        body, at = flexible.bodies[reach.swells[s, 0]], reach.swells[s, 1]
+        eta = modal[span(body, WORK_ETA)]
+        out[grown + s] = weighed_sizes(reach.weights[at : at + body[COUNT]], eta)
     for b in range(len(reach.balls)):
         row, swell = reach.balls[b, BALL_ROW], reach.balls[b, SWELL]
         centre, radius = vector(reach.centres, b, 0), reach.centres[b, 3]

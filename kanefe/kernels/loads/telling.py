@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from kanefe.kernels.compiler.arrays import Integers, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.compiler.signatures import Variant
 from kanefe.kernels.force_elements.places import END_NUMBERS
 from kanefe.kernels.layout import COORDINATES, MODAL_SIZE, SPEEDS, STATES, WORK, FlexibleTables, Tables
 from kanefe.kernels.loads.loads_between import evaluate_load
@@ -13,7 +12,7 @@ from kanefe.kernels.loads.points import gather_points
 from kanefe.kernels.sweeps.outward import sweep_outward
 
 
-@entry(Variant(has_flexible=True))
+@entry()
 def tell_states(
     tables: Tables,
     flexible: FlexibleTables,

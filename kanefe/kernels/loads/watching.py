@@ -8,7 +8,6 @@ from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.arrays import Integers, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.compiler.signatures import Variant
 from kanefe.kernels.contact.broad_phase import BALL
 from kanefe.kernels.force_elements.places import END_NUMBERS
 from kanefe.kernels.layout import COORDINATES, MODAL_SIZE, SPEEDS, STATES, WORK, FlexibleTables, Tables
@@ -37,10 +36,10 @@ PATH_NUMBERS = 10
 along an axis."""
 
 
-@entry(Variant(), Variant(has_flexible=True))
+@entry()
 def watch_states(
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     between: LoadsBetween,
     counts: Integers,
     far: RealRows,
@@ -198,7 +197,7 @@ def path_size(between: LoadsBetween) -> int:
     return 4 * len(between.loads) + PATH_NUMBERS * between.reach.sizes[SWEPT_BALLS]
 
 
-def watch_memory_size(tables: Tables, flexible: FlexibleTables | None, between: LoadsBetween) -> int:
+def watch_memory_size(tables: Tables, flexible: FlexibleTables, between: LoadsBetween) -> int:
     """Return how many numbers the memory of `watch_states` has."""
-    modes = 0 if flexible is None else int(flexible.sizes[MODAL_SIZE])
+    modes = int(flexible.sizes[MODAL_SIZE])
     return WORK * len(tables.rows) + modes + int(between.workspace_size[WHOLE] + path_size(between))

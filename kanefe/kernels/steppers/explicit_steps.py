@@ -12,7 +12,7 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import ADVANCE, INTERPOLATE
-from kanefe.kernels.compiler.entries import built_first, pointer
+from kanefe.kernels.compiler.entries import pointer
 from kanefe.kernels.steppers.step_commands import (
     ACCEPTED,
     AT,
@@ -148,7 +148,6 @@ def _passes_singular_position(reals: np.ndarray) -> bool:
     return True
 
 
-@built_first
 @pointer(ADVANCE)
 def advance_explicitly(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Continue with an explicit method: see `kanefe.kernels.steppers.step_commands`."""
@@ -218,7 +217,6 @@ def advance_explicitly(integers: np.ndarray, reals: np.ndarray, vectors: np.ndar
     return _stage(integers, reals, vectors, table, stage + 1)
 
 
-@built_first
 @pointer(INTERPOLATE)
 def interpolate_explicitly(
     integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, t: float, out: np.ndarray

@@ -17,7 +17,7 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import ADVANCE
-from kanefe.kernels.compiler.entries import built_first, pointer
+from kanefe.kernels.compiler.entries import pointer
 from kanefe.kernels.steppers.extrapolation_dense import (
     AIM,
     COLUMN,
@@ -230,7 +230,6 @@ def _choose_next(integers: np.ndarray, reals: np.ndarray) -> None:
     reals[NEXT_STEP] = max(proposed, reals[NEXT_STEP]) if step < reals[NEXT_STEP] else proposed
 
 
-@built_first
 @pointer(ADVANCE)
 def advance_extrapolating(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Continue the method: see `kanefe.kernels.steppers.step_commands`."""

@@ -12,7 +12,7 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import INTERPOLATE
-from kanefe.kernels.compiler.entries import built_first, pointer
+from kanefe.kernels.compiler.entries import pointer
 from kanefe.kernels.steppers.step_commands import (
     AT,
     OF_METHOD,
@@ -68,7 +68,6 @@ def derive(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> None
         rest[c] = sign * (vectors[STATE, c] - at_start)
 
 
-@built_first
 @pointer(INTERPOLATE)
 def interpolate_extrapolating(
     integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, t: float, out: np.ndarray

@@ -23,7 +23,7 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import ADVANCE
-from kanefe.kernels.compiler.entries import built_first, pointer
+from kanefe.kernels.compiler.entries import pointer
 from kanefe.kernels.steppers.directions_wanted import DIRECTIONS, MOST_DIRECTIONS, SHARE_OF_RATES
 from kanefe.kernels.steppers.generalised_alpha_state import (
     AHEAD_SHARE,
@@ -407,7 +407,6 @@ def _accept(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int
     return accept(integers, reals, vectors, vectors[NEW])
 
 
-@built_first
 @pointer(ADVANCE)
 def advance_generalised_alpha(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Continue the method: see `kanefe.kernels.steppers.step_commands`."""

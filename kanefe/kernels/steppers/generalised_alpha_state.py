@@ -20,7 +20,7 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import INTERPOLATE
-from kanefe.kernels.compiler.entries import built_first, pointer
+from kanefe.kernels.compiler.entries import pointer
 from kanefe.kernels.steppers.directions_wanted import BEHIND_DIRECTIONS, REALS_BEHIND_DIRECTIONS, SHARE_OF_RATES
 from kanefe.kernels.steppers.mixing import ROWS_OF_MIXING
 from kanefe.kernels.steppers.step_commands import (
@@ -205,7 +205,6 @@ def put_ahead(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> N
     reals[TIME_AT] = reals[TIME] + e
 
 
-@built_first
 @pointer(INTERPOLATE)
 def interpolate_generalised_alpha(
     integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, t: float, out: np.ndarray

@@ -11,7 +11,7 @@ from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import Filler, IntegerRows, Prepared, RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
-from kanefe.kernels.compiler.entries import built_first, entry
+from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import (
     AT_TIME,
@@ -121,7 +121,6 @@ class Scene(NamedTuple):
     asked: Reals
 
 
-@built_first
 @entry()
 def integrate(scene: Scene, run: Run, vectors: RealRows) -> tuple[int, float]:
     """Continue with a run until its method wants what is not to be had here.

@@ -17,7 +17,7 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import ADVANCE
-from kanefe.kernels.compiler.entries import built_first, pointer
+from kanefe.kernels.compiler.entries import pointer
 from kanefe.kernels.steppers.radau_polynomial import (
     CHANGES,
     CORRECTION,
@@ -278,7 +278,6 @@ def _finish(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int
     return accept(integers, reals, vectors, new)
 
 
-@built_first
 @pointer(ADVANCE)
 def advance_radau(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Continue the method: see `kanefe.kernels.steppers.step_commands`."""

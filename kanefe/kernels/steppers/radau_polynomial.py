@@ -11,7 +11,7 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import INTERPOLATE
-from kanefe.kernels.compiler.entries import built_first, pointer
+from kanefe.kernels.compiler.entries import pointer
 from kanefe.kernels.steppers.step_commands import (
     MAP,
     MAP_SIZE,
@@ -57,7 +57,6 @@ def guess_changes(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, 
         vectors[CHANGES : CHANGES + STAGES] = 0.0
 
 
-@built_first
 @pointer(INTERPOLATE)
 def interpolate_radau(
     integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, t: float, out: np.ndarray

@@ -15,7 +15,7 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
 from kanefe.kernels.compiler.arrays import Advance, Integers, Interpolate, RealRows, Reals
-from kanefe.kernels.compiler.entries import built_first, entry
+from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.evaluation.bending import watch_bends
 from kanefe.kernels.steppers.step_times import CLOCK, LAST_LOOK, look_at_clock
 from kanefe.kernels.sweeps.advance import put_turned
@@ -389,14 +389,12 @@ def turn(integers: np.ndarray, q: np.ndarray, h: float, speeds: np.ndarray, firs
         changes[at + 3] += e0 * z + e1 * y - e2 * x
 
 
-@built_first
 @entry()
 def next_command(run: Run, vectors: RealRows) -> int:
     """Return the next command of a method, for a loop in Python: see `go_on`."""
     return go_on(run, vectors)
 
 
-@built_first
 @entry()
 def interpolated(
     interpolate: Interpolate, integers: Integers, reals: Reals, vectors: RealRows, table: RealRows, t: float, out: Reals

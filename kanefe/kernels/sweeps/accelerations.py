@@ -55,7 +55,7 @@ from kanefe.kernels.sweeps.modal_elimination import modal_accelerations
 @kernel
 def sweep_accelerations(
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     applied: np.ndarray,
     work: np.ndarray,
     modal: np.ndarray,
@@ -69,7 +69,7 @@ def sweep_accelerations(
         if rows[i, KIND] == INTERFACE:  # its body has written it
             continue
         accelerate_link(tables, i, applied, work, du)
-        if flexible is not None and rows[i, FLEXIBLE] >= 0:
+        if rows[i, FLEXIBLE] >= 0:
             modal_accelerations(flexible, rows[i, FLEXIBLE], work, modal, border, is_implicit, du)
 
 

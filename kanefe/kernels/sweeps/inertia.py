@@ -33,11 +33,11 @@ from kanefe.kernels.sweeps.exact_beam_inertia import set_exact
 
 
 @kernel
-def set_inertia(tables: Tables, flexible: FlexibleTables | None, work: np.ndarray, modal: np.ndarray) -> None:
+def set_inertia(tables: Tables, flexible: FlexibleTables, work: np.ndarray, modal: np.ndarray) -> None:
     """Write inertia, force and moment of all rows: those of their bodies alone."""
     rows, geometry, gravity = tables.rows, tables.geometry, tables.gravity
     for i in range(len(rows)):
-        if flexible is not None and rows[i, KIND] != INTERFACE and rows[i, FLEXIBLE] >= 0:
+        if rows[i, KIND] != INTERFACE and rows[i, FLEXIBLE] >= 0:
             f = rows[i, FLEXIBLE]
             if flexible.bodies[f, EXACT] >= 0:
                 set_exact(flexible, f, i, work, modal)

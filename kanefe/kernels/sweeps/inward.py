@@ -73,7 +73,7 @@ def has_inverse(S: Numbers, inverse: Numbers) -> bool:
 @kernel
 def sweep_inward(
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     applied: np.ndarray,
     work: np.ndarray,
     modal: np.ndarray,
@@ -96,7 +96,7 @@ def sweep_inward(
     for i in range(len(rows) - 1, -1, -1):
         if rows[i, KIND] == INTERFACE:  # its body takes what it carries
             continue
-        if flexible is not None and rows[i, FLEXIBLE] >= 0:
+        if rows[i, FLEXIBLE] >= 0:
             eliminate_modes(rows, flexible, rows[i, FLEXIBLE], work, modal, border, is_implicit)
         is_regular = eliminate_joint(tables, i, applied, work, is_implicit, added) and is_regular
     return is_regular
@@ -228,7 +228,7 @@ def moved_freely(i: int, force: Numbers, moment: Numbers, work: np.ndarray) -> t
 @kernel
 def sweep_forces_inward(
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     applied: np.ndarray,
     work: np.ndarray,
     modal: np.ndarray,
@@ -240,7 +240,7 @@ def sweep_forces_inward(
     for i in range(len(rows) - 1, -1, -1):
         if rows[i, KIND] == INTERFACE:
             continue
-        if flexible is not None and rows[i, FLEXIBLE] >= 0:
+        if rows[i, FLEXIBLE] >= 0:
             eliminate_modal_forces(flexible, rows[i, FLEXIBLE], work, modal, border, is_implicit)
         hand_through_joint(tables, i, applied, work)
 

@@ -27,8 +27,7 @@ from kanefe.kernels.algebra.vectors import (
 )
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import RealBlocks, RealRows, Reals
-from kanefe.kernels.compiler.entries import built_first, entry
-from kanefe.kernels.compiler.signatures import Variant
+from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.layout import (
     ABOUT,
     ALONG,
@@ -105,7 +104,7 @@ def moved(work: np.ndarray, i: int, w: Numbers, remainder: Numbers, velocity: Nu
 @kernel
 def sweep_outward(
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     drives: np.ndarray,
     q: np.ndarray,
     u: np.ndarray,
@@ -120,7 +119,7 @@ def sweep_outward(
     for i in range(len(rows)):
         kind, parent, at = rows[i, KIND], rows[i, PARENT], rows[i, COORDINATE]
         axes_of_parent = identity if parent < 0 else matrix(work, parent, R)
-        if flexible is not None and kind == INTERFACE:
+        if kind == INTERFACE:
             _interface(flexible, rows, i, vector(geometry, i, PLACE), matrix(geometry, i, AXES), work, modal)
             continue
         axes = product(axes_of_parent, matrix(geometry, i, AXES))
@@ -172,7 +171,7 @@ def sweep_outward(
         put(work, i, OMEGA, w)
         put(work, i, Z, remainder)
         put(work, i, Y, turn)
-        if flexible is not None and rows[i, FLEXIBLE] >= 0:
+        if rows[i, FLEXIBLE] >= 0:
             modal_state(flexible, rows[i, FLEXIBLE], q, u, modal)
             if flexible.bodies[rows[i, FLEXIBLE], EXACT] >= 0:
                 move_sections(flexible, rows[i, FLEXIBLE], modal)
@@ -248,11 +247,10 @@ def _interface(
     put_matrix(work, i, TANGENT, T)
 
 
-@built_first
-@entry(Variant(), Variant(has_flexible=True))
+@entry()
 def motions_of_rows(
     tables: Tables,
-    flexible: FlexibleTables | None,
+    flexible: FlexibleTables,
     drives: RealBlocks,
     states: RealRows,
     rates: RealRows,
@@ -303,6 +301,6 @@ def motions_of_rows(
             accumulate(found[k], i, 21, vector(work, i, OMEGA))
 
 
-def motion_memory_size(tables: Tables, flexible: FlexibleTables | None) -> int:
+def motion_memory_size(tables: Tables, flexible: FlexibleTables) -> int:
     """Return how many numbers the memory of `motions_of_rows` has."""
-    return WORK * len(tables.rows) + (0 if flexible is None else int(flexible.sizes[MODAL_SIZE]))
+    return WORK * len(tables.rows) + int(flexible.sizes[MODAL_SIZE])

@@ -10,7 +10,7 @@ from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW, ROW_NUMBERS
 from kanefe.kernels.constraints.loop_tables import CONSTRAINT_INTEGERS, Loops, no_loops
 from kanefe.kernels.constraints.tolerances import LARGEST_STEP
 from kanefe.kernels.contact.rigid_points import HAS_MARK, OF_PROBE, ON_SURFACE, STATUS
-from kanefe.kernels.layout import FlexibleTables, Tables, no_flexible
+from kanefe.kernels.layout import FlexibleTables, Tables
 from kanefe.kernels.loads.markers import MARKER_NUMBERS
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.rigid_point_tables import rigid_points
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from kanefe.constraints.rows import Constraint, Row
 
 
-def loop_tables(builder: FrameOffsets, tables: Tables, flexible: FlexibleTables | None) -> Loops:
+def loop_tables(builder: FrameOffsets, tables: Tables, flexible: FlexibleTables) -> Loops:
     """Return the tables of the rows of all constraints."""
     model = builder.model
     if not model.is_constrained:
@@ -73,7 +73,7 @@ def loop_tables(builder: FrameOffsets, tables: Tables, flexible: FlexibleTables 
         moves=LARGEST_STEP * joint_scales(model, length),
         limits=np.array([RANK_TOLERANCE, length]),
         points=points,
-        paths=row_paths(rows, speeds, tables, flexible or no_flexible()),
+        paths=row_paths(rows, speeds, tables, flexible),
     )
 
 

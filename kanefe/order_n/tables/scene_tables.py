@@ -125,8 +125,8 @@ class TableBuilder(FrameOffsets):
         for number, body in enumerate(model.bodies):
             self._add_body(number, body, wanted[number])
 
-    def tables(self) -> tuple[Tables, FlexibleTables | None]:
-        """Return the tables, and those of flexible bodies if there are any."""
+    def tables(self) -> tuple[Tables, FlexibleTables]:
+        """Return the tables, and those of flexible bodies, which are empty where there are none."""
         model = self.model
         point_loads, joint_forces = point_load_tables(self), joint_force_tables(self)
         tables = Tables(
@@ -140,11 +140,9 @@ class TableBuilder(FrameOffsets):
             sizes=np.array((model.coordinate_count, model.free_count, model.driven_count, model.state_count)),
             numbers=np.concatenate((*self._of_links.parts, np.zeros(0))),
         )
-        if not self._bodies:
-            return tables, None
         return tables, FlexibleTables(
             bodies=np.array(self._bodies, dtype=np.int64).reshape(-1, BODY_INTEGERS),
-            pool=np.concatenate(self._pool.parts),
+            pool=np.concatenate((*self._pool.parts, np.zeros(0))),
             carrying=np.array(self._carrying, dtype=np.int64),
             fields=np.array(self._fields, dtype=np.int64).reshape(-1, 7),
             sizes=np.array((self._modal, self._border, SLOPE_CODES[model.slopes.name])),

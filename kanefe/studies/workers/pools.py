@@ -17,7 +17,7 @@ from types import FrameType
 from typing import Any, Protocol
 
 from kanefe.errors import ModelError, SimulationError
-from kanefe.kernels.compiler.side_by_side import processors_here
+from kanefe.kernels.compiler.processors import processors_here
 from kanefe.storage.functions_by_value import dumps_by_value
 from kanefe.studies.workers.work import Work
 

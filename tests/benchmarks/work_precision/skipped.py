@@ -1,7 +1,5 @@
 """The skips, each as a scene that is run with and without it.
 
-Where a skip is code that is left out, the other run has that code and nothing for it to do.
-
 What skipping saves: each skip of a scene that needs less, timed with and without it, and that both agree.
 """
 
@@ -26,7 +24,7 @@ from kanefe.bodies.flexible import FlexibleBody
 from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
 from kanefe.integrate.run import integrate
-from kanefe.kernels.layout import COUNT, DAMPING, no_flexible
+from kanefe.kernels.layout import COUNT, DAMPING
 from kanefe.order_n.route import OrderN
 from kanefe.result import Result
 
@@ -86,23 +84,13 @@ def planar(rounds: int) -> Skip:
     return _of_steps(what, CHAIN, partial(_chain, "y"), to_space, STEP, rounds)
 
 
-def elastic(rounds: int) -> Skip:
-    """Leave out elastic code, or have it for no body."""
-
-    def with_code(model: Model) -> None:
-        order_n = _tables_of(model)
-        order_n.flexible = no_flexible()
-
-    return _of_steps("elastic code without flexible bodies", CHAIN, _chain, with_code, STEP, rounds)
-
-
 def damping(rounds: int) -> Skip:
     """Leave out the product with the damping matrix where C = 0, or multiply by zeros."""
 
     def with_zeros(model: Model) -> None:
         order_n = _tables_of(model)
         flexible = order_n.flexible
-        if flexible is None or flexible.bodies[0, DAMPING] != -1:
+        if len(flexible.bodies) == 0 or flexible.bodies[0, DAMPING] != -1:
             raise SimulationError("the bar of S4 should be flexible and without damping")
         bodies, k = flexible.bodies.copy(), int(flexible.bodies[0, COUNT])
         bodies[0, DAMPING] = len(flexible.pool)
@@ -147,7 +135,6 @@ def cached(rounds: int) -> Skip:
 SKIPS: dict[str, Callable[[int], Skip]] = {
     "imports": imports,
     "planar": planar,
-    "elastic": elastic,
     "damping": damping,
     "forces": forces,
     "cached": cached,

@@ -1,0 +1,147 @@
+"""Libraries of machine code: which functions each has, and what names its file.
+
+A kernel that several functions of a library call is compiled once. The engine has all functions of real numbers that
+runs and analyses of any scene call, and a library of its own those of complex numbers, which give exact derivatives. A
+method of integration, and a law of a load or a joint, is a small library by itself. A file is named by a stamp of what
+it was made from: the files of kernels that the functions' own import, directly or not, so that an edit makes again what
+depends on it and nothing else.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+PACKAGE = Path(__file__).parents[1]
+
+_ENGINE = """
+    compiler.filling constraints.closing constraints.contact_margins evaluation.evaluation evaluation.derivatives
+    evaluation.forces evaluation.masses evaluation.momenta evaluation.replay evaluation.stiff_directions events.lookout
+    events.steps_with_events impacts.cones impacts.contact_changes impacts.moments loads.telling loads.watching
+    planar.evaluation steppers.integration steppers.sampling steppers.step_commands sweeps.outward
+"""
+
+ENGINE = "engine"
+"""Name of the library of what runs and analyses of any scene call."""
+
+SHARED = {
+    ENGINE: _ENGINE,
+    "explicit": "steppers.explicit_steps",
+    "extrapolation": "steppers.extrapolation steppers.extrapolation_dense",
+    "radau": "steppers.radau steppers.radau_polynomial",
+    "generalised_alpha": "steppers.generalised_alpha steppers.generalised_alpha_state",
+    "energy_momentum": "steppers.energy_momentum",
+}
+"""Libraries with functions of other modules than the one that they are named for, and these modules."""
+
+SECONDS = {"engine": 40.0, "engine-complex": 30.0}
+"""CPU time of building a library, s, where it is more than `LEAST_SECONDS`; see `kanefe.kernels.compiler.progress`."""
+
+LEAST_SECONDS = 1.5
+"""CPU time of building a library that is not listed, s."""
+
+IMPORT = b"\nfrom kanefe.kernels"
+
+ALWAYS = tuple(
+    f"compiler/{name}.py"
+    for name in (
+        "_numba",
+        "_numba_alone",
+        "_numba_arrays",
+        "_numba_change",
+        "_numba_module",
+        "_numba_objects",
+        "_numba_pointers",
+        "_numba_values",
+        "arrays",
+        "signatures",
+    )
+)
+"""Files of kernels on which every library depends."""
+
+NEVER = tuple(
+    f"compiler/{name}.py" for name in ("entries", "compiled_functions", "libraries", "processors", "side_by_side")
+)
+"""Files that call machine code and are not part of it."""
+
+
+def _modules(names: str) -> tuple[str, ...]:
+    return tuple(f"kanefe.kernels.{name}" for name in names.split())
+
+
+_LIBRARY_OF = {module: name for name, names in SHARED.items() for module in _modules(names)}
+
+
+class Library(NamedTuple):
+    """A library of machine code.
+
+    Attributes
+    ----------
+    name : str
+    modules : tuple of str
+        Those whose functions it has.
+    """
+
+    name: str
+    modules: tuple[str, ...]
+
+    @property
+    def file_name(self) -> str:
+        """First part of the name of its file, which identifies what it was made from."""
+        return f"{self.name}-{stamp(self.modules)}"
+
+    @property
+    def seconds(self) -> float:
+        """CPU time of building it, s."""
+        return SECONDS.get(self.name, LEAST_SECONDS)
+
+
+@cache
+def library_of(module: str, is_complex: bool) -> Library:
+    """Return the library that has the functions of a module of kernels, of real or of complex numbers."""
+    name = _LIBRARY_OF.get(module)
+    modules = (module,) if name is None else _modules(SHARED[name])
+    kind = "-complex" if is_complex else ""
+    return Library(f"{name or module.rpartition('.')[2]}{kind}", modules)
+
+
+@cache
+def stamp(modules: tuple[str, ...]) -> str:
+    """Return what names the files of kernels that modules of kernels are made from."""
+    found, wanted = set(ALWAYS), [*modules]
+    while wanted:
+        path = _path_in_package(wanted.pop())
+        if path not in found and path not in NEVER:
+            found.add(path)
+            wanted += _source(path).imports
+    lines = [f"{path} {_source(path).digest}\n" for path in sorted(found)]
+    return hashlib.sha256("".join(lines).encode()).hexdigest()[:16]
+
+
+@cache
+def _path_in_package(module: str) -> str:
+    name = module.removeprefix("kanefe.kernels").lstrip(".").replace(".", "/")
+    return f"{name}.py" if os.path.isfile(f"{PACKAGE}/{name}.py") else f"{name}/__init__.py".lstrip("/")
+
+
+class _Source(NamedTuple):
+    """A file of kernels: a digest of it, and the modules of kernels that it imports."""
+
+    digest: str
+    imports: tuple[str, ...]
+
+
+@cache
+def _source(path: str) -> _Source:
+    with open(f"{PACKAGE}/{path}", "rb") as file:
+        text = file.read()
+    return _Source(hashlib.sha256(text).hexdigest(), imports_of(text))
+
+
+def imports_of(text: bytes) -> tuple[str, ...]:
+    """Return the modules of kernels that a file imports, each once; a regular expression takes 4 ms for all files."""
+    found = (rest.partition(b" import")[0].decode() for rest in text.split(IMPORT)[1:])
+    return tuple(dict.fromkeys(f"kanefe.kernels{module}" for module in found))

@@ -1,0 +1,16 @@
+"""Processes that build for another end with it."""
+
+from __future__ import annotations
+
+import ctypes
+import signal
+import sys
+
+PARENT_DEATH_SIGNAL = 1
+"""Request of Linux's prctl: the signal that a process gets when its parent ends."""
+
+
+def end_with_parent() -> None:
+    """Have the system end this process when the one that made it ends, where it can (Linux)."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PARENT_DEATH_SIGNAL, signal.SIGKILL)
