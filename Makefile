@@ -16,6 +16,7 @@ demo: setup      ## set up, then run the demo (files under out/)
 	@bash .ci/in-env .venv kanefe demo
 
 test: kernels    ## set up, then run all the tests, on two cores
+	@bash .ci/setup.sh test
 	@KANEFE_TEST_REQUIRE="fenicsx gmsh dask urdf mjcf collision" bash .ci/in-env .venv python -m pytest -q -n 2 --dist loadfile
 
 test-latest:     ## the finite element tests on the newest dolfinx, in .venv-latest (Python >= 3.12)
@@ -42,7 +43,7 @@ bench-fem: kernels  ## the finite element side against Exudyn and dolfinx (some 
 player:          ## build the page that shows runs from its source and three.js of npm (needs node)
 	@bash .ci/player
 
-lint: setup      ## ruff, mypy and the contracts of the layers
+lint:            ## ruff, mypy and the contracts of the layers
 	@bash .ci/setup.sh dev
 	@bash .ci/in-env .venv ruff check .
 	@bash .ci/in-env .venv mypy
