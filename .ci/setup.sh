@@ -6,11 +6,12 @@ cd "$(dirname "$0")/.."
 . .ci/common.sh
 
 python=/usr/bin/python3
-# What pip's packages are fitted to: with these in place pip works while apt installs the rest, each on one core.
+# What pip's packages are fitted to: with these in place pip works while apt installs the rest, each on one core. scipy is not
+# among them: without dolfinx beside it, apt would bring another OpenBLAS.
 # OpenBLAS is 5 to 6 times faster here than Debian's default BLAS; its serial build does not fight with MPI over the cores.
-packages_first=(python3 python3-venv python3-numpy python3-scipy libopenblas0-serial)
+packages_first=(python3 python3-venv python3-numpy libopenblas0-serial)
 # libegl1 and libgl1-mesa-dri draw the pictures of reports where there is no screen.
-packages=(python3-dolfinx python3-dolfinx-real python3-gmsh python3-h5py gcc libc6-dev libegl1 libgl1-mesa-dri)
+packages=(python3-scipy python3-dolfinx python3-dolfinx-real python3-gmsh python3-h5py gcc libc6-dev libegl1 libgl1-mesa-dri)
 elsewhere="elsewhere 'pip install .' in an environment of Python 3.11-3.13 gives everything but mesh assembly, then: kanefe demo --body beam"
 
 check_system() {
@@ -44,14 +45,15 @@ PYTHON
 }
 
 # Debian's h5py goes by a name that pip does not know (h5py.-debian-h5py-serial), and PyPI's brings a second HDF5 that
-# cannot live in one process with dolfinx's: so it is taken off the list. $1 is an extra.
+# cannot live in one process with dolfinx's: so it is taken off the list, as scipy is, which apt may still be bringing. $1 is an
+# extra.
 write_requirements() {
   "$python" - "$1" <<'PYTHON'
 import re, sys, tomllib
 
 project = tomllib.load(open("pyproject.toml", "rb"))["project"]
 for requirement in project["dependencies"] + project["optional-dependencies"][sys.argv[1]]:
-    if re.split(r"[^\w-]", requirement)[0] not in ("h5py", project["name"]):
+    if re.split(r"[^\w-]", requirement)[0] not in ("h5py", "scipy", project["name"]):
         print(requirement)
 PYTHON
 }
