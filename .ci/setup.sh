@@ -7,11 +7,11 @@ cd "$(dirname "$0")/.."
 
 python=/usr/bin/python3
 # What pip's packages are fitted to: with these in place pip works while apt installs the rest, each on one core. scipy is not
-# among them: without dolfinx beside it, apt would bring another OpenBLAS.
+# among them, and comes by dolfinx: asked for before it, apt brings another OpenBLAS beside the serial one.
 # OpenBLAS is 5 to 6 times faster here than Debian's default BLAS; its serial build does not fight with MPI over the cores.
 packages_first=(python3 python3-venv python3-numpy libopenblas0-serial)
 # libegl1 and libgl1-mesa-dri draw the pictures of reports where there is no screen.
-packages=(python3-scipy python3-dolfinx python3-dolfinx-real python3-gmsh python3-h5py gcc libc6-dev libegl1 libgl1-mesa-dri)
+packages=(python3-dolfinx python3-dolfinx-real python3-gmsh python3-h5py gcc libc6-dev libegl1 libgl1-mesa-dri)
 elsewhere="elsewhere 'pip install .' in an environment of Python 3.11-3.13 gives everything but mesh assembly, then: kanefe demo --body beam"
 
 check_system() {
