@@ -22,10 +22,11 @@ test: kernels    ## set up, then run all the tests, on two cores
 test-latest:     ## the finite element tests on the newest dolfinx, in .venv-latest (Python >= 3.12)
 	@bash .ci/test-latest
 
-test-install:    ## pip install ., the wheel and the sdist, each in a clean environment, and what they run
+test-install:    ## pip install ., the sdist and its wheel, each in a clean environment, and what they run
 	@bash .ci/test-install
 
 docs: kernels    ## the documents as a site, build/docs/html; runs their snippets and all examples
+	@bash .ci/setup.sh test
 	@bash .ci/docs
 
 stress: kernels  ## all robustness cases in full (40 minutes; OPTIONS="--quick --html FILE drift": some of them, shorter)
