@@ -1,6 +1,6 @@
 # make demo, make test: each does all the set-up it needs. On Debian 12 or newer, as root or with sudo.
 .DEFAULT_GOAL := help
-.PHONY: help setup kernels demo test test-latest test-install docs stress bench bench-engine bench-fem player lint clean
+.PHONY: help setup kernels with-tests demo test test-latest test-install docs stress bench bench-engine bench-fem player lint clean
 
 help:            ## this list
 	@sed -n 's/^\([a-z-]*\): *\(.*\)## */  make \1\t/p' Makefile | expand -t 22
@@ -11,38 +11,41 @@ setup:           ## Debian's FEniCSx and gmsh, and the environment .venv
 kernels: setup   ## build the solver for this machine: what is there already is left
 	@bash .ci/in-env .venv python -m kanefe.kernels.compiler.build
 
+with-tests: kernels  # what tests, documents and benchmarks use beyond kanefe's own packages
+	@bash .ci/setup.sh test
+
 demo: setup      ## set up, then run the demo (files under out/)
 	@bash .ci/in-env .venv python -m kanefe.kernels.compiler.build --first
 	@bash .ci/in-env .venv kanefe demo
 
-test: kernels    ## set up, then run all the tests, on two cores
+test: with-tests ## set up, then run all the tests, on two cores
 	@KANEFE_TEST_REQUIRE="fenicsx gmsh dask urdf mjcf collision" bash .ci/in-env .venv python -m pytest -q -n 2 --dist loadfile
 
 test-latest:     ## the finite element tests on the newest dolfinx, in .venv-latest (Python >= 3.12)
 	@bash .ci/test-latest
 
-test-install:    ## pip install ., the wheel and the sdist, each in a clean environment, and what they run
+test-install:    ## pip install ., the sdist and its wheel, each in a clean environment, and what they run
 	@bash .ci/test-install
 
-docs: kernels    ## the documents as a site, build/docs/html; runs their snippets and all examples
+docs: with-tests ## the documents as a site, build/docs/html; runs their snippets and all examples
 	@bash .ci/docs
 
-stress: kernels  ## all robustness cases in full (40 minutes; OPTIONS="--quick --html FILE drift": some of them, shorter)
+stress: with-tests  ## all robustness cases in full (40 minutes; OPTIONS="--quick --html FILE drift": some of them, shorter)
 	@bash .ci/in-env .venv python tests/robustness/stress.py $(OPTIONS)
 
-bench: kernels   ## error against CPU time, and figures against goals and Exudyn (OPTIONS="--quick --peer --png FILE", "--figures")
+bench: with-tests   ## error against CPU time, and figures against goals and Exudyn (OPTIONS="--quick --peer --png FILE", "--figures")
 	@bash .ci/in-env .venv python tests/benchmarks/bench.py $(OPTIONS)
 
-bench-engine: kernels  ## the engine's figures against Exudyn and Pinocchio (some minutes; OPTIONS="--quick --json FILE")
+bench-engine: with-tests  ## the engine's figures against Exudyn and Pinocchio (some minutes; OPTIONS="--quick --json FILE")
 	@bash .ci/in-env .venv python tests/benchmarks/peer_engine.py $(OPTIONS)
 
-bench-fem: kernels  ## the finite element side against Exudyn and dolfinx (some minutes; OPTIONS="--large --json FILE")
+bench-fem: with-tests  ## the finite element side against Exudyn and dolfinx (some minutes; OPTIONS="--large --json FILE")
 	@bash .ci/in-env .venv python tests/benchmarks/fe_pipeline.py $(OPTIONS)
 
 player:          ## build the page that shows runs from its source and three.js of npm (needs node)
 	@bash .ci/player
 
-lint: setup      ## ruff, mypy and the contracts of the layers
+lint:            ## ruff, mypy and the contracts of the layers
 	@bash .ci/setup.sh dev
 	@bash .ci/in-env .venv ruff check .
 	@bash .ci/in-env .venv mypy

@@ -1,7 +1,8 @@
 # Sourced by the other scripts of this folder: messages, Debian packages, pip. Every failure ends in one sentence with a remedy.
 
 say() { printf '[kanefe] %s\n' "$*"; }
-die() { printf '[kanefe] error: %s\n' "$*" >&2; exit 1; }
+# What works beside us ends first: the error is the last line.
+die() { [ -z "${beside:-}" ] || wait "$beside" || true; printf '[kanefe] error: %s\n' "$*" >&2; exit 1; }
 
 log_dir=${TMPDIR:-/tmp}
 
@@ -63,14 +64,11 @@ install_packages() {
   say "Debian packages installed in $((SECONDS - start)) s"
 }
 
-# pip_install PYTHON ARGUMENT...
+# pip_install PYTHON ARGUMENT...: a few tries, so that without a network it ends soon. Python compiles what it imports.
 pip_install() {
   local python=$1 start=$SECONDS
   shift
-  # A small package first: without a network pip would take minutes to give up on all of them.
-  quietly pip "$python" -m pip install --disable-pip-version-check --no-input --no-cache-dir --retries 2 --dry-run --ignore-installed --no-deps tqdm ||
-    die "pip cannot reach its package index; check the network and the configuration of pip, then run this again"
-  if ! quietly pip "$python" -m pip install --disable-pip-version-check --no-input "$@"; then
+  if ! quietly pip "$python" -m pip install --disable-pip-version-check --no-input --retries 3 --no-compile "$@"; then
     log_says 'no space left' && die "the disk is too full for the Python packages; free 1 GB and run this again"
     log_says "$no_network" && die "pip cannot reach its package index; check the network and the configuration of pip, then run this again"
     die "pip could not install the Python packages; the whole log is $log"
