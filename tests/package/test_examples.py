@@ -16,6 +16,9 @@ NEED_MESH = {
     "28_blade_cut_in_twelve",
 }
 LONG = {
+    "11_bracket_stress",
+    "14_campbell_diagram",
+    "19_beam_on_stops",
     "21_helicopter_on_a_deck",
     "22_helicopter_in_a_trap",
     "26_stress_of_a_solid_gear",
@@ -23,7 +26,7 @@ LONG = {
     "29_drop_of_a_compliant_gear",
     "31_cable_car",
 }
-"""Of 3 s and more."""
+"""Of 2 s and more."""
 
 
 def marked(path):

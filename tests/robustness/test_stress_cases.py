@@ -12,8 +12,11 @@ from robustness.stress import main
 
 NEEDS_MESH = {"slivers", "aspect-ratio", "incompressible", "unit-systems"}
 
-LONG = {"massless", "events", "large-steps", "determinism", "snap-through"}
-"""Cases whose short form takes 3 s and more."""
+LONG = {
+    *("massless", "events", "large-steps", "determinism", "snap-through"),
+    *("unit-systems", "sticking", "spin", "tethers", "stiffness-ratio"),
+}
+"""Cases whose short form takes more than a second."""
 
 
 def check(case: StressCase, effort: Effort) -> None:

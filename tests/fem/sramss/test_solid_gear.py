@@ -18,7 +18,7 @@ from kanefe_fem.sramss.gear import ALUMINIUM
 from kanefe_fem.sramss.spatial import SADDLES, SHOES
 from repository import ROOT
 
-pytestmark = [pytest.mark.fenicsx, pytest.mark.gmsh]
+pytestmark = [pytest.mark.fenicsx, pytest.mark.gmsh, pytest.mark.slow]
 
 THICK = {
     "RADIUS, WALL": "0.08, 0.0133",
