@@ -15,7 +15,6 @@ with-tests: kernels  # what tests, documents and benchmarks use beyond kanefe's 
 	@bash .ci/setup.sh test
 
 demo: setup      ## set up, then run the demo (files under out/)
-	@bash .ci/in-env .venv python -m kanefe.kernels.compiler.build --first
 	@bash .ci/in-env .venv kanefe demo
 
 test: with-tests ## set up, then run all the tests, on two cores

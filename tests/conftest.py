@@ -19,6 +19,12 @@ NEEDS = {
 # Set by `make test` and `make test-latest`, whose set-up brings these packages: a skip would hide a broken set-up.
 REQUIRED = os.environ.get("KANEFE_TEST_REQUIRE", "").split()
 
+# Where the surroundings forbid files of bytecode, each worker and each process that a test starts would compile anew
+# what it imports, and pytest what it rewrites: a tenth of the run.
+if sys.dont_write_bytecode:
+    sys.dont_write_bytecode = False
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for marker, module in NEEDS.items():

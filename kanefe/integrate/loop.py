@@ -289,7 +289,9 @@ class RunLoop:
             if sampler.has_alarm:
                 self._pace.check_drives()
             return
-        while not rows.is_full and (left := end - stepper.step_count) > 0:
+        # one step that is left of several is for the next go: the states within it, for which a call for one step may
+        # take evaluations, are not wanted, and where a go ends is a matter of time
+        while not rows.is_full and (left := end - stepper.step_count) > (most > 1):
             target, t = sampler.next, stepper.t
             if target <= t < rows.end:
                 y = sampler.sampled(t, stepper.state())

@@ -32,7 +32,9 @@ def sample_tables(
         own = [terms_of(model, reading) for reading in one.reads]
         function = one.function if isinstance(one.function, CompiledByNumba) else None
         is_plain = all(found is not None for found in own)
-        address = 0 if function is None or not is_plain else function.address(len(own), one.drive_count)
+        address = 0
+        if function is not None and is_plain:
+            address = function.address(len(own), one.drive_count, one.label)
         room = 1 if one.delay == 0.0 else math.ceil(one.delay / one.every) + 2
         first_drive = first_state + model.held[one.name].start
         row = len(terms), len(own) if is_plain else 0, first_drive, one.drive_count, memory, address

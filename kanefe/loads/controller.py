@@ -33,6 +33,11 @@ class Controller:
     drives: tuple[str, ...]
 
     @property
+    def label(self) -> str:
+        """What messages call it; compiled code of its function is kept under this."""
+        return f"controller {self.name!r}"
+
+    @property
     def drive_count(self) -> int:
         """Number of drives."""
         return len(self.drives)

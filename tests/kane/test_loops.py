@@ -167,9 +167,9 @@ def test_a_loop_is_carried_by_interfaces_and_joints():
 
 @pytest.mark.parametrize("method", ["dop853", "generalised-alpha"])
 def test_loops_stay_closed_over_many_turns(method):
-    """Turns of the crank, ten in eight seconds: no drift but round-off; energy to what the method gives."""
+    """Turns of the crank, more than one a second: no drift but round-off; energy to what the method gives."""
     scene, is_explicit = four_bar(speed=10.0), method == "dop853"
-    stop = 8.0 if is_explicit else 2.0  # the literal route takes ten times as long over the steps of the other
+    stop = 3.0 if is_explicit else 1.0  # the literal route takes ten times as long over the steps of the other
     result = scene.simulate((0.0, stop), method=method, rtol=1e-6 if is_explicit else 1e-5, output_step=0.5)
     model, run = result._channels.model, result._channels.trajectory
     assert abs(run.coordinates[-1, 0]) > 7.5 * stop
@@ -210,12 +210,12 @@ def test_energy_balances_with_drives_loops_and_flexible_bodies(seed):
     assert abs(result.energy.balance_error).max() < 1e-7 * abs(result.energy.total).max()
 
 
-@pytest.mark.parametrize("rtol", [1e-6, 1e-9, 1e-12])
-def test_a_parallelogram_passes_the_flat_position_on_its_branch(rtol):
-    """Both cranks stay parallel over several turns, whatever the steps: momentum decides, not round-off."""
-    run = parallelogram().simulate((0.0, 6.0), method="dop853", rtol=rtol, output_step=0.25)
+@pytest.mark.parametrize(("rtol", "stop"), [(1e-6, 6.0), (1e-9, 3.5), (1e-12, 2.0)])
+def test_a_parallelogram_passes_the_flat_position_on_its_branch(rtol, stop):
+    """Both cranks stay parallel through flat positions, whatever the steps: momentum decides, not round-off."""
+    run = parallelogram().simulate((0.0, stop), method="dop853", rtol=rtol, output_step=0.25)
     first, second = (run.joint_coordinates(f"crank{i}")[:, 0] for i in range(2))
-    assert abs(first[-1]) > 10
+    assert abs(first[-1]) > 6
     np.testing.assert_allclose(second, first, atol=1e-6)
 
 

@@ -1,4 +1,4 @@
-"""Every example runs as the user runs it and ends in one checked number."""
+"""Every example runs as the user runs it and ends in one checked number; `make docs` checks the long ones too."""
 
 import runpy
 
@@ -15,12 +15,30 @@ NEED_MESH = {
     "19_beam_on_stops",
     "28_blade_cut_in_twelve",
 }
+LONG = {
+    "11_bracket_stress",
+    "14_campbell_diagram",
+    "19_beam_on_stops",
+    "21_helicopter_on_a_deck",
+    "22_helicopter_in_a_trap",
+    "26_stress_of_a_solid_gear",
+    "28_blade_cut_in_twelve",
+    "29_drop_of_a_compliant_gear",
+    "31_cable_car",
+}
+"""Of 2 s and more."""
 
 
-@pytest.mark.parametrize(
-    "path",
-    [pytest.param(p, id=p.stem, marks=pytest.mark.fenicsx if p.stem in NEED_MESH else ()) for p in EXAMPLES],
-)
+def marked(path):
+    marks = [pytest.mark.fenicsx] if path.stem in NEED_MESH else []
+    return pytest.param(path, id=path.stem, marks=[*marks, pytest.mark.slow] if path.stem in LONG else marks)
+
+
+def test_the_sets_name_examples():
+    assert {path.stem for path in EXAMPLES} > NEED_MESH | LONG
+
+
+@pytest.mark.parametrize("path", map(marked, EXAMPLES))
 def test_example_ends_in_its_number(path, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     value, reference, tolerance = runpy.run_path(str(path))["checked"]

@@ -42,9 +42,6 @@ def notes() -> Iterator[tuple[str, ast.expr | None, str]]:
                     yield place, constant.value, " ".join(note.value.value.split())
 
 
-NOTES = list(notes())
-
-
 def is_number(value: ast.expr | None) -> bool:
     """Return whether a constant is a number or a tuple of numbers, possibly by arithmetic."""
     if isinstance(value, ast.Tuple):
@@ -69,8 +66,9 @@ def fault(value: ast.expr | None, text: str) -> str:
 
 
 def test_notes_name_quantity_and_unit() -> None:
-    assert len(NOTES) > 500
-    assert {place: (wrong, text) for place, value, text in NOTES if (wrong := fault(value, text))} == {}
+    found = list(notes())
+    assert len(found) > 500
+    assert {place: (wrong, text) for place, value, text in found if (wrong := fault(value, text))} == {}
 
 
 @pytest.mark.parametrize(

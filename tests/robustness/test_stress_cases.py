@@ -1,4 +1,4 @@
-"""The stress cases: all of them in their short form, and in full by ``pytest -m stress``."""
+"""The stress cases in their short form, the longer ones by `pytest -m slow`; in full by `pytest -m stress`."""
 
 from __future__ import annotations
 
@@ -12,6 +12,12 @@ from robustness.stress import main
 
 NEEDS_MESH = {"slivers", "aspect-ratio", "incompressible", "unit-systems"}
 
+LONG = {
+    *("massless", "events", "large-steps", "determinism", "snap-through"),
+    *("unit-systems", "sticking", "spin", "tethers", "stiffness-ratio"),
+}
+"""Cases whose short form takes more than a second."""
+
 
 def check(case: StressCase, effort: Effort) -> None:
     rows = list(run_case(case, effort))
@@ -21,24 +27,19 @@ def check(case: StressCase, effort: Effort) -> None:
         assert row.passed, f"{row.tried} ({row.note}): {row.figure} {row.worst:.3g} > {row.limit:.3g}, {row.reason}"
 
 
-def marked(case: StressCase) -> object:
+def marked(case: StressCase, *long: pytest.MarkDecorator) -> object:
     marks = [pytest.mark.fenicsx] if case.name in NEEDS_MESH else []
-    return pytest.param(case, marks=marks, id=case.name)
+    return pytest.param(case, marks=[*marks, *long] if case.name in LONG else marks, id=case.name)
 
 
-EACH = [marked(case) for case in CASES]
-
-
-@pytest.mark.slow
-@pytest.mark.timeout(1200)  # the longest takes two and a half minutes of a core that it has for itself
-@pytest.mark.parametrize("case", EACH)
+@pytest.mark.parametrize("case", [marked(case, pytest.mark.slow) for case in CASES])
 def test_in_short_form(case: StressCase) -> None:
     check(case, Effort(is_quick=True))
 
 
 @pytest.mark.stress
 @pytest.mark.timeout(1800)
-@pytest.mark.parametrize("case", EACH)
+@pytest.mark.parametrize("case", [marked(case) for case in CASES])
 def test_in_full(case: StressCase) -> None:
     check(case, Effort())
 
@@ -46,7 +47,7 @@ def test_in_full(case: StressCase) -> None:
 def test_every_case_has_a_name_of_its_own() -> None:
     names = [case.name.casefold() for case in CASES]
     assert len(set(names)) == len(names)
-    assert {*NEEDS_MESH, "spin-stiffening", "drift"} <= {*names}
+    assert {*NEEDS_MESH, *LONG, "spin-stiffening", "drift"} <= {*names}
 
 
 def test_the_command_refuses_what_is_not_there(capsys: pytest.CaptureFixture[str]) -> None:

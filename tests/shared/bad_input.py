@@ -6,6 +6,7 @@ each that is a fault.
 
 from __future__ import annotations
 
+import builtins
 import contextlib
 import io
 import itertools
@@ -19,6 +20,7 @@ import signal
 import sys
 import tempfile
 import traceback
+import typing
 import warnings
 from collections.abc import Callable, Iterator
 from fractions import Fraction
@@ -195,80 +197,6 @@ SAME = {
 """Other forms of good values, which are good too: of which, and how they are made."""
 
 
-REMEDY = re.compile(
-    r"Remedy|must|give |fitted to|is not the derivative|is not that of|gives \[|"
-    r"needs|has:|has none|known|there (is|are)|one of|there:|only|no such|"
-    r"expected|wants|instead|are:|takes|It has",
-    re.I,
-)
-
-
-SYNONYMS = {
-    "kanefe_fem.Orthotropic": ("nu",),
-    "kanefe_fem.Orthotropic.transversely_isotropic": ("nu",),
-    "kanefe_fem.cylinder_mesh": ("root",),
-    "kanefe_fem.rectangle_mesh": ("size",),
-    "kanefe_fem.solid_model": ("group", "material"),
-    "kanefe_fem.solid_body": ("group", "material"),
-    "kanefe_fem.read_mesh": ("mesh file",),
-    "kanefe_fem.segmented": ("mesh file", "fifo"),
-    "kanefe_fem.recover": ("stress",),
-    "kanefe.System.add_gear": ("gear",),
-    "kanefe.System.add_motor": ("motor",),
-    "kanefe.System.add_contact": ("surface",),
-    "kanefe.System.add_contacts": ("surface",),
-    "kanefe.Coulomb": ("coefficient",),
-    "kanefe.Krylov": ("frequency", "load", "number"),
-    "kanefe.FreeInterface": ("load",),
-    "kanefe.ModalDamping.ratios": ("modes",),
-    "kanefe.Result.plot": ("picture",),
-    "kanefe.StudyTable.column": ("column",),
-    "kanefe.Sea.state": ("states",),
-    "kanefe.Simulation.restore": ("save",),
-    "kanefe.Universal": ("axis",),
-    "kanefe.floquet": ("harmonics", "scene"),
-    "kanefe.shapes.Mesh": ("triangle",),
-    "kanefe.studies.interruptions": ("place",),
-    "kanefe.studies.Operability.plot": ("limit",),
-}
-"""Words by which messages of a function name its arguments, beside their own names."""
-
-BY_ARGUMENT = {
-    "angles": ("areas",),
-    "build": ("needs a system", "function"),
-    "checkpoint": ("write",),
-    "constants": ("function",),
-    "densities": ("spectrum",),
-    "dt": ("step",),
-    "find": ("body",),
-    "fixed": ("fixes",),
-    "generalised": ("matrix",),
-    "fps": ("every",),
-    "gravity": ("steep",),
-    "length": ("distribution",),
-    "limit": ("output",),
-    "mapping": ("file",),
-    "mass": ("file",),
-    "member": ("body",),
-    "mesh": ("pipe",),
-    "name": ("called",),
-    "omega": ("frequency",),
-    "path": ("file", "data set", "suffix", "draw", "page"),
-    "released": ("releases",),
-    "resume": ("checkpoint", "pipe"),
-    "scale": ("triangles", "points"),
-    "simulate": ("run",),
-    "speeds": ("body",),
-    "spectrum": ("spectra",),
-    "spreading": ("spread",),
-    "start": ("state",),
-    "store": ("study",),
-    "stiffness": ("file",),
-    "wind": ("waves",),
-}
-"""The same, for arguments that have one meaning wherever they are."""
-
-
 class Hang(BaseException):
     """A call that takes too long."""
 
@@ -278,6 +206,9 @@ NOT_BAD = {("dt", "many"), ("dt", "huge"), ("seed", "huge whole")}
 
 AS_GOOD = "good, "
 """Begins the names of cases whose value is good in another form."""
+
+MOST_SHOWN = 15
+"""Letters of a value by which a message is taken to show it; long ones are shortened."""
 
 MOST_LETTERS = 2000
 """Of a message."""
@@ -322,14 +253,41 @@ def cases(calls: dict[str, Callable[[], tuple[Callable[..., Any], dict[str, Any]
         yield Case(name, "no_such_argument", "zero")
 
 
-def names_it(message: str, case: Case, value: object) -> bool:
-    """Return whether a message names the argument, in its own or in plain words, or shows the value."""
-    told = message.lower().replace("-", " ").replace("_", " ")
-    plain = case.argument.lower().split("_")
-    words = ["".join(plain), " ".join(plain), *plain, *BY_ARGUMENT.get(case.argument, ()), *SYNONYMS.get(case.name, ())]
-    stems = [re.escape(re.sub("(ies|s)$", "", word)) + (r"\w*" if len(word) > 3 else r"s?\b") for word in words]
-    is_named = any(re.search(rf"\b{stem}", told) for stem in stems)
-    return is_named or (isinstance(value, (str, float)) and len(repr(value)) > 2 and repr(value)[:15] in message)
+COMMON = {*dir(builtins), *dir(typing)}
+"""Names in hints that say nothing of what is meant."""
+
+
+def words_in(text: str) -> set[str]:
+    """Return the words of a text or of a name, in snake_case or CamelCase, without the s of plurals."""
+    return {re.sub("(ies|s)$", "", word.lower()) for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])|\d+", text)}
+
+
+def shows(message: str, value: object) -> bool:
+    """Return whether a message shows a value, or its shape."""
+    forms = {repr(value)[:MOST_SHOWN]}
+    if isinstance(value, float) or (isinstance(value, int) and abs(value) < MOST_MEMORY):
+        forms.add(f"{value:g}")
+    elif isinstance(value, np.ndarray):
+        forms.add(str(value.shape))
+    elif isinstance(value, (list, set)):
+        forms |= {repr(one)[:MOST_SHOWN] for one in itertools.islice(value, 2)} | {f"({len(value)},)"}
+    elif isinstance(value, str):
+        forms.add(value[:MOST_SHOWN] or os.getcwd())  # of no text as a path, it is the folder
+    return any(form in message for form in forms)
+
+
+def names_it(message: str, function: Callable[..., Any], case: Case, value: object) -> bool:
+    """Return whether a message says which argument it means: its name, the kinds of its hint, or the value.
+
+    Where one argument alone could be meant, the name of what was called does as well.
+    """
+    kinds = set(re.findall(r"\b[A-Z]\w+", hint_of(function, case.argument)[0])) - COMMON
+    called = case.name.partition(" (")[0].rpartition(".")[2].removeprefix("add_").removeprefix("from_")
+    wanted = words_in(" ".join((case.argument, called, *kinds)))
+    told = words_in(message)
+    return shows(message, value) or any(
+        one == word or (len(word) > 2 and one.startswith(word)) for word in wanted for one in told
+    )
 
 
 def ended(function: Callable[..., Any], arguments: dict[str, Any]) -> tuple[BaseException | None, Any]:
@@ -364,11 +322,11 @@ def verdict(case: Case, made: Any) -> tuple[str, str]:
     if isinstance(error, Hang):
         return "HANG", str(traceback.extract_tb(error.__traceback__)[-3:])
     if isinstance(error, kf.KanefeError):
-        if not names_it(str(error), case, value):
+        if not names_it(str(error), function, case, value):
             return "UNNAMED", str(error)
         if len(str(error)) > MOST_LETTERS:
             return "ENDLESS WORDS", str(error)
-        return ("clear" if REMEDY.search(str(error)) else "NO REMEDY"), str(error)
+        return "clear", str(error)
     if error is not None:
         is_unknown = isinstance(error, TypeError) and "unexpected keyword argument" in str(error)
         return ("clear", str(error)) if is_unknown and case.argument == "no_such_argument" else raw(error)

@@ -8,6 +8,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, is_dataclass
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -63,23 +64,30 @@ def class_at(place: str) -> Any:
     return getattr(import_module(module), name)
 
 
-def sources() -> Iterator[tuple[str, ast.Module]]:
-    """Yield (package, tree) of every file of the code."""
+@cache
+def classes() -> list[tuple[str, str, ast.ClassDef]]:
+    """Return package, qualified name and node of every class of the code."""
+    found = []
     for package in (kf, kanefe_fem):
         for path in sorted(Path(str(package.__file__)).parent.rglob("*.py")):
-            yield package.__name__, ast.parse(path.read_text(encoding="utf-8"))
+            text = path.read_text(encoding="utf-8")
+            if "class " in text:
+                found += [(package.__name__, *one) for one in classes_below(ast.parse(text))]
+    return found
 
 
-def class_names(node: ast.AST, outer: str = "") -> Iterator[str]:
-    """Yield the qualified names of all classes below a node."""
+def classes_below(node: ast.AST, outer: str = "") -> Iterator[tuple[str, ast.ClassDef]]:
+    """Yield the qualified names and nodes of all classes below a node: statements within statements."""
     for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.expr):
+            continue
         inner = outer
         if isinstance(child, ast.ClassDef):
-            yield outer + child.name
+            yield outer + child.name, child
             inner = f"{outer}{child.name}."
         elif isinstance(child, ast.FunctionDef):
             inner = f"{outer}{child.name}.<locals>."
-        yield from class_names(child, inner)
+        yield from classes_below(child, inner)
 
 
 def classes_in(header: str) -> set[str]:
@@ -114,7 +122,7 @@ def test_every_warning_has_a_word() -> None:
     # these are of a machine or of a scene, and not kept with a body
     of_machine = {"CacheWarning", "MemoryWarning", "OtherRestWarning", "StiffeningWarning", "UnsettledWarning"}
     of_robots = {"LinkMassWarning", "NotTakenWarning", "OddInertiaWarning"}
-    nodes = [node for _, tree in sources() for node in ast.walk(tree) if isinstance(node, ast.ClassDef)]
+    nodes = [node for _, _, node in classes()]
     ours = {node.name for node in nodes if any(ast.unparse(base).endswith("Warning") for base in node.bases)}
     assert ours - of_machine - of_robots == {place.partition(":")[2] for place in WARNINGS.values()}
 
@@ -198,6 +206,6 @@ class TestDigest:
         assert digest(reduction=kf.CraigBampton(modes=3)) != before
 
     def test_distinct_classes_have_distinct_names(self) -> None:
-        count = Counter((package, name) for package, tree in sources() for name in class_names(tree))
+        count = Counter((package, name) for package, name, _ in classes())
         assert count["kanefe", "FlexibleBody"] == 1
         assert {name for (_, name), times in count.items() if times > 1} == SHARED_NAMES

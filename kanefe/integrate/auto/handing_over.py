@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import cast
 
 import numpy as np
 
@@ -38,7 +39,7 @@ class HandingOver(SteppersInTurn):
         super().__init__(dynamics)
         self.name = first.name
         self._first, self._make_second = first, second
-        self._second: Stepper | None = None
+        self._second: KernelStepper | None = None
         self._aim: float | None = None
         first.reals[SMALLEST] = max(first.reals[SMALLEST], least)
 
@@ -76,22 +77,22 @@ class HandingOver(SteppersInTurn):
         """Where each flexible body was bent the most by either."""
         return self._first.bent + ([] if self._second is None else self._second.bent)
 
-    def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
-        """Continue until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""
+    def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int, is_cut: bool = False) -> int:
+        """Continue until all times are passed or so many steps are taken: see `KernelStepper.integrate_through`."""
         if self._second is not None:
-            return self._second.integrate_through(times, states, most_steps)
+            return self._second.integrate_through(times, states, most_steps, is_cut)
         first, begun = self._first, self._first.step_count
         try:
-            return first.integrate_through(times, states, most_steps)
+            return first.integrate_through(times, states, most_steps, is_cut)
         except StepFailure:
             passed = self._passed_by_failing(times, states, 0)
         second = self._hand_over()
         second.restart(first.t, first.state())
         left = most_steps - (first.step_count - begun)
-        return passed + second.integrate_through(times[passed:], states[passed:], max(left, 1))
+        return passed + second.integrate_through(times[passed:], states[passed:], max(left, 1), is_cut)
 
-    def _hand_over(self) -> Stepper:
-        self._second = self._make_second()
+    def _hand_over(self) -> KernelStepper:
+        self._second = cast("KernelStepper", self._make_second())
         if self._aim is not None:
             self._second.aim(self._aim)
         self.name = f"{self._first.name}, then {self._second.name}"

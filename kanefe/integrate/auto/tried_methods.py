@@ -157,7 +157,7 @@ class TriedMethods(SteppersInTurn):
         while passed < len(times) and (left := end - self.step_count) > 0:
             most = min(left, self._steps_to_look())
             try:
-                passed += self._now.integrate_through(times[passed:], states[passed:], most)
+                passed += self._now.integrate_through(times[passed:], states[passed:], most, most_steps != 1)
             except StepFailure as failure:
                 passed = self._passed_by_failing(times, states, passed)
                 self._fall_back(failure)

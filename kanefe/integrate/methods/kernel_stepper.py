@@ -284,9 +284,12 @@ class KernelStepper:
         for name, array in (("integers", self.integers), ("reals", self.reals), ("vectors", self.vectors)):
             array[:] = snapshot[name]
 
-    def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
-        """Continue until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""
-        return self._integrate(times, states, 0, most_steps, None)[0]
+    def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int, is_cut: bool = False) -> int:
+        """Continue until all times are passed or so many steps are taken: see `Stepper.integrate_through`.
+
+        Of a call that is one step because a longer one is cut, no `states` are wanted, which may take evaluations.
+        """
+        return self._integrate(times, states, 0, most_steps, None, is_cut=is_cut)[0]
 
     def prepared(self, times: np.ndarray, states: np.ndarray, watched: WatchedRun | None = None) -> Any:
         """Return the run through some times as calls of kernels: see `CompiledRun.prepared`; of an autonomous scene."""
@@ -308,7 +311,7 @@ class KernelStepper:
         self, times: np.ndarray, states: np.ndarray, passed: int, most_steps: int, sampler: Sampler
     ) -> int:
         """Continue in the same way over samples: see `PassesSamples`."""
-        return self._integrate(times, states, passed, most_steps, None, sampler)[0]
+        return self._integrate(times, states, passed, most_steps, None, sampler, is_cut=True)[0]
 
     @property
     def has_values(self) -> bool:
@@ -327,11 +330,12 @@ class KernelStepper:
         most_steps: int,
         watched: WatchedRun | None,
         sampler: Sampler | None = None,
+        is_cut: bool = False,
     ) -> tuple[int, bool]:
         """Continue; return how many times were passed and, where there are events, whether the last step is done."""
         integers, reals, vectors = self.integers, self.reals, self.vectors
         integers[STORED], integers[IS_LEFT_OPEN] = passed, 0
-        integers[WANTS_DENSE] = most_steps == 1 or watched is not None
+        integers[WANTS_DENSE] = (most_steps == 1 and not is_cut) or watched is not None
         reals[NEXT_OUTPUT] = times[passed] if passed < len(times) else math.inf
         most = int(integers[STEPS]) + min(most_steps, 2**40)
         run = self._run._replace(times=times, states=states, most_steps=most)

@@ -21,9 +21,7 @@ def only(monkeypatch, *cases):
     monkeypatch.setattr(runner, "registered_cases", lambda: cases)
 
 
-@pytest.mark.parametrize(
-    "case", [*OWN, *(pytest.param(case, marks=pytest.mark.slow) for case in loops.CASES)], ids=lambda case: case.id
-)
+@pytest.mark.parametrize("case", [*OWN, *loops.CASES], ids=lambda case: case.id)
 def test_case_passes(case):
     rows = list(runner.run_case(case))
     assert rows

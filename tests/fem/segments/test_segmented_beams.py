@@ -44,7 +44,7 @@ def test_elastica_g05(stiffening, order, last):
 
 
 @pytest.mark.filterwarnings("ignore::kanefe.AccuracyWarning")
-@pytest.mark.parametrize("turns", [1, 2])
+@pytest.mark.parametrize("turns", [pytest.param(1, marks=pytest.mark.slow), 2])
 def test_roll_up_by_an_end_moment(turns):
     """Everywhere u = L (sin t / t - 1), v = L (1 - cos t) / t along the whole line, with order 2."""
     model, angle, errors = beam(64, planar=True), 2 * np.pi * turns, []

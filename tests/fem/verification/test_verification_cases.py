@@ -9,6 +9,14 @@ from kanefe_fem.mesh.checks import check_mesh
 from kanefe_fem.mesh.simple import box_mesh, rectangle_mesh
 from kanefe_fem.verification import beams, solids
 
+LONG = {"D04b", "G01", "G10", "G11", "G12", "G15", "SR1", "SR4", "SR5", "SR6"}
+"""Cases of 2 to 10 s each, which `kanefe verify` runs; cases of each kind are left: of exact and segmented beams in
+motion and at rest, of rotors, of the helicopter."""
+
+
+def marked(case):
+    return pytest.param(case, id=case.id, marks=[pytest.mark.slow] if case.id in LONG else [])
+
 
 def assert_passes(case):
     rows = list(run_case(case))
@@ -16,9 +24,13 @@ def assert_passes(case):
     assert [row for row in rows if not row.passed] == []
 
 
-@pytest.mark.parametrize("case", beams.CASES, ids=lambda case: case.id)
+@pytest.mark.parametrize("case", map(marked, beams.CASES))
 def test_case_of_beams_passes(case):
     assert_passes(case)
+
+
+def test_long_cases_are_there():
+    assert {case.id for case in beams.CASES} > LONG
 
 
 @pytest.mark.fenicsx

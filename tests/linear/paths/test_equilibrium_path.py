@@ -247,7 +247,6 @@ def arch_tilts(a: float) -> float:
     return 2.0 * C * (1.0 + g) ** 2 - SUPPORT * closer * (2.0 * np.cos(a) + MIDDLE * g**2) - arch_load(a) * np.sin(a)
 
 
-@pytest.mark.slow
 def test_a_shallow_arch_tilts_before_it_snaps_and_the_tilted_path_joins_both_branch_points():
     path = kf.equilibrium_path(arch(), to=30.0, longest=0.1)
     tilts = [brentq(arch_tilts, *ends) for ends in ((0.3, 0.5), (-0.5, -0.3))]
