@@ -133,7 +133,8 @@ class _Tables:
                         getattr(part, name)[...] = 0.0
         image = Image(self.calls)
         self._add_scene(image)
-        return SceneSource("\n".join(self.lines) + "\n", image.content(), tuple(dict.fromkeys(file for file, _ in image.functions)))
+        libraries = tuple(dict.fromkeys(file for file, _ in image.functions))
+        return SceneSource("\n".join(self.lines) + "\n", image.content(), libraries)
 
     def _check_jacobian(self) -> None:
         """Refuse a scene whose method needs derivatives of the rates that would not be exact."""
@@ -274,7 +275,8 @@ class _Tables:
         add(c.integers("KEPT", [(image.place(array), array.nbytes) for array in kept], 2))
         add(c.integers("POINTERS", image.pointers, 2))
         add(c.integers("CALLED", image.called, 2))
-        for name, of in (("FILES", [path.name for path, _ in image.functions]), ("NAMES", [n for _, n in image.functions])):
+        files, symbols = [path.name for path, _ in image.functions], [symbol for _, symbol in image.functions]
+        for name, of in (("FILES", files), ("NAMES", symbols)):
             add(f"static const char *const FUNCTION_{name}[] = {{{', '.join(map(c.text, of))}}};")
         self._add_inputs()
         self.lines += self.outputs.lines()

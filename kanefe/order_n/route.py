@@ -30,11 +30,11 @@ from kanefe.kernels.loads.loads_layout import COMPLEX
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, SLOPE, TIME_AT, Run
 from kanefe.loads.functions import SPENT
 from kanefe.order_n.derivative_call import DerivativeCall
+from kanefe.order_n.laws import functions_of_laws
 from kanefe.order_n.rates_kernel import RatesCall, RatesKernel
 from kanefe.order_n.state_kernels import StateKernels
 from kanefe.order_n.sweeps import Sweeps
 from kanefe.order_n.swept_state import MotionsKernel, SweptState
-from kanefe.order_n.laws import functions_of_laws
 from kanefe.order_n.tables.constraint_tables import loop_tables
 from kanefe.order_n.tables.drive_tables import drive_tables
 from kanefe.order_n.tables.frame_offsets import FrameOffsets

@@ -1,4 +1,4 @@
-"""What a run and its results need is known before it begins: where nothing is built, it is told of in one count."""
+"""What a run and its results need is built at once, where nothing is there, and nothing else."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import kanefe as kf
 from kanefe.kernels.compiler import compiled_functions as units
 from kanefe.kernels.compiler._numba import IS_COMPILED
 from kanefe.kernels.compiler.addresses import house_address
+from kanefe.kernels.compiler.libraries import ENGINE, Library
 from loop_scenes import four_bar
 from steel_beams import steel_bar
 
@@ -53,10 +54,10 @@ def _bar() -> kf.System:
         (four_bar, "auto", 0),
         (_bar, "extrapolation", 0),
         (_bar, "radau5", 0),
-        (_bar, "auto", 6),  # two methods and exact derivatives, which are as likely to be taken
+        (_bar, "auto", 3),  # two methods and exact derivatives, which are as likely to be taken
     ],
 )
-def test_there_is_one_count(
+def test_there_is_one_build(
     make: Callable[[], kf.System], method: str, most_unused: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def run() -> None:
@@ -94,27 +95,36 @@ def test_what_comes_to_rest_is_built_at_once(make: Callable[[], kf.System], monk
     assert used <= set(counts[0])
 
 
+@pytest.mark.parametrize(("method", "is_asked"), [("dop853", False), ("extrapolation", False), ("radau5", True)])
+def test_complex_numbers_are_built_only_for_methods_with_a_jacobian(
+    method: str, is_asked: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    counts, _ = _counts_of(lambda: _bar().simulate((0.0, 0.01), method=method, output_step=0.01), monkeypatch)
+    assert [f"{ENGINE}-complex" in names for names in counts] == [is_asked]
+
+
 def _counts_of(run: Callable[[], object], monkeypatch: pytest.MonkeyPatch) -> tuple[list[list[str]], set[str]]:
-    """Return the names of what is built in each count of a run where nothing is built, and those that it loads."""
+    """Return the libraries of each build of a run where nothing is built, and those that it loads."""
     run()  # so that there are files of all that is used
     counts: list[list[str]] = []
     used: set[str] = set()
     there, opened = units.path_of, units._opened
 
-    def told(batches: Sequence[Sequence[str]], *_: Any) -> None:
-        counts.append([name for names in batches for name in names])
+    def told(libraries: Sequence[Library], *_: Any) -> None:
+        counts.append([library.name for library in libraries])
 
-    def found(unit: units.CompiledFunction) -> Path | None:
-        return there(unit) if any(unit.name in names for names in counts) else None
+    def found(library: Library) -> Path | None:
+        return there(library) if any(library.name in names for names in counts) else None
 
-    def loaded(name: str, path: Path) -> units.MachineCode:
+    def loaded(path: Path) -> Any:
         used.add(path.stem.rsplit("-", 3)[0])  # stamp, size and digest follow
-        return opened(name, path)
+        return opened(path)
 
     monkeypatch.setattr(units, "_loaded", {})
+    monkeypatch.setattr(units, "_libraries", {})
     monkeypatch.setattr(units, "path_of", found)
     monkeypatch.setattr(units, "_opened", loaded)
-    monkeypatch.setattr("kanefe.kernels.compiler.side_by_side.build_by_name", told)
+    monkeypatch.setattr("kanefe.kernels.compiler.side_by_side.build_libraries", told)
     house_address.cache_clear()
     run()
     return counts, used

@@ -16,7 +16,7 @@ from kanefe.integrate.auto.suited_method import Candidates, candidates
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.method import LEAST_RTOL, Method
-from kanefe.integrate.methods.table import row_for
+from kanefe.integrate.methods.table import ROWS, row_for
 from kanefe.integrate.options import AUTO, RunOptions
 from kanefe.integrate.stepper import ATOL_SHARE, StepControl, Stepper
 from kanefe.kernels.compiler.compiled_functions import CompiledFunction
@@ -106,11 +106,11 @@ def method_names(model: Model, options: RunOptions) -> tuple[str, ...]:
 
 
 def functions_of_methods(model: Model, options: RunOptions) -> list[CompiledFunction]:
-    """Return what is built for the methods of which `choose` takes one."""
+    """Return what is built for the methods of which `choose` takes one; no route is asked for the answer."""
     found: list[CompiledFunction] = []
-    for name in method_names(model, options):
-        row = row_for(model, name)
-        if isinstance(row.stepper, Compiled):
+    names = method_names(model, options)
+    for row in ROWS:
+        if row.name in names and isinstance(row.stepper, Compiled):
             kernels = row.stepper.kernels_for(model)
             found += [kernels.advance.unit, kernels.interpolate.unit]
             if JACOBIAN_ROW in kernels.integers and not kernels.takes_directions:

@@ -133,7 +133,7 @@ def _is_there(folder: Path, library: Library) -> bool:
 
 
 def build_what_is_asked(folder: Path, generation: str | None, parts: int) -> None:
-    """Build the libraries whose names come by lines, in this process, which does nothing else, and print how far it is."""
+    """Build the libraries whose names come by lines, in this process, which does nothing else; print how far it is."""
     end_with_parent()
     if generation is not None:
         os.environ |= {"NUMBA_CPU_NAME": GENERATIONS[generation].compiler_name, "NUMBA_CPU_FEATURES": ""}
@@ -182,7 +182,8 @@ def write_library(folder: Path, library: Library, units: Sequence[CompiledFuncti
         places = [Path(work) / f"{i}.o" for i in range(len(codes))]
         for place, code in zip(places, codes, strict=True):
             place.write_bytes(code)
-        command = [linker(), "-shared", "-fPIC", "-O2", "-Wl,-z,notext", "-Wl,-s", "-o", whole, *places, support, "-lm"]
+        options = "-shared", "-fPIC", "-O2", "-Wl,-z,notext", "-Wl,-s", "-lm"
+        command = [linker(), *map(str, places), str(support), *options, "-o", str(whole)]
         subprocess.run(command, check=True, capture_output=True, text=True)
         keep(folder, library.file_name, whole.read_bytes())
 

@@ -52,7 +52,7 @@ class Progress:
         return done / sum(self._seconds.values())
 
     def note(self, name: str, line: str) -> None:
-        """Take a line of a builder: nothing when it begins, how far it is and how far it will be next, or that it is done."""
+        """Take a line of a builder: its share now and after the next step, or that it is done; none when it begins."""
         if line.startswith("done"):
             self._share[name] = 1.0
         elif line:

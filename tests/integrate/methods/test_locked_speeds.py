@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy
+from kanefe.integrate.auto.compiled_code_needed import functions_of_run
 
 import kanefe as kf
-from kanefe.integrate.auto.compiled_code_needed import functions_of_run
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.locked_speeds import has_locked_speeds, locked_speeds
 from kanefe.integrate.options import RunOptions

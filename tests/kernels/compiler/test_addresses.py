@@ -14,7 +14,7 @@ from kanefe.kernels.compiler.arrays import Integers, Reals, ValueRows
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.compiler.foreign import address_of
-from kanefe.kernels.compiler.signatures import Variant
+from kanefe.kernels.compiler.signatures import COMPLEX, REAL
 
 
 def scaled(s: float, numbers: Any, out: Any) -> None:
@@ -31,7 +31,7 @@ def counted(count: int, out: Any) -> None:
     out[count] = 1.0 / count
 
 
-@entry(Variant(), Variant(is_complex=True))
+@entry(REAL, COMPLEX)
 def call_either(addresses: Integers, numbers: Reals, workspace: ValueRows) -> None:
     """Call the real or the complex function with workspace[0, 0], as the workspace is."""
     out = workspace[1, 1:3]

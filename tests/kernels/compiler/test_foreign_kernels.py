@@ -118,7 +118,7 @@ def test_a_damaged_file_is_built_anew_and_told(cache: Path) -> None:
 
 def test_a_file_of_another_name_is_not_taken(cache: Path) -> None:
     path = file_in(cache)
-    other = path.with_name(path.name.replace("given-real", "given-complex"))
+    other = path.with_name(path.name.replace("given-", "taken-"))
     path.rename(other)
     with pytest.raises(kept_code.Damaged), kept_code.opened(other):
         pass

@@ -31,6 +31,8 @@ OUTSIDE = {
     "compiler/_numba_functions.py": {"kanefe.errors"},
     "compiler/foreign.py": {"kanefe.errors"},
     "compiler/compiled_functions.py": {"kanefe.errors", "kanefe.storage.files", "kanefe.storage.kept_code"},
+    "compiler/processors.py": {"kanefe.storage.files"},
+    "compiler/side_by_side.py": {"kanefe.storage.kept_code"},
     "compiler/build.py": {
         "kanefe.errors",
         "kanefe.storage.kept_code",
