@@ -67,9 +67,10 @@ def repeated(function: Callable[[], object], count: int) -> float:
 
 def fill(function: Callable[[], object], wanted: float = 0.05) -> int:
     """Return how many calls take about `wanted` s, at least one."""
-    one = seconds(function)
-    count = max(1, round(0.1 * wanted / max(one, 1e-9)))
-    return max(1, round(wanted / max(repeated(function, count), 1e-9)))
+    count = 1
+    while (taken := count * repeated(function, count)) < 0.1 * wanted:  # of a coarse clock, nothing at first
+        count *= 4
+    return max(1, round(wanted * count / taken))
 
 
 class Race:
