@@ -30,6 +30,9 @@ DOORS = {
     "numba": {
         "kanefe/kernels/compiler/_numba.py",
         "kanefe/kernels/compiler/_numba_alone.py",
+        "kanefe/kernels/compiler/_numba_arrays.py",
+        "kanefe/kernels/compiler/_numba_pointers.py",
+        "kanefe/kernels/compiler/_numba_values.py",
         "kanefe/kernels/compiler/_numba_objects.py",
         "kanefe/kernels/compiler/_numba_functions.py",
         "kanefe/kernels/compiler/local_numbers.py",

@@ -54,7 +54,7 @@ WORDS_OF_WARNINGS = {"accuracy", "imported body", "mesh", "modes", "nodal form",
 
 # Classes of the same name in two files of a package. A digest does not tell them apart, and need not: they are parts of
 # tables that are printed, of verification runs, studies and searches, never of a scene or of the options of a body.
-SHARED_NAMES = {"Case", "Entry", "Held", "ObjectCode", "Output", "Row", "Scene", "Table", "Tangent"}
+SHARED_NAMES = {"Case", "Entry", "Held", "Output", "Row", "Scene", "Table", "Tangent"}
 
 PLACES = {**SAVED_CLASSES, **{f"{word} warning": place for word, place in WARNINGS.items()}}
 

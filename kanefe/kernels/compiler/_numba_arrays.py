@@ -1,8 +1,8 @@
 """Arrays as kernels see them while a library is built: where their numbers are, and how many lie along each axis.
 
 numba keeps seven things of an array, in memory that it writes and reads at each index. Arrays of kernels are contiguous
-and their memory is not their own: all but the place and the lengths follows. Here a contiguous array of plain numbers is
-these two, and those of any array are known while code is written. Kernels are translated to half as many
+and their memory is not their own: all but the place and the lengths follows. Here a contiguous array of plain numbers
+is these two, and those of any array are known while code is written. Kernels are translated to half as many
 instructions, and reshaping, which was a call, is none. What numba does with other arrays stays as it is.
 """
 
@@ -49,7 +49,8 @@ def _short_model(original: Any) -> Any:
     def init(model: Any, manager: Any, kind: Any) -> None:
         if is_plain(kind):
             lengths = types.UniTuple(types.intp, kind.ndim)
-            models.StructModel.__init__(model, manager, kind, [("data", types.CPointer(kind.dtype)), ("shape", lengths)])
+            parts = [("data", types.CPointer(kind.dtype)), ("shape", lengths)]
+            models.StructModel.__init__(model, manager, kind, parts)
         else:
             original(model, manager, kind)
 

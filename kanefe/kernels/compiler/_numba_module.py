@@ -99,7 +99,7 @@ class _Kernel:
 
 
 def _groups(kernels: Sequence[_Kernel], parts: int) -> list[set[int]]:
-    """Return which kernels each part has, about the same of code; those that are reached one by another stay together."""
+    """Return which kernels each part has, about as much code in each; those that call each other stay together."""
     sizes = [len(kernel.library._final_module.as_bitcode()) for kernel in kernels]
     found: list[set[int]] = [set() for _ in range(parts)]
     before, whole = 0, sum(sizes)

@@ -43,7 +43,8 @@ def compiled_entry(function: Callable[..., Any], source: str, names: dict[str, A
     numba = _numba()
     types = numba.types
     names = names | {"function": dispatcher(function), "array_of": numba.carray}
-    names |= {"pointer_to": _pointer_to()} | {f"{kind}_at": function_at(kind) for kind in (FILLER, ADVANCE, INTERPOLATE)}
+    names |= {f"{kind}_at": function_at(kind) for kind in (FILLER, ADVANCE, INTERPOLATE)}
+    names |= {"pointer_to": _pointer_to()}
     names |= {kind: getattr(numba, kind) for kind in ("int64", "float64", "complex128")}
     exec(source, names)
     names["call"] = numba.njit(**INNER | {"_nrt": True}, fastmath=RELAXED)(names["call"])

@@ -18,7 +18,7 @@ _TYPES: dict[str, tuple[tuple[Any, ...], str]] = {
     ADVANCE: (_MEMORY, "int64"),
     INTERPOLATE: ((*_MEMORY, "float64", 0, "float64", 1), "void"),
 }
-"""Of each type what its arguments are and how many axes they have, in turn, and the result."""
+"""Types by their names: kind and axes of each argument, in turn, and the result."""
 
 
 def _arguments(kind: str) -> list[tuple[str, int]]:

@@ -18,7 +18,14 @@ from numba.core import ir as numba_ir
 
 from kanefe.kernels.compiler._numba_change import Change
 
-COMPARED = {"<": operator.lt, ">": operator.gt, "<=": operator.le, ">=": operator.ge, "==": operator.eq, "!=": operator.ne}
+COMPARED = {
+    "<": operator.lt,
+    ">": operator.gt,
+    "<=": operator.le,
+    ">=": operator.ge,
+    "==": operator.eq,
+    "!=": operator.ne,
+}
 
 BARE = str, int, float, complex, bool, type(None), bytes, numba_ir.Loc
 """Classes of parts of numba's instructions that have no variables in them."""

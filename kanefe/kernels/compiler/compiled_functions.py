@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from kanefe.errors import FileError
 from kanefe.kernels.compiler._numba import timed
@@ -28,14 +28,6 @@ BUILT = PACKAGE / "built"
 """Folder of the libraries in a wheel, with a subfolder for each generation of processors."""
 
 
-class Translated(Protocol):
-    """What a compiler gives: see `kanefe.kernels.compiler._numba_module`."""
-
-    def address(self) -> int:
-        """Return where the function is in this process."""
-        ...
-
-
 class CompiledFunction(NamedTuple):
     """A C function to be built.
 
@@ -45,6 +37,7 @@ class CompiledFunction(NamedTuple):
     module : str
         Where its kernel is.
     compile : function () -> Translated
+        See `kanefe.kernels.compiler._numba_module`.
     is_complex : bool
         Whether it is of complex numbers.
     """

@@ -1,7 +1,7 @@
 """Kernels that are called from outside: from Python, or by other kernels through prepared calls.
 
-`entry` declares one, with the numbers that it is built for, real or complex ones. It is called in three ways, the later the
-faster: once; `bound` to what stays the same; or `prepared`, with arrays that stay where they are.
+`entry` declares one, with the numbers that it is built for, real or complex ones. It is called in three ways, the
+later the faster: once; `bound` to what stays the same; or `prepared`, with arrays that stay where they are.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ ALMOST = 0.97
 """Share of a library beyond which time alone does not count it as done."""
 
 
-class Progress:
+class BuildProgress:
     """What is done of libraries that are being built.
 
     Parameters

@@ -12,7 +12,7 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 
 from kanefe.kernels.compiler.libraries import Library
-from kanefe.kernels.compiler.progress import Progress
+from kanefe.kernels.compiler.progress import BuildProgress
 from kanefe.storage.kept_code import kept
 
 BUILDER = "kanefe.kernels.compiler.build"
@@ -54,7 +54,7 @@ def build_libraries(
 
 def _build(libraries: Sequence[Library], folder: Path, jobs: int, say: Say, options: Sequence[str]) -> None:
     waiting, failed = [*libraries], list[subprocess.CalledProcessError]()
-    progress, lock = Progress(libraries, min(jobs, len(libraries)), say), threading.Lock()
+    progress, lock = BuildProgress(libraries, min(jobs, len(libraries)), say), threading.Lock()
     lines: SimpleQueue[tuple[str, str]] = SimpleQueue()
     spare = max(jobs // len(libraries), 1)
     command = [sys.executable, "-m", BUILDER, "--folder", str(folder), "--parts", str(spare), *options, "--worker"]

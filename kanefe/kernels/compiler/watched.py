@@ -7,7 +7,7 @@ import signal
 import sys
 
 PARENT_DEATH_SIGNAL = 1
-"""Request of Linux's prctl: the signal that a process gets when its parent ends."""
+"""Number of a request to Linux's prctl: that for the signal which a process gets when its parent ends."""
 
 
 def end_with_parent() -> None:

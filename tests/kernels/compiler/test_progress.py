@@ -26,7 +26,7 @@ BIG, SMALL = Library(ENGINE, ("kanefe.kernels.evaluation.evaluation",)), Library
 
 def test_a_library_counts_by_its_time(clock: Clock) -> None:
     said: list[str] = []
-    found = progress.Progress([BIG, SMALL], 1, said.append)
+    found = progress.BuildProgress([BIG, SMALL], 1, said.append)
     assert "engine, small" in said[0]
     found.note("small", "done")
     assert found.share == pytest.approx(LEAST_SECONDS / (LEAST_SECONDS + BIG.seconds))
@@ -37,7 +37,7 @@ def test_a_library_counts_by_its_time(clock: Clock) -> None:
 
 
 def test_between_what_builders_tell_time_goes_on_and_never_reaches_the_next_step_alone(clock: Clock) -> None:
-    found = progress.Progress([BIG], 1, lambda text: None)
+    found = progress.BuildProgress([BIG], 1, lambda text: None)
     found.note(ENGINE, "")
     found.note(ENGINE, "0.2 0.4")
     assert found.share == pytest.approx(0.2)
@@ -52,7 +52,7 @@ def test_between_what_builders_tell_time_goes_on_and_never_reaches_the_next_step
 
 def test_the_share_never_falls_and_is_told_every_few_seconds(clock: Clock) -> None:
     said: list[str] = []
-    found, shares = progress.Progress([BIG, SMALL], 2, said.append), [0.0]
+    found, shares = progress.BuildProgress([BIG, SMALL], 2, said.append), [0.0]
     for step in count():
         clock.now += 0.7
         if step == 10:
