@@ -13,7 +13,8 @@ from functools import cache
 from typing import Any
 
 from llvmlite import ir
-from numba.core import base, cgutils, types
+from numba import types
+from numba.core import base, cgutils
 from numba.core.datamodel import models
 from numba.core.imputils import lower_builtin
 from numba.np import arrayobj
