@@ -56,7 +56,7 @@ def _build(libraries: Sequence[Library], folder: Path, jobs: int, say: Say, opti
     waiting, failed = [*libraries], list[subprocess.CalledProcessError]()
     progress, lock = BuildProgress(libraries, min(jobs, len(libraries)), say), threading.Lock()
     lines: SimpleQueue[tuple[str, str]] = SimpleQueue()
-    spare = max(jobs // len(libraries), 1)
+    spare = max(jobs // len(libraries), 1) if hasattr(os, "fork") else 1  # cores for each library
     command = [sys.executable, "-m", BUILDER, "--folder", str(folder), "--parts", str(spare), *options, "--worker"]
 
     def work() -> None:
