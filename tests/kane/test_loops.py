@@ -210,12 +210,12 @@ def test_energy_balances_with_drives_loops_and_flexible_bodies(seed):
     assert abs(result.energy.balance_error).max() < 1e-7 * abs(result.energy.total).max()
 
 
-@pytest.mark.parametrize(("rtol", "stop"), [(1e-6, 6.0), (1e-9, 3.5), (1e-12, 2.0)])
-def test_a_parallelogram_passes_the_flat_position_on_its_branch(rtol, stop):
-    """Both cranks stay parallel through flat positions, whatever the steps: momentum decides, not round-off."""
-    run = parallelogram().simulate((0.0, stop), method="dop853", rtol=rtol, output_step=0.25)
+@pytest.mark.parametrize("rtol", [1e-6, 1e-9, 1e-12])
+def test_a_parallelogram_passes_the_flat_position_on_its_branch(rtol):
+    """Both cranks stay parallel over several turns, whatever the steps: momentum decides, not round-off."""
+    run = parallelogram().simulate((0.0, 6.0), method="dop853", rtol=rtol, output_step=0.25)
     first, second = (run.joint_coordinates(f"crank{i}")[:, 0] for i in range(2))
-    assert abs(first[-1]) > 6
+    assert abs(first[-1]) > 10
     np.testing.assert_allclose(second, first, atol=1e-6)
 
 
