@@ -26,15 +26,9 @@ def route_of(model: ModelData) -> Route:
 def directions_of_loads(model: ModelData) -> int:
     """Return in how many directions loads between frames stiffen sweeps, 0: not in few of them, or there are none."""
     from kanefe.order_n import stiff_directions
-
-    return stiff_directions.directions_of_loads(model) if is_swept(model) else 0
-
-
-def is_swept(model: ModelData) -> bool:
-    """Return whether the route of a scene will be one in order n, without making it."""
     from kanefe.order_n.route import obstacles_of
 
-    return not (model.has_unreduced or obstacles_of(model))
+    return 0 if model.has_unreduced or obstacles_of(model) else stiff_directions.directions_of_loads(model)
 
 
 def starting_route(model: ModelData) -> Route:

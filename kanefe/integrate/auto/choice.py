@@ -106,7 +106,7 @@ def method_names(model: Model, options: RunOptions) -> tuple[str, ...]:
 
 
 def functions_of_methods(model: Model, options: RunOptions) -> list[CompiledFunction]:
-    """Return what is built for the methods of which `choose` takes one; no route is asked for the answer."""
+    """Return what is built for the methods of which `choose` takes one."""
     found: list[CompiledFunction] = []
     names = method_names(model, options)
     for row in ROWS:

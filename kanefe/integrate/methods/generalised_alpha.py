@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.equations.routes import directions_of_loads, is_swept
+from kanefe.equations.routes import directions_of_loads
 from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha
 from kanefe.integrate.methods.method import Method, without_rigid_contacts
 from kanefe.integrate.stepper import Unconverged
+from kanefe.tree.route import Form
 
 if TYPE_CHECKING:
     from kanefe.equations.model import Model
@@ -43,7 +44,7 @@ class CompiledAlpha(Compiled):
         """Return the kernels that run a scene."""
         if model.loads:
             return self.with_jacobian(directions_of_loads(model))
-        return self.load() if is_swept(model) else self.with_jacobian(0)
+        return self.with_jacobian(0) if model.route.lacks(Form.SWEEPS) else self.load()
 
 
 def compiled_alpha(formula: GeneralisedAlpha) -> CompiledAlpha:
