@@ -80,7 +80,7 @@ def inlined(function: Function) -> Function:
 def expanded(function: Function) -> Function:
     """Have a function compiled as a part of each that calls it, and not by itself: that would take as long again.
 
-    Of those that call most kernels; arguments that are None leave out code in it as in the one that calls it.
+    For functions that call most kernels.
     """
     return _marked(function, {"inline": "always"})
 
