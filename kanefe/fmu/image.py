@@ -35,13 +35,12 @@ Block = tuple[int, int]
 
 
 class CallPlaces(NamedTuple):
-    """Places of a call in the image: its function, places, numbers, first result and error."""
+    """Places of a call in the image: its function, places, numbers and first result."""
 
     function: int
     places: int
     numbers: int
     result: int
-    error: int
 
 
 class Image:
@@ -96,7 +95,7 @@ class Image:
         """Return the places of a call."""
         signature, (places, numbers) = call.signature, _own_arrays(call)
         function = self._function(call.address)
-        return CallPlaces(function, self.place(places), self.place(numbers), signature.number_count, signature.error_at)
+        return CallPlaces(function, self.place(places), self.place(numbers), signature.number_count)
 
     def content(self) -> bytes:
         """Return the bytes of the image, with zeros for addresses."""

@@ -222,7 +222,7 @@ class _Tables:
         self.lines += [c.define(name, value) for name, value in counts.items()]
         self.lines += [c.define(name, int(getattr(stepping, name))) for name in f"{COMMANDS} {PLACES}".split()]
         add(f"#define SMALLEST_STEP {c.number(float(SMALLEST_STEP))}")
-        add("enum { CALL_FUNCTION, CALL_PLACES, CALL_NUMBERS, CALL_RESULT, CALL_ERROR };")
+        add("enum { CALL_FUNCTION, CALL_PLACES, CALL_NUMBERS, CALL_RESULT };")
         places = {
             "AT_INTEGERS": stepper.integers,
             "AT_REALS": stepper.reals,

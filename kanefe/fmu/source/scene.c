@@ -177,13 +177,9 @@ void engine_restore(engine *e, const void *kept)
     e->is_read = 0;
 }
 
-/* Calls a kernel; not 0 if it divided by zero. */
-static int call(engine *e, const int64_t *of)
+static void call(engine *e, const int64_t *of)
 {
-    double *numbers = at(e, of[CALL_NUMBERS]);
-
-    functions[of[CALL_FUNCTION]](at(e, of[CALL_PLACES]), numbers);
-    return numbers[of[CALL_ERROR]] != 0.0;
+    functions[of[CALL_FUNCTION]](at(e, of[CALL_PLACES]), at(e, of[CALL_NUMBERS]));
 }
 
 /* Writes what is held in the state z to the values of loads. */
@@ -256,27 +252,23 @@ static int failed(engine *e, const char *why, char *message)
     return 1;
 }
 
-/* Goes on to the next time of the step; events that end steps are passed in there. */
-static int go_on(engine *e, int *command)
+/* Goes on to the next time of the step and returns the command of the method; events that end steps are passed in there. */
+static int go_on(engine *e)
 {
 #if HAS_EVENTS
     const double *found = (const double *)at(e, PASS_STEPS[CALL_NUMBERS]) + PASS_STEPS[CALL_RESULT];
     const double *times = at(e, AT_REALS);
+    int command;
 
     do { /* until records of what happened, which nobody asks for, no longer fill their room */
         *(int64_t *)at(e, AT_EVENT_COUNTS) = 0;
-        if (call(e, PASS_STEPS))
-            return 1;
-        *command = (int)found[0];
-    } while (*command == ACCEPTED && found[1] != 0.0 && times[TIME] < times[STOP]);
-    if (*command == ACCEPTED && found[1] == 0.0)
-        *command = FAILED;
-    return 0;
+        call(e, PASS_STEPS);
+        command = (int)found[0];
+    } while (command == ACCEPTED && found[1] != 0.0 && times[TIME] < times[STOP]);
+    return command == ACCEPTED && found[1] == 0.0 ? FAILED : command;
 #else
-    if (call(e, INTEGRATE))
-        return 1;
-    *command = (int)((double *)at(e, INTEGRATE[CALL_NUMBERS]))[INTEGRATE[CALL_RESULT]];
-    return 0;
+    call(e, INTEGRATE);
+    return (int)((double *)at(e, INTEGRATE[CALL_NUMBERS]))[INTEGRATE[CALL_RESULT]];
 #endif
 }
 
@@ -285,6 +277,7 @@ int engine_step(engine *e, double dt, char *message)
     int64_t *integers = at(e, AT_INTEGERS);
     double *reals = at(e, AT_REALS), stop = reals[TIME] + dt;
     static const int64_t most = (int64_t)1 << 40;
+    int command;
 
     engine_save(e, e->before);
     if (!e->has_begun || memcmp(e->inputs, e->held, sizeof(double[INPUT_COUNT])))
@@ -300,23 +293,15 @@ int engine_step(engine *e, double dt, char *message)
     ((int64_t *)at(e, INTEGRATE[CALL_PLACES]))[MOST_STEPS] = integers[STEPS] + most;
 #endif
     put_held(e, AT_INPUTS, vector(e, STATE));
-    for (;;) {
-        int command;
-
-        if (go_on(e, &command))
-            return failed(e, "a kernel divided by zero", message);
-        if (command == ACCEPTED || command == DONE)
-            break;
-        if (command == JACOBIAN) {
-            return failed(e, "the derivatives of the rates are no numbers", message);
-        } else if (command == FAILED) {
-            return failed(e, "no step is small enough: the motion grows without bound, or a force jumps", message);
-        } else if (command == NO_INERTIA) {
-            return failed(e, "something has no inertia", message);
-        } else {
-            return failed(e, "a mechanism is at a singular position, or cannot be closed", message);
-        }
-    }
+    command = go_on(e);
+    if (command == JACOBIAN)
+        return failed(e, "the derivatives of the rates are no numbers", message);
+    if (command == FAILED)
+        return failed(e, "no step is small enough: the motion grows without bound, or a force jumps", message);
+    if (command == NO_INERTIA)
+        return failed(e, "something has no inertia", message);
+    if (command != ACCEPTED && command != DONE)
+        return failed(e, "a mechanism is at a singular position, or cannot be closed", message);
     if (reals[TIME] < stop)
         return failed(e, "the step did not come to its end", message);
     e->has_begun = 1;
@@ -432,16 +417,17 @@ static int put_motions(engine *e)
         put_drives(e, t, AT_EVALUATED_DRIVES);
         put_held(e, AT_EVALUATED_INPUTS, y);
         numbers[AT_TIME] = t;
-        if (call(e, EVALUATE) || numbers[EVALUATE[CALL_RESULT]] < 0.0)
+        call(e, EVALUATE);
+        if (numbers[EVALUATE[CALL_RESULT]] < 0.0)
             return 1;
         memcpy(at(e, AT_MOTION_RATES), state + SIZE + COORDINATE_COUNT, sizeof(double[SPEED_COUNT]));
     }
 #endif
-    return call(e, MOVE);
+    call(e, MOVE);
 #else
     (void)e;
-    return 0;
 #endif
+    return 0;
 }
 
 /* Writes forces and outputs of loads; not 0 where they are not determined. */
@@ -458,12 +444,12 @@ static int put_forces(engine *e)
     (void)e;
 #endif
 #if CAN_TELL_FORCES
-    if (call(e, TELL_FORCES) || !*(int64_t *)at(e, AT_IS_TOLD))
+    call(e, TELL_FORCES);
+    if (!*(int64_t *)at(e, AT_IS_TOLD))
         return 1;
 #endif
 #if CAN_TELL_LOADS
-    if (call(e, TELL_LOADS))
-        return 1;
+    call(e, TELL_LOADS);
 #endif
     return 0;
 }

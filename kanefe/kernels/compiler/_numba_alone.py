@@ -10,7 +10,7 @@ all this and left so until the whole unit is optimised, once. What is computed i
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable
 from typing import Any
 
 from kanefe.kernels.compiler._numba_change import Change
@@ -29,7 +29,7 @@ def build_alone() -> bool:
     global _is_alone
     gc.disable()  # what is made is needed to the end
     from numba import _dynfunc
-    from numba.core import analysis, base, codegen, cpu, ir_utils, lowering
+    from numba.core import base, codegen, cpu, lowering
     from numba.core.types import functions
 
     def entry_point(context: Any, library: Any, description: Any, environment: Any) -> Any:
@@ -37,6 +37,9 @@ def build_alone() -> bool:
         return _dynfunc.make_function(description.lookup_module(), description.qualname, "", 1, environment, (library,))
 
     from kanefe.kernels.compiler._numba_arrays import add_views, array_changes
+    from kanefe.kernels.compiler._numba_calls import add_division, call_changes
+    from kanefe.kernels.compiler._numba_loops import add_ranges, loop_changes
+    from kanefe.kernels.compiler._numba_passes import pass_changes
     from kanefe.kernels.compiler._numba_values import value_changes
 
     library, lower = codegen.CPUCodeLibrary, lowering.Lower
@@ -50,16 +53,19 @@ def build_alone() -> bool:
         Change(lower, "_find_singly_assigned_variable", _with_dominating, "_singly_assigned_vars _blk_local_varmap"),
         Change(lower, "storevar", _without_counts_in_store, "_alloca_var _singly_assigned_vars getvar"),
         Change(lower, "delvar", _without_counts, "_alloca_var _singly_assigned_vars decref"),
-        Change(analysis, "compute_live_map", lambda original: live_variables),
-        Change(ir_utils, "compute_live_map", lambda original: live_variables),
         *array_changes(),
+        *call_changes(),
+        *loop_changes(),
+        *pass_changes(),
         *value_changes(),
     )
+    add_division()
     _is_alone = all(change.fits() for change in changes)
     if _is_alone:
         for change in changes:
             change.make()
         add_views()
+        add_ranges()
     return _is_alone
 
 
@@ -158,52 +164,3 @@ def _without_counts_in_store(original: Callable[..., None]) -> Callable[..., Non
         lower.builder.store(value, lower.getvar(name))
 
     return store
-
-
-Names = Mapping[int, set[str]]
-"""Names of variables, for each block of a function."""
-
-
-def live_variables(graph: Any, blocks: Mapping[int, Any], used: Names, defined: Names) -> dict[int, set[str]]:
-    """Return the variables that are alive at the entry of each block of a function, as numba's `compute_live_map`.
-
-    A variable is alive in a block if it, or one that follows it, uses it before it is defined anew. Sets are the bits
-    of integers: numba's own sets of names grow with the square of the size of a function.
-    """
-    bit_of: dict[str, int] = {}
-
-    def bits(names: Iterable[str]) -> int:
-        return sum(1 << bit_of.setdefault(name, len(bit_of)) for name in names)
-
-    order = list(graph.topo_order())
-    followers, leaders = (
-        {at: [other for other, _ in near(at)] for at in order} for near in (graph.successors, graph.predecessors)
-    )
-    alive, own = {at: bits(used[at]) for at in blocks}, {at: bits(defined[at]) for at in blocks}
-    reached = {at: alive[at] | own[at] for at in blocks}
-
-    def spread(
-        found: dict[int, int], places: Iterable[int], near: dict[int, list[int]], handed: Callable[[int, int], int]
-    ) -> None:
-        """Hand what is found on to neighbours until nothing changes."""
-        is_changed = True
-        while is_changed:
-            is_changed = False
-            for at in places:
-                for other in near[at]:
-                    more = found[other] | handed(at, other)
-                    is_changed |= more != found[other]
-                    found[other] = more
-
-    spread(reached, order, followers, lambda at, other: reached[at])
-    spread(alive, order[::-1], leaders, lambda at, other: alive[at] & reached[other] & ~own[other])
-    names = list(bit_of)
-    return {at: {names[i] for i in _ones(found)} for at, found in alive.items()}
-
-
-def _ones(bits: int) -> Iterator[int]:
-    """Return the places of the ones among bits."""
-    while bits:
-        least = bits & -bits
-        yield least.bit_length() - 1
-        bits ^= least

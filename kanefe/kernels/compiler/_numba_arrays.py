@@ -17,11 +17,16 @@ from numba import types
 from numba.core import base, cgutils
 from numba.core.datamodel import models
 from numba.core.imputils import lower_builtin
+from numba.cpython import slicing
 from numba.np import arrayobj
 
 from kanefe.kernels.compiler._numba_change import Change
+from kanefe.kernels.compiler._numba_values import known_number
 
 INTEGER = ir.IntType(64)
+
+FULL = INTEGER(0), INTEGER(2**63 - 1)
+"""The ends of a span of indices where they are left out, as numba has them."""
 
 
 def is_plain(kind: Any) -> bool:
@@ -36,14 +41,16 @@ def array_changes() -> tuple[Change, ...]:
         Change(models.ArrayModel, "__init__", _short_model, "ndim MemInfoPointer dtype pyobject CPointer UniTuple"),
         Change(arrayobj, "make_array", lambda original: in_registers, "as_array create_struct_proxy"),
         Change(arrayobj, "populate_array", lambda original: populate, "_datamodel _fields"),
+        Change(arrayobj, "basic_indexing", _by_numbers_and_spans, "fix_slice fix_integer_index get_item_pointer"),
         Change(arrayobj, "array_reshape", _reshape_without_call, "_attempt_nocopy_reshape"),
         Change(base.BaseContext, "cast", _with_plain_arrays, "_casts find"),
     )
 
 
 def add_views() -> None:
-    """Have numba take views of plain arrays as other numbers."""
+    """Have numba take views of plain arrays as other numbers, and spans of indices, as it is done here."""
     lower_builtin("array.view", types.Array, types.DTypeSpec)(_view)
+    lower_builtin(slice, types.VarArg(types.Any))(_span)
 
 
 def _short_model(original: Any) -> Any:
@@ -157,6 +164,61 @@ def _product(builder: Any, factors: Sequence[Any]) -> Any:
     for factor in factors:
         found = builder.mul(found, factor)
     return found
+
+
+def _span(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    """Return a span of indices, whose ends are known where they are left out."""
+    kind = signature.return_type
+    if kind.has_step:
+        return slicing.slice_constructor_impl(context, builder, signature, arguments)
+    given = [*zip(signature.args, arguments, strict=True)]
+    ends = given if len(given) > 1 else [(types.none, None), *given]
+    values = [end if at is types.none else value for (at, value), end in zip(ends, FULL, strict=False)]
+    made: Any = ir.Constant(context.get_value_type(kind), ir.Undefined)
+    for i, value in enumerate((*values[:2], INTEGER(1))):
+        made = builder.insert_value(made, value, i)
+    return made
+
+
+def _by_numbers_and_spans(original: Any) -> Any:
+    """Return numba's place and lengths of a part of an array, for spans without steps in fewer instructions."""
+
+    def index(
+        context: Any, builder: Any, kind: Any, array: Any, kinds: Any, indices: Any, boundscheck: Any = None
+    ) -> tuple[Any, list[Any], list[Any]]:
+        is_span = [isinstance(one, types.SliceType) and not one.has_step for one in kinds]
+        if not all(span or isinstance(one, types.Integer) for span, one in zip(is_span, kinds, strict=True)):
+            return original(context, builder, kind, array, kinds, indices, boundscheck)  # type: ignore[no-any-return]
+        lengths = cgutils.unpack_tuple(builder, array.shape, kind.ndim)
+        strides = cgutils.unpack_tuple(builder, array.strides, kind.ndim)
+        firsts, left, left_strides = [], [], []
+        for span, one, value, length, stride in zip(is_span, kinds, indices, lengths, strides, strict=False):
+            if span:
+                first, last = (_within(builder, builder.extract_value(value, i), length) for i in (0, 1))
+                firsts.append(first)
+                left.append(_least(builder, builder.sub(last, first), INTEGER(0)))
+                left_strides.append(stride)
+            else:
+                firsts.append(arrayobj.fix_integer_index(context, builder, one, value, length))
+        left += lengths[len(indices) :]
+        left_strides += strides[len(indices) :]
+        place = cgutils.get_item_pointer(context, builder, kind, array, firsts, wraparound=False, boundscheck=False)
+        return place, left, left_strides
+
+    return index
+
+
+def _within(builder: Any, end: Any, length: Any) -> Any:
+    """Return an end of a span of indices as Python takes it: from 0 to the length, negative ones from the end."""
+    if known_number(end) in (0, FULL[1].constant):
+        return length if known_number(end) else end
+    end = builder.select(builder.icmp_signed("<", end, INTEGER(0)), builder.add(end, length), end)
+    end = _least(builder, end, INTEGER(0))
+    return builder.select(builder.icmp_signed(">", end, length), length, end)
+
+
+def _least(builder: Any, value: Any, least: Any) -> Any:
+    return builder.select(builder.icmp_signed("<", value, least), least, value)
 
 
 def _reshape_without_call(original: Any) -> Any:

@@ -21,7 +21,7 @@ class Change(NamedTuple):
 
     owner: Any
     name: str
-    instead: Callable[[Any], Callable[..., Any]]
+    instead: Callable[[Any], Any]
     uses: str = ""
 
     def fits(self) -> bool:

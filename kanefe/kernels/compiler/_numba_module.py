@@ -95,6 +95,8 @@ class _Kernel:
         self.defined = {one.name for one in functions if not one.is_declaration}
         self.called = {one.name for one in functions if one.is_declaration}
         own = [one for one in functions if not one.is_declaration]
+        for one in own:
+            one.linkage = "external"  # else some of numba's are left out of a part that does not call them itself
         self.is_inlined = bool(own) and all(b"alwaysinline" in b" ".join(one.attributes) for one in own)
 
 
@@ -127,7 +129,7 @@ class _Work:
         self._inlined = [kernel for i, kernel in enumerate(kernels) if kernel.is_inlined and i not in group]
         self._wanted = wanted
         self._of_library = {name for kernel in kernels for name in kernel.defined}
-        others = [kernel for i, kernel in enumerate(kernels) if i not in group]
+        others = [kernel for i, kernel in enumerate(kernels) if kernel.is_inlined or i not in group]
         self._seen = {name for kernel in others for name in kernel.called}  # by other parts
         self._uses_vectors = {id(one.library) for kernel in vector_dispatchers() for one in kernel.overloads.values()}
 
@@ -176,7 +178,12 @@ def _optimise(codegen: Any, module: Any, has_vectors: bool = False) -> None:
 
 
 def _machine(codegen: Any) -> Any:
-    """Return the compiler for code that may lie anywhere: numba's own is for its process alone."""
+    """Return the compiler for code that may lie anywhere: numba's own is for its process alone.
+
+    It looks for no other form of the indices of loops, which takes as long as its choice of registers, and gives more
+    code, no faster.
+    """
+    binding.set_option("kanefe", "-disable-lsr")
     target = binding.Target.from_triple(binding.get_process_triple())
     return target.create_target_machine(
         cpu=codegen._get_host_cpu_name(), features=codegen._tm_features, opt=3, reloc="pic", codemodel="default"

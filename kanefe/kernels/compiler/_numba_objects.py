@@ -47,7 +47,6 @@ def compiled_entry(function: Callable[..., Any], source: str, names: dict[str, A
     names |= {"pointer_to": _pointer_to()}
     names |= {kind: getattr(numba, kind) for kind in ("int64", "float64", "complex128")}
     exec(source, names)
-    names["call"] = numba.njit(**INNER | {"_nrt": True}, fastmath=RELAXED)(names["call"])
     signature = types.void(types.CPointer(types.int64), types.CPointer(types.float64))
     return _translated(names["wrapper"], signature)
 

@@ -1,8 +1,8 @@
 """Instructions that need not be written: what is known of values while a kernel is translated.
 
-numba writes down each step by which it packs and unpacks tuples and arrays, tests a call for errors in five ways and
-looks through variables of a function a dozen times. Here what is taken out of what was just put together is that value,
-arithmetic with known numbers is done at once, and what nothing uses is left out before a compiler reads it.
+numba writes down each step by which it packs and unpacks tuples and arrays. Here what is taken out of what was just put
+together is that value, arithmetic with known numbers is done at once, what a block has calculated is not calculated in
+it again, and what nothing uses is left out before a compiler reads it.
 """
 
 from __future__ import annotations
@@ -13,8 +13,7 @@ from typing import Any
 
 from llvmlite import ir
 from llvmlite.ir import instructions
-from numba.core import callconv, codegen
-from numba.core import ir as numba_ir
+from numba.core import codegen
 
 from kanefe.kernels.compiler._numba_change import Change
 
@@ -27,18 +26,17 @@ COMPARED = {
     "!=": operator.ne,
 }
 
-BARE = str, int, float, complex, bool, type(None), bytes, numba_ir.Loc
-"""Classes of parts of numba's instructions that have no variables in them."""
-
-UNUSED = (
+VALUES = {
     instructions.InsertValue,
     instructions.ExtractValue,
     instructions.GEPInstr,
     instructions.LoadInstr,
-    instructions.CompareInstr,
+    instructions.ICMPInstr,
+    instructions.FCMPInstr,
     instructions.SelectInstr,
     instructions.CastInstr,
-)
+    instructions.Instruction,  # arithmetic
+}
 """Classes of instructions that do nothing but give a value."""
 
 
@@ -49,11 +47,10 @@ def value_changes() -> tuple[Change, ...]:
         Change(builder, "extract_value", _looked_through, "ExtractValue"),
         Change(builder, "mul", _known_product),
         Change(builder, "add", _known_sum),
+        Change(builder, "sub", _known_difference),
         Change(builder, "icmp_signed", _known_comparison),
         Change(builder, "select", _known_choice),
-        Change(callconv.CPUCallConv, "_get_return_status", lambda original: _status_of, "icmp_signed or_ not_ select"),
         Change(codegen.CPUCodeLibrary, "add_ir_module", _without_unused, "add_llvm_module"),
-        Change(numba_ir.Inst, "_rec_list_vars", lambda original: variables_in, "list_vars _rec_list_vars"),
     )
 
 
@@ -77,7 +74,7 @@ def _looked_through(original: Callable[..., Any]) -> Callable[..., Any]:
     return extract
 
 
-def _number(value: Any) -> int | None:
+def known_number(value: Any) -> int | None:
     """Return a whole number that is known, None of any other value."""
     known = isinstance(value, ir.Constant) and isinstance(value.constant, int) and isinstance(value.type, ir.IntType)
     return value.constant if known else None
@@ -85,100 +82,62 @@ def _number(value: Any) -> int | None:
 
 def _known_product(original: Callable[..., Any]) -> Callable[..., Any]:
     def mul(builder: Any, a: Any, b: Any, *rest: Any, **named: Any) -> Any:
-        for x, other in ((_number(a), b), (_number(b), a)):
+        for x, other in ((known_number(a), b), (known_number(b), a)):
             if x == 1:
                 return other
             if x == 0:
                 return other.type(0)
-        return original(builder, a, b, *rest, **named)
+        return _once(original, builder, "mul", a, b, *rest, **named)
 
     return mul
 
 
 def _known_sum(original: Callable[..., Any]) -> Callable[..., Any]:
     def add(builder: Any, a: Any, b: Any, *rest: Any, **named: Any) -> Any:
-        for x, other in ((_number(a), b), (_number(b), a)):
+        for x, other in ((known_number(a), b), (known_number(b), a)):
             if x == 0:
                 return other
-        return original(builder, a, b, *rest, **named)
+        return _once(original, builder, "add", a, b, *rest, **named)
 
     return add
 
 
+def _known_difference(original: Callable[..., Any]) -> Callable[..., Any]:
+    def sub(builder: Any, a: Any, b: Any, *rest: Any, **named: Any) -> Any:
+        return a if known_number(b) == 0 else _once(original, builder, "sub", a, b, *rest, **named)
+
+    return sub
+
+
 def _known_comparison(original: Callable[..., Any]) -> Callable[..., Any]:
     def compare(builder: Any, how: str, a: Any, b: Any, *rest: Any, **named: Any) -> Any:
-        x, y = _number(a), _number(b)
+        x, y = known_number(a), known_number(b)
         if x is not None and y is not None:
             return ir.IntType(1)(int(COMPARED[how](x, y)))
-        return original(builder, how, a, b, *rest, **named)
+        return _once(original, builder, how, how, a, b, *rest, **named)
 
     return compare
 
 
 def _known_choice(original: Callable[..., Any]) -> Callable[..., Any]:
     def select(builder: Any, condition: Any, a: Any, b: Any, *rest: Any, **named: Any) -> Any:
-        known = _number(condition)
-        return original(builder, condition, a, b, *rest, **named) if known is None else a if known else b
+        known = known_number(condition)
+        if known is None:
+            return _once(original, builder, "select", condition, a, b, *rest, **named)
+        return a if known else b
 
     return select
 
 
-class CallStatus:
-    """How a call ended, as numba's `Status`: each question is put into code where it is asked.
-
-    Parameters
-    ----------
-    builder : IRBuilder
-    code : value
-        What the function returned.
-    error : value
-        Where it says more of an error.
-    """
-
-    def __init__(self, builder: Any, code: Any, error: Any) -> None:
-        self._builder, self.code, self._error = builder, code, error
-
-    def _is(self, code: Any, how: str = "==") -> Any:
-        return self._builder.icmp_signed(how, self.code, code)
-
-    @property
-    def is_ok(self) -> Any:
-        """Whether there is a result."""
-        return self._builder.or_(self._is(callconv.RETCODE_OK), self.is_none)
-
-    @property
-    def is_error(self) -> Any:
-        """Whether there is none."""
-        return self._builder.not_(self.is_ok)
-
-    @property
-    def is_none(self) -> Any:
-        """Whether it is None."""
-        return self._is(callconv.RETCODE_NONE)
-
-    @property
-    def is_python_exc(self) -> Any:
-        """Whether Python knows the error."""
-        return self._is(callconv.RETCODE_EXC)
-
-    @property
-    def is_stop_iteration(self) -> Any:
-        """Whether an iterator has ended."""
-        return self._is(callconv.RETCODE_STOPIT)
-
-    @property
-    def is_user_exc(self) -> Any:
-        """Whether the function raised."""
-        return self._is(callconv.RETCODE_USEREXC, ">=")
-
-    @property
-    def excinfoptr(self) -> Any:
-        """Where it says what it raised."""
-        return self._builder.select(self.is_user_exc, self._error, ir.Constant(self._error.type, ir.Undefined))
-
-
-def _status_of(convention: Any, builder: Any, code: Any, error: Any) -> CallStatus:
-    return CallStatus(builder, code, error)
+def _once(original: Callable[..., Any], builder: Any, code: str, /, *operands: Any, **named: Any) -> Any:
+    """Return an instruction, or the same one where its block has it already."""
+    if named:
+        return original(builder, *operands, **named)
+    known = builder.block.__dict__.setdefault("known", {})
+    key = code, *(one if isinstance(one, (str, ir.Constant)) else id(one) for one in operands)
+    if key not in known:
+        known[key] = original(builder, *operands)
+    return known[key]
 
 
 def _without_unused(original: Callable[..., Any]) -> Callable[..., Any]:
@@ -196,37 +155,14 @@ def _without_unused(original: Callable[..., Any]) -> Callable[..., Any]:
 def leave_out_unused(function: Any) -> None:
     """Take instructions out of a function whose values nothing uses."""
     used: set[int] = set()
-    waiting = [one for block in function.blocks for one in block.instructions if not isinstance(one, UNUSED)]
+    waiting = [one for block in function.blocks for one in block.instructions if type(one) not in VALUES]
     while waiting:
         one = waiting.pop()
         ways = one.incomings if isinstance(one, instructions.PhiInstr) else ()
         for operand in (*one.operands, *(value for value, _ in ways)):
             if id(operand) not in used:
                 used.add(id(operand))
-                if isinstance(operand, UNUSED):
+                if type(operand) in VALUES:
                     waiting.append(operand)
     for block in function.blocks:
-        block.instructions[:] = [one for one in block.instructions if not isinstance(one, UNUSED) or id(one) in used]
-
-
-def variables_in(instruction: Any, part: Any) -> list[Any]:
-    """Return the variables in a part of an instruction, as numba's `_rec_list_vars`, in the same order."""
-    found, waiting = [], [part]
-    while waiting:
-        one = waiting.pop()
-        kind = one.__class__
-        if kind is numba_ir.Var:
-            found.append(one)
-        elif kind in BARE:
-            continue
-        elif kind is list or kind is tuple:
-            waiting.extend(one[::-1])
-        elif kind is dict:
-            waiting.extend([*one.values()][::-1])
-        elif isinstance(one, numba_ir.Inst):
-            found += one.list_vars()
-        elif isinstance(one, (list, tuple)):
-            waiting.extend([*one][::-1])
-        elif isinstance(one, dict):
-            waiting.extend([*one.values()][::-1])
-    return found
+        block.instructions[:] = [one for one in block.instructions if type(one) not in VALUES or id(one) in used]

@@ -132,8 +132,11 @@ def _is_there(folder: Path, library: Library) -> bool:
     return path is not None and is_sound(path)
 
 
-def build_what_is_asked(folder: Path, generation: str | None, parts: int) -> None:
-    """Build the libraries whose names come by lines, in this process, which does nothing else; print how far it is."""
+def build_what_is_asked(folder: Path, generation: str | None) -> None:
+    """Build libraries in this process, which does nothing else; print how far it is.
+
+    Each line that comes has the name of one, and on how many cores it is optimised.
+    """
     end_with_parent()
     if generation is not None:
         os.environ |= {"NUMBA_CPU_NAME": GENERATIONS[generation].compiler_name, "NUMBA_CPU_FEATURES": ""}
@@ -150,9 +153,10 @@ def build_what_is_asked(folder: Path, generation: str | None, parts: int) -> Non
     threading.Thread(target=listen, daemon=True).start()
     build_alone()
     libraries = {library.name: (library, units) for library, units in all_libraries().items()}
-    while (name := names.get()) is not None:
+    while (line := names.get()) is not None:
+        name, parts = line.split()
         is_building.set()
-        write_library(folder, *libraries[name], parts)
+        write_library(folder, *libraries[name], int(parts))
         is_building.clear()
         print("done", flush=True)
 
@@ -184,7 +188,7 @@ def write_library(folder: Path, library: Library, units: Sequence[CompiledFuncti
             place.write_bytes(code)
         options = "-shared", "-fPIC", "-O2", "-Wl,-z,notext", "-Wl,-s", "-lm"
         command = [linker(), *map(str, places), str(support), *options, "-o", str(whole)]
-        subprocess.run(command, check=True, capture_output=True, text=True)
+        subprocess.run(command, check=True)
         keep(folder, library.file_name, whole.read_bytes())
 
 
@@ -195,7 +199,6 @@ def main() -> None:
     parser.add_argument("--wheel", choices=("here", "all"), help="into the package, for this generation or for all")
     parser.add_argument("--jobs", type=int, default=processors_here(), help="compilers side by side")
     parser.add_argument("--for", dest="generation", choices=GENERATIONS, help=argparse.SUPPRESS)
-    parser.add_argument("--parts", type=int, default=1, help=argparse.SUPPRESS)
     parser.add_argument("--worker", action="store_true", help=argparse.SUPPRESS)
     options = parser.parse_args()
 
@@ -203,7 +206,7 @@ def main() -> None:
         print(f"kanefe: {line}", flush=True)
 
     if options.worker:
-        build_what_is_asked(options.folder, options.generation, options.parts)
+        build_what_is_asked(options.folder, options.generation)
     elif options.wheel:
         generations = list(GENERATIONS) if options.wheel == "all" else generations_here()[:1]
         build_into_package(generations, options.jobs, say)

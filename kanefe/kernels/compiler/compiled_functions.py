@@ -12,7 +12,7 @@ import os
 import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -86,6 +86,7 @@ _libraries: dict[str, tuple[ctypes.CDLL, Path]] = {}
 _lock = threading.RLock()
 _opens = itertools.count()
 _foreseen: list[Callable[[], Iterable[CompiledFunction]]] = []
+_failures: list[str] = []  # of builds: none is tried again in this process
 
 
 def machine_code(unit: CompiledFunction) -> MachineCode:
@@ -170,15 +171,18 @@ def content_of(path: Path) -> bytes:
 def expect(units: Iterable[CompiledFunction]) -> None:
     """Have libraries that are missing built now, side by side, where files can be kept, with what is foreseen."""
     missing = _missing(units)
-    if missing and can_keep(own_folder()):
+    if missing and not _failures and can_keep(own_folder()):
         import subprocess
 
         from kanefe.kernels.compiler.side_by_side import build_libraries
 
         while _foreseen:  # asked once, and only now: what is there already costs nothing
             missing |= _missing(_foreseen.pop()())
-        with timed(), suppress(OSError, subprocess.SubprocessError):  # then each is built for this process alone
-            build_libraries([*missing.values()], own_folder(), processors_here(), _tell)
+        with timed():
+            try:
+                build_libraries([*missing.values()], own_folder(), processors_here(), _tell)
+            except (OSError, subprocess.SubprocessError) as error:  # each is built for this process alone
+                _failures.append(str(error) if isinstance(error, OSError) else "a builder failed, as is told above")
 
 
 def _missing(units: Iterable[CompiledFunction]) -> dict[str, Library]:
@@ -264,10 +268,8 @@ def _built_folders() -> tuple[Path, ...]:
 
 def _in_memory(unit: CompiledFunction) -> MachineCode:
     if _is_kept(unit):
-        _tell(
-            f"preparing the solver: one more part, some 10 s, in each process ({unit.name}): {own_folder()} cannot be "
-            f"written, or there is no compiler {linker()}"
-        )
+        why = [*_failures, f"{own_folder()} cannot be written, or there is no compiler {linker()}"][0]
+        _tell(f"preparing the solver: one more part, some 10 s, in each process ({unit.name}): {why}")
     made = unit.compile()
     address = made.address()
     return MachineCode(address, ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(address), made)

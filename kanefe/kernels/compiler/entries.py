@@ -107,7 +107,7 @@ class Bound:
         self._entry, self._values, self._arguments = entry, values, arguments
         self._signature = signature = signature_of(entry.function, values)
         places = (ctypes.c_int64 * max(signature.place_count, 1))()
-        numbers = (ctypes.c_double * (signature.error_at + 1))()
+        numbers = (ctypes.c_double * max(signature.number_room, 1))()
         self._later: list[Part] = []
         for part, value in zip(signature.parts, arguments, strict=True):
             if value is LATER:
@@ -167,13 +167,9 @@ class Bound:
         """Do in Python what a call does where nothing is compiled: scalars are read when it is called."""
         signature, given = self._signature, self.with_later(later)
         taken = [_read(part, value, places, numbers) for part, value in zip(signature.parts, given, strict=True)]
-        try:
-            found = self._entry.function(*taken)
-        except ZeroDivisionError:
-            numbers[signature.error_at] = 1.0
-            return
+        found = self._entry.function(*taken)
         if signature.result:
-            numbers[signature.number_count : signature.error_at] = found if len(signature.result) > 1 else [found]
+            numbers[signature.number_count : signature.number_room] = found if len(signature.result) > 1 else [found]
 
 
 class Call:
@@ -194,14 +190,12 @@ class Call:
         else:
             self._code, self._given = self._in_python, ()
         signature = bound.signature
-        self._error, self._found = signature.error_at, slice(signature.number_count, signature.error_at)
+        self._found = slice(signature.number_count, signature.number_room)
         self._others = [(i, kinds[kind]) for i, kind in enumerate(signature.result) if kind != NUMBER]
 
     def __call__(self) -> Any:
         """Call it; return what the kernel returns."""
         self._code(*self._given)
-        if self.numbers[self._error]:
-            raise ZeroDivisionError("complex division by zero")
         found = self.numbers[self._found]
         for i, kind in self._others:
             found[i] = kind(found[i])

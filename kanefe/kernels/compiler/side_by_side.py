@@ -56,8 +56,8 @@ def _build(libraries: Sequence[Library], folder: Path, jobs: int, say: Say, opti
     waiting, failed = [*libraries], list[subprocess.CalledProcessError]()
     progress, lock = BuildProgress(libraries, min(jobs, len(libraries)), say), threading.Lock()
     lines: SimpleQueue[tuple[str, str]] = SimpleQueue()
-    spare = max(jobs // len(libraries), 1) if hasattr(os, "fork") else 1  # cores for each library
-    command = [sys.executable, "-m", BUILDER, "--folder", str(folder), "--parts", str(spare), *options, "--worker"]
+    share = sum(one.seconds for one in libraries) / jobs if hasattr(os, "fork") else float("inf")  # of each core
+    command = [sys.executable, "-m", BUILDER, "--folder", str(folder), *options, "--worker"]
 
     def work() -> None:
         with subprocess.Popen(
@@ -69,7 +69,7 @@ def _build(libraries: Sequence[Library], folder: Path, jobs: int, say: Say, opti
                 if library is None:
                     break
                 lines.put((library.name, ""))
-                print(library.name, file=process.stdin, flush=True)
+                print(library.name, jobs if library.seconds > share else 1, file=process.stdin, flush=True)
                 for line in process.stdout or ():
                     lines.put((library.name, line.strip()))
                     if line.startswith("done"):

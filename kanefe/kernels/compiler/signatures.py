@@ -1,9 +1,8 @@
 """The C signature of kernels that are called from outside: where each part of their arguments is.
 
 A built kernel is ``void f(int64_t *places, double *numbers)``. `places` has whole numbers, addresses of functions, and
-of each array its address and its lengths; `numbers` has floating-point numbers and, behind them, what is returned and
-whether an error was raised. One such function serves any number of calls, from Python by ctypes and from other kernels
-by address.
+of each array its address and its lengths; `numbers` has floating-point numbers and, behind them, what is returned. One
+such function serves any number of calls, from Python by ctypes and from other kernels by address.
 """
 
 from __future__ import annotations
@@ -85,8 +84,8 @@ class Signature(NamedTuple):
     result: tuple[str, ...]
 
     @property
-    def error_at(self) -> int:
-        """Index in `numbers` of the flag of a raised error; it is the last one."""
+    def number_room(self) -> int:
+        """Length of `numbers`."""
         return self.number_count + len(self.result)
 
     def place_of(self, name: str, field: str) -> int:
@@ -135,7 +134,7 @@ def signature_of(function: Callable[..., Any], values: Numbers) -> Signature:
 
 
 def wrapper_source(signature: Signature) -> tuple[str, dict[str, Any]]:
-    """Return the source of the C function around a kernel for numba, and of `call` in it; and the tuples it names.
+    """Return the source of the C function around a kernel for numba, and the tuples it names.
 
     See `kanefe.kernels.compiler._numba_objects.compiled_entry` for the rest of the names in it.
     """
@@ -158,13 +157,5 @@ def wrapper_source(signature: Signature) -> tuple[str, dict[str, Any]]:
     lines = [f"found = function({', '.join(map(text, signature.parts))})"]
     for i, _ in enumerate(signature.result):
         lines.append(f"numbers[{first + i}] = found{f'[{i}]' if len(signature.result) > 1 else ''}")
-    body = "".join(f"    {line}\n" for line in lines)
-    # numba asks after each expression in a `try` whether it has raised: there is one alone
-    source = (
-        f"def call(places, numbers):\n{body}\n\n"
-        "def wrapper(places, numbers):\n"
-        f"    numbers[{signature.error_at}] = 0.0\n"
-        "    try:\n        call(places, numbers)\n"
-        f"    except Exception:\n        numbers[{signature.error_at}] = 1.0\n"
-    )
+    source = "def wrapper(places, numbers):\n" + "".join(f"    {line}\n" for line in lines)
     return source, types

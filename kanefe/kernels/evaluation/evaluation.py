@@ -163,7 +163,7 @@ def parts_of(tables: Tables | PlanarTables, vectors: np.ndarray) -> Parts:
 
 # Of a prepared call of `evaluate` and `evaluate_planar`: its place, and its numbers with what is returned
 IS_IMPLICIT = 0
-AT_TIME, SHARE_OF_DAMPING, SHARE_OF_STIFFNESS, DONE_AS, LEAST_PIVOT, IS_ERROR = range(6)
+AT_TIME, SHARE_OF_DAMPING, SHARE_OF_STIFFNESS, DONE_AS, LEAST_PIVOT = range(5)
 
 
 @entry(REAL, COMPLEX)

@@ -37,7 +37,7 @@ from kanefe.kernels.constraints.loop_tables import (
 from kanefe.kernels.constraints.row_wrenches import push_row, write_rows
 from kanefe.kernels.constraints.told_shares import told_multipliers
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
-from kanefe.kernels.evaluation.evaluation import AT_TIME, DONE_AS, IS_ERROR, LEAST_PIVOT
+from kanefe.kernels.evaluation.evaluation import AT_TIME, DONE_AS, LEAST_PIVOT
 from kanefe.kernels.evaluation.force_tables import (
     DRIVING,
     ENDS,
@@ -158,7 +158,7 @@ def forces_of_states(
         else:
             evaluation.numbers[AT_TIME] = times[k]
             call_address(evaluation.address, (evaluation.places, evaluation.numbers))
-            if evaluation.numbers[IS_ERROR] != 0.0 or evaluation.numbers[DONE_AS] != RATES:
+            if evaluation.numbers[DONE_AS] != RATES:
                 continue
             if evaluation.numbers[LEAST_PIVOT] < NEAR_SINGULAR:
                 continue

@@ -113,8 +113,6 @@ def pass_steps(
             places[going.most_at] = integers[STEPS] + 1
             call_address(going.call.address, (places, numbers))
             run.reals[TO_EVENT] = np.inf
-            if numbers[-1] != 0.0:  # what is raised in there is raised here
-                raise ZeroDivisionError
             command = int(numbers[going.command_at])
             if command != ACCEPTED:
                 return command, False
