@@ -95,8 +95,6 @@ class _Kernel:
         self.defined = {one.name for one in functions if not one.is_declaration}
         self.called = {one.name for one in functions if one.is_declaration}
         own = [one for one in functions if not one.is_declaration]
-        for one in own:
-            one.linkage = "external"  # else some of numba's are left out of a part that does not call them itself
         self.is_inlined = bool(own) and all(b"alwaysinline" in b" ".join(one.attributes) for one in own)
 
 
@@ -130,7 +128,12 @@ class _Work:
         self._wanted = wanted
         self._of_library = {name for kernel in kernels for name in kernel.defined}
         others = [kernel for i, kernel in enumerate(kernels) if kernel.is_inlined or i not in group]
-        self._seen = {name for kernel in others for name in kernel.called}  # by other parts
+        is_part = len(group) < len(kernels)
+        self._seen = {name for kernel in others for name in kernel.called} if is_part else set()  # by other parts
+        for kernel in self._own:
+            for one in kernel.library._final_module.functions:
+                if one.name in self._seen & kernel.defined:
+                    one.linkage = "external"  # else some of numba's are left out of a part that does not call them
         self._uses_vectors = {id(one.library) for kernel in vector_dispatchers() for one in kernel.overloads.values()}
 
     def code(self) -> bytes:
