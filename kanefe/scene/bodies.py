@@ -92,14 +92,14 @@ class BodyMethods(Scene):
         orientation: Orientation = (1.0, 0.0, 0.0, 0.0),
         gravity: bool = True,
     ) -> RigidBody:
-        """Add a mass point and return it: a rigid body without inertia that by default does not rotate.
+        """Add a mass point and return it: a rigid body without inertia, fixed to its parent or, without one, free.
 
         Parameters
         ----------
         name, mass, parent, at, orientation, gravity
             As for a rigid body.
         joint : Joint, optional
-            Default: Translation(), free along x, y and z of the parent.
+            Default: Fixed(); without a parent, or on the ground, Translation(): free along x, y and z.
 
         Raises
         ------
@@ -111,12 +111,17 @@ class BodyMethods(Scene):
         >>> import kanefe as kf
         >>> scene = kf.System(gravity=(0, 0, -9.81))
         >>> ball = scene.add_point("ball", 0.1, joint=kf.Translation(velocity=(3.0, 0.0, 4.0)))
+        >>> arm = scene.add_rigid_body("arm", 1.0, 0.1, joint=kf.Revolute("y"))
+        >>> tip = scene.add_point("tip", 0.2, parent=arm, at=(1.0, 0.0, 0.0))
         """
+        is_on_ground = parent is None or (isinstance(parent, Frame) and parent.number < 0)
+        if joint is None:
+            joint = Translation() if is_on_ground else Fixed()
         return self.add_rigid_body(
             name,
             mass,
             parent=parent,
-            joint=Translation() if joint is None else joint,
+            joint=joint,
             at=at,
             orientation=orientation,
             gravity=gravity,
