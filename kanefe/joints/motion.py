@@ -227,15 +227,15 @@ class Motion:
         --------
         >>> swing = Motion(lambda t: 0.1 * t * t, lambda t: 0.2 * t, lambda t: 0.2).compiled()
         """
-        from kanefe.kernels.compiler._numba import compiled
+        from kanefe.kernels.compiler._numba_functions import compiled_of_time
 
         position, velocity, acceleration = self.position, self.velocity, self.acceleration
         if self.pieces is not None or velocity is None or acceleration is None:
             return self
         return Motion(
-            compiled(position, "position of a Motion"),
-            compiled(velocity, "velocity of a Motion"),
-            compiled(acceleration, "acceleration of a Motion"),
+            compiled_of_time(position, "position of a Motion"),
+            compiled_of_time(velocity, "velocity of a Motion"),
+            compiled_of_time(acceleration, "acceleration of a Motion"),
             self.span,
         )
 

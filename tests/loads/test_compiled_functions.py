@@ -182,6 +182,29 @@ def test_loops_are_closed_at_samples(monkeypatch: pytest.MonkeyPatch) -> None:
     np.testing.assert_allclose(*angles, rtol=0, atol=1e-12)
 
 
+@pytest.mark.skipif(not IS_COMPILED, reason="kernels are run as Python")
+def test_defaults_hold_the_values_of_a_loop() -> None:
+    """The idiom ``lambda t, k=k: ...``: all that is compiled in a loop would else see the last value."""
+    amplitudes = np.array([3.0, 2.0])
+
+    def end(function: Any, **options: Any) -> float:
+        scene = kf.System()
+        hub = scene.add_rigid_body("hub", 1.0, 1.0, joint=kf.Revolute("z", position=1.0))
+        scene.add_motor(hub, kf.compiled(function, **options))
+        return float(scene.simulate((0.0, 1.0), rtol=1e-9).joint_coordinates("hub")[-1, 0])
+
+    for k in (2.0, 3):
+        assert end(lambda t, k=k: 1.0 * k) == pytest.approx(1.0 + 0.5 * k)
+        assert end(lambda t, y, k=k: -k * k * y[0]) == pytest.approx(np.cos(k))
+    read = end(lambda t, x, a=amplitudes, c=2.0: -c * a[1] * x[0], reads="joint_coordinates hub")
+    assert read == pytest.approx(np.cos(2.0))
+    turn = kf.Motion(lambda t, c=2.0: c * t * t, lambda t, c=2.0: 2.0 * c * t, lambda t, c=2.0: 2.0 * c).compiled()
+    scene = kf.System()
+    scene.add_rigid_body("hub", 1.0, 1.0, joint=kf.Revolute("z", motion=turn))
+    assert scene.simulate((0.0, 1.0)).joint_coordinates("hub")[-1] == pytest.approx(2.0)
+
+
+
 def test_what_python_has_to_read_is_read_there() -> None:
     given = [sampled_bar(function, 0.0).copy() for function in (SUM_UP, sum_in_python)]
     for scene, function in zip(

@@ -17,7 +17,7 @@ from functools import cache, lru_cache
 from types import FunctionType
 from typing import Any, TypeVar
 
-from kanefe.errors import MissingDependency, ModelError
+from kanefe.errors import MissingDependency
 from kanefe.kernels.compiler.arrays import FILLER
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -211,23 +211,6 @@ def _law_by_address() -> Any:
         return written(*given), build
 
     return call_law
-
-
-def compiled(function: Callable[[float], float], label: str) -> Callable[[float], float]:
-    """Compile a function of a number of the user; a ModelError names `label` if numba cannot."""
-    if not IS_COMPILED or hasattr(function, "py_func"):
-        return function
-    numba = numba_for(f"the compiled {label}")
-    from numba import types
-
-    try:
-        return numba.njit(types.float64(types.float64))(function)  # type: ignore[no-any-return]
-    except (numba.core.errors.NumbaError, TypeError) as error:
-        reason = str(error).strip().splitlines()[-1]
-        raise ModelError(
-            f"the {label} cannot be compiled: {reason}. Remedy: use numbers, math and conditions alone, or leave it in "
-            "Python, a Motion without compiled()"
-        ) from error
 
 
 Part = tuple[Callable[..., Any], int, int, bool]

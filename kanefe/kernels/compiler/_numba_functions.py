@@ -42,13 +42,37 @@ def offered(function: Function, name: str, parameters: int) -> Function:
     made = function if hasattr(function, "py_func") else numba.njit(function)
     arrays = types.Array(types.float64, 1, "C", readonly=True), types.float64[::1]
     try:
-        checked(made).compile((types.float64, *arrays[: parameters - 1]))  # type: ignore[attr-defined]
+        checked(made).compile((types.float64, *arrays[: parameters - 1], *left_out(made)))  # type: ignore[attr-defined]
     except (numba.core.errors.NumbaError, TypeError, NotImplementedError) as error:
         raise ModelError(
             f"kanefe.compiled cannot compile {name!r}: {_reason(error)}. Remedy: what numba knows: numbers, arrays, "
             "math and numpy (reads.copy() to change it); or the function in Python, without kanefe.compiled"
         ) from error
     return made  # type: ignore[no-any-return]
+
+
+def compiled_of_time(function: Callable[[float], float], label: str) -> Callable[[float], float]:
+    """Compile a function of a number of the user; a ModelError names `label` if numba cannot."""
+    if not IS_COMPILED or hasattr(function, "py_func"):
+        return function
+    numba = numba_for(f"the compiled {label}")
+    from numba import types
+
+    try:
+        return numba.njit(types.float64(types.float64, *left_out(function)))(function)  # type: ignore[no-any-return]
+    except (numba.core.errors.NumbaError, TypeError) as error:
+        reason = str(error).strip().splitlines()[-1]
+        raise ModelError(
+            f"the {label} cannot be compiled: {reason}. Remedy: use numbers, math and conditions alone, or leave it in "
+            "Python, a Motion without compiled()"
+        ) from error
+
+
+def left_out(function: Function) -> tuple[Any, ...]:
+    """Return the types of the arguments that calls leave out: those with a default, as in ``lambda t, k=k: k * t``."""
+    from numba.core.types import misc
+
+    return tuple(map(misc.Omitted, getattr(function, "py_func", function).__defaults__ or ()))
 
 
 def _reason(error: Exception) -> str:
@@ -76,7 +100,7 @@ def controller_function(function: Function, counts: tuple[int, int, int], label:
     from numba import types
 
     own, arrays = checked(function), (types.Array(types.float64, 1, "C", readonly=True), types.float64[::1])
-    own.compile((types.float64, *arrays))  # type: ignore[attr-defined]
+    own.compile((types.float64, *arrays, *left_out(function)))  # type: ignore[attr-defined]
     given = own.nopython_signatures[0].return_type  # type: ignore[attr-defined]
     written = ", ".join(f"float(given[{i}])" for i in range(drives))
     source = "(float(given),)" if isinstance(given, (types.Number, types.Boolean)) else f"({written},)"
@@ -178,7 +202,7 @@ def _reading(function: Function) -> Function:
     state = types.Array(types.float64, 1, "C", readonly=True)
     plain, options = function.py_func, checked(function).targetoptions  # type: ignore[attr-defined]
     options = {name: value for name, value in options.items() if name != "nopython"}
-    return numba.njit([(types.float64, state)], **options)(plain)  # type: ignore[no-any-return]
+    return numba.njit([(types.float64, state, *left_out(function))], **options)(plain)  # type: ignore[no-any-return]
 
 
 def _check_reads(function: Function, label: str) -> None:
@@ -188,7 +212,7 @@ def _check_reads(function: Function, label: str) -> None:
         _reading(function)
     except Exception as error:
         try:
-            checked(function).compile((numba.float64, numba.float64[::1]))  # type: ignore[attr-defined]
+            checked(function).compile((numba.float64, numba.float64[::1], *left_out(function)))  # type: ignore[attr-defined]
         except numba.core.errors.NumbaError:
             return  # there is more amiss with it
         raise ModelError(

@@ -10,7 +10,8 @@ from benchmarks.clocks import repeated
 from benchmarks.goals import Figure, Goal, median
 from benchmarks.work_precision.machine import Machine
 from kanefe.environment import Sea, Ship, example_rao
-from kanefe.kernels.compiler._numba import IS_COMPILED, compiled
+from kanefe.kernels.compiler._numba import IS_COMPILED
+from kanefe.kernels.compiler._numba_functions import compiled_of_time
 from kanefe.kernels.compiler.addresses import addresses
 from kanefe.kernels.links.deck_motion import deck_motion
 from kanefe.kernels.links.places import SIGNATURE
@@ -40,7 +41,7 @@ def deck_calls(machine: Machine) -> list[Figure]:
             call(place, q.ctypes.data, out.ctypes.data)
         return out[0]
 
-    fast = compiled(march, "the loop over calls")
+    fast = compiled_of_time(march, "the loop over calls")
     step = SPAN / CALLS
     fast(step)
     times = [repeated(lambda: fast(step), 1) / CALLS for _ in range(ROUNDS)]
