@@ -182,7 +182,6 @@ def test_loops_are_closed_at_samples(monkeypatch: pytest.MonkeyPatch) -> None:
     np.testing.assert_allclose(*angles, rtol=0, atol=1e-12)
 
 
-@pytest.mark.skipif(not IS_COMPILED, reason="kernels are run as Python")
 def test_defaults_hold_the_values_of_a_loop() -> None:
     """The idiom ``lambda t, k=k: ...``: all that is compiled in a loop would else see the last value."""
     amplitudes = np.array([3.0, 2.0])
@@ -202,7 +201,6 @@ def test_defaults_hold_the_values_of_a_loop() -> None:
     scene = kf.System()
     scene.add_rigid_body("hub", 1.0, 1.0, joint=kf.Revolute("z", motion=turn))
     assert scene.simulate((0.0, 1.0)).joint_coordinates("hub")[-1] == pytest.approx(2.0)
-
 
 
 def test_what_python_has_to_read_is_read_there() -> None:
