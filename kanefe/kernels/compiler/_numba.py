@@ -17,6 +17,8 @@ from functools import cache, lru_cache
 from types import FunctionType
 from typing import Any, TypeVar
 
+import numpy as np
+
 from kanefe.errors import MissingDependency
 from kanefe.kernels.compiler.arrays import FILLER
 
@@ -31,6 +33,10 @@ RELAXED = {"contract", "nsz", "arcp"}
 # A kernel is called by kernels only: without the wrappers for Python it compiles faster. None of them makes an array
 # that outlives it, so that none counts references to arrays, which would cost more than half of a small evaluation.
 INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
+
+# A function around one of the user that compiled code alone calls: what Python would call it by takes half of its
+# compilation.
+INSIDE = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 _seconds_compiling = 0.0
 
@@ -234,22 +240,26 @@ def compiled_filler(parts: tuple[Part, ...]) -> Callable[..., None]:
     numba = numba_for("a compiled function")
     from kanefe.kernels.compiler._numba_pointers import c_function, c_signature
 
-    chain = numba.njit(lambda t, y, inputs: None)
+    chain = numba.njit(**INSIDE)(lambda t, y, inputs: None)
     for part in parts:
         chain = _filler_of(part, chain)
     with timed():
-        return _CompiledFiller(chain, numba.cfunc(c_signature(FILLER))(c_function(chain, FILLER)))
+        return _CompiledFiller(numba.cfunc(c_signature(FILLER))(c_function(chain, FILLER)))
 
 
 class _CompiledFiller:
     """A compiled function (t, y, inputs), for Python and, by its address, for kernels."""
 
-    def __init__(self, function: Callable[..., None], in_c: Any) -> None:
-        self._function, self._in_c = function, in_c
+    def __init__(self, in_c: Any) -> None:
+        self._in_c, self._call = in_c, in_c.ctypes
         self.address: int = in_c.address
 
     def __call__(self, t: float, y: Any, inputs: Any) -> None:
-        self._function(t, y, inputs)
+        from ctypes import POINTER, c_double, cast
+
+        state = np.ascontiguousarray(y, dtype=float)
+        given = [part for array in (state, inputs) for part in (cast(array.ctypes.data, POINTER(c_double)), len(array))]
+        self._call(t, *given)
 
 
 def _filler_of(part: Part, rest: Callable[..., None]) -> Callable[..., None]:
@@ -261,20 +271,20 @@ def _filler_of(part: Part, rest: Callable[..., None]) -> Callable[..., None]:
         value = function
     else:
 
-        @numba.njit
+        @numba.njit(**INSIDE)
         def value(t: float, y: Any) -> Any:
             return function(t)
 
     if count == 0:
 
-        @numba.njit
+        @numba.njit(**INSIDE)
         def fill(t: float, y: Any, inputs: Any) -> None:
             inputs[at] = value(t, y)
             rest(t, y, inputs)
 
     else:
 
-        @numba.njit
+        @numba.njit(**INSIDE)
         def fill(t: float, y: Any, inputs: Any) -> None:
             values = value(t, y)
             for i in range(count):

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.kernels.compiler._numba import IS_COMPILED, numba_for
+from kanefe.kernels.compiler._numba import INSIDE, IS_COMPILED, numba_for
 
 Function = Callable[..., Any]
 
@@ -202,7 +202,7 @@ def _reading(function: Function) -> Function:
     state = types.Array(types.float64, 1, "C", readonly=True)
     plain, options = function.py_func, checked(function).targetoptions  # type: ignore[attr-defined]
     options = {name: value for name, value in options.items() if name != "nopython"}
-    return numba.njit([(types.float64, state, *left_out(function))], **options)(plain)  # type: ignore[no-any-return]
+    return numba.njit([(types.float64, state, *left_out(function))], **options, **INSIDE)(plain)  # type: ignore[no-any-return]
 
 
 def _check_reads(function: Function, label: str) -> None:
@@ -243,7 +243,7 @@ def _reader(terms: tuple[tuple[tuple[int, float], ...], ...]) -> Function:
     places = np.array([place for own in terms for place, _ in own], dtype=np.int64)
     factors = np.array([factor for own in terms for _, factor in own], dtype=float)
 
-    @numba.njit
+    @numba.njit(**INSIDE)
     def read(y: Any) -> Any:
         found = np.zeros(len(ends) - 1)
         for i in range(len(found)):
@@ -260,12 +260,12 @@ def _guarded(function: Function, given: Given) -> Function:
     size, axes = given.size, given.axes
     numba = numba_for("a compiled function")
     own = checked(function) if size is None else _reading(function)
-    called = numba.njit((lambda t, y: own(t)) if size is None else (lambda t, y: own(t, y[:size])))
+    called = numba.njit(**INSIDE)((lambda t, y: own(t)) if size is None else (lambda t, y: own(t, y[:size])))
     if given.terms is not None:
         read = _reader(given.terms)
-        called = numba.njit(lambda t, y: own(t, read(y)))
+        called = numba.njit(**INSIDE)(lambda t, y: own(t, read(y)))
 
-    @numba.njit
+    @numba.njit(**INSIDE)
     def turned(x: float, y: float, z: float) -> Any:
         if axes is None:
             return x, y, z
@@ -285,6 +285,6 @@ def _guarded(function: Function, given: Given) -> Function:
         except Exception:  # noqa: BLE001 - numba knows no other
             return np.nan, np.nan, np.nan
 
-    value = numba.njit(three if given.values else number)
+    value = numba.njit(**INSIDE)(three if given.values else number)
     none = np.zeros(0)
-    return numba.njit(lambda t: value(t, none)) if size is None else value  # type: ignore[no-any-return]
+    return numba.njit(**INSIDE)(lambda t: value(t, none)) if size is None else value  # type: ignore[no-any-return]
