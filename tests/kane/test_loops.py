@@ -306,9 +306,9 @@ def test_a_redundant_loop_carries_its_load_with_least_norm():
 
 def test_a_crank_rocker_does_not_leave_its_reach():
     """A rocker too long to turn over, driven through: the run ends at the dead centre and says so."""
-    scene = four_bar(rocker=0.9, motion=kf.Motion.steady(2.0, 0.6))
+    scene = four_bar(rocker=0.9, motion=kf.Motion.steady(2.0, 1.2))
     with pytest.warns(kf.SimulationWarning, match=r"at a singular position.*within its reach"):
-        result = scene.simulate((0.0, 3.0), rtol=1e-6)
+        result = scene.simulate((0.0, 3.0), rtol=1e-4)
     assert result.status.kind == "failed"
     assert 0.5 < result.times[-1] < 1.5
 
