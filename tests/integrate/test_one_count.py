@@ -14,6 +14,7 @@ from kanefe.kernels.compiler import compiled_functions as units
 from kanefe.kernels.compiler._numba import IS_COMPILED
 from kanefe.kernels.compiler.addresses import house_address
 from kanefe.kernels.compiler.libraries import ENGINE, Library
+from kanefe_fem.demo import beam_arm, swing_scene
 from loop_scenes import four_bar
 from steel_beams import steel_bar
 
@@ -45,6 +46,10 @@ def _bar() -> kf.System:
     return steel_bar(reduction=kf.CraigBampton(modes=4), damping=kf.ModalDamping(0.01))
 
 
+def _swung() -> kf.System:
+    return swing_scene(beam_arm())
+
+
 @pytest.mark.parametrize(
     ("make", "method", "most_unused"),
     [
@@ -54,6 +59,7 @@ def _bar() -> kf.System:
         (four_bar, "auto", 0),
         (_bar, "extrapolation", 0),
         (_bar, "radau5", 0),
+        (_swung, "auto", 3),
         (_bar, "auto", 3),  # two methods and exact derivatives, which are as likely to be taken
     ],
 )

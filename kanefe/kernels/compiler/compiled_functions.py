@@ -86,6 +86,7 @@ _libraries: dict[str, tuple[ctypes.CDLL, Path]] = {}
 _lock = threading.RLock()
 _opens = itertools.count()
 _foreseen: list[Callable[[], Iterable[CompiledFunction]]] = []
+_asked: list[dict[str, Library]] = []  # what a build is to have, while that is asked for
 _failures: list[str] = []  # of builds: none is tried again in this process
 
 
@@ -171,13 +172,19 @@ def content_of(path: Path) -> bytes:
 def expect(units: Iterable[CompiledFunction]) -> None:
     """Have libraries that are missing built now, side by side, where files can be kept, with what is foreseen."""
     missing = _missing(units)
-    if missing and not _failures and can_keep(own_folder()):
+    if _asked:  # by what is foreseen, while it is looked through: built with the rest
+        _asked[-1].update(missing)
+    elif missing and not _failures and can_keep(own_folder()):
         import subprocess
 
         from kanefe.kernels.compiler.side_by_side import build_libraries
 
-        while _foreseen:  # asked once, and only now: what is there already costs nothing
-            missing |= _missing(_foreseen.pop()())
+        _asked.append(missing)
+        try:
+            while _foreseen:  # asked once, and only now: what is there already costs nothing
+                missing.update(_missing(_foreseen.pop()()))
+        finally:
+            _asked.pop()
         with timed():
             try:
                 build_libraries([*missing.values()], own_folder(), processors_here(), _tell)
