@@ -61,7 +61,8 @@ def compiled(
     """Return a function compiled by numba: a run that calls it stays in compiled code.
 
     It may use numbers, arrays, `math` and numpy as far as numba supports them, and the values that variables outside of
-    it have now, or that arguments have as a default: ``lambda t, k=k: k * t`` in a loop over k. Loads, motors, motions and sampled controllers take it where they take a function in Python.
+    it have now, or that arguments have as a default: ``lambda t, k=k: k * t`` in a loop over k. Loads, motors, motions
+    and sampled controllers take it where they take a function in Python.
 
     Parameters
     ----------

@@ -97,7 +97,10 @@ def iterate(mesh: str, count: str) -> dict[str, Any]:
     right = np.random.default_rng(0).standard_normal(body.free_count)
     clocks: dict[str, list[float]] = {"iteration": [], "solve": []}
     for _ in range(int(count)):
-        for name, call in (("iteration", lambda: stepper.iterate(h, du)), ("solve", lambda: border.factors.solve(right))):
+        for name, call in (
+            ("iteration", lambda: stepper.iterate(h, du)),
+            ("solve", lambda: border.factors.solve(right)),
+        ):
             start = time.process_time()
             call()
             clocks[name].append(time.process_time() - start)
