@@ -66,6 +66,7 @@ def moments_of_terms(terms: dict[str, Taylor], mass: float) -> MassMoments:
         If Oe includes stiffening and there is no Gr of order 1 to separate it from inertia.
     """
     count = terms["Me"].m0.shape[0]
+    terms = terms | {"J": _as_matrix(terms["J"])}
     shapes = {
         "mdCM": (3, 1),
         "J": (3, 3),
@@ -148,6 +149,14 @@ def _agree(found: np.ndarray | None, expected: np.ndarray, what: str, other: str
             f"{what} and {other} of the SID contradict each other by {abs(found - expected).max() / scale:.2g} of "
             "their largest entry. Remedy: check the program that wrote it, and that all terms are about the same frame"
         )
+
+
+def _as_matrix(J: Taylor) -> Taylor:
+    """Return the moments of inertia as a matrix, where a writer has them as six numbers: xx, yy, zz, xy, xz, yz."""
+    if J.m0.shape != (6, 1):
+        return J
+    entry_of = np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])
+    return Taylor(J.m0[entry_of, 0], None if J.m1 is None else J.m1[entry_of, 0], SYMMETRIC)
 
 
 def _shape_second(terms: dict[str, Taylor]) -> tuple[np.ndarray, list[int]]:

@@ -173,7 +173,19 @@ def swapped_products(text: str) -> str:
     return head + oe + tail
 
 
-@pytest.mark.parametrize("edit", [columns_before_modes, fortran, swapped_products], ids=lambda f: f.__name__)
+def moments_as_six_numbers(text: str) -> str:
+    """Return the file of a writer whose J is xx, yy, zz, xy, xz, yz, as in files of EMBS_ModelicaLib."""
+    head, J, tail = re.split(r"(?s)(\n  J\n.*?end J)", text)
+    J = J.replace("nrow = 3", "nrow = 6").replace("ncol = 3", "ncol = 1").replace("structure = 2", "structure = 3")
+    places = {"1, 1": 1, "2, 2": 2, "3, 3": 3, "2, 1": 4, "3, 1": 5, "3, 2": 6}
+    J = re.sub(r"m0\((\d, \d)\)", lambda m: f"m0({places[m[1]]}, 1)", J)
+    J = re.sub(r"m1\((\d), (\d+), (\d)\)", lambda m: f"m1({places[f'{m[1]}, {m[3]}']}, {m[2]}, 1)", J)
+    return head + J + tail
+
+
+@pytest.mark.parametrize(
+    "edit", [columns_before_modes, fortran, swapped_products, moments_as_six_numbers], ids=lambda f: f.__name__
+)
 def test_dialects(edit: Callable[[str], str], tmp_path: Path) -> None:
     assert_same_equations(round_trip(HELD, tmp_path, edit), HELD)
 
