@@ -25,7 +25,7 @@ from kanefe.storage.watched import long_work
 from kanefe_fem.mesh.checks import MeshWarning, refuse_shape
 from kanefe_fem.mesh.geo_commands import harmless_script, refuse_options
 from kanefe_fem.mesh.mesh import WHOLE_BODY, Mesh
-from kanefe_fem.mesh.msh_file import REMEDY, check_complete, msh_version
+from kanefe_fem.mesh.msh_file import REMEDY, check_complete, msh_version, named_groups
 from kanefe_fem.mesh.sagitta import sagitta
 from kanefe_fem.mesh.unfolded import unfolded
 
@@ -274,6 +274,8 @@ def _extract(gmsh: Any, path: Path) -> Mesh:
         raise MeshError(f"{source} has no elements. Remedy: mesh the geometry, and save all elements of its groups")
     file = _Source(source, path.suffix.lower() == ".msh" and msh_version(path).startswith("2"))
     groups = {d: _physical_groups(gmsh, d, d == dimension > 1, file) for d in range(4)}
+    if path.suffix.lower() == ".msh":
+        _warn_of_empty(groups, path)
 
     def blocks(d: int) -> dict[str, tuple[Cells, ...]]:
         return {
@@ -410,6 +412,19 @@ def _warn_left_out(gmsh: Any, dimension: int, groups: dict[str, list[Block]], so
         warnings.warn(
             f"{source}: {total - kept} of {total} cells belong to no physical group and are left out. "
             "Add them to a group if they are part of the body",
+            MeshWarning,
+            stacklevel=outside(),
+        )
+
+
+def _warn_of_empty(groups: dict[int, dict[str, list[Block]]], path: Path) -> None:
+    """Warn of groups that a file names and no element is in."""
+    empty = [name for dimension, name in named_groups(path) if name not in groups[dimension]]
+    if empty:
+        them = "it" if len(empty) == 1 else "them"
+        warnings.warn(
+            f"{path.name} names {', '.join(map(repr, empty))}, and no element is in {them}. "
+            "Remedy: write it again without Mesh.SaveAll, which leaves groups out of format 2.2",
             MeshWarning,
             stacklevel=outside(),
         )

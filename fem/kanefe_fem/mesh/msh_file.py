@@ -111,7 +111,8 @@ def check_complete(path: Path) -> None:
         if version not in ("2", "2.0", "2.1", "2.2", "4.1"):
             raise FileError(f"{path.name} has the mesh format {version}; 2.2 and 4.1 are supported. {REMEDY}")
         contents, position = [], 0
-        for section in (b"MeshFormat", b"Nodes", b"Elements"):
+        nodes_as = b"ParametricNodes" if data.find(b"$ParametricNodes") >= 0 else b"Nodes"  # of Mesh.SaveParametric
+        for section in (b"MeshFormat", nodes_as, b"Elements"):
             position = data.find(b"$" + section, position)
             end = data.find(b"$End" + section, max(position, 0))
             if position < 0 or end < 0:
@@ -124,6 +125,8 @@ def check_complete(path: Path) -> None:
         _check_names(path, data)
         one = re.match(rb"\$MeshFormat\s+[0-9.]+\s+1[^\n]*\n(.{4})", data[:200], re.DOTALL)  # if it is binary
         order = "" if one is None else "<" if one[1] == b"\1\0\0\0" else ">"
+        if version != "4.1" and order and nodes_as != b"Nodes":
+            raise FileError(f"{path.name} has parametric nodes in binary. {REMEDY}, without Mesh.SaveParametric")
         if version != "4.1":
             _check_references(path, data[contents[1]], data[contents[2]], order)
         else:
@@ -137,6 +140,15 @@ def msh_version(path: Path) -> str:
         # gmsh runs a file that does not begin with exactly these letters as a script
         head = re.match(rb"\$MeshFormat\s+([0-9.]+)\s+[01]\s", stream.read(200))
     return head.group(1).decode() if head else ""
+
+
+def named_groups(path: Path) -> list[tuple[int, str]]:
+    """Return dimension and name of the groups that a .msh file lists, also of those that no element is in."""
+    with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        start = data.find(b"$PhysicalNames")
+        text = data[start : data.find(b"$EndPhysicalNames", start)] if start >= 0 else b""
+    rows = re.findall(r'^\s*([0-3])\s+-?\d+\s+"(.*)"\s*$', text.decode("utf-8", "replace"), re.MULTILINE)
+    return [(int(dimension), name) for dimension, name in rows]
 
 
 def _check_names(path: Path, data: mmap.mmap) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import threading
+import warnings
 
 import numpy as np
 import pytest
@@ -308,6 +309,30 @@ class TestGmsh:
         with pytest.warns(MeshWarning, match="belong to no physical group"):
             mesh = read_mesh(path)
         assert volume(mesh) == pytest.approx(0.3 * 0.1 * 0.08, rel=1e-12)
+
+    @pytest.mark.parametrize(
+        ("nodes", "column", "groups", "words"),
+        [
+            ("Nodes", "", (1, 2), ""),
+            ("ParametricNodes", " 3 1", (1, 2), ""),  # of Mesh.SaveParametric
+            ("Nodes", "", (0, 0), "names 'body', 'root', and no element is in them"),  # of Mesh.SaveAll
+            ("Nodes", "", (1, 0), "names 'root', and no element is in it"),
+        ],
+    )
+    def test_what_gmsh_writes_of_a_tetrahedron(self, nodes, column, groups, words, tmp_path):
+        """Issues 1411 and 1388 of meshio have such files, of gmsh 4."""
+        places = enumerate(("0 0 0", "1 0 0", "0 1 0", "0 0 1"), 1)
+        rows = "".join(f"{number} {place}{column}\n" for number, place in places)
+        path = tmp_path / "one.msh"
+        path.write_text(
+            '$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n3 1 "body"\n2 2 "root"\n$EndPhysicalNames\n'
+            f"${nodes}\n4\n{rows}$End{nodes}\n"
+            f"$Elements\n2\n1 2 2 {groups[1]} 1 1 2 3\n2 4 2 {groups[0]} 1 1 2 3 4\n$EndElements\n"
+        )
+        with pytest.warns(MeshWarning, match=words) if words else warnings.catch_warnings():
+            mesh = read_mesh(path)
+        assert volume(mesh) == pytest.approx(1.0 / 6.0)
+        assert set(mesh.facets) == ({"root"} if groups[1] else set())
 
     def test_the_arm_that_comes_with_the_package(self):
         mesh = read_mesh(ARM)
