@@ -14,12 +14,13 @@ from kanefe.errors import FileError, KanefeError, MeshError, MissingDependency
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import corner_kind, is_supported
 from kanefe.fe_model.skin import facet_of
-from kanefe.imports.abaqus_input import keywords
+from kanefe.imports.abaqus_input import check_places, keywords, with_includes
 from kanefe.imports.text import read_text
 from kanefe_fem.mesh.abaqus_sets import face_corners, section_sets, surfaces
 from kanefe_fem.mesh.claimed_counts import check_counts
 from kanefe_fem.mesh.mesh import WHOLE_BODY, Mesh
 from kanefe_fem.mesh.named_files import check_named_files
+from kanefe_fem.mesh.nastran_places import check_nastran_places
 
 GROUP_DATA = (
     "gmsh:physical",
@@ -32,6 +33,9 @@ GROUP_DATA = (
     "Label",
 )
 """Names of integer cell data with the numbers of groups, in order of precedence."""
+
+NASTRAN = ".bdf", ".fem", ".nas"
+"""Suffixes of Nastran decks."""
 
 READS_AT_END = 1000
 """Number of reads at the end of a file above which its reader is in an endless loop."""
@@ -56,6 +60,10 @@ def read(path: Path, names: Mapping[int, str], trusted: bool = False) -> Mesh:
         raise FileError(f"{path.name}: surfaces of .wkt are not read. Remedy: write it as .stl, .ply or .vtu")
     check_named_files(path, trusted)
     check_counts(path)
+    if path.suffix.lower() == ".inp":
+        check_places(with_includes(path, path, trusted), path.name, "or mesh it with gmsh", takes_turned=True)
+    elif path.suffix.lower() in NASTRAN:
+        check_nastran_places(path)
     raw = _read(path)
     try:
         return _mesh_of(raw, path, names)

@@ -37,26 +37,29 @@ class Keyword:
         Data lines.
     comments : list of str
         Comment lines among them, without their stars.
+    at : int
+        Number of its line in its file.
     """
 
     name: str
     options: dict[str, str]
     lines: list[str] = field(default_factory=list)
     comments: list[str] = field(default_factory=list)
+    at: int = 0
 
 
 def keywords(text: str) -> list[Keyword]:
     """Return the keywords of an input file in their order."""
     blocks: list[Keyword] = []
     is_continued = False
-    for line in text.splitlines():
+    for at, line in enumerate(text.splitlines(), 1):
         if line.startswith("**"):
             if blocks:
                 blocks[-1].comments.append(line.lstrip("*").strip())
         elif line.startswith("*") or is_continued:
             fields = [part.strip() for part in line.lstrip("*").split(",")]
             if not is_continued:
-                blocks.append(Keyword(fields.pop(0).upper(), {}))
+                blocks.append(Keyword(fields.pop(0).upper(), {}, at=at))
             for part in filter(None, fields):
                 name, _, value = part.partition("=")
                 blocks[-1].options[name.strip().upper()] = value.strip()
@@ -76,26 +79,12 @@ def node_table(path: str | Path, trusted: bool = False) -> NodeTable:
     ModelError
         If it has several instances, or moves nodes or rotates their degrees of freedom, which is not supported.
     """
-    blocks = _with_includes(Path(path), Path(path), trusted)
-    instances = [block for block in blocks if block.name == "INSTANCE"]
-    if len(instances) > 1 or any(block.lines for block in instances):
-        raise ModelError(
-            f"{path} is an assembly of {len(instances)} instance(s) that are placed or share labels, so that labels in "
-            "its matrices are not those of its parts. Remedy: export a flat input file (no parts and assemblies), or "
-            "give the nodes as a dict of labels to coordinates"
-        )
-    for block in blocks:
-        if block.name in REFUSED and not (block.name == "SYSTEM" and not block.lines):
-            raise ModelError(
-                f"{path} has *{block.name}: {REFUSED[block.name]}, which are not supported. Remedy: export the model "
-                "in global coordinates, or give the nodes as a dict of labels to coordinates"
-            )
+    blocks = with_includes(Path(path), Path(path), trusted)
+    check_places(blocks, path, "or give the nodes as a dict of labels to coordinates")
     rows: list[np.ndarray] = []
     sets: dict[str, list[int]] = {}
     for block in blocks:
         if block.name == "NODE" and block.lines:
-            if block.options.get("SYSTEM", "R").upper() != "R":
-                raise ModelError(f"{path} has nodes in cylindrical or spherical coordinates. Remedy: SYSTEM=R")
             rows.append(_node_rows(block, path))
             if "NSET" in block.options:
                 sets.setdefault(block.options["NSET"], []).extend(rows[-1][:, 0].astype(int).tolist())
@@ -106,6 +95,44 @@ def node_table(path: str | Path, trusted: bool = False) -> NodeTable:
         raise FileError(f"{path} has no *NODE. Remedy: give the input file of the job that wrote the matrices")
     frozen = {name: np.unique(np.array(members, dtype=np.int64)) for name, members in sets.items() if members}
     return NodeTable.of_rows(np.concatenate(rows), str(path), frozen)
+
+
+def check_places(blocks: list[Keyword], path: str | Path, otherwise: str, takes_turned: bool = False) -> None:
+    """Refuse what places nodes elsewhere than where their coordinates are.
+
+    Parameters
+    ----------
+    blocks : list of Keyword
+    path : path
+    otherwise : str
+        Another remedy than an export, for the message.
+    takes_turned : bool
+        Whether degrees of freedom may have axes of their own.
+
+    Raises
+    ------
+    ModelError
+        Naming the keyword, and the line that it begins at.
+    """
+    instances = [block for block in blocks if block.name == "INSTANCE"]
+    if len(instances) > 1 or any(block.lines for block in instances):
+        at = next((block for block in instances if block.lines), instances[-1]).at
+        raise ModelError(
+            f"{path} is an assembly of {len(instances)} instance(s) that are placed or share labels (line {at}), so "
+            "that its nodes are not where its parts have them. Remedy: export a flat input file (no parts and "
+            f"assemblies), {otherwise}"
+        )
+    for block in blocks:
+        is_end = block.name == "SYSTEM" and not block.lines
+        if block.name in REFUSED and not is_end and not (takes_turned and block.name == "TRANSFORM"):
+            raise ModelError(
+                f"{path} has *{block.name} (line {block.at}): {REFUSED[block.name]}, which are not supported. Remedy: "
+                f"export the model in global coordinates, {otherwise}"
+            )
+        if block.name == "NODE" and block.lines and block.options.get("SYSTEM", "R").upper() != "R":
+            raise ModelError(
+                f"{path} has nodes in cylindrical or spherical coordinates (line {block.at}). Remedy: SYSTEM=R"
+            )
 
 
 def _node_rows(block: Keyword, path: str | Path) -> np.ndarray:
@@ -134,7 +161,7 @@ def _members(block: Keyword, sets: dict[str, list[int]], path: str | Path) -> li
     return members
 
 
-def _with_includes(path: Path, top: Path, trusted: bool, depth: int = 0) -> list[Keyword]:
+def with_includes(path: Path, top: Path, trusted: bool, depth: int = 0) -> list[Keyword]:
     """Return the keywords of a file with those of ``*INCLUDE, INPUT=file`` in their place."""
     if depth > 10:
         raise FileError(f"{path} includes itself. Remedy: check its *INCLUDE")
@@ -144,5 +171,5 @@ def _with_includes(path: Path, top: Path, trusted: bool, depth: int = 0) -> list
         if block.name == "INCLUDE":
             named = path.parent / block.options.get("INPUT", "")
             other = named_file(named, path, top=top, trusted=trusted, reader="read_abaqus")
-            found += _with_includes(other, top, trusted, depth + 1)
+            found += with_includes(other, top, trusted, depth + 1)
     return found
