@@ -256,7 +256,7 @@ class TestFiles:
         ],
     )
     def test_places_of_an_abaqus_deck_that_its_reader_would_drop(self, deck, words, tmp_path):
-        """The reader of meshio 5 takes all of these, with nodes where their coordinates are (its issues 1456 and 1569)."""
+        """The reader takes all of these, with nodes where their coordinates are (issues 1456 and 1569 of meshio)."""
         cube = "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n"
         cube += "*ELEMENT,TYPE=C3D8,ELSET=E\n1,1,2,3,4,5,6,7,8\n"
         (tmp_path / "more.inp").write_text("*SYSTEM\n10,0,0,11,0,0\n")
