@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import logging
+from copy import deepcopy
+from io import BytesIO
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 from kanefe.errors import FileError, MissingDependency
 
@@ -12,8 +15,8 @@ _DAMAGE = (ValueError, KeyError, IndexError, TypeError, AttributeError, OSError)
 """Exceptions that yourdfpy raises on elements with missing parts."""
 
 
-def parsed(path: Path) -> Any:
-    """Return yourdfpy's ``Robot`` of a well-formed file; files of shapes are not read.
+def parsed(root: ElementTree.Element, path: Path) -> Any:
+    """Return yourdfpy's ``Robot`` of the root element of a file, without its shapes, which may be of any kind.
 
     Raises
     ------
@@ -22,9 +25,13 @@ def parsed(path: Path) -> Any:
     MissingDependency
         Without yourdfpy.
     """
-    urdf = _import_yourdfpy()
+    urdf, mechanism = _import_yourdfpy(), deepcopy(root)
+    for link in mechanism.findall("link"):
+        for shape in (*link.findall("visual"), *link.findall("collision")):
+            link.remove(shape)
+    file = BytesIO(ElementTree.tostring(mechanism))
     try:
-        return urdf.URDF.load(str(path), build_scene_graph=False, load_meshes=False, mesh_dir="").robot
+        return urdf.URDF.load(file, build_scene_graph=False, load_meshes=False, mesh_dir="").robot
     except _DAMAGE as error:
         raise FileError(
             f"{path} is not a complete URDF file ({type(error).__name__}: {error}). Remedy: check that robot, links "

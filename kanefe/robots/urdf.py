@@ -98,7 +98,7 @@ def read_urdf(
         raise ModelError(f"base must be a joint, such as Free(position=(0, 0, 0.6)), not {base!r}")
     source = Path(path)
     elements = _well_formed(source)
-    found = _yourdfpy.parsed(source)
+    found = _yourdfpy.parsed(elements, source)
     _rename(found)
     choices = Choices({} if positions is None else positions, joint_forces, limit_stiffness, limit_damping)
     robot = Robot(found.name)

@@ -124,6 +124,26 @@ def test_floating_joints_and_slashes_in_names(tmp_path: Path) -> None:
     assert fallen == pytest.approx([0, 0, -0.5 * 9.81], abs=1e-6)
 
 
+HINGE = joint("j", "revolute", "base", "a")
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        "<collision><geometry><capsule radius='.1' length='.2'/></geometry></collision>",  # of bullet3
+        "<collision><geometry><plane normal='0 0 1'/></geometry></collision>",
+        "<visual><geometry><d:ellipsoid xmlns:d='http://drake.mit.edu' a='1' b='1' c='1'/></geometry></visual>",
+        "<visual><geometry/></visual>",
+        "<visual><origin xyz='0 0 0'/></visual>",
+    ],
+)
+def test_shapes_that_are_never_used_need_not_be_known(shape: str, tmp_path: Path) -> None:
+    path = write(tmp_path, link("base"), link("a").replace("</link>", f"{shape}</link>"), HINGE)
+    scene = kf.read_urdf(path)
+    assert scene.joints["j"] == "a"
+    assert scene.freeze().mass_matrix(0.0, scene.freeze().initial_state).shape == (1, 1)
+
+
 def test_inertia_about_one_axis_is_taken_where_the_link_turns_about_others(tmp_path: Path) -> None:
     """Placeholders of converters; scenes of the user's own refuse them."""
     path = write(tmp_path, link("base"), link("a", moments=(0.0, 0.1, 0.0)), joint("j", "floating", "base", "a"))
@@ -147,7 +167,6 @@ def test_a_converters_round_off_is_a_point(tmp_path: Path) -> None:
     assert not kf.read_urdf(path)._entries[1].rigid.inertia.any()
 
 
-HINGE = joint("j", "revolute", "base", "a")
 REFUSED = {
     "no link": ((), "has no links"),
     "two roots": ((link("base"), link("a")), "2 links that no joint carries: base, a. Remedy"),

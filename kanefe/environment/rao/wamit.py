@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from kanefe.environment.rao.rao import MotionRao
 from kanefe.environment.rao.rao_convention import RaoConvention
 from kanefe.environment.rao.rao_grid import Rows, number_lines, numbers_of
-from kanefe.errors import FileError, ModelError
+from kanefe.errors import AccuracyWarning, FileError, ModelError, outside
 
 COLUMNS = 7
 """Number of columns: period, heading, motion, modulus, phase, real and imaginary part."""
@@ -48,6 +49,14 @@ def read_wamit(
     rows = [numbers_of(line, COLUMNS, f"{path}, {line[:40]!r}") for line in lines if line.strip()]
     table = np.array([row[:COLUMNS] for row in rows])
     table = table[table[:, 0] > 0.0] if len(table) else table
+    more = sorted({int(row[2]) for row in table if row[2] > 6})
+    if more:
+        warnings.warn(
+            f"{path}: motions {more[0]} to {more[-1]}, generalised modes or those of another body, are left out",
+            AccuracyWarning,
+            stacklevel=outside(),
+        )
+        table = table[table[:, 2] <= 6]
     if len(table) % 6 or not len(table) or np.any(table[:, 2].reshape(-1, 6) != np.arange(1, 7)):
         raise FileError(
             f"{path}: motions 1 to 6 of each period and heading were expected. Remedy: WAMIT's .4 of one body, whole"

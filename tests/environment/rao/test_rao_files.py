@@ -69,6 +69,19 @@ def test_wamit(tmp_path: Path) -> None:
         kf.read_rao(path, length=2500.0)
 
 
+def test_generalised_modes_of_wamit_are_left_out_and_told(tmp_path: Path) -> None:
+    """As barge.4 of WEC-Sim's applications has them."""
+    path, rows = write_wamit(tmp_path / "barge.4"), []
+    for row in path.read_text().splitlines():
+        rows.append(row)
+        fields = row.split()
+        if fields[2] == "6":
+            rows += [" ".join((*fields[:2], str(mode), *fields[3:])) for mode in (7, 8)]
+    path.write_text("\n".join(rows) + "\n")
+    with pytest.warns(AccuracyWarning, match=r"barge\.4: motions 7 to 8, generalised modes .* are left out"):
+        assert_same_ship(kf.read_rao(path, length=50.0))
+
+
 def test_capytaine(tmp_path: Path) -> None:
     pytest.importorskip("xarray")
     dataset = capytaine_dataset()
