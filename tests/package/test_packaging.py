@@ -14,7 +14,7 @@ from repository import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
-FOLDERS = {"kanefe", "meshes", "fem", "tests", "examples", "docs", ".ci"}
+FOLDERS = {"kanefe", "meshes", "fem", "tests", "examples", "docs", "findings", ".ci"}
 FILES = {"pyproject.toml", "README.md", "LICENSE", "CHANGELOG.md", "CONTRIBUTING.md", "ARCHITECTURE.md", "Makefile"}
 FILES |= {"MANIFEST.in", "NOTICE.md", "CITATION.cff"}
 
