@@ -14,7 +14,7 @@ from kanefe.errors import FileError, KanefeError, MeshError, MissingDependency
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import corner_kind, is_supported
 from kanefe.fe_model.skin import facet_of
-from kanefe.imports.abaqus_input import check_places, keywords, with_includes
+from kanefe.imports.abaqus_input import Keyword, check_places, keywords, with_includes
 from kanefe.imports.text import read_text
 from kanefe_fem.mesh.abaqus_sets import face_corners, section_sets, surfaces
 from kanefe_fem.mesh.claimed_counts import check_counts
@@ -60,13 +60,15 @@ def read(path: Path, names: Mapping[int, str], trusted: bool = False) -> Mesh:
         raise FileError(f"{path.name}: surfaces of .wkt are not read. Remedy: write it as .stl, .ply or .vtu")
     check_named_files(path, trusted)
     check_counts(path)
+    blocks: list[Keyword] = []
     if path.suffix.lower() == ".inp":
-        check_places(with_includes(path, path, trusted), path.name, "or mesh it with gmsh", takes_turned=True)
+        blocks = keywords(read_text(path, "Abaqus input"))
+        check_places(with_includes(blocks, path, path, trusted), path.name, "or mesh it with gmsh", takes_turned=True)
     elif path.suffix.lower() in NASTRAN:
         check_nastran_places(path)
     raw = _read(path)
     try:
-        return _mesh_of(raw, path, names)
+        return _mesh_of(raw, path, names, blocks)
     except KanefeError:
         raise
     except (ValueError, IndexError, KeyError, TypeError) as problem:  # from what meshio returns for a damaged file
@@ -76,8 +78,8 @@ def read(path: Path, names: Mapping[int, str], trusted: bool = False) -> Mesh:
         ) from problem
 
 
-def _mesh_of(raw: Any, path: Path, names: Mapping[int, str]) -> Mesh:
-    """Return meshio's mesh as a `Mesh`."""
+def _mesh_of(raw: Any, path: Path, names: Mapping[int, str], keyword_blocks: list[Keyword]) -> Mesh:
+    """Return meshio's mesh as a `Mesh`; with the keywords of an Abaqus input."""
     blocks = [(block.type, np.asarray(block.data, dtype=np.int64)) for block in raw.cells]
     if not blocks:
         raise MeshError(f"{path.name} has no cells. Remedy: mesh the geometry before saving it")
@@ -89,7 +91,7 @@ def _mesh_of(raw: Any, path: Path, names: Mapping[int, str]) -> Mesh:
             if rows is not None and len(rows):
                 by_dimension[_dimension(kind)].setdefault(name, []).append(Cells(kind, nodes[rows]))
     if path.suffix.lower() == ".inp":
-        _apply_abaqus_sets(by_dimension, path, raw, blocks)
+        _apply_abaqus_sets(by_dimension, keyword_blocks, raw, blocks)
     if dimension > 1 and not by_dimension[dimension]:
         by_dimension[dimension][WHOLE_BODY] = [Cells(k, nodes) for k, nodes in blocks if _dimension(k) == dimension]
     points = {name: np.asarray(ids, dtype=np.int64) for name, ids in raw.point_sets.items()}
@@ -112,11 +114,13 @@ def _mesh_of(raw: Any, path: Path, names: Mapping[int, str]) -> Mesh:
 
 
 def _apply_abaqus_sets(
-    by_dimension: dict[int, dict[str, list[Cells]]], path: Path, raw: Any, blocks: list[tuple[str, np.ndarray]]
+    by_dimension: dict[int, dict[str, list[Cells]]],
+    keyword_blocks: list[Keyword],
+    raw: Any,
+    blocks: list[tuple[str, np.ndarray]],
 ) -> None:
     """Keep only the sets of solid elements of sections of an Abaqus input, and add its surfaces as groups of facets."""
     sets = {name.upper(): rows for name, rows in raw.cell_sets.items()}
-    keyword_blocks = keywords(read_text(path, "element sets"))
     named = {name.upper() for name in section_sets(keyword_blocks)}
     solids = by_dimension[3]
     if named & {name.upper() for name in solids}:

@@ -79,7 +79,7 @@ def node_table(path: str | Path, trusted: bool = False) -> NodeTable:
     ModelError
         If it has several instances, or moves nodes or rotates their degrees of freedom, which is not supported.
     """
-    blocks = with_includes(Path(path), Path(path), trusted)
+    blocks = with_includes(keywords(read_text(path, "nodes")), Path(path), Path(path), trusted)
     check_places(blocks, path, "or give the nodes as a dict of labels to coordinates")
     rows: list[np.ndarray] = []
     sets: dict[str, list[int]] = {}
@@ -161,15 +161,15 @@ def _members(block: Keyword, sets: dict[str, list[int]], path: str | Path) -> li
     return members
 
 
-def with_includes(path: Path, top: Path, trusted: bool, depth: int = 0) -> list[Keyword]:
-    """Return the keywords of a file with those of ``*INCLUDE, INPUT=file`` in their place."""
+def with_includes(blocks: list[Keyword], path: Path, top: Path, trusted: bool, depth: int = 0) -> list[Keyword]:
+    """Return the keywords of a file, with those of each ``*INCLUDE, INPUT=file`` behind it."""
     if depth > 10:
         raise FileError(f"{path} includes itself. Remedy: check its *INCLUDE")
     found: list[Keyword] = []
-    for block in keywords(read_text(path, "nodes")):
+    for block in blocks:
         found.append(block)
         if block.name == "INCLUDE":
             named = path.parent / block.options.get("INPUT", "")
             other = named_file(named, path, top=top, trusted=trusted, reader="read_abaqus")
-            found += with_includes(other, top, trusted, depth + 1)
+            found += with_includes(keywords(read_text(other, "nodes")), other, top, trusted, depth + 1)
     return found

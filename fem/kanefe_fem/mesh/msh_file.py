@@ -145,15 +145,18 @@ def msh_version(path: Path) -> str:
 def named_groups(path: Path) -> list[tuple[int, str]]:
     """Return dimension and name of the groups that a .msh file lists, also of those that no element is in."""
     with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        start = data.find(b"$PhysicalNames")
-        text = data[start : data.find(b"$EndPhysicalNames", start)] if start >= 0 else b""
-    rows = re.findall(r'^\s*([0-3])\s+-?\d+\s+"(.*)"\s*$', text.decode("utf-8", "replace"), re.MULTILINE)
-    return [(int(dimension), name) for dimension, name in rows]
+        rows = [re.match(r'\s*([0-3])\s+-?\d+\s+"(.*)"\s*$', row.decode("utf-8", "replace")) for row in _names(data)]
+    return [(int(row[1]), row[2]) for row in rows if row]
+
+
+def _names(data: mmap.mmap) -> list[bytes]:
+    """Return the lines of dimension, number and name of each group."""
+    start = data.find(b"$PhysicalNames")
+    return data[start : data.find(b"$EndPhysicalNames", start)].split(b"\n")[2:] if start >= 0 else []
 
 
 def _check_names(path: Path, data: mmap.mmap) -> None:
-    start = data.find(b"$PhysicalNames")
-    for line in data[start : data.find(b"$EndPhysicalNames", max(start, 0))].split(b"\n")[2:] if start >= 0 else ():
+    for line in _names(data):
         if line.strip() and re.match(rb'\s*[0-3]\s+-?\d{1,10}\s+"', line) is None:
             raise FileError(
                 f"{path.name}: a line of $PhysicalNames is not of dimension, number and name: {line[:80]!r}. {REMEDY}"
