@@ -13,14 +13,11 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache, lru_cache
+from functools import cache
 from types import FunctionType
 from typing import Any, TypeVar
 
-import numpy as np
-
 from kanefe.errors import MissingDependency
-from kanefe.kernels.compiler.arrays import FILLER
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -30,13 +27,13 @@ IS_COMPILED = os.environ.get("KANEFE_JIT", "1") != "0"
 # assume that there are no infinities or NaN: a run that blows up must be seen.
 RELAXED = {"contract", "nsz", "arcp"}
 
-# A kernel is called by kernels only: without the wrappers for Python it compiles faster. None of them makes an array
-# that outlives it, so that none counts references to arrays, which would cost more than half of a small evaluation.
-INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
-
-# A function around one of the user that compiled code alone calls: what Python would call it by takes half of its
-# compilation.
+# What compiled code alone calls, as kernels, and functions around those of the user: what Python and C would call it by
+# takes half of its compilation.
 INSIDE = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+# No kernel makes an array that outlives it, so that none counts references to arrays, which would cost more than half
+# of a small evaluation.
+INNER = {"error_model": "numpy", "_nrt": False, **INSIDE}
 
 _seconds_compiling = 0.0
 
@@ -217,81 +214,6 @@ def _law_by_address() -> Any:
         return written(*given), build
 
     return call_law
-
-
-Part = tuple[Callable[..., Any], int, int, bool]
-"""A compiled function of the user, the position and number of its values (0: a scalar), and whether it takes y."""
-
-
-@lru_cache(maxsize=64)
-def compiled_filler(parts: tuple[Part, ...]) -> Callable[..., None]:
-    """Return a function (t, y, inputs) that writes what compiled functions of the user give, of which there are some.
-
-    It is a pointer to machine code with one type for all scenes, so that kernels which call it need not be compiled
-    for each. Kept, since a scene is frozen anew for every run, which would wait for it.
-    """
-    if not IS_COMPILED:
-
-        def fill(t: float, y: Any, inputs: Any) -> None:
-            for function, at, count, takes_state in parts:
-                inputs[at : at + max(count, 1)] = function(t, y) if takes_state else function(t)
-
-        return fill
-    numba = numba_for("a compiled function")
-    from kanefe.kernels.compiler._numba_pointers import c_function, c_signature
-
-    chain = numba.njit(**INSIDE)(lambda t, y, inputs: None)
-    for part in parts:
-        chain = _filler_of(part, chain)
-    with timed():
-        return _CompiledFiller(numba.cfunc(c_signature(FILLER))(c_function(chain, FILLER)))
-
-
-class _CompiledFiller:
-    """A compiled function (t, y, inputs), for Python and, by its address, for kernels."""
-
-    def __init__(self, in_c: Any) -> None:
-        self._in_c, self._call = in_c, in_c.ctypes
-        self.address: int = in_c.address
-
-    def __call__(self, t: float, y: Any, inputs: Any) -> None:
-        from ctypes import POINTER, c_double, cast
-
-        state = np.ascontiguousarray(y, dtype=float)
-        given = [part for array in (state, inputs) for part in (cast(array.ctypes.data, POINTER(c_double)), len(array))]
-        self._call(t, *given)
-
-
-def _filler_of(part: Part, rest: Callable[..., None]) -> Callable[..., None]:
-    """Return a function that writes the values of one part, and then the rest."""
-    import numba
-
-    function, at, count, takes_state = part
-    if takes_state:
-        value = function
-    else:
-
-        @numba.njit(**INSIDE)
-        def value(t: float, y: Any) -> Any:
-            return function(t)
-
-    if count == 0:
-
-        @numba.njit(**INSIDE)
-        def fill(t: float, y: Any, inputs: Any) -> None:
-            inputs[at] = value(t, y)
-            rest(t, y, inputs)
-
-    else:
-
-        @numba.njit(**INSIDE)
-        def fill(t: float, y: Any, inputs: Any) -> None:
-            values = value(t, y)
-            for i in range(count):
-                inputs[at + i] = values[i]
-            rest(t, y, inputs)
-
-    return fill  # type: ignore[no-any-return]
 
 
 def seconds_compiling() -> float:

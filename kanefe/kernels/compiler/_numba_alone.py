@@ -36,7 +36,7 @@ def build_alone() -> bool:
         """Return what stands for a kernel among those that numba knows, each by its own."""
         return _dynfunc.make_function(description.lookup_module(), description.qualname, "", 1, environment, (library,))
 
-    from kanefe.kernels.compiler._numba_arrays import add_views, array_changes
+    from kanefe.kernels.compiler._numba_arrays import add_views_and_spans, array_changes
     from kanefe.kernels.compiler._numba_calls import add_division, call_changes
     from kanefe.kernels.compiler._numba_loops import add_ranges, loop_changes
     from kanefe.kernels.compiler._numba_passes import pass_changes
@@ -64,7 +64,7 @@ def build_alone() -> bool:
     if _is_alone:
         for change in changes:
             change.make()
-        add_views()
+        add_views_and_spans()
         add_ranges()
     return _is_alone
 

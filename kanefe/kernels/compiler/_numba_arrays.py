@@ -47,7 +47,7 @@ def array_changes() -> tuple[Change, ...]:
     )
 
 
-def add_views() -> None:
+def add_views_and_spans() -> None:
     """Have numba take views of plain arrays as other numbers, and spans of indices, as it is done here."""
     lower_builtin("array.view", types.Array, types.DTypeSpec)(_view)
     lower_builtin(slice, types.VarArg(types.Any))(_span)
@@ -174,10 +174,7 @@ def _span(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     given = [*zip(signature.args, arguments, strict=True)]
     ends = given if len(given) > 1 else [(types.none, None), *given]
     values = [end if at is types.none else value for (at, value), end in zip(ends, FULL, strict=False)]
-    made: Any = ir.Constant(context.get_value_type(kind), ir.Undefined)
-    for i, value in enumerate((*values[:2], INTEGER(1))):
-        made = builder.insert_value(made, value, i)
-    return made
+    return cgutils.make_anonymous_struct(builder, (*values[:2], INTEGER(1)), context.get_value_type(kind))
 
 
 def _by_numbers_and_spans(original: Any) -> Any:

@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.kernels.compiler._numba import INSIDE, IS_COMPILED, numba_for
+from kanefe.kernels.compiler._numba import INSIDE, IS_COMPILED, numba_for, timed
+from kanefe.kernels.compiler.arrays import FILLER
 
 Function = Callable[..., Any]
 
@@ -288,3 +289,77 @@ def _guarded(function: Function, given: Given) -> Function:
     value = numba.njit(**INSIDE)(three if given.values else number)
     none = np.zeros(0)
     return numba.njit(**INSIDE)(lambda t: value(t, none)) if size is None else value  # type: ignore[no-any-return]
+
+
+Part = tuple[Callable[..., Any], int, int, bool]
+"""A compiled function of the user, the position and number of its values (0: a scalar), and whether it takes y."""
+
+
+@lru_cache(maxsize=64)
+def compiled_filler(parts: tuple[Part, ...]) -> Callable[..., None]:
+    """Return a function (t, y, inputs) that writes what compiled functions of the user give, of which there are some.
+
+    It is a pointer to machine code with one type for all scenes, so that kernels which call it need not be compiled
+    for each. Kept, since a scene is frozen anew for every run, which would wait for it.
+    """
+    if not IS_COMPILED:
+
+        def fill(t: float, y: Any, inputs: Any) -> None:
+            for function, at, count, takes_state in parts:
+                inputs[at : at + max(count, 1)] = function(t, y) if takes_state else function(t)
+
+        return fill
+    numba = numba_for("a compiled function")
+    from kanefe.kernels.compiler._numba_pointers import c_function, c_signature
+
+    chain = numba.njit(**INSIDE)(lambda t, y, inputs: None)
+    for part in parts:
+        chain = _filler_of(part, chain)
+    with timed():
+        return _CompiledFiller(numba.cfunc(c_signature(FILLER))(c_function(chain, FILLER)))
+
+
+class _CompiledFiller:
+    """A compiled function (t, y, inputs), for Python and, by its address, for kernels."""
+
+    def __init__(self, in_c: Any) -> None:
+        self._in_c = in_c  # which keeps the machine code
+        self.address: int = in_c.address
+
+    def __call__(self, t: float, y: Any, inputs: Any) -> None:
+        from kanefe.kernels.compiler.addresses import call_in_python
+
+        state = np.ascontiguousarray(y, dtype=float)
+        call_in_python(self.address, (float(t), state, len(state), inputs, len(inputs)))
+
+
+def _filler_of(part: Part, rest: Callable[..., None]) -> Callable[..., None]:
+    """Return a function that writes the values of one part, and then the rest."""
+    import numba
+
+    function, at, count, takes_state = part
+    if takes_state:
+        value = function
+    else:
+
+        @numba.njit(**INSIDE)
+        def value(t: float, y: Any) -> Any:
+            return function(t)
+
+    if count == 0:
+
+        @numba.njit(**INSIDE)
+        def fill(t: float, y: Any, inputs: Any) -> None:
+            inputs[at] = value(t, y)
+            rest(t, y, inputs)
+
+    else:
+
+        @numba.njit(**INSIDE)
+        def fill(t: float, y: Any, inputs: Any) -> None:
+            values = value(t, y)
+            for i in range(count):
+                inputs[at + i] = values[i]
+            rest(t, y, inputs)
+
+    return fill  # type: ignore[no-any-return]

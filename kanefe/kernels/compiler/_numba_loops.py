@@ -8,7 +8,6 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-from llvmlite import ir
 from numba.core import base, cgutils, types
 from numba.core.imputils import lower_builtin
 
@@ -42,26 +41,17 @@ def _second(context: Any, builder: Any, pair: Any, kind: Any) -> Any:
     return builder.extract_value(pair, 1)
 
 
-def _packed(builder: Any, kind: Any, parts: Any) -> Any:
-    made: Any = ir.Constant(kind, ir.Undefined)
-    for at, part in parts:
-        made = builder.insert_value(made, part, at)
-    return made
-
-
 def _range(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     number = context.get_value_type(types.int64)
     start, stop, step = (number(0), *arguments, number(1)) if len(arguments) == 1 else (*arguments, number(1))[:3]
-    kind = context.get_value_type(signature.return_type)
-    return _packed(builder, kind, enumerate((start, stop, step)))
+    return cgutils.make_anonymous_struct(builder, (start, stop, step))
 
 
 def _begin(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     start, stop, step = (builder.extract_value(arguments[0], i) for i in range(3))
     place = cgutils.alloca_once(builder, start.type)
     builder.store(start, place)
-    kind = context.get_value_type(signature.return_type)
-    return _packed(builder, kind, enumerate((place, stop, step)))
+    return cgutils.make_anonymous_struct(builder, (place, stop, step), context.get_value_type(signature.return_type))
 
 
 def _next(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -73,4 +63,4 @@ def _next(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     else:
         is_inside = up() if known > 0 else down()
     builder.store(builder.add(value, step), place)
-    return _packed(builder, context.get_value_type(signature.return_type), enumerate((value, is_inside)))
+    return cgutils.make_anonymous_struct(builder, (value, is_inside))

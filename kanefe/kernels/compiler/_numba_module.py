@@ -48,6 +48,8 @@ def object_codes(functions: Sequence[tuple[str, Translated]], parts: int = 1) ->
     parts : int
         On how many cores it is optimised.
     """
+    # other forms of the indices of loops take as long to find as registers, and are more code, no faster
+    binding.set_option("kanefe", "-disable-lsr")
     if not is_alone():  # each has a copy of what it calls, and is optimised
         return [_apart(name, function) for name, function in functions]
     wanted = {function.symbol: name for name, function in functions}
@@ -92,9 +94,9 @@ class _Kernel:
 
     def __init__(self, library: Any) -> None:
         self.library, functions = library, list(library._final_module.functions)
-        self.defined = {one.name for one in functions if not one.is_declaration}
-        self.called = {one.name for one in functions if one.is_declaration}
         own = [one for one in functions if not one.is_declaration]
+        self.defined = {one.name for one in own}
+        self.called = {one.name for one in functions if one.is_declaration}
         self.is_inlined = bool(own) and all(b"alwaysinline" in b" ".join(one.attributes) for one in own)
 
 
@@ -127,13 +129,14 @@ class _Work:
         self._inlined = [kernel for i, kernel in enumerate(kernels) if kernel.is_inlined and i not in group]
         self._wanted = wanted
         self._of_library = {name for kernel in kernels for name in kernel.defined}
-        others = [kernel for i, kernel in enumerate(kernels) if kernel.is_inlined or i not in group]
-        is_part = len(group) < len(kernels)
-        self._seen = {name for kernel in others for name in kernel.called} if is_part else set()  # by other parts
-        for kernel in self._own:
-            for one in kernel.library._final_module.functions:
-                if one.name in self._seen & kernel.defined:
-                    one.linkage = "external"  # else some of numba's are left out of a part that does not call them
+        self._seen = set[str]()  # by other parts, which have a copy of what is inlined
+        if len(group) < len(kernels):
+            others = [kernel for i, kernel in enumerate(kernels) if kernel.is_inlined or i not in group]
+            called = {name for kernel in others for name in kernel.called}
+            for kernel in self._own:
+                for name in kernel.defined & called:  # else some of numba's are left out where their part calls none
+                    kernel.library._final_module.get_function(name).linkage = "external"
+                    self._seen.add(name)
         self._uses_vectors = {id(one.library) for kernel in vector_dispatchers() for one in kernel.overloads.values()}
 
     def code(self) -> bytes:
@@ -145,11 +148,10 @@ class _Work:
                 module.link_in(_with_vectors(kernel.library))
             else:
                 module.link_in(kernel.library._final_module, preserve=True)
-        ours = {name for kernel in self._own for name in kernel.defined}
         for function in module.functions:
             if function.name in self._wanted:
                 function.name = self._wanted[function.name]
-            elif function.name in self._of_library and (function.is_declaration or function.name in self._seen & ours):
+            elif function.name in self._of_library and (function.is_declaration or function.name in self._seen):
                 function.visibility = "hidden"
             elif not function.is_declaration:
                 function.linkage = "internal"
@@ -181,12 +183,7 @@ def _optimise(codegen: Any, module: Any, has_vectors: bool = False) -> None:
 
 
 def _machine(codegen: Any) -> Any:
-    """Return the compiler for code that may lie anywhere: numba's own is for its process alone.
-
-    It looks for no other form of the indices of loops, which takes as long as its choice of registers, and gives more
-    code, no faster.
-    """
-    binding.set_option("kanefe", "-disable-lsr")
+    """Return the compiler for code that may lie anywhere: numba's own is for its process alone."""
     target = binding.Target.from_triple(binding.get_process_triple())
     return target.create_target_machine(
         cpu=codegen._get_host_cpu_name(), features=codegen._tm_features, opt=3, reloc="pic", codemodel="default"

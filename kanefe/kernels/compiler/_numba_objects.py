@@ -35,7 +35,7 @@ int numba_attempt_nocopy_reshape(ptrdiff_t axes, const ptrdiff_t *lengths, const
     return 1;
 }
 """
-"""C code that is linked to each function."""
+"""C code that is linked to functions that numba builds in its own way."""
 
 
 def compiled_entry(function: Callable[..., Any], source: str, names: dict[str, Any]) -> Translated:

@@ -171,6 +171,7 @@ def write_library(folder: Path, library: Library, units: Sequence[CompiledFuncti
     FileError
         If the file cannot be written.
     """
+    from kanefe.kernels.compiler._numba_alone import is_alone
     from kanefe.kernels.compiler._numba_module import object_codes
 
     made = []
@@ -181,13 +182,14 @@ def write_library(folder: Path, library: Library, units: Sequence[CompiledFuncti
     print(SHARE_OF_TRANSLATION, 1.0, flush=True)
     codes = object_codes(made, parts)
     with tempfile.TemporaryDirectory(prefix="kanefe-") as work:
-        support, whole = Path(work) / "support.c", Path(work) / "whole.so"
-        support.write_text(SUPPORT)
-        places = [Path(work) / f"{i}.o" for i in range(len(codes))]
+        places, whole = [Path(work) / f"{i}.o" for i in range(len(codes))], Path(work) / "whole.so"
         for place, code in zip(places, codes, strict=True):
             place.write_bytes(code)
-        options = "-shared", "-fPIC", "-O2", "-Wl,-z,notext", "-Wl,-s", "-lm"
-        command = [linker(), *map(str, places), str(support), *options, "-o", str(whole)]
+        if not is_alone():
+            places.append(Path(work) / "support.c")
+            places[-1].write_text(SUPPORT)
+        options = "-shared", "-fPIC", "-O2", "-Wl,-z,notext", "-Wl,-z,defs", "-Wl,-s", "-lm"
+        command = [linker(), *map(str, places), *options, "-o", str(whole)]
         subprocess.run(command, check=True)
         keep(folder, library.file_name, whole.read_bytes())
 

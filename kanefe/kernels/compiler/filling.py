@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from kanefe.kernels.compiler._numba import Part, compiled_filler
+from kanefe.kernels.compiler._numba_functions import Part, compiled_filler
 from kanefe.kernels.compiler.arrays import FILLER
 from kanefe.kernels.compiler.entries import pointer
 

@@ -66,9 +66,10 @@ ALWAYS = tuple(
 """Files of kernels on which every library depends."""
 
 NEVER = tuple(
-    f"compiler/{name}.py" for name in ("entries", "compiled_functions", "libraries", "processors", "side_by_side")
+    f"compiler/{name}.py"
+    for name in ("entries", "compiled_functions", "libraries", "processors", "side_by_side", "_numba_functions")
 )
-"""Files that call machine code and are not part of it."""
+"""Files that call machine code, or compile functions of users in each process, and are no part of a library."""
 
 
 def _modules(names: str) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from kanefe.joints.motion import Motion
-from kanefe.kernels.compiler._numba import Part
+from kanefe.kernels.compiler._numba_functions import Part
 from kanefe.kernels.compiler.filling import filler
 from kanefe.kernels.sweeps.drives import PIECE_NUMBERS, Drives
 from kanefe.tree.model_data import ModelData

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.frames import Vector
-from kanefe.kernels.compiler._numba import Part
-from kanefe.kernels.compiler._numba_functions import Given, guarded
+from kanefe.kernels.compiler._numba_functions import Given, Part, guarded
 from kanefe.loads.functions import CompiledCallback
 from kanefe.loads.valued_load import ValuedLoad
 from kanefe.tree.model_data import ModelData
