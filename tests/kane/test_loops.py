@@ -21,9 +21,9 @@ from loop_scenes import four_bar, marker_place, parallelogram, spatial_loop
 from scenes import derivatives, lattice_body, random_inertia
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture
 def _literal(monkeypatch):
-    """Runs take the literal route: that the compiled one gives the same is for its own tests."""
+    """Runs take the literal route: for those that are short, beside the long ones of compiled steps."""
     monkeypatch.setattr(Model, "route", Model.literal)
 
 
@@ -168,8 +168,7 @@ def test_a_loop_is_carried_by_interfaces_and_joints():
 @pytest.mark.parametrize("method", ["dop853", "generalised-alpha"])
 def test_loops_stay_closed_over_many_turns(method):
     """Turns of the crank, more than one a second: no drift but round-off; energy to what the method gives."""
-    scene, is_explicit = four_bar(speed=10.0), method == "dop853"
-    stop = 3.0 if is_explicit else 1.0  # the literal route takes ten times as long over the steps of the other
+    scene, is_explicit, stop = four_bar(speed=10.0), method == "dop853", 3.0
     result = scene.simulate((0.0, stop), method=method, rtol=1e-6 if is_explicit else 1e-5, output_step=0.5)
     model, run = result._channels.model, result._channels.trajectory
     assert abs(run.coordinates[-1, 0]) > 7.5 * stop
@@ -182,6 +181,7 @@ def test_loops_stay_closed_over_many_turns(method):
     assert abs(result.energy.balance_error).max() < (1e-3 if is_explicit else 0.5) * result.energy.kinetic.max()
 
 
+@pytest.mark.usefixtures("_literal")
 def test_the_state_itself_does_not_drift():
     """Not only what is put out is closed: the state that the explicit method goes on from."""
     model = four_bar(speed=10.0).freeze()
@@ -193,6 +193,7 @@ def test_the_state_itself_does_not_drift():
         assert np.abs(residuals(model, stepper.t, stepper.state()[: model.coordinate_count])).max() < 1e-13
 
 
+@pytest.mark.usefixtures("_literal")
 def test_both_methods_agree():
     ends = [
         four_bar().simulate((0.0, 1.0), method=method, rtol=rtol, output_step=1.0).joint_coordinates("crank")[-1, 0]
@@ -313,6 +314,7 @@ def test_a_crank_rocker_does_not_leave_its_reach():
     assert 0.5 < result.times[-1] < 1.5
 
 
+@pytest.mark.usefixtures("_literal")
 def test_marker_points_meet():
     result = four_bar().simulate((0.0, 1.0), rtol=1e-8, output_step=0.25)
     model, run = result._channels.model, result._channels.trajectory
@@ -321,6 +323,7 @@ def test_marker_points_meet():
         np.testing.assert_allclose(*ends, atol=1e-12)
 
 
+@pytest.mark.usefixtures("_literal")
 def test_loop_forces_are_saved(tmp_path):
     result = four_bar().simulate((0.0, 0.2), rtol=1e-6, output_step=0.1)
     result.save(tmp_path / "run.h5")
