@@ -33,6 +33,10 @@ def pushed(t: float, r: Any) -> tuple[float, float, float]:
     return 0.1 * np.sin(20.0 * t), 0, -100.0 * r[0]
 
 
+HELD = kf.compiled(held, reads=OF_BAR)
+PUSHED = kf.compiled(pushed, reads=OF_BAR[-1])
+
+
 def bar() -> kf.System:
     """Return a bar on a hinge, level in gravity."""
     beam = straight_beam(0.3, Rectangle(0.01, 0.02), STEEL, elements=10)
@@ -68,7 +72,7 @@ def test_a_run_is_that_of_functions_in_python_and_calls_none(monkeypatch: pytest
     expected = python.simulate((0.0, 0.01), **given)
     calls = list[Any]()
     monkeypatch.setattr(CompiledCallback, "__call__", lambda *given: calls.append(given))
-    scene = bar_with(kf.compiled(held, reads=OF_BAR), kf.compiled(pushed, reads=OF_BAR[-1]))
+    scene = bar_with(HELD, PUSHED)
     run = scene.simulate((0.0, 0.01), **given)
     assert scene.freeze().route.is_autonomous
     assert not calls
@@ -78,7 +82,7 @@ def test_a_run_is_that_of_functions_in_python_and_calls_none(monkeypatch: pytest
 
 
 def test_values_and_the_literal_route_are_those_of_runs() -> None:
-    model = bar_with(kf.compiled(held, reads=OF_BAR), kf.compiled(pushed, reads=OF_BAR[-1])).freeze()
+    model = bar_with(HELD, PUSHED).freeze()
     y = model.initial_state + 0.01 * np.random.default_rng(0).standard_normal(len(model.initial_state))
     rates = model.literal.evaluate(0.1, np.append(y, (0.0, 0.0))).rates
     np.testing.assert_allclose(model.route.evaluate(0.1, np.append(y, (0.0, 0.0))).rates, rates, rtol=1e-9, atol=1e-6)
@@ -297,7 +301,7 @@ def test_a_controller_that_turns_nan_ends_the_run_at_its_sample() -> None:
 
 def test_jacobians_have_what_compiled_functions_change(monkeypatch: pytest.MonkeyPatch) -> None:
     """Those of machine code, of Python, and differences of whole rates."""
-    model = bar_with(kf.compiled(held, reads=OF_BAR), kf.compiled(pushed, reads=OF_BAR[-1])).freeze()
+    model = bar_with(HELD, PUSHED).freeze()
     python = bar_with(lambda t, state: held(t, read(state)), lambda t, state: pushed(t, (deflection(state),))).freeze()
     y = np.append(model.initial_state, (0.0, 0.0))
     y[:-2] += 1e-3 * np.random.default_rng(0).standard_normal(len(y) - 2)

@@ -16,17 +16,20 @@ NEED_MESH = {
     "28_blade_cut_in_twelve",
 }
 LONG = {
+    "10_rotating_blade",
     "11_bracket_stress",
     "14_campbell_diagram",
     "19_beam_on_stops",
     "21_helicopter_on_a_deck",
     "22_helicopter_in_a_trap",
+    "25_stress_of_skids",
     "26_stress_of_a_solid_gear",
+    "27_flying_noodle",
     "28_blade_cut_in_twelve",
     "29_drop_of_a_compliant_gear",
     "31_cable_car",
 }
-"""Of 2 s and more."""
+"""Of more than a second."""
 
 
 def marked(path):

@@ -10,6 +10,7 @@ import pytest
 
 import kanefe as kf
 import kanefe.order_n.run_forces as compiled
+from draws import in_parts
 from kanefe import shapes
 from kanefe.equations.forces_at import ForcesAt
 from kanefe.equations.model import Model
@@ -61,7 +62,7 @@ def is_one_motion(model: Model, t: float, y: np.ndarray) -> bool:
     return bool(np.abs(accelerations(state) - du).max() <= 1e-9 * max(1.0, np.abs(du).max()))
 
 
-@pytest.mark.parametrize("part", range(10))
+@pytest.mark.parametrize("part", in_parts(10, short=3))
 def test_random_states_are_those_of_the_literal_route(part: int) -> None:
     """All that is told of 200 scenes, but of states that the kernel leaves to the literal route.
 

@@ -15,6 +15,7 @@ NEEDS_MESH = {"slivers", "aspect-ratio", "incompressible", "unit-systems"}
 LONG = {
     *("massless", "events", "large-steps", "determinism", "snap-through"),
     *("unit-systems", "sticking", "spin", "tethers", "stiffness-ratio"),
+    *("incompressible", "slivers", "undamped", "aspect-ratio"),
 }
 """Cases whose short form takes more than a second."""
 

@@ -32,7 +32,7 @@ def test_the_registry_has_the_cases_of_the_plugin_and_all_have_references():
     assert {case.id for case in registered_cases()} == set(load_references())
 
 
-@pytest.mark.parametrize("case", [c for c in OWN if c.id in ("A01", "E03", "E04")], ids=lambda case: case.id)
+@pytest.mark.parametrize("case", [c for c in OWN if c.id in ("A01", "E03")], ids=lambda case: case.id)
 def test_a_wrong_reference_is_a_miss(monkeypatch, tmp_path, capsys, case):
     """One number of the reference is moved by 1e-6, ten tolerances at least."""
     right = load_references()[case.id]
@@ -40,7 +40,6 @@ def test_a_wrong_reference_is_a_miss(monkeypatch, tmp_path, capsys, case):
     moved = {
         "A01": ("0.9862917511318753", "0.9862927511318753"),
         "E03": ("0.7233174113647117", "0.7233184113647117"),
-        "E04": ("1.1515799100871718", "1.1515809100871718"),
     }
     assert moved[case.id][0] in text
     wrong = replace(right, values=json.loads(text.replace(*moved[case.id])))

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from draws import in_parts
 from kanefe.contact.rigid.rigid_contact import REPORTED_EVENTS
 from kanefe.equations.model import Model
 from kanefe.integrate.events import event_search
@@ -72,7 +73,7 @@ def assert_reactions_agree(model: Model, y: np.ndarray, weakest: float) -> None:
         np.testing.assert_allclose(own, wanted, rtol=0.0, atol=1e-12 / weakest * np.abs(wanted).max())
 
 
-@pytest.mark.parametrize("part", range(20))
+@pytest.mark.parametrize("part", in_parts(20, short=6))
 def test_random_scenes_are_those_of_the_literal_route(part):
     """Accelerations, and forces of contacts and constraints, of 200 scenes."""
     for seed in range(10 * part, 10 * part + 10):
@@ -128,16 +129,16 @@ def assert_changes_agree(model: Model, y: np.ndarray, what: int) -> bool:
     return not np.array_equal(u, model.parts(y)[1])
 
 
-@pytest.mark.parametrize("part", [1, 3, 4, *(pytest.param(part, marks=pytest.mark.slow) for part in (0, 2))])
+@pytest.mark.parametrize("part", in_parts(10, short=3))
 def test_random_impacts_are_those_of_the_literal_route(part):
     """Speeds, statuses, kept directions and reports of 200 scenes, each struck and asked for one more kind of event."""
     struck = 0
-    for seed in range(40 * part, 40 * part + 40):
+    for seed in range(20 * part, 20 * part + 20):
         model = rigid_scene(seed)
         y = rigid_state(model, 10 * seed + 5)
         struck += assert_changes_agree(model, y, START)
         assert_changes_agree(model, y, (TOUCH, LIFT, SLIP, STICK)[seed % 4])
-    assert struck >= 8
+    assert struck >= 4
 
 
 def test_a_stack_that_falls_comes_to_rest_without_chatter():
