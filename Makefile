@@ -20,6 +20,9 @@ demo: setup      ## set up, then run the demo (files under out/)
 test: with-tests ## set up, then run all the tests, on two cores
 	@KANEFE_TEST_REQUIRE="fenicsx gmsh dask urdf mjcf collision" bash .ci/in-env .venv python -m pytest -q -n 2 --dist loadfile
 
+test-slow: with-tests ## the long cases that `make test` leaves out, on two cores
+	@KANEFE_TEST_REQUIRE="fenicsx gmsh dask urdf mjcf collision" bash .ci/in-env .venv python -m pytest -q -n 2 --dist loadfile -m slow
+
 test-latest:     ## the finite element tests on the newest dolfinx, in .venv-latest (Python >= 3.12)
 	@bash .ci/test-latest
 
