@@ -1,6 +1,6 @@
 # make demo, make test: each does all the set-up it needs. On Debian 12 or newer, as root or with sudo.
 .DEFAULT_GOAL := help
-.PHONY: help setup kernels with-tests demo test test-latest test-install docs stress bench bench-engine bench-fem player lint clean
+.PHONY: help setup kernels with-tests demo test test-slow test-latest test-install docs stress bench bench-engine bench-fem player lint clean
 
 help:            ## this list
 	@sed -n 's/^\([a-z-]*\): *\(.*\)## */  make \1\t/p' Makefile | expand -t 22
