@@ -349,6 +349,7 @@ class FlexibleBody(PickledByFields):
                 displacement[:, COMPONENTS.index(component)] = motion[:, column]
         return displacement
 
+    @checked
     def node_velocities(self, eta: np.ndarray, deta: np.ndarray) -> np.ndarray:
         """Return the velocity of every node in G, shape (n, 3) in m/s, from the free coordinates and their rates."""
         return self.node_displacements(deta)

@@ -67,6 +67,7 @@ class SNCurve:
             )
 
     @classmethod
+    @checked
     def from_range(cls, stress_range: float, cycles: float, slope: float, slope_below: float = math.inf) -> SNCurve:
         """Return the curve that has a stress range (Pa) at its knee, twice the amplitude."""
         return cls(0.5 * stress_range, cycles, slope, slope_below)

@@ -23,6 +23,7 @@ from kanefe.result import Result
 from kanefe.screening.riders import Motions
 from kanefe.screening.screened_run import ScreenedRun
 from kanefe.screening.superposition import NotSuperposed, Sticking, Superposed, superposed
+from kanefe.storage.files import LARGEST_SHARE, usable_memory
 from kanefe.tree.bending import Bent
 
 if TYPE_CHECKING:
@@ -121,6 +122,13 @@ def screen(
     model = scene.freeze(first, start)
     check_motions(model, first, last)
     _refuse_fast_loads(model, spacing)
+    needed, usable = (last - first) / spacing * model.initial_state.nbytes, LARGEST_SHARE * usable_memory()
+    if needed > usable:
+        raise ModelError(
+            f"spacing={spacing:g} s over {last - first:g} s needs {needed / 2**30:.3g} GiB for the states alone, and "
+            f"{usable / 2**30:.3g} can be used. Remedy: a spacing that resolves the motion of the frame, such as "
+            f"{SPACING:g} s"
+        )
     return _Run(Sticking(model), wanted_times(first, last, output_step), (first, last), spacing, options).done()
 
 

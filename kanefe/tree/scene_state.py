@@ -326,7 +326,10 @@ class SceneState:
 
     def _moving(self, name: str, interface: str) -> End:
         """Return the motion of a body's frame, or of one of its interfaces, in components of N; found once."""
-        found = self._seen.get((name, interface))
+        try:
+            found = self._seen.get((name, interface))
+        except TypeError:
+            raise ModelError(f"bodies and interfaces are named by texts, not {name!r} and {interface!r}") from None
         if found is None:
             found = self._seen[name, interface] = self._found(self.model.index(name), name, interface)
         return found

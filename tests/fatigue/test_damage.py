@@ -102,3 +102,8 @@ def test_what_cannot_be_is_named(call, message):
 
 def test_a_curve_by_ranges():
     assert kf.fatigue.SNCurve.from_range(71e6, 2e6, 3) == kf.fatigue.SNCurve(35.5e6, 2e6, 3)
+
+
+def test_a_range_is_a_number():
+    with pytest.raises(kf.ModelError, match="stress_range= of from_range must be a finite number"):
+        kf.fatigue.SNCurve.from_range({}, 2e6, 3)

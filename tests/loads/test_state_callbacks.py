@@ -291,6 +291,15 @@ def test_what_a_compiled_function_raises_ends_the_run(
     assert "Exception ignored" not in capfd.readouterr().err
 
 
+@pytest.mark.parametrize("read", ["position", "rotation", "velocity"])
+def test_a_body_is_named_by_a_text(read: str) -> None:
+    scene = kf.System()
+    rod = scene.add_rigid_body("rod", 1.0, 0.1, joint=kf.Revolute("z"))
+    scene.add_motor(rod, lambda t, state: getattr(state, read)({})[0])
+    with pytest.raises(ModelError, match=r"named by texts, not \{\} and ''"):
+        scene.simulate((0.0, 0.1))
+
+
 def test_a_compiled_function_that_writes_to_the_state_is_refused() -> None:
     """In compiled code it would write to the state of the run."""
     numba = pytest.importorskip("numba")

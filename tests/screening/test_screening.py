@@ -260,6 +260,7 @@ def test_bad_numbers_are_refused() -> None:
     for given, message in (
         ({"duration": 0.0}, "duration of a screened run must be above zero"),
         ({"duration": 1.0, "spacing": 0.0}, "spacing of a screened run must be above zero"),
+        ({"duration": 1.0, "spacing": 1e-300}, "GiB for the states alone"),
         ({"duration": 1.0, "rtol": 2.0}, "rtol must lie between 0 and 1"),
         (
             {"duration": 1.0, "events": [kf.Event("half", lambda t, state: t - 0.5)]},
