@@ -181,8 +181,9 @@ class System(SegmentMethods, ContactMethods, FieldLoadMethods, ConstraintMethods
             ``result.records``, by name of column. States at times that are only recorded are not kept, so that a long
             run needs the memory of its output times and its records. Records do not change the steps of a run.
         record_file : path, optional
-            HDF5 file for the records, in place of memory. It is written as the run goes on, and `kanefe.load_records`
-            reads it at any time, also after the process was killed. If its disk is full, the run goes on without.
+            File for the records, in place of memory. It is written as the run goes on, and `kanefe.load_records`
+            reads it at any time, also after the process was killed; when the run ends, it becomes an HDF5 file. If its
+            disk is full, the run goes on without.
         **options
             The other parameters below.
 

@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+from kanefe.arguments import checked
 from kanefe.errors import FileError
 from kanefe.integrate.status import RunStatus
 from kanefe.records.table import Columns, columns_in_file
@@ -13,7 +14,7 @@ from kanefe.results.recorded import Recorded
 from kanefe.storage.growing_file import read_head
 
 FORMAT = "kanefe records"
-VERSION = 1
+VERSION = 2
 """Version of the file."""
 
 
@@ -44,6 +45,7 @@ class RecordFile(Mapping[str, Recorded]):
         return "\n".join([f"records in {self.path}: {ended}", *(f"  {column!r}" for column in self.values())])
 
 
+@checked
 def load_records(path: str | Path) -> RecordFile:
     """Read what ``simulate(..., record_file=path)`` has written, also while the run goes on or after it was killed.
 
@@ -54,7 +56,7 @@ def load_records(path: str | Path) -> RecordFile:
     Raises
     ------
     FileError
-        If it does not exist, or is no such file.
+        If it does not exist, was damaged, or is no such file.
     MissingDependency
         If h5py is not installed.
 

@@ -159,7 +159,8 @@ class Recorder:
             try:
                 self._file.close({"status": asdict(status)})
             except FileError as error:
-                self._give_up(error)
+                if not self._is_full:
+                    warnings.warn(str(error), SimulationWarning, stacklevel=outside())
         return {name: column for table in self._tables for name, column in table.recorded().items()}
 
     def _add_events(self, number: int) -> None:

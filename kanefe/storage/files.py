@@ -196,7 +196,7 @@ def write_whole(path: str | Path, write: Callable[[BinaryIO], object]) -> None:
             f"cannot write {path}: {error.strerror}. Remedy: choose a folder that can be written"
         ) from error
     try:
-        with os.fdopen(handle, "wb") as file:
+        with os.fdopen(handle, "w+b") as file:
             write(file)
             file.flush()
             os.fsync(file.fileno())

@@ -1,31 +1,40 @@
-"""HDF5 files of tables that grow row by row, and can be read at any time, also after the writer was killed.
+"""Files of tables that grow row by row, and can be read at any time, also after the writer was killed.
 
-HDF5's single-writer mode writes each piece before what refers to it, so that a file is sound after each block. The file
-of a writer that was killed opens in the mode for readers of such files only; `read_head` and `read_part` do that.
+While it grows, a file is one of sealed parts, which no library of others reads. When it is closed, it becomes an HDF5
+file, whose digest is compared before HDF5 reads it.
 """
 
 from __future__ import annotations
 
 import contextlib
+import json
 import shutil
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 
 from kanefe.errors import FileError
-from kanefe.storage.files import ready_path, regular_file
-from kanefe.storage.hdf5 import h5py_for, put_header
+from kanefe.storage.files import ready_path, regular_file, write_whole
+from kanefe.storage.hdf5 import HEAD, array_at, as_text, h5py_for, opened_sealed, put_digest
+from kanefe.storage.sealed_parts import USUAL, PartWriter, is_of_parts, parts_of
 
 CHUNK_BYTES = 2**16
-"""Size of a chunk of a table, bytes."""
+"""Size of a chunk of a table in the HDF5 file, bytes."""
+
+BLOCK_BYTES = 2**20
+"""Size of the rows of a table that are written to the HDF5 file together, bytes."""
 
 LEAST_ROOM = 2**20
-"""Space on the disk beside that of a block below which nothing more is written, bytes: HDF5 can crash on a full disk.
+"""Space on the disk beside that of the HDF5 file below which it is not written, bytes: HDF5 can crash on a full disk.
 """
 
-WRITER = "the recording of a run"
+LAYOUTS = "layouts"
+"""Name in the header of a file of parts."""
+
+REMEDY = "Remedy: record the run again"
 
 
 class Layout(NamedTuple):
@@ -33,6 +42,14 @@ class Layout(NamedTuple):
 
     width: int
     grows: bool
+
+
+class _Rows(NamedTuple):
+    """Rows of a table: times (T,), or (2, columns) of one that does not grow, and values (T, columns)."""
+
+    number: int
+    times: np.ndarray
+    values: np.ndarray
 
 
 class GrowingFile:
@@ -55,66 +72,77 @@ class GrowingFile:
     """
 
     def __init__(self, path: str | Path, header: Mapping[str, Any], tables: Sequence[Layout]) -> None:
-        h5py = h5py_for(WRITER)
-        self.path = ready_path(path)
-        self._check_room(0)
+        h5py_for("the recording of a run")
+        self.path, self._tables = ready_path(path), tuple(tables)
+        self._counts = [0] * len(tables)
+        self._header = {name: as_text(value) for name, value in header.items()}
         try:
-            self._file = h5py.File(self.path, "w", libver=("v110", "v110"))
-            put_header(self._file, header)
-            self._times, self._values = [], []
-            for i, (width, grows) in enumerate(tables):
-                rows = max(1, CHUNK_BYTES // (8 * width))
-                of_times: dict[str, Any] = {"shape": (2, width)}
-                of_values: dict[str, Any] = {"shape": (2, width)}
-                if grows:
-                    of_times = {"shape": (0,), "maxshape": (None,), "chunks": (CHUNK_BYTES // 8,)}
-                    of_values = {"shape": (0, width), "maxshape": (None, width), "chunks": (rows, width)}
-                group = self._file.create_group(f"records/{i}")
-                self._times.append(group.create_dataset("times", dtype=float, fillvalue=np.nan, **of_times))
-                self._values.append(group.create_dataset("values", dtype=float, fillvalue=np.nan, **of_values))
-                self._times[i].attrs["unit"] = "s"
-            self._file.swmr_mode = True
+            self._parts = PartWriter(self.path)
+            self._parts.add(0, json.dumps(self._header | {LAYOUTS: json.dumps(tables)}).encode())
         except OSError as error:
             raise FileError(f"cannot write {self.path}: {error}. Remedy: another folder or name") from error
 
     def write(self, number: int, times: np.ndarray, values: np.ndarray) -> None:
         """Add rows to a table, times (T,) and values (T, columns); of one that does not grow write the two rows."""
-        self._check_room(times.nbytes + values.nbytes)
+        grows = self._tables[number].grows
+        most = max(1, USUAL // (8 * (1 + values.shape[1]))) if grows else 2
         try:
-            for part, rows in ((self._values[number], values), (self._times[number], times)):
-                first = 0
-                if part.maxshape[0] is None:
-                    first = len(part)
-                    part.resize(first + len(rows), axis=0)
-                part[first:] = rows
-                part.flush()
-        except (OSError, RuntimeError) as error:
+            for first in range(0, len(values), most):
+                some = slice(first, first + most)
+                content = np.concatenate((times[some].ravel(), values[some].ravel())).astype("<f8").tobytes()
+                self._parts.add(number + 1, content)
+                self._counts[number] = self._counts[number] + len(values[some]) if grows else 2
+        except OSError as error:
             raise self._unwritten(error) from error
 
     def leave(self) -> None:
         """Close the file as it is."""
-        with contextlib.suppress(OSError, RuntimeError):
-            self._file.close()
+        with contextlib.suppress(OSError):
+            self._parts.close()
 
     def close(self, header: Mapping[str, Any]) -> None:
-        """Close the file, and write more of its header."""
-        h5py = h5py_for(WRITER)
-        try:
-            self._file.close()
-            self._check_room(0)
-            self._file = h5py.File(self.path, "r+")
-            put_header(self._file, header)
-            self._file.close()
-        except (OSError, RuntimeError) as error:
-            raise self._unwritten(error) from error
+        """Close the file with more of its header, and make it an HDF5 file.
 
-    def _check_room(self, size: int) -> None:
-        free = shutil.disk_usage(self.path.parent).free
+        Raises
+        ------
+        FileError
+            If the disk has no room; it is still the file of parts then, which can be read.
+        """
+        more = {name: as_text(value) for name, value in header.items()}
+        self._header |= more
+        try:
+            self._parts.add(0, json.dumps(more).encode())
+            self._parts.close()
+            free, size = shutil.disk_usage(self.path.parent).free, self.path.stat().st_size
+        except OSError as error:
+            raise self._unwritten(error) from error
         if free < size + LEAST_ROOM:
             raise FileError(
-                f"{self.path} cannot grow: its disk has {free / 2**20:.3g} MB left. Remedy: another disk, fewer "
-                "channels, or a longer step of the record"
+                f"{self.path} does not become an HDF5 file: its disk has {free / 2**20:.3g} MB left, which are less "
+                "than it takes. Remedy: none is needed to read it by kanefe.load_records; for other programs another "
+                "disk"
             )
+        write_whole(self.path, self._write_hdf5)
+
+    def _write_hdf5(self, file: BinaryIO) -> None:
+        h5py = h5py_for("the recording of a run")
+        with h5py.File(file, "w", libver=("v110", "v110"), userblock_size=HEAD) as made:
+            made.attrs.update(self._header)
+            for i, (table, count) in enumerate(zip(self._tables, self._counts, strict=True)):
+                whole, group = (count, table.width), made.create_group(f"records/{i}")
+                rows = max(1, min(CHUNK_BYTES // (8 * table.width), count))
+                for name, shape in (("times", whole[:1] if table.grows else whole), ("values", whole)):
+                    chunks: dict[str, Any] = {"chunks": (rows, *shape[1:]), "fletcher32": True} if count else {}
+                    group.create_dataset(name, shape=shape, dtype=float, fillvalue=np.nan, **chunks)
+                group["times"].attrs["unit"] = "s"
+            ends = [0] * len(self._tables)
+            for number, times, values in _in_blocks(_rows_of(self.path)):
+                group, first = made[f"records/{number}"], ends[number] if self._tables[number].grows else 0
+                ends[number] = first + len(values)
+                group["times"][first : ends[number]], group["values"][first : ends[number]] = times, values
+            if ends != self._counts:
+                raise OSError("another program changed it meanwhile")
+        put_digest(file)
 
     def _unwritten(self, error: Exception) -> FileError:
         return FileError(f"{self.path} cannot grow: {error}. Remedy: another disk, or fewer channels")
@@ -126,40 +154,100 @@ def read_head(path: str | Path) -> dict[str, str]:
     Raises
     ------
     FileError
-        If it does not exist, or is no file of tables.
+        If it does not exist, is damaged, or is no file of tables.
     MissingDependency
         If h5py is not installed.
     """
-    with _opened(path) as file:
-        return {name: value for name, value in file.attrs.items() if isinstance(value, str)}
+    path = regular_file(path, whole=False)
+    with _refusals(path):
+        if is_of_parts(path):
+            return _head_of(path)
+        with opened_sealed(path) as file:
+            return {name: value for name, value in file.attrs.items() if isinstance(value, str)}
 
 
 def read_part(path: str | Path, number: int, column: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return times and values of a column of a table, as far as both are there.
+    """Return times and values of a column of a table, as far as they are sealed.
 
     Raises
     ------
     FileError
-        If it does not exist, or is no file of tables.
+        If it does not exist, is damaged, or is no file of tables.
     """
-    with _opened(path) as file:
-        try:
-            group = file[f"records/{number}"]
-            times, values = group["times"][...], group["values"][:, column]
-        except (OSError, KeyError, ValueError) as error:
-            raise FileError(f"{path} is damaged: {error}. Remedy: record the run again") from error
-    times = times[:, column] if times.ndim == 2 else times
-    count = min(len(times), len(values))
-    return times[:count], values[:count]
-
-
-def _opened(path: str | Path) -> Any:
-    h5py = h5py_for("reading records")
     path = regular_file(path, whole=False)
+    with _refusals(path):
+        if is_of_parts(path):
+            return _column_of(path, number, column)
+        with opened_sealed(path) as file:
+            times = array_at(file, f"records/{number}/times")[...]
+            values = array_at(file, f"records/{number}/values")[:, column]
+        return (times[:, column] if times.ndim == 2 else times), values
+
+
+@contextlib.contextmanager
+def _refusals(path: Path) -> Iterator[None]:
+    """Raise a FileError for what a file of another kind, or a damaged one, raises."""
     try:
-        try:
-            return h5py.File(path, "r")
-        except OSError:  # its writer is at work, or was killed
-            return h5py.File(path, "r", libver="latest", swmr=True)
-    except (OSError, RuntimeError, ValueError) as error:
-        raise FileError(f"{path} is damaged or no HDF5 file: {error}. Remedy: record the run again") from error
+        yield
+    except (OSError, RuntimeError, KeyError, IndexError, ValueError, TypeError, MemoryError) as error:
+        raise FileError(f"{path} is damaged, or no file of records of this kanefe: {error}. {REMEDY}") from error
+
+
+def _head_of(path: Path) -> dict[str, str]:
+    """Return the header of a file of parts: what its first part has, and its last one if it was closed."""
+    head: dict[str, str] = {}
+    for number, content in parts_of(path):
+        if number == 0:
+            head |= json.loads(content)
+    if not head:
+        raise ValueError("its first part is not whole")
+    return head
+
+
+def _column_of(path: Path, number: int, column: int) -> tuple[np.ndarray, np.ndarray]:
+    times, values = [np.zeros(0)], [np.zeros(0)]
+    for table, some_times, some_values in _rows_of(path):
+        if table == number and some_times.ndim == 2:  # the extremes so far
+            times, values = [some_times[:, column]], [some_values[:, column]]
+        elif table == number:
+            times.append(some_times)
+            values.append(some_values[:, column].copy())
+    return np.concatenate(times), np.concatenate(values)
+
+
+def _rows_of(path: Path) -> Iterator[_Rows]:
+    """Yield the rows of all tables of a file of parts, in the order in which they were written."""
+    layouts: list[Layout] = []
+    for number, content in parts_of(path):
+        if number == 0:
+            layouts = layouts or [Layout(*layout) for layout in json.loads(json.loads(content)[LAYOUTS])]
+            continue
+        width, grows = layouts[number - 1]
+        data = np.frombuffer(content, "<f8")
+        if grows:
+            count = len(data) // (1 + width)
+            yield _Rows(number - 1, data[:count], data[count:].reshape(count, width))
+        else:
+            yield _Rows(number - 1, *data.reshape(2, 2, width))
+
+
+def _in_blocks(rows: Iterable[_Rows]) -> Iterator[_Rows]:
+    """Yield rows of all tables, those of a table that grows together: HDF5 takes a millisecond for each write."""
+    waiting: dict[int, list[_Rows]] = {}
+    sizes: Counter[int] = Counter()
+    for some in rows:
+        number = some.number
+        if some.times.ndim == 2:
+            waiting[number] = [some]
+            continue
+        waiting.setdefault(number, []).append(some)
+        sizes[number] += some.values.nbytes
+        if sizes[number] > BLOCK_BYTES:
+            del sizes[number]
+            yield _together(waiting.pop(number))
+    yield from map(_together, waiting.values())
+
+
+def _together(blocks: Sequence[_Rows]) -> _Rows:
+    number, times, values = zip(*blocks, strict=True)
+    return _Rows(number[0], np.concatenate(times), np.concatenate(values))

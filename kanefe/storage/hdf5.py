@@ -11,9 +11,10 @@ import contextlib
 import hashlib
 import io
 import json
+import time
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -41,6 +42,12 @@ PIECE = 1 << 20
 
 DEEPEST = 32
 """Largest number of nested groups; the package writes five."""
+
+COARSEST_TIME = 2 * 10**9
+"""Longest time, ns, between two changes of a file that may have the same date: a younger file is compared each time."""
+
+_compared: set[tuple[int, ...]] = set()
+"""Files, by device, inode, size and time, whose bytes this process has compared with their digests."""
 
 
 def come_first() -> None:
@@ -71,7 +78,7 @@ def encode(header: Mapping[str, Any], arrays: Mapping[str, tuple[np.ndarray, str
     is_small = sum(array.nbytes for array, _ in arrays.values()) <= SMALL_FILE
     # "v110" keeps attributes above 64 KiB, such as a long provenance, which older layouts refuse
     with h5py.File(buffer, "w", libver=("v110", "v110"), userblock_size=HEAD) as file:
-        put_header(file, header)
+        _put_header(file, header)
         put = _writer(h5py, file, is_small)
         for path, (array, unit) in long_work("packing arrays", arrays.items()):
             put(path, array, unit)
@@ -80,10 +87,15 @@ def encode(header: Mapping[str, Any], arrays: Mapping[str, tuple[np.ndarray, str
     return data
 
 
-def put_header(file: Any, header: Mapping[str, Any]) -> None:
+def _put_header(file: Any, header: Mapping[str, Any]) -> None:
     """Write attributes of an open file: texts and whole numbers unchanged, anything else as JSON."""
     for name, value in header.items():
-        file.attrs[name] = value if isinstance(value, (str, int)) else json.dumps(value, default=_plain)
+        file.attrs[name] = value if isinstance(value, int) else as_text(value)
+
+
+def as_text(value: object) -> str:
+    """Return a value of a header as a text: a text unchanged, anything else as JSON."""
+    return value if isinstance(value, str) else json.dumps(value, default=_plain)
 
 
 def _writer(h5py: Any, file: Any, is_small: bool) -> Callable[[str, np.ndarray, str], None]:
@@ -135,14 +147,54 @@ def decode(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     h5py = h5py_for("kanefe.load_result")
     path = regular_file(path)
     try:
-        _compare_digest(path)
-        with h5py.File(path, "r") as file:
+        with opened_sealed(path) as file:
             count = _count(h5py, file) if is_watched() else None
             return dict(file.attrs), dict(long_work(f"reading {path.name}", _arrays(h5py, file, "", 0), count))
     except (OSError, RuntimeError, KeyError, ValueError, TypeError, MemoryError) as error:
         raise FileError(
             f"{path} is truncated or not an HDF5 file of this kanefe: {error}. Remedy: save the result again"
         ) from error
+
+
+@contextlib.contextmanager
+def opened_sealed(path: Path) -> Iterator[Any]:
+    """Open a file whose bytes match its digest.
+
+    The bytes of a file are compared once by a process, as long as the file does not change.
+
+    Raises
+    ------
+    ValueError
+        If they do not match.
+    OSError, RuntimeError
+        If it cannot be read.
+    MissingDependency
+        If h5py is not installed.
+    """
+    h5py = h5py_for("kanefe.load_result")
+    status = path.stat()
+    file_as_it_is = (status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns)
+    if file_as_it_is not in _compared:
+        _compare_digest(path)
+        if time.time_ns() - status.st_mtime_ns > COARSEST_TIME:
+            _compared.add(file_as_it_is)
+    with h5py.File(path, "r") as file:
+        yield file
+
+
+def put_digest(file: BinaryIO) -> None:
+    """Write the digest of the content of an HDF5 file, which is open for reading and writing, to its user block."""
+    file.seek(HEAD)
+    digest = _digest_of_rest(file)
+    file.seek(0)
+    file.write(_head(digest))
+
+
+def _digest_of_rest(file: BinaryIO) -> str:
+    found = hashlib.sha256()
+    while piece := file.read(PIECE):
+        found.update(piece)
+    return found.hexdigest()
 
 
 def _head(digest: str) -> bytes:
@@ -153,14 +205,11 @@ def _head(digest: str) -> bytes:
 
 def _compare_digest(path: Path) -> None:
     """Raise a ValueError if the bytes of a file do not match its digest."""
-    found = hashlib.sha256()
     with path.open("rb") as file:
-        head = file.read(HEAD)
-        while piece := file.read(PIECE):
-            found.update(piece)
+        head, digest = file.read(HEAD), _digest_of_rest(file)
     if not head.startswith(_head("")[:20]):
         raise ValueError("it has no digest of its content at its head: another program wrote it, or an older kanefe")
-    if head != _head(found.hexdigest()):
+    if head != _head(digest):
         raise ValueError("its content does not match its digest: it was damaged, cut, or changed after it was saved")
 
 
@@ -177,23 +226,50 @@ def _arrays(h5py: Any, group: Any, place: str, depth: int) -> Iterator[tuple[str
         raise ValueError(f"{place} is a group in more than {DEEPEST} others")
     for name in group:
         where = f"{place}{name}"
-        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
-            raise ValueError(f"{where} is a link")
-        item = group[name]
+        item = _member(h5py, group, name, where)
         if isinstance(item, h5py.Group):
             yield from _arrays(h5py, item, f"{where}/", depth + 1)
             continue
-        if not isinstance(item, h5py.Dataset):
-            raise ValueError(f"{where} is not an array")
-        if item.is_virtual or item.external:
-            raise ValueError(f"{where} lies in another file")
-        if item.shape is None or item.dtype.kind not in "biufS":
-            raise ValueError(f"{where} is not of numbers, but of {item.dtype}")
-        if item.nbytes > MOST_COMPRESSED * (item.id.get_storage_size() + SMALLEST_COMPRESSED):
-            raise ValueError(f"{where} claims {item.nbytes:.3g} bytes, which the file does not hold")
+        _check_array(h5py, item, where)
         array = np.asarray(item[()])
         array.flags.writeable = False
         yield where, array
+
+
+def array_at(file: Any, path: str) -> Any:
+    """Return an array of an open file, by its path, before its numbers are read.
+
+    Raises
+    ------
+    ValueError
+        If there is none, or if it, or a group on its path, is a link or lies in another file.
+    """
+    h5py, item = h5py_for("kanefe.load_records"), file
+    for name in path.split("/"):
+        if not isinstance(item, h5py.Group) or name not in item:
+            raise ValueError(f"it has no array {path}")
+        item = _member(h5py, item, name, path)
+    _check_array(h5py, item, path)
+    return item
+
+
+def _member(h5py: Any, group: Any, name: str, where: str) -> Any:
+    """Return a member of a group; a ValueError if it is a link."""
+    if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+        raise ValueError(f"{where} is a link")
+    return group[name]
+
+
+def _check_array(h5py: Any, item: Any, where: str) -> None:
+    """Raise a ValueError if something is no array of numbers that the file itself holds."""
+    if not isinstance(item, h5py.Dataset):
+        raise ValueError(f"{where} is not an array")
+    if item.is_virtual or item.external:
+        raise ValueError(f"{where} lies in another file")
+    if item.shape is None or item.dtype.kind not in "biufS":
+        raise ValueError(f"{where} is not of numbers, but of {item.dtype}")
+    if item.nbytes > MOST_COMPRESSED * (item.id.get_storage_size() + SMALLEST_COMPRESSED):
+        raise ValueError(f"{where} claims {item.nbytes:.3g} bytes, which the file does not hold")
 
 
 def h5py_for(needed_by: str) -> Any:

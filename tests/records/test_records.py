@@ -181,22 +181,37 @@ def _rows_in(path: Path, least: int) -> int:
 
 
 def test_a_full_disk_ends_the_record_and_not_the_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    resource = pytest.importorskip("resource")
     monkeypatch.setattr(state_rows, "SHORTEST_WINDOW", 100)
     monkeypatch.setattr(state_rows, "WINDOW_BYTES", 0)
-    usage = growing_file.shutil.disk_usage(tmp_path)
-    calls = [0]
-
-    def disk_usage(path: Path) -> Any:
-        calls[0] += 1
-        return usage if calls[0] < 5 else usage._replace(free=1000)
-
-    monkeypatch.setattr(growing_file.shutil, "disk_usage", disk_usage)
-    with pytest.warns(SimulationWarning, match=r"r\.h5 cannot grow: its disk has 0\.000954 MB left.* The run goes on"):
-        run = thrown().simulate(SPAN, record=kf.Record("position body", step=1e-3), record_file=tmp_path / "r.h5")
+    asked: Any = {"record": kf.Record("position body", step=1e-3), "record_file": tmp_path / "r.h5"}
+    thrown().simulate(SPAN, **asked)  # all that it compiles is there
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, limits[1]))
+    try:
+        with pytest.warns(SimulationWarning, match=r"r\.h5 cannot grow: .* The run goes on") as told:
+            run = thrown().simulate(SPAN, **asked)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert len(told) == 1
     assert run.status.kind == "finished"
     recorded = run.records["position body x"]
     assert 0 < len(recorded.times) < 1500
     np.testing.assert_allclose(recorded.times, 1e-3 * np.arange(len(recorded.times)), atol=1e-12)
+
+
+def test_without_room_for_an_hdf5_file_the_records_are_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = ["position body", kf.Record("velocity body", keep="extremes")]
+    kept = thrown().simulate(SPAN, record=asked).records
+    usage = growing_file.shutil.disk_usage(tmp_path)
+    monkeypatch.setattr(growing_file.shutil, "disk_usage", lambda path: usage._replace(free=1000))
+    with pytest.warns(SimulationWarning, match=r"r\.h5 does not become an HDF5 file: its disk has 0\.000954 MB left"):
+        run = thrown().simulate(SPAN, record=asked, record_file=tmp_path / "r.h5")
+    found = kf.load_records(tmp_path / "r.h5")
+    assert found.status == run.status
+    for name, recorded in kept.items():
+        np.testing.assert_array_equal(found[name].values, recorded.values)
+        np.testing.assert_array_equal(run.records[name].times, recorded.times)
 
 
 def test_runs_that_end_early_have_their_records(tmp_path: Path) -> None:
@@ -249,13 +264,16 @@ def test_files_that_cannot_be_are_named(tmp_path: Path) -> None:
     with pytest.raises(ModelError, match="record and checkpoint"):
         thrown().simulate(SPAN, record="position body", checkpoint=tmp_path / "c")
     (tmp_path / "text").write_text("no records")
-    with pytest.raises(FileError, match=re.escape(f"{tmp_path / 'text'} is damaged or no HDF5 file")):
+    with pytest.raises(FileError, match=re.escape(f"{tmp_path / 'text'} is damaged, or no file of records")):
         kf.load_records(tmp_path / "text")
     thrown().simulate(SPAN).save(tmp_path / "run.h5")
     with pytest.raises(FileError, match="is no file of records"):
         kf.load_records(tmp_path / "run.h5")
     with pytest.raises(FileError):
         kf.load_records(tmp_path / "none.h5")
+    for path in ({}, b"r.h5", 3, thrown()):
+        with pytest.raises(ModelError, match="path= of load_records must be a text or a path"):
+            kf.load_records(path)  # type: ignore[arg-type]
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         thrown().simulate((0.0, 0.1), record="position body", record_file=tmp_path / "new" / "r.h5")
