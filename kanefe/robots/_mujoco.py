@@ -81,8 +81,8 @@ def compiled(path: Path) -> CompiledRobot:
         for kind in _UNUSED:
             _delete(spec, getattr(spec, kind, ()))
         _delete(spec, list(_shapes_without_mass(spec, mujoco)))
-        for geom in spec.geoms:
-            geom.material = ""
+        for marked in (*spec.geoms, *spec.sites):
+            marked.material = ""
         for kind in _OF_SHAPES:
             _delete(spec, getattr(spec, kind))
         used = {geom.meshname for geom in spec.geoms} | {geom.hfieldname for geom in spec.geoms}

@@ -105,13 +105,16 @@ class Coupling:
     constant: float
 
 
+Ends = tuple[tuple[str | None, Pose], tuple[str | None, Pose]]
+
+
 @dataclass(frozen=True)
 class Closure:
     """A joint that closes a loop between frames of two links; None: of the ground."""
 
     name: str
     joint: Joint
-    ends: tuple[tuple[str | None, Pose], tuple[str | None, Pose]]
+    ends: Ends
 
 
 @dataclass

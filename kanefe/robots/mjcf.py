@@ -14,14 +14,14 @@ from kanefe.errors import ModelError
 from kanefe.frames import axis_rotation, rotation_matrix
 from kanefe.joints import Fixed, Free, Joint, Prismatic, Revolute, Spherical
 from kanefe.robots import _mujoco
-from kanefe.robots.description import Choices, Closure, Coupling, LinkJoint, NotTaken, Pose, Robot, RobotLink
+from kanefe.robots.description import Choices, Closure, Coupling, Ends, LinkJoint, NotTaken, Pose, Robot, RobotLink
 from kanefe.robots.flexible_link import FlexibleLink
 from kanefe.robots.scene import RobotScene, scene_of
 from kanefe.storage.files import regular_file
 
 FREE, BALL, SLIDE, HINGE = range(4)  # mjtJoint
 CONNECT, WELD, JOINT = range(3)  # mjtEq
-BODY = 1  # mjtObj
+BODY, SITE = 1, 6  # mjtObj
 NO_GRAVITY = 1 << 7  # mjtDisableBit
 
 
@@ -40,7 +40,7 @@ def read_mjcf(
 
     Each body becomes a rigid one with its name, in its own frame; with several joints, all but the last carry a
     massless frame. Coordinates are those of MuJoCo, including `ref`. Stiffness, damping and dry friction of hinges and
-    slides act; equalities of kind connect, weld and joint (linear) hold exactly, while MuJoCo's are compliant. Shapes
+    slides act; equalities of kind connect and weld, of bodies or sites, and joint (linear) hold exactly, while MuJoCo's are compliant. Shapes
     are used only for the inertia of bodies without their own. Armature, actuators, tendons, contacts and other elements
     are not read: ``scene.not_taken`` lists them, and a warning those that would change the motion.
 
@@ -209,22 +209,40 @@ def _add_equality(model: Any, names: _Names, number: int, robot: Robot) -> None:
     """Add an equality between two bodies or joints, or record that it is not read."""
     name = model.equality(number).name or f"equality {number}"
     kind, one, two = int(model.eq_type[number]), int(model.eq_obj1id[number]), int(model.eq_obj2id[number])
-    data = model.eq_data[number]
-    is_of_bodies = int(model.eq_objtype[number]) == BODY
+    data, things = model.eq_data[number], int(model.eq_objtype[number])
     if not model.eq_active0[number]:
         robot.not_taken.add_silent("equalities that are off", name)
     elif kind == JOINT and not data[2:5].any():
         robot.couplings.append(_coupling(model, names, name, one, two, data))
-    elif kind == CONNECT and is_of_bodies:
-        ends = (names.link(one), Pose(data[0:3].copy())), (names.link(two), Pose(data[3:6].copy()))
-        robot.closures.append(Closure(name, Spherical(), ends))
-    elif kind == WELD and is_of_bodies:
-        relative = Pose(data[3:6].copy(), rotation_matrix(data[6:10]))
-        point = Pose(data[0:3].copy())
-        ends = (names.link(one), relative @ point), (names.link(two), point)
-        robot.closures.append(Closure(name, Fixed(), ends))
+    elif kind in (CONNECT, WELD) and things in (BODY, SITE):
+        of = _site_ends if things == SITE else _connected if kind == CONNECT else _welded
+        joint = Spherical() if kind == CONNECT else Fixed()
+        robot.closures.append(Closure(name, joint, of(model, names, one, two, data)))
     else:
         robot.not_taken.add_acting("equalities of other kinds", name)
+
+
+def _connected(model: Any, names: _Names, one: int, two: int, data: np.ndarray) -> Ends:
+    """Return the anchor of two connected bodies in each."""
+    return (names.link(one), Pose(data[0:3].copy())), (names.link(two), Pose(data[3:6].copy()))
+
+
+def _welded(model: Any, names: _Names, one: int, two: int, data: np.ndarray) -> Ends:
+    """Return the anchor of two welded bodies in each, with the axes of the second."""
+    relative, point = Pose(data[3:6].copy(), rotation_matrix(data[6:10])), Pose(data[0:3].copy())
+    return (names.link(one), relative @ point), (names.link(two), point)
+
+
+def _site_ends(model: Any, names: _Names, one: int, two: int, data: np.ndarray) -> Ends:
+    """Return two sites, each in its body."""
+    first, second = (
+        (
+            names.link(int(model.site_bodyid[site])),
+            Pose(model.site_pos[site].copy(), rotation_matrix(model.site_quat[site])),
+        )
+        for site in (one, two)
+    )
+    return first, second
 
 
 def _coupling(model: Any, names: _Names, name: str, one: int, two: int, data: np.ndarray) -> Coupling:

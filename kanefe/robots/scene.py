@@ -78,8 +78,9 @@ def scene_of(
     scene = RobotScene(gravity)
     replaced = _replaced(robot, {} if flexible is None else flexible)
     _check_moving_masses(robot, replaced)
+    taken = {link.name for link in robot.links}
     for link in robot.links:
-        _add_link(scene, link, replaced)
+        _add_link(scene, link, replaced, taken)
     for coupling in robot.couplings:
         bodies: dict[Frame | tuple[Frame, int], float] = {
             scene.body(scene.joints[joint]): c for joint, c in coupling.coefficients.items()
@@ -130,8 +131,11 @@ def _check_moving_masses(robot: Robot, replaced: Mapping[str, FlexibleLink]) -> 
             )
 
 
-def _add_link(scene: RobotScene, link: RobotLink, replaced: Mapping[str, FlexibleLink]) -> None:
-    """Add a link, with a frame for each joint but the last, and for the last if the link is not at its frame M."""
+def _add_link(scene: RobotScene, link: RobotLink, replaced: Mapping[str, FlexibleLink], taken: set[str]) -> None:
+    """Add a link, with a frame for each joint but the last, and for the last if the link is not at its frame M.
+
+    A frame has the name of its joint; where a link or a frame has that already, "joint" follows it.
+    """
     gravity, made = link.has_gravity, replaced.get(link.name)
     in_link = Pose() if made is None else made.pose
     parent, fixed = _carrier(scene, link, replaced)
@@ -142,7 +146,10 @@ def _add_link(scene: RobotScene, link: RobotLink, replaced: Mapping[str, Flexibl
             scene.joints[step.name] = link.name
             _add_body(scene, link, made, parent, step.joint, fixed, gravity)
             return
-        name = step.name if step.name not in {entry.name for entry in scene._entries} else f"{step.name} joint"
+        name = step.name
+        while name in taken:
+            name += " joint"
+        taken.add(name)
         frame = scene.add_frame(name, parent=parent, joint=step.joint, at=tuple(fixed.at), orientation=fixed.axes)
         scene.joints[step.name] = name
         parent, fixed = frame, after

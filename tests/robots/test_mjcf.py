@@ -139,6 +139,56 @@ def test_welded_bodies_move_as_one(tmp_path: Path) -> None:
     assert pose.point == pytest.approx([1, 0, 0])
 
 
+SITES = """<mujoco><asset><material name="red" rgba="1 0 0 1"/></asset><default><site DEFAULT/></default><worldbody>
+<site name="wall" pos=".6 .1 .2" euler="10 20 30"/>
+<body name="a" euler="0 40 0"><joint name="first" axis="0 1 0"/><site name="end" pos=".4 0 .1" euler="0 30 0" OWN/>
+ <inertial pos=".2 0 0" mass="1" diaginertia=".01 .01 .01"/></body>
+</worldbody><equality>EQUALITY</equality></mujoco>"""
+
+
+@pytest.mark.parametrize("place", ["OWN", "DEFAULT"])
+def test_materials_of_sites_are_no_matter(place: str, tmp_path: Path) -> None:
+    text = SITES.replace(place, 'material="red"').replace("OWN", "").replace("DEFAULT", "")
+    model = read(write(tmp_path, text)).freeze()
+    assert model.rhs(0.0, model.initial_state)[1] == pytest.approx(0.2 * 9.81 * np.cos(np.radians(40)) / 0.05)
+
+
+@pytest.mark.parametrize(("kind", "turns"), [("connect", False), ("weld", True)])
+def test_equalities_of_sites_join_the_frames_of_sites(kind: str, turns: bool, tmp_path: Path) -> None:
+    equality = f'<{kind} name="pin" site1="end" site2="wall"/>'
+    text = SITES.replace("OWN", "").replace("DEFAULT", "")
+    scene = read(write(tmp_path, text, equality=equality))
+    mujoco = importlib.import_module("mujoco")
+    peer = mujoco.MjModel.from_xml_path(str(tmp_path / "machine.xml"))
+    assert "equalities of other kinds" not in scene.not_taken
+    held = scene._constraints[0]
+    assert len(held.rows) == (6 if turns else 3)
+    for end, site in ((held.a, "end"), (held.b, "wall")):
+        number = peer.site(site).id
+        axes = np.zeros(9)
+        mujoco.mju_quat2Mat(axes, peer.site_quat[number])
+        assert end.point == pytest.approx(peer.site_pos[number], abs=1e-15)
+        assert np.asarray(end.axes) == pytest.approx(axes.reshape(3, 3), abs=1e-15)
+
+
+def test_names_of_joints_may_be_those_of_bodies(tmp_path: Path) -> None:
+    inertial = '<inertial pos="0 0 -.1" mass="1" diaginertia=".01 .01 .01"/>'
+    path = write(
+        tmp_path,
+        f"""<mujoco><worldbody><body name="tail"><joint name="tail" axis="0 1 0"/><joint name="fin" axis="1 0 0"/>
+        <joint name="twist" axis="0 0 1"/>{inertial}<body name="fin" pos="0 0 -.2">{inertial}
+        <joint name="fin joint" axis="0 1 0"/><joint name="last" axis="1 0 0"/></body></body></worldbody></mujoco>""",
+    )
+    scene = read(path)
+    assert scene.joints == {
+        "tail": "tail joint",
+        "fin": "fin joint",
+        "twist": "tail",
+        "fin joint": "fin joint joint",
+        "last": "fin",
+    }
+
+
 def test_equalities_that_are_off_or_of_other_kinds_are_named(tmp_path: Path) -> None:
     equality = (
         '<connect name="loose" body1="b" body2="a" anchor="0 0 0" active="false"/>'
