@@ -40,9 +40,10 @@ def read_mjcf(
 
     Each body becomes a rigid one with its name, in its own frame; with several joints, all but the last carry a
     massless frame. Coordinates are those of MuJoCo, including `ref`. Stiffness, damping and dry friction of hinges and
-    slides act; equalities of kind connect and weld, of bodies or sites, and joint (linear) hold exactly, while MuJoCo's are compliant. Shapes
-    are used only for the inertia of bodies without their own. Armature, actuators, tendons, contacts and other elements
-    are not read: ``scene.not_taken`` lists them, and a warning those that would change the motion.
+    slides act; equalities of kind connect and weld (of bodies or sites) and joint (linear) hold exactly, while MuJoCo's
+    are compliant. Shapes are used only for the inertia of bodies without their own. Armature, actuators, tendons,
+    contacts and other elements are not read: ``scene.not_taken`` lists them, and a warning those that would change the
+    motion.
 
     Parameters
     ----------

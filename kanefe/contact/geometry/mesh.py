@@ -13,15 +13,13 @@ from kanefe.contact.geometry.mesh_parts import check_parts
 from kanefe.contact.geometry.points import on_triangles, standing_for
 from kanefe.contact.geometry.shape import SurfaceShape
 from kanefe.contact.geometry.stl import read_stl
+from kanefe.contact.geometry.stl_repair import are_flat
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
 from kanefe.loads.reach import Bounds
 
 LEAF = 4
 """Largest number of triangles in a leaf of the tree."""
-
-FLAT = 1e-12
-"""Area, relative to the square of the longest side, below which a triangle has no area."""
 
 VERTEX_AT = ((0, 1), (1, 2), (2, 0))
 """Vertices of the edges of a triangle, in the order of the kernel's numbers."""
@@ -81,6 +79,9 @@ class Mesh(SurfaceShape):
     def from_stl(cls, path: str | Path, scale: float = 1.0) -> Self:
         """Return the mesh of an STL file, binary or text.
 
+        Vertices that differ by round-off of single precision at the largest coordinate are one, and triangles without
+        area are left out, so that what is closed in the program that wrote it is closed here.
+
         Parameters
         ----------
         path : str or Path
@@ -115,10 +116,7 @@ class Mesh(SurfaceShape):
 
 
 def _check_closed(vertices: Matrix, triangles: np.ndarray) -> None:
-    corners = vertices[triangles]
-    sides = corners - np.roll(corners, -1, axis=1)
-    areas = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-    flat = int(np.sum(areas <= FLAT * np.max(np.sum(sides**2, axis=2), axis=1)))
+    flat = int(np.sum(are_flat(vertices[triangles])))
     if flat:
         raise ModelError(f"{flat} of {len(triangles)} triangles of a mesh have no area. Remedy: leave them out")
     edges = np.concatenate([triangles[:, pair] for pair in VERTEX_AT])

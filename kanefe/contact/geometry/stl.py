@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from kanefe.contact.geometry.stl_repair import together, without_flat
 from kanefe.errors import FileError
 from kanefe.frames import Matrix
 from kanefe.storage.files import regular_file
@@ -16,7 +17,9 @@ and two more."""
 
 
 def read_stl(path: Path) -> tuple[Matrix, np.ndarray]:
-    """Return vertices (n, 3) and triangles (m, 3) of an STL file; vertices that are equal in it are one.
+    """Return vertices (n, 3) and triangles (m, 3) of an STL file.
+
+    Vertices that are equal to round-off are one, and triangles without area are left out.
 
     Raises
     ------
@@ -43,5 +46,5 @@ def read_stl(path: Path) -> tuple[Matrix, np.ndarray]:
         raise FileError(
             f"{path} is not an STL file: it has {len(corners)} vertices, which should be three per triangle"
         )
-    vertices, where = np.unique(corners, axis=0, return_inverse=True)
-    return vertices, where.reshape(-1, 3)
+    vertices, triangles = together(corners)
+    return vertices, without_flat(vertices, triangles)
