@@ -1,4 +1,4 @@
-"""Interface to meshio, for all mesh formats except gmsh's. The only file that imports meshio."""
+"""Interface to meshio, for formats other than gmsh's and decks of Abaqus and Nastran; no other file imports meshio."""
 
 from __future__ import annotations
 
@@ -10,17 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.errors import FileError, KanefeError, MeshError, MissingDependency
-from kanefe.fe_model.model import Cells
-from kanefe.fe_model.shapes import corner_kind, is_supported
-from kanefe.fe_model.skin import facet_of
-from kanefe.imports.abaqus_input import Keyword, check_places, keywords, with_includes
-from kanefe.imports.text import read_text
-from kanefe_fem.mesh.abaqus_sets import face_corners, section_sets, surfaces
+from kanefe.errors import FileError, KanefeError, MissingDependency
 from kanefe_fem.mesh.claimed_counts import check_counts
-from kanefe_fem.mesh.mesh import WHOLE_BODY, Mesh
+from kanefe_fem.mesh.grouped import Group, dimension_of, grouped_mesh
+from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.mesh.named_files import check_named_files
-from kanefe_fem.mesh.nastran_places import check_nastran_places
 
 GROUP_DATA = (
     "gmsh:physical",
@@ -34,13 +28,8 @@ GROUP_DATA = (
 )
 """Names of integer cell data with the numbers of groups, in order of precedence."""
 
-NASTRAN = ".bdf", ".fem", ".nas"
-"""Suffixes of Nastran decks."""
-
 READS_AT_END = 1000
 """Number of reads at the end of a file above which its reader is in an endless loop."""
-
-_DIMENSIONS = {"vertex": 0, "line": 1, "triangle": 2, "quad": 2, "tetra": 3, "hexahedron": 3, "wedge": 3, "pyramid": 3}
 
 
 def read(path: Path, names: Mapping[int, str], trusted: bool = False) -> Mesh:
@@ -48,8 +37,7 @@ def read(path: Path, names: Mapping[int, str], trusted: bool = False) -> Mesh:
 
     Groups come from meshio's cell sets; otherwise from the families of a MED file; otherwise from the first cell data
     among `GROUP_DATA`, named by the file's field data, by `names`, or by the number itself (a Nastran property). Point
-    sets (and families of points) are groups of points. The groups of an Abaqus input are the element sets of solid
-    sections, and its surfaces. If there is no group of cells, all cells are the group `WHOLE_BODY`.
+    sets (and families of points) are groups of points.
 
     Raises
     ------
@@ -60,15 +48,9 @@ def read(path: Path, names: Mapping[int, str], trusted: bool = False) -> Mesh:
         raise FileError(f"{path.name}: surfaces of .wkt are not read. Remedy: write it as .stl, .ply or .vtu")
     check_named_files(path, trusted)
     check_counts(path)
-    blocks: list[Keyword] = []
-    if path.suffix.lower() == ".inp":
-        blocks = keywords(read_text(path, "Abaqus input"))
-        check_places(with_includes(blocks, path, path, trusted), path.name, "or mesh it with gmsh", takes_turned=True)
-    elif path.suffix.lower() in NASTRAN:
-        check_nastran_places(path)
     raw = _read(path)
     try:
-        return _mesh_of(raw, path, names, blocks)
+        return _mesh_of(raw, path, names)
     except KanefeError:
         raise
     except (ValueError, IndexError, KeyError, TypeError) as problem:  # from what meshio returns for a damaged file
@@ -78,63 +60,18 @@ def read(path: Path, names: Mapping[int, str], trusted: bool = False) -> Mesh:
         ) from problem
 
 
-def _mesh_of(raw: Any, path: Path, names: Mapping[int, str], keyword_blocks: list[Keyword]) -> Mesh:
-    """Return meshio's mesh as a `Mesh`; with the keywords of an Abaqus input."""
+def _mesh_of(raw: Any, path: Path, names: Mapping[int, str]) -> Mesh:
+    """Return meshio's mesh as a `Mesh`."""
     blocks = [(block.type, np.asarray(block.data, dtype=np.int64)) for block in raw.cells]
-    if not blocks:
-        raise MeshError(f"{path.name} has no cells. Remedy: mesh the geometry before saving it")
-    dimension = max(_dimension(kind) for kind, _ in blocks)
-    groups = _groups_from_sets(raw) or _groups_from_families(raw) or _groups_from_data(raw, names)
-    by_dimension: dict[int, dict[str, list[Cells]]] = {d: {} for d in range(4)}
-    for name, members in groups:
-        for (kind, nodes), rows in zip(blocks, members, strict=True):
-            if rows is not None and len(rows):
-                by_dimension[_dimension(kind)].setdefault(name, []).append(Cells(kind, nodes[rows]))
-    if path.suffix.lower() == ".inp":
-        _apply_abaqus_sets(by_dimension, keyword_blocks, raw, blocks)
-    if dimension > 1 and not by_dimension[dimension]:
-        by_dimension[dimension][WHOLE_BODY] = [Cells(k, nodes) for k, nodes in blocks if _dimension(k) == dimension]
     points = {name: np.asarray(ids, dtype=np.int64) for name, ids in raw.point_sets.items()}
-    points.update(_point_families(raw))
-    points.update(
-        {name: np.concatenate([b.nodes.reshape(-1) for b in bs]) for name, bs in by_dimension[0].items()},
+    return grouped_mesh(
+        path,
+        np.asarray(raw.points, dtype=float),
+        blocks,
+        _groups_from_sets(raw) or _groups_from_families(raw) or _groups_from_data(raw, names),
+        points | _point_families(raw),
+        reader=f"meshio {_import_meshio().__version__}",
     )
-    frozen = {d: {name: tuple(bs) for name, bs in by_name.items()} for d, by_name in by_dimension.items()}
-    lines = frozen[1] or ({"": tuple(Cells(k, n) for k, n in blocks if _dimension(k) == 1)} if dimension == 1 else {})
-    return Mesh(
-        nodes=np.asarray(raw.points, dtype=float),
-        dimension=dimension,
-        cells=frozen[dimension] if dimension > 1 else {},
-        facets=frozen[dimension - 1] if dimension > 1 else {},
-        lines=lines,
-        points=points,
-        source=path.name,
-        provenance={"reader": f"meshio {_import_meshio().__version__}"},
-    )
-
-
-def _apply_abaqus_sets(
-    by_dimension: dict[int, dict[str, list[Cells]]],
-    keyword_blocks: list[Keyword],
-    raw: Any,
-    blocks: list[tuple[str, np.ndarray]],
-) -> None:
-    """Keep only the sets of solid elements of sections of an Abaqus input, and add its surfaces as groups of facets."""
-    sets = {name.upper(): rows for name, rows in raw.cell_sets.items()}
-    named = {name.upper() for name in section_sets(keyword_blocks)}
-    solids = by_dimension[3]
-    if named & {name.upper() for name in solids}:
-        by_dimension[3] = {name: cells for name, cells in solids.items() if name.upper() in named}
-    for surface, members in surfaces(keyword_blocks).items():
-        found: dict[str, list[np.ndarray]] = {}
-        for name, number in members:
-            for (kind, nodes), rows in zip(blocks, sets.get(name.upper(), ()), strict=False):
-                face = face_corners(corner_kind(kind), number) if _dimension(kind) == 3 and is_supported(kind) else None
-                if face is not None and len(rows):
-                    facet, columns = facet_of(kind, face)
-                    found.setdefault(facet, []).append(nodes[np.asarray(rows, dtype=np.int64)][:, list(columns)])
-        if found and surface not in by_dimension[2]:
-            by_dimension[2][surface] = [Cells(facet, np.concatenate(tables)) for facet, tables in found.items()]
 
 
 def _read(path: Path) -> Any:
@@ -148,7 +85,7 @@ def _read(path: Path) -> Any:
         reason = str(problem) if str(problem) not in ("", "1") else " ".join(printed.getvalue().split())
         raise FileError(
             f"meshio cannot read {path.name}: {reason or type(problem).__name__}. Remedy: check that the file is "
-            "complete and its suffix right; formats are .msh, .vtu, .vtk, .xdmf, .inp, .bdf, .med, ..."
+            "complete and its suffix right; formats are .msh, .inp, .bdf, .vtu, .vtk, .xdmf, .med, ..."
         ) from problem
 
 
@@ -190,21 +127,12 @@ def _open_that_ends(path: str | Path, mode: str = "r") -> Any:
     return file if mode == "rb" else _TextThatEnds(file)
 
 
-def _dimension(kind: str) -> int:
-    """Return the dimension of a cell by meshio's name."""
-    bare = kind.replace("VTK_LAGRANGE_", "").lower()
-    for stem, dimension in _DIMENSIONS.items():
-        if bare.startswith(stem):
-            return dimension
-    return 3  # polyhedra and others, which are refused by name later
-
-
-def _groups_from_sets(raw: Any) -> list[tuple[str, list[np.ndarray | None]]]:
+def _groups_from_sets(raw: Any) -> list[Group]:
     """Return (name, rows of each block) from meshio's cell sets, without those that gmsh's reader adds."""
     return [(name, list(rows)) for name, rows in raw.cell_sets.items() if not name.startswith("gmsh:")]
 
 
-def _groups_from_families(raw: Any) -> list[tuple[str, list[np.ndarray | None]]]:
+def _groups_from_families(raw: Any) -> list[Group]:
     """Return (name, rows of each block) of a MED file, whose families are sets of cells in the same groups."""
     families = getattr(raw, "cell_tags", None)
     if not families or "cell_tags" not in raw.cell_data:
@@ -233,21 +161,21 @@ def _members(families: Mapping[int, list[str]]) -> dict[str, list[int]]:
     return groups
 
 
-def _groups_from_data(raw: Any, names: Mapping[int, str]) -> list[tuple[str, list[np.ndarray | None]]]:
+def _groups_from_data(raw: Any, names: Mapping[int, str]) -> list[Group]:
     """Return (name, rows of each block) from integer cell data."""
     key = next((name for name in GROUP_DATA if name in raw.cell_data), None)
     if key is None:
         return []
     data = [np.asarray(values).reshape(-1).astype(np.int64) for values in raw.cell_data[key]]
     known = {(int(tag), int(d)): name for name, (tag, d) in _field_data(raw)}
-    groups = []
+    groups: list[Group] = []
     for number in np.unique(np.concatenate(data)):
         if key == "gmsh:physical" and number == 0:
             continue  # no group in gmsh
-        for dimension in sorted({_dimension(block.type) for block in raw.cells}):
+        for dimension in sorted({dimension_of(block.type) for block in raw.cells}):
             name = known.get((int(number), dimension)) or names.get(int(number)) or str(number)
             rows = [
-                np.flatnonzero(values == number) if _dimension(block.type) == dimension else None
+                np.flatnonzero(values == number) if dimension_of(block.type) == dimension else None
                 for block, values in zip(raw.cells, data, strict=True)
             ]
             groups.append((name, rows))

@@ -18,6 +18,9 @@ GMSH_SUFFIXES = (".msh", ".geo", ".py")
 SOURCES = (".geo", ".py")
 """Formats that contain no mesh but a geometry to be meshed."""
 
+NASTRAN = (".bdf", ".fem", ".nas")
+"""Suffixes of Nastran decks."""
+
 GEOMETRY = (".step", ".stp", ".iges", ".igs", ".brep", ".sat", ".x_t", ".sldprt", ".catpart", ".f3d", ".dwg", ".dxf")
 """Formats of CAD programs, which contain no cells and no cell sizes."""
 
@@ -42,9 +45,10 @@ def read_mesh(
     .py             a Python source that defines ``build(gmsh)``: called with gmsh initialised and an empty
                     model; it makes the geometry and the physical groups, and may generate the mesh, which is
                     generated afterwards otherwise. It runs as a program: read it before you run it
-    .inp            meshio; groups are the element sets of solid sections (all sets, if there are none), the
-                    surfaces and the node sets
-    any other       meshio (.vtu, .xdmf, .bdf, ...); groups are its cell sets and point sets, or the integers of
+    .inp            Abaqus and CalculiX; groups are the element sets of solid sections (all sets, if there are
+                    none), the surfaces and the node sets
+    .bdf .nas .fem  Nastran; groups are the properties, by number
+    any other       meshio (.vtu, .xdmf, .med, ...); groups are its cell sets and point sets, or the integers of
                     the cell data "gmsh:physical", "medit:ref", "group", ...
     ==============  ====================================================================================
 
@@ -102,10 +106,23 @@ def read_mesh(
             "    gmsh.model.setPhysicalName(3, body, 'body')\n"
             "    gmsh.option.setNumber('Mesh.MeshSizeMax', 0.01)  # m"
         )
+    if path.suffix.lower() in (".unv", ".uff"):
+        raise FileError(
+            f"{path.name}: universal files of I-DEAS are not read. Remedy: gmsh reads their meshes: "
+            f"gmsh {path.name} -save -o {path.stem}.msh"
+        )
     if path.suffix.lower() in GMSH_SUFFIXES:
         from kanefe_fem import _gmsh
 
         mesh = _gmsh.read(path, order, trusted)
+    elif path.suffix.lower() == ".inp":
+        from kanefe_fem.mesh.abaqus_deck import read_abaqus_mesh
+
+        mesh = read_abaqus_mesh(path, trusted)
+    elif path.suffix.lower() in NASTRAN:
+        from kanefe_fem.mesh.nastran_deck import read_nastran_mesh
+
+        mesh = read_nastran_mesh(path, names or {})
     else:
         from kanefe_fem import _meshio
 

@@ -214,6 +214,11 @@ def corner_kind(kind: str) -> str:
     return _LINEAR.get(kind, kind)
 
 
+def node_count(kind: str) -> int:
+    """Return the number of nodes of a shape."""
+    return shape(kind).corners + len(MIDS[kind])
+
+
 def is_supported(kind: str) -> bool:
     """Return whether `kind` is one of the shapes in `MIDS`."""
     return kind in MIDS

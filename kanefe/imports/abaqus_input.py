@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -19,6 +20,8 @@ REFUSED = {
     "NFILL": "generated nodes",
     "NCOPY": "generated nodes",
     "NMAP": "mapped nodes",
+    "ELGEN": "generated elements",
+    "ELCOPY": "generated elements",
 }
 """Unsupported keywords that move nodes or rotate their degrees of freedom."""
 
@@ -52,7 +55,7 @@ def keywords(text: str) -> list[Keyword]:
     """Return the keywords of an input file in their order."""
     blocks: list[Keyword] = []
     is_continued = False
-    for at, line in enumerate(text.splitlines(), 1):
+    for at, line in enumerate(map(str.lstrip, text.splitlines()), 1):
         if line.startswith("**"):
             if blocks:
                 blocks[-1].comments.append(line.lstrip("*").strip())
@@ -85,12 +88,12 @@ def node_table(path: str | Path, trusted: bool = False) -> NodeTable:
     sets: dict[str, list[int]] = {}
     for block in blocks:
         if block.name == "NODE" and block.lines:
-            rows.append(_node_rows(block, path))
+            rows.append(node_rows(block, path))
             if "NSET" in block.options:
                 sets.setdefault(block.options["NSET"], []).extend(rows[-1][:, 0].astype(int).tolist())
         elif block.name == "NSET":
             name = block.options.get("NSET", "")
-            sets.setdefault(name, []).extend(_members(block, sets, path))
+            sets.setdefault(name, []).extend(members(block, sets, path))
     if not rows:
         raise FileError(f"{path} has no *NODE. Remedy: give the input file of the job that wrote the matrices")
     frozen = {name: np.unique(np.array(members, dtype=np.int64)) for name, members in sets.items() if members}
@@ -135,34 +138,52 @@ def check_places(blocks: list[Keyword], path: str | Path, otherwise: str, takes_
             )
 
 
-def _node_rows(block: Keyword, path: str | Path) -> np.ndarray:
-    """Return rows of label, x, y, z; coordinates that are left out are zero."""
-    rows = np.zeros((len(block.lines), 4))
+def node_rows(block: Keyword, path: str | Path) -> np.ndarray:
+    """Return rows of label, x, y, z of a block; coordinates that are left out are zero."""
+    rows, source = np.zeros((len(block.lines), 4)), f"{path} (*NODE, line {block.at})"
     for i, line in enumerate(block.lines):
-        row = numbers(", ".join(part if part.strip() else "0" for part in line.rstrip(", ").split(",")), path)[:4]
+        row = numbers(", ".join(part if part.strip() else "0" for part in line.rstrip(", ").split(",")), source)[:4]
         rows[i, : len(row)] = row
     return rows
 
 
-def _members(block: Keyword, sets: dict[str, list[int]], path: str | Path) -> list[int]:
-    """Return the labels of a node set: labels, names of earlier sets, or ranges with GENERATE."""
-    members: list[int] = []
+def members(block: Keyword, sets: Mapping[str, list[int]], path: str | Path) -> list[int]:
+    """Return the labels of a set of nodes or elements: labels, names of earlier sets, or ranges with GENERATE.
+
+    Those of an instance may have its name and a point before them.
+
+    Raises
+    ------
+    FileError
+        If it names a set that is not there.
+    """
+    found: list[int] = []
+    known = {name.upper(): labels for name, labels in sets.items()}
     for line in block.lines:
         fields = [part.strip() for part in line.split(",") if part.strip()]
         if "GENERATE" in block.options:
             first, last, *step = (int(x) for x in numbers(" ".join(fields), path))
-            members += range(first, last + 1, step[0] if step else 1)
+            found += range(first, last + 1, step[0] if step else 1)
             continue
         for part in fields:
-            if part.lstrip("-").isdigit():
-                members.append(int(part))
-            else:
-                members += next((m for name, m in sets.items() if name.upper() == part.upper()), [])
-    return members
+            bare = part.strip('"').rpartition(".")[2]
+            if bare.lstrip("-").isdigit():
+                found.append(int(bare))
+                continue
+            labels = known.get(part.strip('"').upper(), known.get(bare.upper()))
+            if labels is None:
+                raise FileError(
+                    f"{path} has a set of {part!r} (*{block.name}, line {block.at}), which is no set before it. "
+                    "Remedy: check the order of its sets"
+                )
+            found += labels
+    return found
 
 
-def with_includes(blocks: list[Keyword], path: Path, top: Path, trusted: bool, depth: int = 0) -> list[Keyword]:
-    """Return the keywords of a file, with those of each ``*INCLUDE, INPUT=file`` behind it."""
+def with_includes(
+    blocks: list[Keyword], path: Path, top: Path, trusted: bool, depth: int = 0, reader: str = "read_abaqus"
+) -> list[Keyword]:
+    """Return the keywords of a file that a user reads by `reader`, with those of each ``*INCLUDE, INPUT=file``."""
     if depth > 10:
         raise FileError(f"{path} includes itself. Remedy: check its *INCLUDE")
     found: list[Keyword] = []
@@ -170,6 +191,6 @@ def with_includes(blocks: list[Keyword], path: Path, top: Path, trusted: bool, d
         found.append(block)
         if block.name == "INCLUDE":
             named = path.parent / block.options.get("INPUT", "")
-            other = named_file(named, path, top=top, trusted=trusted, reader="read_abaqus")
-            found += with_includes(keywords(read_text(other, "nodes")), other, top, trusted, depth + 1)
+            other = named_file(named, path, top=top, trusted=trusted, reader=reader)
+            found += with_includes(keywords(read_text(other, "nodes")), other, top, trusted, depth + 1, reader)
     return found

@@ -8,6 +8,7 @@ to one group.
 from __future__ import annotations
 
 import re
+from typing import NamedTuple
 
 from kanefe.imports.abaqus_input import Keyword
 
@@ -25,19 +26,38 @@ def section_sets(blocks: list[Keyword]) -> list[str]:
     return list(dict.fromkeys(filter(None, named)))
 
 
-def surfaces(blocks: list[Keyword]) -> dict[str, list[tuple[str, int]]]:
-    """Return the element sets and face numbers of each surface that is made of faces of element sets."""
-    found: dict[str, list[tuple[str, int]]] = {}
+class Surface(NamedTuple):
+    """A surface of elements.
+
+    Attributes
+    ----------
+    name : str
+    faces : list of (str, int)
+        An element set, or the label of an element, and the number of a face.
+    others : int
+        How many of its lines are no such faces.
+    block : Keyword
+    """
+
+    name: str
+    faces: list[tuple[str, int]]
+    others: int
+    block: Keyword
+
+
+def surfaces(blocks: list[Keyword]) -> list[Surface]:
+    """Return the surfaces of elements of a file."""
+    found = []
     for block in blocks:
         if block.name != "SURFACE" or block.options.get("TYPE", "ELEMENT").upper() != "ELEMENT":
             continue
-        members = []
+        faces = []
         for line in block.lines:
             name, face = ([part.strip() for part in line.split(",")] + [""])[:2]
             number = re.fullmatch(r"S(\d+)", face.upper())
             if number is not None:
-                members.append((name, int(number[1])))
-        found[block.options.get("NAME", "")] = members
+                faces.append((name, int(number[1])))
+        found.append(Surface(block.options.get("NAME", ""), faces, len(block.lines) - len(faces), block))
     return found
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterator
 from pathlib import Path
@@ -33,13 +32,7 @@ def check_named_files(path: Path, trusted: bool, top: Path | None = None, depth:
 def _names(path: Path) -> Iterator[Path]:
     """Yield the paths of the files that a file refers to, as meshio resolves them."""
     suffix = path.suffix.lower()
-    if suffix == ".inp":
-        for line in re.split("[\r\n]+", path.read_bytes().decode("utf-8", errors="replace")):
-            word = line.partition(",")[0].strip().replace("*", "")
-            if word.upper() == "INCLUDE" and not line.startswith("**"):
-                name = Path(line.split("=")[-1].strip())
-                yield name if name.exists() else path.parent / name
-    elif suffix in (".xdmf", ".xmf"):
+    if suffix in (".xdmf", ".xmf"):
         for item in xml_elements(path, "DataItem"):
             text = (item.text or "").strip()
             if item.get("Format", "").upper().startswith("HDF"):

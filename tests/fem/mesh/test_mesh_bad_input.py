@@ -540,7 +540,6 @@ def test_numbers_of_format_2_are_compared(tmp_path: Path, binary: int, damage: s
 
 ENDS = {
     ".ply": "ply\nformat ascii 1.0\nelement vertex 3\n",
-    ".bdf": "BEGIN BULK\n",
     ".off": "OFF\n",
     ".tec": 'TITLE = "a"\nVARIABLES = "X", "Y", "Z"\n'
     "ZONE NODES=5, ELEMENTS=2, DATAPACKING=BLOCK, ZONETYPE=FETETRAHEDRON\n0.0\n",
