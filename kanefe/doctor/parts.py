@@ -76,7 +76,7 @@ PARTS = (
     Dependency("scipy", "scipy", "sparse matrices, solvers", _ALWAYS, True),
     Dependency("h5py", "h5py", "files of results", _ALWAYS, True),
     Dependency("matplotlib", "matplotlib", "plots", _ALWAYS, True),
-    Dependency("meshio", "meshio", "meshes of Abaqus, Nastran, MED and VTK", _ALWAYS, True),
+    Dependency("meshio", "meshio", "meshes of MED, VTK and other formats", _ALWAYS, True),
     Dependency("pyevtk", "pyevtk", "files for ParaView", _ALWAYS, True),
     Dependency(
         "dolfinx", "fenics-dolfinx", "bodies from meshes", "apt-get install python3-dolfinx, or " + _extra("fenicsx")

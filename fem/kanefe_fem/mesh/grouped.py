@@ -102,7 +102,7 @@ def warn_of_unread(path: Path, unread: Mapping[str, int]) -> None:
         listed = ", ".join(f"{name} (line {at})" for name, at in unread.items())
         warnings.warn(
             f"{path.name} has what is no part of a mesh and is left out: {listed}. Remedy: add masses and springs to "
-            "the body (kanefe_fem.PointMass and others), or import its matrices",
+            "the body (kanefe_fem.LumpedMass and others), or import its matrices",
             MeshWarning,
             stacklevel=outside(),
         )

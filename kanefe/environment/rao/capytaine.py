@@ -10,7 +10,7 @@ import numpy as np
 
 from kanefe.environment.rao.rao import NAMES, MotionRao
 from kanefe.environment.rao.rao_convention import RaoConvention
-from kanefe.environment.rao.rao_grid import Rows
+from kanefe.environment.rao.rao_grid import Rows, warn_left_out
 from kanefe.errors import FileError, ModelError
 
 MOTIONS = "radiating_dof"
@@ -53,6 +53,8 @@ def read_capytaine(
             f"{path}: motions {', '.join(missing) or 'of one body'} are missing. Remedy: one body with "
             "add_all_rigid_body_dofs()"
         )
+    if more := [name for name in dofs if name not in NAMES]:
+        warn_left_out(path, f"motions {', '.join(more)}, generalised modes")
     along = next(iter(table["omega"].dims), "omega")
     known = (along, "wave_direction", MOTIONS, "forward_speed")
     many = [d for d in table.dims if d not in known and table.sizes[d] > 1]

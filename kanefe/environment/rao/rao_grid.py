@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from kanefe.environment.rao.rao import MotionRao
 from kanefe.environment.rao.rao_convention import RaoConvention
-from kanefe.errors import FileError
+from kanefe.errors import AccuracyWarning, FileError, outside
 from kanefe.frames import Vector
 from kanefe.storage.files import regular_file
 
@@ -80,6 +81,11 @@ class Rows:
         values[at] = self.values
         values = convention.values(values, axes[2], depth)
         return MotionRao(axes[2], axes[1], axes[0], values, path.name, convention.reference, depth, symmetric)
+
+
+def warn_left_out(path: Path, what: str) -> None:
+    """Warn of content of a file that is left out."""
+    warnings.warn(f"{path}: {what}, are left out", AccuracyWarning, stacklevel=outside())
 
 
 def number_lines(path: Path, what: str) -> list[str]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from kanefe.environment.rao.rao import NAMES, MotionRao
 from kanefe.environment.rao.rao_convention import RaoConvention
-from kanefe.environment.rao.rao_grid import Rows, number_lines
+from kanefe.environment.rao.rao_grid import Rows, number_lines, warn_left_out
 from kanefe.errors import FileError
 from kanefe.frames import Vector
 
@@ -57,6 +57,9 @@ def read_table(
     if np.any(given <= 0.0):
         raise FileError(f"{path}: {names[0]} must be above zero, not {given.min():g}. Remedy: leave such rows out")
     values = np.column_stack([_motion(path, columns, name) for name in NAMES])
+    used = {names[0], "heading", "speed", *(f"{name}_{part}" for name in NAMES for part in _parts(columns, name))}
+    if more := [name for name in columns if name not in used]:
+        warn_left_out(path, f"columns {', '.join(more)}, which are no part of motions")
     rows = Rows(columns.get("speed", np.zeros(len(given))), columns["heading"], FREQUENCIES[names[0]](given), values)
     return rows.rao(path, convention, depth=_depth(path, depth), symmetric=symmetric)
 
@@ -77,6 +80,8 @@ def _columns(path: Path, body: list[str]) -> dict[str, Vector]:
     separator = ";" if ";" in body[0] else ","
     rows = list(csv.reader(body, delimiter=separator))
     names = [name.strip().lower() for name in rows[0]]
+    if twice := [name for name in names if names.count(name) > 1]:
+        raise FileError(f"{path} has two columns {twice[0]!r}. Remedy: one of them")
     found = np.empty((len(rows) - 1, len(names)))
     for i, row in enumerate(rows[1:]):
         try:
@@ -90,11 +95,19 @@ def _columns(path: Path, body: list[str]) -> dict[str, Vector]:
 
 
 def _motion(path: Path, columns: dict[str, Any], name: str) -> np.ndarray:
-    if {f"{name}_re", f"{name}_im"} <= set(columns):
-        return np.asarray(columns[f"{name}_re"] + 1j * columns[f"{name}_im"])
-    if {f"{name}_amplitude", f"{name}_phase"} <= set(columns):
-        return np.asarray(columns[f"{name}_amplitude"] * np.exp(1j * np.radians(columns[f"{name}_phase"])))
-    raise FileError(
-        f"{path} has no columns {name}_re and {name}_im, or {name}_amplitude and {name}_phase. Remedy: add them; zeros "
-        "where the ship does not have such a motion"
-    )
+    parts = _parts(columns, name)
+    if not parts:
+        raise FileError(
+            f"{path} has no columns {name}_re and {name}_im, or {name}_amplitude and {name}_phase. Remedy: add them; "
+            "zeros where the ship does not have such a motion"
+        )
+    first, second = (columns[f"{name}_{part}"] for part in parts)
+    return np.asarray(first + 1j * second if parts[0] == "re" else first * np.exp(1j * np.radians(second)))
+
+
+def _parts(columns: dict[str, Any], name: str) -> tuple[str, ...]:
+    """Return the two parts by which a motion is given, none if it is not."""
+    for parts in (("re", "im"), ("amplitude", "phase")):
+        if {f"{name}_{part}" for part in parts} <= set(columns):
+            return parts
+    return ()

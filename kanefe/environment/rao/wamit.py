@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-import warnings
 from pathlib import Path
 
 import numpy as np
 
 from kanefe.environment.rao.rao import MotionRao
 from kanefe.environment.rao.rao_convention import RaoConvention
-from kanefe.environment.rao.rao_grid import Rows, number_lines, numbers_of
-from kanefe.errors import AccuracyWarning, FileError, ModelError, outside
+from kanefe.environment.rao.rao_grid import Rows, number_lines, numbers_of, warn_left_out
+from kanefe.errors import FileError, ModelError
 
 COLUMNS = 7
 """Number of columns: period, heading, motion, modulus, phase, real and imaginary part."""
@@ -51,11 +50,7 @@ def read_wamit(
     table = table[table[:, 0] > 0.0] if len(table) else table
     more = sorted({int(row[2]) for row in table if row[2] > 6})
     if more:
-        warnings.warn(
-            f"{path}: motions {more[0]} to {more[-1]}, generalised modes or those of another body, are left out",
-            AccuracyWarning,
-            stacklevel=outside(),
-        )
+        warn_left_out(path, f"motions {more[0]} to {more[-1]}, generalised modes or those of another body")
         table = table[table[:, 2] <= 6]
     if len(table) % 6 or not len(table) or np.any(table[:, 2].reshape(-1, 6) != np.arange(1, 7)):
         raise FileError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import itertools
 import sys
 from pathlib import Path
@@ -92,6 +93,10 @@ def test_capytaine(tmp_path: Path) -> None:
     pytest.importorskip("h5netcdf")
     dataset.to_netcdf(tmp_path / "ship.nc", engine="h5netcdf")
     assert_same_ship(kf.read_rao(tmp_path / "ship.nc"))
+    more = dataset["RAO"].isel(radiating_dof=[0]).assign_coords(radiating_dof=["bending"])
+    whole = importlib.import_module("xarray").concat((dataset["RAO"], more), "radiating_dof")
+    with pytest.warns(AccuracyWarning, match="motions bending, generalised modes, are left out"):
+        assert_same_ship(kf.read_rao(whole.to_dataset(name="RAO")))
     with pytest.raises(FileError, match=r'has no RAO. Remedy: dataset\["RAO"\]'):
         kf.read_rao(dataset.drop_vars("RAO"))
     with pytest.raises(FileError, match="motions yaw are missing"):
@@ -139,6 +144,19 @@ def test_a_convention_that_is_declared_wrong_is_found(tmp_path: Path, wrong: dic
 def test_degrees_that_are_said_to_be_radians_are_found(tmp_path: Path) -> None:
     path = write_table(tmp_path / "ship.csv", {**OURS, "rotations": "deg/m"}, declared=OURS)
     with pytest.raises(ModelError, match="rotations are in degrees"):
+        kf.read_rao(path)
+
+
+def test_columns_of_a_table_that_are_not_used_are_told(tmp_path: Path) -> None:
+    path = write_table(tmp_path / "ship.csv")
+    rows = path.read_text().splitlines()
+    head = next(i for i, row in enumerate(rows) if not row.startswith("#"))
+    more = [f"{row},encounter" if i == head else f"{row},0.5" if i > head else row for i, row in enumerate(rows)]
+    path.write_text("\n".join(more) + "\n")
+    with pytest.warns(AccuracyWarning, match=r"ship\.csv: columns encounter, .* are left out"):
+        assert_same_ship(kf.read_rao(path))
+    path.write_text("\n".join(more).replace("encounter", "heave_re") + "\n")
+    with pytest.raises(FileError, match="has two columns 'heave_re'"):
         kf.read_rao(path)
 
 

@@ -86,7 +86,10 @@ def test_mid_side_nodes_come_to_the_places_of_vtk(kind: str, tmp_path: Path) -> 
         "hexahedron": "12 23 34 14 15 26 37 48 56 67 78 58",
         "wedge": "12 23 13 14 25 36 45 56 46",
     }[kind]
-    points = [*corners, *(np.mean([corners[int(a) - 1], corners[int(b) - 1]], axis=0) for a, b in mids.split())]
+    points = [
+        *corners,
+        *(np.mean([corners[int(ends[0]) - 1], corners[int(ends[1]) - 1]], axis=0) for ends in mids.split()),
+    ]
     rows = [small("GRID", i, "", *(f"{x:.3f}" for x in p)) for i, p in enumerate(points, 1)]
     name = {"tetra": "CTETRA", "hexahedron": "CHEXA", "wedge": "CPENTA"}[kind]
     fields = [1, 1, *range(1, len(points) + 1)]
