@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from numbers import Real
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -73,15 +74,20 @@ def euler_parameters(axis: Vector | Sequence[float], angle: float) -> Vector:
 def numbers(value: object) -> np.ndarray:
     """Return a new array of floats; NaN of shape () if `value` is none, so that the check of the caller reports it.
 
-    Texts, booleans, complex numbers and whole numbers beyond the range of floats are not converted.
+    Texts, booleans, complex numbers, decimals (floats do not calculate with them) and whole numbers beyond the range of
+    floats are not converted.
     """
     try:
         given = np.array(value)
-        if given.dtype.kind == "O" and not any(isinstance(one, (str, bool, complex)) for one in given.flat):
+        if given.dtype.kind == "O" and all(one is None or _is_real(one) for one in given.flat):
             given = given.astype(float)
     except (TypeError, ValueError, OverflowError):
         return np.array(np.nan)
     return given.astype(float, copy=False) if given.dtype.kind in "fiu" else np.array(np.nan)
+
+
+def _is_real(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def shaped_numbers(value: object, shape: tuple[int, ...], what: str, *, is_finite: bool = True) -> np.ndarray:

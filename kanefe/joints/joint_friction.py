@@ -97,9 +97,10 @@ class JointFriction:
 
     def __post_init__(self) -> None:
         for name in ("mu", "preload"):
-            value = numbers(getattr(self, name))
+            given = getattr(self, name)
+            value = numbers(given)
             if value.shape != () or not np.isfinite(value) or value < 0.0:
-                raise ModelError(f"{name} of JointFriction must be one number, finite and >= 0, not {value!r}")
+                raise ModelError(f"{name} of JointFriction must be one number, finite and >= 0, not {given!r}")
         for name in ("radius", "static", "length", "collar", "stiffness", "damping", "load_time", "stribeck_speed"):
             given = getattr(self, name)
             value = numbers(1.0 if given is None else given)

@@ -273,8 +273,8 @@ class BodyMethods(Scene):
         starts: Sequence[Sequence[float] | np.ndarray | None] = (None, None),
     ) -> None:
         self._check_open(f"body {name!r}")
-        if not isinstance(name, str) or not name or "/" in name:
-            raise ModelError(f"the name of a body must be a text without '/', not {name!r}")
+        if not isinstance(name, str) or not name or "/" in name or "\0" in name:
+            raise ModelError(f"the name of a body must be a text without '/' and null characters, not {name!r}")
         if name in self._segmented or any(entry.name == name for entry in self._entries):
             raise ModelError(f"the scene already has a body called {name!r}. Remedy: another name")
         joint = driven(check_joint(joint, f"joint of body {name!r}"))

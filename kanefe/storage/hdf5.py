@@ -109,6 +109,8 @@ def _writer(h5py: Any, file: Any, is_small: bool) -> Callable[[str, np.ndarray, 
     one = h5py.h5s.create(h5py.h5s.SCALAR)
 
     def put(path: str, array: np.ndarray, unit: str) -> None:
+        if "\0" in path:
+            raise FileError(f"{path!r} has a null character, which names in a file cannot have. Remedy: another name")
         array = np.ascontiguousarray(array).reshape(array.shape)
         packed = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
         packed.set_fill_time(h5py.h5d.FILL_TIME_NEVER)

@@ -6,6 +6,8 @@ import json
 import math
 import subprocess
 import sys
+from decimal import Decimal
+from typing import Any
 
 import numpy as np
 import pytest
@@ -277,6 +279,7 @@ def test_methods_that_cannot_follow_it_say_so(method: str) -> None:
     ("given", "message"),
     [
         ({"mu": -0.1}, "mu of JointFriction must be one number"),
+        ({"mu": Decimal("0.2")}, r"mu of JointFriction must be one number, finite and >= 0, not Decimal\('0\.2'\)"),
         ({"mu": float("nan")}, "mu of JointFriction must be one number"),
         ({"mu": 0.1, "preload": -1.0}, "preload of JointFriction"),
         ({"mu": 0.1, "radius": 0.0}, "radius of JointFriction must be one number, finite and > 0"),
@@ -284,7 +287,7 @@ def test_methods_that_cannot_follow_it_say_so(method: str) -> None:
         ({"mu": 0.3, "static": 0.2}, "static of JointFriction, 0.2, is below mu, 0.3. Remedy"),
     ],
 )
-def test_bad_numbers_are_named(given: dict[str, float], message: str) -> None:
+def test_bad_numbers_are_named(given: dict[str, Any], message: str) -> None:
     with pytest.raises(kf.ModelError, match=message):
         kf.JointFriction(**given)
 

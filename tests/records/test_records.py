@@ -251,6 +251,7 @@ def test_what_cannot_be_recorded_is_named(asked: Any, message: str) -> None:
         ({"channels": []}, "without channels"),
         ({"channels": [3]}, "must be a text"),
         ({"channels": "position body", "at": [3]}, "names of events"),
+        ({"channels": "position body", "at": 0.5}, "at of a record must be names of events, not 0.5"),
     ],
 )
 def test_records_that_make_no_sense_are_named(arguments: dict[str, Any], message: str) -> None:

@@ -71,8 +71,9 @@ RIGID_CASES = [
 COMMON_CASES = [
     ({"name": "hub"}, "the scene already has a body called 'hub'. Remedy: another name"),
     ({"name": "arm"}, "the scene already has a body called 'arm'. Remedy: another name"),
-    ({"name": ""}, "the name of a body must be a text without '/', not ''"),
-    ({"name": "a/b"}, "the name of a body must be a text without '/', not 'a/b'"),
+    ({"name": ""}, "the name of a body must be a text without '/' and null characters, not ''"),
+    ({"name": "a/b"}, "the name of a body must be a text without '/' and null characters, not 'a/b'"),
+    ({"name": "a\0"}, "the name of a body must be a text without '/' and null characters"),
     ({"name": 3}, "the name of a body must be a text"),
     ({"joint": "revolute"}, r"joint of body 'b' must be a Joint, such as Revolute\('z'\), not 'revolute'"),
     ({"joint": kf.Revolute}, "joint of body 'b' must be a Joint"),

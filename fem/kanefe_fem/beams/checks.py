@@ -99,18 +99,23 @@ def per_element(section: Any, material: Any, count: int) -> tuple[list[BeamSecti
     for number, (item, of) in enumerate(zip(table["section"], table["material"], strict=True)):
         if not isinstance(item, BeamSection):
             raise ModelError(f"the section of element {number} is {item!r}. Remedy: a section, as kanefe_fem.Section")
-        missing = [a for a in ("E", "shear_modulus", "rho") if not hasattr(of, a)] if item.needs_material else []
-        if missing:
-            raise ModelError(
-                f"the material of element {number} is {of!r}, which has no {missing[0]}. Remedy: kanefe_fem.Material, "
-                "or a section by stiffness, Section.from_stiffness(...)"
-            )
-        if of is not None and not item.needs_material:
-            raise ModelError(
-                f"element {number} has a material, and a section that has stiffness and mass of its own. Remedy: leave "
-                "the material out (None)"
-            )
+        check_material(item, of, f"element {number}")
     return table["section"], table["material"]
+
+
+def check_material(section: BeamSection, material: Any, where: str) -> None:
+    """Raise a ModelError if a section needs a material and has none, or has one that it does not need."""
+    missing = [a for a in ("E", "shear_modulus", "rho") if not hasattr(material, a)] if section.needs_material else []
+    if missing:
+        raise ModelError(
+            f"the material of {where} is {material!r}, which has no {missing[0]}. Remedy: kanefe_fem.Material, or a "
+            "section by stiffness, Section.from_stiffness(...)"
+        )
+    if material is not None and not section.needs_material:
+        raise ModelError(
+            f"{where} has a material, and a section that has stiffness and mass of its own. Remedy: leave the material "
+            "out (None)"
+        )
 
 
 def warn_of_beam_units(

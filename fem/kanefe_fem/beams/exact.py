@@ -18,6 +18,7 @@ from kanefe.fe_model.damping import ModalDamping, RayleighDamping, damping_of
 from kanefe.fe_model.model import Elasticity
 from kanefe.frames import numbers
 from kanefe_fem.beams.beam_section import BeamSection
+from kanefe_fem.beams.checks import check_material
 from kanefe_fem.beams.properties import section_elasticity
 
 if TYPE_CHECKING:
@@ -197,8 +198,7 @@ def _sections(section: Any, material: Any) -> SectionAt:
             found = section if isinstance(section, BeamSection) else section(float(s))
             if not isinstance(found, BeamSection):
                 raise ModelError(f"exact_beam: section at {s:g} m is {found!r}. Remedy: see kanefe_fem.Rectangle")
-            if found.needs_material and material is None:
-                raise ModelError("exact_beam: this section needs a material. Remedy: material=Material(...)")
+            check_material(found, material, "an exact beam")
             made[s] = found
         return made[s]
 

@@ -34,7 +34,7 @@ class SegmentKeywords(SolidKeywords, total=False):
     cuts: Literal["rigid", "average"]
 
 
-@checked("segments", "accuracy")
+@checked("segments", "accuracy", "loads")
 def segmented(
     body: FiniteElementModel | Mesh | str | Path,
     interfaces: Mapping[str, str | Interface],

@@ -32,7 +32,11 @@ def made(section=SECTION, length=2.0, **options):
         ({"planar": True, "curvature": (0.0, 1.0, 0.0)}, "no twist and no curvature about y"),
         ({"curvature": lambda s: (0.0, 0.0, float("nan"))}, "three finite numbers"),
         ({"section": lambda s: "square"}, "section at .* m is 'square'"),
-        ({"section": fem.Rectangle(0.1, 0.1)}, "needs a material"),
+        ({"section": fem.Rectangle(0.1, 0.1)}, "material of an exact beam is None, which has no E. Remedy"),
+        (
+            {"section": fem.Rectangle(0.1, 0.1), "material": 1e7},
+            "material of an exact beam is 10000000.0, which has no E",
+        ),
         ({"section": FLAT}, "has no GJ and no EI_y|which a beam in space needs"),
         (
             {"section": FLAT, "planar": True, "theory": "shear-deformable"},

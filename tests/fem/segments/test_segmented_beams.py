@@ -249,6 +249,7 @@ def test_accuracy_chooses_the_number():
         ({"segments": 2, "loads": {"tip": np.zeros(6)}}, "Remedy: give accuracy too"),
         ({"accuracy": 1e-7, "segments": 12}, "accuracy 1e-07 is not reached by"),
         ({"accuracy": 2.0}, "between 0 and 1"),
+        ({"accuracy": 0.1, "loads": (0.0, 1.0)}, "loads= of segmented must be a mapping"),
         ({"accuracy": 0.1, "loads": {"nose": np.zeros(6)}}, "no interface called 'nose'"),
         ({"segments": 2, "damping": kf.ModalDamping(0.01)}, "modes of each segment"),
         ({"segments": 2, "damping": kf.RayleighDamping(1.0, 1e-5)}, "modes of each segment"),
