@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from kanefe._public import SERVED, lazy
 from kanefe._version import __version__
+from kanefe.storage.forks import renew_locks_in_children
 
 if TYPE_CHECKING:
     from kanefe import fatigue as fatigue
@@ -102,5 +103,6 @@ SERVED.update(
     draw_rao="kanefe.views.rao_picture",
     write_linear="kanefe.fmu.export",
 )
+renew_locks_in_children()
 _names, __getattr__, __dir__ = lazy(__file__, globals())
 __all__ = [*_names, "__version__"]
