@@ -141,6 +141,10 @@ def check_places(blocks: list[Keyword], path: str | Path, otherwise: str, takes_
 def node_rows(block: Keyword, path: str | Path) -> np.ndarray:
     """Return rows of label, x, y, z of a block; coordinates that are left out are zero."""
     rows, source = np.zeros((len(block.lines), 4)), f"{path} (*NODE, line {block.at})"
+    if all(line.rstrip(", ").count(",") == 3 for line in block.lines):
+        whole = numbers(" ".join(block.lines), source)
+        if whole.size == rows.size:  # nothing is left out within a line
+            return whole.reshape(rows.shape)
     for i, line in enumerate(block.lines):
         row = numbers(", ".join(part if part.strip() else "0" for part in line.rstrip(", ").split(",")), source)[:4]
         rows[i, : len(row)] = row

@@ -57,11 +57,13 @@ OTHERS = (
 )
 """Cards that change mass or stiffness and are no part of a mesh."""
 
+_NONE = ("", "0")
+"""Fields of nodes that are left out."""
+
 _EXPONENT = re.compile(r"(?<=[\d.])([-+]\d+)$")  # 1.5-3 is 1.5e-3
 
 
 _BEGIN = re.compile(r"\s*BEGIN +(BULK|SUPER)\b", re.IGNORECASE)
-_INCLUDE = re.compile(r"\s*INCLUDE\b", re.IGNORECASE)
 
 
 class Card(NamedTuple):
@@ -158,11 +160,12 @@ def _bulk(text: str, path: Path) -> Iterator[tuple[int, str]]:
         )
     first = begins[0] + 1 if begins else 0
     for at, line in enumerate(lines[first:], first + 1):
-        if line.strip().upper().startswith("ENDDATA"):
+        first_word = line.lstrip()[:7].upper()
+        if first_word == "ENDDATA":
             return
-        if _INCLUDE.match(line):
+        if first_word == "INCLUDE":
             raise FileError(f"{path.name} includes another file (line {at}), which is not read. Remedy: one deck")
-        if line.strip():
+        if first_word:
             yield at, line
     if begins:
         raise FileError(f"{path.name} has no ENDDATA: it ends where more should follow. Remedy: write the whole deck")
@@ -191,10 +194,10 @@ def _nodes(card: Card, path: Path) -> tuple[str, list[int]]:
     kinds = ELEMENTS[card.name]
     counts = {node_count(kind): kind for kind in kinds}
     most = max(counts)
-    fields = [card.field(4 + i) for i in range(most)]
-    given = [_whole(card, 4 + i, path) for i, field in enumerate(fields) if field not in ("", "0")]
+    fields = card.fields[2 : 2 + most]
+    given = [_whole(card, 4 + i, path) for i, field in enumerate(fields) if field not in _NONE]
     kind = counts.get(len(given))
-    if kind is None or any(field in ("", "0") for field in fields[: len(given)]):
+    if kind is None or any(field in _NONE for field in fields[: len(given)]):
         raise FileError(
             f"{path.name}: {card.name} {card.field(2)} has {len(given)} nodes (line {card.at}), where "
             f"{' or '.join(map(str, counts))} are read. Remedy: write all nodes of each element"
@@ -246,6 +249,10 @@ def _number(card: Card, number: int, path: Path) -> float:
     text = card.field(number)
     if text == "":
         return 0.0
+    try:
+        return float(text)
+    except ValueError:
+        pass
     try:
         return float(_EXPONENT.sub(r"e\1", text.upper().replace("D", "E")))
     except ValueError:
