@@ -19,7 +19,7 @@ import numpy as np
 from kanefe.errors import FileError
 from kanefe.storage.files import ready_path, regular_file, write_whole
 from kanefe.storage.hdf5 import HEAD, array_at, as_text, h5py_for, opened_sealed, put_digest
-from kanefe.storage.sealed_parts import USUAL, PartWriter, is_of_parts, parts_of
+from kanefe.storage.sealed_parts import USUAL, Part, PartWriter, parts_of
 
 CHUNK_BYTES = 2**16
 """Size of a chunk of a table in the HDF5 file, bytes."""
@@ -136,7 +136,7 @@ class GrowingFile:
                     group.create_dataset(name, shape=shape, dtype=float, fillvalue=np.nan, **chunks)
                 group["times"].attrs["unit"] = "s"
             ends = [0] * len(self._tables)
-            for number, times, values in _in_blocks(_rows_of(self.path)):
+            for number, times, values in _in_blocks(_rows_of(parts_of(self.path) or ())):
                 group, first = made[f"records/{number}"], ends[number] if self._tables[number].grows else 0
                 ends[number] = first + len(values)
                 group["times"][first : ends[number]], group["values"][first : ends[number]] = times, values
@@ -160,8 +160,8 @@ def read_head(path: str | Path) -> dict[str, str]:
     """
     path = regular_file(path, whole=False)
     with _refusals(path):
-        if is_of_parts(path):
-            return _head_of(path)
+        if (parts := parts_of(path)) is not None:
+            return _head_of(parts)
         with opened_sealed(path) as file:
             return {name: value for name, value in file.attrs.items() if isinstance(value, str)}
 
@@ -176,8 +176,8 @@ def read_part(path: str | Path, number: int, column: int) -> tuple[np.ndarray, n
     """
     path = regular_file(path, whole=False)
     with _refusals(path):
-        if is_of_parts(path):
-            return _column_of(path, number, column)
+        if (parts := parts_of(path)) is not None:
+            return _column_of(parts, number, column)
         with opened_sealed(path) as file:
             times = array_at(file, f"records/{number}/times")[...]
             values = array_at(file, f"records/{number}/values")[:, column]
@@ -193,10 +193,10 @@ def _refusals(path: Path) -> Iterator[None]:
         raise FileError(f"{path} is damaged, or no file of records of this kanefe: {error}. {REMEDY}") from error
 
 
-def _head_of(path: Path) -> dict[str, str]:
+def _head_of(parts: Iterable[Part]) -> dict[str, str]:
     """Return the header of a file of parts: what its first part has, and its last one if it was closed."""
     head: dict[str, str] = {}
-    for number, content in parts_of(path):
+    for number, content in parts:
         if number == 0:
             head |= json.loads(content)
     if not head:
@@ -204,9 +204,9 @@ def _head_of(path: Path) -> dict[str, str]:
     return head
 
 
-def _column_of(path: Path, number: int, column: int) -> tuple[np.ndarray, np.ndarray]:
+def _column_of(parts: Iterable[Part], number: int, column: int) -> tuple[np.ndarray, np.ndarray]:
     times, values = [np.zeros(0)], [np.zeros(0)]
-    for table, some_times, some_values in _rows_of(path):
+    for table, some_times, some_values in _rows_of(parts):
         if table == number and some_times.ndim == 2:  # the extremes so far
             times, values = [some_times[:, column]], [some_values[:, column]]
         elif table == number:
@@ -215,10 +215,10 @@ def _column_of(path: Path, number: int, column: int) -> tuple[np.ndarray, np.nda
     return np.concatenate(times), np.concatenate(values)
 
 
-def _rows_of(path: Path) -> Iterator[_Rows]:
+def _rows_of(parts: Iterable[Part]) -> Iterator[_Rows]:
     """Yield the rows of all tables of a file of parts, in the order in which they were written."""
     layouts: list[Layout] = []
-    for number, content in parts_of(path):
+    for number, content in parts:
         if number == 0:
             layouts = layouts or [Layout(*layout) for layout in json.loads(json.loads(content)[LAYOUTS])]
             continue

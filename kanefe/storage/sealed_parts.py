@@ -95,25 +95,29 @@ def _have_alone(file: FileIO) -> None:
         return
 
 
-def is_of_parts(path: Path) -> bool:
-    """Return whether a file begins as one of parts; an OSError if it cannot be read."""
-    with path.open("rb") as file:
-        return file.read(len(MARK)) == MARK
+def parts_of(path: Path) -> Iterator[Part] | None:
+    """Return the parts of a file up to the last one that is whole; None if it is no file of parts.
 
-
-def parts_of(path: Path) -> Iterator[Part]:
-    """Yield the parts of a file up to the last one that is whole.
+    The file is opened now: one that takes its place meanwhile is not read.
 
     Raises
     ------
     ValueError
-        If a part is not what was written.
+        In the iteration: if a part is not what was written.
     OSError
         If it cannot be read.
     """
-    with path.open("rb", buffering=0) as file:
+    file = path.open("rb", buffering=0)
+    if file.read(len(MARK)) == MARK:
+        return _parts_in(file)
+    file.close()
+    return None
+
+
+def _parts_in(file: FileIO) -> Iterator[Part]:
+    with file:
         end = os.fstat(file.fileno()).st_size
-        seal, place = zlib.crc32(file.read(len(MARK))), len(MARK)
+        seal, place = zlib.crc32(MARK), len(MARK)
         while place + _HEAD.size <= end:
             number, length, of_head, of_content = _HEAD.unpack(file.read(_HEAD.size))
             if zlib.crc32(_NUMBERS.pack(number, length), seal) != of_head:

@@ -108,7 +108,17 @@ def test_parts_of_other_files_and_places_are_refused(tmp_path: Path) -> None:
     for wrong in ([one[0], one[2]], [one[0], one[2], one[1]], [one[0], two[1], one[2]], [one[0], one[1], two[2]]):
         path.write_bytes(MARK + b"".join(wrong))
         with pytest.raises(ValueError, match="is not the one that was written"):
-            list(parts_of(path))
+            list(parts_of(path) or ())
+
+
+def test_a_file_that_takes_the_place_of_another_is_not_read_for_it(tmp_path: Path) -> None:
+    path = tmp_path / "r.h5"
+    file = written(path)
+    parts = parts_of(path)
+    assert parts is not None
+    file.close({})
+    assert len(list(parts)) == 8  # two heads, and three parts of two tables
+    assert parts_of(path) is None
 
 
 def test_seals_that_are_missing_old_or_of_another_file_are_refused(tmp_path: Path) -> None:
