@@ -108,8 +108,8 @@ def read_mesh(
         )
     if path.suffix.lower() in (".unv", ".uff"):
         raise FileError(
-            f"{path.name}: universal files of I-DEAS are not read. Remedy: gmsh reads their meshes: "
-            f"gmsh {path.name} -save -o {path.stem}.msh"
+            f"{path.name}: universal files of I-DEAS are not read. Remedy: gmsh converts their meshes: import gmsh; "
+            f"gmsh.initialize(); gmsh.open({path.name!r}); gmsh.write('{path.stem}.msh')"
         )
     if path.suffix.lower() in GMSH_SUFFIXES:
         from kanefe_fem import _gmsh
