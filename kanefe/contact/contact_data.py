@@ -204,6 +204,11 @@ class ContactData(Load):
         """What compiled code is given of the shape: its kind and numbers."""
         return np.append(float(self.shape.kind), self.shape.numbers)
 
+    @property
+    def face_numbers(self) -> Vector:
+        """What compiled code is given of the faces at its points, of those that share the stiffness by them."""
+        return np.zeros(0)
+
     def met(self, ends: list[Any]) -> list[Met]:
         """Return where its points are to the surface, from the numbers of the ends."""
         boxes = met_by(self.listed, ends)
@@ -254,5 +259,6 @@ def contact_numbers(contact: ContactData) -> Vector:
         spring=0.0 if friction is None else friction.spring,
         first=contact.begins,
         each=contact.each,
+        faces=put(contact.face_numbers) if len(contact.face_numbers) else 0.0,
     )
     return np.concatenate((flat(head), *parts))

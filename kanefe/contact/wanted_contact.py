@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from kanefe.frames import Vector
 
 if TYPE_CHECKING:
+    from kanefe.contact.geometry.convex import Convex
     from kanefe.contact.geometry.shape import Probe, SurfaceShape
     from kanefe.kernels.contact.laws.friction_law import FrictionLaw
 
@@ -26,6 +27,8 @@ class WantedContact(NamedTuple):
         Each with the number of its end.
     convex : SurfaceShape or None
         What touches, of two convex shapes whose places of contact are found at each state.
+    hull : Convex or None
+        What touches with its corners, whose shares of the stiffness follow its faces.
     normal : NormalLaw or Rigid
     friction : FrictionLaw or None
     belt : ndarray, shape (3,)
@@ -38,6 +41,7 @@ class WantedContact(NamedTuple):
     shape: SurfaceShape
     probes: tuple[tuple[int, Probe], ...]
     convex: SurfaceShape | None
+    hull: Convex | None
     normal: Any
     friction: FrictionLaw | None
     belt: Vector

@@ -17,6 +17,7 @@ from kanefe.scene.loads import LoadMethods
 from kanefe.scene.scene import ContactPatch, Frame, three
 
 if TYPE_CHECKING:
+    from kanefe.contact.geometry.convex import Convex
     from kanefe.contact.geometry.shape import Probe, SurfaceShape
     from kanefe.contact.rigid.rigid import Rigid
     from kanefe.contact.surface import Surface
@@ -150,6 +151,7 @@ class ContactMethods(LoadMethods):
         """
         from kanefe.contact.contact import Contact
         from kanefe.contact.convex_contact import ConvexContact
+        from kanefe.contact.hull_contact import HullContact
         from kanefe.contact.rigid.rigid import check_normal
         from kanefe.contact.rigid.rigid_contact import RigidContact
         from kanefe.contact.surface import Surface
@@ -166,7 +168,7 @@ class ContactMethods(LoadMethods):
             )
         if not isinstance(other, Surface):
             raise ModelError(f"{label} needs a surface that is touched, not {other!r}. Remedy: add_surface")
-        frames, other, probes, convex = self._touching(one, other, label)
+        frames, other, probes, convex, hull = self._touching(one, other, label)
         _warn_of_valleys(other.shape, [probe for _, probe in probes], label)
         if any(frame.number == other.frame.number and frame.interface_frame is None for frame in frames):
             raise ModelError(f"{label}: {frames[0].label} cannot touch itself. Remedy: surfaces of two bodies")
@@ -177,8 +179,9 @@ class ContactMethods(LoadMethods):
             raise ModelError(f"{label} has a surface velocity, but no friction that it could act by")
         _check_belt(belt, other.shape, label)
         ends = other.frame, *frames
-        wanted = WantedContact(name, label, ends, other.shape, probes, convex, normal, rough, belt)
-        load = RigidContact.of(wanted) or ConvexContact.of(wanted) or Contact.made(wanted)
+        wanted = WantedContact(name, label, ends, other.shape, probes, convex, hull, normal, rough, belt)
+        by_shapes = ConvexContact.of(wanted) or HullContact.of(wanted)
+        load = RigidContact.of(wanted) or by_shapes or Contact.made(wanted)
         if isinstance(one, ContactPatch):
             _warn_of_stiff_modes(one, load.straight, label)
         self.add(load)
@@ -252,26 +255,30 @@ class ContactMethods(LoadMethods):
 
     def _touching(
         self, one: Surface | ContactPatch | Frame | Sequence[Frame], other: Surface, label: str
-    ) -> tuple[tuple[Frame, ...], Surface, tuple[tuple[int, Probe], ...], SurfaceShape | None]:
-        """Return touching frames, touched surface, contact points with the number of their end, and a shape.
+    ) -> tuple[tuple[Frame, ...], Surface, tuple[tuple[int, Probe], ...], SurfaceShape | None, Convex | None]:
+        """Return touching frames, touched surface, contact points with the number of their end, and two shapes.
 
-        The shape is the touching one of two convex shapes, whose places of contact are found at each state, else None.
+        The first is the touching one of two convex shapes, whose places of contact are found at each state, the second
+        a hull that touches with its corners; else None.
         """
+        from kanefe.contact.geometry.convex import Convex
         from kanefe.contact.geometry.shape import Probe
-        from kanefe.contact.surface import Surface, paired, probes_on
+        from kanefe.contact.surface import Surface, is_uneven, paired, probes_on
 
         if isinstance(one, Surface):
             touching, touched, met = paired(one, other, label)
             # contact points are known beforehand, or found at each state
             convex = touching.shape if probes_on(touching.shape, touched.shape) is None else None
-            return (touching.frame,), touched, tuple((1, probe) for probe in met), convex
+            by_corners = convex is None and not is_uneven(touched.shape)
+            hull = touching.shape if by_corners and isinstance(touching.shape, Convex) else None
+            return (touching.frame,), touched, tuple((1, probe) for probe in met), convex, hull
         listed = one if isinstance(one, Sequence) else (one,)
         frames = one.frames if isinstance(one, ContactPatch) else tuple(listed)
         if not frames or not all(isinstance(frame, Frame) for frame in frames):
             raise ModelError(f"{label} needs something that touches, a surface, a patch or frames, not {one!r}")
         shares = one.shares if isinstance(one, ContactPatch) else (1.0 / len(frames),) * len(frames)
         probes = tuple((i + 1, Probe(np.zeros(3), share=share)) for i, share in enumerate(shares))
-        return frames, other, probes, None
+        return frames, other, probes, None, None
 
 
 def _warn_of_stiff_modes(patch: ContactPatch, stiffness: float | None, label: str) -> None:

@@ -40,6 +40,8 @@ class ContactNumbers(NamedTuple):
         1/s and N/m: see `kanefe.kernels.contact.laws.friction_law.FrictionLaw`.
     first, each : float
         Where the states of the points begin, and how many one has.
+    faces : float
+        Where the faces at the corners of a hull begin; 0: none.
     """
 
     points: float
@@ -65,10 +67,11 @@ class ContactNumbers(NamedTuple):
     spring: float
     first: float
     each: float
+    faces: float
 
 
 AT = places(ContactNumbers, belt=3)
-POINTS = AT.each + 1
+POINTS = AT.faces + 1
 
 
 class PointNumbers(NamedTuple):
