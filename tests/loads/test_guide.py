@@ -10,6 +10,7 @@ from scipy.optimize import minimize_scalar
 
 import kanefe as kf
 from kanefe.checks.verification.references import load_references
+from kanefe.kernels.force_elements.guide import place_in
 from kanefe.loads.action import End
 from kanefe_fem import Material, Rectangle, beam_body, exact_beam, segmented, straight_beam
 from kanefe_fem.verification import moving_force
@@ -153,3 +154,56 @@ def test_a_trolley_crosses_from_segment_to_segment_and_an_exact_beam_bends_alike
         assert np.ptp(result.energy.total) < 1e-6 * np.ptp(result.energy.kinetic)
         sag.append(result.position("trolley")[-1, 2])
     assert sag[0] == pytest.approx(sag[1], rel=2e-2)  # 4 segments: (1/4)^2 of a tip that turns by 1e-2, and bouncing
+
+
+def bead_near(posts: np.ndarray, place: np.ndarray, **options: float) -> kf.System:
+    scene = kf.System()
+    bead = scene.add_point("bead", 1.0, joint=kf.Translation(position=tuple(place)))
+    line = [scene.ground.frame(at=tuple(p)) for p in posts]
+    scene.add(kf.Guide("wire", (bead, *line), stiffness=100.0, **options))
+    return scene
+
+
+def test_the_foot_is_the_nearest_of_all_points_of_a_line_that_is_strongly_bent() -> None:
+    """Of drawn lines and places the distance is that of a fine search along the same polynomial."""
+    rng, found = np.random.default_rng(4), []
+    while len(found) < 60:
+        count = int(rng.integers(3, 6))
+        posts = np.cumsum(rng.uniform((0.2, -0.8, -0.3), (0.7, 0.8, 0.3), (count, 3)), axis=0)
+        gaps = np.linalg.norm(np.diff(posts, axis=0), axis=1)
+        stations = np.append(0.0, np.cumsum(gaps))
+        s = np.linspace(0.0, stations[-1], 20001)
+        line = np.vander(s, count) @ np.linalg.solve(np.vander(stations), posts)
+        place = line[rng.integers(len(line))] + rng.uniform(-0.5, 0.5, 3) * gaps.min() / np.sqrt(3.0)
+        distances = np.linalg.norm(line - place, axis=1)
+        if not 0 < distances.argmin() < len(s) - 1 or distances.min() > 0.45 * gaps.min():
+            continue
+        guide = kf.Guide("wire", tuple(range(count + 1)), stiffness=100.0, stations=stations)
+        ends = [End(p, np.eye(3), np.zeros(3), np.zeros(3)) for p in (place, *posts)]
+        found.append(float(guide.tell(0.0, ends, NONE)[1] - distances.min()))
+    assert np.abs(found).max() < 1e-6
+
+
+def test_beside_the_centre_of_curvature_the_search_ends_and_forces_are_derivatives() -> None:
+    """The places of 50 steps round in a circle; the run keeps the energy over the nearest distance."""
+    posts = np.array([(0.0, 0.0, 0.0), (0.7, -0.7, 0.0), (0.9, -0.3, 0.0)])
+    result = bead_near(posts, np.array((0.59, -0.56, 0.0))).simulate((0.0, 0.1), rtol=1e-9)
+    assert np.linalg.norm(result.acceleration("bead")[0]) == pytest.approx(17.1147, abs=1e-3)
+    assert abs(result.energy.balance_error).max() < 1e-7
+
+
+def test_states_that_overflow_end_the_run_with_a_message() -> None:
+    scene = kf.System(gravity=(0, 0, -9.81))
+    bead = scene.add_point("bead", 1.0, joint=kf.Translation(position=(0.3, 0, 0), velocity=(0.1, 0, 0)))
+    posts = [scene.ground.frame(at=(x, 0, 0)) for x in (0.0, 0.5, 1.0)]
+    scene.add(kf.Guide("wire", (bead, *posts), stiffness=1e4, drag=1e308))
+    with pytest.warns(kf.SimulationWarning, match="the run failed at t = "):
+        scene.simulate((0.0, 0.05), method="dop853")
+
+
+@pytest.mark.parametrize("s", [np.nan, np.inf, -np.inf, 1e300])
+def test_no_arc_length_leads_out_of_the_table(s: float) -> None:
+    guide = kf.Guide("g", tuple("abcdefg"), stiffness=1.0, stations=np.arange(6.0))
+    given = guide.kernel.numbers
+    at = place_in(given, s)[0] + 6 * 6  # six powers of six weights
+    assert 6 <= at <= len(given)

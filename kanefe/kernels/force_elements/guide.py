@@ -1,8 +1,9 @@
 """Guides: a point that is held on a line through other points, and slides along it (Eq. 11).
 
 The line ``r(s) = sum b_i(s) p_i`` is a spline through the points p_i, of which the weights b_i are constants. The foot
-of the runner at P is where ``(P - r(s)) . r'(s) = 0``: as s makes ``|P - r(s)|`` least there, the forces ``-k (P - r)``
-on the runner and ``k b_i (P - r)`` on the points are the gradient of ``k/2 |P - r|^2``, without the derivative of s.
+of the runner at P is the nearest of all places where ``(P - r(s)) . r'(s) = 0``: as s makes ``|P - r(s)|`` least there,
+the forces ``-k (P - r)`` on the runner and ``k b_i (P - r)`` on the points are the gradient of ``k/2 |P - r|^2``,
+without the derivative of s.
 """
 
 from __future__ import annotations
@@ -15,7 +16,9 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import Numbers, dot, minus, plus, three, times
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import called_by_address
+from kanefe.kernels.compiler.local_numbers import local_numbers
 from kanefe.kernels.force_elements.blocks import places
+from kanefe.kernels.force_elements.nearest_on_line import nearest_on_pieces
 from kanefe.kernels.force_elements.places import (
     END_NUMBERS,
     POTENTIAL,
@@ -36,11 +39,9 @@ coefficients of the powers 0 to 5, with a weight for each point."""
 
 AT = places(GuideNumbers)
 
-MOST_STEPS = 50
-"""Number of Newton's steps to a foot, normally three to five."""
-
-NEAR = 1e-8
-"""Newton's step, relative to the line's length, after which one more is exact: its error is of the step's square."""
+SHARP = 1e-9
+"""Rate at which the foot's equation changes, relative to that of a straight line, at which the runner is taken to be at
+the centre of curvature, where the foot has no derivatives."""
 
 EDGE = 1e-9
 """Distance of a runner beyond the end of a line, relative to the line's length, that is round-off of a start there.
@@ -138,30 +139,18 @@ def weight(numbers: Any, i: int, place: Place) -> tuple[Any, Any, Any]:
 
 @inlined
 def foot_of(numbers: Any, ends: Any) -> Foot:
-    """Return the foot of the runner, by Newton's method from the point of the line that is nearest to it."""
-    count, length, place = int(numbers[AT.points]), line_length(numbers), three(ends, P)
-    nearest, least = 0, 0.0
-    for i in range(count):
-        gap = minus(three(ends, END_NUMBERS * (i + 1) + P), place)
-        distance = gap[0].real ** 2 + gap[1].real ** 2 + gap[2].real ** 2
-        if i == 0 or distance < least:
-            nearest, least = i, distance
-    s, largest, is_near = numbers[AT.table + nearest] + 0.0 * ends[0], length / (count - 1), False
-    r, slope, bend = _line(numbers, count, s, ends)
-    for _ in range(MOST_STEPS):
-        d = minus(place, r)
-        size = dot(slope, slope)
-        rate = size - dot(d, bend)
-        if rate.real < 0.5 * size.real:  # farther from the line than half its radius of curvature
-            rate = size
-        step = dot(d, slope) / rate
-        if abs(step.real) > largest:
-            step *= largest / abs(step.real)
-        s += step
-        r, slope, bend = _line(numbers, count, s, ends)
-        if is_near:
-            break
-        is_near = abs(step.real) < NEAR * length
+    """Return the foot of the runner: the nearest point of the line; straight beyond an end that is nearest."""
+    place, length = three(ends, P), line_length(numbers)
+    points, pieces = int(numbers[AT.points]), int(numbers[AT.pieces])
+    s = nearest_on_pieces(numbers, AT.table, points, pieces, ends, local_numbers()) + 0.0 * ends[0]
+    r, slope, bend = _line(numbers, points, s, ends)
+    d, size = minus(place, r), dot(slope, slope)
+    along = dot(d, slope)
+    is_beyond = (s.real <= 0.0 and along.real < 0.0) or (s.real >= length and along.real > 0.0)
+    rate = size if is_beyond else size - dot(d, bend)
+    if rate.real > SHARP * size.real:
+        s += along / rate  # from the last digits to the exact foot, and its derivatives
+        r, slope, bend = _line(numbers, points, s, ends)
     return s, r, slope, bend
 
 
