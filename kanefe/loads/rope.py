@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,15 @@ from kanefe.frames import Vector
 from kanefe.joints.motion import Motion, polyline
 from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.force_elements.places import WRENCH
-from kanefe.kernels.force_elements.rope import RopeNumbers, rope, rope_change, rope_watch, tensions, unstretched
+from kanefe.kernels.force_elements.rope import (
+    WOUND_UP,
+    RopeNumbers,
+    rope,
+    rope_change,
+    rope_watch,
+    tensions,
+    unstretched,
+)
 from kanefe.kernels.links.polynomials import POWERS
 from kanefe.loads.action import NO_STATES, End, LoadKernel
 from kanefe.loads.along_line import AlongLine
@@ -46,8 +55,9 @@ class Rope(AlongLine):
     counts as work of loads: ``-T (1 + e) dl0``, less the strain energy ``EA e**2 / 2`` of each metre that it takes in.
     What is on the winch has no mass, as the rope itself.
 
-    Events of l falling below l0 and rising above it are located on request, and steps then end there:
-    ``simulate(..., events=["<name> slack", "<name> taut"])``.
+    A run in which a taut rope is wound up to a sheave, or to one of its ends, fails there with a message: a part of its
+    way that shrinks to nothing has no direction. Events of l falling below l0 and rising above it are located on
+    request, and steps then end there: ``simulate(..., events=["<name> slack", "<name> taut"])``.
 
     Attributes
     ----------
@@ -107,6 +117,7 @@ class Rope(AlongLine):
     preload: float | None = None
     breaking_load: float | None = None
     looks_for_slack: bool = field(default=False, init=False, repr=False)
+    parts: tuple[float, ...] = field(default=(), init=False, repr=False)
 
     kind = "rope"
     columns = ("length [m]", "rate [m/s]", "tension [N]", "slack [1]")
@@ -211,8 +222,8 @@ class Rope(AlongLine):
 
     @property
     def events(self) -> tuple[LoadEvent, ...]:
-        """Its break, if it can break, and on request its becoming slack and taut."""
-        found: tuple[LoadEvent, ...] = slack_and_taut(self, rope_watch) if self.looks_for_slack else ()
+        """That it is wound up, its break, if it can break, and on request its becoming slack and taut."""
+        found = (wound_up(self, rope_watch), *(slack_and_taut(self, rope_watch) if self.looks_for_slack else ()))
         if self.breaking_load is None:
             return found
         event = breaks(self, rope_watch, rope_change, len(found))
@@ -221,9 +232,14 @@ class Rope(AlongLine):
 
     def in_detail(self) -> Rope:
         """Return the rope with its slack and taut events."""
-        other = replace(self)
-        object.__setattr__(other, "looks_for_slack", True)
-        return other
+        return self._with(looks_for_slack=True)
+
+    def with_ends(self, ends: tuple[Any, ...]) -> Rope:
+        """Return the same rope between other frames."""
+        return self._with(ends=ends)
+
+    def _with(self, **changes: Any) -> Rope:
+        return changed(self, ("looks_for_slack", "parts"), changes)
 
     def pull(self, t: float, length: Any, rate: Any, states: Vector) -> Any:
         """Return the tension, N."""
@@ -240,11 +256,12 @@ class Rope(AlongLine):
             way = self.path(t, ends).length
         except SimulationError as error:
             raise ModelError(str(error)) from None
+        started = self._with(parts=parts_of(ends))
         if self.length is not None:
             self.check_at(t)
-            return self
+            return started
         strain = (self.preload or 0.0) / self.axial_stiffness
-        return replace(self, length=way / (1.0 + strain), preload=None)
+        return started._with(length=way / (1.0 + strain), preload=None)
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return length (m), rate (m/s), tension (N) and whether it is slack (1) or not (0)."""
@@ -274,9 +291,9 @@ class Rope(AlongLine):
             last=last,
             pieces=len(pieces),
             table=np.concatenate((pieces[:, 0], powers.ravel())),
+            parts=np.array(self.parts or (0.0,) * (len(self.ends) - 1)),
         )
-        looks = line_watch(self.breaking_load is not None, self.looks_for_slack, rope_watch, rope_change)
-        return LoadKernel(rope, flat(given), rope, *looks)
+        return LoadKernel(rope, flat(given), rope, rope_watch, None if self.breaking_load is None else rope_change)
 
 
 def _broken(t: float, ends: Sequence[End], states: Vector) -> Vector:
@@ -286,15 +303,37 @@ def _broken(t: float, ends: Sequence[End], states: Vector) -> Vector:
 
 def slack_and_taut(load: AlongLine, watch: Callable[..., None]) -> tuple[LoadEvent, LoadEvent]:
     """Return the events of a stretch that crosses zero; steps end there, since the force has a kink."""
-    slack, taut = (EventByKernel(load, watch, i) for i in (0, 1))
+    slack, taut = (EventByKernel(load, watch, i) for i in (1, 2))
     return LoadEvent("slack", slack, -1, ends_step=True), LoadEvent("taut", taut, 1, ends_step=True)
 
 
-def line_watch(
-    breaks: bool, looks_for_slack: bool, watch: Callable[..., None], change: Callable[..., None]
-) -> tuple[Callable[..., None] | None, Callable[..., None] | None]:
-    """Return the functions of a line for its events, as far as it has any: see `LoadKernel`."""
-    return watch if breaks or looks_for_slack else None, change if breaks else None
+def wound_up(load: Any, watch: Callable[..., None]) -> LoadEvent:
+    """Return the event of a part of its way that has shrunk to nothing, which ends the run."""
+
+    def end(t: float, ends: Sequence[End], states: Vector) -> Vector:
+        now = parts_of(ends)
+        i = min(range(len(now)), key=lambda i: now[i] / load.parts[i])
+        raise SimulationError(
+            f"{load.kind} {load.name!r} is wound up at t = {t:.6g} s: the part of its way between its ends {i} and "
+            f"{i + 1} has shrunk from {load.parts[i]:.6g} m to {WOUND_UP:g} of that, and would turn ever faster. "
+            "Remedy: a stop before the sheave, such as a contact, or a shorter run"
+        )
+
+    return LoadEvent("is wound up", EventByKernel(load, watch, 0), -1, end)
+
+
+def parts_of(ends: Sequence[End]) -> tuple[float, ...]:
+    """Return the lengths of the parts of a way over its ends, m."""
+    return tuple(float(np.linalg.norm(b.p - a.p)) for a, b in pairwise(ends))
+
+
+def changed(load: Any, kept: Sequence[str], changes: dict[str, Any]) -> Any:
+    """Return a copy of a load with changes; `kept` are its fields that are not given."""
+    given = {name: value for name, value in changes.items() if name not in kept}
+    other = replace(load, **given)
+    for name in kept:
+        object.__setattr__(other, name, changes.get(name, getattr(load, name)))
+    return other
 
 
 def breaks(load: AlongLine, watch: Callable[..., None], change: Callable[..., None], number: int) -> LoadEvent:

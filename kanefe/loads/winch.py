@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -19,7 +19,7 @@ from kanefe.loads.action import NO_STATES, End, LoadKernel
 from kanefe.loads.along_line import AlongLine
 from kanefe.loads.base import LoadEvent
 from kanefe.loads.periodic_load import checked_history
-from kanefe.loads.rope import breaks, line_watch, slack_and_taut
+from kanefe.loads.rope import breaks, changed, parts_of, slack_and_taut, wound_up
 
 
 @checked("name")
@@ -33,8 +33,9 @@ class Winch(AlongLine):
 
     so that for slow motion the tension deviates by D dl/dt from the given one. If the end moves away faster than the
     winch pays out, the cable stretches; if it approaches faster than the winch draws in, it becomes slack. The scene
-    begins at the given tension. The work of the winch counts as work of loads. Events of the cable becoming slack and
-    taut are located on request: ``simulate(..., events=["<name> slack", "<name> taut"])``.
+    begins at the given tension. The work of the winch counts as work of loads. A run in which the taut cable is wound
+    up to a point of its way fails there with a message. Events of the cable becoming slack and taut are located on
+    request: ``simulate(..., events=["<name> slack", "<name> taut"])``.
 
     Parameters
     ----------
@@ -83,6 +84,7 @@ class Winch(AlongLine):
     length: float = field(default=math.nan, init=False, repr=False)
     is_settled: bool = field(default=False, init=False, repr=False)
     looks_for_slack: bool = field(default=False, init=False, repr=False)
+    parts: tuple[float, ...] = field(default=(), init=False, repr=False)
 
     kind = "winch"
     columns = ("length [m]", "paid out [m]", "rate [m/s]", "tension [N]", "slack [1]")
@@ -120,10 +122,10 @@ class Winch(AlongLine):
 
     @property
     def events(self) -> tuple[LoadEvent, ...]:
-        """Its break, if it can break, and on request its becoming slack and taut."""
+        """That it is wound up, its break, if it can break, and on request its becoming slack and taut."""
         if self.is_settled:
             return ()
-        found: tuple[LoadEvent, ...] = slack_and_taut(self, winch_watch) if self.looks_for_slack else ()
+        found = (wound_up(self, winch_watch), *(slack_and_taut(self, winch_watch) if self.looks_for_slack else ()))
         if self.breaking_load is None:
             return found
         return (*found, breaks(self, winch_watch, winch_change, len(found)))
@@ -146,7 +148,7 @@ class Winch(AlongLine):
             way = self.path(t, ends).length
         except SimulationError as error:
             raise ModelError(str(error)) from None
-        return self._with(length=way - self.wanted(t) / self.stiffness)
+        return self._with(length=way - self.wanted(t) / self.stiffness, parts=parts_of(ends))
 
     def resting(self, ends: Sequence[End], softness: float = 0.0) -> Winch:
         """Return a cable with the given tension at any length."""
@@ -158,11 +160,7 @@ class Winch(AlongLine):
         return np.append(out, states[1:])
 
     def _with(self, **changes: Any) -> Winch:
-        other = replace(self)
-        kept = {name: getattr(self, name) for name in ("length", "is_settled", "looks_for_slack")}
-        for name, value in {**kept, **changes}.items():
-            object.__setattr__(other, name, value)
-        return other
+        return changed(self, ("length", "is_settled", "looks_for_slack", "parts"), changes)
 
     def with_ends(self, ends: tuple[Any, ...]) -> Winch:
         """Return the same winch between other frames."""
@@ -181,6 +179,7 @@ class Winch(AlongLine):
         cable = len(self.ends), self.stiffness, self.length, self.speed, self.damping, self.is_settled
         table = np.concatenate(self.tension)
         looks = self.breaking_load or 0.0, self.looks_for_slack
-        given = flat(WinchNumbers(*cable, *looks, len(self.tension[0]), table))
-        looking = line_watch(self.breaking_load is not None, self.looks_for_slack, winch_watch, winch_change)
-        return LoadKernel(winch, given, winch, *looking)
+        parts = np.array(self.parts or (0.0,) * (len(self.ends) - 1))
+        given = flat(WinchNumbers(*cable, *looks, len(self.tension[0]), table, parts))
+        watch = None if self.is_settled else winch_watch
+        return LoadKernel(winch, given, winch, watch, None if self.breaking_load is None else winch_change)

@@ -114,3 +114,25 @@ def test_one_end_and_points_at_one_place_are_refused():
     scene.add(kf.Rope("r", (scene.ground, ball), axial_stiffness=1.0))
     with pytest.raises(kf.ModelError, match="points 0 and 1 of rope 'r' coincide"):
         scene.freeze()
+
+
+@pytest.mark.parametrize("way", ["over a sheave", "to its drum"])
+def test_a_run_ends_where_a_rope_is_wound_up(way):
+    """A load that is hoisted from 5 m below its sheave, at which its rope has no direction."""
+    scene = kf.System(gravity=(0, 0, -9.81))
+    load = scene.add_point("load", 100.0, at=(1, 0, -5), joint=kf.Prismatic("z"))
+    sheave = scene.ground.frame(at=(1, 0, 0))
+    ends, length = ((scene.ground, sheave, load), 6.0) if way == "over a sheave" else ((sheave, load), 5.0)
+    hoist = (0.0, 5.5), (length, length - 5.5 if way == "over a sheave" else 1e-3)
+    scene.add(kf.Rope("hoist", ends, axial_stiffness=1e6, damping=1e4, length=hoist))
+    with pytest.warns(kf.SimulationWarning, match="rope 'hoist' is wound up at t = (4.99|5.49)") as told:
+        result = scene.simulate((0.0, 5.5))
+    assert "has shrunk from 5 m to 0.001 of that" in str(told[0].message)
+    assert result.statistics["steps"] < 3000
+
+
+def test_a_slack_rope_may_pass_its_sheave():
+    scene = kf.System()
+    load = scene.add_point("load", 1.0, at=(0, 0, -1), joint=kf.Prismatic("z", speed=1.0))
+    scene.add(kf.Rope("rope", (scene.ground, load), axial_stiffness=1e6, length=3.0))
+    assert scene.simulate((0.0, 2.0)).position("load")[-1, 2] == pytest.approx(1.0, abs=1e-9)

@@ -106,3 +106,12 @@ def test_one_end_and_no_way_are_refused():
     scene.add(kf.Winch("w", (scene.ground, ball), tension=1.0, **CABLE))
     with pytest.raises(kf.ModelError, match="points 0 and 1 of winch 'w' coincide"):
         scene.freeze()
+
+
+def test_a_run_ends_where_its_cable_is_wound_up():
+    scene = kf.System()
+    block = scene.add_point("block", 50.0, at=(0, 0, 2), joint=kf.Prismatic("z"))
+    cable = {"stiffness": 1e5, "damping": 500.0, "speed": 1.0}
+    scene.add(kf.Winch("haul", (scene.ground, block), tension=200.0, **cable))
+    with pytest.warns(kf.SimulationWarning, match="winch 'haul' is wound up at t = .* from 2 m to 0.001 of that"):
+        scene.simulate((0.0, 10.0))

@@ -26,14 +26,18 @@ from kanefe.kernels.force_elements.places import (
 from kanefe.kernels.links.polynomials import POWERS, piece_at, polynomial
 
 RopeNumbers = namedtuple(
-    "RopeNumbers", "ends stiffness damping breaking_load looks_for_slack inputs first last pieces table"
+    "RopeNumbers", "ends stiffness damping breaking_load looks_for_slack inputs first last pieces table parts"
 )
 """Numbers of a rope: of its ends, EA in N and C in N s, and N, 0 of one that does not break; and whether it looks for
 events at which it becomes slack or taut, which come before that at which it breaks. Its unstretched length (m) and the
 rate of that come as inputs, or in pieces: `table` has their starts, then the powers 0 to 5 of the time since (s). It
-has none before `first` and after `last`."""
+has none before `first` and after `last`. The lengths of the parts of its way at the start (m) follow."""
 
 AT = places(RopeNumbers)
+
+WOUND_UP = 1e-3
+"""Length of a part of a way, relative to its length at the start, at which a rope or cable counts as wound up to its
+sheave: a part that goes on to nothing has no direction there, and turns ever faster."""
 
 
 @called_by_address(*SIGNATURE)
@@ -53,23 +57,43 @@ def rope(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) 
 
 @called_by_address(*WATCH_SIGNATURE)
 def rope_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
-    """Write twice how much longer its way is than the rope, and what its tension is below that at which it breaks."""
+    """Write how far it is from wound up, twice how much longer its way is than it, how far it is from its break."""
     length, rate = way_over(int(numbers[AT.ends]), ends)
     l0, payout = unstretched(t, numbers, inputs)
     breaking = numbers[AT.breaking_load]
     is_broken = breaking > 0.0 and states[0] <= 0.0
     stretch = -l0 if is_broken else length - l0
     margin = breaking - tensions(numbers, l0, payout, length, rate, states)[1]
-    put_margins(numbers[AT.looks_for_slack], stretch, breaking, margin, out)
+    parts = AT.table + (1 + POWERS) * int(numbers[AT.pieces])
+    put_margins(
+        numbers, parts, int(numbers[AT.ends]), ends, numbers[AT.looks_for_slack], stretch, breaking, margin, out
+    )
 
 
 @inlined
-def put_margins(looks_for_slack: float, stretch: float, breaking_load: float, margin: float, out: Any) -> None:
-    """Write the values of the events of a line: of slack and taut, where it looks for these, and of its breaking."""
-    at = 0
+def put_margins(
+    numbers: Any,
+    parts: int,
+    count: int,
+    ends: Any,
+    looks_for_slack: float,
+    stretch: float,
+    breaking_load: float,
+    margin: float,
+    out: Any,
+) -> None:
+    """Write the values of the events of a line: of its being wound up, of slack and taut, and of its breaking.
+
+    `parts` is where the lengths of the parts of its way at the start are. What is slack does no harm at a sheave.
+    """
+    out[0] = 1.0
+    if stretch > 0.0:
+        for i in range(count - 1):
+            out[0] = min(out[0], leg(i, ends)[0] - WOUND_UP * numbers[parts + i])
+    at = 1
     if looks_for_slack > 0.0:
-        out[0] = out[1] = stretch
-        at = 2
+        out[1] = out[2] = stretch
+        at = 3
     if breaking_load > 0.0:
         out[at] = margin
 

@@ -13,10 +13,11 @@ from kanefe.kernels.force_elements.rope import pull, put_gradient, put_margins, 
 from kanefe.kernels.force_elements.spring import interpolated
 
 WinchNumbers = namedtuple(
-    "WinchNumbers", "ends stiffness length speed damping is_settled breaking_load looks_for_slack table_size table"
+    "WinchNumbers",
+    "ends stiffness length speed damping is_settled breaking_load looks_for_slack table_size table parts",
 )
 """Numbers of a winch; `length` is that without tension at the start, the table has times (s) and tensions (N). The
-others are as in `RopeNumbers`."""
+others, and the parts of its way, are as in `RopeNumbers`."""
 
 AT = places(WinchNumbers)
 
@@ -47,12 +48,13 @@ def winch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any)
 
 @called_by_address(*WATCH_SIGNATURE)
 def winch_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
-    """Write twice how far the cable is stretched, and what its tension is below that at which it breaks."""
+    """Write how far it is from wound up, how far it is stretched (twice), and how far it is from its break."""
     length, breaking = way_over(int(numbers[AT.ends]), ends)[0], numbers[AT.breaking_load]
     is_broken = has_broken(numbers, states)
     stretch = -numbers[AT.length] if is_broken else length - numbers[AT.length] - states[0]
     margin = breaking - tension_of(t, numbers, length, states)
-    put_margins(numbers[AT.looks_for_slack], stretch, breaking, margin, out)
+    parts, count = AT.table + 2 * int(numbers[AT.table_size]), int(numbers[AT.ends])
+    put_margins(numbers, parts, count, ends, numbers[AT.looks_for_slack], stretch, breaking, margin, out)
 
 
 @called_by_address(*WATCH_SIGNATURE)
