@@ -71,6 +71,7 @@ if TYPE_CHECKING:
     from kanefe.linear.paths.path_of_equilibria import EquilibriumPath as EquilibriumPath
     from kanefe.linear.sampled.sampled_loop import SampledLoop as SampledLoop
     from kanefe.linear.sampled.sampled_loop import sampled_loop as sampled_loop
+    from kanefe.linear.scene_damping import SceneDamping as SceneDamping
     from kanefe.linear.stability.buckling_modes import Buckling as Buckling
     from kanefe.linear.stability.buckling_modes import buckling as buckling
     from kanefe.linear.stability.stability_limit import StabilityLimit as StabilityLimit

@@ -6,11 +6,15 @@ import numpy as np
 
 import kanefe as kf
 from good_call import CALLS, Call, Good, call, files, on
-from good_scenes import beam, loaded_body
+from good_scenes import beam, cantilever, loaded_body
 from repository import ROOT
 from steel_beams import steel_beam
 
 call("kanefe.ModalDamping", kf.ModalDamping, ratio=0.01)
+call("kanefe.SceneDamping", kf.SceneDamping, ratio=0.01)
+CALLS["kanefe.SceneDamping.put_on"] = Call(
+    lambda: (kf.SceneDamping(0.01).put_on, {"scene": cantilever(), "start": None})
+)
 call("kanefe.RayleighDamping", kf.RayleighDamping, mass=0.1, stiffness=1e-5)
 call("kanefe.RayleighDamping.fit", kf.RayleighDamping.fit, frequencies=(1.0, 10.0), ratios=(0.01, 0.01))
 on("kanefe.RayleighDamping.ratio", lambda: kf.RayleighDamping(0.1, 0.1), frequency=1.0)

@@ -9,6 +9,7 @@ import numpy as np
 import scipy.linalg
 
 from kanefe.frames import Matrix, Vector
+from kanefe.linear.modes.bodies_alone import alone_in_words
 from kanefe.linear.modes.eigenpairs import eigenpairs, rate_weights
 from kanefe.linear.modes.eigenvalues import OfEigenvalues
 from kanefe.linear.modes.mode_shapes import Shapes
@@ -111,7 +112,7 @@ class Modes(OfEigenvalues, Shapes):
                 damping = 100 * self.damping_ratios[i] if abs(value.real) > noise[i] else 0.0
                 kind = f"{self.frequencies[i]:14.6g}  {value.imag:11.6g}  {damping:11.4g}"
             lines.append(f"{i:4d}  {kind}  {self.describe(i)}{'  (unstable)' if self.grows[i] else ''}")
-        return "\n".join(lines + imbalance_in_words(self.linearisation.imbalance))
+        return "\n".join(lines + alone_in_words(self._small.model) + imbalance_in_words(self.linearisation.imbalance))
 
 
 def modes_of(linearisation: StateSpace) -> Modes:
