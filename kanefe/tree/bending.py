@@ -25,6 +25,10 @@ FARTHEST = 0.2
 LEAST = 0.1
 """Smallest inertia along a motion relative to that at rest: below it the equations are invalid."""
 
+MOST_LOST = 0.02
+"""Part of the inertia of a body that turns and bends on in its shape from which its own error is told, as much as a
+part is too long at `FARTHEST`."""
+
 
 class Bent(NamedTuple):
     """A deformed state of a body: its name, the time in s, and its free coordinates (k,)."""
@@ -121,19 +125,20 @@ def worst_bending(model: ModelData, times: Vector, coordinates: Matrix, between:
 def _reach(body: FlexibleBody, eta: Vector, turned: Vector, inner: InnerRotations) -> float:
     """Return the largest rotation for which the kinematics of a body are valid, bent in this shape.
 
-    Stiffened: on a hinge at the origin of G, about the axis of the rotation, every motion keeps `LEAST` of its inertia.
+    Stiffened: on a hinge at the origin of G it turns about the axis of the rotation, and bends on in this shape, with
+    all but `MOST_LOST` of its inertia. Other motions, of high modes, may lose more: see `kanefe.kane.bent`.
     """
     if is_unreduced(body) or body.moments.quadratic_first is None or inner.of_displacements:
         return FARTHEST
     rotation = float(np.linalg.norm(turned))
     moments, none = body.moments.leading(body.free_count), np.zeros(body.free_count)
-    hinged = np.zeros((6 + body.free_count, 1 + body.free_count))
+    hinged = np.zeros((6 + body.free_count, 2))
     hinged[3:6, 0] = turned / rotation
-    hinged[6:, 1:] = np.eye(body.free_count)
+    hinged[6:, 1] = eta / np.linalg.norm(eta)
     bent, straight = (hinged.T @ moments.terms(x, none, np.zeros(3))[0] @ hinged for x in (eta, none))
     try:
         lost = 1.0 - float(scipy.linalg.eigvalsh(bent, straight)[0])
     except np.linalg.LinAlgError:  # no inertia about this axis
         return FARTHEST
     # the loss of inertia grows with the square of the rotation
-    return min(FARTHEST, rotation * float(np.sqrt((1.0 - LEAST) / max(lost, 1e-300))))
+    return min(FARTHEST, rotation * float(np.sqrt(MOST_LOST / max(lost, 1e-300))))

@@ -40,6 +40,10 @@ def account(model: Model, run: Trajectory) -> None:
     run.statistics.update((name, list(told)) for name, told in found.items() if told)
     for text in remarks(run.statistics, model):
         warnings.warn(text, SimulationWarning, stacklevel=outside())
+    if any(body.flexible is not None for body in model.bodies):
+        from kanefe.kane.unstiffened import warn_of_axial_forces
+
+        warn_of_axial_forces(model, run.times, run.coordinates, run.speeds)
 
 
 def remarks(statistics: Mapping[str, Any], model: Model) -> list[str]:

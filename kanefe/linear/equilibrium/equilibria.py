@@ -17,6 +17,7 @@ from kanefe.frames import Vector, numbers
 from kanefe.instants.missed_statics import warn_of_missed
 from kanefe.kane.bearing_loads import with_consistent_loads
 from kanefe.kane.loop_closure import project_positions
+from kanefe.kane.unstiffened import warn_of_axial_forces
 from kanefe.linear.azimuth import moved_on, times_ahead
 from kanefe.linear.equilibrium.balance import BalanceSearch
 from kanefe.linear.equilibrium.rest import Equilibrium
@@ -109,6 +110,7 @@ def equilibrium(
         warnings.warn(f"equilibrium: {found.other_rest}", OtherRestWarning, stacklevel=outside())
     if (bending := found.bending) is not None and bending.is_too_far:
         warnings.warn(f"equilibrium: {bending.remark}", AccuracyWarning, stacklevel=outside())
+    warn_of_axial_forces(found.model, np.array([found.time]), found.q[None], found.u[None], "equilibrium: ")
     return found
 
 
