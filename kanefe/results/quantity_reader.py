@@ -223,7 +223,10 @@ class QuantityReader:
         if quantity in LOOPS:
             if name not in self.loops or interface is not None:
                 there = ", ".join(self.loops) or "none"
-                raise ModelError(f"the run has no loop joint called {name!r}. It has: {there}")
+                raise ModelError(
+                    f"the run has no loop joint called {name!r}. It has: {there}. What a gear, rack or coupler does is "
+                    "part of joint_reaction(body)"
+                )
             return self._channels.read(quantity, name)
         if quantity in LOADS:
             if name not in self.loads or interface is not None:

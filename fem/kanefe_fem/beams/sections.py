@@ -160,8 +160,8 @@ class Section(CrossSection):
     @checked
     def from_stiffness(
         cls,
-        *,
         stiffness: Sequence[Sequence[float]] | np.ndarray | None = None,
+        *,
         rho_A: float | None = None,
         rho_I: float | Sequence[float] | None = None,
         centre_of_mass: Sequence[float] = (0.0, 0.0),
