@@ -104,6 +104,13 @@ def raised_by_user(time: float, error: Exception) -> RunStatus | None:
 UNFIT = 10.0
 """Relative error of the energy, in multiples of rtol, that is permitted without a remark."""
 
+SUMMED = 2.0
+"""Relative error of the energy, in multiples of rtol, that a step may leave: it is of the state squared. Errors of
+all steps add up at worst, and no method promises less."""
+
+NOTED = 0.01
+"""Smallest relative error of the energy for which a warning is issued."""
+
 LISTED_EVENTS = 8
 """Number of events that a summary counts individually."""
 
@@ -175,7 +182,8 @@ def summary(status: RunStatus, statistics: Mapping[str, Any], events: Mapping[st
     if "energy_balance" in statistics:
         missing, share = statistics["energy_balance"]
         rtol = statistics.get("rtol")
-        unfit = f", more than fits rtol {rtol:g}" if rtol is not None and share > UNFIT * rtol else ""
+        fits = share if rtol is None else rtol * max(UNFIT, min(SUMMED * statistics["steps"], NOTED / rtol))
+        unfit = f", more than fits rtol {rtol:g}" if share > fits else ""
         lines.append(f"  energy  balance {missing:+.3g} J at the end, {share:.2g} of what moved{unfit}")
     if "bending" in statistics:
         bending = Bending(*statistics["bending"])

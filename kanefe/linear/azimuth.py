@@ -17,6 +17,9 @@ SAMPLES = (0.37, 1.1, 2.6, 5.3)
 CONSTANT = 1e-7
 """Change of A relative to its rates that counts as zero: differences and projected loops leave about 1e-9."""
 
+AT_REST = 1e-4
+"""Change, likewise relative, of a scene at rest whose loads change with time, below which nothing is said."""
+
 
 def times_ahead(model: Model, t: float, u: Vector) -> list[float]:
     """Return the later times (s) at which small motions are compared, from the fastest speed and the explicit time."""
@@ -63,4 +66,4 @@ def change_ahead(small: SmallMotions) -> float:
             return 1.0
         change = weights * later.rates_along(direction) - here
         largest = max(largest, float(np.abs(change).max(initial=0.0)) / max(size, 1e-300))
-    return largest
+    return 0.0 if largest < AT_REST and not small.is_moving else largest

@@ -35,7 +35,7 @@ ELASTIC = 1e-9
 """Square of a frequency, relative to the largest, below which a motion of the scene is rigid: round-off of the rest."""
 
 BENDS = 0.5
-"""Share of the strain energy of a mode in bodies below which it is one of springs, whose dampers are theirs."""
+"""Fraction of the strain energy of a mode in bodies below which it is one of springs, whose dampers are theirs."""
 
 BETWEEN = 0.1
 """Weight of the damping between two modes against that of each, dimensionless, where bodies share both."""

@@ -15,7 +15,7 @@ from kanefe.linear.imbalance import Imbalance, worst_imbalance
 from kanefe.linear.modes.unresisted import Unresisted
 from kanefe.linear.small_motions import SmallMotions
 
-REPORTED = 1e-3
+REPORTED = 5e-3
 """Remaining force, relative to those that act in the same motion, above which a warning is issued: the stiffness that
 these forces cause has about the same relative error."""
 

@@ -119,7 +119,11 @@ class Closure:
 
 @dataclass
 class NotTaken:
-    """Elements of a file that are not in the scene: names by kind, apart those that would change the motion."""
+    """Elements of a file that are not in the scene: names by kind, apart those that would change the motion.
+
+    Limits of joints and collision shapes, which nearly every file has, act only where a motion reaches them: they are
+    listed with what is silent.
+    """
 
     acting: dict[str, list[str]] = field(default_factory=dict)
     silent: dict[str, list[str]] = field(default_factory=dict)
@@ -204,7 +208,7 @@ class Choices:
         if "stiffness" in what:
             what["rest"] = rest
         if limits != (None, None) and self.limit_stiffness is None:
-            not_taken.add_acting("limits of joints (limit_stiffness= takes them)", name)
+            not_taken.add_silent("limits of joints (limit_stiffness= takes them)", name)
         elif limits != (None, None):
             self.limited.append(name)
             what |= {"limits": limits, "limit_stiffness": self.limit_stiffness, "limit_damping": self.limit_damping}

@@ -150,7 +150,7 @@ def _record_not_taken(root: ElementTree.Element, not_taken: NotTaken) -> None:
             if element.find(part) is not None:
                 not_taken.add_silent(kind, name)
         if element.find("collision") is not None:
-            not_taken.add_acting("collision shapes, which touch nothing", name)
+            not_taken.add_silent("collision shapes, which touch nothing", name)
         limit = element.find("limit")
         if element.tag == "joint" and limit is not None and (limit.get("effort") or limit.get("velocity")):
             not_taken.add_silent("limits of effort and velocity", name)

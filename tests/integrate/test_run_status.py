@@ -20,7 +20,7 @@ from kanefe.integrate.clock import Clock
 from kanefe.integrate.methods.table import METHODS, own_methods
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.run import integrate
-from kanefe.integrate.status import summary
+from kanefe.integrate.status import RunStatus, summary
 from kanefe.integrate.stepper import StepFailure
 from kanefe.kernels.compiler._numba import IS_COMPILED, seconds_compiling
 from kanefe.kernels.compiler.filling import filler
@@ -403,3 +403,20 @@ def test_states_that_overflow_between_two_steps_are_a_failure() -> None:
     assert "rtol" in str(run.status)
     assert np.all(np.isfinite(run.dissipated))
     assert len(run.times) < 501
+
+
+@pytest.mark.parametrize(("share", "is_told"), [(1.9e-4, False), (2.1e-4, True), (9e-6, False)])
+def test_more_than_fits_is_more_than_all_steps_may_leave(share: float, is_told: bool) -> None:
+    """Of 100 steps at 1e-6 two times 1e-6 each; below, no method promises less."""
+    statistics = {"method": "m", "reason": "r", "route": "o", "route_reason": "r", "rtol": 1e-6, "steps": 100}
+    statistics |= {"seconds": 1.0, "seconds_by_part": {}, "energy_balance": [0.1, share]}
+    text = summary(RunStatus("finished", 1.0), statistics, {})
+    assert ("more than fits rtol 1e-06" in text) is is_told
+
+
+def test_springs_of_rigid_bodies_are_no_elastic_modes() -> None:
+    scene = kf.System()
+    spring = kf.CoordinateForce(stiffness=1e10, damping=1e3)
+    scene.add_rigid_body("rod", 1.0, joint=kf.Prismatic("z", position=1e-6, forces=spring))
+    reason = scene.simulate((0.0, 1.0)).statistics["reason"]
+    assert "springs and joints up to 1.59e+04 Hz are stiff" in reason

@@ -135,3 +135,17 @@ def test_a_shape_that_is_off_by_round_off_is_balanced() -> None:
     assert kf.linearise(scene, start=state + 1e-17).imbalance.ratio < 1e-9
     with pytest.warns(UnsettledWarning, match="remains"):
         assert kf.linearise(scene, start=state + 1e-9).imbalance.ratio > REPORTED
+
+
+def test_a_load_that_ends_later_is_no_motion_of_a_scene_at_rest():
+    """What its end changes of small motions is 1e-6 of their rates: nothing moves that modes could depend on."""
+    model = straight_beam(0.6, Rectangle(0.065, 0.012), ALUMINIUM, elements=6)
+    body = beam_body(model, {"root": "clamped", "tip": "rigid"}, kf.CraigBampton(modes=4), kf.ModalDamping(0.01))
+    scene = kf.System(gravity=(0, 0, -9.81))
+    hub = scene.add_rigid_body("hub", 1.0, 0.005, joint=kf.Revolute("z"))
+    scene.add_flexible_body("arm", body, parent=hub, at=(0.05, 0, 0))
+    scene.add_torque(hub, lambda t: 4.0 if t < 0.2 else 0.0)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("error", message="modes of a moving state")
+        kf.linearise(scene.copy()).modes()
+        kf.equilibrium(scene, t=0.5).linearise().modes()  # as the README of a new project says

@@ -218,7 +218,8 @@ def _by_rates(model: Model, times: tuple[float, float], rtol: float | None, atol
         return _explicit(model, span)
     reason = f"functions of the state with rates up to {outside:.2g} rad/s are stiff over {span:g} s"
     if _is_stiff(rate, span):
-        reason = f"elastic modes up to {rate / (2 * math.pi):.3g} Hz are stiff over {span:g} s"
+        what = "springs and joints" if all(body.flexible is None for body in model.bodies) else "elastic modes"
+        reason = f"{what} up to {rate / (2 * math.pi):.3g} Hz are stiff over {span:g} s"
     if model.states_move:
         by_sweeps = serving(model, "extrapolation", "dop853")[0] if all_damped(model) else "dop853"
         few = model.free_count + model.state_count <= MOST_SPEEDS and serving(model, "radau5")

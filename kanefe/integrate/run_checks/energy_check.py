@@ -11,15 +11,12 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.errors import SimulationWarning, outside
-from kanefe.integrate.status import UNFIT
+from kanefe.integrate.status import NOTED, UNFIT
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.tree.bending import Bending, worst_bending
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.resolution import Resolution, worst_resolution
 from kanefe.tree.scales import kept_of_scene, scene_length
-
-NOTED = 0.01
-"""Smallest relative error of the energy for which a warning is issued."""
 
 ROUND_OFF = 1e-15
 """Energy relative to the largest possible one of the scene, including that of its weight, below which it has not moved.
