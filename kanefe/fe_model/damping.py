@@ -196,6 +196,10 @@ def checked_damping(damping: object, model: FiniteElementModel) -> sp.csr_matrix
     """Return a given C of all degrees of freedom as a sparse matrix (N, N); raise a ModelError if it is not valid."""
     if isinstance(damping, (int, float, str)):
         raise ModelError(f"damping={damping!r} is not a damping. Remedy: ModalDamping({damping!r}) or RayleighDamping")
+    if hasattr(damping, "put_on"):  # that of a scene, in a layer above
+        raise ModelError(
+            f"damping={damping!r} is that of a whole scene. Remedy: .put_on(scene) when all bodies are there"
+        )
     C = real_matrix(damping)
     if C.shape != (model.size, model.size):
         raise ModelError(

@@ -74,6 +74,8 @@ def test_bad_input_is_named(body):
         kf.SceneDamping(0.01).put_on(kf.System())
     with pytest.raises(kf.ModelError, match=r"is above 1.*Remedy: 0\.02 for 2 %"):
         kf.SceneDamping(2.0)
+    with pytest.raises(kf.ModelError, match=r"of a whole scene\. Remedy: \.put_on\(scene\)"):
+        beam_body(MODEL, {"root": "clamped"}, kf.CraigBampton(modes=3), kf.SceneDamping(0.01))
     scene = carrying(body, 1.0)
     with pytest.raises(kf.ModelError, match="9 elastic modes"):
         kf.SceneDamping((0.01,) * 10).put_on(scene)
