@@ -180,8 +180,7 @@ class ContactMethods(LoadMethods):
         _check_belt(belt, other.shape, label)
         ends = other.frame, *frames
         wanted = WantedContact(name, label, ends, other.shape, probes, convex, hull, normal, rough, belt)
-        by_shapes = ConvexContact.of(wanted) or HullContact.of(wanted)
-        load = RigidContact.of(wanted) or by_shapes or Contact.made(wanted)
+        load = RigidContact.of(wanted) or ConvexContact.of(wanted) or HullContact.of(wanted) or Contact.made(wanted)
         if isinstance(one, ContactPatch):
             _warn_of_stiff_modes(one, load.straight, label)
         self.add(load)

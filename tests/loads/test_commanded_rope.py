@@ -261,7 +261,7 @@ def test_a_command_is_not_asked_for_beyond_its_table():
 @pytest.mark.parametrize(
     ("length", "message"),
     [
-        (kf.Motion.steady(-1.0, 4.0), "the length of rope 'hoist' must be > 0 m"),
+        (kf.Motion.steady(-1.0, 4.0), "rope 'hoist' is wound up at t = 3.99"),
         (kf.Motion.table(TIMES[:30], SMOOTH[:30]), "the length of rope 'hoist' is given from 0 to 2.9 s"),
     ],
 )

@@ -285,20 +285,21 @@ def test_events_of_cables_look_at_stretch_and_tension() -> None:
     ends = paths(np.random.default_rng(3), 2)(0.0)
     way, rate = length_of(ends), rate_of(length_of, paths(np.random.default_rng(3), 2))[0]
     rope = kf.Rope("r", ("a", "b"), 5e2, damping=8.0, length=way - 0.1, breaking_load=300.0).in_detail()
-    slack, taut, breaks = rope.events
+    _, slack, taut, breaks = rope.events
     pull = (5e2 * 0.1 + 8.0 * rate) / (way - 0.1)
     for event, wanted in ((slack, 0.1), (taut, 0.1), (breaks, 300.0 - pull)):
         assert event.function(0.0, ends, np.ones(1)) == pytest.approx(wanted)
     assert slack.function(0.0, ends, np.zeros(1)) == pytest.approx(0.1 - way)
     winch = kf.Winch("w", ("a", "b"), tension=5.0, stiffness=60.0, speed=0.4, damping=90.0, breaking_load=70.0)
     winch = winch.in_detail().started(0.0, ends)
-    slack, taut, breaks = winch.events
+    wound_up, slack, taut, breaks = winch.events
     for paid_out in (-0.2, 0.3):
         z, stretch = np.array((paid_out, 1.0)), 5.0 / 60.0 - paid_out
         assert slack.function(0.0, ends, z) == taut.function(0.0, ends, z) == pytest.approx(stretch)
         assert breaks.function(0.0, ends, z) == pytest.approx(70.0 - max(0.0, 60.0 * stretch))
     assert slack.function(0.0, ends, np.array((0.0, 0.0))) < 0.0
-    assert [event.direction for event in winch.events] == [-1, 1, -1]
+    assert wound_up.function(0.0, ends, np.array((-0.2, 1.0))) == pytest.approx(min(1.0, 0.999 * way))
+    assert [event.direction for event in winch.events] == [-1, -1, 1, -1]
 
 
 @pytest.mark.parametrize("seed", range(4))

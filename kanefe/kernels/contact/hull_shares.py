@@ -9,12 +9,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from kanefe.kernels.algebra.vectors import Numbers, dot, rotated_back, three
+from kanefe.kernels.algebra.vectors import Numbers, dot, minus, plus, rotated, rotated_back, three
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.contact_forces import end_of, softened
-from kanefe.kernels.contact.contact_places import AT
-from kanefe.kernels.contact.contact_shapes import PLANE
-from kanefe.kernels.contact.detection import located
+from kanefe.kernels.contact.contact_places import AT, OF_POINT, POINT_NUMBERS, POINTS
+from kanefe.kernels.contact.contact_shapes import PLANE, distance
 from kanefe.kernels.force_elements.bushing import nine
 from kanefe.kernels.force_elements.places import A, P
 
@@ -35,14 +34,22 @@ def hull_met(numbers: Any, ends: Any) -> Any:
 
 @kernel
 def corner(numbers: Any, i: int, ends: Any) -> Any:
-    """Return the place of a corner with the share that it has in the air: see `located`."""
-    zero = 0.0 * ends[P]
-    return located(numbers, i, ends, (zero, zero, zero, zero, -1, -1))
+    """Return the place of a corner with its share in the air, as `kanefe.kernels.contact.detection.located` does."""
+    own, shape = POINTS + POINT_NUMBERS * i, int(numbers[AT.shape])
+    at = end_of(numbers, i)
+    A_s, p_s = nine(ends, A), three(ends, P)
+    point = plus(three(ends, at + P), rotated(nine(ends, at + A), three(numbers, own + OF_POINT.point)))
+    if int(numbers[shape]) == PLANE:
+        normal = rotated(A_s, three(numbers, shape + 1))
+        return -dot(normal, minus(point, p_s)), normal, point, float(numbers[own + OF_POINT.share])
+    found = distance(numbers, shape, rotated_back(A_s, minus(point, p_s)))
+    normal = rotated(A_s, (found[1], found[2], found[3]))
+    return -found[0], normal, point, float(numbers[own + OF_POINT.share])
 
 
 @kernel
 def hull_corner(numbers: Any, i: int, ends: Any, met: Any) -> Any:
-    """Return the place of a corner with its share: see `located`."""
+    """Return the place of a corner with its share."""
     depth, normal, point, share = corner(numbers, i, ends)
     deepest, total = met
     pressed = softened(numbers, depth)
