@@ -70,11 +70,12 @@ class Axial(NamedTuple):
         """Message with a remedy."""
         is_spin = abs(self.by_spin) / BY_SPIN >= abs(self.by_loads) / BY_LOADS
         share = self.by_spin if is_spin else self.by_loads
+        per_cent = f"{100.0 * abs(share):.2g}" if abs(share) < 1.0 else f"{100.0 * abs(share):.0f}"
         what = "its spin" if is_spin else "an axial load"
         does = f"pulls it with {self.pull:.3g} N" if self.pull > 0.0 else f"presses on it with {-self.pull:.3g} N"
         return (
             f"flexible body {self.body!r} has no stiffening, but {what} {does} at t = {self.time:.6g} s, which would "
-            f"make it {100.0 * abs(share):.2g} % {'stiffer' if share > 0.0 else 'softer'} against bending: its "
+            f"make it {per_cent} % {'stiffer' if share > 0.0 else 'softer'} against bending: its "
             "deflections and the squares of its frequencies are off by about as much. Remedy: make the body with "
             "stiffening='full'"
         )
