@@ -26,9 +26,15 @@ ramp = kf.Motion(
 scene = kf.System()
 crank = scene.add_rigid_body("crank", 0.1, 1e-4, joint=kf.Revolute("z", motion=ramp))
 coupler = scene.add_flexible_body(
-    "coupler", bar(coupler_length), parent=crank, at=(crank_length, 0, 0), joint=kf.Revolute("z", position=1.0)
+    "coupler",
+    bar(coupler_length),
+    parent=crank,
+    at=(crank_length, 0, 0),
+    joint=kf.Revolute("z", position=kf.Guess(1.0)),
 )
-rocker = scene.add_flexible_body("rocker", bar(rocker_length), at=(base, 0, 0), joint=kf.Revolute("z", position=1.8))
+rocker = scene.add_flexible_body(
+    "rocker", bar(rocker_length), at=(base, 0, 0), joint=kf.Revolute("z", position=kf.Guess(1.8))
+)
 scene.add_loop_joint("pin", kf.Revolute("z"), coupler.interface("tip"), rocker.interface("tip"))
 result = scene.simulate((0.0, 0.6), rtol=1e-5, method="dop853", output_step=0.003)
 

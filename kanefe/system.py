@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from kanefe.equations.given_state import Start
     from kanefe.integrate.events.event import Event
     from kanefe.integrate.options import RunKeywords, StepKeywords
+    from kanefe.kane.start_report import StartReport
     from kanefe.records.record import Record
     from kanefe.result import Result
     from kanefe.scene.targets import Named
@@ -130,6 +131,8 @@ class System(SegmentMethods, ContactMethods, FieldLoadMethods, ConstraintMethods
         StiffeningWarning
             If a body with stiffening="inertial" carries bodies, loads or loops, whose effect on its stiffness is
             neglected.
+        StartWarning
+            If positions or speeds that were given contradict the loops and were changed, with what they became.
         """
         if start is None and self._kept is not None and self._kept[0] == t and not self._kept[1].has_functions:
             warn_of_loads_that_do_not_stiffen(self._kept[1])
@@ -149,6 +152,42 @@ class System(SegmentMethods, ContactMethods, FieldLoadMethods, ConstraintMethods
         if start is None:
             self._kept = t, model  # not reused with functions of the user, which may change
         return model
+
+    @checked
+    def start_report(self, t: float = 0.0) -> StartReport:
+        """Return how the scene starts: what was given, what followed, how well loops are held, strain energies.
+
+        The scene is frozen for it: see `freeze`.
+
+        Parameters
+        ----------
+        t : float
+            Time of the start, s.
+
+        Returns
+        -------
+        StartReport
+            ``print(scene.start_report())`` shows a table.
+
+        Raises
+        ------
+        ModelError
+            As `freeze`, such as where a loop cannot be closed.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System()
+        >>> driver = scene.add_rigid_body("driver", 1.0, 0.1, joint=kf.Revolute("z", position=0.0, speed=2.0))
+        >>> follower = scene.add_rigid_body("follower", 1.0, 0.1, joint=kf.Revolute("z"))
+        >>> scene.add_gear("gear", {driver: 2.0, follower: 1.0}, 0.3)
+        >>> [(one.origin, one.value) for one in scene.start_report().coordinates]
+        [('given', 0.0), ('follows', 0.3)]
+        """
+        from kanefe.kane.start_report import start_report
+
+        model = self.freeze(t)
+        return start_report(model.route, t, model.initial_state)
 
     @checked("method", "output_times", "checkpoint", "resume", "most_steps", "progress", "record_file")
     def simulate(

@@ -21,17 +21,18 @@ from kanefe.tree.model_data import ModelData
 def model_at_start(data: ModelData, loads: Sequence[Load], t: float, start: Start = None) -> Model:
     """Return the model of a frozen scene with a consistent start at time t (s), and its loads between frames.
 
-    To close loops, joints whose start is not given (all zeros) move first, then all joints, then also elastic
-    coordinates, each only if the loops do not close otherwise. Likewise given speeds are kept if the others can be
-    adjusted. Springs without a rest length are slack at that start, also if the model then starts from another state.
+    To close loops, joints whose start is not given move first, then all joints, then also elastic coordinates, each
+    only if the loops do not close otherwise; likewise speeds: see `kanefe.kane.consistent_start`. A given start that
+    moves is told by a `StartWarning`. Springs without a rest length are slack at that start, also if the model then
+    starts from another state.
     Dry friction in joints is a separate load, and so are stops with a restitution: see
     `kanefe.equations.joint_frictions` and `joint_stops`.
 
     Raises
     ------
     ModelError
-        If a loop cannot be closed (the message names it and its remaining opening), a load has no valid initial state,
-        or the given state is not valid.
+        If a loop cannot be closed (the message names it and its remaining opening) or no speeds keep it closed, a load
+        has no valid initial state, or the given state is not valid.
     """
     slack = slack_time(start, t)
     model = replace(Model.of(data.with_loads(())), slack_time=slack)
@@ -39,6 +40,8 @@ def model_at_start(data: ModelData, loads: Sequence[Load], t: float, start: Star
         q, u, _ = model.parts(starting_route(model).start(slack))
         if not (np.array_equal(q, model.initial_coordinates) and np.array_equal(u, model.initial_speeds)):
             model = replace(model, initial_coordinates=q, initial_speeds=u)
+            if start is None:
+                _warn_of_mended(model, slack)
     loads = (*loads, *joint_stops(model.with_loads(loads)))
     loads = with_contact_masses(model, loads)
     if loads:
@@ -52,6 +55,12 @@ def model_at_start(data: ModelData, loads: Sequence[Load], t: float, start: Star
     if not knows_states(model, start):
         z = _anchored(model, t, q, u, z)
     return replace(model, initial_coordinates=q, initial_speeds=u, initial_states=z)
+
+
+def _warn_of_mended(model: Model, t: float) -> None:
+    from kanefe.kane.start_report import warn_of_mended
+
+    warn_of_mended(model, t)
 
 
 def _anchored(model: Model, t: float, q: Vector, u: Vector, z: Vector) -> Vector:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from kanefe.joints.revolute import Revolute as Revolute
     from kanefe.joints.screw import Screw as Screw
     from kanefe.joints.spherical import Spherical as Spherical
+    from kanefe.joints.start import Guess as Guess
     from kanefe.joints.translation import Translation as Translation
     from kanefe.joints.universal import Universal as Universal
 
@@ -33,6 +34,7 @@ __all__ = [
     "Cylindrical",
     "Fixed",
     "Free",
+    "Guess",
     "Held",
     "Joint",
     "JointFriction",

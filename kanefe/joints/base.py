@@ -11,12 +11,13 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector, numbers, shaped_numbers, unit_vector
+from kanefe.frames import Matrix, Vector, unit_vector
 from kanefe.joints.coordinate_force import CoordinateForce
 from kanefe.joints.held import Held
 from kanefe.joints.joint_friction import JointFriction, RubbingSurfaces, Wanted, check_friction
 from kanefe.joints.link import Link
 from kanefe.joints.motion import Motion
+from kanefe.joints.start import Start, Starts, are_given, start_value, start_values
 
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
@@ -113,6 +114,14 @@ class Joint(ABC):
     def initial_speeds(self) -> Vector:
         """Return u at the start, shape (speeds,)."""
 
+    def given_start(self) -> tuple[list[bool], list[bool]]:
+        """Return which coordinates and which speeds of the start are given, one of each for a speed.
+
+        Loops keep these, and the others follow. A joint that does not say so gives all coordinates, and speeds other
+        than zero: at rest is how a joint starts that nobody asks to move.
+        """
+        return [True] * len(self.speed_names), [bool(speed != 0.0) for speed in self.initial_speeds()]
+
     @abstractmethod
     def pose(self, q: Vector) -> tuple[Vector, Matrix]:
         """Return p_FoMo_F (3,) in m and A_FM (3, 3)."""
@@ -194,14 +203,6 @@ def axis_direction(axis: str | Sequence[float], kind: str) -> Vector:
     return unit_vector(direction, f"the axis of a {kind} joint")
 
 
-def start_values(value: object, count: int, what: str) -> Vector:
-    """Return `count` finite numbers of a joint's start; a ModelError names them as `what`."""
-    array = numbers(value)
-    if array.shape != (count,) or not np.all(np.isfinite(array)):
-        raise ModelError(f"{what} must be {count} finite numbers, not {value!r}")
-    return array
-
-
 class ScalarJoint(Joint):
     """Common part of the joints whose coordinates are distances and angles, with their rates as speeds."""
 
@@ -225,14 +226,15 @@ class ScalarJoint(Joint):
                 f"a {self.kind} joint has either friction from its load or a CoordinateForce with friction. Remedy: "
                 "preload of JointFriction for what is there always"
             )
-        starts = zip(self.coordinate_names, motions, self.initial_coordinates(), self.initial_speeds(), strict=True)
-        for name, motion, position, speed in starts:
+        values = zip(self.initial_coordinates(), self.initial_speeds(), strict=True)
+        are_kept = zip(*self.given_start(), strict=True)
+        for name, motion, kept, (position, speed) in zip(self.coordinate_names, motions, are_kept, values, strict=True):
             if motion is None:
                 continue
-            if position != 0.0 or speed != 0.0:
+            if any(kept) or position != 0.0 or speed != 0.0:
                 raise ModelError(
                     f"the {name.partition(' [')[0]} of a {self.kind} joint that is driven by a motion takes its start "
-                    "from it. Remedy: leave out position and speed"
+                    "from it. Remedy: leave out position and speed, or None in their place"
                 )
             motion.check(f"{self.kind} joint")
 
@@ -243,17 +245,29 @@ class SeveralCoordinatesJoint(ScalarJoint):
     Attributes
     ----------
     motion : sequence of Motion or None
-        Drives single coordinates; then their position and speed must stay at zero.
+        Drives single coordinates, which then take their start from it.
     forces : sequence of CoordinateForce or None
         Spring, damper, friction and limits of each coordinate.
     """
 
-    position: Sequence[float]
+    position: Starts
     motion: Sequence[Motion | None]
     forces: Sequence[CoordinateForce | None]
 
+    _rates: ClassVar[str] = "speed"
+
     def initial_coordinates(self) -> Vector:
-        return np.array(self.position, dtype=float)
+        return self._start("position")
+
+    def initial_speeds(self) -> Vector:
+        return self._start(self._rates)
+
+    def given_start(self) -> tuple[list[bool], list[bool]]:
+        count = len(self.speed_names)
+        return are_given(self.position, count), are_given(getattr(self, self._rates), count)
+
+    def _start(self, name: str) -> Vector:
+        return start_values(getattr(self, name), len(self.speed_names), f"{name} of a {self.kind} joint")
 
     @property
     def motions(self) -> tuple[Motion | None, ...]:
@@ -269,16 +283,16 @@ class OneCoordinateJoint(ScalarJoint):
 
     Attributes
     ----------
-    position, speed : float
-        Coordinate (rad or m) and its rate at the start.
+    position, speed : float, Guess or None
+        Coordinate (rad or m) and its rate at the start; None: it follows.
     motion : Motion or None
-        Drives the coordinate; then `position` and `speed` must stay at zero.
+        Drives the coordinate, which then takes its start from it.
     forces : CoordinateForce or None
         Spring, damper, friction and limits along the coordinate.
     """
 
-    position: float
-    speed: float
+    position: Start
+    speed: Start
     motion: Motion | None
     forces: CoordinateForce | None
 
@@ -291,15 +305,13 @@ class OneCoordinateJoint(ScalarJoint):
         return (self.forces,)
 
     def initial_coordinates(self) -> Vector:
-        return np.array([self.position], dtype=float)
+        return np.array([start_value(self.position, f"position of a {self.kind} joint")])
 
     def initial_speeds(self) -> Vector:
-        return np.array([self.speed], dtype=float)
+        return np.array([start_value(self.speed, f"speed of a {self.kind} joint")])
 
-    def _check_coordinates(self) -> None:
-        for name in ("position", "speed"):
-            shaped_numbers(getattr(self, name), (), f"{name} of a {self.kind} joint")
-        super()._check_coordinates()
+    def given_start(self) -> tuple[list[bool], list[bool]]:
+        return are_given(self.position, 1), are_given(self.speed, 1)
 
 
 def _one_each(given: Sequence[Any]) -> tuple[Any, ...]:
@@ -314,10 +326,11 @@ class AxisJoint(OneCoordinateJoint):
     ----------
     axis : "x", "y", "z" or three numbers
         Direction in the joint's fixed frame F; its length does not matter.
-    position, speed : float
-        Coordinate (rad or m) and its rate at the start.
+    position, speed : float or Guess, optional
+        Coordinate (rad or m) and its rate at the start. A number is kept, also 0; without one it is zero, or follows
+        where a loop needs it.
     motion : Motion, optional
-        Drives the coordinate; then `position` and `speed` must stay at zero.
+        Drives the coordinate, which then takes its start from it.
     forces : CoordinateForce, optional
         Spring, damper, friction and limits along the coordinate.
     friction : JointFriction, optional
@@ -330,8 +343,8 @@ class AxisJoint(OneCoordinateJoint):
     """
 
     axis: str | Sequence[float] = "z"
-    position: float = 0.0
-    speed: float = 0.0
+    position: Start = None
+    speed: Start = None
     motion: Motion | None = None
     forces: CoordinateForce | None = None
     friction: JointFriction | None = None

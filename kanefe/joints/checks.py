@@ -51,6 +51,12 @@ def check_joint(joint: object, label: str) -> Joint:
     q0 = shaped_numbers(joint.initial_coordinates(), (len(joint.coordinate_names),), f"initial_coordinates of {label}")
     count = len(joint.speed_names)
     shaped_numbers(joint.initial_speeds(), (count,), f"initial_speeds of {label}")
+    given: object = joint.given_start()
+    if not (isinstance(given, tuple) and len(given) == 2 and all(_are_bools(one, count) for one in given)):
+        raise ModelError(
+            f"given_start() of {label} must give a tuple of two lists, each of {count} times True or False: which "
+            f"coordinates and which speeds are given; not {given!r}"
+        )
     for what, given, kind in (
         ("motions", joint.motions, Motion),
         ("coordinate_forces", joint.coordinate_forces, CoordinateForce),
@@ -69,6 +75,10 @@ def check_joint(joint: object, label: str) -> Joint:
         if links is not None:
             _check_links(links, f"{label} at q = {q.tolist()}", q, u, motion)
     return joint
+
+
+def _are_bools(flags: object, count: int) -> bool:
+    return isinstance(flags, (list, tuple)) and len(flags) == count and all(isinstance(one, bool) for one in flags)
 
 
 def _lacks(joint: object) -> str:

@@ -9,12 +9,13 @@ from typing import ClassVar
 import numpy as np
 
 from kanefe.frames import Matrix, Vector, across, axis_rotation
-from kanefe.joints.base import SeveralCoordinatesJoint, axis_direction, start_values
+from kanefe.joints.base import SeveralCoordinatesJoint, axis_direction
 from kanefe.joints.coordinate_force import CoordinateForce
 from kanefe.joints.held import Held
 from kanefe.joints.joint_friction import JointFriction, RubbingSurfaces, Wanted, pads
 from kanefe.joints.link import Link
 from kanefe.joints.motion import Motion
+from kanefe.joints.start import Starts
 
 
 @dataclass(frozen=True)
@@ -25,9 +26,9 @@ class Cylindrical(SeveralCoordinatesJoint):
     ----------
     axis : "x", "y", "z" or three numbers
         Direction in the joint's fixed frame F.
-    position : (float, float)
-        Distance (m) and angle (rad) at the start.
-    speed : (float, float)
+    position : (float, float), optional
+        Distance (m) and angle (rad) at the start, each also a Guess or None, which follows.
+    speed : (float, float), optional
         Their rates at the start, m/s and rad/s.
     motion : (Motion or None, Motion or None)
         Drives single coordinates, which then take their start from it.
@@ -47,8 +48,8 @@ class Cylindrical(SeveralCoordinatesJoint):
     """
 
     axis: str | Sequence[float] = "z"
-    position: Sequence[float] = (0.0, 0.0)
-    speed: Sequence[float] = (0.0, 0.0)
+    position: Starts = None
+    speed: Starts = None
     motion: Sequence[Motion | None] = (None, None)
     forces: Sequence[CoordinateForce | None] = (None, None)
     friction: JointFriction | None = None
@@ -60,12 +61,7 @@ class Cylindrical(SeveralCoordinatesJoint):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "direction", axis_direction(self.axis, self.kind))
-        start_values(self.position, 2, f"position of a {self.kind} joint")
-        start_values(self.speed, 2, f"speed of a {self.kind} joint")
         self._check_coordinates()
-
-    def initial_speeds(self) -> Vector:
-        return np.array(self.speed, dtype=float)
 
     def pose(self, q: Vector) -> tuple[Vector, Matrix]:
         return q[0] * self.direction, axis_rotation(self.direction, q[1])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -15,12 +14,12 @@ from kanefe.frames import (
     euler_parameter_rates,
     euler_parameters_from_rotation_vector,
     multiply,
-    orientation_parameters,
     rotation_matrix,
 )
-from kanefe.joints.base import Joint, start_values
+from kanefe.joints.base import Joint
 from kanefe.joints.given_pose import GivenPose, check_drive, refuse_forces
 from kanefe.joints.link import Link
+from kanefe.joints.start import Guess, Starts, are_given, is_given, start_orientation, start_values
 
 
 @dataclass(frozen=True)
@@ -32,13 +31,13 @@ class Free(Joint):
 
     Parameters
     ----------
-    position : array_like, shape (3,)
-        At the start, in m.
-    orientation : array_like, shape (4,) or (3, 3), or Rotation of scipy
+    position : array_like, shape (3,), optional
+        At the start, in m. What is not given, or a Guess, follows where a loop needs it, and else is zero.
+    orientation : array_like, shape (4,) or (3, 3), or Rotation of scipy, or Guess, optional
         At the start: Euler parameters, scalar first (`rotation_about`, `euler_angles`), or a matrix.
-    velocity : array_like, shape (3,)
+    velocity : array_like, shape (3,), optional
         At the start, in m/s, components of the parent.
-    angular_velocity : array_like, shape (3,)
+    angular_velocity : array_like, shape (3,), optional
         At the start, in rad/s, components of the moving frame.
     motion : PoseMotion or PoseTable, optional
         Drives the joint as a whole; the start is then that of the motion, and the joint has no coordinates in the
@@ -62,10 +61,10 @@ class Free(Joint):
     >>> base = kf.Free(motion=kf.PoseTable(times, heave))
     """
 
-    position: Sequence[float] = (0.0, 0.0, 0.0)
-    orientation: Orientation = (1.0, 0.0, 0.0, 0.0)
-    velocity: Sequence[float] = (0.0, 0.0, 0.0)
-    angular_velocity: Sequence[float] = (0.0, 0.0, 0.0)
+    position: Starts = None
+    orientation: Orientation | Guess | None = None
+    velocity: Starts = None
+    angular_velocity: Starts = None
     motion: GivenPose | None = None
     forces: None = None
 
@@ -83,17 +82,21 @@ class Free(Joint):
 
     def __post_init__(self) -> None:
         refuse_forces(self.forces, self.kind)
-        for name in ("position", "velocity", "angular_velocity"):
-            start_values(getattr(self, name), 3, f"{name} of a free joint")
-        orientation_parameters(self.orientation, "orientation of a free joint")
+        self.initial_coordinates()
+        self.initial_speeds()
         check_drive(self, self.motion, ("position", "orientation", "velocity", "angular_velocity"), moves=True)
 
     def initial_coordinates(self) -> Vector:
-        e = orientation_parameters(self.orientation, "orientation of a free joint")
-        return np.concatenate((np.array(self.position, dtype=float), e))
+        e = start_orientation(self.orientation, "orientation of a free joint")
+        return np.concatenate((start_values(self.position, 3, "position of a free joint"), e))
 
     def initial_speeds(self) -> Vector:
-        return np.array([*self.velocity, *self.angular_velocity], dtype=float)
+        of = (("velocity", self.velocity), ("angular_velocity", self.angular_velocity))
+        return np.concatenate([start_values(value, 3, f"{name} of a free joint") for name, value in of])
+
+    def given_start(self) -> tuple[list[bool], list[bool]]:
+        places = [*are_given(self.position, 3), *[is_given(self.orientation)] * 3]
+        return places, [*are_given(self.velocity, 3), *are_given(self.angular_velocity, 3)]
 
     def pose(self, q: Vector) -> tuple[Vector, Matrix]:
         return q[:3], rotation_matrix(q[3:])

@@ -140,7 +140,7 @@ def check_drive(joint: Joint, motion: object, starts: tuple[str, ...], *, moves:
     motion : object
         None: the joint is not driven.
     starts : tuple of str
-        Names of the attributes of its start, which must have their default values.
+        Names of the attributes of its start, which must be None.
     moves : bool
         Whether the joint allows translations.
     """
@@ -156,8 +156,7 @@ def check_drive(joint: Joint, motion: object, starts: tuple[str, ...], *, moves:
     if motion.moves and not moves:
         raise ModelError(f"{what} gives positions, but its point stays. Remedy: leave them out, or a Free joint")
     for name in starts:
-        default = getattr(type(joint), name)
-        if np.shape(getattr(joint, name)) != np.shape(default) or np.any(np.asarray(getattr(joint, name)) != default):
+        if getattr(joint, name) is not None:
             raise ModelError(
                 f"a {joint.kind} joint that is driven by a motion takes its start from it. Remedy: leave out {name}"
             )

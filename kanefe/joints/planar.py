@@ -8,12 +8,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from kanefe.frames import Matrix, Vector, axis_rotation, shaped_numbers
-from kanefe.joints.base import SeveralCoordinatesJoint, start_values
+from kanefe.frames import Matrix, Vector, axis_rotation
+from kanefe.joints.base import SeveralCoordinatesJoint
 from kanefe.joints.coordinate_force import CoordinateForce
 from kanefe.joints.held import Held
 from kanefe.joints.link import Link
 from kanefe.joints.motion import Motion
+from kanefe.joints.start import Start, Starts, are_given, start_value, start_values
 
 
 @dataclass(frozen=True)
@@ -22,13 +23,13 @@ class Planar(SeveralCoordinatesJoint):
 
     Parameters
     ----------
-    position : (float, float)
-        x and y at the start in m.
-    angle : float
+    position : (float, float), optional
+        x and y at the start in m, each also a Guess or None, which follows; so do the others.
+    angle : float, optional
         Angle at the start in rad.
-    velocity : (float, float)
+    velocity : (float, float), optional
         Rates of x and y at the start in m/s.
-    rate : float
+    rate : float, optional
         Rate of the angle at the start in rad/s.
     motion : three of Motion or None
         Drives single coordinates (x, y, angle), which then take their start from it.
@@ -41,10 +42,10 @@ class Planar(SeveralCoordinatesJoint):
         If the start is not finite or contradicts a motion.
     """
 
-    position: Sequence[float] = (0.0, 0.0)
-    angle: float = 0.0
-    velocity: Sequence[float] = (0.0, 0.0)
-    rate: float = 0.0
+    position: Starts = None
+    angle: Start = None
+    velocity: Starts = None
+    rate: Start = None
     motion: Sequence[Motion | None] = (None, None, None)
     forces: Sequence[CoordinateForce | None] = (None, None, None)
 
@@ -53,17 +54,19 @@ class Planar(SeveralCoordinatesJoint):
     speed_names: ClassVar[tuple[str, ...]] = ("vx [m/s]", "vy [m/s]", "rate [rad/s]")
 
     def __post_init__(self) -> None:
-        for name in ("position", "velocity"):
-            start_values(getattr(self, name), 2, f"{name} of a planar joint")
-        for name in ("angle", "rate"):
-            shaped_numbers(getattr(self, name), (), f"{name} of a planar joint")
         self._check_coordinates()
 
     def initial_coordinates(self) -> Vector:
-        return np.array([*self.position, self.angle], dtype=float)
+        angle = start_value(self.angle, "angle of a planar joint")
+        return np.array([*start_values(self.position, 2, "position of a planar joint"), angle])
 
     def initial_speeds(self) -> Vector:
-        return np.array([*self.velocity, self.rate], dtype=float)
+        rate = start_value(self.rate, "rate of a planar joint")
+        return np.array([*start_values(self.velocity, 2, "velocity of a planar joint"), rate])
+
+    def given_start(self) -> tuple[list[bool], list[bool]]:
+        places = are_given(self.position, 2) + are_given(self.angle, 1)
+        return places, are_given(self.velocity, 2) + are_given(self.rate, 1)
 
     def pose(self, q: Vector) -> tuple[Vector, Matrix]:
         return np.array((q[0], q[1], 0.0)), axis_rotation((0.0, 0.0, 1.0), q[2])

@@ -17,6 +17,7 @@ from kanefe.joints.coordinate_force import CoordinateForce
 from kanefe.joints.link import Link, LinkKernel, LinkMotion, motion_by
 from kanefe.joints.motion import Motion
 from kanefe.joints.quintic import quintic_pieces, quintic_spline
+from kanefe.joints.start import Start
 from kanefe.kernels.links.curve import curve
 
 ORDER = 12
@@ -66,10 +67,10 @@ class PointOnCurve(OneCoordinateJoint):
         spin about the tangent (rotation-minimising), and at the first point z is as near as possible to z of F, or to y
         if the curve starts along z. On a closed curve the rotation about the tangent that would remain after a lap is
         distributed over the lap.
-    position, speed : float
-        Arc length (m) and its rate (m/s) at the start.
+    position, speed : float or Guess, optional
+        Arc length (m) and its rate (m/s) at the start; without it zero, or it follows where a loop needs it.
     motion : Motion, optional
-        Drives the coordinate; then `position` and `speed` must stay at zero.
+        Drives the coordinate, which then takes its start from it.
     forces : CoordinateForce, optional
         Spring, damper, friction and limits along the curve.
 
@@ -97,8 +98,8 @@ class PointOnCurve(OneCoordinateJoint):
     closed: bool = False
     turns: bool = False
     up: str | Sequence[float] | None = None
-    position: float = 0.0
-    speed: float = 0.0
+    position: Start = None
+    speed: Start = None
     motion: Motion | None = None
     forces: CoordinateForce | None = None
     pieces: Any = field(init=False, repr=False)
@@ -124,9 +125,10 @@ class PointOnCurve(OneCoordinateJoint):
 
         object.__setattr__(self, "pieces", PPoly(pieces, starts))
         self._check_coordinates()
-        if not self.closed and not 0.0 <= self.position <= self.length:
+        position = float(self.initial_coordinates()[0])
+        if not self.closed and not 0.0 <= position <= self.length:
             raise ModelError(
-                f"a {self.kind} joint starts at an arc length of {self.position:.6g} m, but its curve goes from 0 to "
+                f"a {self.kind} joint starts at an arc length of {position:.6g} m, but its curve goes from 0 to "
                 f"{self.length:.6g} m. Remedy: a position on it, or closed=True"
             )
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -16,14 +15,14 @@ from kanefe.frames import (
     euler_parameter_rates,
     euler_parameters_from_rotation_vector,
     multiply,
-    orientation_parameters,
     rotation_matrix,
 )
-from kanefe.joints.base import Joint, start_values
+from kanefe.joints.base import Joint
 from kanefe.joints.given_pose import GivenPose, check_drive, refuse_forces
 from kanefe.joints.held import EVERYWHERE, Held
 from kanefe.joints.joint_friction import JointFriction, RubbingSurfaces, Wanted, check_friction
 from kanefe.joints.link import Link
+from kanefe.joints.start import Guess, Starts, are_given, is_given, start_orientation, start_values
 from kanefe.kernels.force_elements.coordinate_friction import BALL
 
 
@@ -33,9 +32,10 @@ class Spherical(Joint):
 
     Parameters
     ----------
-    orientation : array_like, shape (4,) or (3, 3), or Rotation of scipy
-        At the start: Euler parameters, scalar first (`rotation_about`, `euler_angles`), or a matrix.
-    angular_velocity : array_like, shape (3,)
+    orientation : array_like, shape (4,) or (3, 3), or Rotation of scipy, or Guess, optional
+        At the start: Euler parameters, scalar first (`rotation_about`, `euler_angles`), or a matrix. Without it there
+        is no rotation, or it follows where a loop needs it.
+    angular_velocity : array_like, shape (3,), optional
         At the start, in rad/s, components of the moving frame: these are the speeds.
     motion : PoseMotion or PoseTable, optional
         Drives the joint as a whole, without positions; the start is then that of the motion, and the joint has no
@@ -53,8 +53,8 @@ class Spherical(Joint):
         the motion.
     """
 
-    orientation: Orientation = (1.0, 0.0, 0.0, 0.0)
-    angular_velocity: Sequence[float] = (0.0, 0.0, 0.0)
+    orientation: Orientation | Guess | None = None
+    angular_velocity: Starts = None
     motion: GivenPose | None = None
     forces: None = None
     friction: JointFriction | None = None
@@ -65,8 +65,8 @@ class Spherical(Joint):
 
     def __post_init__(self) -> None:
         refuse_forces(self.forces, self.kind)
-        orientation_parameters(self.orientation, "orientation of a spherical joint")
-        start_values(self.angular_velocity, 3, "angular_velocity of a spherical joint")
+        self.initial_coordinates()
+        self.initial_speeds()
         check_drive(self, self.motion, ("orientation", "angular_velocity"), moves=False)
         check_friction(self.friction, self.kind, Wanted(needs=("radius",), lacks=("collar", "length")))
         if self.friction is not None and self.motion is not None:
@@ -76,10 +76,13 @@ class Spherical(Joint):
             )
 
     def initial_coordinates(self) -> Vector:
-        return orientation_parameters(self.orientation, "orientation of a spherical joint")
+        return start_orientation(self.orientation, "orientation of a spherical joint")
 
     def initial_speeds(self) -> Vector:
-        return np.array(self.angular_velocity, dtype=float)
+        return start_values(self.angular_velocity, 3, "angular_velocity of a spherical joint")
+
+    def given_start(self) -> tuple[list[bool], list[bool]]:
+        return [is_given(self.orientation)] * 3, are_given(self.angular_velocity, 3)
 
     def pose(self, q: Vector) -> tuple[Vector, Matrix]:
         return np.zeros(3), rotation_matrix(q)

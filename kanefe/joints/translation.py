@@ -9,11 +9,12 @@ from typing import ClassVar
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
-from kanefe.joints.base import SeveralCoordinatesJoint, start_values
+from kanefe.joints.base import SeveralCoordinatesJoint
 from kanefe.joints.coordinate_force import CoordinateForce
 from kanefe.joints.held import Held
 from kanefe.joints.link import Link
 from kanefe.joints.motion import Motion
+from kanefe.joints.start import Starts
 
 
 @dataclass(frozen=True)
@@ -22,9 +23,9 @@ class Translation(SeveralCoordinatesJoint):
 
     Parameters
     ----------
-    position : (float, float, float)
-        x, y and z at the start, m.
-    velocity : (float, float, float)
+    position : (float, float, float), optional
+        x, y and z at the start, m, each also a Guess or None, which follows.
+    velocity : (float, float, float), optional
         Their rates at the start, m/s.
     motion : three of Motion or None
         Drives single coordinates, which then take their start from it.
@@ -41,21 +42,17 @@ class Translation(SeveralCoordinatesJoint):
     >>> thrown = Translation(velocity=(3.0, 0.0, 4.0))
     """
 
-    position: Sequence[float] = (0.0, 0.0, 0.0)
-    velocity: Sequence[float] = (0.0, 0.0, 0.0)
+    position: Starts = None
+    velocity: Starts = None
     motion: Sequence[Motion | None] = (None, None, None)
     forces: Sequence[CoordinateForce | None] = (None, None, None)
 
     coordinate_names: ClassVar[tuple[str, ...]] = ("x [m]", "y [m]", "z [m]")
+    _rates: ClassVar[str] = "velocity"
     speed_names: ClassVar[tuple[str, ...]] = ("vx [m/s]", "vy [m/s]", "vz [m/s]")
 
     def __post_init__(self) -> None:
-        start_values(self.position, 3, f"position of a {self.kind} joint")
-        start_values(self.velocity, 3, f"velocity of a {self.kind} joint")
         self._check_coordinates()
-
-    def initial_speeds(self) -> Vector:
-        return np.array(self.velocity, dtype=float)
 
     def pose(self, q: Vector) -> tuple[Vector, Matrix]:
         return q, np.eye(3)

@@ -10,11 +10,12 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, axis_rotation, cross
-from kanefe.joints.base import SeveralCoordinatesJoint, axis_direction, start_values
+from kanefe.joints.base import SeveralCoordinatesJoint, axis_direction
 from kanefe.joints.coordinate_force import CoordinateForce
 from kanefe.joints.held import EVERYWHERE, Held
 from kanefe.joints.link import Link
 from kanefe.joints.motion import Motion
+from kanefe.joints.start import Starts
 
 
 @dataclass(frozen=True)
@@ -25,8 +26,8 @@ class Universal(SeveralCoordinatesJoint):
     ----------
     first, second : "x", "y", "z" or three numbers
         The axis fixed in the joint's frame F, and the other one at zero angles; not parallel.
-    position, speed : (float, float)
-        Angles (rad) and their rates (rad/s) at the start.
+    position, speed : (float, float), optional
+        Angles (rad) and their rates (rad/s) at the start, each also a Guess or None, which follows.
     motion : (Motion or None, Motion or None)
         Drives single coordinates, which then take their start from it.
     forces : (CoordinateForce or None, CoordinateForce or None)
@@ -44,8 +45,8 @@ class Universal(SeveralCoordinatesJoint):
 
     first: str | Sequence[float] = "x"
     second: str | Sequence[float] = "y"
-    position: Sequence[float] = (0.0, 0.0)
-    speed: Sequence[float] = (0.0, 0.0)
+    position: Starts = None
+    speed: Starts = None
     motion: Sequence[Motion | None] = (None, None)
     forces: Sequence[CoordinateForce | None] = (None, None)
     directions: tuple[np.ndarray, np.ndarray] = field(init=False, repr=False, compare=False)
@@ -58,12 +59,7 @@ class Universal(SeveralCoordinatesJoint):
         if np.linalg.norm(cross(*axes)) < 1e-6:
             raise ModelError("the axes of a universal joint are parallel. Remedy: cross them, or use a revolute joint")
         object.__setattr__(self, "directions", axes)
-        start_values(self.position, 2, f"position of a {self.kind} joint")
-        start_values(self.speed, 2, f"speed of a {self.kind} joint")
         self._check_coordinates()
-
-    def initial_speeds(self) -> Vector:
-        return np.array(self.speed, dtype=float)
 
     def pose(self, q: Vector) -> tuple[Vector, Matrix]:
         first, second = (axis_rotation(axis, angle) for axis, angle in zip(self.directions, q, strict=True))

@@ -1,21 +1,20 @@
-"""A consistent state: coordinates at which every loop is closed, and speeds that keep it closed.
+"""The nearest consistent state: coordinates at which every loop is closed, and speeds that keep it closed.
 
-Both are the nearest ones: the change is least in the metric of the mass matrix. A start that is consistent already is
-left as it is, to the bit.
+The change is least in the metric of the mass matrix. How a scene starts is in `kanefe.kane.consistent_start`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from kanefe.errors import ModelError, SimulationError
+from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import constrained_solver, mass_matrix
 from kanefe.kane.constraints import constraint_rates, constraint_residuals, held_rows, place_rows
 from kanefe.kane.state import State
-from kanefe.kane.tangents import elastic_stiffness
 from kanefe.kernels.constraints.tolerances import (
     LARGEST_ITERATIONS,
     LARGEST_OPENING,
@@ -51,24 +50,8 @@ class Position:
         return float(np.abs(self.openings).max(initial=0.0))
 
 
-def consistent_start(model: ModelData, t: float) -> tuple[Vector, Vector]:
-    """Return q and u at the start, consistent at time t (s): see `kanefe.equations.start.model_at_start`."""
-    q, u = model.initial_coordinates, model.initial_speeds
-    if not model.constraints:
-        return q, u
-    best = openings(model, t, q)
-    if best.worst > TOLERANCE:
-        for columns in _movable(model):
-            # K times 1 s2: elastic coordinates move as in statics
-            found = _closed(openings(model, t, q), columns, elastic_stiffness(model))
-            if found.worst <= TOLERANCE:
-                q = found.state.q
-                break
-            best = min(best, found, key=lambda position: position.worst)
-        else:
-            raise ModelError(f"the scene cannot be assembled: {_why_open(best)}")
-    _check_facing(model, t, q)
-    return q, _consistent_speeds(model, t, q, u)
+StepOf = Callable[[Position], Vector]
+"""Function of a position that returns the next displacement of all free speeds."""
 
 
 def project_positions(
@@ -103,7 +86,7 @@ def _positioned(state: State, stiffness: Matrix | None) -> Vector:
     model = state.model
     metric = np.zeros((model.free_count, model.free_count)) if stiffness is None else stiffness
     last_digit = 0.0 if model.constraints else CONTACT_TOLERANCE
-    found = _closed(_position(state), np.arange(model.free_count), metric, last_digit)
+    found = closed(_position(state), by_metric(np.arange(model.free_count), metric), last_digit)
     if found.worst > LARGEST_OPENING:
         raise SimulationError(
             f"at t = {state.t:.6g} s the mechanism cannot continue: {open_constraints(found)}. "
@@ -115,7 +98,7 @@ def _positioned(state: State, stiffness: Matrix | None) -> Vector:
 def closed_coordinates(model: ModelData, t: float, q: Vector) -> Vector | None:
     """Return the coordinates near q at which the loops are closed at time t (s), switched as at the start; or None."""
     n = model.free_count
-    found = _closed(openings(model, t, q), np.arange(n), np.zeros((n, n)))
+    found = closed(openings(model, t, q), by_metric(np.arange(n), np.zeros((n, n))))
     return found.state.q if found.worst <= TOLERANCE else None
 
 
@@ -165,22 +148,33 @@ def _position(state: State, rows: np.ndarray | None = None) -> Position:
     return Position(state, rows, constraint_residuals(state)[rows], scales)
 
 
-def _closed(position: Position, columns: np.ndarray, stiffness: Matrix, tolerance: float = TOLERANCE) -> Position:
-    """Return the position after Newton's iteration over some of the free speeds."""
+def by_metric(columns: np.ndarray, stiffness: Matrix) -> StepOf:
+    """Return the step of some of the free speeds that closes the loops and is least in the metric of M + stiffness."""
+
+    def step(position: Position) -> Vector:
+        state = position.state
+        n = state.model.free_count
+        full = np.zeros(n)
+        if len(columns):
+            rows = constraint_rates(state).over(columns, position.rows)
+            metric = (mass_matrix(state)[:n, :n] + stiffness)[np.ix_(columns, columns)]
+            solver = constrained_solver(state.model, metric, rows)
+            full[columns] = solver.solve(np.zeros(len(columns)), position.residuals)[0]
+        return full
+
+    return step
+
+
+def closed(position: Position, step_of: StepOf, tolerance: float = TOLERANCE) -> Position:
+    """Return the position after Newton's iteration by steps of the free speeds."""
     model = position.state.model
-    n = model.free_count
-    if not len(columns):
-        return position
-    length = scene_length(model)
-    limits = LARGEST_STEP * joint_scales(model, length)[columns]
+    limits = LARGEST_STEP * joint_scales(model, scene_length(model))
     for _ in range(LARGEST_ITERATIONS):
         if position.worst <= tolerance:
             break
-        rows = constraint_rates(position.state).over(columns, position.rows)
-        metric = (mass_matrix(position.state)[:n, :n] + stiffness)[np.ix_(columns, columns)]
-        step, _ = constrained_solver(model, metric, rows).solve(np.zeros(len(columns)), position.residuals)
-        step *= min(1.0, 1.0 / max(float(np.max(np.abs(step) / limits)), 1e-300))
-        better = _shortened(columns, step, position)
+        step = step_of(position)
+        step *= min(1.0, 1.0 / max(float(np.max(np.abs(step) / limits, initial=0.0)), 1e-300))
+        better = _shortened(step, position)
         if better is None:
             break
         # closed but for round-off, which gets less by chance: Newton's method would have taken away nearly all
@@ -191,92 +185,16 @@ def _closed(position: Position, columns: np.ndarray, stiffness: Matrix, toleranc
     return position
 
 
-def _shortened(columns: np.ndarray, step: Vector, position: Position) -> Position | None:
+def _shortened(step: Vector, position: Position) -> Position | None:
     """Return the position after the step, halved until the loops open less than before; None if no step does that."""
     state, before = position.state, float(position.openings @ position.openings)
-    full = np.zeros(state.model.free_count)
     # what is closed but for round-off gets better by a whole step or not at all
     for _ in range(MOST_HALVINGS if position.worst > TOLERANCE else 1):
-        full[columns] = step
-        found = openings(state.model, state.t, state.model.advance(state.q, full), state.z, position.rows)
+        found = openings(state.model, state.t, state.model.advance(state.q, step), state.z, position.rows)
         if float(found.openings @ found.openings) < before:
             return found
         step = 0.5 * step
     return None
-
-
-def _movable(model: ModelData) -> list[np.ndarray]:
-    """Return the free speeds that may move in each attempt: joints without a given start, joints, everything."""
-    joints = [body.speeds[body.speeds < model.free_count] for body in model.bodies]
-    starts = [np.array_equal(body.joint.initial_coordinates(), body.joint.home()) for body in model.bodies]
-    unset = [columns for columns, is_unset in zip(joints, starts, strict=True) if is_unset]
-    stages = [np.concatenate([*unset, np.zeros(0, dtype=int)]), np.concatenate(joints), np.arange(model.free_count)]
-    # the same set twice would fail twice
-    return [stage for i, stage in enumerate(stages) if len(stage) and (i == 0 or len(stage) > len(stages[i - 1]))]
-
-
-def _consistent_speeds(model: ModelData, t: float, q: Vector, u: Vector) -> Vector:
-    """Return consistent speeds: those that are given (not zero) stay, and elastic ones, if the others can follow."""
-    state = State(model, t, q, u)
-    full, rows = state.full, constraint_rates(state)
-    sizes = rows.sizes(full[: rows.J.shape[1]])
-    open_rates = rows.J @ full[: rows.J.shape[1]]
-    if np.all(np.abs(open_rates) <= 100 * TOLERANCE * sizes):
-        return u
-    joints = np.concatenate([body.speeds[body.speeds < model.free_count] for body in model.bodies])
-    M = mass_matrix(state)
-    for columns in (joints[u[joints] == 0.0], joints):
-        followed = u.copy()
-        solver = constrained_solver(model, M[np.ix_(columns, columns)], rows.over(columns))
-        followed[columns] += solver.solve(np.zeros(len(columns)), open_rates)[0]
-        if np.all(np.abs(rows.J @ model.all_speeds(t, followed)[: rows.J.shape[1]]) <= 1e-9 * sizes):
-            return followed
-    return project_speeds(model, t, q, u)
-
-
-def _check_facing(model: ModelData, t: float, q: Vector) -> None:
-    state = State(model, t, q)
-    for constraint in model.constraints:
-        if constraint.a is None or constraint.b is None or not constraint.holds(state.z):
-            continue
-        A_ab = state.marker(constraint.a).A_NF.T @ state.marker(constraint.b).A_NF
-        if any(axis @ A_ab @ axis < 0.0 for axis in constraint.facing):
-            raise ModelError(
-                f"{constraint.title} closes with the axes of its ends opposite to each other. "
-                "Remedy: turn one end by half a turn, frame(orientation=...), or start nearer to the closed position"
-            )
-
-
-def _why_open(position: Position) -> str:
-    """Return why the scene cannot be closed from where the search for it ended, and a remedy.
-
-    Where Newton's method gives up, an axis that cannot hold has torn the ends apart: what closes once the directions of
-    one constraint are let go is not a matter of lengths.
-    """
-    from kanefe.constraints.rows import METRE
-
-    state = position.state
-    model, start = state.model, state.model.initial_coordinates
-    held = held_rows(state)
-    turning = np.array([held[i][1].unit != METRE for i in position.rows], dtype=bool)
-    names = np.array([held[i][0].name for i in position.rows])
-    stiffness, everything = elastic_stiffness(model), np.arange(model.free_count)
-    for name in dict.fromkeys(names[turning].tolist()):
-        kept = position.rows[~(turning & (names == name))]
-        found = _closed(openings(model, state.t, start, state.z, kept), everything, stiffness)
-        if found.worst <= TOLERANCE:
-            left = openings(model, state.t, found.state.q, state.z)
-            worst = int(np.abs(left.openings).argmax())
-            constraint, row = held[left.rows[worst]]
-            return (
-                f"{constraint.title} closes but for its axis, which is off by {abs(left.residuals[worst]):.3g} "
-                f"{row.unit} ({row.label}) where all else is closed. Remedy: another axis of the joint, ends turned by "
-                "frame(orientation=...), or a joint that leaves that direction free"
-            )
-    return (
-        f"{open_constraints(position)}. "
-        "Remedy: start nearer to the closed position, or check lengths, axes and where the ends are"
-    )
 
 
 def open_constraints(position: Position) -> str:

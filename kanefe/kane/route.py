@@ -84,7 +84,7 @@ class LiteralRoute:
 
     def start(self, t: float) -> Vector:
         """Return (q, u, z) at the start: see `consistent_start`."""
-        from kanefe.kane.loop_closure import consistent_start
+        from kanefe.kane.consistent_start import consistent_start
 
         if self._found is None or self._found[0] != t:  # a run asks when it chooses a method, and when it begins
             found = np.concatenate((*consistent_start(self.model, t), self.model.initial_states))

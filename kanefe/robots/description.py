@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, shaped_numbers
-from kanefe.joints import CoordinateForce, Joint
+from kanefe.joints import CoordinateForce, Guess, Joint
 
 
 @dataclass(frozen=True)
@@ -162,6 +162,8 @@ class Choices:
         Of stops at the limits, N/m and N s/m, or N m/rad and N m s/rad; without stiffness limits are ignored.
     limited : list of str
         Joints with stops.
+    leaders : set of str
+        Joints that others follow: they start where the file puts them, and the others follow.
     """
 
     positions: Mapping[str, float]
@@ -169,6 +171,7 @@ class Choices:
     limit_stiffness: float | None
     limit_damping: float
     limited: list[str] = field(default_factory=list)
+    leaders: set[str] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         if self.limit_stiffness is not None and shaped_numbers(self.limit_stiffness, (), "limit_stiffness") <= 0.0:
@@ -186,6 +189,16 @@ class Choices:
                 raise ModelError(
                     f"positions: that of joint {name!r} must be a finite number, in rad or m, not {value!r}"
                 )
+
+    def take_leaders(self, followed: Sequence[tuple[str, str]]) -> None:
+        """Find the leaders among (follower, leader): none that follows itself, or whose follower has a given start."""
+        followers = {one for one, _ in followed}
+        moved = {two for one, two in followed if one in self.positions}
+        self.leaders.update({two for _, two in followed} - followers - moved)
+
+    def start(self, name: str, usual: float) -> float | Guess:
+        """Return where a joint starts, which is usual in its file unless something else is given."""
+        return self.positions.get(name, usual if name in self.leaders else Guess(usual))
 
     def coordinate_force(
         self,

@@ -89,6 +89,13 @@ def read_mjcf(
         )
     if model.nbody < 2:
         raise ModelError(f"{source} has no bodies")
+    choices.take_leaders(
+        [
+            (names.joints[int(model.eq_obj1id[i])], names.joints[int(model.eq_obj2id[i])])
+            for i in range(model.neq)
+            if int(model.eq_type[i]) == JOINT and model.eq_active0[i] and model.eq_obj2id[i] >= 0
+        ]
+    )
     for body in range(1, model.nbody):
         robot.links.append(_link(model, names, body, choices, robot.not_taken))
     choices.check_limits(source)
@@ -196,7 +203,7 @@ def _along_axis(
         friction=float(model.dof_frictionloss[speed]),
     )
     kind = Revolute if model.jnt_type[number] == HINGE else Prismatic
-    return kind(tuple(axis), position=choices.positions.get(name, ref), forces=forces)
+    return kind(tuple(axis), position=choices.start(name, ref), forces=forces)
 
 
 def _record_forces(model: Any, number: int, name: str, speed_count: int, not_taken: NotTaken) -> None:

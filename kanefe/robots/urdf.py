@@ -57,7 +57,7 @@ def read_urdf(
     flexible : dict of str to FlexibleBody or FlexibleLink, optional
         Link -> the body from a mesh that replaces it: see `FlexibleLink`.
     positions : dict of str to float, optional
-        Joint -> angle or distance at the start, rad or m; default: 0.
+        Joint -> angle or distance at the start, rad or m, which is kept; default: 0. What mimics another follows it.
     limit_stiffness, limit_damping : float
         Of stops at the limits of joints, N m/rad and N m s/rad, or N/m and N s/m. Without a stiffness, which URDF
         does not define, limits are ignored.
@@ -173,6 +173,7 @@ def _add_links(robot: Robot, found: Any, base: Joint, choices: Choices, path: Pa
     parents = {name: to_parent[name].parent if name in to_parent else None for name in links}
     if unknown := sorted(set(choices.positions) - set(joints)):
         raise ModelError(f"positions: {path} has no joint {unknown[0]!r}. It has: {', '.join(joints) or 'none'}")
+    choices.take_leaders([(joint.name, joint.mimic.joint) for joint in found.joints if joint.mimic is not None])
     inertials = {link.name: link.inertial for link in found.links}
     for name in parents_first(parents, str(path)):
         joint = to_parent.get(name)
@@ -220,8 +221,7 @@ def _joint(joint: Any, choices: Choices, not_taken: NotTaken, path: Path) -> Lin
         damping=_number(dynamics and dynamics.damping, f"damping of joint {joint.name!r}", path),
         friction=_number(dynamics and dynamics.friction, f"friction of joint {joint.name!r}", path),
     )
-    start = choices.positions.get(joint.name, 0.0)
-    made = AXIS_JOINTS[joint.type](tuple(axis), position=start, forces=forces)
+    made = AXIS_JOINTS[joint.type](tuple(axis), position=choices.start(joint.name, 0.0), forces=forces)
     return LinkJoint(joint.name, made, fixed)
 
 

@@ -222,7 +222,7 @@ class BodyMethods(Scene):
         Other Parameters
         ----------------
         modal_coordinates, modal_speeds : array_like, shape (k,), optional
-            eta and deta at the start; default zero.
+            eta and deta at the start, which are kept; default zero, or what loops need that joints alone do not close.
         displacement, velocity : callable or array_like, optional
             Displacement and velocity at the start as fields in G: a function of positions (P, 3) in m that returns
             vectors (P, 3) in m and m/s, or a vector of each node (n, 3). They are projected on the modes, weighted by
@@ -286,10 +286,10 @@ class BodyMethods(Scene):
             )
         turn = orientation_matrix(orientation, f"orientation of body {name!r}")
         count = flexible.free_count if flexible else 0
-        modal = []
+        modal: list[np.ndarray | None] = []
         for what, value in zip(("modal_coordinates", "modal_speeds"), starts, strict=True):
-            array = np.zeros(count) if value is None else numbers(value)
-            if array.shape != (count,) or not np.all(np.isfinite(array)):
+            array = None if value is None else numbers(value)
+            if array is not None and (array.shape != (count,) or not np.all(np.isfinite(array))):
                 raise ModelError(
                     f"{what} of body {name!r} must be {count} finite numbers, shape {array.shape} was given"
                 )

@@ -320,7 +320,9 @@ def _check_plain(joint: Joint, label: str) -> None:
     if any(motion is not None for motion in driven(joint).motions):
         raise ModelError(f"{label} cannot be driven by a motion. Remedy: drive a joint of the tree, close another one")
     # Euler parameters of opposite signs are the same rotation
-    has_start = np.any(abs(joint.initial_coordinates()) != joint.home()) or joint.initial_speeds().any()
+    has_start = bool(np.any(abs(joint.initial_coordinates()) != joint.home()) or joint.initial_speeds().any())
+    if type(joint).given_start is not Joint.given_start:  # otherwise nobody said that a zero is one
+        has_start = has_start or any(map(any, joint.given_start()))
     has_forces = joint.friction is not None or any(force is not None for force in joint.coordinate_forces)
     if has_start or has_forces:
         raise ModelError(

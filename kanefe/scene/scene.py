@@ -39,8 +39,8 @@ class BodyEntry:
     joint: Joint
     rigid: RigidMass | None
     flexible: FlexibleBody | None
-    eta: np.ndarray
-    deta: np.ndarray
+    eta: np.ndarray | None
+    deta: np.ndarray | None
     has_gravity: bool = True
     loads: list[tuple[PointLoad, InterfaceFrame | None]] = field(default_factory=list)
     joint_loads: list[JointLoad] = field(default_factory=list)

@@ -45,6 +45,8 @@ class FlexibleTerms:
     fixed_elastic : ndarray, shape (K, fixed)
         Coordinates for this motion. Together they are the constraint mode at zero deformation; the rigid part rotates
         the *deformed* body, so that coupling forces balance the body exactly and not only to first order.
+    given_eta, given_deta : ndarray or None, shape (k,)
+        Coordinates and their rates as given for the start; None: they follow.
     """
 
     body: FlexibleBody
@@ -56,6 +58,8 @@ class FlexibleTerms:
     fixed: slice
     fixed_rigid: np.ndarray
     fixed_elastic: np.ndarray
+    given_eta: np.ndarray | None = None
+    given_deta: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)

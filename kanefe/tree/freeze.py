@@ -66,6 +66,8 @@ def build_model(
         if entry.flexible is not None:
             body = entry.flexible
             k = body.free_count
+            centred = body.centred if is_unreduced(body) else np.asarray
+            eta, deta = (None if start is None else centred(start) for start in (entry.eta, entry.deta))
             terms = FlexibleTerms(
                 body=body,
                 free_moments=body.moments.leading(k),
@@ -74,12 +76,13 @@ def build_model(
                 eta=slice(coordinate, coordinate + k),
                 speeds=slice(speed, speed + k),
                 fixed=slice(fixed_speed, fixed_speed + body.fixed_count),
+                given_eta=eta,
+                given_deta=deta,
                 **_fixed_motions(body),
             )
             coordinate, speed, fixed_speed = terms.eta.stop, terms.speeds.stop, terms.fixed.stop
-            centred = body.centred if is_unreduced(body) else np.asarray
-            q.append(centred(entry.eta))
-            u.append(centred(entry.deta))
+            q.append(np.zeros(k) if eta is None else eta)
+            u.append(np.zeros(k) if deta is None else deta)
         bodies.append(
             BodyTerms(
                 name=entry.name,

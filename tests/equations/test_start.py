@@ -7,10 +7,12 @@ import kanefe as kf
 from kanefe.integrate.auto.vibrations import vibrations
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.run import integrate
+from kanefe.kane.consistent_start import consistent_start
 from kanefe.kane.constraints import constraint_rates, constraint_residuals
-from kanefe.kane.loop_closure import consistent_start
+from kanefe.kane.start_report import StartWarning
 from kanefe.kane.state import State
 from loop_scenes import four_bar, marker_place, parallelogram, spatial_loop
+from random_starts import slender
 from robustness import overconstrained
 from scenes import lattice_body
 
@@ -62,7 +64,190 @@ def test_contradicting_speeds_change_least_in_the_metric_of_mass():
         scene.add_rigid_body(f"w{i}", 1.0, 0.1, joint=kf.Revolute("z", speed=s)) for i, s in enumerate((1.0, 3.0))
     ]
     scene.add_gear("belt", {wheels[0]: 1.0, wheels[1]: -1.0})
-    np.testing.assert_allclose(scene.freeze().initial_speeds, [2.0, 2.0], rtol=1e-14)
+    with pytest.warns(StartWarning, match="of 'w0' is 1 and starts at 2; .* of 'w1' is 3 and starts at 2"):
+        np.testing.assert_allclose(scene.freeze().initial_speeds, [2.0, 2.0], rtol=1e-14)
+
+
+def test_two_loops_and_a_flexible_link_start_without_a_shock():
+    """Speeds that nobody gave follow in the joints, as if all were rigid: no elastic coordinate takes any of them."""
+    found = {}
+    for kind in ("rigid", "flexible"):
+        scene = kf.System()
+        crank = scene.add_rigid_body("crank", 0.5, 1e-3, joint=kf.Revolute("z", motion=kf.Motion.steady(40.0)))
+        where = {"parent": crank, "at": (0.1, 0, 0), "joint": kf.Revolute("z", position=kf.Guess(1.0))}
+        if kind == "rigid":
+            end = scene.add_rigid_body("coupler", 0.3, 4e-3, **where).frame(at=(0.35, 0, 0))
+        else:
+            end = scene.add_flexible_body("coupler", slender("flexible"), **where).interface("tip")
+        joint = kf.Revolute("z", position=kf.Guess(1.8))
+        rocker = scene.add_rigid_body("rocker", 1.0, 0.03, com=(0.15, 0, 0), at=(0.4, 0, 0), joint=joint)
+        scene.add_loop_joint("pin", kf.Revolute("z"), end, rocker.frame(at=(0.3, 0, 0)))
+        joint = kf.Revolute("z", position=kf.Guess(-1.6))
+        rod = scene.add_rigid_body("rod", 0.6, 0.0125, com=(0.25, 0, 0), parent=rocker, at=(0.3, 0, 0), joint=joint)
+        slider = scene.add_rigid_body("slider", 3.0, at=(0, 0.3, 0), joint=kf.Prismatic("x", position=kf.Guess(0.8)))
+        scene.add_loop_joint("slider pin", kf.Revolute("z"), rod.frame(at=(0.5, 0, 0)), slider)
+        report = scene.start_report()
+        assert not report.mended
+        assert max(abs(row.rate) for row in report.rows) < 1e-12  # of 4 m/s
+        found[kind] = [one.value for one in report.speeds]
+        for body in report.bodies:
+            assert (body.strain_energy, body.largest_speed) == (0.0, 0.0)
+    np.testing.assert_allclose(found["flexible"], found["rigid"], rtol=1e-9)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-12, 0.5])
+def test_zero_is_a_start_as_any_other(angle):
+    model = four_bar_at(angle).freeze()
+    assert model.initial_coordinates[0] == angle
+    assert model.initial_speeds[0] == 0.0
+
+
+def four_bar_at(angle, **start):
+    """Return a four-bar whose crank is given, and nothing else."""
+    scene = kf.System()
+    crank = scene.add_rigid_body("crank", 1, 0.1, joint=kf.Revolute("z", position=angle, **start))
+    coupler = scene.add_rigid_body("coupler", 1, 0.1, parent=crank, at=(1, 0, 0), joint=kf.Revolute("z"))
+    rocker = scene.add_rigid_body("rocker", 1, 0.1, at=(2, 0, 0), joint=kf.Revolute("z"))
+    scene.add_loop_joint("pin", kf.Revolute("z"), coupler.frame(at=(2, 0, 0)), rocker.frame(at=(0, 1.5, 0)))
+    return scene
+
+
+def test_a_given_speed_of_zero_stays_zero():
+    """Of two wheels that a third turns, the one that is given as resting rests, and the other takes it all."""
+    scene = kf.System()
+    speeds = (3.0, 0.0, None)
+    wheels = [
+        scene.add_rigid_body(f"w{i}", 1.0, 0.1, joint=kf.Revolute("z", speed=speed)) for i, speed in enumerate(speeds)
+    ]
+    scene.add_gear("sum", dict.fromkeys(wheels, 1.0))
+    np.testing.assert_allclose(scene.freeze().initial_speeds, [3.0, 0.0, -3.0], rtol=1e-14)
+
+
+def test_a_guess_chooses_the_branch_and_none_or_a_guess_moves_in_silence(recwarn):
+    ends = []
+    for sign in (1.0, -1.0):
+        scene = kf.System()
+        crank = scene.add_rigid_body("crank", 1, 0.1, joint=kf.Revolute("z", position=0.0))
+        joint = kf.Revolute("z", position=kf.Guess(sign))
+        rod = scene.add_rigid_body("rod", 1, 0.1, parent=crank, at=(0.6, 0, 0), joint=joint)
+        rail = kf.Planar(position=(kf.Guess(1.4), 0.5 * sign), angle=0.0)
+        slider = scene.add_rigid_body("slider", 1, 0.1, joint=rail)
+        scene.add_loop_joint("pin", kf.Revolute("z"), rod.frame(at=(1, 0, 0)), slider)
+        ends.append(scene.freeze().initial_coordinates)
+    for q, sign in zip(ends, (1.0, -1.0), strict=True):
+        np.testing.assert_allclose(q, [0, sign * np.pi / 6, 0.6 + np.sqrt(0.75), 0.5 * sign, 0], rtol=1e-12, atol=0)
+    assert not recwarn.list
+
+
+def test_a_start_that_contradicts_the_loops_is_mended_and_told():
+    scene = four_bar(speed=2.0)
+    scene.add_rigid_body("wheel", 1.0, 0.1, joint=kf.Revolute("z", position=0.0, speed=0.0))
+    scene.add_gear("gear", {scene.body("crank"): 1.0, scene.body("wheel"): 1.0}, 1.3)
+    with pytest.warns(
+        StartWarning, match=r"angle \[rad\] of 'crank' is 1 and starts at .* rate \[rad/s\] of 'wheel' is 0 "
+    ):
+        scene.freeze()
+    mended = {(one.body, one.name): one.change for one in scene.start_report().mended}
+    assert mended["wheel", "angle [rad]"] == pytest.approx(0.3 - mended["crank", "angle [rad]"], abs=1e-11)
+    assert "mended" in str(scene.start_report())
+
+
+def test_the_report_is_read_as_a_table():
+    text = str(four_bar_at(0.0, speed=2.0).start_report())
+    assert [line.split()[:5] for line in text.splitlines()[2:4]] == [
+        ["crank:", "angle", "[rad]", "0", "0"],
+        ["coupler:", "angle", "[rad]", "follows", "0.812756"],
+    ]
+    assert "acceleration" in text
+    assert "strain energy" not in text
+
+
+def test_accelerations_of_the_report_are_those_of_the_equations():
+    scene = four_bar_at(0.3, speed=2.0)
+    report = scene.start_report()
+    model = scene.freeze()
+    rates = model.rhs(0.0, model.initial_state)[model.coordinate_count :]
+    assert list(report.accelerations.values()) == rates.tolist()
+    assert max(abs(row.acceleration) for row in report.rows) < 1e-12 * max(abs(rates))
+    assert report.kinetic_energy == pytest.approx(model.energy(0.0, model.initial_state).kinetic, rel=1e-15)
+
+
+def test_a_guess_takes_numbers():
+    for wrong in (None, kf.Guess(1.0)):
+        with pytest.raises(kf.ModelError, match="a Guess takes numbers"):
+            kf.Guess(wrong)
+    with pytest.raises(
+        kf.ModelError, match=r"position of a revolute joint must be one finite number, Guess\(...\) or None"
+    ):
+        kf.Revolute("z", position=kf.Guess((1.0, 2.0)))
+    with pytest.raises(kf.ModelError, match="velocity of a translation joint must be 3 finite numbers"):
+        kf.Translation(velocity=(1.0, None))
+    with pytest.raises(kf.ModelError, match="driven by a motion takes its start from it"):
+        kf.Revolute("z", position=0.0, motion=kf.Motion.steady(1.0))
+
+
+def test_speeds_that_no_joint_can_have_are_an_error_that_names_the_drive():
+    scene = kf.System()
+    slide = scene.add_rigid_body("slide", 1.0, 0.1, joint=kf.Prismatic("x", motion=kf.Motion.steady(0.2)))
+    scene.add_loop_joint("bolt", kf.Fixed(), scene.ground, slide)
+    with pytest.raises(kf.ModelError, match=r"'bolt' .* opens at 0.2 m/s \(position along x\) by the driven .*'slide'"):
+        scene.freeze()
+
+
+def test_elastic_coordinates_that_are_given_stay():
+    """Joints move instead, though they are given too: it is told."""
+    body = slender("flexible")
+    eta = np.linspace(1e-4, 2e-4, body.free_count)
+    scene = kf.System()
+    arm = scene.add_flexible_body("arm", body, joint=kf.Revolute("z"), modal_coordinates=eta)
+    scene.add_loop_joint("pin", kf.Planar(), scene.ground, arm.interface("tip"))
+    slot = scene.add_rigid_body("slot", 1.0, 0.1, at=(0.3, 0.1, 0), joint=kf.Planar(velocity=(0.0, 1.0)))
+    scene.add_loop_joint("hold", kf.Revolute("z"), arm.interface("tip"), slot)
+    model = scene.freeze()
+    np.testing.assert_array_equal(model.initial_coordinates[model.bodies[0].flexible.eta], eta)
+    assert scene.start_report().bodies[0].change == 0.0
+
+
+def test_elastic_coordinates_that_cannot_stay_are_told():
+    body = slender("flexible")
+    scene = kf.System()
+    arm = scene.add_flexible_body("arm", body, modal_coordinates=np.full(body.free_count, 1e-4))
+    tip = scene.ground.frame(at=body.interface("tip").position)
+    scene.add_loop_joint("hold", kf.Spherical(), tip, arm.interface("tip"))
+    with pytest.warns(StartWarning, match="modal coordinates or speeds of 'arm'"):
+        scene.freeze()
+    (mended,) = scene.start_report().mended
+    assert mended.body == "arm"
+    assert mended.change > 0.1
+    assert "mended" in str(scene.start_report())
+
+
+def test_what_only_bends_takes_no_more_than_joints_leave():
+    """A beam whose ends are pulled apart by 1 mm and aside by 1 cm: the slider takes what it can, to the digit."""
+    scene = kf.System()
+    body = slender("flexible")
+    tip = body.interface("tip").position
+    carriage = scene.add_rigid_body("carriage", 1.0, 0.1, joint=kf.Prismatic("x"))
+    arm = scene.add_flexible_body("arm", body, parent=carriage)
+    scene.add_distance("stay", arm.interface("tip"), scene.ground.frame(at=tip + np.array((0.3, 0.2, 0))), 0.25)
+    scene.add_loop_joint(
+        "rail", kf.Fixed(), arm.interface("tip"), scene.ground.frame(at=tip + np.array((0.01, 0.002, 0)))
+    )
+    with pytest.raises(kf.ModelError, match="cannot be assembled"):
+        scene.freeze()
+    scene = kf.System()
+    carriage = scene.add_rigid_body("carriage", 1.0, 0.1, joint=kf.Prismatic("x"))
+    arm = scene.add_flexible_body("arm", body, parent=carriage)
+    scene.add_loop_joint(
+        "rail", kf.Spherical(), arm.interface("tip"), scene.ground.frame(at=tip + np.array((0.01, 0.002, 0)))
+    )
+    model = scene.freeze()
+    k = body.free_count
+    bend = body.interface("tip").motion[:2, :k]
+    eta = model.initial_coordinates[1:]
+    np.testing.assert_allclose(model.initial_coordinates[0] + (bend @ eta)[0], 0.01, atol=1e-5)
+    flexibility = np.linalg.solve(body.stiffness[:k, :k], bend[1])
+    np.testing.assert_allclose(eta, flexibility * 0.002 / (bend[1] @ flexibility), atol=1e-5 * np.abs(eta).max())
 
 
 def test_a_welded_arch_bends_to_close():
@@ -99,7 +284,7 @@ def test_loops_are_closed_once_a_time(monkeypatch):
         return consistent_start(model, t)
 
     scene = four_bar(motion=kf.Motion.steady(2.0, 0.4)).freeze()  # which closes them too
-    monkeypatch.setattr("kanefe.kane.loop_closure.consistent_start", counted)
+    monkeypatch.setattr("kanefe.kane.consistent_start.consistent_start", counted)
     for start in (0.5, 0.7):
         vibrations(Dynamics(scene), start, 0.1)  # as where a method is chosen
         integrate(scene, (start, start + 0.1))

@@ -75,7 +75,8 @@ def test_one_joint_is_fixed_and_one_is_free() -> None:
 def test_a_loop_joint_has_no_start_of_its_own() -> None:
     scene = kf.System()
     body = scene.add_rigid_body("body", 1.0, 0.1, joint=kf.Free())
-    for joint in (kf.Spherical(orientation=(0, 1, 0, 0)), kf.Revolute("z", position=0.1)):
+    given = (kf.Spherical(orientation=(0, 1, 0, 0)), kf.Revolute("z", position=0.1), kf.Revolute("z", position=0.0))
+    for joint in (*given, kf.Spherical(orientation=(-1, 0, 0, 0)), kf.Planar(position=kf.Guess((1, 0)))):
         with pytest.raises(kf.errors.ModelError, match="has a start or forces of its own"):
             scene.add_loop_joint("pin", joint, scene.ground, body)
-    scene.add_loop_joint("pin", kf.Spherical(orientation=(-1, 0, 0, 0)), scene.ground, body)  # no rotation at all
+    scene.add_loop_joint("pin", kf.Spherical(), scene.ground, body)

@@ -211,6 +211,10 @@ FAULTS = [
     ({"initial_coordinates": lambda self: np.array((np.nan,))}, "initial_coordinates .* finite numbers"),
     ({"initial_coordinates": lambda self: np.zeros(2)}, r"initial_coordinates .* shape \(1,\)"),
     ({"initial_speeds": lambda self: 0.0}, "initial_speeds"),
+    (
+        {"given_start": lambda self: ([True], [1])},
+        r"given_start\(\) .* must give a tuple of two lists, each of 1 times",
+    ),
     ({"motions": (3.0,)}, "motions .* 1 of Motion or None"),
     ({"coordinate_forces": ()}, "coordinate_forces .* 1 of CoordinateForce or None"),
     ({"held": lambda self: "everything"}, r"held\(\) .* kanefe.Held"),

@@ -54,9 +54,9 @@ def has_inertia(model: Model, q: np.ndarray, u: np.ndarray) -> bool:
 
 def is_closed_as_literally(recipe: Recipe, loops: int, size: float) -> bool:
     """Compare both routes; tell whether there was anything to compare."""
-    model = LoopScene(recipe, loops).scene.freeze()
-    state = closed_state(model, recipe.seed) if model.constraints else None
-    if state is None or not model.free_count:
+    model = LoopScene(recipe, loops).frozen()
+    state = closed_state(model, recipe.seed) if model is not None and model.constraints else None
+    if model is None or state is None or not model.free_count:
         return False
     weakest = held_accelerations(State(model, 0.0, *state))[2]
     if weakest < NEAR_SINGULAR or not has_inertia(model, *state):

@@ -104,9 +104,9 @@ def test_planar_trees(recipe: Recipe) -> None:
 
 def has_same_loops(recipe: Recipe, loops: int) -> bool:
     """Compare both routes; tell whether there was anything to compare."""
-    model = LoopScene(recipe, loops).scene.freeze()
-    state = closed_state(model, recipe.seed) if model.constraints else None
-    if state is None:
+    model = LoopScene(recipe, loops).frozen()
+    state = closed_state(model, recipe.seed) if model is not None and model.constraints else None
+    if model is None or state is None:
         return False
     q, u = state
     du, _, weakest = held_accelerations(State(model, 0.0, q, u))
@@ -137,8 +137,8 @@ def test_loops_with_flexible_bodies(recipe: Recipe, loops: int) -> None:
 @given(recipes(bodies=12, loads=2))
 def test_rows_of_loops_that_are_open_and_slip(recipe: Recipe) -> None:
     # between its projections an integrator sees such states, and terms that vanish on closed loops
-    model = LoopScene(recipe, 1).scene.freeze()
-    assume(len(model.constraints) == 1)  # rows that say the same twice contradict each other here
+    model = LoopScene(recipe, 1).frozen()
+    assume(model is not None and len(model.constraints) == 1)  # rows that say the same twice contradict each other here
     q, u = random_state(model, recipe.seed)
     J = constraint_jacobian(model, q, u)[:, : model.free_count]
     assume(np.linalg.matrix_rank(J, tol=1e-3) == len(J))

@@ -140,6 +140,7 @@ NOT_OF_RIGID = (
     "kanefe.integrate",
     "kanefe.kane.assemble",
     "kanefe.kane.constraints",
+    "kanefe.kane.consistent_start",
     "kanefe.kane.loop_closure",
     "kanefe.loads.controller",
     "kanefe.loads.joint_load",

@@ -320,8 +320,9 @@ def drawn_instant(seed: int, is_rigid: bool) -> Instant | None:
     more_loads(made, seed, is_rigid)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of stiffening that leaves something out
-        model, state = made.scene.freeze(), closed_state(bare.scene.freeze(), seed)
-    if state is None:
+        model, plain = made.frozen(), bare.frozen()
+    state = None if plain is None else closed_state(plain, seed)
+    if model is None or state is None:
         return None
     instant = Instant(model, 0.0, np.concatenate((*state, model.initial_states)))
     instant = touching(instant, np.random.default_rng(seed)) if is_rigid else instant

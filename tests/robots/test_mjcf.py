@@ -118,6 +118,15 @@ def test_coupled_joints_follow_the_polynomial(tmp_path: Path) -> None:
     assert first - np.deg2rad(17.2) == pytest.approx(0.1 - 2.0 * second, abs=1e-9)
 
 
+def test_a_joint_that_follows_another_starts_where_that_puts_it(tmp_path: Path) -> None:
+    equality = '<joint joint1="first" joint2="second" polycoef="0.2 1 0 0 0"/>'
+    for given, second in (({}, 0.0), ({"second": 0.0}, 0.0), ({"second": 0.1}, 0.1)):
+        scene = read(write(tmp_path, PAIR, equality=equality), positions=given)
+        start = {one.body: one.value for one in scene.start_report().coordinates}
+        turned = start[scene.joints["second"]]
+        assert turned == pytest.approx(second, abs=0.0)
+
+
 def test_a_lone_joint_is_held(tmp_path: Path) -> None:
     scene = read(write(tmp_path, PAIR, equality='<joint joint1="first" polycoef="0.2 0 0 0 0"/>'))
     assert scene.simulate((0.0, 0.1)).joint_coordinates("a")[:, 0] == pytest.approx(0.2, abs=1e-9)

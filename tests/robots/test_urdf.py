@@ -96,6 +96,21 @@ def test_a_mimic_keeps_to_its_joint_in_a_run() -> None:
     assert wheel == pytest.approx(0.2 - 40.0 * close, abs=1e-7)
 
 
+@pytest.mark.parametrize(
+    ("given", "driver", "follower"),
+    [({}, 0.0, 0.3), ({"d": 0.0}, 0.0, 0.3), ({"d": 0.4}, 0.4, 1.1), ({"f": 1.1}, 0.4, 1.1), ({"f": 0.0}, -0.15, 0.0)],
+)
+def test_what_mimics_follows_and_what_is_given_stays(
+    tmp_path: Path, given: dict[str, float], driver: float, follower: float
+) -> None:
+    """Zero is a place as any other, and a default that others follow."""
+    mimic = "<mimic joint='d' multiplier='2' offset='.3'/>"
+    joints = joint("d", "continuous", "base", "a"), joint("f", "continuous", "base", "b", mimic)
+    scene = kf.read_urdf(write(tmp_path, link("base"), link("a"), link("b"), *joints), positions=given)
+    assert scene.freeze().initial_coordinates == pytest.approx([driver, follower], abs=1e-15)
+    assert not scene.start_report().mended
+
+
 def test_a_joint_that_mimics_itself_is_refused(tmp_path: Path) -> None:
     """It was held where it was."""
     path = write(tmp_path, link("a"), link("b"), joint("j", "revolute", "a", "b", "<mimic joint='j'/>"))

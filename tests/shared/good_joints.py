@@ -9,6 +9,7 @@ from good_call import call
 
 call("kanefe.rotation_about", kf.rotation_about, axis="z", angle=1.0)
 call("kanefe.euler_angles", kf.euler_angles, order="XYZ", angles=(0.1, 0.2, 0.3))
+call("kanefe.Guess", kf.Guess, value=0.3)
 AXIS = {"axis": "z", "position": 0.0, "speed": 0.0, "motion": None, "forces": None}
 call("kanefe.Revolute", kf.Revolute, **AXIS, friction=None)
 call("kanefe.Prismatic", kf.Prismatic, **AXIS, friction=None)

@@ -222,6 +222,7 @@ adds(
 adds("kanefe.System.add_torque", lambda s: {"target": s.body("one"), "torque": (1.0, 0, 0), "follows": False})
 adds("kanefe.System.body", lambda s: {"name": "one"})
 on("kanefe.System.freeze", small, t=0.0, start=None)
+on("kanefe.System.start_report", small, t=0.0)
 on(
     "kanefe.System.simulate",
     small,

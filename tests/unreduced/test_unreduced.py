@@ -287,6 +287,11 @@ def test_energy_balance_with_loads_and_damping(monkeypatch):
 
 def test_loop_stays_closed(monkeypatch):
     scene = loop(lambda m, i, **o: body_of(m, i, True, monkeypatch, **o))
+    report = scene.start_report()
+    assert [(one.body, one.value) for one in report.speeds if one.origin == "given"] == [("crank", 4.0)]
+    assert (report.mended, report.bodies[0].largest_speed, report.elastic_energy) == ((), 0.0, 0.0)
+    assert max(abs(row.rate) for row in report.rows) < 1e-12
+    assert max(abs(row.acceleration) for row in report.rows) < 1e-9  # of 16 1/s2, by stiff modes
     result = scene.simulate((0.0, 0.2), rtol=1e-5, output_step=0.02)
     angle = result.joint_coordinates("rocker")[:, 0]
     end = np.column_stack((1.0 + 0.2 * np.cos(angle), 0.2 * np.sin(angle), 0 * angle))

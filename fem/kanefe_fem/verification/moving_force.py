@@ -74,7 +74,7 @@ def crossing(body: FlexibleBody, values: dict[str, float], stiffness: float) -> 
     force, mass, end = values["force"], values["runner"], values["end"] * values["L"] / values["speed"]
     scene = System()
     beam = scene.add_flexible_body("beam", body)
-    joint = Translation(position=(0.0, -force / stiffness, 0.0), motion=(Motion.steady(values["speed"]), None, None))
+    joint = Translation(position=(None, -force / stiffness, 0.0), motion=(Motion.steady(values["speed"]), None, None))
     runner = scene.add_point("runner", mass, joint=joint)
     scene.add_force(runner, (0.0, -force, 0.0))
     line = [beam.node(i) for i in range(ELEMENTS + 1)]

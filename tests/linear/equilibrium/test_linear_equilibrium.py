@@ -188,8 +188,8 @@ def test_a_level_bar_on_a_hinge_turns_down(seed: int) -> None:
 
 def test_loops_are_closed_by_compiled_code(monkeypatch: pytest.MonkeyPatch) -> None:
     model, calls = four_bar(speed=0.0).freeze(), list[object]()
-    newton = loop_closure._closed
-    monkeypatch.setattr(loop_closure, "_closed", lambda *given: calls.append(given) or newton(*given))
+    newton = loop_closure.closed
+    monkeypatch.setattr(loop_closure, "closed", lambda *given: calls.append(given) or newton(*given))
     found = kf.equilibrium(model)
     assert len(calls) == 1  # of the start; none of the search
     assert project_positions(model, 0.0, found.state[:3]) == pytest.approx(found.state[:3], abs=1e-14)
