@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.frames import Matrix
+from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.jumps import jumps_of, without
 from kanefe.integrate.stepper import LEAST_STEPS
 from kanefe.joints.motion import Motion
 from kanefe.joints.rates_over_time import finite_rows, values_at
-from kanefe.kernels.steppers.step_commands import FIRST_BREAKPOINT, LAST_KEPT
+from kanefe.kernels.steppers.step_commands import FIRST_BREAKPOINT, LAST_KEPT, LEFT_SIDES, NEXT_BREAKPOINT
 from kanefe.loads.controller import Held
 from kanefe.order_n.tables.inputs import loads_with_values
 from kanefe.tree.model_data import ModelData
@@ -37,47 +38,106 @@ PAUSE = LOOKS // 8
 PIECES = 8
 """Least number of steps over a change that is no longer than the longest step."""
 
+TOGETHER = 1e-12
+"""Time difference of two jumps relative to the run, below which they are one: that of round-off in how a function finds
+its time."""
+
 ROUND_OFF = 1e-9
 """Range of a function relative to its values below which it counts as constant."""
 
 
-def breakpoints_of(dynamics: Dynamics, base: int, changes: np.ndarray) -> np.ndarray:
-    """Return the values in `reals` from the place KNOTS, `base`, on, for a run; none where steps end anywhere.
+class Changes(NamedTuple):
+    """Where steps end since functions of the time change there; where there are none, both are empty.
+
+    Attributes
+    ----------
+    ends : ndarray, shape (n,)
+        The start of the run, and those times, ascending, s. One at which a function jumps is the first with the value
+        from then on.
+    before : ndarray, shape (n,)
+        The last time with the values of before; where none jumps the same.
+    """
+
+    ends: Vector
+    before: Vector
+
+    @property
+    def sides(self) -> Vector:
+        """All times of both, ascending, s."""
+        return np.unique(np.concatenate(self))
+
+
+NO_CHANGES = Changes(np.zeros(0), np.zeros(0))
+
+
+def breakpoints_of(dynamics: Dynamics, base: int, changes: Changes) -> np.ndarray:
+    """Return the values in `reals` from the place BREAKPOINTS, `base`, on, for a run; none where steps end anywhere.
 
     `changes` are those of `changes_of`. Knots of tables only count where steps that pass over them fail. At changes of
     functions all steps end: nothing is seen of a pulse by a step that passes over it. Where there are such, tables go
     without: one list has one rule.
     """
-    breakpoints = changes if len(changes) else _breakpoints_of_tables(dynamics)
+    count = len(changes.ends)
+    breakpoints = np.concatenate(changes) if count else _breakpoints_of_tables(dynamics)
     if len(breakpoints) < 2:
         return np.zeros(0)
     head = np.zeros(FIRST_BREAKPOINT)
-    head[0] = base + FIRST_BREAKPOINT + 1
-    head[LAST_KEPT] = base + FIRST_BREAKPOINT + len(changes) if len(changes) else 0.0
+    head[NEXT_BREAKPOINT] = base + FIRST_BREAKPOINT + 1
+    if count:
+        head[LAST_KEPT] = head[LEFT_SIDES] = base + FIRST_BREAKPOINT + count
     return np.concatenate((head, breakpoints))
 
 
-def changes_of(dynamics: Dynamics, start: float, stop: float) -> np.ndarray:
-    """Return the start (s) and the times at which steps end since functions of the time change there; none: no times.
+def changes_of(dynamics: Dynamics, start: float, stop: float) -> Changes:
+    """Return the times at which steps end since functions of the time change there.
 
-    The functions are sampled all through the run. What is shorter than a sample, 1/960 of it, may still be missed; so
-    may what functions of the state do.
+    The functions are sampled all through the run, and their jumps found between the samples. What is shorter than a
+    sample, 1/960 of it, may still be missed; so may what functions of the state do.
     """
     moves = dynamics.calls_functions or any(load.motions for load in dynamics.model.loads)
     if not moves or not math.isfinite(stop - start):
-        return np.zeros(0)
+        return NO_CHANGES
     times = sample_times(start, stop)
     change = np.zeros(len(times))
-    for values in _samples(dynamics, times):
-        change = np.maximum(change, _second_differences(values, len(times)))
-    ends = {0}
+    jumps = {start: start}
+    for function, values in _of_users(dynamics, times):
+        rows = finite_rows(values)
+        found = jumps_of(function, times, rows)
+        jumps |= dict(zip(found.after.tolist(), found.before.tolist(), strict=True))
+        change = np.maximum(change, _second_differences(without(found, times, rows), rows, len(times)))
+    for motion, what in (given for load in dynamics.model.loads for given in load.motions):
+        if motion.pieces is not None:
+            rows = motion.over(np.clip(times, *motion.span), what)[:, :1]
+            kinks, rest = _kinks(motion.pieces, times, rows)
+            jumps |= {t: math.nextafter(t, -math.inf) for t in kinks.tolist() if start < t < stop}
+            change = np.maximum(change, _second_differences(rest, rows, len(times)))
+    ends = set[int]()
     for first, last in _stretches(change):
         before, after = first - 1, last + 1
         if after - before > LOOKS:  # steps that begin in it see it
             ends |= {before, first, after}
         else:
             ends |= set(np.linspace(before, after, min(PIECES, after - before) + 1).round().astype(int).tolist())
-    return times[sorted(ends)] if len(ends) > 1 else np.zeros(0)
+    beside = {t: t for t in times[sorted(ends)].tolist()} | jumps
+    if len(beside) < 2:
+        return NO_CHANGES
+    return Changes(*(np.array(x) for x in zip(*sorted(_apart(beside, stop - start).items()), strict=True)))
+
+
+def _apart(jumps: dict[float, float], span: float) -> dict[float, float]:
+    """Return times of changes, and those before them, without those that differ from one before by round-off alone.
+
+    Two functions that jump at the same time may do so at numbers beside each other: they jump together then.
+    """
+    found = dict[float, float]()
+    last = -math.inf
+    for after, before in sorted(jumps.items()):
+        if before - last > TOGETHER * span:
+            found[after], last = before, after
+        elif last in found:
+            found[after] = min(found.pop(last), before)
+            last = after
+    return found
 
 
 def sample_times(start: float, stop: float) -> np.ndarray:
@@ -96,29 +156,46 @@ def accelerations_at(model: ModelData, motion: Motion, times: np.ndarray) -> Mat
     return model.looks[key]
 
 
-def _samples(dynamics: Dynamics, times: np.ndarray) -> list[Sequence[Any] | Matrix]:
-    """Return the values of what depends on time only: functions of the user, and motions of loads, also of tables.
+def _of_users(dynamics: Dynamics, times: np.ndarray) -> list[tuple[Callable[[float], Any], Sequence[Any] | Matrix]]:
+    """Return the functions of the user that depend on time only, with their values.
 
-    Tables of driven joints are left out, since they limit the steps themselves.
+    Of driven joints the accelerations. Tables of theirs are left out, since they limit the steps themselves.
     """
     model = dynamics.model
-    found: list[Sequence[Any] | Matrix] = [
-        values_at(load.value, times)
+    found: list[tuple[Callable[[float], Any], Sequence[Any] | Matrix]] = [
+        (load.value, values_at(load.value, times))
         for load, _ in loads_with_values(model)
         if not (load.takes_state or load.is_constant or isinstance(load.function, Held))
     ]
-    for motion, what in (given for load in model.loads for given in load.motions):
-        if motion.pieces is not None:
-            found.append(motion.over(np.clip(times, *motion.span), what)[:, :1])
-    return found + [accelerations_at(model, motion, times) for motion, _ in model.motions if motion.pieces is None]
+    for motion, _ in model.motions:
+        if motion.pieces is None and motion.acceleration is not None:
+            found.append((motion.acceleration, accelerations_at(model, motion, times)))
+    return found
 
 
-def _second_differences(values: Sequence[Any] | Matrix, count: int) -> np.ndarray:
-    """Return the largest second difference of samples at each of a count, over their range; zero at both ends, (T,)."""
+def _kinks(pieces: Matrix, times: np.ndarray, rows: Matrix) -> tuple[Vector, Matrix]:
+    """Return where the rate of a motion jumps between its pieces, s, and samples of its position as without that.
+
+    That is where samples would see it too.
+    """
+    width = np.diff(pieces[:, 0])
+    jumps = pieces[1:, 2] - (pieces[:-1, 2] + width * (2.0 * pieces[:-1, 3] + 3.0 * width * pieces[:-1, 4]))
+    is_kink = np.abs(jumps) * (times[1] - times[0]) > LIVELY * np.ptp(rows)
+    kinks = pieces[1:, 0][is_kink]
+    rest = rows.copy()
+    for t, jump in zip(kinks.tolist(), jumps[is_kink].tolist(), strict=True):
+        rest[:, 0] -= jump * np.maximum(times - t, 0.0)
+    return kinks, rest
+
+
+def _second_differences(sampled: Matrix, given: Matrix, count: int) -> np.ndarray:
+    """Return the largest second difference of samples at each of a count, zero at both ends, (T,).
+
+    Relative to the range of those that are given, of which jumps may have been taken out.
+    """
     found = np.zeros(count)
-    sampled = finite_rows(values)
     if (known := len(sampled)) > 2:
-        size, extent = np.abs(sampled).max(axis=0), np.ptp(sampled, axis=0)
+        size, extent = np.abs(given).max(axis=0), np.ptp(given, axis=0)
         sampled = sampled[:, extent > ROUND_OFF * size] / extent[extent > ROUND_OFF * size]
         found[1 : known - 1] = np.abs(np.diff(sampled, 2, axis=0)).max(axis=1, initial=0.0)
     return found

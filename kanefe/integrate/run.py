@@ -21,7 +21,7 @@ from kanefe.integrate.options import RunKeywords, RunOptions
 from kanefe.integrate.pace import Limits, Poles
 from kanefe.integrate.run_checks.bushing_turns import of_bushings
 from kanefe.integrate.run_checks.convergence_check import of_fixed_steps
-from kanefe.integrate.run_checks.functions_of_user import changed_by_run, values_of_functions
+from kanefe.integrate.run_checks.functions_of_user import across_jump, changed_by_run, values_of_functions
 from kanefe.integrate.run_checks.stiff_contacts import warn_of_stiff_contacts
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.set_up import give_back, set_up
@@ -200,6 +200,8 @@ def _of_functions(
             f"{remedy or 'a function that gives a number wherever a method may ask'}"
         )
     if begins is not None and (text := changed_by_run(model, *begins, given)):
+        yield text
+    if text := across_jump(model, stepper.hardest):
         yield text
 
 

@@ -13,6 +13,7 @@ from kanefe.frames import Vector
 from kanefe.tree.bending import Bent
 
 if TYPE_CHECKING:
+    from kanefe.integrate.breakpoints import Changes
     from kanefe.integrate.sampling import Sampler
     from kanefe.kernels.events.watched_run import WatchedRun
 
@@ -108,6 +109,11 @@ class Stepper(Protocol):
     @property
     def unanswered(self) -> list[str]:
         """What functions of the user gave no number for, where the step was tried again."""
+        ...
+
+    @property
+    def hardest(self) -> tuple[float, Vector] | None:
+        """Time (s) and state where rejected steps have clustered the most, if they did and somebody may ask why."""
         ...
 
     def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
@@ -309,14 +315,14 @@ class StepControl:
         Error allowed for a step; without meaning where the step is fixed.
     step : float or None
         Fixed step, s.
-    changes : ndarray or None
+    changes : Changes or None
         What `kanefe.integrate.breakpoints.changes_of` has found for the run, where somebody has asked.
     """
 
     rtol: float
     atol: float
     step: float | None
-    changes: Vector | None = None
+    changes: Changes | None = None
 
     @property
     def looseness(self) -> float:

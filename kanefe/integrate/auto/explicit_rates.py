@@ -8,6 +8,7 @@ from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import DIFFERENCE, Dynamics
 from kanefe.kane.state import State
 from kanefe.kane.tangents import constant_tangents, current_tangents
+from kanefe.loads.controller import Held
 from kanefe.storage.scipy_later import scipy
 from kanefe.tree.scales import coordinate_moves, state_scales
 
@@ -16,9 +17,12 @@ ROUNDS = 4
 
 
 def look_at_state(model: Model) -> bool:
-    """Return whether functions of the user on single bodies and joints, such as controllers, depend on the state."""
+    """Return whether functions of the user on single bodies and joints depend on the state.
+
+    What a sampled controller holds does not: within a step it is constant.
+    """
     return any(
-        load.takes_state
+        load.takes_state and not isinstance(load.function, Held)
         for body in model.bodies
         for load in (*(load for load, _ in body.loads), *body.joint_loads, *body.field_loads)
     )

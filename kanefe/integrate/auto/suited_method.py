@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.frames import Vector
 from kanefe.integrate.auto.abrupt_forces import (
     explicit_serves_contacts,
     explicit_serves_friction,
@@ -32,7 +31,7 @@ from kanefe.integrate.auto.vibrations import (
     least_damping,
     vibrations,
 )
-from kanefe.integrate.breakpoints import SAMPLES, changes_of
+from kanefe.integrate.breakpoints import NO_CHANGES, SAMPLES, Changes, changes_of
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.table import own_methods, serving
 from kanefe.integrate.stepper import LEAST_STEPS
@@ -90,7 +89,7 @@ class SuitedMethod(NamedTuple):
         Of the usual absolute tolerance.
     step : float or None
         Of a method with fixed steps, s.
-    changes : ndarray or None
+    changes : Changes or None
         Those of functions of the time, where they were asked for.
     rivals : tuple of str
         Methods that the run tries in its place.
@@ -104,7 +103,7 @@ class SuitedMethod(NamedTuple):
     least: float = 0.0
     share: float = 1.0
     step: float | None = None
-    changes: Vector | None = None
+    changes: Changes | None = None
     rivals: tuple[str, ...] = ()
     left_out: dict[str, str] | None = None
 
@@ -237,7 +236,7 @@ def _by_rates(model: Model, times: tuple[float, float], rtol: float | None, atol
         if model.free_count <= MOST_SPEEDS or outside * span > MOST_OUTSIDE:
             return SuitedMethod("radau5", reason)
         return SuitedMethod("generalised-alpha", f"{reason}, and {model.free_count} speeds are too many for radau5")
-    changes = changes_of(dynamics, start, stop) if dynamics.calls_functions else np.zeros(0)
+    changes = changes_of(dynamics, start, stop) if dynamics.calls_functions else NO_CHANGES
     return _by_vibrations(dynamics, times, rtol, atol, reason, changes)._replace(changes=changes)
 
 
@@ -257,7 +256,7 @@ def _of_granular(model: Model, granular: GranularContacts, span: float) -> Suite
 
 
 def _by_vibrations(
-    dynamics: Dynamics, span: tuple[float, float], rtol: float | None, atol: float, reason: str, changes: Vector
+    dynamics: Dynamics, span: tuple[float, float], rtol: float | None, atol: float, reason: str, changes: Changes
 ) -> SuitedMethod:
     """Return the method for a scene whose sweep knows all that is stiff: by whether its vibrations are followed.
 
@@ -279,8 +278,8 @@ def _by_vibrations(
     if is_loose and undamped == math.inf:
         return SuitedMethod("extrapolation", reason)
     largest, seen = float(found.sizes.max(initial=0.0)), "at the start"
-    if len(changes):
-        found, when = begun_by(changes, (stop - start) / SAMPLES, dynamics, found)
+    if len(changes.ends):
+        found, when = begun_by(changes.sides, (stop - start) / SAMPLES, dynamics, found)
         if found.sizes.max(initial=0.0) > largest:
             largest, seen = float(found.sizes.max()), f"once a function of the time changes, at {when:.4g} s"
     if largest * (1.0 - (rtol or 0.0)) <= (UNSEEN if undamped == math.inf else UNSEEN_UNDAMPED) * atol:
@@ -305,7 +304,7 @@ def _followed(
     rtol: float | None,
     undamped: float,
     seen: str,
-    changes: Vector,
+    changes: Changes,
 ) -> str:
     """Return in words why vibrations are to be followed; nothing where they are not.
 
@@ -324,7 +323,7 @@ def _followed(
         return f"the slowest, of {slowest / (2 * math.pi):.3g} Hz, is followed"
     longest = min((controller.every for controller in model.controllers), default=span)
     if dynamics.calls_functions:
-        longest = min(longest, span / LEAST_STEPS, float(np.diff(changes).min(initial=math.inf)))
+        longest = min(longest, span / LEAST_STEPS, float(np.diff(changes.ends).min(initial=math.inf)))
     if is_undamped and longest < CALM / undamped:
         return "steps that functions and controllers require resolve undamped vibrations"
     if rtol is not None and seen:

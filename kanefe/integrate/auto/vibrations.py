@@ -178,7 +178,7 @@ def begun_by(changes: Vector, sample: float, dynamics: Dynamics, found: Vibratio
     Parameters
     ----------
     changes : ndarray
-        Those of `kanefe.integrate.breakpoints.changes_of`, s.
+        The sides of those of `kanefe.integrate.breakpoints.changes_of`, s.
     sample : float
         Between two looks at the functions, s: what takes no longer counts as at once.
     dynamics : Dynamics

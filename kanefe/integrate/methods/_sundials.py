@@ -40,7 +40,7 @@ class CvodeStepper(PluggedStepper):
     def _step(self) -> tuple[float, Vector]:
         reached = self._t
         while reached <= self._t:  # after an interpolation it first comes back to the end of its last step
-            result = self._solver.step(self._stop, method="onestep", tstop=self._stop)
+            result = self._solver.step(self._bound, method="onestep", tstop=self._bound)
             if not result.success:
                 raise self._no_step(str(result.message))
             reached = float(result.t)

@@ -11,6 +11,7 @@ import numpy as np
 
 from kanefe.errors import KanefeError, SimulationError
 from kanefe.frames import Matrix, Vector
+from kanefe.integrate.breakpoints import changes_of
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.method import MakesSteppers, Method
 from kanefe.integrate.methods.python_stepper import PythonStepper
@@ -42,7 +43,7 @@ LARGEST_DRIFT = 100.0
 class PluggedStepper(PythonStepper):
     """A solver of another package in the middle of a run.
 
-    It is begun anew after an event, where the equations have no answer for what it tries, and where loops have drifted
+    It is begun anew after an event, where a function of the time jumps, where the equations have no answer for what it tries, and where loops have drifted
     apart; the states that it gives are those with the loops closed.
 
     Parameters
@@ -64,6 +65,8 @@ class PluggedStepper(PythonStepper):
         self._smallest = SMALLEST_STEP * (stop - start)
         self._largest = (stop - start) / LEAST_STEPS if dynamics.calls_functions else stop - start
         self._jacobians = 0
+        changes = changes_of(dynamics, start, stop)
+        self._jumps = [(before, after) for after, before in zip(*changes, strict=True) if before < after]
         self.restart(start, y)
 
     def state(self) -> Vector:
@@ -114,6 +117,9 @@ class PluggedStepper(PythonStepper):
                 if first < self._smallest:
                     raise
         self._t_old, self._t, self._y = self._t, t, y
+        for before, after in self._jumps:
+            if t == before:  # on with the value from there on
+                self._t, self._is_begun = after, False
         self._steps += 1
         closed = self._dynamics.projected(t, y)
         if closed is not y:
@@ -121,11 +127,16 @@ class PluggedStepper(PythonStepper):
             self._is_begun = bool(np.all(np.abs(closed - y) <= LARGEST_DRIFT * allowed))
             self._y = closed
 
+    @property
+    def _bound(self) -> float:
+        """Time that no step passes, s: the next at which a function of the time has its value from before a jump."""
+        return min((before for before, _ in self._jumps if before > self._t), default=self._stop)
+
     def _last_step(self) -> float:
         return self._t - self._t_old if self._t > self._t_old else 1e-3 * (self._stop - self._t)
 
     def _rate(self, t: float, y: Vector) -> Vector:
-        rates = self._dynamics.rate(t, np.array(y))
+        rates = self._dynamics.rate(min(t, self._bound), np.array(y))  # a stage may be beside it by round-off
         if not np.all(np.isfinite(rates)):
             raise SimulationError(f"the motion has grown without bound at t = {t:.6g} s. Remedy: check the loads")
         return rates
@@ -171,7 +182,7 @@ class ScipyStepper(PluggedStepper):
             self._rate,
             t,
             y,
-            self._stop,
+            self._bound,
             rtol=self._rtol,
             atol=self._atol,
             jac=self._jacobian,

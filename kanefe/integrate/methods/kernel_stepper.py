@@ -19,15 +19,18 @@ from kanefe.integrate.methods.kernel_set import Kernels
 from kanefe.integrate.methods.method import LEAST_RTOL
 from kanefe.integrate.methods.step_failures import step_failure
 from kanefe.integrate.run_checks.bending_check import bends_in_kernels, bends_of_kernels, watched_bodies
+from kanefe.integrate.run_checks.functions_of_user import asks_for_state
 from kanefe.integrate.step_times import StepTimes
 from kanefe.integrate.stepper import BESIDE, LEAST_STEPS, Unconverged, beyond
 from kanefe.kernels.compiler.entries import LATER, Bound
 from kanefe.kernels.events.kinks import step_again
 from kanefe.kernels.steppers.step_commands import (
     AT,
+    AT_SHORTEST,
     BALANCE,
     BENDS,
     BREAKPOINTS,
+    CONTINUES,
     COORDINATES,
     EVALUATIONS,
     FACTORISATIONS,
@@ -43,6 +46,7 @@ from kanefe.kernels.steppers.step_commands import (
     LARGEST_OF_DRIVES,
     LOCKED_SPEEDS,
     LONGEST_RESTART,
+    LOOKS_FOR_JUMPS,
     MAP,
     MAP_SIZE,
     NEXT_OUTPUT,
@@ -55,6 +59,7 @@ from kanefe.kernels.steppers.step_commands import (
     SCALE,
     SHARE_DAMPING,
     SHARE_STIFFNESS,
+    SHORTEST_SHARE,
     SLOPE,
     SMALLEST,
     SPEEDS,
@@ -67,6 +72,7 @@ from kanefe.kernels.steppers.step_commands import (
     STORED,
     TIME,
     TIME_AT,
+    TIME_OF_SHORTEST,
     TIME_OLD,
     TO_EVENT,
     WANTS_DENSE,
@@ -97,6 +103,10 @@ advance."""
 OF_STEPS = ("steps", "rejected", "evaluations"), [STEPS, REJECTED, EVALUATIONS]
 OF_JACOBIANS = (*OF_STEPS[0], "factorisations", "jacobians"), [*OF_STEPS[1], FACTORISATIONS, JACOBIANS]
 """Names in the statistics and places among the integers of what is counted, without and with Jacobians."""
+
+NO_CLUSTER = 1e-3
+"""Length of a step after rejections, relative to the longest so far, below which they have clustered: across a jump a
+step of any order has an error in proportion to its length, which is smaller than tolerances in use only then."""
 
 ITERATED = 1e-10, 1e-12
 """Relative and absolute tolerance of the iterations with fixed steps."""
@@ -152,6 +162,7 @@ class KernelStepper:
         integers[MAP : MAP + 3 * len(moves)] = np.array(moves, dtype=np.int64).ravel()
         integers[BENDS] = MAP + 3 * len(moves) if len(bent) else 0
         integers[HAS_LOOPS] = model.is_constrained
+        integers[LOOKS_FOR_JUMPS] = control.step is None and asks_for_state(model)
         for place, value in kernels.integers.items():
             integers[place] = value
         if len(locked):
@@ -163,6 +174,7 @@ class KernelStepper:
         reals[STOP], reals[SMALLEST] = stop, SMALLEST_STEP * max(abs(start), abs(stop))
         # what happens between the substeps of a step is not seen: functions of the user are looked at often enough
         reals[LARGEST] = (stop - start) / LEAST_STEPS if dynamics.calls_functions else math.inf
+        reals[SHORTEST_SHARE] = NO_CLUSTER
         reals[LARGEST_OF_DRIVES] = reals[TO_EVENT] = reals[LONGEST_RESTART] = math.inf
         reals[REACH] = kernels.reach
         rtol = max(kernels.of_tolerance(control.rtol), LEAST_RTOL)
@@ -203,6 +215,13 @@ class KernelStepper:
         """Where each flexible body was bent the most."""
         integers = self.integers
         return bends_of_kernels(self._bodies, integers[MAP + 3 * integers[MAP_SIZE] :], self.reals)
+
+    @property
+    def hardest(self) -> tuple[float, Vector] | None:
+        """Time and state where rejected steps have clustered the most."""
+        if self.reals[SHORTEST_SHARE] >= NO_CLUSTER:
+            return None
+        return float(self.reals[TIME_OF_SHORTEST]), self.vectors[AT_SHORTEST].copy()
 
     @property
     def step_count(self) -> int:
@@ -254,8 +273,10 @@ class KernelStepper:
 
     def go_on_with(self, t: float, y: Vector) -> None:
         """Continue from a state with other drives."""
+        is_same = t == self.t and self.step_count > 0
         self.vectors[STATE], self.reals[TO_EVENT] = y, math.inf
         begin_at(self.integers, self.reals, t)
+        self.integers[CONTINUES] = is_same
 
     def step_again(self, t: float) -> bool:
         """Take the last step again, to just behind a time within it (s); return whether that is of use."""
@@ -265,6 +286,7 @@ class KernelStepper:
         """Continue from another state, with a fraction of the step where it is not fixed."""
         integers, reals = self.integers, self.reals
         self.go_on_with(t, y)
+        integers[CONTINUES] = 0
         if integers[IS_FIXED]:
             return
         reals[NEXT_STEP] = min(reals[NEXT_STEP] * self._kernels.restart_share, reals[LONGEST_RESTART])

@@ -80,6 +80,11 @@ class PythonStepper(ABC):
         """Nothing: what functions of the user do not answer ends the run, or is dealt with by the solver."""
         return []
 
+    @property
+    def hardest(self) -> tuple[float, Vector] | None:
+        """Nothing: a solver does not tell where."""
+        return None
+
     def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
         """Continue until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""
         passed = 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 
 import numpy as np
 
@@ -69,9 +70,7 @@ def changed_by_run(model: Model, t: float, y: Vector, before: Mapping[str, Vecto
 def with_jump(model: Model, t: float, y: Vector) -> str:
     """Return what is told of a function that jumps with the state near one where a run comes to a halt; or nothing."""
     rng, scales = np.random.default_rng(0), state_scales(model)
-    for label, load in _called_in_python(model):
-        if not load.takes_state:
-            continue
+    for label, load in _of_state(model):
         for near in NEAR:
             values = []
             for _ in range(DIRECTIONS):
@@ -82,6 +81,35 @@ def with_jump(model: Model, t: float, y: Vector) -> str:
             if spread > JUMP * size > 0.0:
                 return f"{label} jumps by {spread:.2g} within {near:g} of the size of states. Remedy: {AS_EVENT}"
     return ""
+
+
+def asks_for_state(model: Model) -> bool:
+    """Return whether functions of the user, compiled or not, look at the state."""
+    return any(True for _ in _of_state(model))
+
+
+def across_jump(model: Model, hardest: tuple[float, Vector] | None) -> str:
+    """Return what is told of a function that jumps with the state where rejected steps have clustered; or nothing.
+
+    `hardest` is that of `kanefe.integrate.stepper.Stepper`.
+    """
+    told = ""
+    if hardest is not None:
+        with suppress(Exception):  # of the user's function, which the run has told of
+            told = with_jump(model, *hardest)
+    where, _, remedy = told.partition(". Remedy: ")
+    if hardest is None or not told:
+        return ""
+    return (
+        f"{where}, at t = {hardest[0]:.6g} s, where steps were rejected until they were short: the error of a step "
+        f"across that is not known. Remedy: {remedy}"
+    )
+
+
+def _of_state(model: Model) -> Iterator[tuple[str, ValuedLoad]]:
+    for label, load in named_loads(model).items():
+        if not (load.is_constant or isinstance(load.function, Held)) and load.takes_state:
+            yield label, load
 
 
 def _called_in_python(model: Model) -> Iterator[tuple[str, ValuedLoad]]:

@@ -16,7 +16,7 @@ from kanefe.kernels.compiler._numba import exact, inlined
 from kanefe.kernels.compiler.arrays import RealRows
 from kanefe.kernels.events.event_search import crossing_between, is_over, sign_of
 from kanefe.kernels.events.watched_run import ACTS, WatchedRun
-from kanefe.kernels.steppers.step_commands import BREAKPOINTS, NEXT_BREAKPOINT, SMALLEST, STOP, TIME, Run
+from kanefe.kernels.steppers.step_commands import BREAKPOINTS, STOP, Run, end_of_breakpoints, next_breakpoint
 
 FARTHEST = 16.0
 """Longest time ahead for which values are extrapolated, in multiples of the last step: twice what a step grows by."""
@@ -71,13 +71,11 @@ def time_to_event(found: RealRows, watched: WatchedRun, t: float, last_step: flo
 @inlined
 def smooth_until(run: Run) -> float:
     """Return up to when the forces of a run are as smooth as in the last step, but for events, s."""
-    at, reals = run.integers[BREAKPOINTS], run.reals
+    integers, reals = run.integers, run.reals
     end = reals[STOP]
-    if at > 0:
-        i = int(reals[at + NEXT_BREAKPOINT])
-        while i < len(reals) and reals[i] < reals[TIME] - reals[SMALLEST]:
-            i += 1
-        if i < len(reals):
+    if integers[BREAKPOINTS] > 0:
+        i = next_breakpoint(integers, reals)
+        if i < end_of_breakpoints(integers, reals):
             end = min(end, reals[i])
     return end
 

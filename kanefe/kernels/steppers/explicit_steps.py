@@ -51,6 +51,7 @@ from kanefe.kernels.steppers.step_commands import (
     ask,
     clip,
     first_step,
+    has_jumped,
     scaled_size,
 )
 
@@ -176,6 +177,10 @@ def advance_explicitly(integers: np.ndarray, reals: np.ndarray, vectors: np.ndar
     elif stage == AFTER:
         if integers[HAS_LOOPS]:
             return ask(integers, PROJECT, PROJECTED)
+        if has_jumped(integers, reals):
+            copy(vectors[STATE], vectors[AT])
+            reals[TIME_AT] = reals[TIME]
+            return ask(integers, RATES, FIRST)
         copy(vectors[FIRST_RATE + stages], vectors[FIRST_RATE])
         stage = NEXT
     if stage == NEXT:

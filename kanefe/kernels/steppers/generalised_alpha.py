@@ -104,6 +104,7 @@ from kanefe.kernels.steppers.step_commands import (
     ask,
     clip,
     even_part,
+    has_jumped,
     largest_share,
 )
 
@@ -412,7 +413,11 @@ def advance_generalised_alpha(integers: np.ndarray, reals: np.ndarray, vectors: 
     """Continue the method: see `kanefe.kernels.steppers.step_commands`."""
     stage = integers[STAGE]
     n, m = integers[COORDINATES], integers[SPEEDS]
-    if stage == BEGIN:
+    if stage == AFTER:
+        if integers[HAS_LOOPS]:
+            return ask(integers, PROJECT, PROJECTED)
+        stage = PROJECTED
+    if stage == BEGIN or (stage == PROJECTED and has_jumped(integers, reals)):
         copy(vectors[STATE], vectors[AT])
         reals[TIME_AT] = reals[TIME]
         return ask(integers, RATES, FIRST)
@@ -424,10 +429,6 @@ def advance_generalised_alpha(integers: np.ndarray, reals: np.ndarray, vectors: 
         integers[HAS_JERK], reals[STEP_OF_A], reals[STEP_BEFORE] = 0, 0.0, 0.0
         if reals[NEXT_STEP] <= 0.0:
             reals[NEXT_STEP] = FIRST_SHARE * (reals[STOP] - reals[TIME])
-        stage = PROJECTED
-    elif stage == AFTER:
-        if integers[HAS_LOOPS]:
-            return ask(integers, PROJECT, PROJECTED)
         stage = PROJECTED
     if stage == PROJECTED:
         for i in range(n + m, n + m + integers[FOLLOWED]):

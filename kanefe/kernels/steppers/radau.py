@@ -55,6 +55,7 @@ from kanefe.kernels.steppers.radau_systems import factorise_systems, solve_compl
 from kanefe.kernels.steppers.step_commands import (
     ACCEPTED,
     AT,
+    CONTINUES,
     DONE,
     ERROR,
     FAILED,
@@ -82,6 +83,7 @@ from kanefe.kernels.steppers.step_commands import (
     ask,
     clip,
     first_step,
+    has_jumped,
     scaled_size,
 )
 
@@ -98,6 +100,13 @@ contact, an iteration seems to converge, because its matrix makes the remaining 
 
 KEPT = 1.2
 """Growth of the step up to which the step and the factors are kept."""
+
+SAME = 1e-6
+"""Difference of two steps, relative to them, that factors are kept over: those between samples differ by round-off, and
+the rate at which an iteration converges changes by no more than that."""
+
+ANEW, HELD_JUMPS = 1, 2
+"""What comes before the first step: a start, an event or a jump; or a sample, at which what is held has changed."""
 
 SAFETY = 0.9
 
@@ -143,7 +152,9 @@ def _begin_step(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, ta
             copy(vectors[STATE], vectors[AT])
             reals[TIME_AT] = reals[TIME]
             return ask(integers, JACOBIAN, DIFFERENTIATED)
-        if reals[FACTORED] == reals[STEP] or factorise_systems(integers, reals, vectors, table):
+        if abs(reals[FACTORED] - reals[STEP]) <= SAME * reals[STEP]:
+            break
+        if factorise_systems(integers, reals, vectors, table):
             break
         reals[RATE_OF_CONVERGENCE] = np.inf
         if not _shorten(integers, reals, 0.5):
@@ -246,7 +257,8 @@ def _judge(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: 
     shrunk = bounded**0.25 / safety if error < np.inf else np.inf
     if not error < 1.0:
         integers[WAS_REJECTED] = 1
-        return _try_again(integers, reals, vectors, table, 0.1 if integers[IS_FIRST] else max(1.0 / shrunk, SHORTER))
+        share = 0.1 if integers[IS_FIRST] == ANEW else max(1.0 / shrunk, SHORTER)
+        return _try_again(integers, reals, vectors, table, share)
     shrunk = min(max(shrunk, 1.0 / LONGER), 1.0 / SHORTER)
     if not integers[IS_FIRST]:  # Gustafsson's predictive controller
         foreseen = reals[OLD_STEP] / h * (bounded * bounded / reals[OLD_ERROR]) ** 0.25 / SAFETY
@@ -310,8 +322,11 @@ def advance_radau(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, 
         integers[IS_WANTED], integers[IS_FRESH], reals[FACTORED] = 0, 1, 0.0
         reals[DIFFERENTIATED_STEP] = reals[STEP]
         return _begin_step(integers, reals, vectors, table)
-    if stage == BEGIN:
-        integers[IS_FIRST], integers[IS_WANTED], integers[HAS_POLYNOMIAL] = 1, 1, 0
+    if stage == BEGIN and integers[CONTINUES] and reals[DIFFERENTIATED_STEP] > 0.0:
+        # matrices and step are as good as before, but how the last iteration has converged tells nothing of the next
+        integers[IS_FIRST], reals[REMAINING] = HELD_JUMPS, 1.0
+    elif stage == BEGIN:
+        integers[IS_FIRST], integers[IS_WANTED], integers[HAS_POLYNOMIAL] = ANEW, 1, 0
         reals[REMAINING] = 1.0
     if stage == FIRST:
         copy(vectors[SLOPE], vectors[START])
@@ -324,6 +339,9 @@ def advance_radau(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, 
             return ask(integers, DONE, AFTER)
         if integers[HAS_LOOPS]:
             return ask(integers, PROJECT, PROJECTED)
+    if stage != BEGIN and has_jumped(integers, reals):
+        # vibrations may begin, which a long step would damp unseen; the Jacobian is that of before
+        integers[IS_FIRST], integers[HAS_POLYNOMIAL], reals[REMAINING], reals[NEXT_STEP] = ANEW, 0, 1.0, 0.0
     copy(vectors[STATE], vectors[AT])
     reals[TIME_AT] = reals[TIME]
     return ask(integers, RATES, FIRST)

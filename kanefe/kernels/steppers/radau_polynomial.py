@@ -87,9 +87,9 @@ def normalise(integers: np.ndarray, q: np.ndarray) -> None:
 STAGES = 3
 
 
-# Integers of the method: node and iteration in work; whether no step has been accepted since the start, the last try
-# was rejected, the Jacobian is that of this state, is wanted, and a step's polynomial is there to extrapolate; how many
-# internal states of loads are followed as speeds are
+# Integers of the method: node and iteration in work; whether no step has been accepted since the start, or since what
+# is held has changed; whether the last try was rejected, the Jacobian is that of this state, is wanted, and a step's
+# polynomial is there to extrapolate; how many internal states of loads are followed as speeds are
 NODE, ITERATION, IS_FIRST, WAS_REJECTED, IS_FRESH, IS_WANTED, HAS_POLYNOMIAL, FOLLOWED = range(OF_METHOD, OF_METHOD + 8)
 
 

@@ -16,6 +16,7 @@ from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.events.closing_call import ClosingCall, close_at
 from kanefe.kernels.steppers.step_commands import (
+    CONTINUES,
     DONE,
     PROJECT,
     SAMPLE,
@@ -264,6 +265,7 @@ def pass_samples(
             return SAMPLE
         progress[IS_CLOSED], reals[TO_EVENT] = 0, np.inf
         begin_at(run.integers, reals, reals[TIME])
+        run.integers[CONTINUES] = 1
         for i in range(len(samples.held)):
             inputs[samples.held[i, 0]] = samples.factors[i] * y[samples.held[i, 1]]
         stored = run.integers[STORED]

@@ -60,8 +60,10 @@ NO_INERTIA, NOT_FINITE = -1, -2  # of an evaluation: nothing moves along a joint
     BREAKPOINTS,
     BENDS,
     LOCKED_SPEEDS,
-) = range(24)
-OF_METHOD = 24  # from here on a method has its own
+    CONTINUES,  # begin with what is known of the scene: since the last step only what controllers hold has changed
+    LOOKS_FOR_JUMPS,  # where steps become short is kept, since functions of the state may jump there
+) = range(26)
+OF_METHOD = 26  # from here on a method has its own
 MAP = 60  # triples of kind, coordinate and speed: how a coordinate moves
 
 # Behind it, from the place BENDS on where that is not 0: the flexible bodies that are watched, see `kernels.bends`
@@ -100,20 +102,26 @@ TIME_EXCESS = 37  # by how much TIME is above the sum of fixed steps: taken off 
 TO_EVENT = 38  # the longest next step that passes no event that is foreseen
 REACH = 39  # how far behind the end of a step its polynomial is as good as within, in steps
 LONGEST_RESTART = 40  # the longest first step after an event
-REALS_OF_METHOD = 41
+# Of the accepted step that was the shortest of all relative to the longest before it, after others were rejected there:
+# that share, and its start, whose state is in the row AT_SHORTEST; and the longest step, and the rejected ones, so far
+SHORTEST_SHARE, TIME_OF_SHORTEST, LONGEST, REJECTED_SO_FAR = range(41, 45)
+REALS_OF_METHOD = 45
 
-# From the place KNOTS on in `reals`, where it is not 0: the place of the next knot of tables in time, that of the last
-# at which steps have to end, how many these are at a time, the rejected steps at the last look; then all knots, s
-NEXT_BREAKPOINT, LAST_KEPT, KEPT_AT_ONCE, REJECTED_BEFORE, FIRST_BREAKPOINT = range(5)
+# From the place BREAKPOINTS on in `reals`, where it is not 0: the place of the next breakpoint, that of the last at
+# which steps have to end, how many these are at a time, the rejected steps at the last look; then 0, or the place of
+# as many times behind the breakpoints: the last ones before each at which functions of time have their values from
+# before it (where none jumps, itself); then all breakpoints, s
+NEXT_BREAKPOINT, LAST_KEPT, KEPT_AT_ONCE, REJECTED_BEFORE, LEFT_SIDES, FIRST_BREAKPOINT = range(6)
 FEWEST_KEPT, MOST_KEPT = 8, 1024
+EPSILON = 2.220446049250313e-16  # of numbers
 PIECES_OF_FREE_STEP = 4.0  # steps that want more pieces of a table than these pass over its knots
 
 # From the place LOCKED_SPEEDS on in `reals`, where it is not 0: the time between samples, s; for each speed the place
 # of a row, or 0; and the rows: see `kanefe.integrate.locked_speeds`
 
 # Rows of `vectors`, each of the length of a state (q, u, dissipated energy, work)
-AT, SLOPE, DAMPING_DIRECTION, STIFFNESS_DIRECTION, STATE, STATE_OLD, SCALE = range(7)
-ROWS_OF_METHOD = 7
+AT, SLOPE, DAMPING_DIRECTION, STIFFNESS_DIRECTION, STATE, STATE_OLD, SCALE, AT_SHORTEST = range(8)
+ROWS_OF_METHOD = 8
 RIGID = ROWS_OF_METHOD  # with BALANCE six rows: speeds of the rigid motions of the scene, about its centre of mass
 
 
@@ -212,6 +220,64 @@ def first_step(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, rat
     return min(1e-3 * span, 0.01 / (reals[RELATIVE] * largest) if largest > 0.0 else span)
 
 
+@inlined
+def end_of_breakpoints(integers: np.ndarray, reals: np.ndarray) -> int:
+    """Return the place behind the last breakpoint."""
+    sides = int(reals[integers[BREAKPOINTS] + LEFT_SIDES])
+    return sides if sides > 0 else len(reals)
+
+
+@kernel
+def next_breakpoint(integers: np.ndarray, reals: np.ndarray) -> int:
+    """Return the place of the first breakpoint after TIME, and keep it; one that is there but for round-off is met."""
+    at, t = integers[BREAKPOINTS], reals[TIME]
+    i, end = int(reals[at + NEXT_BREAKPOINT]), end_of_breakpoints(integers, reals)
+    while i < end and reals[i] <= t + 1e-9 * (reals[i] - reals[i - 1]):
+        i += 1
+    while i > at + FIRST_BREAKPOINT + 1 and reals[i - 1] > t + 1e-9 * (reals[i - 1] - reals[i - 2]):
+        i -= 1
+    reals[at + NEXT_BREAKPOINT] = i
+    return i
+
+
+@kernel
+def _meet_breakpoint(integers: np.ndarray, reals: np.ndarray) -> None:
+    """Let a step that has come to a breakpoint but for the round-off of its length end there."""
+    i = int(reals[integers[BREAKPOINTS] + NEXT_BREAKPOINT])
+    if i < end_of_breakpoints(integers, reals) and abs(reals[TIME] - reals[i]) <= 4.0 * EPSILON * abs(reals[i]):
+        reals[TIME] = reals[i]
+
+
+@kernel
+def has_jumped(integers: np.ndarray, reals: np.ndarray) -> bool:
+    """Return whether a function of time jumps where the last step has ended, so that its last rates are not the next.
+
+    A method asks this after each step, and then begins anew with its step and what it knows of the scene.
+    """
+    if integers[BREAKPOINTS] == 0 or integers[IS_FIXED]:
+        return False
+    first, sides = integers[BREAKPOINTS] + FIRST_BREAKPOINT, int(reals[integers[BREAKPOINTS] + LEFT_SIDES])
+    i = next_breakpoint(integers, reals) - 1
+    return sides > 0 and reals[TIME_OLD] < reals[i] and reals[sides + i - first] < reals[i]
+
+
+@kernel
+def stay_on_side(integers: np.ndarray, reals: np.ndarray) -> None:
+    """Bring TIME_AT between the breakpoints about the step, to the sides of them on which the step is.
+
+    A step that ends where a function of time jumps is with the value from before, the one that begins there with that
+    from then on.
+    """
+    at = integers[BREAKPOINTS]
+    sides = int(reals[at + LEFT_SIDES])
+    if sides == 0:
+        return
+    i = next_breakpoint(integers, reals)
+    reals[TIME_AT] = max(reals[TIME_AT], reals[i - 1])
+    if i < sides:
+        reals[TIME_AT] = min(reals[TIME_AT], reals[sides + i - at - FIRST_BREAKPOINT])
+
+
 @kernel
 def accept(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, new: np.ndarray) -> int:
     """Make `new` the state at the end of the step, and say so; a step to what is no number fails."""
@@ -226,6 +292,8 @@ def accept(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, new: np
         reals[TIME] = reals[STOP]
     elif not integers[IS_FIXED]:
         reals[TIME] += reals[STEP]
+        if integers[BREAKPOINTS] > 0:
+            _meet_breakpoint(integers, reals)
     else:  # Kahan's sum: a million rounded steps would end beside the outputs, and what is kept is so at their ends
         step = reals[STEP] - reals[TIME_EXCESS]
         reals[TIME] += step
@@ -238,7 +306,21 @@ def accept(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, new: np
 def begin_at(integers: np.ndarray, reals: np.ndarray, t: float) -> None:
     """Let the next step begin at a time, from what is in STATE then."""
     reals[TIME], reals[TIME_OLD], reals[TIME_EXCESS] = t, t, 0.0
-    integers[COMMAND], integers[STAGE] = START, 0
+    integers[COMMAND], integers[STAGE], integers[CONTINUES] = START, 0, 0
+
+
+@kernel
+def watch_steps(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> None:
+    """Keep where an accepted step is the shortest, relative to the longest before it, since others were rejected there.
+
+    Across a jump of a function of the state no step keeps its order: they are rejected until they are short.
+    """
+    step, rejected = reals[TIME] - reals[TIME_OLD], integers[REJECTED] - reals[REJECTED_SO_FAR]
+    reals[REJECTED_SO_FAR] = integers[REJECTED]
+    if rejected > 0.0 and step < reals[SHORTEST_SHARE] * reals[LONGEST]:
+        reals[SHORTEST_SHARE], reals[TIME_OF_SHORTEST] = step / reals[LONGEST], reals[TIME_OLD]
+        copy(vectors[STATE_OLD], vectors[AT_SHORTEST])
+    reals[LONGEST] = max(reals[LONGEST], step)
 
 
 @inlined
@@ -267,11 +349,15 @@ def go_on(run: Run, vectors: np.ndarray) -> int:
     while True:
         command = run.advance(integers, reals, vectors, run.table)
         if command != ACCEPTED:
+            if integers[BREAKPOINTS] > 0:
+                stay_on_side(integers, reals)
             return command
         if clock[CLOCK] != 0:
             look_at_clock(clock, True)
         if integers[BENDS] > 0:  # where the step began: what it went past an event with has not been
             watch_bends(integers[integers[BENDS] :], reals, reals[TIME_OLD], vectors[STATE_OLD])
+        if integers[LOOKS_FOR_JUMPS] > 0:
+            watch_steps(integers, reals, vectors)
         stored = integers[STORED]
         while stored < len(run.times) and run.times[stored] <= reals[TIME]:
             run.interpolate(integers, reals, vectors, run.table, run.times[stored], run.states[stored])
@@ -299,14 +385,10 @@ def breakpoint_ahead(integers: np.ndarray, reals: np.ndarray, wanted: float) -> 
     next steps end at them: `FEWEST_KEPT` at first, twice as many each time that a longer step fails at once again.
     """
     at, t = integers[BREAKPOINTS], reals[TIME]
-    i, end = int(reals[at + NEXT_BREAKPOINT]), len(reals)
-    while i < end and reals[i] <= t + 1e-9 * (reals[i] - reals[i - 1]):
-        i += 1
-    while i > at + FIRST_BREAKPOINT + 1 and reals[i - 1] > t + 1e-9 * (reals[i - 1] - reals[i - 2]):
-        i -= 1
+    i = next_breakpoint(integers, reals)
     is_rejected = integers[REJECTED] > reals[at + REJECTED_BEFORE]
-    reals[at + NEXT_BREAKPOINT], reals[at + REJECTED_BEFORE] = i, integers[REJECTED]
-    if i == end:
+    reals[at + REJECTED_BEFORE] = integers[REJECTED]
+    if i == end_of_breakpoints(integers, reals):
         return np.inf
     free = PIECES_OF_FREE_STEP * (reals[i] - reals[i - 1])
     last = reals[at + LAST_KEPT]
