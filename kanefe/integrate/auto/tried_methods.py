@@ -207,9 +207,10 @@ class TriedMethods(SteppersInTurn):
             if self._stretch is None:
                 continue
             for instant in sampler.taken_instants():
-                y = self._stretch.y.copy()
-                y[self._held] = instant[1:]
-                self._stretch.samples.append((float(instant[0]), y))
+                if instant[0] >= self._stretch.t:  # the log has those from before as well
+                    y = self._stretch.y.copy()
+                    y[self._held] = instant[1:]
+                    self._stretch.samples.append((float(instant[0]), y))
         return passed
 
     def aim(self, stop: float) -> None:
