@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.jumps import jumps_of, without
+from kanefe.integrate.jumps import NO_CHANGES, Changes, jumps_of, without
 from kanefe.integrate.stepper import LEAST_STEPS
 from kanefe.joints.motion import Motion
 from kanefe.joints.rates_over_time import finite_rows, values_at
@@ -46,30 +47,6 @@ ROUND_OFF = 1e-9
 """Range of a function relative to its values below which it counts as constant."""
 
 
-class Changes(NamedTuple):
-    """Where steps end since functions of the time change there; where there are none, both are empty.
-
-    Attributes
-    ----------
-    ends : ndarray, shape (n,)
-        The start of the run, and those times, ascending, s. One at which a function jumps is the first with the value
-        from then on.
-    before : ndarray, shape (n,)
-        The last time with the values of before; where none jumps the same.
-    """
-
-    ends: Vector
-    before: Vector
-
-    @property
-    def sides(self) -> Vector:
-        """All times of both, ascending, s."""
-        return np.unique(np.concatenate(self))
-
-
-NO_CHANGES = Changes(np.zeros(0), np.zeros(0))
-
-
 def breakpoints_of(dynamics: Dynamics, base: int, changes: Changes) -> np.ndarray:
     """Return the values in `reals` from the place BREAKPOINTS, `base`, on, for a run; none where steps end anywhere.
 
@@ -78,7 +55,7 @@ def breakpoints_of(dynamics: Dynamics, base: int, changes: Changes) -> np.ndarra
     without: one list has one rule.
     """
     count = len(changes.ends)
-    breakpoints = np.concatenate(changes) if count else _breakpoints_of_tables(dynamics)
+    breakpoints = np.concatenate((changes.ends, changes.before)) if count else _breakpoints_of_tables(dynamics)
     if len(breakpoints) < 2:
         return np.zeros(0)
     head = np.zeros(FIRST_BREAKPOINT)
@@ -97,7 +74,7 @@ def changes_of(dynamics: Dynamics, start: float, stop: float) -> Changes:
     moves = dynamics.calls_functions or any(load.motions for load in dynamics.model.loads)
     if not moves or not math.isfinite(stop - start):
         return NO_CHANGES
-    times = sample_times(start, stop)
+    began, times = time.perf_counter(), sample_times(start, stop)
     change = np.zeros(len(times))
     jumps = {start: start}
     for function, values in _of_users(dynamics, times):
@@ -120,8 +97,9 @@ def changes_of(dynamics: Dynamics, start: float, stop: float) -> Changes:
             ends |= set(np.linspace(before, after, min(PIECES, after - before) + 1).round().astype(int).tolist())
     beside = {t: t for t in times[sorted(ends)].tolist()} | jumps
     if len(beside) < 2:
-        return NO_CHANGES
-    return Changes(*(np.array(x) for x in zip(*sorted(_apart(beside, stop - start).items()), strict=True)))
+        return NO_CHANGES._replace(seconds=time.perf_counter() - began)
+    after, before = zip(*sorted(_apart(beside, stop - start).items()), strict=True)
+    return Changes(np.array(after), np.array(before), time.perf_counter() - began)
 
 
 def _apart(jumps: dict[float, float], span: float) -> dict[float, float]:

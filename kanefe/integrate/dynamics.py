@@ -33,12 +33,15 @@ class Dynamics:
         How often the equations of motion were evaluated.
     weakest : float
         Of the constraints at the last evaluation: see `ConstrainedSolver.weakest`.
+    seconds_looking : float
+        Time before the run in which functions of the time were looked through for changes, s.
     """
 
     def __init__(self, model: Model) -> None:
         self.model, self.route = model, model.route
         self.evaluations = 0
         self.weakest = 1.0
+        self.seconds_looking = 0.0
         self._is_own = True  # but for evaluations with something that has inertia only through loops
 
     @property

@@ -50,6 +50,33 @@ class Jumps(NamedTuple):
     heights: Matrix
 
 
+class Changes(NamedTuple):
+    """Where steps end since functions of the time change there; where there are none, both are empty.
+
+    Attributes
+    ----------
+    ends : ndarray, shape (n,)
+        The start of the run, and those times, ascending, s. One at which a function jumps is the first with the value
+        from then on.
+    before : ndarray, shape (n,)
+        The last time with the values of before; where none jumps the same.
+    seconds : float
+        That it took to find them.
+    """
+
+    ends: Vector
+    before: Vector
+    seconds: float = 0.0
+
+    @property
+    def sides(self) -> Vector:
+        """All times of both, ascending, s."""
+        return np.unique(np.concatenate((self.ends, self.before)))
+
+
+NO_CHANGES = Changes(np.zeros(0), np.zeros(0))
+
+
 def jumps_of(function: Callable[[float], Any], times: Vector, rows: Matrix) -> Jumps:
     """Return where a function of the time jumps.
 

@@ -166,6 +166,7 @@ def _run(model: Model, options: RunOptions, poles: Poles | None, recorder: Recor
         **loop.told_of_steps,
         **({"left_out": choice.left_out} if choice.left_out else {}),
         **({"tried": stepper.told, "tried_share": stepper.tried_share} if tries_others(stepper) else {}),
+        **({"seconds_looking": looking} if (looking := begun.dynamics.seconds_looking) > 0.0 else {}),
         "seconds": sum(clock.seconds.values()),
         "seconds_by_part": dict(clock.seconds),
     }

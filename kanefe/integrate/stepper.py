@@ -13,7 +13,7 @@ from kanefe.frames import Vector
 from kanefe.tree.bending import Bent
 
 if TYPE_CHECKING:
-    from kanefe.integrate.breakpoints import Changes
+    from kanefe.integrate.jumps import Changes
     from kanefe.integrate.sampling import Sampler
     from kanefe.kernels.events.watched_run import WatchedRun
 

@@ -187,7 +187,7 @@ def test_auto_has_no_jacobians_made_anew_at_each_sample(rtol: float) -> None:
         scene.simulate((0.0, 0.2), method=method, rtol=r, output_step=0.2)
         for method, r in (("auto", rtol), ("dop853", 1e-9))
     )
-    assert run.statistics["method"] == "extrapolation"
+    assert run.statistics["method"].startswith("extrapolation")
     assert "controllers restart every method each 0.001 s" in run.statistics["reason"] or rtol == 1e-5
     assert run.statistics["jacobians"] < 20  # those of trials; there are 200 samples
     # the bar falls by 5 cm; a hundred runs from sample to sample, each with errors of rtol

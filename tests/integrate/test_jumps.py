@@ -101,7 +101,9 @@ def test_a_jump_within_a_sample_of_the_start_and_one_at_a_sample_of_a_controller
     scene = kf.System()
     wheel = scene.add_rigid_body("wheel", 1.0, 2.0, joint=kf.Revolute("z"))
     scene.add_motor(wheel, lambda t: 3.0 * (t > 0.0) + 1.0 * (t >= 0.3))
-    scene.add_controller("none", lambda t, reads, memory: 0.0, reads=("joint_speeds wheel",), drives=("motor wheel",), every=0.1)
+    scene.add_controller(
+        "none", lambda t, reads, memory: 0.0, reads=("joint_speeds wheel",), drives=("motor wheel",), every=0.1
+    )
     result = scene.simulate((0.0, 1.0), output_step=0.05, rtol=1e-3)
     exact = 3.0 * result.times + np.clip(result.times - 0.3, 0.0, None)
     assert np.abs(2.0 * result.joint_speeds("wheel")[:, 0] - exact).max() < 1e-12

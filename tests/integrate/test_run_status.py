@@ -40,6 +40,7 @@ class ScriptedStepper:
 
     name = "scripted"
     bent = unanswered = ()
+    hardest = None
 
     def __init__(self, step: float, fails: Mapping[int, Exception] | None = None, bad: int = -1) -> None:
         self.t = self.t_old = 0.0
@@ -140,7 +141,7 @@ def test_what_moves_is_named_and_not_the_work_that_follows_it(method: str) -> No
     scene = kf.System()
     wheel = scene.add_rigid_body("wheel", 1.0, 0.5, joint=kf.Revolute("z"))
     scene.add_torque(wheel, lambda t: (0.0, 0.0, 1.0 / (0.5 - t) if t < 0.5 else 1e300))
-    with pytest.warns(kf.SimulationWarning, match="the worst is 'wheel: rate"):
+    with pytest.warns(kf.SimulationWarning, match="the worst is 'wheel: (rate|angle)"):
         assert scene.simulate((0.0, 1.0), method=method).status.time == pytest.approx(0.5, abs=1e-9)
 
 

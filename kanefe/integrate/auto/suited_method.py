@@ -31,8 +31,9 @@ from kanefe.integrate.auto.vibrations import (
     least_damping,
     vibrations,
 )
-from kanefe.integrate.breakpoints import NO_CHANGES, SAMPLES, Changes, changes_of
+from kanefe.integrate.breakpoints import SAMPLES, changes_of
 from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.jumps import NO_CHANGES, Changes
 from kanefe.integrate.methods.table import own_methods, serving
 from kanefe.integrate.stepper import LEAST_STEPS
 from kanefe.loads.base import Load

@@ -43,8 +43,8 @@ LARGEST_DRIFT = 100.0
 class PluggedStepper(PythonStepper):
     """A solver of another package in the middle of a run.
 
-    It is begun anew after an event, where a function of the time jumps, where the equations have no answer for what it tries, and where loops have drifted
-    apart; the states that it gives are those with the loops closed.
+    It is begun anew after an event, where a function of the time jumps, where the equations have no answer for what it
+    tries, and where loops have drifted apart; the states that it gives are those with the loops closed.
 
     Parameters
     ----------
@@ -66,7 +66,9 @@ class PluggedStepper(PythonStepper):
         self._largest = (stop - start) / LEAST_STEPS if dynamics.calls_functions else stop - start
         self._jacobians = 0
         changes = changes_of(dynamics, start, stop)
-        self._jumps = [(before, after) for after, before in zip(*changes, strict=True) if before < after]
+        dynamics.seconds_looking = changes.seconds
+        both = zip(changes.before, changes.ends, strict=True)
+        self._jumps = [(before, after) for before, after in both if before < after]
         self.restart(start, y)
 
     def state(self) -> Vector:

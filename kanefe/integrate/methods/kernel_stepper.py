@@ -153,6 +153,7 @@ class KernelStepper:
                 # the extrapolation lets grow what nothing damps, beside methods that solve with Jacobians
                 locked = locked_speeds(dynamics, start, y[:-QUADRATURES], base, self._has_jacobian)
             changes = changes_of(dynamics, start, stop) if control.changes is None else control.changes
+            dynamics.seconds_looking = changes.seconds
             breakpoints = breakpoints_of(dynamics, base + len(locked), changes)
         self.reals = np.concatenate((np.zeros(kernels.reals), bends, locked, breakpoints))
         rows = kernels.rows + kernels.rows_per_speed * m + kernels.rows_per_state * model.state_count

@@ -106,7 +106,8 @@ SAME = 1e-6
 the rate at which an iteration converges changes by no more than that."""
 
 ANEW, HELD_JUMPS = 1, 2
-"""What comes before the first step: a start, an event or a jump; or a sample, at which what is held has changed."""
+"""Number that tells of the first step whether it follows a start, an event or a jump; or a sample, where what is held
+changes."""
 
 SAFETY = 0.9
 

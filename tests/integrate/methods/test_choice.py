@@ -94,7 +94,8 @@ def test_functions_are_looked_at_once_for_the_choice_and_the_run() -> None:
     scene = steel_bar(0.02, 0.01, gravity=0.0, reduction=kf.CraigBampton(modes=10), damping=kf.ModalDamping(0.01))
     scene.add_torque(scene.body("bar"), torque)
     counts = scene.simulate((0.0, SPAN), rtol=1e-6).statistics
-    assert len(asked) < SAMPLES + counts["evaluations"] + 50  # of the choice, and of the rates at outputs
+    # of the choice, of the rates at outputs, and of a bisection to the last digit
+    assert len(asked) < SAMPLES + counts["evaluations"] + 110
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.integrate.breakpoints import NO_CHANGES
+from kanefe.integrate.jumps import NO_CHANGES
 from kanefe.tree.scales import displacement_scales
 from kanefe_fem.beams.body import beam_body
 from steel_beams import steel_beam
@@ -154,7 +154,7 @@ def test_what_a_short_load_leaves_in_an_undamped_beam_vibrates_on(rtol: float) -
 def test_smooth_loads_cost_no_steps(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     scene, asked = _pushed(lambda t: 20.0 * math.sin(2.0 * t))
     counts = scene.simulate((0.0, SPAN), method=method, rtol=1e-3).statistics
-    assert len(asked) < counts["evaluations"] + 1000  # hundreds of looks
+    assert len(asked) < counts["evaluations"] + 1050  # 961 looks, and some at each extreme
     monkeypatch.setattr("kanefe.integrate.breakpoints.changes_of", lambda *_: NO_CHANGES)
     unlooked = _pushed(lambda t: 20.0 * math.sin(2.0 * t))[0].simulate((0.0, SPAN), method=method, rtol=1e-3)
     assert [counts[name] for name in ("steps", "evaluations")] == [
