@@ -79,9 +79,9 @@ def changes_of(dynamics: Dynamics, start: float, stop: float) -> Changes:
     jumps = {start: start}
     for function, values in _of_users(dynamics, times):
         rows = finite_rows(values)
-        found = jumps_of(function, times, rows)
-        jumps |= dict(zip(found.after.tolist(), found.before.tolist(), strict=True))
-        change = np.maximum(change, _second_differences(without(found, times, rows), rows, len(times)))
+        own = jumps_of(function, times, rows)
+        jumps |= dict(zip(own.after.tolist(), own.before.tolist(), strict=True))
+        change = np.maximum(change, _second_differences(without(own, times, rows), rows, len(times)))
     for motion, what in (given for load in dynamics.model.loads for given in load.motions):
         if motion.pieces is not None:
             rows = motion.over(np.clip(times, *motion.span), what)[:, :1]
@@ -98,8 +98,8 @@ def changes_of(dynamics: Dynamics, start: float, stop: float) -> Changes:
     beside = {t: t for t in times[sorted(ends)].tolist()} | jumps
     if len(beside) < 2:
         return NO_CHANGES._replace(seconds=time.perf_counter() - began)
-    after, before = zip(*sorted(_apart(beside, stop - start).items()), strict=True)
-    return Changes(np.array(after), np.array(before), time.perf_counter() - began)
+    found = np.array(sorted(_apart(beside, stop - start).items()))
+    return Changes(found[:, 0], found[:, 1], time.perf_counter() - began)
 
 
 def _apart(jumps: dict[float, float], span: float) -> dict[float, float]:

@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.integrate.auto.explicit_rates import look_at_state
+from kanefe.integrate.auto.trials import Stretch, went_over
 from kanefe.kane.state import State
 from steel_beams import steel_bar
 
@@ -174,15 +176,45 @@ def test_a_result_says_what_share_of_the_time_users_functions_took() -> None:
         assert f"{name} {parts[name]:.3g} ({parts[name] / result.statistics['seconds']:.0%})" in str(result)
 
 
-@pytest.mark.parametrize("rtol", [1e-5, 1e-6, 1e-8])
-def test_auto_has_no_jacobians_made_anew_at_each_sample(rtol: float) -> None:
+def _held_level() -> kf.System:
+    """Return a flexible bar whose motor a controller holds at 1 kHz."""
     scene = steel_bar(reduction=kf.CraigBampton(modes=12), damping=kf.ModalDamping(0.05))
+    reads = ("joint_coordinates bar", "joint_speeds bar")
 
     def level(t: float, reads: np.ndarray, memory: dict) -> float:
         return -20.0 * reads[0] - 0.5 * reads[1]
 
-    reads = ("joint_coordinates bar", "joint_speeds bar")
     scene.add_controller("level", level, every=1e-3, reads=reads, drives="motor bar")
+    return scene
+
+
+def test_radau_keeps_its_jacobian_and_factors_over_samples() -> None:
+    run = _held_level().simulate((0.0, 0.2), method="radau5", rtol=1e-4, output_step=0.2)
+    assert run.statistics["jacobians"] < 20  # there are 200 samples
+    assert run.statistics["factorisations"] < run.statistics["steps"]
+
+
+def test_what_is_held_is_no_function_of_the_state() -> None:
+    assert not look_at_state(_held_level().freeze())
+
+
+def test_a_trial_goes_over_the_samples_of_its_stretch_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[tuple[float, float, list[float]]] = []
+
+    def spying(rival: object, stretch: Stretch, end: tuple[float, np.ndarray], *others: object) -> object:
+        seen.append((stretch.t, end[0], [t for t, _ in stretch.samples]))
+        return went_over(rival, stretch, end, *others)
+
+    monkeypatch.setattr("kanefe.integrate.auto.tried_methods.went_over", spying)
+    _held_level().simulate((0.0, 0.2), rtol=1e-8, output_step=0.2)
+    assert any(samples for _, _, samples in seen)
+    for start, end, samples in seen:
+        assert all(start <= t <= end for t in samples)
+
+
+@pytest.mark.parametrize("rtol", [1e-5, 1e-6, 1e-8])
+def test_auto_has_no_jacobians_made_anew_at_each_sample(rtol: float) -> None:
+    scene = _held_level()
     run, fine = (
         scene.simulate((0.0, 0.2), method=method, rtol=r, output_step=0.2)
         for method, r in (("auto", rtol), ("dop853", 1e-9))
