@@ -141,7 +141,7 @@ def _of_users(dynamics: Dynamics, times: np.ndarray) -> list[tuple[Callable[[flo
     """
     model = dynamics.model
     found: list[tuple[Callable[[float], Any], Sequence[Any] | Matrix]] = [
-        (load.value, values_at(load.value, times))
+        (load.function, values_at(load.value, times))
         for load, _ in loads_with_values(model)
         if not (load.takes_state or load.is_constant or isinstance(load.function, Held))
     ]

@@ -158,12 +158,17 @@ class _Search:
         self.look((b, at_b), last, BESIDE * sizes[-1])
 
     def _apart(self, a: list[float], b: list[float]) -> float:
-        return max(abs(y - x) * share for x, y, share in zip(a, b, self._shares, strict=True))
+        largest = 0.0
+        for x, y, share in zip(a, b, self._shares, strict=True):
+            largest = max(largest, abs(y - x) * share)
+        return largest
 
 
 def numbers_of(value: Any) -> list[float]:
     """Return what a function gives as plain numbers."""
     if type(value) is float:
         return [value]
+    if type(value) is tuple:
+        return list(map(float, value))
     found: list[float] = np.array(value, dtype=float).ravel().tolist()
     return found

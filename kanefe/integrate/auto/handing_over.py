@@ -7,6 +7,7 @@ from typing import cast
 
 import numpy as np
 
+from kanefe.frames import Vector
 from kanefe.integrate.auto.in_turn import SteppersInTurn
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.kernel_stepper import KernelStepper
@@ -71,6 +72,11 @@ class HandingOver(SteppersInTurn):
     def unanswered(self) -> list[str]:
         """What functions of the user gave no number for."""
         return [*self._first.unanswered, *(() if self._second is None else self._second.unanswered)]
+
+    @property
+    def hardest(self) -> tuple[float, Vector] | None:
+        """Time and state where rejected steps of either have clustered the most."""
+        return self._first.hardest or (None if self._second is None else self._second.hardest)
 
     @property
     def bent(self) -> list[Bent]:

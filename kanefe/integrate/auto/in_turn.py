@@ -42,11 +42,6 @@ class SteppersInTurn(ABC):
         """Component of the state whose error was the largest at the last step."""
         return int(getattr(self._now, "worst", 0))
 
-    @property
-    def hardest(self) -> tuple[float, Vector] | None:
-        """Time and state where rejected steps of the present one have clustered the most."""
-        return self._now.hardest
-
     def state(self) -> Vector:
         """Return the state at t."""
         return self._now.state()

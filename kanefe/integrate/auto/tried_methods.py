@@ -129,6 +129,12 @@ class TriedMethods(SteppersInTurn):
         return [bent for number in self._ran for bent in self._steppers[number].bent]
 
     @property
+    def hardest(self) -> tuple[float, Vector] | None:
+        """Time and state where rejected steps of one that has run have clustered the most."""
+        found = (self._steppers[number].hardest for number in self._ran)
+        return next((one for one in found if one is not None), None)
+
+    @property
     def told(self) -> list[str]:
         """What was tried, in words: a line for each trial that was taken, and for the last one of each other method."""
         last = {trial.method: i for i, trial in enumerate(self.trials)}
