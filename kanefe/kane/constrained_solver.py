@@ -18,6 +18,9 @@ from kanefe.kane.constraints import PIVOT_TOLERANCE, RANK_TOLERANCE, ROUND_OFF, 
 from kanefe.kane.row_groups import groups_of_rows
 from kanefe.storage.scipy_later import scipy
 
+LEAST_KEPT = 1e-3
+"""Eigenvalue, relative to the smallest that counts (1), below which it is left out; above it its inverse fades."""
+
 
 class ConstrainedSolver:
     """The linear equations ``M x = F + P^T y, J x + c = 0`` for one M, J and P, and the rank of J; most often P is J.
@@ -132,7 +135,7 @@ def _spectrum(A: Matrix) -> _Spectrum:
         vectors[rows, place : place + len(own)] = among
         place += len(own)
     # down to the root of the smallest number a row of round-off has no inverse at all
-    kept = values > 1e-3 * least
+    kept = values > LEAST_KEPT * least
     weakest = float(values[kept].min()) / largest if kept.any() else 1.0
     # a cut would be a jump of the accelerations, on which error control gets stuck: this falls to zero smoothly
     inverses = 1.0 / (values[kept] * (1.0 + (least / values[kept]) ** 4))
@@ -158,14 +161,15 @@ def _cholesky(M: Matrix) -> Matrix | None:
 
 
 def _row_scales(squares: Vector, J: Matrix, reach: Matrix, masses: Vector) -> Vector:
-    """Return a factor for each row which makes it of unit length if it points along the motion of its ends.
+    """Return a factor for each row: of unit length if it points along the motion of its ends, 0 if it is round-off.
 
     Its own length would be no measure: a row that falls to zero is a singular position. `squares` are the lengths in
     the metric of M^-1, whose ratio to the reach is taken with the diagonal of M.
     """
     own, full = ((J**2) / masses).sum(axis=1), (reach / masses).sum(axis=1)
     product = squares * full
-    return np.sqrt(np.divide(own, product, out=np.zeros_like(own), where=product > 0))
+    moves = own > LEAST_KEPT * RANK_TOLERANCE * ROUND_OFF * full
+    return np.sqrt(np.divide(own, product, out=np.zeros_like(own), where=moves & (product > 0)))
 
 
 def _augmentation(M: Matrix, J: Matrix) -> Vector:

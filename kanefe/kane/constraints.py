@@ -16,12 +16,14 @@ import numpy as np
 from kanefe.bodies.marker import Marker
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.state import State, once
+from kanefe.tree.scales import kept_of_scene
 
 if TYPE_CHECKING:
     from kanefe.constraints.rows import Constraint, MarkerMotion, MarkerRow, Row
     from kanefe.contact.rigid.meeting import Meeting
     from kanefe.contact.rigid.rigid_contact import ContactRow, RigidContact
     from kanefe.kane.kinematics import FrameMotion
+    from kanefe.tree.model_data import ModelData
 
 PIVOT_TOLERANCE = 1e-13
 """Pivot relative to the entry of M that it comes from up to which it is round-off and not inertia."""
@@ -242,14 +244,33 @@ def _marker_rows(
     entries, squares = np.zeros((len(rows), state.columns)), np.zeros((len(rows), state.columns))
     a, b = state.marker(rows[0].a), state.marker(rows[0].b)
     turn = np.array([row.unit == RADIAN for row in rows])
-    for F, wide, vectors in zip((a, a, b, b), (a.V, a.W, b.V, b.W), wrenches, strict=True):
+    for F, wide, is_turned, vectors in zip((a, a, b, b), (a.V, a.W, b.V, b.W), (0, 1, 0, 1), wrenches, strict=True):
         along = np.array(vectors)[:, :, None]
         if along.any() and wide.any():
             entries += (np.matmul(F.A_NF.T, along).transpose(0, 2, 1) @ wide)[:, 0]
             # the moment of two directions vanishes as they become parallel, and so must not measure itself
             sizes = np.where(turn, along.any(axis=(1, 2)), (along.transpose(0, 2, 1) @ along)[:, 0, 0])
-            squares += sizes[:, None] * np.einsum("ij,ij->j", wide, wide)
+            moved = np.einsum("ij,ij->j", wide, wide)
+            if not is_turned:  # nor must the motion of a point on its axis of rotation, which is round-off
+                moved = np.maximum(moved, np.einsum("ij,ij->j", F.W, F.W) * _levers(state, F))
+            squares += sizes[:, None] * moved
     return entries, squares
+
+
+def _levers(state: State, F: FrameMotion) -> Vector:
+    """Return the squares of the distances of a frame from the body of each joint speed, (columns,), m2; of others 0."""
+    speeds, bodies = _joint_speeds(state.model)
+    places = np.array([motion.p_NoFo_N for motion in state.motions])[bodies]
+    levers = np.zeros(state.columns)
+    levers[speeds] = ((places - F.p_NoFo_N) ** 2).sum(axis=1)
+    return levers
+
+
+@kept_of_scene
+def _joint_speeds(model: ModelData) -> tuple[np.ndarray, np.ndarray]:
+    """Return the numbers of the speeds of joints, and of their bodies."""
+    counts = [len(body.speeds) for body in model.bodies]
+    return np.concatenate([body.speeds for body in model.bodies]).astype(int), np.repeat(range(len(counts)), counts)
 
 
 class HeldWrench(NamedTuple):

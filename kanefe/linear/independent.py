@@ -12,7 +12,7 @@ import numpy as np
 import scipy.linalg
 
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.constraints import Rates
+from kanefe.kane.constraints import RANK_TOLERANCE, ROUND_OFF, Rates
 from kanefe.kane.row_groups import groups_of_rows
 
 WELL_CONDITIONED = 1e-2
@@ -20,6 +20,10 @@ WELL_CONDITIONED = 1e-2
 
 RANK = 1e-6
 """Pivot of scaled rows, relative to the largest, below which a row depends on others: round-off is about 1e-12."""
+
+LEAST = (RANK_TOLERANCE * ROUND_OFF) ** 0.5
+"""Pivot of scaled rows (length 1 of one that its speeds can move) below which it is round-off, however small the others
+are, as for a run: all rows of a second hinge on the axis of the first are about 1e-16."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +79,7 @@ def independent(
     sizes = np.sqrt((rates.reach * weights**2).sum(axis=1))
     sizes = np.where(sizes > 0.0, sizes, 1.0)
     scaled = J * weights / sizes[:, None]
-    largest = max(float(np.abs(scaled).max(initial=0.0)), 1e-300)
+    largest = float(np.abs(scaled).max(initial=0.0))
     follows = np.zeros(n, dtype=bool)
     if before is not None:
         follows[before] = True
@@ -116,5 +120,5 @@ def _following(scaled: Matrix, before: np.ndarray, joints: np.ndarray, given: np
             rest = rest - basis @ (basis.T @ rest)
         _, triangle, order = scipy.linalg.qr(rest, mode="economic", pivoting=True)
         pivots = np.abs(np.diag(triangle))
-        follows[columns[order[: np.count_nonzero(pivots > tolerance * largest)]]] = True
+        follows[columns[order[: np.count_nonzero(pivots > max(tolerance * largest, LEAST))]]] = True
     return follows

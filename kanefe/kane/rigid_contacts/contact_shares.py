@@ -12,7 +12,14 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import held_accelerations
-from kanefe.kane.constraints import constraint_rates, force_rows, held_rows, touching_rows
+from kanefe.kane.constraints import (
+    RANK_TOLERANCE,
+    ROUND_OFF,
+    constraint_rates,
+    force_rows,
+    held_rows,
+    touching_rows,
+)
 from kanefe.kane.state import State, once
 from kanefe.storage.scipy_later import scipy
 from kanefe.tree.scales import scene_length
@@ -93,9 +100,10 @@ def constraint_forces(state: State, narrow: State) -> Vector:
 
 def spare_forces(state: State) -> Matrix:
     """Return multipliers that together do nothing, (rows, ways)."""
-    pushed = force_rows(state)
-    P = constraint_rates(state).J if pushed is None else pushed
-    left, values, _ = np.linalg.svd(P[:, : state.model.free_count])
+    pushed, rates, free = force_rows(state), constraint_rates(state), slice(state.model.free_count)
+    P = (rates.J if pushed is None else pushed)[:, free]
+    moves = (P**2).sum(axis=1) > RANK_TOLERANCE * ROUND_OFF * rates.reach[:, free].sum(axis=1)  # else it is round-off
+    left, values, _ = np.linalg.svd(np.where(moves[:, None], P, 0.0))
     rank = int(np.count_nonzero(values > DEPENDENT * values.max(initial=0.0)))
     return np.asarray(left[:, rank:])
 

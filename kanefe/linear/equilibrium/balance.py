@@ -11,6 +11,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.loop_closure import project_positions, project_speeds
+from kanefe.linear.equilibrium.overflow import check_accelerations
 from kanefe.linear.imbalance import BALANCED, Imbalance, imbalance_of, slipping_friction
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.tangents import DIFFERENCE_STEP, tangent_steps
@@ -177,6 +178,7 @@ class BalanceSearch:
         last = self._last
         if last is None or last.t != self.t or not (np.array_equal(last.q, q) and np.array_equal(last.u, u)):
             last = self._last = SmallMotions(self.model, self.t, q, u)
+            check_accelerations(last)
         return last
 
     def _closed(self, q: Vector, u: Vector) -> tuple[Vector, Vector]:

@@ -17,9 +17,11 @@ from kanefe.frames import Vector, numbers
 from kanefe.instants.missed_statics import warn_of_missed
 from kanefe.kane.bearing_loads import with_consistent_loads
 from kanefe.kane.loop_closure import project_positions
+from kanefe.kane.state import State
 from kanefe.kane.unstiffened import warn_of_axial_forces
 from kanefe.linear.azimuth import moved_on, times_ahead
 from kanefe.linear.equilibrium.balance import BalanceSearch
+from kanefe.linear.equilibrium.overflow import check_loads
 from kanefe.linear.equilibrium.rest import Equilibrium
 from kanefe.linear.imbalance import BALANCED
 from kanefe.linear.state import at_rest, rested_states, started_model
@@ -137,6 +139,7 @@ def balanced(
     begun = replace(model, initial_coordinates=q)
     if model.constraints and start is None:
         q = project_positions(model, time, q)
+    check_loads(model, State(model, time, q))
     u, found = _given_speeds(model, speeds or {}, find)
     if len(found) and model.is_constrained:
         raise ModelError(

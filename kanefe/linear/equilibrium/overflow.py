@@ -1,0 +1,42 @@
+"""Loads that are too large to compute with: products of their forces are beyond the largest number."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.equations.model import Model
+from kanefe.errors import SimulationError
+from kanefe.kane.state import State
+from kanefe.linear.small_motions import SmallMotions
+from kanefe.tree.load_names import named_loads
+
+LARGEST = 1e120
+"""Force, moment or acceleration above which its square, with a stiffness or an inertia of 1e60 on it, overflows, in N,
+N m, m/s2 or rad/s2."""
+
+
+def check_loads(model: Model, state: State) -> None:
+    """Raise a SimulationError that names a load whose value at a state is not finite or above `LARGEST`."""
+    for name, load in named_loads(model).items():
+        value = np.asarray(load.value(state.t, state), dtype=float)
+        if not np.all(np.abs(value) <= LARGEST):
+            raise _too_large(f"the load {name!r} is {np.abs(value).max():.3g}", state.t)
+    y = np.concatenate((state.q, state.u, state.z))
+    for number, wrenches in model.route.wrenches_of_loads(state.t, y).items() if model.loads else ():
+        if not np.all(np.abs(wrenches) <= LARGEST):
+            raise _too_large(f"the load {model.loads[number].name!r} is {np.abs(wrenches).max():.3g} N", state.t)
+
+
+def check_accelerations(small: SmallMotions) -> None:
+    """Raise a SimulationError if the accelerations of a state are not finite or above `LARGEST`."""
+    du = small.du
+    if not np.all(np.abs(du) <= LARGEST):
+        check_loads(small.model, small.here)
+        raise _too_large(f"an acceleration is {np.abs(du).max(initial=0.0):.3g}", small.t)
+
+
+def _too_large(what: str, t: float) -> SimulationError:
+    return SimulationError(
+        f"no equilibrium of the scene was found: at t = {t:.6g} s {what}, and numbers above {LARGEST:g} cannot be "
+        "computed with. Remedy: check its value, or loads that do not grow without bound along the search"
+    )
