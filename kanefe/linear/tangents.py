@@ -15,13 +15,14 @@ from collections.abc import Callable
 import numpy as np
 
 from kanefe.equations.model import Model
+from kanefe.fe_model.model import TRANSLATIONS
 from kanefe.frames import Matrix, Vector, skew
 from kanefe.kane.rigid_contacts.impulses import unit_responses
 from kanefe.kane.state import State
 from kanefe.linear.unit_forces import load_columns, load_values
 from kanefe.tree.body_terms import BodyTerms
 from kanefe.tree.model_data import QUADRATURES, ModelData
-from kanefe.tree.scales import joint_scales, kept_of_scene, scene_length
+from kanefe.tree.scales import joint_scales, kept_of_scene, largest_extent, scene_length
 
 DIFFERENCE_STEP = 1e-3
 """Step of fourth-order central differences, rad or scene lengths: both of their errors are about 1e-12."""
@@ -63,24 +64,25 @@ def turning(model: Model, u: Vector) -> Matrix:
 
 def tangent_steps(model: Model, directions: Matrix) -> Vector:
     """Return the step of differences along each direction (free, k): `DIFFERENCE_STEP` of a large displacement."""
-    sizes = np.abs(directions / _large_tangents(model)[:, None]).max(axis=0, initial=0.0)
+    sizes = np.abs(directions / large_tangents(model)[:, None]).max(axis=0, initial=0.0)
     return np.asarray(DIFFERENCE_STEP / np.where(sizes > 0.0, sizes, 1.0))
 
 
 @kept_of_scene
-def _large_tangents(model: ModelData) -> Vector:
-    """Return a large displacement along every free speed, rad, m, or modal units."""
+def large_tangents(model: ModelData) -> Vector:
+    """Return a large displacement along every free speed, rad, m, or modal units: of a body its size, or a radian."""
     length = scene_length(model)
     scales = joint_scales(model, length)
     for body in model.bodies:
         if body.flexible:
-            # displacement, and at interfaces slope, per unit of the modal coordinate
-            basis = body.flexible.body.basis[:, : body.flexible.body.free_count]
-            moved, large = np.abs(np.asarray(basis)), min(length, 1.0)
-            if body.flexible.body.bends_far:  # its slopes are rotations of any size: the scene's length, or a radian
-                moved, large = moved.reshape(-1, 6, moved.shape[1]) / np.repeat((length, 1.0), 3)[:, None], 1.0
+            # the largest displacement over the body's size, or rotation over a radian, per unit of the coordinate
+            flexible = body.flexible.body
+            extent = largest_extent(flexible) or length
+            sizes = np.array([extent if component in TRANSLATIONS else 1.0 for component in flexible.components])
+            basis = np.abs(np.asarray(flexible.basis[:, : flexible.free_count]))
+            moved = basis.reshape(-1, len(sizes), basis.shape[1]) / sizes[:, None]
             moved = moved.reshape(-1, basis.shape[1]).max(axis=0, initial=0.0)
-            scales[body.flexible.speeds] = large / np.where(moved > 0.0, moved, 1.0)
+            scales[body.flexible.speeds] = 1.0 / np.where(moved > 0.0, moved, 1.0)
     return scales
 
 

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
-import scipy.linalg
 
 from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
-from kanefe.frames import Matrix, Vector
+from kanefe.frames import Vector
 from kanefe.kane.loop_closure import project_positions, project_speeds
 from kanefe.linear.equilibrium.overflow import check_accelerations
-from kanefe.linear.imbalance import BALANCED, Imbalance, imbalance_of, slipping_friction
+from kanefe.linear.equilibrium.stiffness import along_neutral, lowest, metric, share, solved, stiffness_of, unit_mass
+from kanefe.linear.imbalance import BALANCED, Imbalance, imbalance_of, slipping_friction, worst_imbalance
 from kanefe.linear.small_motions import SmallMotions
-from kanefe.linear.tangents import DIFFERENCE_STEP, tangent_steps
+from kanefe.linear.tangents import DIFFERENCE_STEP, large_tangents, tangent_steps
 from kanefe.linear.unsettled import REPORTED
 
 LARGEST_ITERATIONS, LARGEST_HALVINGS = 200, 12
@@ -32,18 +33,20 @@ STILL = 1e-14
 """Step, in rad or scene lengths, that is round-off of positions; it may still improve small loads of stiff directions.
 """
 
-LAST_DIGITS = 3
-"""Number of such steps without improvement after which a search ends, and largest number of steps to reach that
-size."""
+ROUNDED = 1e-8
+"""Step, in rad or scene lengths, up to which it may be round-off of forces over the stiffness: the root of that of
+positions."""
 
-WEAKEST_MASS = 1e-12
-"""Inertia along a motion, relative to unit inertia along each speed, below which it counts as this value."""
+NOISE, EPS = 10.0, float(np.finfo(float).eps)
+"""Step relative to the difference of those of states that differ by round-off, up to which it is round-off itself, and
+this difference, rad or scene lengths."""
+
+LAST_DIGITS = 3
+"""Number of steps up to that size without improvement after which a search ends, largest number of steps to the size of
+round-off, and number of states that differ by it."""
 
 LARGEST_STEP = 0.3
 """Largest step of one iteration, rad or scene lengths."""
-
-NEUTRAL = 1e-11
-"""Singular value of the scaled stiffness, relative to the largest, below which a motion has no restoring force."""
 
 UNHELD = 0.5
 """Forces that meet no stiffness, relative to all of them in the metric of masses, above which a scene is not held."""
@@ -53,6 +56,18 @@ MOST_UNBOWED, UNBOWED = 12, 1e-9
 
 POLISHED = 1e-13
 """Imbalance below which iterations continue only while they improve it."""
+
+
+class _Step(NamedTuple):
+    """One iteration: the tangent z, the change of u, the forces that meet no stiffness, and their share of all.
+
+    Forces are those along motions of unit mass.
+    """
+
+    z: Vector
+    du: Vector
+    unmet: Vector
+    unmet_share: float
 
 
 def closed(model: Model, t: float, q: Vector, u: Vector) -> tuple[Vector, Vector]:
@@ -84,6 +99,7 @@ class BalanceSearch:
         self.model, self.t, self.q, self.u, self.found = model, t, q, u, found
         self.iterations, self._longest, self._slack = 0, longest, slack
         self._enough, self._accepted = enough, max(enough, BALANCED)
+        self._is_shifted = False
         self._last: SmallMotions | None = None
         self._left: tuple[SmallMotions, Imbalance] | None = None
         self._held = np.zeros(model.free_count, dtype=bool)
@@ -137,10 +153,10 @@ class BalanceSearch:
         one.
         """
         small = self._off_balance()
-        if small is None or _lowest(stiffness_of(small)[0]) >= 0.0:
+        if small is None or lowest(stiffness_of(small)[0]) >= 0.0:
             return None
         state, imbalance = self._iterate((small.q, small.u), settles=False)
-        runs_away = _lowest(stiffness_of(self.small(*state))[0]) < 0.0
+        runs_away = lowest(stiffness_of(self.small(*state))[0]) < 0.0
         return state if imbalance.ratio <= BALANCED and runs_away else None
 
     def _off_balance(self) -> SmallMotions | None:
@@ -159,7 +175,7 @@ class BalanceSearch:
     def is_held(self) -> bool:
         """Whether there is a stiffness against most of the remaining forces where the search begins."""
         state = self._closed(self.q, self.u)
-        return self.imbalance(*state).ratio <= BALANCED or self._step(*state, False)[2] <= UNHELD
+        return self.imbalance(*state).ratio <= BALANCED or self._step(*state, False).unmet_share <= UNHELD
 
     def refusal(self) -> SimulationError:
         """Return the error for a start from which a search is useless."""
@@ -196,10 +212,11 @@ class BalanceSearch:
         for count in range(LARGEST_ITERATIONS):
             if best.ratio <= self._enough or count - improved > PATIENCE[settles]:
                 break
-            z, du, _ = self._step(q, u, settles)
+            z, du = self._step(q, u, settles)[:2]
             if not (z.any() or du.any()):
                 break
-            if step_length(self.model, z) < STILL and not du.any() and count - improved > LAST_DIGITS:
+            most = STILL if self._is_shifted else ROUNDED
+            if step_length(self.model, z) < most and not du.any() and count - improved > LAST_DIGITS:
                 break
             self.iterations += 1
             q_new, u_new, now = self._advanced(q, u, z, du, settles)
@@ -213,52 +230,69 @@ class BalanceSearch:
         return state, best
 
     def _to_round_off(self, q: Vector, u: Vector) -> tuple[Vector, Vector] | None:
-        """Return the end of the last steps if the remaining imbalance is round-off of positions; None if it is more.
+        """Return the end of the last steps if the remaining imbalance is round-off; None if it is more.
 
         Stiff springs turn the last digit of positions into forces, which may be larger at more accurate positions.
         """
         for _ in range(LAST_DIGITS):
-            z, du, unresisted = self._step(q, u, False)
-            if du.any() or unresisted > BALANCED:
+            step = self._step(q, u, False)
+            z = step.z
+            if step.du.any() or step.unmet_share > BALANCED:
                 return None
-            if step_length(self.model, z) < STILL:
+            if step_length(self.model, z) < STILL or self._is_noise(q, u, z):
                 return q, u
             q, u = self._closed(self.model.advance(q, z), u)
         return None
 
-    def _step(self, q: Vector, u: Vector, settles: bool) -> tuple[Vector, Vector, float]:
-        """Return the tangent z and the change of u of one iteration, and the share of the forces without a stiffness.
+    def _is_noise(self, q: Vector, u: Vector, z: Vector) -> bool:
+        """Return whether the step z of a state is no larger than what the last digits of its coordinates change of it.
+
+        Steps and not forces are compared, so that noise of stiff directions does not hide a force along a soft one.
+        """
+        if (length := step_length(self.model, z)) > ROUNDED:
+            return False
+        drawn, others = np.random.default_rng(0), []
+        for _ in range(LAST_DIGITS):
+            signs = drawn.choice((-EPS, EPS), len(z))
+            beside = self._closed(self.model.advance(q, signs * large_tangents(self.model)), u)
+            others.append(step_length(self.model, self._step(*beside, False)[0] - z))
+        return length <= NOISE * max(others)
+
+    def _step(self, q: Vector, u: Vector, settles: bool) -> _Step:
+        """Return one iteration from a state.
 
         Newton's method itself needs no metric; the mass metric makes its directions comparable.
         """
         small = self.small(q, u)
         P, lead = small.along_positions, small.speeds.leading
         kept = np.flatnonzero(~self._held[small.positions.leading])
-        inverse, weight = _unit_mass(small)
+        inverse, weight = unit_mass(small)
         residual = weight @ small.du[lead]
         if small.is_holonomic and not len(self.found) and len(kept) == len(lead):
             H = stiffness_of(small)[0]
-            H = H - 1.5 * _lowest(H) * np.eye(len(H)) if settles else H
-            x = _solved(H, residual)
+            least = lowest(H) if settles else 0.0
+            self._is_shifted = least < 0.0
+            H = H - 1.5 * least * np.eye(len(H))
+            x, unmet = solved(H, residual)
             if settles and (along := float(residual @ x)) < 0.0:
                 # a step against the forces: a negative curvature that is too small next to stiff modes to be found
                 # above
+                self._is_shifted = True
                 H = H - 2.0 * along / float(x @ x) * np.eye(len(H))
-                x = _solved(H, residual)
-            unresisted = _unresisted(H, x, residual)
-            if settles and unresisted > UNHELD and (slope := _along_neutral(H, residual)).any():
+                x, unmet = solved(H, residual)
+            if settles and share(unmet, residual) > UNHELD and (slope := along_neutral(H, residual)).any():
                 # no stiffness is met: as far as a step may go
                 x = x + self._longest / step_length(self.model, P.z @ inverse.T @ slope) * slope
             p = inverse.T @ x
-            return P.z @ p, P.du @ p, unresisted
+            return _Step(P.z @ p, P.du @ p, unmet, share(unmet, residual))
         columns = P.ddu[np.ix_(lead, kept)]
         if len(self.found):
             columns = np.hstack((columns, small.along_speeds.ddu[np.ix_(lead, self.found)]))
         H = -weight @ columns
-        x = _solved(H, residual)
+        x, unmet = solved(H, residual)
         z, du = P.z[:, kept] @ x[: len(kept)], P.du[:, kept] @ x[: len(kept)]
         du[self.found] += x[len(kept) :]
-        return z, du, _unresisted(H, x, residual)
+        return _Step(z, du, unmet, share(unmet, residual))
 
     def _advanced(self, q: Vector, u: Vector, z: Vector, du: Vector, settles: bool) -> tuple[Vector, Vector, Imbalance]:
         """Return the state after the step, which is limited to `longest` and halved while it goes too far.
@@ -279,10 +313,17 @@ class BalanceSearch:
             share *= 0.5
         return q_new, u_new, self.imbalance(q_new, u_new)
 
+    def _unheld(self, q: Vector, u: Vector) -> Imbalance | None:
+        """Return the worst of the remaining forces that no stiffness meets, by its rank; None if they are round-off."""
+        small, unmet = self.small(q, u), self._step(q, u, False).unmet
+        N = small.speeds.N
+        found = worst_imbalance(small.here, small.mass, N @ unit_mass(small)[0].T @ unmet, N, small.speeds.leading)
+        return found if found.ratio > self._accepted else None
+
     @staticmethod
     def _size(small: SmallMotions) -> float:
         """Return the size of the accelerations of a state, in the metric of masses."""
-        pulled = _metric(small.mass).T @ small.du
+        pulled = metric(small.mass).T @ small.du
         return float(pulled @ pulled)
 
     @staticmethod
@@ -291,16 +332,17 @@ class BalanceSearch:
         return float(z @ small.mass @ small.du)
 
     def _advice(self, imbalance: Imbalance, q: Vector, u: Vector) -> str:
-        text = f"no equilibrium of the scene was found at t = {self.t:.6g} s: {imbalance} remains"
+        lost = f"no equilibrium of the scene was found at t = {self.t:.6g} s:"
+        text = f"{lost} {imbalance} remains"
         if slipping := slipping_friction(self.model, self.t, q, u, imbalance):
             return (
                 f"{text}, and {slipping}. Remedy: more friction, or a spring, a support or a drive there; if the "
                 "scene can rest elsewhere, start=..., a state nearer to it"
             )
-        if imbalance.ratio > 0.5:
+        if (unheld := self._unheld(q, u)) is not None:
             return (
-                f"{text}, and nothing holds it. Remedy: a spring, a support or a drive there; for a falling body, "
-                "gravity=False; for one that spins or moves steadily, its speed in speeds={...}"
+                f"{lost} {unheld} remains, and nothing holds it. Remedy: a spring, a support or a drive there; for a "
+                "falling body, gravity=False; for one that spins or moves steadily, its speed in speeds={...}"
             )
         return (
             f"{text} after {self.iterations} iterations. Remedy: start=..., a state nearer to equilibrium (such as "
@@ -311,54 +353,3 @@ class BalanceSearch:
 def step_length(model: Model, z: Vector) -> float:
     """Return the largest displacement along a tangent, in rad or scene lengths."""
     return DIFFERENCE_STEP / float(tangent_steps(model, z[:, None])[0]) if z.any() else 0.0
-
-
-def _metric(M: Matrix) -> Matrix:
-    """Return L of ``M = L L^T``, with the absolute values of the eigenvalues of M if it is not positive definite."""
-    scale = np.sqrt(np.abs(np.diag(M)))
-    scale = np.where(scale > 0.0, scale, 1.0)
-    squares, vectors = np.linalg.eigh(M / np.outer(scale, scale))
-    return np.asarray(scale[:, None] * vectors * np.sqrt(np.maximum(np.abs(squares), WEAKEST_MASS)))
-
-
-def _unit_mass(small: SmallMotions) -> tuple[Matrix, Matrix]:
-    """Return the map to coordinates of unit mass, and that from accelerations to forces along them."""
-    M = small.speeds.N.T @ small.mass @ small.speeds.N
-    inverse = np.linalg.inv(_metric(M))
-    return inverse, inverse @ M
-
-
-def stiffness_of(small: SmallMotions) -> tuple[Matrix, Matrix, Matrix]:
-    """Return the stiffness in coordinates of unit mass of a scene without rolling, and the result of `_unit_mass`."""
-    inverse, weight = _unit_mass(small)
-    return -weight @ small.along_positions.ddu[small.speeds.leading] @ inverse.T, inverse, weight
-
-
-def _lowest(H: Matrix) -> float:
-    """Return the lowest eigenvalue of the symmetric part of a stiffness if it is negative beyond round-off, else 0."""
-    lowest = float(scipy.linalg.eigvalsh(0.5 * (H + H.T)).min(initial=0.0))
-    return lowest if lowest < -1e-9 * float(np.abs(H).max(initial=0.0)) else 0.0
-
-
-def _along_neutral(H: Matrix, right: Vector) -> Vector:
-    """Return the part of the right-hand side along motions without stiffness."""
-    squares, shapes = np.linalg.eigh(0.5 * (H + H.T))
-    neutral = shapes[:, np.abs(squares) <= NEUTRAL * np.abs(squares).max(initial=0.0)]
-    return np.asarray(neutral @ (neutral.T @ right))
-
-
-def _unresisted(H: Matrix, x: Vector, right: Vector) -> float:
-    """Return the residual of ``H x = right`` relative to the right-hand side."""
-    return float(np.linalg.norm(right - H @ x)) / max(float(np.linalg.norm(right)), 1e-300)
-
-
-def _solved(H: Matrix, right: Vector) -> Vector:
-    """Return the least-norm x of ``H x = right`` with scaled rows and columns."""
-    if not H.size:
-        return np.zeros(H.shape[1])
-    columns = np.sqrt(np.abs(H).max(axis=0))
-    rows = np.sqrt(np.abs(H).max(axis=1))
-    floor = 1e-12 * max(float(columns.max()), 1e-300)
-    columns, rows = (np.where(x > floor, x, 1.0) for x in (columns, rows))
-    x = np.linalg.lstsq(H / rows[:, None] / columns[None, :], right / rows, rcond=NEUTRAL)[0]
-    return np.asarray(x / columns)

@@ -17,7 +17,8 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
-from kanefe.linear.equilibrium.balance import closed, stiffness_of
+from kanefe.linear.equilibrium.balance import closed
+from kanefe.linear.equilibrium.stiffness import stiffness_of
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.stability.raised_loads import scaled_model
 from kanefe.linear.tangents import DIFFERENCE_STEP, tangent_steps

@@ -61,8 +61,8 @@ def test_redundant_hinges_change_no_equilibrium(seed: int) -> None:
 
 
 @pytest.mark.slow
-def test_of_a_thousand_gates_none_differs() -> None:
-    for seed in range(1000):
+def test_of_two_hundred_gates_none_differs() -> None:
+    for seed in range(200):
         assert_same_rest(seed)
 
 
