@@ -43,12 +43,17 @@ def kept_of_scene(measure: Callable[[ModelData], Size]) -> Callable[[ModelData],
     return kept
 
 
-@kept_of_scene
 def scene_length(model: ModelData) -> float:
+    """Return a length of the scene in m: `own_length`, or 1 m if nothing has a size."""
+    return own_length(model) or 1.0
+
+
+@kept_of_scene
+def own_length(model: ModelData) -> float:
     """Return a length of the scene in m: the largest of its flexible bodies and offsets.
 
     If there are none, it is the radius of gyration of the bodies, or else the largest joint displacement at the start;
-    1 m if nothing has a size.
+    0 if nothing has a size.
     """
     lengths = [largest_extent(b.flexible.body) for b in model.bodies if b.flexible]
     lengths += [float(np.linalg.norm(b.p_PoFo_P)) for b in model.bodies]
@@ -56,7 +61,7 @@ def scene_length(model: ModelData) -> float:
     lengths += [float(np.linalg.norm(m.point)) for c in model.constraints for m in (c.a, c.b) if m is not None]
     lengths += [float(np.linalg.norm(m.point)) for load in model.loads for m in load.ends if m.body >= 0]
     largest = max(lengths, default=0.0)
-    return largest or _radius_of_gyration(model) or _distance_at_start(model) or 1.0
+    return largest or _radius_of_gyration(model) or _distance_at_start(model)
 
 
 def scene_energy(model: ModelData, length: float) -> float:

@@ -17,6 +17,7 @@ from kanefe.linear.imbalance import BALANCED, Imbalance, imbalance_of, slipping_
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.tangents import DIFFERENCE_STEP, large_tangents, tangent_steps
 from kanefe.linear.unsettled import REPORTED
+from kanefe.tree.scales import own_length
 
 LARGEST_ITERATIONS, LARGEST_HALVINGS = 200, 12
 """Largest numbers of iterations, and of halvings of one step."""
@@ -97,7 +98,8 @@ class BalanceSearch:
         enough: float = POLISHED,
     ) -> None:
         self.model, self.t, self.q, self.u, self.found = model, t, q, u, found
-        self.iterations, self._longest, self._slack = 0, longest, slack
+        self.iterations, self._slack = 0, slack
+        self._longest = longest if own_length(model) else np.inf  # nothing has a size that a step could exceed
         self._enough, self._accepted = enough, max(enough, BALANCED)
         self._is_shifted = False
         self._last: SmallMotions | None = None
@@ -282,7 +284,7 @@ class BalanceSearch:
                 x, unmet = solved(H, residual)
             if settles and share(unmet, residual) > UNHELD and (slope := along_neutral(H, residual)).any():
                 # no stiffness is met: as far as a step may go
-                x = x + self._longest / step_length(self.model, P.z @ inverse.T @ slope) * slope
+                x = x + min(self._longest, LARGEST_STEP) / step_length(self.model, P.z @ inverse.T @ slope) * slope
             p = inverse.T @ x
             return _Step(P.z @ p, P.du @ p, unmet, share(unmet, residual))
         columns = P.ddu[np.ix_(lead, kept)]
@@ -300,7 +302,7 @@ class BalanceSearch:
         Too far means: with the shift, that the forces push back more than they pushed on; else, that accelerations
         grow. A position at which the loops are singular is left out.
         """
-        share = self._longest / max(step_length(self.model, z), self._longest)
+        share = min(1.0, self._longest / max(step_length(self.model, z), 1e-300))
         here = self.small(q, u)
         before, force = self._size(here) if not settles else 0.0, self._force(here, z)
         for _ in range(LARGEST_HALVINGS):

@@ -171,8 +171,10 @@ def _squares(K: Matrix, M: Matrix) -> tuple[Vector, Matrix]:
         return np.zeros(0), K
     scale = 1.0 / np.sqrt(np.diag(M))
     M = M * np.outer(scale, scale)
-    stiff = 1.0 / np.sqrt(np.maximum(np.diag(K), 1e-300))
     try:
+        if np.diag(K).min() <= 0.0:
+            raise np.linalg.LinAlgError("not positive definite")
+        stiff = 1.0 / np.sqrt(np.diag(K))
         L_K = np.linalg.cholesky(K * np.outer(stiff, stiff)) / stiff[:, None]
     except np.linalg.LinAlgError:
         squares, z = scipy.linalg.eigh(K * np.outer(scale, scale), M)
