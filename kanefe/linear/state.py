@@ -15,6 +15,7 @@ from kanefe.kernels.compiler.compiled_functions import foreseen
 from kanefe.kernels.compiler.signatures import COMPLEX
 from kanefe.kernels.evaluation.evaluation import evaluate
 from kanefe.loads.base import Load
+from kanefe.loads.coordinate_friction import CoordinateFriction
 from kanefe.tree.scales import scene_weight
 
 MOST_WEIGHTS = 10.0
@@ -90,6 +91,14 @@ def check_no_rigid_contacts(model: Model, what: str) -> None:
             "may change. Remedy: a compliant contact, kanefe.HuntCrossley(...), or a loop joint in its place; "
             "equilibrium and linearise take them"
         )
+
+
+def rubbing(model: Model) -> Load | None:
+    """Return a load with friction, whose rests depend on how they were reached; None if there is none."""
+    for load in model.loads:
+        if isinstance(load, CoordinateFriction) or (load.may_part and getattr(load, "friction", None) is not None):
+            return load
+    return None
 
 
 def at_rest(model: Model, t: float, y: Vector, softness: float = 0.0) -> Model:

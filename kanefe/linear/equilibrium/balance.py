@@ -12,7 +12,16 @@ from kanefe.errors import SimulationError
 from kanefe.frames import Vector
 from kanefe.kane.loop_closure import project_positions, project_speeds
 from kanefe.linear.equilibrium.overflow import check_accelerations
-from kanefe.linear.equilibrium.stiffness import along_neutral, lowest, metric, share, solved, stiffness_of, unit_mass
+from kanefe.linear.equilibrium.stiffness import (
+    along_neutral,
+    lowest,
+    metric,
+    rank_of,
+    share,
+    solved,
+    stiffness_of,
+    unit_mass,
+)
 from kanefe.linear.imbalance import BALANCED, Imbalance, imbalance_of, slipping_friction, worst_imbalance
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.tangents import DIFFERENCE_STEP, large_tangents, tangent_steps
@@ -178,6 +187,11 @@ class BalanceSearch:
         """Whether there is a stiffness against most of the remaining forces where the search begins."""
         state = self._closed(self.q, self.u)
         return self.imbalance(*state).ratio <= BALANCED or self._step(*state, False).unmet_share <= UNHELD
+
+    def is_stiff(self, q: Vector) -> bool:
+        """Return whether every motion about a rest at coordinates q has a stiffness, by its rank."""
+        H = stiffness_of(self.small(q, np.zeros(self.model.free_count)))[0]
+        return rank_of(H) == len(H)
 
     def refusal(self) -> SimulationError:
         """Return the error for a start from which a search is useless."""

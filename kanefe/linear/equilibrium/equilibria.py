@@ -24,7 +24,7 @@ from kanefe.linear.equilibrium.balance import BalanceSearch
 from kanefe.linear.equilibrium.overflow import check_loads
 from kanefe.linear.equilibrium.rest import Equilibrium
 from kanefe.linear.imbalance import BALANCED
-from kanefe.linear.state import at_rest, rested_states, started_model
+from kanefe.linear.state import at_rest, rested_states, rubbing, started_model
 from kanefe.tree.bending import worst_bending
 
 if TYPE_CHECKING:
@@ -170,7 +170,7 @@ def balanced(
             led = continued(model, time, q, u, found, held)
             model, search, state = _on_contacts(falling, time, q, u, search_from, led)
         else:
-            model, search, state = search_from(model, q)
+            model, search, state = _found_or_raised(model, time, q, u, search_from)
     q, u = state
     if steady:
         _check_steady(model, time, *state)
@@ -218,6 +218,22 @@ def _on_contacts(
         return at_rest(model, t, np.concatenate((q, u, model.initial_states)))
 
     return found_or_fallen(lambda q: search(resting(q), q), led, lambda: model, t, q, u)
+
+
+def _found_or_raised(model: Model, t: float, q: Vector, u: Vector, search: Callable[[Model, Vector], Found]) -> Found:
+    """Return a balance from coordinates, or else from those to which the loads lead that are raised from zero."""
+    try:
+        return search(model, q)
+    except SimulationError:
+        is_driven = model.driven_count and model.driven_speeds(t)[0].any()
+        if u.any() or is_driven or rubbing(model) is not None:
+            raise
+        from kanefe.linear.equilibrium.load_continuation import raised_to
+
+        led = raised_to(model, t, q)
+        if led is None:
+            raise
+        return search(model, led)
 
 
 def _under_its_loads(

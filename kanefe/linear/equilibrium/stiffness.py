@@ -56,13 +56,26 @@ def solved(H: Matrix, right: Vector) -> tuple[Vector, Vector]:
     """
     if not H.size:
         return np.zeros(H.shape[1]), right
-    columns = np.sqrt(np.abs(H).max(axis=0))
-    rows = np.sqrt(np.abs(H).max(axis=1))
-    floor = 1e-12 * max(float(columns.max()), 1e-300)
-    columns, rows = (np.where(x > floor, x, 1.0) for x in (columns, rows))
+    rows, columns = _scales(H)
     x, _, rank, _ = np.linalg.lstsq(H / rows[:, None] / columns[None, :], right / rows, rcond=NEUTRAL)
     x = np.asarray(x / columns)
     return x, right - H @ x if rank < len(H) else np.zeros(len(H))
+
+
+def rank_of(H: Matrix) -> int:
+    """Return how many motions have a stiffness, as `solved` decides it."""
+    if not H.size:
+        return 0
+    rows, columns = _scales(H)
+    values = np.linalg.svd(H / rows[:, None] / columns[None, :], compute_uv=False)
+    return int(np.count_nonzero(values > NEUTRAL * values.max()))
+
+
+def _scales(H: Matrix) -> tuple[Vector, Vector]:
+    """Return the sizes by which rows and columns of a stiffness are divided."""
+    columns, rows = np.sqrt(np.abs(H).max(axis=0)), np.sqrt(np.abs(H).max(axis=1))
+    floor = 1e-12 * max(float(columns.max()), 1e-300)
+    return np.where(rows > floor, rows, 1.0), np.where(columns > floor, columns, 1.0)
 
 
 def share(part: Vector, whole: Vector) -> float:

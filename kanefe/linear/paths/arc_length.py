@@ -29,14 +29,19 @@ round-off of a nearly singular stiffness."""
 BENT, TOO_BENT = 0.03, 0.2
 """Length of all corrections relative to that of the step: for which the next step is chosen, and which is refused."""
 
+MOST_QUICK, GROWN, QUICKLY_SETTLED = 20, 10.0, 1e-11
+"""Largest number of corrections by the stiffness at the last stop, growth of one relative to the smallest before it at
+which they end, and the last one, in the unit of `SETTLED`: each is a small part of the one before."""
+
 TURNED = 0.7
 """Cosine between successive tangents below which a step is refused: it may have jumped to another path."""
 
 SHORTEST = 1e-6
 """Shortest step relative to the longest."""
 
-BEGINS = 0.2
-"""First step relative to the longest."""
+BEGINS = 0.01
+"""Longest first step, of which no curvature is known: largest change of one coordinate or of the factor, as `longest`.
+"""
 
 
 class PathLost(Exception):
@@ -64,6 +69,15 @@ class Stop:
     origin: Stop | None = None
     step: float = 0.0
     corrected: float = 0.0
+
+    def bend(self, scene: LoadedScene) -> Tangent:
+        """Return the curvature of the path across its tangent, from the stop before; 0 for the first stop."""
+        if self.origin is None or not self.step:
+            return Tangent(0.0 * self.ahead.z, 0.0)
+        before = self.origin.ahead
+        z, factor = ((a - b) / self.step for a, b in zip(self.ahead, before, strict=True))
+        share = scene.dot(Tangent(z, factor), self.ahead)
+        return Tangent(z - share * self.ahead.z, factor - share * self.ahead.factor)
 
     @property
     def q(self) -> Vector:
@@ -108,6 +122,28 @@ def corrected(scene: LoadedScene, q: Vector, factor: float, row: Tangent, most: 
     raise PathLost("the corrections do not end")
 
 
+def _quickly_corrected(
+    scene: LoadedScene, near: Balance, q: Vector, factor: float, row: Tangent, most: float
+) -> tuple[Balance, float] | None:
+    """Return the same by the stiffness of a balance near it, which only takes forces; None if they do not vanish."""
+    total = smallest = np.inf
+    try:
+        corrections = near.bordered(row).corrections()
+        next(corrections)
+        for count in range(MOST_QUICK):
+            change = corrections.send(near.forces_beside(q, factor))
+            size = scene.largest(change)
+            total = scene.norm(change) + (total if count else 0.0)
+            if not total <= most or not size < GROWN * smallest:
+                return None
+            q, factor, smallest = scene.moved(q, change.z), factor + change.factor, min(size, smallest)
+            if size <= QUICKLY_SETTLED:
+                return scene.balance(q, factor), total
+    except (KanefeError, np.linalg.LinAlgError):
+        return None
+    return None
+
+
 def stepped(
     scene: LoadedScene, origin: Stop, length: float, most: float = np.inf, near: tuple[float, Stop] | None = None
 ) -> Stop:
@@ -116,11 +152,15 @@ def stepped(
     `near` is a length and the stop there, where the search begins instead of at the origin.
     """
     ahead, (begun, begin) = origin.ahead, near or (0.0, origin)
+    bent = origin.bend(scene) if near is None else Tangent(0.0 * ahead.z, 0.0)
+    along, across = length - begun, 0.5 * length**2
+    factor = begin.factor + along * ahead.factor + across * bent.factor
     try:
-        guess = scene.moved(begin.q, (length - begun) * ahead.z)
+        guess = scene.moved(begin.q, along * ahead.z + across * bent.z)
     except KanefeError as error:
         raise PathLost(str(error)) from error
-    balance, total = corrected(scene, guess, begin.factor + (length - begun) * ahead.factor, ahead, most)
+    found = _quickly_corrected(scene, begin.balance, guess, factor, ahead, most)
+    balance, total = found or corrected(scene, guess, factor, ahead, most)
     if balance.small.is_singular:
         raise PathLost("the loops are singular there")
     return Stop(balance, balance.tangent(ahead), origin, length, total)
@@ -142,8 +182,9 @@ class Walk:
 
     def next(self, origin: Stop) -> Stop:
         """Return the next stop; a PathLost if the shortest step has none."""
-        limit = self.longest / self.scene.largest(origin.ahead)
-        length = min(self._length or BEGINS * limit, limit)
+        unit = 1.0 / self.scene.largest(origin.ahead)
+        limit = self.longest * unit
+        length = min(self._length or BEGINS * unit, limit)
         while True:
             try:
                 stop = stepped(self.scene, origin, length, TOO_BENT * length)
@@ -154,8 +195,9 @@ class Walk:
                 if length < SHORTEST * limit:
                     raise
                 continue
+            # the corrections grow with the square of the length, beyond the curvature that is foreseen
             bend = stop.corrected / length
-            self._length = length * min(2.0, max(0.5, BENT / max(bend, 1e-3 * BENT)))
+            self._length = length * min(2.0, max(0.5, (BENT / max(bend, 1e-3 * BENT)) ** 0.5))
             return stop
 
     def shorter(self, length: float) -> None:

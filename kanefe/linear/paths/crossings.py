@@ -27,7 +27,7 @@ TOGETHER = 1e-6
 TOUCHES = 1e-3
 """Least stiffness where a path turns, relative to those at the ends of the step, that counts as zero."""
 
-BESIDE, NODES = 0.02, np.array((-1.5, -0.5, 0.5, 1.5))
+BESIDE, NODES = 0.01, np.array((-1.5, -0.5, 0.5, 1.5))
 """Distance of stops beside a branch point relative to the step, and their places: at the point itself the corrector is
 singular."""
 

@@ -21,8 +21,7 @@ from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.stability.buckling_modes import Buckling
 from kanefe.linear.stability.load_path import check_resisted, matrices_at_rest
 from kanefe.linear.stability.raised_loads import chosen_loads
-from kanefe.linear.state import check_no_rigid_contacts, model_in_state
-from kanefe.loads.coordinate_friction import CoordinateFriction
+from kanefe.linear.state import check_no_rigid_contacts, model_in_state, rubbing
 
 if TYPE_CHECKING:
     from kanefe.equations.given_state import Start
@@ -189,10 +188,8 @@ def _alike(loaded: LoadedScene, shape: Vector, shapes: np.ndarray) -> float:
 
 def _check_no_friction(model: Model) -> None:
     """Raise a ModelError for friction, whose rests depend on how they were reached."""
-    for load in model.loads:
-        rubs = isinstance(load, CoordinateFriction) or (load.may_part and getattr(load, "friction", None) is not None)
-        if rubs:
-            raise ModelError(
-                f"{WHAT}: friction of {load.name!r} is not supported: its rests depend on the way there. Remedy: leave "
-                "it out, or a slow run with loads that rise over time"
-            )
+    if (load := rubbing(model)) is not None:
+        raise ModelError(
+            f"{WHAT}: friction of {load.name!r} is not supported: its rests depend on the way there. Remedy: leave "
+            "it out, or a slow run with loads that rise over time"
+        )

@@ -9,8 +9,10 @@ rad or scene lengths, and the factor counts in shares of the given range, so tha
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -21,7 +23,7 @@ from kanefe.linear.equilibrium.balance import closed
 from kanefe.linear.equilibrium.stiffness import stiffness_of
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.stability.raised_loads import scaled_model
-from kanefe.linear.tangents import DIFFERENCE_STEP, tangent_steps
+from kanefe.linear.tangents import large_tangents
 
 if TYPE_CHECKING:
     from kanefe.tree.load_names import SceneLoad
@@ -67,11 +69,24 @@ class LoadedScene:
     @cached_property
     def weights(self) -> Vector:
         """Displacement per unit of each free tangent, rad or scene lengths."""
-        return np.asarray(DIFFERENCE_STEP / tangent_steps(self.model, np.eye(self.model.free_count)))
+        return np.asarray(1.0 / large_tangents(self.model))
 
     def model_at(self, factor: float) -> Model:
         """Return the model under a factor of the loads."""
         return scaled_model(self.model, self.t, self.raised, factor)
+
+    @cached_property
+    def _bounds(self) -> tuple[Model, Model]:
+        """The models without the raised loads, and under `span` of them."""
+        return self.model_at(0.0), self.model_at(self.span)
+
+    def accelerations(self, q: Vector) -> tuple[Vector, Vector]:
+        """Return the accelerations at rest without the raised loads, and what `span` of them adds: they are linear."""
+        without, under = (
+            model.parts(model.rhs(self.t, np.concatenate((q, np.zeros(model.free_count), model.initial_states))))[1]
+            for model in self._bounds
+        )
+        return without, under - without
 
     def dot(self, a: Tangent, b: Tangent) -> float:
         """Return the product of two directions in the metric of the path."""
@@ -101,6 +116,60 @@ class LoadedScene:
     def balance(self, q: Vector, factor: float) -> Balance:
         """Return forces and stiffness at coordinates q under a factor of the loads."""
         return Balance(self, np.array(q, dtype=float), float(factor))
+
+
+class Bordered:
+    """The equations ``H x - g dfactor = forces`` of a change whose length along a direction is given, scaled.
+
+    Parameters
+    ----------
+    A : ndarray, shape (n + 1, n + 1)
+        Over x and dfactor / span; last the row of the direction.
+    along : ndarray, shape (free, n)
+        Free tangents of x.
+    span : float
+        Unit of the factor.
+    """
+
+    def __init__(self, A: Matrix, along: Matrix, span: float) -> None:
+        self._along, self._span = along, span
+        size = np.abs(A).max(axis=1)
+        self._rows = 1.0 / np.where(size > 0.0, size, 1.0)
+        size = np.abs(A * self._rows[:, None]).max(axis=0)
+        self._columns = 1.0 / np.where(size > 0.0, size, 1.0)
+        self._A = A * self._rows[:, None] * self._columns
+
+    def solved(self, forces: Vector, length: float) -> Tangent:
+        """Return the change for some forces and a length."""
+        right = self._rows * np.append(forces, length)
+        try:
+            x = np.linalg.solve(self._A, right)
+        except np.linalg.LinAlgError:  # a branch point to the last digit: of the changes there, the least
+            x = np.linalg.lstsq(self._A, right, rcond=None)[0]
+        return self._change(x)
+
+    def _change(self, x: Vector) -> Tangent:
+        x = self._columns * x
+        return Tangent(self._along @ x[:-1], float(self._span * x[-1]))
+
+    def corrections(self) -> Generator[Tangent, Vector, None]:
+        """Yield the corrections across the direction for the forces that are sent, by Broyden's method.
+
+        The stiffness is that of the first forces, improved by what the forces of each correction tell of it
+        (Broyden, Math. Comput. 19 (1965) 577-593; kept as products: Kelley, Solving Nonlinear Equations with Newton's
+        Method, 2003, chapter 4). A LinAlgError: it is singular.
+        """
+        inverse = np.linalg.inv(self._A)
+        forces = yield Tangent(np.zeros(len(self._along)), 0.0)
+        steps: list[Vector] = []
+        while True:
+            x = inverse @ (self._rows * np.append(forces, 0.0))
+            for before, after in pairwise(steps):
+                x = x + after * (before @ x) / (before @ before)
+            if steps:
+                x = x / max(0.5, 1.0 - float(steps[-1] @ x) / float(steps[-1] @ steps[-1]))
+            steps.append(x)
+            forces = yield self._change(x)
 
 
 HEAVY = ("small", "_reduced", "along", "forces", "load", "stiffnesses")
@@ -142,35 +211,38 @@ class Balance:
         return np.asarray(self._weight @ self.small.du[self.small.speeds.leading])
 
     def release(self) -> None:
-        """Keep what a path lists of its points, and forget matrices, which are computed again if they are wanted."""
+        """Keep what a path lists of its points, and forget matrices."""
         _ = self.unstable, self.negative, self.is_symmetric
+        self.forget()
+
+    def forget(self) -> None:
+        """Forget matrices, which are computed again if they are wanted."""
         for name in HEAVY:
             self.__dict__.pop(name, None)
 
     @cached_property
     def load(self) -> Vector:
-        """g, the forces per unit of the factor: a difference, exact as forces are linear in the factor."""
-        step = max(self.scene.span, 1.0)
-        more = SmallMotions(self.scene.model_at(self.factor + step), self.scene.t, self.q, self._rest)
-        change = (more.du - self.small.du)[self.small.speeds.leading]
-        return np.asarray(self._weight @ change / step)
+        """g, the forces per unit of the factor."""
+        added = self.scene.accelerations(self.q)[1]
+        return np.asarray(self._weight @ added[self.small.speeds.leading] / self.scene.span)
 
-    def solved(self, forces: Vector, row: Tangent, length: float) -> Tangent:
-        """Return the change for which ``H x - g dfactor = forces`` and that along `row` is a length (Keller, 1977)."""
+    def forces_beside(self, q: Vector, factor: float) -> Vector:
+        """Return the forces at other coordinates and another factor, by the masses here: they vanish where they do."""
+        without, added = self.scene.accelerations(q)
+        du = without + factor / self.scene.span * added
+        return np.asarray(self._weight @ du[self.small.speeds.leading])
+
+    def bordered(self, row: Tangent) -> Bordered:
+        """Return the equations of a change: see `Bordered`."""
         w, n, span = self.scene.weights, len(self.H), self.scene.span
         A = np.zeros((n + 1, n + 1))
         A[:n, :n], A[:n, n] = self.H, -span * self.load
         A[n, :n], A[n, n] = (w * w * row.z) @ self.along, row.factor / span
-        size = np.abs(A).max(axis=1)
-        rows = 1.0 / np.where(size > 0.0, size, 1.0)
-        size = np.abs(A * rows[:, None]).max(axis=0)
-        columns = 1.0 / np.where(size > 0.0, size, 1.0)
-        A, right = A * rows[:, None] * columns, rows * np.append(forces, length)
-        try:
-            x = columns * np.linalg.solve(A, right)
-        except np.linalg.LinAlgError:  # a branch point to the last digit: of the changes there, the least
-            x = columns * np.linalg.lstsq(A, right, rcond=None)[0]
-        return Tangent(self.along @ x[:n], float(span * x[n]))
+        return Bordered(A, self.along, span)
+
+    def solved(self, forces: Vector, row: Tangent, length: float) -> Tangent:
+        """Return the change for which ``H x - g dfactor = forces`` and that along `row` is a length (Keller, 1977)."""
+        return self.bordered(row).solved(forces, length)
 
     def tangent(self, ahead: Tangent) -> Tangent:
         """Return the unit tangent of the path, in the sense of a direction."""
@@ -208,10 +280,21 @@ class Balance:
         if self.is_symmetric:
             return self.negative
         n, none = len(self.H), np.zeros_like(self.H)
-        damping = -self._weight @ self.small.along_speeds.ddu[self.small.speeds.leading] @ self._reduced[1].T
-        values = np.linalg.eigvals(np.block([[none, np.eye(n)], [-self.H, -damping]]))
+        if self._is_damped:
+            damping = -self._weight @ self.small.along_speeds.ddu[self.small.speeds.leading] @ self._reduced[1].T
+            values = np.linalg.eigvals(np.block([[none, np.eye(n)], [-self.H, -damping]]))
+        else:
+            rates = np.sqrt(-np.linalg.eigvals(self.H).astype(complex))
+            values = np.concatenate((rates, -rates))
         most = np.abs(values).max(initial=0.0)
         return int((values.real > np.maximum(GROWS * np.abs(values), ROUNDED * most)).sum())
+
+    @property
+    def _is_damped(self) -> bool:
+        """Whether anything depends on speeds: a random one shows it."""
+        N = self.small.speeds.N
+        du = N @ np.random.default_rng(0).standard_normal((N.shape[1], 1))
+        return bool(self.small.accelerations(np.zeros_like(du), du, np.zeros_like(du)).any())
 
     def softest(self, count: int) -> Matrix:
         """Return the tangents of the motions whose stiffness is smallest, (free, count)."""
