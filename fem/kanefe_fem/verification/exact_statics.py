@@ -38,6 +38,10 @@ BASIS = {
     **dict.fromkeys(("twist", "curvature_y", "curvature_z"), BENDING),
     **dict.fromkeys(("stretch", "shear_y", "shear_z"), STRETCH),
 }
+
+TURN = dict.fromkeys(("twist", "curvature_y", "curvature_z"), 14)
+"""Numbers of functions of twist and of each curvature of a beam that coils by a whole turn."""
+
 PLANAR = 12
 
 
@@ -129,16 +133,20 @@ def composite(reference: Reference) -> Iterator[Check]:
 
 
 def helix(reference: Reference) -> Iterator[Check]:
-    """G07: a straight beam that is coiled by a couple and pulled along its axis."""
+    """G07: a straight beam that is coiled by a couple and pulled along its axis, by half a turn and by a whole one."""
     values = reference.values
     # an interface in the middle halves the steps from section to section, whose error is the larger one here (2e-8)
-    middle = 0.5 * values["L"]
-    places = {"middle": middle, "tip": values["L"]}
-    beam = exact_beam(values["L"], stiff_section(values), theory="shear-deformable", basis=BASIS, interfaces=places)
-    found = under_loads(beam, force=(0.0, 0.0, values["force"]), torque=(0.0, 0.0, values["moment"]))
-    quantity = "place of the tip over the length, 24 coordinates of bending and twist"
-    place = found.position("beam", "tip") / values["L"]
-    yield Check.absolute(quantity, place, np.array(values["tip"]) / values["L"], CLOSE)
+    places = {"middle": 0.5 * values["L"], "tip": values["L"]}
+    for share, name, count, basis, close in (
+        (1.0, "tip", 24, BASIS, CLOSE),
+        (2.0, "tip_under_twice", 42, {**BASIS, **TURN}, 10.0 * CLOSE),
+    ):
+        beam = exact_beam(values["L"], stiff_section(values), theory="shear-deformable", basis=basis, interfaces=places)
+        found = under_loads(beam, (0.0, 0.0, share * values["force"]), (0.0, 0.0, share * values["moment"]))
+        loads = "" if share == 1.0 else "twice the loads, "
+        quantity = f"place of the tip over the length, {loads}{count} coordinates of bending and twist"
+        place = found.position("beam", "tip") / values["L"]
+        yield Check.absolute(quantity, place, np.array(values[name]) / values["L"], close)
 
 
 def roll_up(reference: Reference) -> Iterator[Check]:

@@ -55,7 +55,8 @@ def equilibrium(
     Driven joints follow their motions; a blade on a shaft at a steady rate is balanced in the rotating frame. Loops
     stay closed. The search leads to the stable rest to which the scene would creep from the start under strong damping
     (Newton's method with a stiffness that is shifted to be positive definite); if there is none, to the nearest
-    unstable one. A start that is in balance is kept, even if it is unstable: see
+    unstable one. Where that fails, the loads are raised from zero, as `equilibrium_path` does, if the scene is at rest,
+    without contacts and friction. A start that is in balance is kept, even if it is unstable: see
     ``equilibrium(...).linearise().modes()``. A rotor above a critical speed has no statically stable rest: it is
     balanced near the start, where gyroscopic forces stabilise it.
 

@@ -75,7 +75,7 @@ class Stop:
         if self.origin is None or not self.step:
             return Tangent(0.0 * self.ahead.z, 0.0)
         before = self.origin.ahead
-        z, factor = ((a - b) / self.step for a, b in zip(self.ahead, before, strict=True))
+        z, factor = (self.ahead.z - before.z) / self.step, (self.ahead.factor - before.factor) / self.step
         share = scene.dot(Tangent(z, factor), self.ahead)
         return Tangent(z - share * self.ahead.z, factor - share * self.ahead.factor)
 

@@ -44,3 +44,12 @@ def test_a_load_that_grows_in_the_search_is_named() -> None:
     scene.add_force(block, lambda t, state: (1.0 if state.position("block")[0] < 0.1 else 1e200, 0.0, 0.0))
     with pytest.raises(SimulationError, match=r"the force on 'block'.* is 1e\+200"):
         kf.equilibrium(scene)
+
+
+def test_it_is_named_in_paths_too() -> None:
+    scene = kf.System()
+    spring = kf.CoordinateForce(stiffness=1.0)
+    block = scene.add_rigid_body("block", 1.0, 0.1, joint=kf.Prismatic("x", forces=spring))
+    scene.add_force(block, (1e160, 0.0, 0.0))
+    with pytest.raises(SimulationError, match=r"the force on 'block'.* is 1e\+160"):
+        kf.equilibrium_path(scene)
