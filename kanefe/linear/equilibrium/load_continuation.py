@@ -55,6 +55,6 @@ def raised_to(model: Model, t: float, q: Vector) -> Vector | None:
                 return None
             here.balance.forget()
             here = there
-    except (KanefeError, PathLost):
+    except (KanefeError, PathLost, np.linalg.LinAlgError):
         return None
     return None

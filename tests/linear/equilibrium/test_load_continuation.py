@@ -8,6 +8,7 @@ import pytest
 import kanefe as kf
 from kanefe.errors import SimulationError
 from kanefe.linear.equilibrium import load_continuation
+from kanefe.linear.paths import loaded_scene
 from kanefe_fem import Section, exact_beam
 
 TIP = np.array((0.410203352617, 0.053770903120, -1.091729019348))
@@ -51,6 +52,20 @@ def test_a_path_that_ends_leads_nowhere(monkeypatch: pytest.MonkeyPatch) -> None
     model = leaning().freeze()
     monkeypatch.setattr(load_continuation, "MOST_STOPS", 2)
     assert load_continuation.raised_to(model, 0.0, model.initial_coordinates) is None
+
+
+def test_a_step_takes_one_stiffness(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = []
+    whole = loaded_scene.stiffness_of
+
+    def counted(*given: object) -> object:
+        found.append(given)
+        return whole(*given)
+
+    monkeypatch.setattr(loaded_scene, "stiffness_of", counted)
+    path = kf.equilibrium_path(leaning(), down_to=0.0)
+    assert path.is_whole
+    assert len(found) <= 1.3 * len(path)  # of four before; the step to the end of the range is cut
 
 
 @pytest.mark.slow
