@@ -11,6 +11,7 @@ from kanefe.kernels.events.closing_call import ClosingCall
 from kanefe.kernels.events.lookout import AT_TIME, look_at
 from kanefe.kernels.events.steps_with_events import pass_steps
 from kanefe.kernels.events.watched_run import FIRST_SHARES, NO_CONTACTS, SHARES, Going, Lookout, WatchedRun
+from kanefe.kernels.loads.watching import NEAR
 from kanefe.kernels.steppers.step_commands import Run
 from kanefe.order_n.evaluated import Evaluated
 
@@ -78,7 +79,8 @@ class Lookouts:
         route, count, size = self._route, len(shares), self._vectors.shape[1]
         times, drives = np.empty(count), np.empty((count, len(route.model.drives), 3))
         inputs, states = np.empty((count, len(self._inputs))), np.empty((count, size))
-        change = np.array((-1, 0, 0, 0))
-        looking, found = route.watching.prepared(times, drives, inputs, states, change)
+        change, only = np.array((-1, 0, 0, 0)), np.array((NEAR,))
+        looking, found, near = route.watching.prepared(times, drives, inputs, states, change, only)
         held = self._closing.motions, route.fill, self._inputs
-        return Lookout(looking.for_kernels(), shares, *held, times, drives, inputs, states, found, change, NO_CONTACTS)
+        arrays = times, drives, inputs, states, found, change, only, near
+        return Lookout(looking.for_kernels(), shares, *held, *arrays, NO_CONTACTS)

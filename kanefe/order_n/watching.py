@@ -9,7 +9,7 @@ import numpy as np
 from kanefe.frames import Matrix
 from kanefe.kernels.compiler.entries import LATER, Bound, Call
 from kanefe.kernels.constraints.contact_margins import MARGINS
-from kanefe.kernels.loads.watching import watch_memory_size, watch_states
+from kanefe.kernels.loads.watching import NEAR, watch_memory_size, watch_states
 from kanefe.order_n.contact_watching import COLUMNS, watching_call
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.tables.load_tables import watched_loads
@@ -17,6 +17,9 @@ from kanefe.order_n.tables.reach_tables import far_values
 
 NO_CHANGE = np.array((-1, 0, 0, 0))
 """Argument `changing` of `watch_states` for a call that looks at values."""
+
+ALL_NEAR = np.array((NEAR,))
+"""Argument `only` of `watch_states` for a call that looks at what comes near."""
 
 
 class Watching:
@@ -51,15 +54,19 @@ class Watching:
         self._needs_inputs = has_inputs or bool(route.model.rigid_contacts)  # forces of these depend on all loads
         self.columns = {i: slice(int(end) - n, int(end)) for i, end, n in zip(numbers, ends, counts, strict=True)}
 
-    def values(self, times: np.ndarray, states: Matrix) -> Matrix:
-        """Return the values at times (T,) and states (T, n) that begin with q, u and z, (T, values)."""
+    def values(self, times: np.ndarray, states: Matrix, only: int = NEAR) -> Matrix:
+        """Return the values at times (T,) and states (T, n) that begin with q, u and z, (T, values).
+
+        Of several states those of loads that come nowhere near are estimates, if not all loads are looked at.
+        """
         route = self._route
         drives = route.drives_over(times)
         if self._needs_inputs:
             inputs = route.values_over(times, states)
         else:  # what else is given by functions of the user pushes, and is not looked at
             inputs = np.repeat(route.inputs.constants[None], len(times), axis=0)
-        call, found = self.prepared(np.ascontiguousarray(times), drives, inputs, np.ascontiguousarray(states))
+        given = np.ascontiguousarray(times), drives, inputs, np.ascontiguousarray(states)
+        call, found, _ = self.prepared(*given, only=np.array((only,)))
         call()
         return found
 
@@ -70,20 +77,21 @@ class Watching:
         inputs: np.ndarray,
         states: Matrix,
         change: np.ndarray = NO_CHANGE,
-    ) -> tuple[Call, Matrix]:
-        """Return the call of the kernel with arrays that stay where they are, and where it writes the values."""
+        only: np.ndarray = ALL_NEAR,
+    ) -> tuple[Call, Matrix, np.ndarray]:
+        """Return the call of the kernel with arrays that stay where they are, and where it writes values and `near`."""
         route = self._route
-        found = np.empty((len(times), self._width))
+        found, near = np.empty((len(times), self._width)), np.zeros(len(self.rows))
         if self.contact_columns and not self.columns:
-            return watching_call(route, None, times, drives, inputs, states, found), found
+            return watching_call(route, None, times, drives, inputs, states, found), found, near
         memory = np.empty(watch_memory_size(route.tables, route.flexible, self._between))
-        of_loads = self._bound.prepared(times, drives, inputs, states, found, memory, change)
+        of_loads = self._bound.prepared(times, drives, inputs, states, found, memory, change, only, near)
         if not self.contact_columns:
-            return of_loads, found
-        return watching_call(route, of_loads, times, drives, inputs, states, found), found
+            return of_loads, found, near
+        return watching_call(route, of_loads, times, drives, inputs, states, found), found, near
 
     @cached_property
     def _bound(self) -> Bound:
         route = self._route
         scene = route.tables, route.flexible, self._between, self._counts, self._far
-        return watch_states.bound(*scene, *(LATER,) * 7)
+        return watch_states.bound(*scene, *(LATER,) * 9)

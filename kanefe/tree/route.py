@@ -227,14 +227,23 @@ class WatchedEvents(Protocol):
     rows: dict[int, int]
     contact_columns: dict[str, int]
 
-    def values(self, times: np.ndarray, states: Matrix) -> Matrix:
-        """Return the values at times (T,) and states (T, n) that begin with q, u and z, (T, values)."""
+    def values(self, times: np.ndarray, states: Matrix, only: int = ...) -> Matrix:
+        """Return the values at times (T,) and states (T, n) that begin with q, u and z, (T, values).
+
+        `only`: what is looked at, see `kanefe.kernels.loads.watching`.
+        """
         ...
 
     def prepared(
-        self, times: np.ndarray, drives: np.ndarray, inputs: np.ndarray, states: Matrix, change: np.ndarray = ...
-    ) -> tuple[Any, Matrix]:
-        """Return the call of the kernel with these arrays, and the array of values that it writes."""
+        self,
+        times: np.ndarray,
+        drives: np.ndarray,
+        inputs: np.ndarray,
+        states: Matrix,
+        change: np.ndarray = ...,
+        only: np.ndarray = ...,
+    ) -> tuple[Any, Matrix, Vector]:
+        """Return the call of the kernel with these arrays, and the arrays that it writes: values, and what is near."""
         ...
 
 

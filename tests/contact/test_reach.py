@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 
 import kanefe as kf
 import scenes
 from kanefe import shapes
+from kanefe.kernels.events import roots_of_step
+from kanefe.kernels.events.watched_run import WatchedRun
 from kanefe.kernels.layout import WORK
-from kanefe.kernels.loads.reach import find_near, gap_to, nearness_at, reach_size
+from kanefe.kernels.loads.reach import SWEPT_BALLS, find_near, gap_to, nearness_at, reach_size
 from kanefe.kernels.sweeps.outward import sweep_outward
+from kanefe.order_n.tables import reach_tables
 from touched_shapes import TOUCHED
 
 LAW = kf.HuntCrossley(2e4, damping=0.4)
 ROUGH = kf.Coulomb(0.4, stiffness=3e4, damping=20.0)
+SKIN = shapes.Sphere(0.1)
 STATIC = kf.Coulomb(0.3, static=0.5, stiffness=3e4, damping=20.0)
 
 
@@ -158,3 +164,66 @@ def test_events_of_what_comes_from_far_are_found():
     exact = (0.7 - np.sqrt(0.2**2 - 0.19**2)) / 1.5
     for found in touches:
         np.testing.assert_allclose(found, [exact], atol=1e-9)
+
+
+def box_of_balls(count: int) -> kf.System:
+    """Return balls that fly about in a box, between walls."""
+    scene, rng = kf.System(gravity=(0, 0, -9.81)), np.random.default_rng(3)
+    side = int(np.ceil(count ** (1 / 3)))
+    skins = []
+    for i in range(count):
+        place = 0.3 * (np.array((i % side, i // side % side, i // side**2)) + 0.5) + rng.uniform(-0.04, 0.04, 3)
+        joint = kf.Free(position=tuple(place), velocity=tuple(rng.uniform(-1.0, 1.0, 3)))
+        skins.append(scene.add_surface(f"skin {i}", scene.add_rigid_body(f"ball {i}", 1.0, 4e-3, joint=joint), SKIN))
+    for at, axis in ((0, "z"), (0, "x"), (side, "-x"), (0, "y"), (side, "-y")):
+        place = tuple(0.3 * at * (name == axis[-1]) for name in "xyz")
+        skins.append(scene.add_surface(f"wall {axis}", scene.ground.frame(at=place), shapes.Plane(axis)))
+    scene.add_contacts(skins, normal=kf.HuntCrossley(1e5, damping=0.3))
+    return scene
+
+
+def test_events_of_many_balls_do_not_depend_on_how_pairs_are_found(monkeypatch):
+    touches = []
+    for sweep_from in (0, 1000):
+        monkeypatch.setattr(reach_tables, "SWEEP_FROM", sweep_from)
+        scene = box_of_balls(9)
+        events = scene.simulate((0.0, 0.15), rtol=1e-8, output_step=0.05).events
+        assert scene.freeze().route.between.reach.sizes[SWEPT_BALLS] == (9 if sweep_from == 0 else 0)
+        touches.append(sorted((x[0], name) for name, x in events.items() if name.endswith("touch") and len(x)))
+    assert [name for _, name in touches[0]] == [name for _, name in touches[1]]
+    assert len(touches[0]) > 5
+    np.testing.assert_allclose([t for t, _ in touches[0]], [t for t, _ in touches[1]], atol=1e-7)
+
+
+class Known(NamedTuple):
+    """What `find_roots` sees of a step with one event of one load, where `near` tells whether it is looked at."""
+
+    times: np.ndarray
+    found: np.ndarray
+    near: np.ndarray
+
+
+@pytest.mark.parametrize("near", [0.0, 1.0])
+def test_an_estimate_beside_values_is_no_dip(near, monkeypatch):
+    """What was nowhere near is looked at once, where the step begins; no minimum is searched between both."""
+    looks = []
+
+    def value(data, t):
+        looks.append(t)
+        single[0].found[0, 0] = -2.05e-3
+        return -2.05e-3
+
+    monkeypatch.setattr(roots_of_step, "value_at", value)
+    times, values = np.array((0.25, 0.5, 0.75, 1.0)), np.array([-2.0, -1.95, -1.9, -1.85])[:, None] * 1e-3
+    step = Known(times, values, np.array((near,)))
+    single = Known(times, np.zeros((1, 1)), np.ones(1)), None
+    one, none = np.zeros(1, dtype=np.int64), np.zeros(1)
+    watched = WatchedRun(
+        *(one, one + 1, one, one, none.copy(), np.array((-3.0e-3,)), none, none - np.inf, np.empty((4, 2)), one),
+        *(np.empty((0, 4)), np.empty(5), np.empty(5), np.empty((8, 2)), np.empty((4, 2)), one, none, none, none, 0),
+        *(none, 1.0, 1.0, 1e-6, 1.0),
+    )
+    assert roots_of_step.find_roots(step, single, watched, None, None, 0.0) == 0
+    assert looks == ([0.0] if near else [])
+    assert watched.known[0] == near
+    assert watched.values[0] == (-2.05e-3 if near else -3.0e-3)

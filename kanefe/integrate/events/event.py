@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -170,8 +171,7 @@ def checked_events(events: Sequence[Event | str] | Event | str, of_loads: Sequen
             raise ModelError(
                 f"events must be a list of kanefe.Event or of names of events of loads, not of {type(event).__name__}"
             )
-    names = [event.name for event in found]
-    for name in names:
-        if names.count(name) > 1:
+    for name, count in Counter(event.name for event in found).items():
+        if count > 1:
             raise ModelError(f"two events are called {name!r}. Remedy: another name for one of them")
     return found

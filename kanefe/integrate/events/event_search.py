@@ -37,6 +37,7 @@ from kanefe.kernels.events.watched_run import (
     WatchedRun,
 )
 from kanefe.kernels.impacts.contact_questions import report_count
+from kanefe.kernels.loads.watching import ALL
 from kanefe.loads.by_kernel import ActionByKernel
 from kanefe.tree.model_data import QUADRATURES
 
@@ -76,7 +77,7 @@ class EventWatch:
         self._compiled = {i: column for i, column in enumerate(columns) if column is not None}
         self._is_bound = np.array([isinstance(event, MarginEvent) for event in self.events], dtype=bool)
         self._values = np.zeros(len(self.events))
-        self._noise = np.zeros(len(self.events))
+        self._noise, self._known = np.zeros(len(self.events)), np.ones(len(self.events))
         self._last = np.full(len(self.events), -np.inf)
         self._with_states: tuple[str, ...] = ()
         self._ways = np.zeros(len(self.events))
@@ -85,8 +86,8 @@ class EventWatch:
         self.acting: float | None = None
         self.is_again = False
         self.times: dict[str, list[float]] = {event.name: [] for event in self.events}
-        self._kept = {"values": self._values, "noise": self._noise, "ways": self._ways, "acted": self._actions}
-        self._kept |= {"regime": self._regime, "usual": self._usual}
+        self._kept = {"values": self._values, "known": self._known, "noise": self._noise, "ways": self._ways}
+        self._kept |= {"acted": self._actions, "regime": self._regime, "usual": self._usual}
         self.telling = ChangeReports(self.times, span)
         self.watched = self._watched() if len(self._compiled) == len(self.events) else None
 
@@ -100,7 +101,7 @@ class EventWatch:
     def begin(self, t: float, y: np.ndarray, happened: Sequence[Event] = ()) -> None:
         """Set the state from which the run continues, and the events that just happened there."""
         self._regime[0] = -1.0
-        self._values[:] = self._values_of(np.array([t]), y[None])[0]
+        self._values[:], self._known[:] = self._values_of(np.array([t]), y[None])[0], 1.0
         for i, event in enumerate(self.events):
             if isinstance(event, MarginEvent):
                 self._noise[i] = event.blur(t, seen(self._model, t, y))
@@ -138,6 +139,11 @@ class EventWatch:
             return -1, 0, 0, 0
         return self._watching.rows[event.number], event.index, event.where.start, event.where.stop - event.where.start
 
+    def _load(self, event: Event) -> int:
+        """Return the number in the tables of the load of an event; the number of loads there where it is of none."""
+        rows = {} if self._watching is None else self._watching.rows
+        return rows.get(event.number, len(rows)) if isinstance(event, EventOfLoad) else len(rows)
+
     def _watched(self) -> WatchedRun:
         count = len(self.events)
         kinds = [_kind_for_kernels(event) for event in self.events]
@@ -152,6 +158,8 @@ class EventWatch:
             columns=np.array(list(self._compiled.values()), dtype=np.int64),
             directions=np.array([event.direction for event in self.events], dtype=np.int64),
             kinds=np.array(kinds, dtype=np.int64),
+            loads=np.array([self._load(event) for event in self.events], dtype=np.int64),
+            known=self._known,
             values=self._values,
             noise=self._noise,
             last=self._last,
@@ -213,6 +221,10 @@ class EventWatch:
         times = t0 + h * (FIRST_SHARES if self._is_at_zero else SHARES)
         times = np.append(np.unique(times[(times > t0) & (times < stepper.t)]), stepper.t)
         quick = _quick_look(stepper) if self._compiled else None
+        if not self._known.all():  # compiled code had estimates
+            self._values[:] = np.where(
+                self._known > 0.0, self._values, self._looked_at(stepper, quick, np.array([t0]))[0]
+            )
         table = np.vstack((self._values, self._looked_at(stepper, quick, times)))
         times = np.append(t0, times)
         self._check_short_ways(table)
@@ -240,7 +252,7 @@ class EventWatch:
                 self._ways[i] = -np.sign(before)
             elif np.abs(table[1:, i]).max() > self._noise[i]:
                 self._noise[i] = 0.0  # also where a step ends by chance just before the next zero
-        self._values[:] = table[-1]
+        self._values[:], self._known[:] = table[-1], 1.0
         return found
 
     def _passes_at(self, stepper: Stepper, quick: QuickLook | None, event: Event, t: float, root: float) -> bool:
@@ -325,7 +337,8 @@ class EventWatch:
         """Return the values of all functions at times and states, shape (times, events)."""
         found = np.empty((len(times), len(self.events)))
         if self._compiled and self._watching is not None:
-            found[:, list(self._compiled)] = self._watching.values(times, states)[:, list(self._compiled.values())]
+            values = self._watching.values(times, states, ALL)
+            found[:, list(self._compiled)] = values[:, list(self._compiled.values())]
         if len(self._compiled) < len(self.events):
             for row, t, y in zip(found, times.tolist(), states, strict=True):
                 state = seen(self._model, t, y)

@@ -11,6 +11,7 @@ from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.events.closing_call import ClosingCall, close_at
 from kanefe.kernels.events.watched_run import Lookout
+from kanefe.kernels.loads.watching import NEAR
 from kanefe.kernels.steppers.step_commands import STAGE, STATE, TIME, TIME_OLD, Run
 from kanefe.kernels.sweeps.drives import put_drives
 
@@ -42,13 +43,15 @@ def look_ahead(lookout: Lookout, run: Run, vectors: RealRows, end: float) -> Non
 
 @kernel
 def value_at(data: Any, t: float) -> float:
-    """Return the value of a column at a time of the last step, above a level."""
-    single, run, vectors, column, above = data
+    """Return the value of an event at a time of the last step, above a level: nothing is looked at but its load."""
+    single, watched, run, vectors, event, above = data
     lookout, _ = single
     lookout.times[0] = t
     put_closed(single, run, vectors, t)
+    lookout.only[0] = watched.loads[event]
     look_at_states(lookout)
-    return lookout.found[0, column] + above
+    lookout.only[0] = NEAR
+    return lookout.found[0, watched.columns[event]] + above
 
 
 @kernel

@@ -26,10 +26,41 @@ def sample(lookout: Lookout, watched: WatchedRun, event: int, start: float) -> i
 
 
 @exact
+def is_near(lookout: Lookout, watched: WatchedRun, event: int) -> bool:
+    """Return whether the values of an event in the lookout are no estimates."""
+    load = watched.loads[event]
+    return bool(load == len(lookout.near) or lookout.near[load] > 0.0)
+
+
+@exact
+def _know_starts(
+    lookout: Lookout, single: Single, watched: WatchedRun, run: Run, vectors: RealRows, start: float
+) -> None:
+    """Look at the start of a step at what comes near in it and was only estimated before.
+
+    An estimate beside values would look like a function that jumps, and may come back to zero.
+    """
+    for event in range(len(watched.values)):
+        if watched.known[event] > 0.0 or not is_near(lookout, watched, event):
+            continue
+        value_at((single, watched, run, vectors, event, 0.0), start)
+        other = event
+        while other < len(watched.values) and watched.loads[other] == watched.loads[event]:
+            watched.values[other], watched.known[other] = single[0].found[0, watched.columns[other]], 1.0
+            other += 1
+
+
+@exact
 def find_roots(lookout: Lookout, single: Single, watched: WatchedRun, run: Run, vectors: RealRows, start: float) -> int:
     """Write what happened from a time on, in order of time; return how much that is, -1 if it is not looked for."""
+    _know_starts(lookout, single, watched, run, vectors, start)
     total = 0
     for event in range(len(watched.values)):
+        if (
+            not is_near(lookout, watched, event)
+            and watched.values[event] * lookout.found[0, watched.columns[event]] > 0.0
+        ):
+            continue  # it is on one side in all of the step
         count = sample(lookout, watched, event, start)
         is_bound = watched.kinds[event] >= BOUND
         if is_quiet(watched.times, watched.samples, count) and not (is_bound and watched.samples[0] < 0.0):
@@ -40,7 +71,7 @@ def find_roots(lookout: Lookout, single: Single, watched: WatchedRun, run: Run, 
         first = first_with_sign(watched.samples, count, noise)
         # what must not be below zero happens wherever it is
         is_below = is_bound and watched.samples[first] < -noise
-        data = (single, run, vectors, watched.columns[event], noise if is_below else 0.0)
+        data = (single, watched, run, vectors, event, noise if is_below else 0.0)
         if is_below:
             watched.brackets[0, 0], watched.brackets[0, 1] = watched.times[max(first - 1, 0)], watched.times[first]
             brackets = 1

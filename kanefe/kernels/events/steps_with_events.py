@@ -27,7 +27,7 @@ from kanefe.kernels.events.lookout import (
     put_state,
     value_at,
 )
-from kanefe.kernels.events.roots_of_step import find_roots, first_acting, sample
+from kanefe.kernels.events.roots_of_step import find_roots, first_acting, is_near, sample
 from kanefe.kernels.events.watched_run import (
     ACTS,
     BOUND,
@@ -207,7 +207,7 @@ def _deal_with(
             count += 1
         for late in range(count, found):
             event = int(watched.found[late, 1])
-            data = (single, run, vectors, watched.columns[event], 0.0)
+            data = (single, watched, run, vectors, event, 0.0)
             if watched.kinds[event] < BOUND and passes_at(
                 value_at, data, acting, watched.found[late, 0], start, lookout.times[-1], watched.span
             ):
@@ -230,6 +230,7 @@ def _deal_with(
     _set_noise(lookout, single, watched, run, vectors, start, found, acting < np.inf)
     for event in range(len(watched.values)):
         watched.values[event] = lookout.found[-1, watched.columns[event]]
+        watched.known[event] = 1.0 if is_near(lookout, watched, event) else 0.0
     if acting < np.inf:
         copy(watched.after, single[0].states[0])
         take_reports(single[0], watched)
@@ -261,7 +262,7 @@ def _set_noise(
             largest = max(largest, abs(watched.samples[k]))
             later = max(later, abs(watched.samples[k])) if k > 0 else 0.0
         if has_acted and root > -np.inf:
-            data = (single, run, vectors, watched.columns[event], 0.0)
+            data = (single, watched, run, vectors, event, 0.0)
             watched.noise[event] = noise_after(value_at, data, root, start, lookout.times[-1], watched.span, largest)
         elif later > watched.noise[event]:
             watched.noise[event] = 0.0  # also where a step ends by chance just before the next zero
@@ -324,7 +325,7 @@ def _begin(single: Single, watched: WatchedRun, t: float, found: int) -> None:
         value, has_happened = lookout.found[0, watched.columns[event]], False
         for i in range(found):
             has_happened = has_happened or (int(watched.found[i, 1]) == event and watched.found[i, 0] >= t)
-        watched.values[event] = value
+        watched.values[event], watched.known[event] = value, 1.0
         if watched.kinds[event] == BOUND_CHANGES:
             watched.noise[event] = lookout.contacts.asked[BLUR + watched.changes[event, 0] - TOUCH]
         elif not has_happened or abs(value) > watched.noise[event]:

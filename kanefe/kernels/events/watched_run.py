@@ -61,6 +61,10 @@ class WatchedRun(NamedTuple):
     columns, directions, kinds : ndarray of int, shape (events,)
         Of each its column among the values looked at, the way through zero that counts (1, -1, or 0 for both), and
         what it does: REPORTS, ENDS_STEP, CHANGES, ACTS or BOUND.
+    loads : ndarray of int, shape (events,)
+        Of each the number of its load in the tables, or the number of loads where it is of none.
+    known : ndarray, shape (events,)
+        Above zero where the value is that of the function, and no estimate of a load that is nowhere near.
     values, noise, last : ndarray, shape (events,)
         Value, up to which size it has no sign, and time of the last event, s; minus infinity before the first.
     records : ndarray, shape (R, 2)
@@ -98,6 +102,8 @@ class WatchedRun(NamedTuple):
     columns: Integers
     directions: Integers
     kinds: Integers
+    loads: Integers
+    known: Reals
     values: Reals
     noise: Reals
     last: Reals
@@ -174,6 +180,10 @@ class Lookout(NamedTuple):
     change : ndarray of int, shape (4,)
         Of a load whose states the call changes instead of looking: its number in the tables, that of its event, and
         first and number of its states; below zero: it looks.
+    only : ndarray of int, shape (1,)
+        What the call looks at.
+    near : ndarray, shape (loads,)
+        Above zero for loads whose values are no estimates.
     contacts : ContactCalls
     """
 
@@ -188,4 +198,6 @@ class Lookout(NamedTuple):
     states: RealRows
     found: RealRows
     change: Integers
+    only: Integers
+    near: Reals
     contacts: ContactCalls

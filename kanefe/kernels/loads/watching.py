@@ -27,6 +27,9 @@ from kanefe.kernels.loads.points import gather_points
 from kanefe.kernels.loads.reach import FIRST_SWEPT, SWEPT_BALLS, find_near, find_swept, nearness_at
 from kanefe.kernels.sweeps.outward import sweep_outward
 
+NEAR, ALL = -1, -2
+"""Values for the loads that are looked at: those that come near, and all."""
+
 PATH = 2.0
 """Distance, in multiples of the longest distance between two positions in a step, within which a contact may be missed.
 """
@@ -50,6 +53,8 @@ def watch_states(
     found: RealRows,
     memory: Reals,
     changing: Integers,
+    only: Integers,
+    near: Reals,
 ) -> None:
     """Write the event values of loads in some states, or change a state by an event.
 
@@ -75,6 +80,11 @@ def watch_states(
     changing : ndarray of int, shape (4,)
         Number of a load whose states an event changes (below zero: none does), number of the event, first and number of
         the states: these are written to the first state, and to `found` by how much the potential energy grows, J.
+    only : ndarray of int, shape (1,)
+        Number of the load that alone is looked at; the number of loads: none; NEAR: those that come near in a step,
+        and all of one state; ALL: all.
+    near : ndarray, shape (loads,)
+        Written: above zero for loads that were looked at, whose values are no estimates.
     """
     loads = len(between.loads)
     size = WORK * len(tables.rows)
@@ -85,16 +95,11 @@ def watch_states(
         rest[modes : len(rest) - path_size(between)],
         rest[len(rest) - path_size(between) :],
     )
-    wanted, least, last, change = (
-        paths[:loads],
-        paths[loads : 2 * loads],
-        paths[2 * loads : 3 * loads],
-        paths[3 * loads :],
-    )
+    least, last, change = paths[:loads], paths[loads : 2 * loads], paths[2 * loads :]
     n = tables.sizes[COORDINATES]
     m = n + tables.sizes[SPEEDS]
     k = m + tables.sizes[STATES]
-    wanted[:] = 1.0
+    near[:] = 1.0
     has_frames = False  # along joint coordinates alone nothing else has to be known of the scene
     for end in range(len(between.rows)):
         has_frames = has_frames or between.rows[end] != COORDINATE
@@ -105,17 +110,21 @@ def watch_states(
         gather_points(between, flexible, between.loads[of, TEAM], of, of + 1, work, modal, acting)
         evaluate_load(between, of, of, flexible, times[0], inputs[0], y[m:k], drives[0], y[:n], y[n:m], work, acting)
         out, z = acting[span_of_load(between, of)], y[first : first + count]
-        out[0], wanted[0] = 0.0, float(changing[1])
+        out[0], least[0] = 0.0, float(changing[1])
         for i in range(count):
             out[1 + i] = z[i]
         own, ends = between.numbers[between.loads[of, FIRST_NUMBER] :], acting[place_of_load(between) :]
-        call_address(between.addresses[of, CHANGES], (times[0], own, wanted, ends, z, out))
+        call_address(between.addresses[of, CHANGES], (times[0], own, least, ends, z, out))
         for i in range(count):
             z[i] = out[1 + i]
         found[0, 0] = out[0]
         return
-    if len(states) > 1 and len(between.reach.balls) > 0:
-        wanted[:] = change[:loads] = 0.0
+    if only[0] >= 0:
+        near[:] = 0.0
+        if only[0] < loads:
+            near[only[0]] = 1.0
+    elif only[0] == NEAR and len(states) > 1 and len(between.reach.balls) > 0:
+        near[:] = change[:loads] = 0.0
         for row in range(len(states)):
             y = states[row]
             sweep_outward(tables, flexible, drives[row], y[:n], y[n:m], work, modal)
@@ -137,8 +146,8 @@ def watch_states(
         for load in range(loads):
             is_swept = load >= between.reach.sizes[FIRST_SWEPT]
             if (is_swept and nearness[load] > 0.0) or (not is_swept and least[load] <= PATH * change[load]):
-                wanted[load] = 1.0
-    if not is_any(wanted):
+                near[load] = 1.0
+    if not is_any(near):
         return
     for row in range(len(states)):
         y, at = states[row], 0
@@ -146,7 +155,7 @@ def watch_states(
         if has_frames:
             sweep_outward(tables, flexible, drives[row], q, u, work, modal)
         for load in range(loads):
-            if wanted[load] > 0.0:
+            if near[load] > 0.0:
                 gather_points(between, flexible, between.loads[load, TEAM], load, load + 1, work, modal, acting)
                 evaluate_load(
                     between, load, load, flexible, times[row], inputs[row], z, drives[row], q, u, work, acting
@@ -158,11 +167,11 @@ def watch_states(
 
 
 @inlined
-def is_any(wanted: np.ndarray) -> bool:
-    """Return whether any load is wanted."""
+def is_any(near: np.ndarray) -> bool:
+    """Return whether any load is looked at."""
     total = 0.0
-    for load in range(len(wanted)):
-        total += wanted[load]
+    for load in range(len(near)):
+        total += near[load]
     return total > 0.0
 
 
@@ -194,7 +203,7 @@ def put_enclosing(between: LoadsBetween, boxes: np.ndarray, acting: np.ndarray) 
 @inlined
 def path_size(between: LoadsBetween) -> int:
     """Return how many numbers are kept of a step: of each load and of each swept ball."""
-    return 4 * len(between.loads) + PATH_NUMBERS * between.reach.sizes[SWEPT_BALLS]
+    return 3 * len(between.loads) + PATH_NUMBERS * between.reach.sizes[SWEPT_BALLS]
 
 
 def watch_memory_size(tables: Tables, flexible: FlexibleTables, between: LoadsBetween) -> int:
