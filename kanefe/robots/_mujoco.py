@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -25,6 +26,9 @@ _UNUSED = (
     "plugins",
 )
 """Elements that are not read, in an order of removal in which no remaining element refers to a removed one."""
+
+_FROM_FILES = "meshes", "hfields", "skins", "flexes", "plugins"
+"""Elements that may need files, or code, beside the one that is read."""
 
 _OF_SHAPES = ("materials", "textures")
 """Elements of shapes only."""
@@ -72,12 +76,17 @@ def compiled(path: Path) -> CompiledRobot:
     """
     mujoco = _import_mujoco()
     try:
-        spec = mujoco.MjSpec.from_file(str(path))
+        spec = _parsed(path, mujoco)
         named = {kind: [element.name or "unnamed" for element in getattr(spec, kind, ())] for kind in _UNUSED}
         shapes = list(dict.fromkeys(geom.parent.name or "unnamed" for geom in spec.geoms))
-        others = [held for held in spec.equalities if held.type not in _kinds_taken(mujoco)]
+        others = _equalities_left(spec, mujoco)
         named["equalities"] = [equality.name or "unnamed" for equality in others]
         _delete(spec, others)
+        if not _needs_files(spec):
+            with suppress(ValueError, mujoco.FatalError):  # of what is not read: without that it may be right
+                return CompiledRobot(spec.compile(), named, shapes)
+            spec = _parsed(path, mujoco)
+            _delete(spec, _equalities_left(spec, mujoco))
         for kind in _UNUSED:
             _delete(spec, getattr(spec, kind, ()))
         _delete(spec, list(_shapes_without_mass(spec, mujoco)))
@@ -87,7 +96,6 @@ def compiled(path: Path) -> CompiledRobot:
             _delete(spec, getattr(spec, kind))
         used = {geom.meshname for geom in spec.geoms} | {geom.hfieldname for geom in spec.geoms}
         _delete(spec, [mesh for mesh in (*spec.meshes, *spec.hfields) if mesh.name not in used])
-        spec.compiler.fusestatic = False
         return CompiledRobot(spec.compile(), named, shapes)
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
         remedy = "check the file"
@@ -96,9 +104,26 @@ def compiled(path: Path) -> CompiledRobot:
         raise FileError(f"MuJoCo's parser refuses {path}: {' '.join(str(error).split())}. Remedy: {remedy}") from error
 
 
-def _kinds_taken(mujoco: Any) -> tuple[Any, ...]:
+def _parsed(path: Path, mujoco: Any) -> Any:
+    spec = mujoco.MjSpec.from_file(str(path))
+    spec.compiler.fusestatic = False
+    return spec
+
+
+def _equalities_left(spec: Any, mujoco: Any) -> list[Any]:
+    """Return the equalities of kinds that are not read."""
     kind = mujoco.mjtEq
-    return kind.mjEQ_CONNECT, kind.mjEQ_WELD, kind.mjEQ_JOINT
+    taken = kind.mjEQ_CONNECT, kind.mjEQ_WELD, kind.mjEQ_JOINT
+    return [held for held in spec.equalities if held.type not in taken]
+
+
+def _needs_files(spec: Any) -> bool:
+    """Return whether something in it may need more than itself: then what is not read is removed, one by one.
+
+    Each removal takes the parser a time that grows with the whole model.
+    """
+    of_textures = (texture.file or any(texture.cubefiles) for texture in spec.textures)
+    return any(len(getattr(spec, kind, ())) for kind in _FROM_FILES) or any(of_textures)
 
 
 def _shapes_without_mass(spec: Any, mujoco: Any) -> Iterator[Any]:

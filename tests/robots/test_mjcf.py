@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.robots import _mujoco
 from kanefe.robots.scene import NotTakenWarning
 
 pytestmark = pytest.mark.mjcf
@@ -227,3 +228,36 @@ def test_inertia_from_a_mesh_that_is_missing_is_asked_for(tmp_path: Path) -> Non
     inertial = '<inertial pos="0 0 .1" mass="1" fullinertia="1 1.1 1.2 .1 0 0.05"/>'
     with pytest.raises(kf.FileError, match="give the body an <inertial>, then no mesh is needed"):
         kf.read_mjcf(write(tmp_path, MACHINE.replace(inertial, "")))
+
+
+ACTED_ON = """
+<mujoco>
+  <asset>
+    <texture name="grid" type="2d" builtin="checker" width="8" height="8"/><material name="grid" texture="grid"/>
+  </asset>
+  <worldbody>
+    <geom type="plane" size="1 1 1" material="grid"/>
+    <body name="arm">
+      <joint name="hinge" axis="0 1 0" damping="0.2"/><geom type="capsule" size="0.1 0.3" mass="2"/>
+    </body>
+  </worldbody>
+  <tendon><fixed name="cable"><joint joint="hinge" coef="1"/></fixed></tendon>
+  <actuator><motor joint="hinge"/></actuator>
+  <sensor><jointpos joint="hinge"/></sensor>
+  {key}
+</mujoco>
+"""
+
+
+@pytest.mark.parametrize("key", ["", '<keyframe><key name="wrong" qpos="1 2 3"/></keyframe>'], ids=["right", "wrong"])
+def test_what_is_not_read_is_removed_only_where_it_has_to_be(key, tmp_path, monkeypatch):
+    """The parser takes longer for each removal, the larger the file is."""
+    removed, remove = [], _mujoco._delete
+    monkeypatch.setattr(_mujoco, "_delete", lambda spec, parts: (removed.extend(parts), remove(spec, parts)))
+    path = tmp_path / "arm.xml"
+    path.write_text(ACTED_ON.format(key=key))
+    model = _mujoco.compiled(path).model
+    assert model.dof_damping.tolist() == [0.2]
+    assert model.body_mass.tolist() == [0.0, 2.0]
+    assert (len(removed) > 0) == bool(key)
+    assert model.neq == 0
