@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.frames import Matrix, Vector
+from kanefe.frames import Matrix
 from kanefe.integrate.auto.cost import LEAST_BESIDE_KINKS, explicit_work, radau_work, steps_of_radau
 from kanefe.integrate.auto.stiffest_rate import highest_rate
 from kanefe.integrate.auto.vibrations import vibrations
@@ -19,7 +19,6 @@ from kanefe.loads.base import Load
 from kanefe.tree.scales import displacement_scales
 
 if TYPE_CHECKING:
-    from kanefe.bodies.marker import Marker
     from kanefe.contact.contact import Contact
 
 MUCH = 40.0
@@ -82,11 +81,12 @@ def _rate_of_motion(model: Model, start: float) -> float:
 
 
 def explicit_serves_contacts(
-    model: Model, abrupt: Sequence[Load], start: float, span: float, rtol: float | None, atol: float
+    model: Model, abrupt: Sequence[Load], start: float, span: float, rtol: float | None, atol: float, is_loaded: bool
 ) -> bool:
     """Return whether the explicit method has less work while contacts do not act, and bearable work if they do.
 
     With what all of them are at most: pressed at all probes that may be at once, and stuck; anchors that slip give way.
+    Where some are loaded as the scene starts, they act all the time.
     """
     from kanefe.contact.contact import compliant_contacts
 
@@ -110,8 +110,8 @@ def explicit_serves_contacts(
             slipping = max(slipping, contact.friction.relaxation)
         G = _velocities_squared(state, contact)
         K, C = K + stiffness * G, C + damping * G
-    rate = max(highest_rate(model, start, K, C), slipping)
-    return explicit_work(model, span * rate) < allowed
+    rate = highest_rate(model, start, K, C)
+    return explicit_work(model, span * max(rate, slipping)) < (allowed / MUCH if is_loaded else allowed)
 
 
 def _velocities_squared(state: State, contact: Contact) -> Matrix:
@@ -120,22 +120,18 @@ def _velocities_squared(state: State, contact: Contact) -> Matrix:
     J are partial velocities past the surface. Balls and tyres may press all around, boxes on boxes at any corner.
     """
     n = state.model.free_count
+    from kanefe.integrate.auto.loaded_contacts import velocity_at
+
     found, shares = np.zeros((n, n)), 0.0
     for end, probe in contact.probes:
         places = probe.point + probe.lever * np.eye(3) if probe.lever > 0.0 else [probe.point]
+        marker = state.marker(contact.ends[end])
         for place in [probe.axis] if probe.ring < 0.0 else places:
-            J = _velocity_past(state, contact.ends[0], contact.ends[end], place)[:, :n]
+            point = marker.p_NoFo_N + marker.A_NF @ place
+            J = velocity_at(state, contact.ends[0], contact.ends[end], point)[:, :n]
             found += probe.share * (J.T @ J)
         shares += probe.share
     return found / max(shares, 1.0)
-
-
-def _velocity_past(state: State, surface: Marker, end: Marker, corner: Vector) -> Matrix:
-    """Return the partial velocities in N of a point fixed in an end (its axes, m) past a surface, (3, columns)."""
-    a, b = state.marker(surface), state.marker(end)
-    point = b.p_NoFo_N + b.A_NF @ corner
-    parts = [F.A_NF @ F.shifted(F.A_NF.T @ (point - F.p_NoFo_N))[0] for F in (a, b)]
-    return np.asarray(parts[1] - parts[0])
 
 
 def rate_at_stops(model: Model, start: float) -> float:

@@ -62,9 +62,10 @@ MOST_OUTSIDE = 150.0
 """Product of the highest rate outside the sweep and the span below which steps that sample functions often enough
 suffice."""
 
-CONTACT_ATOL = 1e-7
-"""Largest absolute tolerance with contacts and friction, relative to the size of the scene: a hundredth of their
-deflection, if that is 1e-5. With a larger tolerance a loose run shakes sticking points loose and takes more steps."""
+SHARE_OF_DEPTH, CONTACT_ATOL = 0.01, 1e-7
+"""Largest absolute tolerance with contacts and friction: a hundredth of their deflection, and that relative to the size
+of the scene where the deflection is not known and may be 1e-5. With a larger tolerance a loose run shakes sticking
+points loose and takes more steps."""
 
 MANY_SAMPLES = 50.0
 """Number of controller samples from which Radau's method needs too many Jacobians, and steps of the explicit method end
@@ -198,12 +199,16 @@ def _for_abrupt_forces(
     model: Model, abrupt: Sequence[Load], times: tuple[float, float], rtol: float | None, atol: float
 ) -> SuitedMethod:
     """Return the method for a scene with forces that act at once: contacts, friction, stops."""
+    from kanefe.contact.contact import compliant_contacts
+    from kanefe.integrate.auto.loaded_contacts import loaded_depth
+
     start, span = times[0], times[1] - times[0]
-    share = min(CONTACT_ATOL / atol, 1.0)
+    depth = loaded_depth(model, start) if any(load.straight for _, load in compliant_contacts(abrupt)) else 0.0
+    share = min(max(CONTACT_ATOL, SHARE_OF_DEPTH * depth / scene_length(model)) / atol, 1.0)
     if explicit_serves_friction(model, abrupt, start, span):
         return SuitedMethod("dop853", "friction in joints, which is not stiff if all of it sticks", share=share)
     reason = f"{abrupt[0].kind} {abrupt[0].name!r} may become stiff suddenly"
-    if explicit_serves_contacts(model, abrupt, start, span, rtol, atol):
+    if explicit_serves_contacts(model, abrupt, start, span, rtol, atol, depth > 0.0):
         reason += ", but seldom acts"
         return SuitedMethod("dop853", reason, share=share)
     return SuitedMethod("radau5", reason, share=share)
