@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.frames import Matrix
+from kanefe.frames import Matrix, Vector
 from kanefe.kane.interactions import add_load_slopes
 from kanefe.tree.model_data import ModelData
 
@@ -39,6 +39,20 @@ def constant_tangents(model: ModelData) -> tuple[Matrix, Matrix]:
     return K, C
 
 
+def joint_tangents(state: State) -> tuple[Vector, Vector]:
+    """Return stiffness and damping along the free speeds by the springs, dampers and stops of joints at a state."""
+    model = state.model
+    k, c = np.zeros(model.free_count), np.zeros(model.free_count)
+    for body in model.bodies:
+        if not body.has_coordinate_forces:
+            continue
+        at = body.joint_coordinates(state.t, state.q)
+        for x, where, force in zip(at, body.speeds, body.joint.coordinate_forces, strict=True):
+            if force is not None and where < model.free_count:
+                k[where], c[where] = force.slopes(float(x), float(state.full[where]))
+    return k, c
+
+
 def current_tangents(state: State, K: Matrix, C: Matrix) -> tuple[Matrix, Matrix]:
     """Return K and C over the free speeds with what the state adds to constant ones; the same if nothing does.
 
@@ -53,13 +67,11 @@ def current_tangents(state: State, K: Matrix, C: Matrix) -> tuple[Matrix, Matrix
         return K, C
     K, C = K.copy(), C.copy()
     for body in model.bodies:
-        if not body.has_coordinate_forces:
-            continue
-        at = body.joint_coordinates(state.t, state.q)
-        for x, where, force in zip(at, body.speeds, body.joint.coordinate_forces, strict=True):
+        for where, force in zip(body.speeds, body.joint.coordinate_forces, strict=True):
             if force is not None and where < len(K):
-                k, c = force.slopes(float(x), float(state.full[where]))
-                K[where, where] += k - force.stiffness
-                C[where, where] += c - force.damping
+                K[where, where] -= force.stiffness
+                C[where, where] -= force.damping
+    for X, along in zip((K, C), joint_tangents(state), strict=True):
+        X[np.diag_indices(len(X))] += along
     add_load_slopes(state, K, C)
     return K, C

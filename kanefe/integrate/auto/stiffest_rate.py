@@ -2,37 +2,83 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.frames import Matrix
+from kanefe.frames import Matrix, Vector
+from kanefe.integrate.auto.largest_eigenvalue import ROUNDS, largest_eigenvalue
+from kanefe.integrate.dynamics import Dynamics
 from kanefe.kane.assemble import accelerations, mass_at_start
 from kanefe.kane.state import State
-from kanefe.kane.tangents import constant_tangents, current_tangents
+from kanefe.kane.tangents import constant_tangents, current_tangents, joint_tangents
+from kanefe.kernels.steppers.step_commands import AT, DAMPING_DIRECTION, SLOPE, STIFFNESS_DIRECTION
 from kanefe.storage.scipy_later import scipy
+from kanefe.tree.route import Form
 
 
 def stiffest_rate(model: Model, start: float) -> float:
     """Return the highest natural frequency or decay rate of the scene as it starts, in rad/s; zero without elasticity.
 
     Of K and C of flexible bodies and springs with the mass of the whole scene: a body on a hinge, or a light
-    one on a stiff spring, vibrates faster than its own modes say.
+    one on a stiff spring, vibrates faster than its own modes say. Of many bodies to about `CLOSE`.
     """
     state = State(model, start, model.initial_coordinates, model.initial_speeds)
+    if model.free_count > ROUNDS and _is_of_joints(model):
+        of_joints = joint_tangents(state)
+        if np.all(np.concatenate(of_joints) >= 0.0):
+            return _rate_by_sweeps(model, start, *of_joints)
     return highest_rate(model, start, *current_tangents(state, *constant_tangents(model)))
+
+
+def _is_of_joints(model: Model) -> bool:
+    """Return whether nothing but springs and dampers in joints of a tree of rigid bodies is elastic."""
+    is_rigid = all(body.flexible is None for body in model.bodies)
+    return is_rigid and not model.loads and not model.constraints and not model.route.lacks(Form.SWEEPS)
+
+
+def _rate_by_sweeps(model: Model, start: float, stiffness: Vector, damping: Vector) -> float:
+    """Return the highest rate from accelerations by what springs and dampers do along directions: order n each."""
+    dynamics = Dynamics(model)
+    n, m, y = model.coordinate_count, model.free_count, dynamics.initial_state(start)
+
+    def accelerations_of(place: int, direction: Vector) -> Vector:
+        vectors = np.zeros((STIFFNESS_DIRECTION + 1, len(y)))
+        vectors[AT], vectors[place, n : n + m] = y, direction
+        dynamics.implicit_rate(start, vectors, 0.0, 0.0)
+        return np.array(vectors[SLOPE, n : n + m])
+
+    rest = accelerations_of(STIFFNESS_DIRECTION, np.zeros(m))
+
+    def largest(place: int, diagonal: Vector) -> float:
+        return largest_eigenvalue(lambda x: accelerations_of(place, x) - rest, partial(np.multiply, diagonal), m)
+
+    return max(math.sqrt(largest(STIFFNESS_DIRECTION, stiffness)), largest(DAMPING_DIRECTION, damping))
 
 
 def highest_rate(model: Model, start: float, K: Matrix, C: Matrix) -> float:
     """Return the same for given matrices over the free speeds, with the mass of the scene as it starts."""
     if not (np.any(K) or np.any(C)):
         return 0.0
-    M, n = mass_at_start(model, start), model.free_count
+    M = mass_at_start(model, start)
     try:
-        squares, rates = (
-            scipy.linalg.eigh(X, M, eigvals_only=True, subset_by_index=(n - 1, n - 1))[0] if np.any(X) else 0.0
-            for X in (K, C)
-        )
+        squares, rates = (_largest(X, M) for X in (K, C))
     except np.linalg.LinAlgError:
         accelerations(State(model, start, model.initial_coordinates, model.initial_speeds))  # names what has no inertia
         raise
     return float(max(np.sqrt(max(squares, 0.0)), rates))
+
+
+def _largest(X: Matrix, M: Matrix) -> float:
+    """Return the largest eigenvalue of a matrix with a mass matrix; of zero zero."""
+    n = len(M)
+    if not np.any(X):
+        return 0.0
+    if n <= ROUNDS or np.any(np.diag(X) < 0.0):
+        return float(scipy.linalg.eigh(X, M, eigvals_only=True, subset_by_index=(n - 1, n - 1))[0])
+    factor = scipy.linalg.cho_factor(M)
+    product: Callable[[Vector], Vector] = X.__matmul__
+    return largest_eigenvalue(lambda x: scipy.linalg.cho_solve(factor, product(x)), product, n)

@@ -138,7 +138,8 @@ def _tables(
         return no_loads_between(), []
     model = builder.model
     swept = sweeps(builder, list(kernels))
-    teams = in_teams(builder, [number for number in kernels if number not in set(swept)])
+    by_sweep = set(swept)
+    teams = in_teams(builder, [number for number in kernels if number not in by_sweep])
     reach = reach_tables(builder, teams, swept)
     integers, rows, markers = [], list[int](), list[np.ndarray]()
     pool: list[float] = []
