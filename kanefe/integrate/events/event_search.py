@@ -12,6 +12,7 @@ from kanefe.equations.model import Model
 from kanefe.frames import Vector
 from kanefe.integrate.events.contact_changes import CODES, ChangeReports, ContactChange, ReportedContactEvent, begun
 from kanefe.integrate.events.event import Event, MarginEvent
+from kanefe.integrate.events.kinds import ends_step_alone, kind_for_kernels
 from kanefe.integrate.events.load_events import EventOfLoad
 from kanefe.integrate.stepper import StepFailure, Stepper, looks_out
 from kanefe.kernels.events.event_search import (
@@ -26,10 +27,8 @@ from kanefe.kernels.events.event_search import (
     time_tolerance,
 )
 from kanefe.kernels.events.watched_run import (
-    ACTS,
     BOUND,
     BOUND_CHANGES,
-    CHANGES,
     FIRST_SHARES,
     SHARES,
     STORM,
@@ -38,7 +37,6 @@ from kanefe.kernels.events.watched_run import (
 )
 from kanefe.kernels.impacts.contact_questions import report_count
 from kanefe.kernels.loads.watching import ALL
-from kanefe.loads.by_kernel import ActionByKernel
 from kanefe.tree.model_data import QUADRATURES
 
 LEAST_RECORDS = 256
@@ -146,7 +144,7 @@ class EventWatch:
 
     def _watched(self) -> WatchedRun:
         count = len(self.events)
-        kinds = [_kind_for_kernels(event) for event in self.events]
+        kinds = [kind_for_kernels(event) for event in self.events]
         most, model = len(FIRST_SHARES) * count, self._model
         first = model.coordinate_count + model.free_count + model.state_count
         changes = [event for event in self.events if isinstance(event, ContactChange)]
@@ -382,19 +380,6 @@ def _timed(function: Callable[[float], float], check_time: Callable[[], None]) -
         return function(t)
 
     return timed
-
-
-def ends_step_alone(event: Event) -> bool:
-    """Return whether an event ends a step and changes nothing."""
-    return isinstance(event, EventOfLoad) and event.ends_step_alone
-
-
-def _kind_for_kernels(event: Event) -> int:
-    if isinstance(event, ContactChange):
-        return BOUND_CHANGES
-    if isinstance(event, EventOfLoad) and isinstance(event.of.action, ActionByKernel) and not event.acts_as_asked:
-        return CHANGES
-    return ACTS if event.acts and not ends_step_alone(event) else int(event.acts)
 
 
 def _storm(event: Event, what: str) -> StepFailure:

@@ -199,7 +199,7 @@ def test_runs_over_impacts_are_those_with_events_in_python(name, method, monkeyp
     """Python looks at no step of the one, and at each in which something happens of the other."""
     scene, stop = RUNS[name]
     asked: list[float] = []
-    scan, kind = event_search.EventWatch.scan, event_search._kind_for_kernels
+    scan, kind = event_search.EventWatch.scan, event_search.kind_for_kernels
     monkeypatch.setattr(
         event_search.EventWatch, "scan", lambda self, stepper, clock: asked.append(0.0) or scan(self, stepper, clock)
     )
@@ -207,7 +207,7 @@ def test_runs_over_impacts_are_those_with_events_in_python(name, method, monkeyp
     compiled = scene().simulate((0.0, stop), **options)
     assert not asked
     monkeypatch.setattr(
-        event_search, "_kind_for_kernels", lambda event: BOUND if kind(event) == BOUND_CHANGES else kind(event)
+        event_search, "kind_for_kernels", lambda event: BOUND if kind(event) == BOUND_CHANGES else kind(event)
     )
     in_python = scene().simulate((0.0, stop), **options)
     assert len(asked) > 3

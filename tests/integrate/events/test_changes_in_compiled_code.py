@@ -88,10 +88,8 @@ def test_compiled_changes_are_those_of_python(name: str, method: str, monkeypatc
     options = {"method": method, "rtol": 1e-10, "output_step": 0.01}
     compiled = scene().simulate((0.0, 0.45), **options)
     assert not asked
-    kind = event_search._kind_for_kernels
-    monkeypatch.setattr(
-        event_search, "_kind_for_kernels", lambda event: ACTS if kind(event) == CHANGES else kind(event)
-    )
+    kind = event_search.kind_for_kernels
+    monkeypatch.setattr(event_search, "kind_for_kernels", lambda event: ACTS if kind(event) == CHANGES else kind(event))
     in_python = scene().simulate((0.0, 0.45), **options)
     assert asked
     assert happens == {name for name, times in compiled.events.items() if len(times)}
