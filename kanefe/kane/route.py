@@ -201,9 +201,9 @@ class LiteralRoute:
     def contact_blurs(self, t: float, y: Vector) -> tuple[float, ...]:
         """Return how far margins of rigid contacts may be below zero by round-off."""
         from kanefe.kane.rigid_contacts.instant import blurs
-        from kanefe.tree.scales import scene_length
+        from kanefe.tree.scales import moving_length
 
-        found = blurs(self.contact_instant(t, y), scene_length(self.model))
+        found = blurs(self.contact_instant(t, y), moving_length(self.model))
         return tuple(max(kind.values(), default=0.0) for kind in found)
 
     def powers(self, t: float, y: Vector, du: Vector) -> Vector:

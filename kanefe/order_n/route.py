@@ -44,7 +44,7 @@ from kanefe.order_n.watching import Watching
 from kanefe.tree.model_data import QUADRATURES, ModelData
 from kanefe.tree.model_outputs import MechanicalEnergy
 from kanefe.tree.route import Evaluation, Form, MethodNeeds, Obstacle, RunSweeps
-from kanefe.tree.scales import scene_length
+from kanefe.tree.scales import moving_length
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
@@ -212,7 +212,7 @@ class OrderN(LiteralRoute):
         """Return a state with what touches in it known; from Python where that needs it, or names what is not known."""
         if self.is_autonomous:
             changer = self._contact_changer()
-            if changer.ask(START, t, y, span, stop, rtol, scene_length(self.model)):
+            if changer.ask(START, t, y, span, stop, rtol, moving_length(self.model)):
                 return changer.y.copy()
         return super().touched(t, y, span, stop, rtol)
 
@@ -220,7 +220,7 @@ class OrderN(LiteralRoute):
         """Return how far margins of rigid contacts may be below zero by round-off."""
         if self.is_autonomous:
             changer = self._contact_changer()
-            if changer.ask(BLURS, t, y, 0.0, t, 0.0, scene_length(self.model)):
+            if changer.ask(BLURS, t, y, 0.0, t, 0.0, moving_length(self.model)):
                 return tuple(changer.asked[BLUR:].tolist())
         return super().contact_blurs(t, y)
 

@@ -64,6 +64,27 @@ def own_length(model: ModelData) -> float:
     return largest or _radius_of_gyration(model) or _distance_at_start(model)
 
 
+@kept_of_scene
+def moving_length(model: ModelData) -> float:
+    """Return a length of what moves in m: as `scene_length`, but for places in N and in what is fixed in it.
+
+    How far from the origin, or from a mark, a scene is built changes neither its motion nor how exactly it is wanted.
+    """
+    is_fixed = [False] * (len(model.bodies) + 1)  # the last one is N, which has the number -1
+    is_fixed[-1] = True
+    for i, body in enumerate(model.bodies):
+        is_fixed[i] = is_fixed[body.parent] and not len(body.speeds) and body.flexible is None
+    moving = [body for i, body in enumerate(model.bodies) if not is_fixed[i]]
+    lengths = [largest_extent(b.flexible.body) for b in moving if b.flexible]
+    lengths += [float(np.linalg.norm(b.p_PoFo_P)) for b in moving if not is_fixed[b.parent]]
+    lengths += [float(np.linalg.norm(b.rigid.com)) for b in moving if b.rigid]
+    markers = [m for c in model.constraints for m in (c.a, c.b) if m is not None]
+    markers += [m for load in model.loads for m in load.ends]
+    lengths += [float(np.linalg.norm(m.point)) for m in markers if not is_fixed[m.body]]
+    largest, most = max(lengths, default=0.0), scene_length(model)
+    return min(most, largest or _radius_of_gyration(model) or _distance_at_start(model) or most)
+
+
 def scene_energy(model: ModelData, length: float) -> float:
     """Return an energy of the scene in J: the kinetic one at a speed of its length, or a radian, in a second."""
     return (sum(part.mass for part in _masses(model)) * length**2 + _inertia(model)) or 1.0
@@ -110,7 +131,7 @@ def joint_scales(model: ModelData, length: float) -> np.ndarray:
 @kept_of_scene
 def displacement_scales(model: ModelData) -> np.ndarray:
     """Return the size of a large displacement along every free speed, shape (free,): rad, m, or modal units."""
-    length = scene_length(model)
+    length = moving_length(model)
     scales = joint_scales(model, length)
     for body in model.bodies:
         if body.flexible:
@@ -183,7 +204,7 @@ def modal_frequencies(model: ModelData) -> Vector:
 def state_scales(model: ModelData) -> Vector:
     """Return a large value of each component of (q, u, z, quadratures).
 
-    These are a radian, the size of the scene in m, and the modal displacement that moves a body by its size; the same
+    These are a radian, the size of what moves in m, and the modal displacement that moves a body by its size; the same
     in a second for speeds; and the energy of such speeds. For a mode above 1 rad/s, the speed is the displacement times
     its frequency. Internal states of loads have scales of their own.
     """
@@ -197,5 +218,5 @@ def state_scales(model: ModelData) -> Vector:
     acceleration = float(np.linalg.norm(model.gravity)) or 1.0
     for load, states in zip(model.loads, model.load_states, strict=True):
         scales[n + m + states.start : n + m + states.stop] = load.state_scales(acceleration)
-    scales[-QUADRATURES:] = scene_energy(model, scene_length(model))
+    scales[-QUADRATURES:] = scene_energy(model, moving_length(model))
     return scales

@@ -15,7 +15,17 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
-from kanefe.kernels.impacts.tolerances import CLOSE, DEPENDENT, ENOUGH, NEWTON_STEPS, ROUNDS, SWEEPS
+from kanefe.kernels.impacts.tolerances import (
+    CLOSE,
+    DEPENDENT,
+    ENOUGH,
+    FARTHEST,
+    NEARBY,
+    NEARLY,
+    NEWTON_STEPS,
+    ROUNDS,
+    SWEEPS,
+)
 
 
 class Cones(NamedTuple):
@@ -44,7 +54,8 @@ def solved(problem: Cones, first: Vector | None = None) -> Vector | None:
     """Return the forces x (3 k,), or None if none were found: there may be none, or several.
 
     Gauss and Seidel's iteration leads near a solution, Newton's to it: on the equations of Alart and Curnier, which say
-    by projections which of a contact's states holds (Comput. Methods Appl. Mech. Eng. 92 (1991) 353-375).
+    by projections which of a contact's states holds (Comput. Methods Appl. Mech. Eng. 92 (1991) 353-375). Problems
+    nearby lead to what these do not find in a few rounds.
     """
     G, b = problem.G, problem.b
     k = len(problem.mu)
@@ -60,21 +71,50 @@ def solved(problem: Cones, first: Vector | None = None) -> Vector | None:
         held = np.linalg.lstsq(G, -b, rcond=DEPENDENT)[0]
         if residual(problem, held) <= CLOSE * max(size, float(np.abs(held).max())):
             return held
-    left = np.inf
     for _ in range(ROUNDS):
         found = _newton(problem, x, r, size)
         if found is not None:
             return found
-        for _ in range(SWEEPS):
-            for i in range(k):
-                rows = slice(3 * i, 3 * i + 3)
-                x[rows] = _projected(problem, i, x[rows] - r[i] * (G[rows] @ x + b[rows]))
-        if not np.all(np.isfinite(x)) or np.abs(x).max() > 1e12 * size:
+        _sweep(problem, x, r)
+        if not np.abs(x).max() <= FARTHEST * size:
             return None
-        before, left = left, residual(problem, x)
-        if before <= ENOUGH * size and left > 0.5 * before:
+    return _solved_nearby(problem, x, size)
+
+
+def _sweep(problem: Cones, x: Vector, r: Vector) -> None:
+    """Go over the contacts by Gauss and Seidel's iteration."""
+    for _ in range(SWEEPS):
+        for i in range(len(problem.mu)):
+            rows = slice(3 * i, 3 * i + 3)
+            x[rows] = _projected(problem, i, x[rows] - r[i] * (problem.G[rows] @ x + problem.b[rows]))
+
+
+def _solved_nearby(problem: Cones, x: Vector, size: float) -> Vector | None:
+    """Return the solution to which those of problems ``(G + rho) x + b - rho x_before`` lead, with less and less rho.
+
+    Of points that depend on each other, such as the corners of a box, G has no inverse. Where b needs a long way along
+    what it does not see, sweeps go there by steps as short as b misses its range (the proximal point algorithm: R. T.
+    Rockafellar, SIAM J. Control Optim. 14 (1976) 877-898).
+    """
+    own, solution = problem, None
+    rho = base = float(np.diag(problem.G).max())
+    for _ in range(NEARBY):
+        problem = own._replace(G=own.G + rho * np.eye(len(x)), b=own.b - rho * x)
+        r = _steps(problem.G, len(problem.mu))
+        found = _newton(problem, x, r, size)
+        if found is None:
+            _sweep(problem, x, r)
+            found = _newton(problem, x, r, size)
+        x = x if found is None else found
+        biggest = float(np.abs(x).max())
+        if not biggest <= FARTHEST * size:
             break
-    return x if left <= ENOUGH * size else None
+        left = residual(own, x)
+        solution = x.copy() if left <= ENOUGH * size else None
+        if left <= NEARLY * max(size, biggest):
+            break
+        rho = 4.0 * rho if found is None else max(0.5 * rho, DEPENDENT * base)
+    return solution
 
 
 def residual(problem: Cones, x: Vector) -> float:

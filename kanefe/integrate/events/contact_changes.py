@@ -13,7 +13,7 @@ from kanefe.equations.model import Model
 from kanefe.frames import Vector
 from kanefe.integrate.events.event import Event, MarginEvent
 from kanefe.kernels.impacts.contact_questions import LIFT, POINT_CODES, REPORTED, SLIP, STICK, TOUCH
-from kanefe.tree.scales import scene_length
+from kanefe.tree.scales import moving_length
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
@@ -33,11 +33,11 @@ class LastLook:
     Attributes
     ----------
     length : float
-        Of the scene, m.
+        Of what moves in the scene, m.
     """
 
     def __init__(self, model: Model) -> None:
-        self._model, self.length = model, scene_length(model)
+        self._model, self.length = model, moving_length(model)
         self._last: dict[str, tuple[float, Vector, Any]] = {}
 
     def margins(self, t: float, state: SceneState) -> Margins:
@@ -72,6 +72,8 @@ class ContactChange(MarginEvent):
         What it has led to, for the run loop to take: names and times of events that are told.
     points : list of PointChange
         The same of single points.
+    titles : list of str
+        Of the contacts that the last one concerned.
     """
 
     model: Model = field(kw_only=True)
@@ -82,6 +84,7 @@ class ContactChange(MarginEvent):
     look: LastLook = field(kw_only=True)
     happened: list[tuple[str, float]] = field(kw_only=True, default_factory=list)
     points: list[PointChange] = field(kw_only=True, default_factory=list)
+    titles: list[str] = field(kw_only=True, default_factory=list)
 
     @property
     def acts(self) -> bool:
@@ -99,6 +102,7 @@ class ContactChange(MarginEvent):
         found = resolved(self.model, t, y, self.kind, self.span, self.stop, self.rtol, self.model.route.contact_instant)
         self.happened.extend(found.happened)
         self.points.extend(found.points)
+        self.titles[:] = found.titles
         return np.concatenate((y[: self.model.coordinate_count], found.u, found.z))
 
 

@@ -14,7 +14,8 @@ from kanefe.integrate.events.contact_changes import CODES, ChangeReports, Contac
 from kanefe.integrate.events.event import Event, MarginEvent
 from kanefe.integrate.events.kinds import ends_step_alone, kind_for_kernels
 from kanefe.integrate.events.load_events import EventOfLoad
-from kanefe.integrate.stepper import StepFailure, Stepper, looks_out
+from kanefe.integrate.events.storms import without_end
+from kanefe.integrate.stepper import Stepper, looks_out
 from kanefe.kernels.events.event_search import (
     find_brackets,
     first_with_sign,
@@ -306,7 +307,7 @@ class EventWatch:
         self._actions[:-1], self._actions[-1] = self._actions[1:].copy(), t
         width = t - self._actions[0]
         if width <= STORM_SHARE * self._span:
-            raise _storm(happened[0], f"acted {STORM} times within {width:.2g} s")
+            raise without_end(happened[0], f"acted {STORM} times within {width:.2g} s")
 
     def _check_short_ways(self, table: np.ndarray) -> None:
         """Raise a StepFailure if a function that is sent back repeatedly passed zero before it could be evaluated."""
@@ -316,7 +317,7 @@ class EventWatch:
                 continue
             seen = table[1:, i][np.abs(table[1:, i]) > self._noise[i]]
             if len(seen) and seen[0] * self._ways[i] > 0.0 and times[-1] - times[-2] <= STORM_SHARE * self._span:
-                raise _storm(event, f"acted again after {times[-1] - times[-2]:.2g} s, and again after less")
+                raise without_end(event, f"acted again after {times[-1] - times[-2]:.2g} s, and again after less")
 
     def snapshot(self) -> dict[str, np.ndarray]:
         """Return what is needed to continue."""
@@ -380,14 +381,6 @@ def _timed(function: Callable[[float], float], check_time: Callable[[], None]) -
         return function(t)
 
     return timed
-
-
-def _storm(event: Event, what: str) -> StepFailure:
-    return StepFailure(
-        f"event {event.name!r} {what}: infinitely many events in a finite time",
-        "let its action bring the scene to rest once it is slow, make the event terminal, or give the contact a "
-        "stiffness (kf.CoordinateForce with limits, a spring)",
-    )
 
 
 def _called(function: Callable[[float], float], t: float) -> float:

@@ -18,7 +18,7 @@ from kanefe.contact.rigid.rigid import POISSON
 from kanefe.contact.rigid.rigid_contact import AT_REST, OPEN, SLIPS, STICKS, RigidContact
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.rigid_contacts.instant import InstantAt, Key, LiteralInstant
+from kanefe.kane.rigid_contacts.instant import InstantAt, Key, LiteralInstant, blur_of_place
 from kanefe.kane.rigid_contacts.stick_or_slip import StickOrSlip
 from kanefe.kernels.impacts.tolerances import (
     BEGINNING,
@@ -32,7 +32,7 @@ from kanefe.kernels.impacts.tolerances import (
     STRUCK,
 )
 from kanefe.tree.model_data import ModelData
-from kanefe.tree.scales import scene_length
+from kanefe.tree.scales import moving_length
 
 TOUCH, LIFT, SLIP, STICK, START = "touch", "lift", "slip", "stick", "start"
 
@@ -88,12 +88,15 @@ class Changed:
         Names of what is told, "<contact> touch" and so on, and their times, s.
     points : list of PointChange
         What is told of single points, where that is asked for.
+    titles : list of str
+        Of the contacts that the event concerns.
     """
 
     u: Vector
     z: Vector
     happened: list[tuple[str, float]] = field(default_factory=list)
     points: list[PointChange] = field(default_factory=list)
+    titles: list[str] = field(default_factory=list)
 
 
 def resolved(
@@ -150,11 +153,10 @@ class _Event(StickOrSlip):
         self.kind, self.rtol = kind, rtol
         self.before = {key: self._contact(key).status(self._own(key))[key[1]] for key in self.met}
         self.concerned = self._past()
-        near = NEAR * scene_length(model)
         self.keys = [
             key
             for key, one in self.met.items()
-            if self.before[key] != OPEN or one.gap <= near or (kind == TOUCH and key in self.concerned)
+            if self.before[key] != OPEN or one.gap <= self._near(key) or (kind == TOUCH and key in self.concerned)
         ]
         self.happened: list[tuple[str, float]] = []
         self.points: list[PointChange] = []
@@ -170,11 +172,16 @@ class _Event(StickOrSlip):
             SLIP: found.slip_margins,
             STICK: found.slips,
         }[self.kind]
-        least = min(values.values(), default=0.0)
-        scale = {TOUCH: scene_length(self.model), STICK: float(np.abs(self.u).max(initial=0.0))}.get(
-            self.kind, max((abs(x) for x in found.normals.values()), default=0.0)
-        )
-        return {key for key, value in values.items() if value <= max(least, 0.0) + NEAR * scale}
+        least = max(min(values.values(), default=0.0), 0.0)
+        if self.kind == TOUCH:
+            return {key for key, value in values.items() if value <= least + self._near(key)}
+        forces = max((abs(x) for x in found.normals.values()), default=0.0)
+        scale = float(np.abs(self.u).max(initial=0.0)) if self.kind == STICK else forces
+        return {key for key, value in values.items() if value <= least + NEAR * scale}
+
+    def _near(self, key: Key) -> float:
+        """Return the gap up to which a point takes part, m."""
+        return NEAR * moving_length(self.model) + blur_of_place(self.met[key])
 
     def changed(self) -> Changed:
         """Return what follows."""
@@ -184,7 +191,7 @@ class _Event(StickOrSlip):
         fallen = float(np.abs(b).max()) * MOMENT * self.span
         sizes = np.array([self.instant.speed(key) for key in self.keys])
         still, self.rest = np.maximum(STILL * sizes, fallen), np.maximum(STOPPED * sizes, fallen)
-        speeds = np.maximum(sizes, scene_length(self.model))
+        speeds = np.maximum(sizes, moving_length(self.model))
         self.slow = self.rtol**BEGINNING * speeds
         if self.kind == STICK:  # a slip that ends, or turns, within the noise of the run, begins anew or is over
             ended = [key in self.concerned for key in self.keys]
@@ -202,35 +209,43 @@ class _Event(StickOrSlip):
             closed &= [key not in self.concerned for key in self.keys]
         self._decide(G, rates, closed)
         self._tell()
-        return Changed(self.u, self.z, self.happened, self.points)
+        titles = sorted({self._contact(key).title for key in self.concerned})
+        return Changed(self.u, self.z, self.happened, self.points, titles)
 
     def _impulses(self, G: Matrix, rates: Vector) -> Vector:
-        """Return the impulses of an impact, (3 k,)."""
-        laws = [self._contact(key).law for key in self.keys]
-        e = np.array([law.restitution for law in laws])
-        is_poisson = np.array([law.impact == POISSON for law in laws])
+        """Return the impulses of an impact, (3 k,).
+
+        Where what is between several surfaces cannot part from all that it meets as Newton's law has it, that is
+        Poisson's.
+        """
+        is_poisson = np.array([self._contact(key).law.impact == POISSON for key in self.keys])
+        for laws in (is_poisson, np.ones_like(is_poisson)):
+            found = self._pressed(G, rates, laws)
+            if found is not None:
+                return found
+        names = ", ".join(sorted({self._contact(key).title for key in self.keys}))
+        raise SimulationError(
+            f"at t = {self.t:.6g} s the impact on {names} has no impulses that were found. "
+            "Remedy: less friction, or compliant contacts, kanefe.HuntCrossley(...)"
+        )
+
+    def _pressed(self, G: Matrix, rates: Vector, is_poisson: np.ndarray) -> Vector | None:
+        e = np.array([self._contact(key).law.restitution for key in self.keys])
         mu = np.array([self._contact(key).static for key in self.keys])
         none = np.full((len(self.keys), 2), np.nan)
         b = rates.copy()
         b[::3] += np.where(is_poisson, 0.0, e) * np.minimum(rates[::3], 0.0)
-        pressed = self._solved(Cones(G, b, mu, np.zeros(len(mu)), none))
+        pressed = solved(Cones(G, b, mu, np.zeros(len(mu)), none))
+        if pressed is None:
+            return None
         least = np.where(is_poisson, e * pressed[::3], 0.0)
         if not least.any():
             return pressed
         # the second part of Poisson's impact; contacts by Newton's law keep what they have come to
         after = rates + G @ pressed
         after[::3] += np.where(is_poisson, 0.0, e * np.minimum(rates[::3], 0.0))
-        return pressed + self._solved(Cones(G, after, mu, least, none))
-
-    def _solved(self, problem: Cones) -> Vector:
-        found = solved(problem)
-        if found is None:
-            key = self.keys[0]
-            raise SimulationError(
-                f"at t = {self.t:.6g} s the impact on {self._contact(key).title} has no impulses that were found. "
-                "Remedy: less friction, or compliant contacts, kanefe.HuntCrossley(...)"
-            )
-        return found
+        more = solved(Cones(G, after, mu, least, none))
+        return None if more is None else pressed + more
 
     def _decide(self, G: Matrix, rates: Vector, closed: np.ndarray) -> None:
         """Write the new status of each contact point by the accelerations; bounces too fast to resolve are at rest.

@@ -13,7 +13,7 @@ from kanefe.kane.constraints import meetings
 from kanefe.kane.rigid_contacts.contact_forces import Margins, margins, probe_jacobian
 from kanefe.kane.rigid_contacts.impulses import unit_responses
 from kanefe.kane.state import State
-from kanefe.kernels.impacts.tolerances import DEEPER, ROUND_OFF_OF_FORCES, ROUND_OFF_OF_GAPS, STOPPED
+from kanefe.kernels.impacts.tolerances import DEEPER, ROUND_OFF_OF_FORCES, ROUND_OFF_OF_GAPS, STILL, STOPPED
 from kanefe.tree.model_data import ModelData
 
 if TYPE_CHECKING:
@@ -75,20 +75,28 @@ def blurs(instant: ContactInstant, length: float) -> Margins:
     ----------
     instant : ContactInstant
     length : float
-        Of the scene, m.
+        Of what moves in the scene, m.
     """
     found = instant.margins()
     least, no_gap = ROUND_OFF_OF_FORCES * max(map(abs, found.normals.values()), default=0.0), ROUND_OFF_OF_GAPS * length
     return Margins(
-        # what has bounced leaves from as deep as the moment of its impact was missed
-        {
-            key: max(no_gap, DEEPER * -gap) if gap < 0.0 and instant.meeting(key).rates[0] > 0.0 else no_gap
-            for key, gap in found.gaps.items()
-        },
+        {key: max(no_gap, _blur_of_gap(gap, instant, key)) for key, gap in found.gaps.items()},
         dict.fromkeys(found.normals, least),
         dict.fromkeys(found.slip_margins, least),
         {key: _blur_of_slip(STOPPED * instant.speed(key), instant.meeting(key)) for key in found.slips},
     )
+
+
+def blur_of_place(met: Meeting) -> float:
+    """Return the round-off of a gap by the distance of its point from the origin, m."""
+    return ROUND_OFF_OF_GAPS * float(np.linalg.norm(met.point))
+
+
+def _blur_of_gap(gap: float, instant: ContactInstant, key: Key) -> float:
+    """Return from how deep an open point leaves: as deep as the moment of its impact was missed, or round-off, m."""
+    met = instant.meeting(key)
+    is_left = gap < 0.0 and met.rates[0] >= -STILL * instant.speed(key)
+    return max(DEEPER * -gap if is_left else 0.0, blur_of_place(met))
 
 
 def _blur_of_slip(rest: float, met: Meeting) -> float:

@@ -252,16 +252,18 @@ def root_in(value: Value, data: Any, a: float, b: float, span: float, is_beyond:
 
 @exact
 def noise_after(value: Value, data: Any, root: float, start: float, end: float, span: float, largest: float) -> float:
-    """Return below what a function has no sign after its root; of one that jumps by the values before it.
+    """Return below what a function has no sign after its root; of one that jumps across zero that is round-off.
 
     `start` and `end` are those of the step, `largest` the largest value of the function in it. Of one place alone the
-    value can be zero by chance: two are seen on either side.
+    value can be zero by chance: two are seen on either side. What differs between these is noise, or a slope; where a
+    function jumps they do not.
     """
-    tolerance, before, behind = time_tolerance(span, root), 0.0, 0.0
-    for k in range(2):
-        before = max(before, abs(value(data, max(root - (k + 1) * tolerance, start))))
-        behind = max(behind, abs(value(data, min(root + k * tolerance, end))))
-    return max(NOISE * min(before, behind), ROUND_OFF * largest)
+    tolerance = time_tolerance(span, root)
+    far, near = value(data, max(root - 2.0 * tolerance, start)), value(data, max(root - tolerance, start))
+    here, next_one = value(data, root), value(data, min(root + tolerance, end))
+    before, behind = max(abs(far), abs(near)), max(abs(here), abs(next_one))
+    differ = max(abs(far - near), abs(here - next_one) if here * next_one >= 0.0 else 0.0)
+    return max(NOISE * min(before, behind, differ), ROUND_OFF * largest)
 
 
 @exact

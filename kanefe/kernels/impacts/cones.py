@@ -11,7 +11,17 @@ from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.impacts.tolerances import CLOSE, DEPENDENT, ENOUGH, NEWTON_STEPS, ROUNDS, SWEEPS
+from kanefe.kernels.impacts.tolerances import (
+    CLOSE,
+    DEPENDENT,
+    ENOUGH,
+    FARTHEST,
+    NEARBY,
+    NEARLY,
+    NEWTON_STEPS,
+    ROUNDS,
+    SWEEPS,
+)
 
 
 class ConeMemory(NamedTuple):
@@ -38,8 +48,8 @@ class ConeMemory(NamedTuple):
 
 
 MU, LEAST, STEP = range(3)
-PROJECTED, TRIED, F, ORDER, SHARES, ROW = range(6)
-LINES = 6
+PROJECTED, TRIED, F, ORDER, SHARES, ROW, OWN_B, OWN_DIAGONAL = range(8)
+LINES = 8
 
 
 def cones_of(count: int) -> ConeMemory:
@@ -77,8 +87,8 @@ def solve_one(problem: ConeMemory, ahead: ConeMemory, vectors: RealRows, wanted:
 def solve_cones(cones: ConeMemory, k: int, x: np.ndarray, is_warm: bool) -> bool:
     """Write the forces of k contacts, from those in x where that is wanted; return whether there are some."""
     n, all_free, longest, largest, least = 3 * k, True, 0.0, 0.0, 0.0
+    _put_steps(cones, k)
     for i in range(k):
-        cones.of_each[STEP, i] = 1.0 / max(_largest_of_block(cones.G, 3 * i), 1e-300)
         longest = max(longest, cones.of_each[STEP, i])
         least = max(least, abs(cones.of_each[LEAST, i]))
         all_free = all_free and not is_given(cones, i)
@@ -97,21 +107,62 @@ def solve_cones(cones: ConeMemory, k: int, x: np.ndarray, is_warm: bool) -> bool
         if residual(cones, k, cones.lines[F]) <= CLOSE * max(size, largest_of(cones.lines[F], n)):
             copy(cones.lines[F][:n], x[:n])
             return True
-    left = np.inf
     for _ in range(ROUNDS):
         if _newton(cones, k, x, size):
             return True
-        for _ in range(SWEEPS):
-            for i in range(k):
-                _project(cones, k, i, x)
-                copy(cones.lines[PROJECTED][3 * i : 3 * i + 3], x[3 * i : 3 * i + 3])
-        biggest = largest_of(x, n)
-        if not biggest <= 1e12 * size:
+        _sweep(cones, k, x)
+        if not largest_of(x, n) <= FARTHEST * size:
             return False
-        before, left = left, residual(cones, k, x)
-        if before <= ENOUGH * size and left > 0.5 * before:
+    return _solve_nearby(cones, k, x, size)
+
+
+@kernel
+def _put_steps(cones: ConeMemory, k: int) -> None:
+    """Write by what the rates of each contact are multiplied: the inverse of the largest of its own entries."""
+    for i in range(k):
+        cones.of_each[STEP, i] = 1.0 / max(_largest_of_block(cones.G, 3 * i), 1e-300)
+
+
+@kernel
+def _sweep(cones: ConeMemory, k: int, x: np.ndarray) -> None:
+    """Go over the contacts by Gauss and Seidel's iteration."""
+    for _ in range(SWEEPS):
+        for i in range(k):
+            _project(cones, k, i, x)
+            copy(cones.lines[PROJECTED][3 * i : 3 * i + 3], x[3 * i : 3 * i + 3])
+
+
+@kernel
+def _solve_nearby(cones: ConeMemory, k: int, x: np.ndarray, size: float) -> bool:
+    """Write the solution to which those of problems ``(G + rho) x + b - rho x_before`` lead, with less and less rho.
+
+    See `kanefe.contact.rigid.cone.solved`.
+    """
+    n, base, own_b, own = 3 * k, 0.0, cones.lines[OWN_B], cones.lines[OWN_DIAGONAL]
+    for i in range(n):
+        own_b[i], own[i] = cones.b[i], cones.G[i, i]
+        base = max(base, own[i])
+    rho, is_solved = base, False
+    for _ in range(NEARBY):
+        for i in range(n):
+            cones.b[i], cones.G[i, i] = own_b[i] - rho * x[i], own[i] + rho
+        _put_steps(cones, k)
+        is_near = _newton(cones, k, x, size)
+        if not is_near:
+            _sweep(cones, k, x)
+            is_near = _newton(cones, k, x, size)
+        for i in range(n):
+            cones.b[i], cones.G[i, i] = own_b[i], own[i]
+        _put_steps(cones, k)
+        biggest = largest_of(x, n)
+        if not biggest <= FARTHEST * size:
             break
-    return left <= ENOUGH * size
+        left = residual(cones, k, x)
+        is_solved = left <= ENOUGH * size
+        if left <= NEARLY * max(size, biggest):
+            break
+        rho = max(0.5 * rho, DEPENDENT * base) if is_near else 4.0 * rho
+    return is_solved
 
 
 @inlined

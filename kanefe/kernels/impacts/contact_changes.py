@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.contact.rigid_points import (
@@ -120,29 +120,28 @@ def _put_blurs(asking: Asking, decision: Decision, asked: np.ndarray, y: np.ndar
     asked[BLUR : BLUR + 4] = 0.0
     if not look(asking, decision, MARGINS_NOW, asked[WHEN], 0):
         return False
-    found, largest, slipping = decision.margins, 0.0, 0
+    found, largest, asks = decision.margins, 0.0, 0
     for p in range(len(found)):
         largest = max(largest, abs(found[p, ON_NORMAL]) if found[p, ON_NORMAL] < np.inf else 0.0)
-        flags[IS_TAKING, p] = found[p, ON_LEFT] < np.inf
+        flags[IS_TAKING, p] = found[p, ON_LEFT] < np.inf or found[p, ON_GAP] < 0.0
         if flags[IS_TAKING, p] != 0:
-            flags[TAKES, slipping] = p
-            slipping += 1
+            flags[TAKES, asks] = p
+            asks += 1
+    if asks > 0 and not look(asking, decision, POINTS_NOW, asked[WHEN], asks):
+        return False
     for p in range(len(found)):
-        gap, rate = found[p, ON_GAP], now.met[p, MET.rates]
+        gap, rate, size = found[p, ON_GAP], now.met[p, MET.rates], now.sizes[p]
         if gap < np.inf:
-            # what has bounced leaves from as deep as the moment of its impact was missed
-            deep = DEEPER * -gap if gap < 0.0 and rate > 0.0 else 0.0
-            asked[BLUR] = max(asked[BLUR], max(ROUND_OFF_OF_GAPS * asked[LENGTH], deep))
+            # what has been decided to be open leaves from as deep as the moment of its impact was missed
+            deep = DEEPER * -gap if gap < 0.0 and rate >= -STILL * size else 0.0
+            least = max(ROUND_OFF_OF_GAPS * asked[LENGTH], _blur_of_place(now.met, p))
+            asked[BLUR] = max(asked[BLUR], max(least, deep))
         if found[p, ON_NORMAL] < np.inf:
             asked[BLUR + LIFT - TOUCH] = ROUND_OFF_OF_FORCES * largest
         if found[p, ON_SLIP] < np.inf:
             asked[BLUR + SLIP - TOUCH] = ROUND_OFF_OF_FORCES * largest
-    if slipping > 0:
-        if not look(asking, decision, POINTS_NOW, asked[WHEN], slipping):
-            return False
-        for a in range(slipping):
-            p = flags[TAKES, a]
-            rest = STOPPED * now.sizes[p]
+        if found[p, ON_LEFT] < np.inf:
+            rest = STOPPED * size
             # of a speed v against the slip, 3/2 v is left; for a slipping point the sign is known
             if np.hypot(now.met[p, MET.rates + 1], now.met[p, MET.rates + 2]) <= rest:
                 asked[BLUR + STICK - TOUCH] = max(asked[BLUR + STICK - TOUCH], 1.5 * rest)
@@ -215,21 +214,27 @@ def _select(decision: Decision, asked: np.ndarray, u: np.ndarray) -> int:
     for p in range(len(margins)):
         least = min(least, margins[p, column])
         scale = max(scale, abs(margins[p, ON_NORMAL]) if margins[p, ON_NORMAL] < np.inf else 0.0)
-    if what == TOUCH:
-        scale = asked[LENGTH]
     if what == STICK:
         scale = 0.0
         for c in range(len(u)):
             scale = max(scale, abs(u[c]))
-    limit = max(least, 0.0) + NEAR * scale if least < np.inf else -np.inf
+    least = max(least, 0.0) if least < np.inf else -np.inf
     for p in range(len(margins)):
+        near = NEAR * asked[LENGTH] + _blur_of_place(decision.now.met, p)
+        limit = least + (near if what == TOUCH else NEAR * scale)
         flags[IS_CONCERNED, p] = what != START and margins[p, column] <= limit
         touches = what == TOUCH and flags[IS_CONCERNED, p] != 0
-        flags[IS_TAKING, p] = flags[BEFORE, p] != OPEN or margins[p, ON_GAP] <= NEAR * asked[LENGTH] or touches
+        flags[IS_TAKING, p] = flags[BEFORE, p] != OPEN or margins[p, ON_GAP] <= near or touches
         if flags[IS_TAKING, p] != 0:
             flags[TAKES, count] = p
             count += 1
     return count
+
+
+@inlined
+def _blur_of_place(met: np.ndarray, p: int) -> float:
+    """Return the round-off of a gap by the distance of its point from the origin, m."""
+    return ROUND_OFF_OF_GAPS * np.sqrt(met[p, MET.point] ** 2 + met[p, MET.point + 1] ** 2 + met[p, MET.point + 2] ** 2)
 
 
 @kernel

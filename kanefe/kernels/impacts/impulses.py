@@ -65,23 +65,45 @@ def put_active(decision: Decision, k: int) -> None:
 def strike(asking: Asking, decision: Decision, count: int, u: np.ndarray) -> bool:
     """Change free speeds and rates by the impulses of an impact; return whether there are some.
 
-    Of Poisson's impact the second part follows, in which contacts by Newton's law keep what they have come to.
+    Where what is between several surfaces cannot part from all that it meets as Newton's law has it, that is Poisson's.
     """
     flags, vectors, speeds = decision.flags, decision.vectors, decision.speeds
-    points = asking.points
-    problem, x, pressed, rates = (
-        decision.problem,
-        vectors[X],
-        vectors[OTHER],
-        vectors[RATES_OF_POINTS],
-    )
+    problem, pressed, rates = decision.problem, vectors[OTHER], vectors[RATES_OF_POINTS]
     copy(flags[TAKES][:count], flags[ACTIVE])
     put_active(decision, count)
+    if not _press(asking, decision, count, False) and not _press(asking, decision, count, True):
+        return False
+    vectors[FORCES][:] = 0.0
+    least_struck = CLOSE * largest_of(pressed, 3 * count)
+    for a in range(count):
+        p = flags[TAKES, a]
+        flags[IS_STRUCK, p] = pressed[3 * a] > least_struck
+        copy(pressed[3 * a : 3 * a + 3], vectors[FORCES][3 * p : 3 * p + 3])
+    respond(decision, count, vectors[FORCES], u)
+    for a in range(count):
+        p, size = flags[TAKES, a], 0.0
+        for j in range(3 * count):
+            size += abs(problem.G[3 * a, j]) * abs(pressed[j])
+        for i in range(3):
+            for j in range(3 * count):
+                rates[3 * p + i] += problem.G[3 * a + i, j] * pressed[j]
+        speeds[NOT_MOVING, p] = max(speeds[NOT_MOVING, p], STRUCK * size)
+    return True
+
+
+@kernel
+def _press(asking: Asking, decision: Decision, count: int, all_poisson: bool) -> bool:
+    """Write the impulses of an impact, by the laws of the points or by Poisson's; return whether there are some.
+
+    Of Poisson's impact the second part follows, in which contacts by Newton's law keep what they have come to.
+    """
+    flags, vectors, points, problem = decision.flags, decision.vectors, asking.points, decision.problem
+    x, pressed, rates = vectors[X], vectors[OTHER], vectors[RATES_OF_POINTS]
     for part in range(2):
         any_least = False
         for a in range(count):
             p = flags[TAKES, a]
-            e, is_poisson = points.numbers[p, OF_POINT.restitution], points.places[p, IS_POISSON] != 0
+            e, is_poisson = points.numbers[p, OF_POINT.restitution], all_poisson or points.places[p, IS_POISSON] != 0
             problem.of_each[MU, a] = points.numbers[p, HOLDING] if points.places[p, HAS_FRICTION] != 0 else 0.0
             problem.slips[a, 0] = problem.slips[a, 1] = np.nan
             problem.of_each[LEAST, a] = e * pressed[3 * a] if part == 1 and is_poisson else 0.0
@@ -98,21 +120,6 @@ def strike(asking: Asking, decision: Decision, count: int, u: np.ndarray) -> boo
             return False
         for i in range(3 * count):
             pressed[i] = x[i] if part == 0 else pressed[i] + x[i]
-    vectors[FORCES][:] = 0.0
-    least_struck = CLOSE * largest_of(pressed, 3 * count)
-    for a in range(count):
-        p = flags[TAKES, a]
-        flags[IS_STRUCK, p] = pressed[3 * a] > least_struck
-        copy(pressed[3 * a : 3 * a + 3], vectors[FORCES][3 * p : 3 * p + 3])
-    respond(decision, count, vectors[FORCES], u)
-    for a in range(count):
-        p, size = flags[TAKES, a], 0.0
-        for j in range(3 * count):
-            size += abs(problem.G[3 * a, j]) * abs(pressed[j])
-        for i in range(3):
-            for j in range(3 * count):
-                rates[3 * p + i] += problem.G[3 * a + i, j] * pressed[j]
-        speeds[NOT_MOVING, p] = max(speeds[NOT_MOVING, p], STRUCK * size)
     return True
 
 

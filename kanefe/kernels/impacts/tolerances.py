@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 ROUND_OFF_OF_GAPS = 1e-14
-"""Gap relative to the scene's length below which its sign is round-off. The lowest bounces that are resolved are a
-hundred times as high."""
+"""Gap, relative to the length of what moves and to the distance of a point from the origin, below which its sign is
+round-off. The lowest bounces that are resolved are a hundred times as high."""
 
 DEEPER = 10.0
 """Depth up to which a separating point has not come back, in multiples of the depth at which it separates."""
@@ -19,8 +19,8 @@ acceleration decides. Up to this speed, by `kanefe.kernels.contact.rigid_points.
 slip is known."""
 
 NEAR = 1e-9
-"""Gap relative to the scene's length up to which a contact point takes part in an impact; also, relative to the largest
-value of an event function, up to which others have passed it too."""
+"""Gap relative to the length of what moves up to which a contact point takes part in an impact; also, relative to the
+largest value of an event function, up to which others have passed it too."""
 
 STILL = 1e-10
 """Normal speed below which a contact point does not move, relative to the speeds with which it moves."""
@@ -51,13 +51,18 @@ the friction limit. The first that exceeds round-off decides."""
 NOT_DETERMINED = 1e-9
 """Fraction of what a normal force does without friction, below which friction takes away all that it does."""
 
-CLOSE, ENOUGH = 1e-12, 1e-9
-"""Residual relative to the largest force up to which a solution is accepted at once, and up to which it is accepted if
-it no longer improves. If rows are dependent, round-off in b has no solution."""
+CLOSE, NEARLY, ENOUGH = 1e-12, 1e-11, 1e-9
+"""Residual relative to the largest force up to which a solution is accepted at once, up to which it is not made better
+by problems nearby, and up to which it is accepted if it no longer improves. If rows are dependent, round-off in b has
+no solution."""
 
-SWEEPS, ROUNDS, NEWTON_STEPS = 60, 40, 30
+FARTHEST = 1e12
+"""Force, relative to what one contact alone would have, above which an iteration leads nowhere."""
+
+SWEEPS, ROUNDS, NEWTON_STEPS, NEARBY = 60, 3, 30, 60
 """Number of sweeps of the Gauss-Seidel iteration between two attempts of Newton's method; largest number of rounds of
-both; largest number of Newton steps."""
+both; largest number of Newton steps; and largest number of problems nearby that lead to one: each has half of what is
+added before, which is round-off after forty."""
 
 DEPENDENT = 1e-13
 """Pivot, of the largest, below which equations of contact points depend on others."""

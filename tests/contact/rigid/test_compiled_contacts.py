@@ -23,7 +23,7 @@ from kanefe.kernels.impacts.contact_questions import LIFT, REPORT_COUNT, SLIP, S
 from kanefe.order_n.contact_changing import ContactChanger
 from kanefe.order_n.contact_watching import SingleLook
 from kanefe.order_n.route import OrderN
-from kanefe.tree.scales import scene_length
+from kanefe.tree.scales import moving_length
 from rigid_scenes import rigid_scene, rigid_state, stack
 
 T = 0.2
@@ -106,7 +106,7 @@ def assert_changes_agree(model: Model, y: np.ndarray, what: int) -> bool:
     """Compare what follows an event; return whether that is determined."""
     span, stop, rtol = 0.2, 0.4, 1e-6
     changer, code = ContactChanger(model.route), len(REPORTED_EVENTS)
-    is_known = changer.ask(what, T, y, span, stop, rtol, scene_length(model))
+    is_known = changer.ask(what, T, y, span, stop, rtol, moving_length(model))
     try:
         wanted = resolved(model, T, y, KINDS[what], span, stop, rtol, model.literal.contact_instant)
     except kf.SimulationError:
