@@ -10,10 +10,11 @@ from kanefe.kernels.compiler.entries import LATER, Bound, Call
 from kanefe.kernels.events.closing_call import ClosingCall
 from kanefe.kernels.events.lookout import AT_TIME, look_at
 from kanefe.kernels.events.steps_with_events import pass_steps
-from kanefe.kernels.events.watched_run import FIRST_SHARES, NO_CONTACTS, SHARES, Going, Lookout, WatchedRun
+from kanefe.kernels.events.watched_run import NO_CONTACTS, Going, Lookout, WatchedRun
 from kanefe.kernels.loads.watching import NEAR
 from kanefe.kernels.steppers.step_commands import Run
 from kanefe.order_n.evaluated import Evaluated
+from kanefe.tree.looks import first_look_shares, look_shares
 
 STEP_END = np.ones(1)
 
@@ -43,7 +44,7 @@ class Lookouts:
         if self._passing is None:
             signature = going.signature
             step = Going(going.for_kernels(), signature.place_of("run", "most_steps"), signature.number_count)
-            lookouts = self._quiet, self._lookout(FIRST_SHARES), self._at_a_time[0]
+            lookouts = self._quiet, self._lookout(first_look_shares(self._route.model)), self._at_a_time[0]
             bound = pass_steps.bound(step, *lookouts, self._closing, LATER, LATER, self._vectors, LATER)
             self._passing = bound.prepared(watched, run, restart_share)
         elif self._given is not run:
@@ -63,7 +64,7 @@ class Lookouts:
 
     @cached_property
     def _quiet(self) -> Lookout:
-        return self._lookout(SHARES)
+        return self._lookout(look_shares(self._route.model))
 
     @cached_property
     def _at_a_time(self) -> tuple[Lookout, Bound]:

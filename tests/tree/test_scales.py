@@ -17,7 +17,7 @@ import scipy.sparse as sp
 import kanefe as kf
 from kanefe.integrate.methods.table import METHODS
 from kanefe.reduction import flexible_body
-from kanefe.tree.scales import scene_energy, scene_length
+from kanefe.tree.scales import moving_length, scene_energy, scene_length, state_scales
 from scenes import lattice_model
 
 MILLI, KILO = 2.0**-10, 2.0**10
@@ -131,3 +131,24 @@ def test_what_has_no_size_is_measured_by_a_metre_and_a_joule() -> None:
     scene = kf.System()
     scene.add_point("point", 1.0, joint=kf.Prismatic("x", speed=1.0))
     assert scene_length(scene.freeze()) == 1.0
+
+
+@pytest.mark.parametrize("mark", [0.0, 1e4])
+def test_what_counts_as_large_does_not_depend_on_where_a_scene_is_built(mark: float) -> None:
+    found = []
+    for far in (0.0, 1e5):
+        scene = kf.System()
+        root = scene.ground.frame(at=(far, 0.0, 0.0))
+        scene.add_rigid_body("mark", 1.0, 1.0, at=(0.0, mark, 0.0))
+        first = scene.add_rigid_body("first", 1.0, 0.1, parent=root, joint=kf.Revolute("z"), com=(0.3, 0.0, 0.0))
+        scene.add_rigid_body("second", 1.0, 0.1, parent=first, at=(0.5, 0.0, 0.0), joint=kf.Prismatic("x"))
+        model = scene.freeze()
+        assert moving_length(model) == 0.5
+        found.append(state_scales(model))
+    np.testing.assert_array_equal(*found)
+
+
+def test_without_another_length_the_place_of_a_body_is_one() -> None:
+    scene = kf.System()
+    scene.add_point("point", 1.0, at=(1e-3, 0.0, 0.0), joint=kf.Prismatic("x", speed=1.0))
+    assert moving_length(scene.freeze()) == scene_length(scene.freeze()) == 1e-3

@@ -23,6 +23,7 @@ from kanefe.checks.verification import (
     simeon,
     turning,
     waves,
+    woodpecker,
 )
 from kanefe.checks.verification.case import Case
 from kanefe.checks.verification.references import load_references
@@ -43,6 +44,7 @@ OWN = (
     *turning.CASES,
     *impacts.CASES,
     *rigid_contact.CASES,
+    *woodpecker.CASES,
     *waves.CASES,
     *joint_friction.CASES,
     *rests.CASES,

@@ -30,14 +30,13 @@ from kanefe.kernels.events.event_search import (
 from kanefe.kernels.events.watched_run import (
     BOUND,
     BOUND_CHANGES,
-    FIRST_SHARES,
-    SHARES,
     STORM,
     STORM_SHARE,
     WatchedRun,
 )
 from kanefe.kernels.impacts.contact_questions import report_count
 from kanefe.kernels.loads.watching import ALL
+from kanefe.tree.looks import first_look_shares, look_shares
 from kanefe.tree.model_data import QUADRATURES
 
 LEAST_RECORDS = 256
@@ -146,7 +145,9 @@ class EventWatch:
     def _watched(self) -> WatchedRun:
         count = len(self.events)
         kinds = [kind_for_kernels(event) for event in self.events]
-        most, model = len(FIRST_SHARES) * count, self._model
+        model = self._model
+        looks = len(first_look_shares(model))
+        most = looks * count
         first = model.coordinate_count + model.free_count + model.state_count
         changes = [event for event in self.events if isinstance(event, ContactChange)]
         if any(event.terminal and isinstance(event, ReportedContactEvent) for event in self.events):
@@ -165,9 +166,9 @@ class EventWatch:
             records=np.empty((2 * (most + reports) + LEAST_RECORDS, 2)),
             counts=np.zeros(2, dtype=np.int64),
             before=np.empty((0, first + QUADRATURES)),
-            times=np.empty(len(FIRST_SHARES) + 1),
-            samples=np.empty(len(FIRST_SHARES) + 1),
-            brackets=np.empty((2 * len(FIRST_SHARES) + 2, 2)),
+            times=np.empty(looks + 1),
+            samples=np.empty(looks + 1),
+            brackets=np.empty((2 * looks + 2, 2)),
             found=np.empty((most, 2)),
             changes=np.array([self._change(event) for event in self.events], dtype=np.int64).reshape(-1, 4),
             actions=self._actions,
@@ -217,7 +218,7 @@ class EventWatch:
         changes: then `is_again` is true. The search for a moment looks at the clock on its way.
         """
         t0, h = stepper.t_old, stepper.t - stepper.t_old
-        times = t0 + h * (FIRST_SHARES if self._is_at_zero else SHARES)
+        times = t0 + h * (first_look_shares if self._is_at_zero else look_shares)(self._model)
         times = np.append(np.unique(times[(times > t0) & (times < stepper.t)]), stepper.t)
         quick = _quick_look(stepper) if self._compiled else None
         if not self._known.all():  # compiled code had estimates
