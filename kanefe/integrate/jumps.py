@@ -92,7 +92,7 @@ def jumps_of(function: Callable[[float], Any], times: Vector, rows: Matrix) -> J
         What it gives there, up to the first that is no number.
     """
     size = np.abs(rows).max(axis=0, initial=0.0)
-    search, found = _Search(function, size), list[tuple[float, float, list[float]]]()
+    search, found = _JumpSearch(function, size), list[tuple[float, float, list[float]]]()
     with suppress(Exception):  # of the user's function, reported by the run if it gets there
         for i in _that_stand_out(rows / np.where(size > 0.0, size, 1.0)):
             first, last = ((float(times[k]), rows[k].tolist()) for k in (i, i + 1))
@@ -129,7 +129,7 @@ def _that_stand_out(rows: Matrix) -> list[int]:
     return np.flatnonzero((off > LEAST) & ((off > STANDS_OUT * usual) | is_alone)).tolist()
 
 
-class _Search:
+class _JumpSearch:
     """A search in one function, whose values are of a size."""
 
     def __init__(self, function: Callable[[float], Any], size: Vector) -> None:

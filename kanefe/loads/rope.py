@@ -222,13 +222,20 @@ class Rope(AlongLine):
 
     @property
     def events(self) -> tuple[LoadEvent, ...]:
-        """That it is wound up, its break, if it can break, and on request its becoming slack and taut."""
-        found = (wound_up(self, rope_watch), *(slack_and_taut(self, rope_watch) if self.looks_for_slack else ()))
+        """That it is wound up, if it can be, its break, and on request its becoming slack and taut."""
+        found: tuple[LoadEvent, ...] = (wound_up(self, rope_watch),) if self._winds else ()
+        if self.looks_for_slack:
+            found += slack_and_taut(self, rope_watch, len(found))
         if self.breaking_load is None:
             return found
         event = breaks(self, rope_watch, rope_change, len(found))
         # what changes states in compiled code has no inputs
         return (*found, event._replace(action=_broken) if self.input_count else event)
+
+    @property
+    def _winds(self) -> bool:
+        """Whether a part of its way can shrink to nothing; one between two ends is taut at the length of the rope."""
+        return len(self.ends) > 2 or bool(self.motions or self.input_count)
 
     def in_detail(self) -> Rope:
         """Return the rope with its slack and taut events."""
@@ -285,6 +292,7 @@ class Rope(AlongLine):
             stiffness=self.axial_stiffness,
             damping=self.damping,
             breaking_load=self.breaking_load or 0.0,
+            winds=self._winds,
             looks_for_slack=self.looks_for_slack,
             inputs=self.input_count,
             first=first,
@@ -293,7 +301,8 @@ class Rope(AlongLine):
             table=np.concatenate((pieces[:, 0], powers.ravel())),
             parts=np.array(self.parts or (0.0,) * (len(self.ends) - 1)),
         )
-        return LoadKernel(rope, flat(given), rope, rope_watch, None if self.breaking_load is None else rope_change)
+        watch = rope_watch if self.events else None
+        return LoadKernel(rope, flat(given), rope, watch, None if self.breaking_load is None else rope_change)
 
 
 def _broken(t: float, ends: Sequence[End], states: Vector) -> Vector:
@@ -301,9 +310,12 @@ def _broken(t: float, ends: Sequence[End], states: Vector) -> Vector:
     return np.zeros(1)
 
 
-def slack_and_taut(load: AlongLine, watch: Callable[..., None]) -> tuple[LoadEvent, LoadEvent]:
-    """Return the events of a stretch that crosses zero; steps end there, since the force has a kink."""
-    slack, taut = (EventByKernel(load, watch, i) for i in (1, 2))
+def slack_and_taut(load: AlongLine, watch: Callable[..., None], first: int) -> tuple[LoadEvent, LoadEvent]:
+    """Return the events of a stretch that crosses zero, `first` and next among those of the load.
+
+    Steps end there, since the force has a kink.
+    """
+    slack, taut = (EventByKernel(load, watch, i) for i in (first, first + 1))
     return LoadEvent("slack", slack, -1, ends_step=True), LoadEvent("taut", taut, 1, ends_step=True)
 
 

@@ -125,7 +125,7 @@ class Winch(AlongLine):
         """That it is wound up, its break, if it can break, and on request its becoming slack and taut."""
         if self.is_settled:
             return ()
-        found = (wound_up(self, winch_watch), *(slack_and_taut(self, winch_watch) if self.looks_for_slack else ()))
+        found = (wound_up(self, winch_watch), *(slack_and_taut(self, winch_watch, 1) if self.looks_for_slack else ()))
         if self.breaking_load is None:
             return found
         return (*found, breaks(self, winch_watch, winch_change, len(found)))

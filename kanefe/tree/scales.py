@@ -82,7 +82,7 @@ def moving_length(model: ModelData) -> float:
     markers += [m for load in model.loads for m in load.ends]
     lengths += [float(np.linalg.norm(m.point)) for m in markers if not is_fixed[m.body]]
     largest, most = max(lengths, default=0.0), scene_length(model)
-    return min(most, largest or _radius_of_gyration(model) or _distance_at_start(model) or most)
+    return min(most, largest or _radius_of_gyration(model) or most)  # points alone have no size
 
 
 def scene_energy(model: ModelData, length: float) -> float:

@@ -285,7 +285,7 @@ def test_events_of_cables_look_at_stretch_and_tension() -> None:
     ends = paths(np.random.default_rng(3), 2)(0.0)
     way, rate = length_of(ends), rate_of(length_of, paths(np.random.default_rng(3), 2))[0]
     rope = kf.Rope("r", ("a", "b"), 5e2, damping=8.0, length=way - 0.1, breaking_load=300.0).in_detail()
-    _, slack, taut, breaks = rope.events
+    slack, taut, breaks = rope.events
     pull = (5e2 * 0.1 + 8.0 * rate) / (way - 0.1)
     for event, wanted in ((slack, 0.1), (taut, 0.1), (breaks, 300.0 - pull)):
         assert event.function(0.0, ends, np.ones(1)) == pytest.approx(wanted)

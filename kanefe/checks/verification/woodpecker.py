@@ -39,15 +39,15 @@ def toy() -> System:
     head = scene.add_point("bird", BIRD, joint=Prismatic("y", position=start, speed=rate))
     scene.add_gear("bird", {head: 1.0, sleeve: -1.0, turn: -TO_SPRING - TO_BIRD, nod: -TO_BIRD})
     place = Translation(
-        position=(HALF_HEIGHT * lean, HOLE * lean, 0.0), velocity=(0.0, speed, 0.0), motion=(None, None, still)
+        position=(HALF_HEIGHT * lean, HOLE * lean, None), velocity=(0.0, speed, None), motion=(None, None, still)
     )
     edge = scene.add_point("edge", TINY, joint=place)
     scene.add_gear("edge across", {(edge, 0): 1.0, turn: -HALF_HEIGHT})
     scene.add_gear("edge along", {(edge, 1): 1.0, sleeve: -1.0, turn: -HOLE})
     out = TO_BIRD - BEAK_OUT
     place = Translation(
-        position=(-BEAK_UP * bird, TO_SPRING * lean + out * bird, 0.0),
-        velocity=(-BEAK_UP * spin, speed + out * spin, 0.0),
+        position=(-BEAK_UP * bird, TO_SPRING * lean + out * bird, None),
+        velocity=(-BEAK_UP * spin, speed + out * spin, None),
         motion=(None, None, still),
     )
     beak = scene.add_point("beak", TINY, joint=place)

@@ -222,7 +222,7 @@ static void put_drives(engine *e, double t, int64_t values)
     }
 }
 
-/* Has inputs act from now on: the method begins anew, with the step that it has found. */
+/* Has inputs act from now on: the method goes on from there with what it knows of the scene. */
 static void hold(engine *e)
 {
     double *reals = at(e, AT_REALS), *pieces = at(e, AT_PIECES), *y = vector(e, STATE), t = reals[TIME];
@@ -243,6 +243,7 @@ static void hold(engine *e)
     reals[TO_EVENT] = INFINITY;
     integers[COMMAND] = START;
     integers[STAGE] = 0;
+    integers[CONTINUES] = integers[STEPS] > 0;
 }
 
 static int failed(engine *e, const char *why, char *message)

@@ -34,8 +34,8 @@ STEPS_OVER = "extrapolation"
 """The method whose steps may be longer than vibrations, which its estimate does not show then."""
 
 PROMISED = 10.0
-"""Largest error of a run, relative to its tolerance. It is spread over the stretches as if their errors were
-independent of each other: that of a stretch may be this times the root of its share of the span."""
+"""Largest error of a run, relative to its tolerance. Those of phases add up, so that a stretch may have this times its
+share of the span."""
 
 
 class TriedMethods(SteppersInTurn):
@@ -289,7 +289,7 @@ class TriedMethods(SteppersInTurn):
             self._tried_counts[name] = self._tried_counts.get(name, 0) + value
         off = math.inf
         if found is not None:
-            allowed = PROMISED * math.sqrt((end[0] - stretch.t) / self._span)
+            allowed = PROMISED * (end[0] - stretch.t) / self._span
             lost = energies_apart(self._dynamics, end[0], found, end[1]) / (allowed * self._rtol)
             off = max(apart(found, end[1], allowed * self._allowed), lost)
         trial = Trial(number, stretch.t, end[0], work / own, off, int(counts["steps"]))

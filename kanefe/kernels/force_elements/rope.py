@@ -26,7 +26,7 @@ from kanefe.kernels.force_elements.places import (
 from kanefe.kernels.links.polynomials import POWERS, piece_at, polynomial
 
 RopeNumbers = namedtuple(
-    "RopeNumbers", "ends stiffness damping breaking_load looks_for_slack inputs first last pieces table parts"
+    "RopeNumbers", "ends stiffness damping breaking_load winds looks_for_slack inputs first last pieces table parts"
 )
 """Numbers of a rope: of its ends, EA in N and C in N s, and N, 0 of one that does not break; and whether it looks for
 events at which it becomes slack or taut, which come before that at which it breaks. Its unstretched length (m) and the
@@ -65,9 +65,8 @@ def rope_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out:
     stretch = -l0 if is_broken else length - l0
     margin = breaking - tensions(numbers, l0, payout, length, rate, states)[1]
     parts = AT.table + (1 + POWERS) * int(numbers[AT.pieces])
-    put_margins(
-        numbers, parts, int(numbers[AT.ends]), ends, numbers[AT.looks_for_slack], stretch, breaking, margin, out
-    )
+    count, looks = int(numbers[AT.ends]), (numbers[AT.winds], numbers[AT.looks_for_slack])
+    put_margins(numbers, parts, count, ends, looks, stretch, breaking, margin, out)
 
 
 @inlined
@@ -76,7 +75,7 @@ def put_margins(
     parts: int,
     count: int,
     ends: Any,
-    looks_for_slack: float,
+    looks: tuple[float, float],
     stretch: float,
     breaking_load: float,
     margin: float,
@@ -84,16 +83,19 @@ def put_margins(
 ) -> None:
     """Write the values of the events of a line: of its being wound up, of slack and taut, and of its breaking.
 
-    `parts` is where the lengths of the parts of its way at the start are. What is slack does no harm at a sheave.
+    `looks` tells whether it can be wound up, and whether slack is looked for; `parts` is where the lengths of the parts
+    of its way at the start are. What is slack does no harm at a sheave.
     """
-    out[0] = 1.0
-    if stretch > 0.0:
-        for i in range(count - 1):
-            out[0] = min(out[0], leg(i, ends)[0] - WOUND_UP * numbers[parts + i])
-    at = 1
+    winds, looks_for_slack = looks
+    at = 0
+    if winds > 0.0:
+        out[0], at = 1.0, 1
+        if stretch > 0.0:
+            for i in range(count - 1):
+                out[0] = min(out[0], leg(i, ends)[0] - WOUND_UP * numbers[parts + i])
     if looks_for_slack > 0.0:
-        out[1] = out[2] = stretch
-        at = 3
+        out[at] = out[at + 1] = stretch
+        at += 2
     if breaking_load > 0.0:
         out[at] = margin
 

@@ -54,7 +54,7 @@ def winch_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out
     stretch = -numbers[AT.length] if is_broken else length - numbers[AT.length] - states[0]
     margin = breaking - tension_of(t, numbers, length, states)
     parts, count = AT.table + 2 * int(numbers[AT.table_size]), int(numbers[AT.ends])
-    put_margins(numbers, parts, count, ends, numbers[AT.looks_for_slack], stretch, breaking, margin, out)
+    put_margins(numbers, parts, count, ends, (1.0, numbers[AT.looks_for_slack]), stretch, breaking, margin, out)
 
 
 @called_by_address(*WATCH_SIGNATURE)

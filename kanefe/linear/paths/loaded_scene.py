@@ -118,7 +118,7 @@ class LoadedScene:
         return Balance(self, np.array(q, dtype=float), float(factor))
 
 
-class Bordered:
+class BorderedStiffness:
     """The equations ``H x - g dfactor = forces`` of a change whose length along a direction is given, scaled.
 
     Parameters
@@ -232,13 +232,13 @@ class Balance:
         du = without + factor / self.scene.span * added
         return np.asarray(self._weight @ du[self.small.speeds.leading])
 
-    def bordered(self, row: Tangent) -> Bordered:
-        """Return the equations of a change: see `Bordered`."""
+    def bordered(self, row: Tangent) -> BorderedStiffness:
+        """Return the equations of a change: see `BorderedStiffness`."""
         w, n, span = self.scene.weights, len(self.H), self.scene.span
         A = np.zeros((n + 1, n + 1))
         A[:n, :n], A[:n, n] = self.H, -span * self.load
         A[n, :n], A[n, n] = (w * w * row.z) @ self.along, row.factor / span
-        return Bordered(A, self.along, span)
+        return BorderedStiffness(A, self.along, span)
 
     def solved(self, forces: Vector, row: Tangent, length: float) -> Tangent:
         """Return the change for which ``H x - g dfactor = forces`` and that along `row` is a length (Keller, 1977)."""
