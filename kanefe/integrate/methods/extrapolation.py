@@ -24,6 +24,7 @@ def _kernels() -> Kernels:
         reals=extrapolation_dense.reals_needed(),
         integers={},
         is_implicit=True,
+        settles_outputs=True,
         prepare=_prepare,
         restart_share=1.0,
         first_step=_first_step,

@@ -56,6 +56,9 @@ class Kernels:
         Whether it wants the directions in which loads between frames are stiff, and no Jacobian.
     keeps_balance : bool
         Whether it wants energy and momenta.
+    settles_outputs : bool
+        Whether stiff modes are settled in outputs: see `kanefe.kernels.steppers.settled_outputs`. Its steps may be long
+        beside their periods, and its polynomial has the accelerations.
     of_tolerance : function
         The estimate that a step may have, for a relative tolerance.
     prepare : function (memory), optional
@@ -82,6 +85,7 @@ class Kernels:
     is_implicit: bool = False
     takes_directions: bool = False
     keeps_balance: bool = False
+    settles_outputs: bool = False
     of_tolerance: Callable[[float], float] = float
     prepare: Callable[[Memory], None] | None = None
     restart_share: float = 0.1

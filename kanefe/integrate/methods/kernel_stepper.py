@@ -24,6 +24,7 @@ from kanefe.integrate.step_times import StepTimes
 from kanefe.integrate.stepper import BESIDE, LEAST_STEPS, Unconverged, beyond
 from kanefe.kernels.compiler.entries import LATER, Bound
 from kanefe.kernels.events.kinks import step_again
+from kanefe.kernels.steppers.settled_outputs import IS_SETTLING, NOT_SETTLED, next_command
 from kanefe.kernels.steppers.step_commands import (
     AT,
     AT_SHORTEST,
@@ -32,6 +33,7 @@ from kanefe.kernels.steppers.step_commands import (
     BREAKPOINTS,
     CONTINUES,
     COORDINATES,
+    ELASTIC,
     EVALUATIONS,
     FACTORISATIONS,
     FAILED,
@@ -57,6 +59,8 @@ from kanefe.kernels.steppers.step_commands import (
     REJECTED,
     RELATIVE,
     SCALE,
+    SETTLE,
+    SETTLES,
     SHARE_DAMPING,
     SHARE_STIFFNESS,
     SHORTEST_SHARE,
@@ -75,17 +79,17 @@ from kanefe.kernels.steppers.step_commands import (
     TIME_OF_SHORTEST,
     TIME_OLD,
     TO_EVENT,
+    WAITING,
     WANTS_DENSE,
     WEAKEST,
     WORST,
     Run,
     begin_at,
     interpolated,
-    next_command,
 )
 from kanefe.loads.valued_load import UnfitValue
 from kanefe.tree.model_data import QUADRATURES
-from kanefe.tree.route import MethodNeeds
+from kanefe.tree.route import Form, MethodNeeds
 from kanefe.tree.scales import coordinate_moves
 
 if TYPE_CHECKING:
@@ -159,6 +163,8 @@ class KernelStepper:
         rows = kernels.rows + kernels.rows_per_speed * m + kernels.rows_per_state * model.state_count
         self.vectors = np.zeros((rows, n + m + model.state_count + QUADRATURES))
         integers, reals = self.integers, self.reals
+        self.vectors[ELASTIC, n + self._elastic] = 1.0
+        integers[SETTLES] = IS_SETTLING if len(self._elastic) else NOT_SETTLED
         integers[COORDINATES], integers[SPEEDS], integers[MAP_SIZE] = n, m, len(moves)
         integers[MAP : MAP + 3 * len(moves)] = np.array(moves, dtype=np.int64).ravel()
         integers[BENDS] = MAP + 3 * len(moves) if len(bent) else 0
@@ -245,13 +251,29 @@ class KernelStepper:
         """Fixed steps whose iteration was left early."""
         return None if self._kernels.unconverged is None else self._kernels.unconverged(self)
 
+    @cached_property
+    def _elastic(self) -> np.ndarray:
+        """Speeds whose coordinates are settled in outputs: those of modes and sprung joints.
+
+        Of a method that steps over such, where there are sweeps for them; else none.
+        """
+        model = self.dynamics.model
+        if not self._kernels.settles_outputs or model.bearings or model.route.lacks(Form.SWEEPS):
+            return np.zeros(0, dtype=np.int64)
+        found = [np.arange(model.free_count)[body.flexible.speeds] for body in model.bodies if body.flexible]
+        for body in model.bodies:
+            sprung = [force is not None for force in body.joint.coordinate_forces]
+            found.append(np.array([at for at, has in zip(body.speeds, sprung, strict=True) if has], dtype=np.int64))
+        of_all = np.concatenate((np.zeros(0, dtype=np.int64), *found))
+        return of_all[of_all < model.free_count]
+
     @property
     def _has_jacobian(self) -> bool:
         return JACOBIAN_ROW in self._kernels.integers
 
     def state(self) -> Vector:
         """Return the state at t, its loops closed."""
-        return self.dynamics.projected(self.t, self.vectors[STATE]).copy()
+        return self._closed(self.t, self.vectors[STATE]).copy()
 
     def states(self, times: np.ndarray) -> np.ndarray:
         """Return the states at times of the last step, shape (times, state)."""
@@ -264,7 +286,7 @@ class KernelStepper:
                 self._interpolated(t, row)
             else:
                 row[:] = self.vectors[STATE]
-            row[:] = self.dynamics.projected(float(t), row)
+            row[:] = self._closed(float(t), row)
         return found
 
     def aim(self, stop: float) -> None:
@@ -357,7 +379,8 @@ class KernelStepper:
     ) -> tuple[int, bool]:
         """Continue; return how many times were passed and, where there are events, whether the last step is done."""
         integers, reals, vectors = self.integers, self.reals, self.vectors
-        integers[STORED], integers[IS_LEFT_OPEN] = passed, 0
+        integers[STORED], integers[IS_LEFT_OPEN], integers[WAITING] = passed, 0, 0
+        integers[SETTLES] = min(integers[SETTLES], IS_SETTLING)
         integers[WANTS_DENSE] = (most_steps == 1 and not is_cut) or watched is not None
         reals[NEXT_OUTPUT] = times[passed] if passed < len(times) else math.inf
         most = int(integers[STEPS]) + min(most_steps, 2**40)
@@ -394,13 +417,17 @@ class KernelStepper:
         stored = int(integers[STORED])
         if dynamics.model.is_constrained and (integers[IS_LEFT_OPEN] or not is_compiled):
             for i in range(passed, stored):
-                states[i] = dynamics.projected(float(times[i]), states[i])
+                states[i] = self._closed(float(times[i]), states[i])
         return stored, is_done
+
+    def _closed(self, t: float, y: Vector) -> Vector:
+        """Return the nearest state at a time (s) with its loops closed, in the metric of the method."""
+        return self.dynamics.projected(t, y, share=float(self.reals[SHARE_STIFFNESS]))
 
     def _project(self) -> None:
         reals, vectors = self.reals, self.vectors
         try:
-            vectors[STATE] = self.dynamics.projected(self.t, vectors[STATE], share=float(reals[SHARE_STIFFNESS]))
+            vectors[STATE] = self._closed(self.t, vectors[STATE])
         except KanefeError as error:
             # what there is ends with the last state whose loops are closed
             vectors[STATE], reals[TIME] = vectors[STATE_OLD], reals[TIME_OLD]
@@ -432,6 +459,10 @@ class KernelStepper:
                 dynamics.implicit_rate(float(reals[TIME_AT]), vectors[: STIFFNESS_DIRECTION + 1], *shares)
             elif command == BALANCE:
                 dynamics.balance(run, vectors)
+            elif command == SETTLE:
+                stored = int(self.integers[STORED])
+                for i in range(stored - int(self.integers[WAITING]), stored):
+                    run.states[i] = self._closed(float(run.times[i]), run.states[i])
             else:
                 return command, is_done
 
@@ -451,7 +482,12 @@ class KernelStepper:
     def _compiled_run(self) -> PreparedRun:
         kernels = self._kernels
         has_derivatives = self._has_jacobian and not kernels.takes_directions
-        needs = MethodNeeds(kernels.is_implicit, kernels.keeps_balance, has_derivatives, kernels.takes_directions)
+        needs = MethodNeeds(
+            kernels.is_implicit or bool(len(self._elastic)),
+            kernels.keeps_balance,
+            has_derivatives,
+            kernels.takes_directions,
+        )
         return self.dynamics.route.compiled_run(self.integers, self.reals, self.vectors, needs)
 
     def _answer_nothing(self, error: KanefeError) -> None:

@@ -67,6 +67,7 @@ def _kernels() -> Kernels:
         table=radau_iia(),
         of_tolerance=of_order_three,
         prepare=_follow_states,
+        settles_outputs=True,
         restart_share=0.0,  # vibrations may begin there
     )
 

@@ -21,7 +21,8 @@ _ENGINE = """
     compiler.filling constraints.closing constraints.contact_margins evaluation.evaluation evaluation.derivatives
     evaluation.forces evaluation.masses evaluation.momenta evaluation.replay evaluation.stiff_directions events.lookout
     events.steps_with_events impacts.cones impacts.contact_changes impacts.moments loads.telling loads.watching
-    planar.evaluation steppers.integration steppers.sampling steppers.step_commands sweeps.outward
+    planar.evaluation steppers.integration steppers.sampling steppers.settled_outputs steppers.step_commands
+    sweeps.outward
 """
 
 ENGINE = "engine"

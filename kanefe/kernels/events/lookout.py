@@ -12,7 +12,7 @@ from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.events.closing_call import ClosingCall, close_at
 from kanefe.kernels.events.watched_run import Lookout
 from kanefe.kernels.loads.watching import NEAR
-from kanefe.kernels.steppers.step_commands import STAGE, STATE, TIME, TIME_OLD, Run
+from kanefe.kernels.steppers.step_commands import SHARE_STIFFNESS, STAGE, STATE, TIME, TIME_OLD, Run
 from kanefe.kernels.sweeps.drives import put_drives
 
 Single = tuple[Lookout, ClosingCall]
@@ -59,7 +59,7 @@ def put_closed(single: Single, run: Run, vectors: RealRows, t: float) -> bool:
     """Write the state at a time of the last step, its loops closed; return whether they are."""
     lookout, closing = single
     put_state(run, vectors, t, lookout.states[0])
-    return not closing.has_loops or close_at(closing, t, 0.0, lookout.states[0])
+    return not closing.has_loops or close_at(closing, t, run.reals[SHARE_STIFFNESS], lookout.states[0])
 
 
 @entry()

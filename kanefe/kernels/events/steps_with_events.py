@@ -50,6 +50,7 @@ from kanefe.kernels.steppers.step_commands import (
     LONGEST_RESTART,
     NEXT_STEP,
     REACH,
+    SHARE_STIFFNESS,
     SMALLEST,
     STAGE,
     STATE,
@@ -284,7 +285,8 @@ def _restart(
     stored = integers[STORED]
     while stored < len(run.times) and run.times[stored] <= t:
         put_state(run, vectors, run.times[stored], run.states[stored])
-        if closing.has_loops and not close_at(closing, run.times[stored], 0.0, run.states[stored]):
+        share = run.reals[SHARE_STIFFNESS]
+        if closing.has_loops and not close_at(closing, run.times[stored], share, run.states[stored]):
             integers[IS_LEFT_OPEN] = 1
         stored += 1
     integers[STORED] = stored

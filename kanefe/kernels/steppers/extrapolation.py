@@ -57,6 +57,7 @@ from kanefe.kernels.steppers.step_commands import (
     PROJECT,
     REASON,
     REJECTED,
+    SETTLES,
     SHARE_DAMPING,
     SHARE_STIFFNESS,
     SLOPE,
@@ -342,7 +343,8 @@ def _reject(integers: np.ndarray, reals: np.ndarray, share: float) -> int:
 def _finish(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
     """Accept the last result of the tableau."""
     copy(vectors[TABLEAU + integers[COLUMN] - 1], vectors[DIFFERENCE])
-    if integers[WANTS_DENSE] or reals[NEXT_OUTPUT] < _end(integers, reals):
+    left = _end(integers, reals) - reals[NEXT_OUTPUT]
+    if integers[WANTS_DENSE] or left > 0.0 or (left == 0.0 and integers[SETTLES]):
         derive(integers, reals, vectors)
     return _accept_last(integers, reals, vectors)
 

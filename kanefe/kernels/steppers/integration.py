@@ -24,6 +24,7 @@ from kanefe.kernels.evaluation.evaluation import (
 from kanefe.kernels.evaluation.momenta import BALANCE_TIME
 from kanefe.kernels.events.closing_call import ClosingCall, close_at
 from kanefe.kernels.steppers.directions_wanted import DIRECTIONS
+from kanefe.kernels.steppers.settled_outputs import go_on
 from kanefe.kernels.steppers.step_commands import (
     AT,
     BALANCE,
@@ -36,15 +37,16 @@ from kanefe.kernels.steppers.step_commands import (
     NO_INERTIA,
     PROJECT,
     RATES,
+    SETTLE,
     SHARE_DAMPING,
     SHARE_STIFFNESS,
     STATE,
     STORED,
     TIME,
     TIME_AT,
+    WAITING,
     WEAKEST,
     Run,
-    go_on,
 )
 from kanefe.kernels.sweeps.drives import Drives, put_drives
 
@@ -151,12 +153,19 @@ def integrate(scene: Scene, run: Run, vectors: RealRows) -> tuple[int, float]:
             closed = run.integers[STORED]
             if command == PROJECT and close_at(scene.closing, reals[TIME], reals[SHARE_STIFFNESS], vectors[STATE]):
                 continue
+        if command == SETTLE:
+            number = closed - run.integers[WAITING]
+            if not close_at(scene.closing, run.times[number], reals[SHARE_STIFFNESS], run.states[number]):
+                run.integers[IS_LEFT_OPEN] = 1
+            continue
         if command == JACOBIAN and scene.derivatives.is_there and _put_jacobian(scene, run, vectors):
             continue
         if command not in (RATES, IMPLICIT, BALANCE, DIRECTIONS):
             return command, weakest
         t = reals[TIME_AT]
-        reals[LARGEST_OF_DRIVES] = put_drives(scene.motions, t, scene.drives)
+        longest = put_drives(scene.motions, t, scene.drives)
+        if run.integers[WAITING] == 0:
+            reals[LARGEST_OF_DRIVES] = longest
         if command == BALANCE:
             scene.balance.numbers[BALANCE_TIME] = t
             call_address(scene.balance.address, (scene.balance.places, scene.balance.numbers))

@@ -70,6 +70,7 @@ from kanefe.kernels.steppers.step_commands import (
     REASON,
     REJECTED,
     RELATIVE,
+    SHARE_STIFFNESS,
     SLOPE,
     SMALLEST,
     STAGE,
@@ -336,6 +337,7 @@ def advance_radau(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, 
         clip(integers, reals, reals[NEXT_STEP])
         return _begin_step(integers, reals, vectors, table)
     if stage == AFTER:
+        reals[SHARE_STIFFNESS] = reals[STEP] ** 2  # in a metric of masses alone the loops would push stiff modes
         if reals[TIME] >= reals[STOP]:
             return ask(integers, DONE, AFTER)
         if integers[HAS_LOOPS]:

@@ -20,6 +20,7 @@ from kanefe.kernels.steppers.step_commands import (
     DONE,
     PROJECT,
     SAMPLE,
+    SHARE_STIFFNESS,
     SMALLEST,
     STATE,
     STOP,
@@ -259,7 +260,7 @@ def pass_samples(
                 return SAMPLE
             if closing.has_loops and progress[IS_CLOSED] == 0:
                 progress[IS_CLOSED] = 1
-                if not close_at(closing, reals[TIME], 0.0, y):
+                if not close_at(closing, reals[TIME], reals[SHARE_STIFFNESS], y):
                     return PROJECT
         if go_on_sampling(samples, reals[TIME], y) >= 0:
             return SAMPLE

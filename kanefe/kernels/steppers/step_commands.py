@@ -16,8 +16,6 @@ from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
 from kanefe.kernels.compiler.arrays import Advance, Integers, Interpolate, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.evaluation.bending import watch_bends
-from kanefe.kernels.steppers.step_times import CLOCK, LAST_LOOK, look_at_clock
 from kanefe.kernels.sweeps.advance import put_turned
 from kanefe.kernels.sweeps.elastic import total
 
@@ -31,6 +29,7 @@ JACOBIAN = 5  # write derivatives of the rates of AT at TIME_AT to the rows from
 FAILED = 6  # no step is small enough, or a solution could not be found
 DONE = 7  # TIME is STOP
 BALANCE = 8  # write energy and, where kept, momenta and rigid motions of the state AT at the time TIME_AT
+SETTLE = 11  # close the loops of the first output that is WAITING: see `kanefe.kernels.steppers.settled_outputs`
 SAMPLE = 10  # call the function of a sampled controller: see `kanefe.kernels.steppers.sampling`
 NO_INERTIA, NOT_FINITE = -1, -2  # of an evaluation: nothing moves along a joint, or the rates are no numbers
 
@@ -62,8 +61,10 @@ NO_INERTIA, NOT_FINITE = -1, -2  # of an evaluation: nothing moves along a joint
     LOCKED_SPEEDS,
     CONTINUES,  # begin with what is known of the scene: since the last step only what controllers hold has changed
     LOOKS_FOR_JUMPS,  # where steps become short is kept, since functions of the state may jump there
-) = range(26)
-OF_METHOD = 26  # from here on a method has its own
+    SETTLES,
+    WAITING,
+) = range(28)
+OF_METHOD = 28  # from here on a method has its own
 MAP = 60  # triples of kind, coordinate and speed: how a coordinate moves
 
 # Behind it, from the place BENDS on where that is not 0: the flexible bodies that are watched, see `kernels.bends`
@@ -119,9 +120,10 @@ PIECES_OF_FREE_STEP = 4.0  # steps that want more pieces of a table than these p
 # From the place LOCKED_SPEEDS on in `reals`, where it is not 0: the time between samples, s; for each speed the place
 # of a row, or 0; and the rows: see `kanefe.integrate.locked_speeds`
 
-# Rows of `vectors`, each of the length of a state (q, u, dissipated energy, work)
-AT, SLOPE, DAMPING_DIRECTION, STIFFNESS_DIRECTION, STATE, STATE_OLD, SCALE, AT_SHORTEST = range(8)
-ROWS_OF_METHOD = 8
+# Rows of `vectors`, each of the length of a state (q, u, dissipated energy, work). ELASTIC is 1 at the speeds of modes
+# and sprung joints, whose coordinates are settled
+AT, SLOPE, DAMPING_DIRECTION, STIFFNESS_DIRECTION, STATE, STATE_OLD, SCALE, AT_SHORTEST, ELASTIC = range(9)
+ROWS_OF_METHOD = 9
 RIGID = ROWS_OF_METHOD  # with BALANCE six rows: speeds of the rigid motions of the scene, about its centre of mass
 
 
@@ -340,34 +342,6 @@ def take_back_outputs(run: Run, t: float) -> None:
     await_output(run)
 
 
-@kernel
-def go_on(run: Run, vectors: np.ndarray) -> int:
-    """Return the next command of a method that is not an accepted step with more to come; write the outputs passed."""
-    integers, reals, clock = run.integers, run.reals, run.clock
-    if clock[CLOCK] != 0 and clock[LAST_LOOK] == 0:
-        look_at_clock(clock, False)
-    while True:
-        command = run.advance(integers, reals, vectors, run.table)
-        if command != ACCEPTED:
-            if integers[BREAKPOINTS] > 0:
-                stay_on_side(integers, reals)
-            return command
-        if clock[CLOCK] != 0:
-            look_at_clock(clock, True)
-        if integers[BENDS] > 0:  # where the step began: what it went past an event with has not been
-            watch_bends(integers[integers[BENDS] :], reals, reals[TIME_OLD], vectors[STATE_OLD])
-        if integers[LOOKS_FOR_JUMPS] > 0:
-            watch_steps(integers, reals, vectors)
-        stored = integers[STORED]
-        while stored < len(run.times) and run.times[stored] <= reals[TIME]:
-            run.interpolate(integers, reals, vectors, run.table, run.times[stored], run.states[stored])
-            stored += 1
-        integers[STORED] = stored
-        await_output(run)
-        if stored == len(run.times) or integers[STEPS] >= run.most_steps:
-            return command
-
-
 @vector_kernel
 def is_finite(x: np.ndarray) -> bool:
     """Return whether no number of x is infinite or not a number."""
@@ -469,12 +443,6 @@ def turn(integers: np.ndarray, q: np.ndarray, h: float, speeds: np.ndarray, firs
         changes[at + 1] += e0 * x + e2 * z - e3 * y
         changes[at + 2] += e0 * y - e1 * z + e3 * x
         changes[at + 3] += e0 * z + e1 * y - e2 * x
-
-
-@entry()
-def next_command(run: Run, vectors: RealRows) -> int:
-    """Return the next command of a method, for a loop in Python: see `go_on`."""
-    return go_on(run, vectors)
 
 
 @entry()
