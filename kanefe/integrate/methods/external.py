@@ -79,7 +79,7 @@ class PluggedStepper(PythonStepper):
         """Return the states at times of the last step, shape (times, state)."""
         found = np.tile(self._y, (len(times), 1))
         for i in (times < self.t).nonzero()[0]:
-            found[i] = self._dynamics.projected(float(times[i]), self._interpolated(float(times[i])))
+            found[i] = self._closed(float(times[i]), self._interpolated(float(times[i])))
         return found
 
     def restart(self, t: float, y: Vector) -> None:
@@ -123,7 +123,7 @@ class PluggedStepper(PythonStepper):
             if t == before:  # on with the value from there on
                 self._t, self._is_begun = after, False
         self._steps += 1
-        closed = self._dynamics.projected(t, y)
+        closed = self._closed(t, y)
         if closed is not y:
             allowed = self._atol + self._rtol * np.abs(y)
             self._is_begun = bool(np.all(np.abs(closed - y) <= LARGEST_DRIFT * allowed))
@@ -133,6 +133,10 @@ class PluggedStepper(PythonStepper):
     def _bound(self) -> float:
         """Time that no step passes, s: the next at which a function of the time has its value from before a jump."""
         return min((before for before, _ in self._jumps if before > self._t), default=self._stop)
+
+    def _closed(self, t: float, y: Vector) -> Vector:
+        """Return the nearest state with its loops closed: in a metric of masses alone they would push stiff modes."""
+        return self._dynamics.projected(t, y, share=(self._t - self._t_old) ** 2)
 
     def _last_step(self) -> float:
         return self._t - self._t_old if self._t > self._t_old else 1e-3 * (self._stop - self._t)
