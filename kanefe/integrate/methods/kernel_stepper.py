@@ -15,6 +15,7 @@ from kanefe.frames import Vector
 from kanefe.integrate.breakpoints import breakpoints_of, changes_of
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.locked_speeds import locked_speeds
+from kanefe.integrate.methods.elastic_speeds import elastic_speeds
 from kanefe.integrate.methods.kernel_set import Kernels
 from kanefe.integrate.methods.method import LEAST_RTOL
 from kanefe.integrate.methods.step_failures import step_failure
@@ -89,7 +90,7 @@ from kanefe.kernels.steppers.step_commands import (
 )
 from kanefe.loads.valued_load import UnfitValue
 from kanefe.tree.model_data import QUADRATURES
-from kanefe.tree.route import Form, MethodNeeds
+from kanefe.tree.route import MethodNeeds
 from kanefe.tree.scales import coordinate_moves
 
 if TYPE_CHECKING:
@@ -253,19 +254,8 @@ class KernelStepper:
 
     @cached_property
     def _elastic(self) -> np.ndarray:
-        """Speeds whose coordinates are settled in outputs: those of modes and sprung joints.
-
-        Of a method that steps over such, where there are sweeps for them; else none.
-        """
-        model = self.dynamics.model
-        if not self._kernels.settles_outputs or model.bearings or model.route.lacks(Form.SWEEPS):
-            return np.zeros(0, dtype=np.int64)
-        found = [np.arange(model.free_count)[body.flexible.speeds] for body in model.bodies if body.flexible]
-        for body in model.bodies:
-            sprung = [force is not None for force in body.joint.coordinate_forces]
-            found.append(np.array([at for at, has in zip(body.speeds, sprung, strict=True) if has], dtype=np.int64))
-        of_all = np.concatenate((np.zeros(0, dtype=np.int64), *found))
-        return of_all[of_all < model.free_count]
+        """Speeds whose coordinates are settled in outputs; none of a method that does not step over modes."""
+        return elastic_speeds(self.dynamics.model) if self._kernels.settles_outputs else np.zeros(0, dtype=np.int64)
 
     @property
     def _has_jacobian(self) -> bool:

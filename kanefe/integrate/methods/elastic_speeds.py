@@ -1,0 +1,22 @@
+"""Which coordinates of a scene are settled in outputs: see `kanefe.kernels.steppers.settled_outputs`."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.equations.model import Model
+from kanefe.tree.route import Form
+
+
+def elastic_speeds(model: Model) -> np.ndarray:
+    """Return the speeds of modes and sprung joints; none where there are no sweeps that know of their stiffness."""
+    if model.bearings or model.route.lacks(Form.SWEEPS):
+        return np.zeros(0, dtype=np.int64)
+    found = [np.zeros(0, dtype=np.int64)]
+    for body in model.bodies:
+        if body.flexible:
+            found.append(np.arange(model.free_count)[body.flexible.speeds])
+        sprung = [force is not None for force in body.joint.coordinate_forces]
+        found.append(np.array([at for at, has in zip(body.speeds, sprung, strict=True) if has], dtype=np.int64))
+    of_all = np.concatenate(found)
+    return of_all[of_all < model.free_count]
