@@ -261,7 +261,15 @@ class Simulation:
 
     def _vector(self) -> Vector:
         last = self._loop.last
-        return last[1] if self._status.kind == "stopped" and last is not None else self.stepper.state()
+        return last[1] if self._status.kind == "stopped" and last is not None else self._reached()
+
+    def _reached(self) -> Vector:
+        """Return the state reached, as an output: with its stiff modes settled, unless something acted there."""
+        rows, stepper = self._loop.rows, self.stepper
+        is_output = rows.stored > 0 and rows.times[rows.stored - 1] == stepper.t
+        if is_output and self._watch is None and self._sampler is None:
+            return rows.states[rows.stored - 1].copy()
+        return stepper.state()
 
     def step(self, dt: float, inputs: Mapping[str, float] | None = None) -> None:
         """Continue by `dt` with constant inputs.
@@ -340,7 +348,7 @@ class Simulation:
         if self._has_begun and np.array_equal(values, self._inputs):
             return
         self._inputs = values
-        y, t = stepper.state(), stepper.t
+        y, t = self._reached(), stepper.t
         y[self._state_of_inputs] = values[: self._load_count]
         for course, acceleration in zip(self.courses, values[self._load_count :].tolist(), strict=True):
             course.go_on(t, acceleration)
