@@ -9,14 +9,15 @@ from kanefe.tree.route import Form
 
 
 def elastic_speeds(model: Model) -> np.ndarray:
-    """Return the speeds of modes and sprung joints; none where there are no sweeps that know of their stiffness."""
+    """Return the speeds of modes; none where there are no sweeps that know of their stiffness.
+
+    Joints on springs are not among them: friction and stops act on them, whose stiffness no sweep knows.
+    """
     if model.bearings or model.route.lacks(Form.SWEEPS):
         return np.zeros(0, dtype=np.int64)
     found = [np.zeros(0, dtype=np.int64)]
     for body in model.bodies:
         if body.flexible:
             found.append(np.arange(model.free_count)[body.flexible.speeds])
-        sprung = [force is not None for force in body.joint.coordinate_forces]
-        found.append(np.array([at for at, has in zip(body.speeds, sprung, strict=True) if has], dtype=np.int64))
     of_all = np.concatenate(found)
     return of_all[of_all < model.free_count]

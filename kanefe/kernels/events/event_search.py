@@ -255,14 +255,24 @@ def noise_after(value: Value, data: Any, root: float, start: float, end: float, 
     """Return below what a function has no sign after its root; of one that jumps across zero that is round-off.
 
     `start` and `end` are those of the step, `largest` the largest value of the function in it. Of one place alone the
-    value can be zero by chance: two are seen on either side. What differs between these is noise, or a slope; where a
-    function jumps they do not.
+    value can be zero by chance, and two be the same: three are seen on either side. What differs between neighbours is
+    noise, or a slope; where a function jumps across zero they have other signs.
     """
     tolerance = time_tolerance(span, root)
-    far, near = value(data, max(root - 2.0 * tolerance, start)), value(data, max(root - tolerance, start))
-    here, next_one = value(data, root), value(data, min(root + tolerance, end))
-    before, behind = max(abs(far), abs(near)), max(abs(here), abs(next_one))
-    differ = max(abs(far - near), abs(here - next_one) if here * next_one >= 0.0 else 0.0)
+    before, behind, differ = 0.0, 0.0, 0.0
+    for side in range(2):
+        largest_of_side, last = 0.0, 0.0
+        for k in range(3):
+            t = max(root - (k + 1) * tolerance, start) if side == 0 else min(root + k * tolerance, end)
+            here = value(data, t)
+            largest_of_side = max(largest_of_side, abs(here)) if k < 2 else largest_of_side
+            if k > 0 and here * last >= 0.0:
+                differ = max(differ, abs(here - last))
+            last = here
+        if side == 0:
+            before = largest_of_side
+        else:
+            behind = largest_of_side
     return max(NOISE * min(before, behind, differ), ROUND_OFF * largest)
 
 

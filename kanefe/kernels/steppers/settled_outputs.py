@@ -31,9 +31,12 @@ from kanefe.kernels.steppers.step_commands import (
     EVALUATIONS,
     HAS_LOOPS,
     IMPLICIT,
+    IS_FIXED,
     LOOKS_FOR_JUMPS,
     MAP,
     MAP_SIZE,
+    RELATIVE,
+    SCALE,
     SETTLE,
     SETTLES,
     SHARE_DAMPING,
@@ -59,6 +62,9 @@ from kanefe.kernels.steppers.step_times import CLOCK, LAST_LOOK, look_at_clock
 
 NOT_SETTLED, IS_SETTLING, IS_ASKED, IS_MOVED = range(4)
 """Values of SETTLES: outputs stay as they are; they are settled; one has been evaluated for it; and has been moved."""
+
+PROMISED = 10.0
+"""Error of a state that a run promises, relative to what its tolerance allows a step. Fixed steps have no tolerance."""
 
 DIFFERENCE = 1e-3
 """Time over which the polynomial is differentiated, in steps: truncation is then its square, and round-off over it."""
@@ -131,15 +137,26 @@ def _ask_settled(run: Run, vectors: np.ndarray) -> int:
 
 @kernel
 def _take_settled(run: Run, vectors: np.ndarray) -> None:
-    """Move the elastic coordinates of the output that was evaluated; where there are no numbers it stays."""
-    integers, number, n = run.integers, run.integers[STORED] - run.integers[WAITING], run.integers[COORDINATES]
-    state, pushed, square = run.states[number], vectors[STIFFNESS_DIRECTION], run.reals[STEP] ** 2
-    for row in range(integers[MAP_SIZE]):
-        kind, at, i = integers[MAP + 3 * row], integers[MAP + 3 * row + 1], n + integers[MAP + 3 * row + 2]
-        if kind == STRAIGHT and vectors[ELASTIC, i] != 0.0:
-            change = square * vectors[SLOPE, i] - pushed[i]
-            if abs(change) < np.inf:
-                state[at] += change
+    """Move the elastic coordinates of the output that was evaluated.
+
+    It stays as it is where one would move by more than the error that is promised: then a force jumps there, or there
+    are no numbers.
+    """
+    integers, reals, n = run.integers, run.reals, run.integers[COORDINATES]
+    state = run.states[integers[STORED] - integers[WAITING]]
+    pushed, square, farthest = vectors[STIFFNESS_DIRECTION], reals[STEP] ** 2, 0.0
+    for is_moved in range(2):
+        for row in range(integers[MAP_SIZE]):
+            kind, at, i = integers[MAP + 3 * row], integers[MAP + 3 * row + 1], n + integers[MAP + 3 * row + 2]
+            if kind == STRAIGHT and vectors[ELASTIC, i] != 0.0:
+                change = square * vectors[SLOPE, i] - pushed[i]
+                if is_moved == 1:
+                    state[at] += change
+                    continue
+                allowed = PROMISED * (vectors[SCALE, at] + reals[RELATIVE] * abs(state[at]))
+                farthest = max(farthest, abs(change) / allowed if abs(change) < np.inf else np.inf)
+        if farthest > 1.0 and not (integers[IS_FIXED] and farthest < np.inf):
+            break
     integers[SETTLES] = IS_MOVED
 
 

@@ -121,7 +121,7 @@ PIECES_OF_FREE_STEP = 4.0  # steps that want more pieces of a table than these p
 # of a row, or 0; and the rows: see `kanefe.integrate.locked_speeds`
 
 # Rows of `vectors`, each of the length of a state (q, u, dissipated energy, work). ELASTIC is 1 at the speeds of modes
-# and sprung joints, whose coordinates are settled
+# of bodies, whose coordinates are settled
 AT, SLOPE, DAMPING_DIRECTION, STIFFNESS_DIRECTION, STATE, STATE_OLD, SCALE, AT_SHORTEST, ELASTIC = range(9)
 ROWS_OF_METHOD = 9
 RIGID = ROWS_OF_METHOD  # with BALANCE six rows: speeds of the rigid motions of the scene, about its centre of mass
