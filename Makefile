@@ -1,6 +1,6 @@
 # make demo, make test: each does all the set-up it needs. On Debian 12 or newer, as root or with sudo.
 .DEFAULT_GOAL := help
-.PHONY: help setup kernels with-tests demo test test-slow test-latest test-install docs stress bench bench-engine bench-fem player lint clean
+.PHONY: help setup kernels with-tests demo test test-slow test-latest test-install docs stress bench bench-engine bench-fem player lint types layers clean
 
 help:            ## this list
 	@sed -n 's/^\([a-z-]*\): *\(.*\)## */  make \1\t/p' Makefile | expand -t 22
@@ -50,7 +50,12 @@ player:          ## build the page that shows runs from its source and three.js 
 lint:            ## ruff, mypy and the contracts of the layers
 	@bash .ci/setup.sh dev
 	@bash .ci/in-env .venv ruff check .
+	@$(MAKE) --no-print-directory -j2 --output-sync=target types layers
+
+types:
 	@bash .ci/in-env .venv mypy
+
+layers:
 	@bash .ci/in-env .venv lint-imports --no-cache
 
 clean:           ## remove the environments, caches and results
