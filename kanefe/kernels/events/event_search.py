@@ -37,6 +37,9 @@ EPSILON = float(np.finfo(float).eps)
 NOISE = 10.0
 """Value below which the sign of a function is noise, in multiples of its values about the root found."""
 
+LOOKS = 12
+"""Values on either side of a root, at most, till two differ: up to 1e-10 of the span away."""
+
 ROUND_OFF = 1e-15
 """Value below which the sign of a function is noise, relative to its largest value in the step, if its value at the
 root is zero by chance."""
@@ -255,20 +258,27 @@ def noise_after(value: Value, data: Any, root: float, start: float, end: float, 
     """Return below what a function has no sign after its root; of one that jumps across zero that is round-off.
 
     `start` and `end` are those of the step, `largest` the largest value of the function in it. Of one place alone the
-    value can be zero by chance, and two be the same: three are seen on either side. What differs between neighbours is
-    noise, or a slope; where a function jumps across zero they have other signs.
+    value can be zero by chance, and some be the same: three are seen on either side, and more farther away until two
+    differ. What differs between neighbours is noise, or a slope; where a function jumps across zero they have other
+    signs.
     """
     tolerance = time_tolerance(span, root)
     before, behind, differ = 0.0, 0.0, 0.0
     for side in range(2):
-        largest_of_side, last = 0.0, 0.0
-        for k in range(3):
-            t = max(root - (k + 1) * tolerance, start) if side == 0 else min(root + k * tolerance, end)
+        largest_of_side, last, of_side = 0.0, 0.0, 0.0
+        reach = tolerance if side == 0 else 0.0
+        for k in range(LOOKS):
+            t = max(root - reach, start) if side == 0 else min(root + reach, end)
             here = value(data, t)
-            largest_of_side = max(largest_of_side, abs(here)) if k < 2 else largest_of_side
+            if k < 2 or of_side == 0.0:
+                largest_of_side = max(largest_of_side, abs(here))
             if k > 0 and here * last >= 0.0:
-                differ = max(differ, abs(here - last))
+                of_side = max(of_side, abs(here - last))
             last = here
+            if k >= 2 and of_side > 0.0:
+                break
+            reach = reach + tolerance if k < 2 else 2.0 * reach  # values near each other can be one number
+        differ = max(differ, of_side)
         if side == 0:
             before = largest_of_side
         else:

@@ -25,6 +25,15 @@ def test_a_slope_is_noise_and_a_jump_is_none() -> None:
     assert noise_of(lambda t: -8.0 if t < 0.5 else t - 0.5) <= 1.001 * NOISE * tolerance
 
 
+@pytest.mark.parametrize("width", [1.0, 5.5, 40.0])
+def test_values_that_change_in_steps_have_a_step_as_their_noise(width: float) -> None:
+    """What changes slowly beside its own size is the same number for many tolerances about its root."""
+    tolerance, slope = time_tolerance(1.0, 0.5), 1.0
+    step = width * tolerance * slope
+    noise = noise_of(lambda t: step * np.floor(slope * (t - 0.5) / step))
+    assert step <= noise <= 3.0 * NOISE * step  # it doubles its distance until two values differ: by two steps at most
+
+
 def test_a_block_that_has_bounced_is_seen_to_stick() -> None:
     """Its slip jumps at each touch by more than friction ever holds; it slides to rest afterwards."""
     scene = kf.System(gravity=(0, 0, -9.81))
