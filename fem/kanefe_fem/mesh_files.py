@@ -122,7 +122,7 @@ def read_mesh(
     elif path.suffix.lower() in NASTRAN:
         from kanefe_fem.mesh.nastran_deck import read_nastran_mesh
 
-        mesh = read_nastran_mesh(path, names or {})
+        mesh = read_nastran_mesh(path, names or {}, trusted)
     else:
         from kanefe_fem import _meshio
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from kanefe.errors import FileError, ModelError
+from kanefe.imports.included import included_file
 from kanefe.imports.node_table import NodeTable
 from kanefe.imports.text import numbers, read_text
-from kanefe.storage.files import named_file
 
 REFUSED = {
     "SYSTEM": "nodes in a system of their own",
@@ -194,7 +194,6 @@ def with_includes(
     for block in blocks:
         found.append(block)
         if block.name == "INCLUDE":
-            named = path.parent / block.options.get("INPUT", "")
-            other = named_file(named, path, top=top, trusted=trusted, reader=reader)
+            other = included_file(block.options.get("INPUT", ""), path, top=top, trusted=trusted, reader=reader)
             found += with_includes(keywords(read_text(other, "nodes")), other, top, trusted, depth + 1, reader)
     return found

@@ -19,9 +19,12 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.arguments import checked
-from kanefe.errors import ModelError
+from kanefe.errors import FileError, ModelError
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.imports import _pyyeti
+from kanefe.imports.bulk_data import Card, bulk_cards
+from kanefe.imports.direct_matrices import direct_matrices, extern_freedoms, scalar_points
+from kanefe.imports.grid_points import grid_points
 from kanefe.imports.labelled import LabelledMatrix, given_freedoms, mirrored, model_of_labelled, with_generalised
 from kanefe.imports.node_table import NodeTable
 from kanefe.imports.self_check import Expected
@@ -45,6 +48,7 @@ def read_nastran(
     generalised: Sequence[int] = (),
     groups: Mapping[str, int | Sequence[int]] | None = None,
     units: Units = "m, kg, s",
+    trusted: bool = False,
     **expected: Unpack[Expected],
 ) -> FiniteElementModel:
     """Return the model of matrices from Nastran.
@@ -52,8 +56,8 @@ def read_nastran(
     Parameters
     ----------
     bulk : path
-        Bulk data file with the GRID and CORD2R/C/S cards; grid points may have local displacement coordinate
-        systems.
+        Bulk data file with the GRID, GRDSET and CORD1/2R/C/S cards; grid points may have local displacement coordinate
+        systems. A file that it includes may be in its folder or in that of the file that includes it.
     matrices : path or several
         .op4 or .op2 files; any other suffix (.pch, .bdf, .dat) is read for DMIG cards.
     names : dict, optional
@@ -68,6 +72,8 @@ def read_nastran(
         Scalar points (SPOINT) always carry them.
     groups, units : optional
         See `read_abaqus`.
+    trusted : bool
+        Whether the bulk data may include files outside their folder.
     **expected
         See `read_abaqus`.
 
@@ -79,11 +85,11 @@ def read_nastran(
     Raises
     ------
     FileError
-        If a file does not exist, is truncated, or in another format.
+        If a file does not exist, is truncated, or in another format, or a card is not as it should be, with its line.
     ModelError
         If matrices are missing, do not belong to these grid points, or fail the self-check.
     MissingDependency
-        Without pyyeti.
+        Without pyyeti, of op2 and op4 files.
 
     Examples
     --------
@@ -94,18 +100,19 @@ def read_nastran(
     >>> arm = kf.read_nastran("arm.pch", "arm.op4", groups={"root": 3, "tip": 27})  # doctest: +SKIP
     >>> body = kf.flexible_body(arm, {"root": "clamped", "tip": "node"})  # doctest: +SKIP
     """
-    table = _pyyeti.nodes(Path(bulk))
+    cards = bulk_cards(Path(bulk), trusted=trusted, reader="read_nastran")
+    table = _nodes(cards, Path(bulk))
     files = [Path(p) for p in ((matrices,) if isinstance(matrices, (str, Path)) else matrices)]
     found: dict[str, LabelledMatrix] = {}
     for path in files:
         if path.suffix.lower() in (".op4", ".op2"):
             found |= {
-                name: _placed(matrix, name, path, _rows(freedoms, Path(bulk), table, matrix.shape[0]))
+                name: _placed(matrix, name, path, _rows(freedoms, cards, table, matrix.shape[0]))
                 for name, matrix in _pyyeti.matrices(path).items()
                 if name in _wanted(names)
             }
         else:
-            found |= _pyyeti.direct_matrices(path)
+            found |= _direct(path, cards if path == Path(bulk) else bulk_cards(path, trusted=trusted))
     source = ", ".join(path.name for path in files)
     chosen = _chosen(found, names or {}, source)
     return model_of_labelled(
@@ -116,6 +123,24 @@ def read_nastran(
         expected=expected,
         source=f"Nastran {source}",
     )
+
+
+def _nodes(cards: Sequence[Card], path: Path) -> NodeTable:
+    """Return the grid points of a deck, with the axes of their displacements."""
+    found = grid_points(cards)
+    if not len(found.labels):
+        raise FileError(f"{path} has no GRID. Remedy: give the bulk data file of the run that wrote the matrices")
+    table = NodeTable.of_rows(np.column_stack((found.labels, found.points)), str(path))
+    axes = None if found.axes is None else found.axes[np.argsort(found.labels)]
+    return NodeTable(table.labels, table.points, axes=axes)
+
+
+def _direct(path: Path, cards: Sequence[Card]) -> dict[str, LabelledMatrix]:
+    """Return the matrices of the DMIG cards of a file."""
+    found = direct_matrices(cards)
+    if not found:
+        raise FileError(f"{path} has no DMIG cards. Remedy: EXTSEOUT(STIFFNESS,MASS,DMIGPCH), or an op4 file")
+    return found
 
 
 def _wanted(names: Mapping[str, str] | None) -> set[str]:
@@ -142,12 +167,12 @@ def _chosen(found: Mapping[str, LabelledMatrix], names: Mapping[str, str], sourc
 
 
 def _rows(
-    freedoms: np.ndarray | Sequence[tuple[int, int]] | None, bulk: Path, table: NodeTable, size: int
+    freedoms: np.ndarray | Sequence[tuple[int, int]] | None, cards: Sequence[Card], table: NodeTable, size: int
 ) -> np.ndarray:
     """Return (label, number) of the rows of a matrix of `size` rows without labels."""
     if freedoms is not None:
         return given_freedoms(freedoms, "freedoms", "grid")
-    named, scalar = _pyyeti.reduced_freedoms(bulk)
+    named, scalar = extern_freedoms(cards), scalar_points(cards)
     of_grids = np.array([(label, number) for label in table.labels for number in range(1, 7)])
     if named is not None and len(named) == size:
         return named

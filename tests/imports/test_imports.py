@@ -145,7 +145,6 @@ def test_more_mass_than_matter_has_is_told(tmp_path: Path) -> None:
 
 
 def test_nastran_dmig(tmp_path: Path) -> None:
-    pytest.importorskip("pyyeti", reason="Nastran's files are read by pyyeti")
     model = read_nastran(*write.nastran_job(tmp_path, SOLID, LABELS), groups={"tip": [400, 9001]})
     assert_same(model, SOLID, 1e-9)  # cards carry ten digits
     assert model.groups["tip"].nodes.tolist() == [7, 8]
@@ -174,7 +173,6 @@ def test_nastran_op4(binary: bool, tmp_path: Path) -> None:
 
 
 def test_nastran_displacements_in_axes_of_their_own(tmp_path: Path) -> None:
-    pytest.importorskip("pyyeti", reason="Nastran's files are read by pyyeti")
     A = rotation_matrix(np.array((0.8, 0.0, 0.36, 0.48)))
     origin, z, x = np.array((0.3, -0.2, 0.5)), A[:, 2], A[:, 0]
     fields = [f"{v:16.9E}" for v in (*origin, *(origin + z), *(origin + x))]

@@ -79,7 +79,6 @@ def assert_superelement(model: kf.FiniteElementModel, digits: float) -> None:
 
 
 def test_nastran_dmig_of_scalar_points(tmp_path: Path) -> None:
-    pytest.importorskip("pyyeti", reason="Nastran's files are read by pyyeti")
     bulk = write.nastran_bulk(tmp_path / "arm.bdf", SUPER.nodes, LABELS)
     punch = write.dmig(tmp_path / "arm.pch", SUPER, LABELS, {"KAAX": SUPER.stiffness, "MAAX": SUPER.mass})
     model = read_quietly(kf.read_nastran, bulk, punch, groups={"tip": 1003})

@@ -267,22 +267,6 @@ class TestFiles:
         with pytest.raises(ModelError, match=words):
             read_mesh(path)
 
-    @pytest.mark.parametrize(
-        "card",
-        [
-            "GRID           1       5     0.0     0.0     0.0",
-            "GRID,1,5,0.0,0.0,0.0",
-            "GRID*                  1               5",
-            "GRDSET                 5",
-            "GRID\t1\t5\t0.0\t0.0\t0.0",
-        ],
-    )
-    def test_places_of_a_nastran_deck_that_its_reader_would_drop(self, card, tmp_path):
-        path = tmp_path / "a.bdf"
-        path.write_text(f"BEGIN BULK\n{card}\nENDDATA\n")
-        with pytest.raises(FileError, match=r"a\.bdf has points in coordinate system 5 \(line 2\)"):
-            read_mesh(path)
-
     def test_a_truncated_vtu(self, tmp_path):
         import meshio
 
