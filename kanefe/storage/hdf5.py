@@ -11,8 +11,10 @@ import contextlib
 import hashlib
 import io
 import json
+import os
 import time
 from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -293,7 +295,17 @@ def h5py_for(needed_by: str) -> Any:
             f"{needed_by}: h5py does not start beside the HDF5 of another library of this program ({error}). "
             "Remedy: import h5py at its head, before dolfinx and petsc4py"
         ) from error
+    _keep_whole_in_children()
     return h5py
+
+
+@cache
+def _keep_whole_in_children() -> None:
+    """Let no child be forked while another thread is within HDF5: it would wait for h5py's lock for ever."""
+    if hasattr(os, "register_at_fork"):
+        from h5py._objects import phil
+
+        os.register_at_fork(before=phil.acquire, after_in_parent=phil.release, after_in_child=phil.release)
 
 
 def _plain(value: Any) -> Any:

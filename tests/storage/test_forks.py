@@ -11,6 +11,7 @@ from collections.abc import Callable
 from functools import cached_property
 from types import ModuleType
 
+import numpy as np
 import pytest
 
 import kanefe  # noqa: F401
@@ -87,3 +88,22 @@ def test_a_child_does_not_wait_for_a_thread_that_it_has_not(what: str, module: M
     finally:
         may_end.set()
         thread.join()
+
+
+def test_a_child_does_not_wait_for_a_thread_within_hdf5() -> None:
+    pytest.importorskip("h5py")
+    from kanefe.storage.hdf5 import encode, h5py_for
+
+    phil = h5py_for("a test")._objects.phil
+    begun = threading.Event()
+
+    def in_thread() -> None:
+        with phil:
+            begun.set()
+            time.sleep(0.1)  # the fork waits for it
+
+    thread = threading.Thread(target=in_thread)
+    thread.start()
+    assert begun.wait(5.0)
+    assert ends(lambda: encode({"a": 1}, {"x": (np.zeros(3), "m")}))
+    thread.join()
