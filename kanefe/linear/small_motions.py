@@ -28,6 +28,7 @@ from kanefe.kane.constraints import constraint_rates, place_rows
 from kanefe.kane.state import State
 from kanefe.linear.displaced_drives import Drive, Shift, shifted
 from kanefe.linear.independent import Independent, all_of, independent
+from kanefe.linear.overflow import refuse_overflow
 from kanefe.linear.tangents import Derivatives, difference, tangent_steps, turning
 
 
@@ -203,7 +204,9 @@ class SmallMotions:
         """Return A of ``dx/dt = A x`` over independent tangents and speeds, x = (p, r)."""
         P, R = self.along_positions, self.along_speeds
         lead_p, lead_r = self.positions.leading, self.speeds.leading
-        return np.block([[(self.G @ P.z + P.du)[lead_p], R.du[lead_p]], [P.ddu[lead_r], R.ddu[lead_r]]])
+        A = np.block([[(self.G @ P.z + P.du)[lead_p], R.du[lead_p]], [P.ddu[lead_r], R.ddu[lead_r]]])
+        refuse_overflow("the state matrix", A)
+        return A
 
     def rates_along(self, x: Vector) -> Vector:
         """Return A x for one direction; without loops A is not computed."""

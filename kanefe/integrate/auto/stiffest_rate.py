@@ -64,6 +64,8 @@ def highest_rate(model: Model, start: float, K: Matrix, C: Matrix) -> float:
     if not (np.any(K) or np.any(C)):
         return 0.0
     M = mass_at_start(model, start)
+    if not all(np.isfinite(X).all() for X in (K, C, M)):
+        return math.inf  # the run says what overflows
     try:
         squares, rates = (_largest(X, M) for X in (K, C))
     except np.linalg.LinAlgError:

@@ -189,8 +189,11 @@ class BalanceSearch:
         return self.imbalance(*state).ratio <= BALANCED or self._step(*state, False).unmet_share <= UNHELD
 
     def is_stiff(self, q: Vector) -> bool:
-        """Return whether every motion about a rest at coordinates q has a stiffness, by its rank."""
-        H = stiffness_of(self.small(q, np.zeros(self.model.free_count)))[0]
+        """Return whether every motion about a rest at coordinates q has a stiffness, by its rank; not with rolling."""
+        small = self.small(q, np.zeros(self.model.free_count))
+        if not small.is_holonomic:
+            return False
+        H = stiffness_of(small)[0]
         return rank_of(H) == len(H)
 
     def refusal(self) -> SimulationError:

@@ -6,6 +6,7 @@ import numpy as np
 import scipy.linalg
 
 from kanefe.frames import Matrix, Vector
+from kanefe.linear.overflow import refuse_overflow
 from kanefe.linear.small_motions import SmallMotions
 
 WEAKEST_MASS = 1e-12
@@ -56,6 +57,7 @@ def solved(H: Matrix, right: Vector) -> tuple[Vector, Vector]:
     """
     if not H.size:
         return np.zeros(H.shape[1]), right
+    refuse_overflow("the stiffness", H)
     rows, columns = _scales(H)
     x, _, rank, _ = np.linalg.lstsq(H / rows[:, None] / columns[None, :], right / rows, rcond=NEUTRAL)
     x = np.asarray(x / columns)
@@ -67,6 +69,7 @@ def rank_of(H: Matrix) -> int:
     if not H.size:
         return 0
     rows, columns = _scales(H)
+    refuse_overflow("the stiffness", H)
     values = np.linalg.svd(H / rows[:, None] / columns[None, :], compute_uv=False)
     return int(np.count_nonzero(values > NEUTRAL * values.max()))
 

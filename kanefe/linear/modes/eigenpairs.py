@@ -6,6 +6,7 @@ import numpy as np
 import scipy.linalg
 
 from kanefe.frames import Vector
+from kanefe.linear.overflow import refuse_overflow
 
 NOTHING = 1e-16
 """Size of a column, relative to the largest entry, below which it is round-off."""
@@ -23,7 +24,10 @@ def eigenpairs(A: np.ndarray, weights: Vector) -> tuple[np.ndarray, np.ndarray]:
     >>> np.abs(values)
     array([2., 2.])
     """
+    if not A.size:
+        return np.zeros(0, dtype=complex), np.zeros((0, 0), dtype=complex)
     scaled = weights[:, None] * A / weights[None, :]
+    refuse_overflow("the state matrix", scaled)
     largest = np.abs(scaled).max(axis=0, initial=0.0)
     scaled[:, largest <= NOTHING * largest.max(initial=0.0)] = 0.0
     values, vectors = scipy.linalg.eig(scaled)

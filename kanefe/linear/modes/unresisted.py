@@ -18,10 +18,12 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg
 
+from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.linear.imbalance import force_sizes
 from kanefe.linear.modes.eigenpairs import rate_weights
 from kanefe.linear.modes.hill import hill_matrix
+from kanefe.linear.overflow import refuse_overflow
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.tangents import DIFFERENCE_STEP, tangent_steps
 
@@ -110,9 +112,9 @@ def unresisted_around(points: Sequence[SmallMotions], matrices: np.ndarray, rate
     while True:
         wider = np.hstack((sizes + masses * np.abs(turns), masses @ np.abs(found)))
         null = _null_space(np.hstack((X - 1j * T * turns, T @ found)), wider, NOTHING[is_exact])[: len(turns)]
-        if null.shape[1] == found.shape[1]:
+        if null.shape[1] <= found.shape[1]:
             return found.shape[1]
-        found = null
+        found = _within(null)
 
 
 def unresisted(small: SmallMotions, A: Matrix) -> Unresisted:
@@ -129,9 +131,9 @@ def unresisted(small: SmallMotions, A: Matrix) -> Unresisted:
     while True:
         wider = np.hstack((sums.sizes, np.abs(sums.T) @ np.abs(found)))
         null = _null_space(np.hstack((sums.X, sums.T @ found)), wider, NOTHING[small.derivatives.is_exact])[: p + r]
-        if null.shape[1] == found.shape[1]:
+        if null.shape[1] <= found.shape[1]:  # each space contains the one before; a smaller one is round-off
             break
-        found = null
+        found = _within(null)
     weights = sums.weights
     found = np.linalg.qr(weights[:, None] * found)[0] / weights[:, None]
     return _led(found, (weights[:p] / sums.rates)[:, None] * (A[:p] @ found), weights)
@@ -179,6 +181,16 @@ def _of_loads(small: SmallMotions, Z: Matrix, N: Matrix) -> Matrix:
     return np.outer(forces, np.concatenate((of_places, of_speeds / fastest if fastest else 0.0 * of_speeds)))
 
 
+def _within(null: Matrix) -> Matrix:
+    """Return a space of motions, which has at most as many as there are states; a SimulationError where it has more."""
+    if null.shape[1] > null.shape[0]:
+        raise SimulationError(
+            "small motions are lost in the round-off of the forces. Remedy: check loads, stiffnesses and masses for "
+            "great numbers, and their units"
+        )
+    return null
+
+
 def _null_space(X: Matrix, sizes: Matrix, tolerance: float) -> Matrix:
     """Return a basis of the null space of a matrix of sums with terms of known sizes, (columns, k)."""
     rows, columns = np.ones(X.shape[0]), np.ones(X.shape[1])
@@ -191,6 +203,8 @@ def _null_space(X: Matrix, sizes: Matrix, tolerance: float) -> Matrix:
         if max(np.abs(by_row - 1.0).max(initial=0.0), np.abs(by_column - 1.0).max(initial=0.0)) < EVEN:
             break
         rows, columns = rows / np.sqrt(by_row), columns / np.sqrt(by_column)
-    _, values, right = np.linalg.svd(rows[:, None] * X * columns)
+    scaled = rows[:, None] * X * columns
+    refuse_overflow("the state matrix", sizes, scaled)
+    _, values, right = np.linalg.svd(scaled)
     rank = int(np.count_nonzero(values > tolerance))
     return np.asarray(columns[:, None] * right[rank:].conj().T)

@@ -182,7 +182,10 @@ class Walk:
 
     def next(self, origin: Stop) -> Stop:
         """Return the next stop; a PathLost if the shortest step has none."""
-        unit = 1.0 / self.scene.largest(origin.ahead)
+        largest = self.scene.largest(origin.ahead)
+        if not 0.0 < largest < np.inf:
+            raise PathLost("its tangent overflows")
+        unit = 1.0 / largest
         limit = self.longest * unit
         length = min(self._length or BEGINS * unit, limit)
         while True:

@@ -161,7 +161,7 @@ def _branch_of_mode(
     start: Start,
     branch: Buckling | tuple[Buckling, int],
 ) -> EquilibriumPath:
-    buckled, mode = branch if isinstance(branch, tuple) else (branch, 0)
+    buckled, mode = branch if isinstance(branch, tuple) and len(branch) == 2 else (branch, 0)
     if not isinstance(buckled, Buckling):
         raise ModelError(f"{WHAT}: branch must be the result of kanefe.buckling, or this and a mode, not {branch!r}")
     if loads is not None:

@@ -167,6 +167,8 @@ class EquilibriumPath:
                 f"Remedy: a factor from {low:.6g} to {high:.6g}, and crossings from 0"
             )
         i = passed[crossing]
+        if gaps[i] == 0.0:  # where the path begins
+            return self._equilibrium(self._stops[i])
         if gaps[i + 1] == 0.0:
             return self._equilibrium(self._stops[i + 1])
         return self._equilibrium(crossing_of_factor(self.loaded, self._stops[i], self._stops[i + 1], factor))
