@@ -1,13 +1,14 @@
 """Checks of the arguments of public functions against the type hints of their signatures.
 
 `checked` guards a function, or the constructor of a class: its body only sees finite numbers, texts and objects of the
-types in its signature. Signs, shapes and meanings are checked by the function itself. Only public entries are guarded,
-nothing that runs in every step.
+types in its signature; one number is a float or int of Python there, whatever type it had. Signs, shapes and meanings
+are checked by the function itself. Only public entries are guarded, nothing that runs in every step.
 """
 
 from __future__ import annotations
 
 import builtins
+import dataclasses
 import inspect
 import math
 import re
@@ -17,7 +18,7 @@ import typing
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cache, partial, wraps
 from importlib import import_module
-from numbers import Real
+from numbers import Integral, Real
 from os import PathLike
 from typing import Any, Literal, NamedTuple, TypeVar, overload
 
@@ -33,6 +34,9 @@ MOST_LETTERS = 120
 
 NONE = ("",)
 """A name that no argument has: nothing is checked but the keywords of a group."""
+
+PLAIN = {int, float, bool, str, type(None)}
+"""Types of values that are taken as they are."""
 
 LARGEST = sys.float_info.max
 """Largest finite number."""
@@ -106,6 +110,7 @@ def _guarded(function: Callable[..., Any], title: str, held: tuple[str, ...]) ->
     @wraps(function)
     def guarded(*args: Any, **kwargs: Any) -> Any:
         places, kinds, has_group = asked()
+        plain: dict[str, float] = {}
         for name, value in (*zip(places, args, strict=False), *kwargs.items()):
             if has_group and name not in kinds:
                 known = ", ".join(one for one in kinds if one not in {"self", "cls"})
@@ -113,6 +118,11 @@ def _guarded(function: Callable[..., Any], title: str, held: tuple[str, ...]) ->
             kind = kinds.get(name)
             if kind is not None and not kind.holds(value):
                 raise ModelError(f"{name}= of {title} must be {kind.words}, not {told(value)}")
+            if kind is not None and kind.is_number and type(value) not in PLAIN:
+                plain[name] = _plain(value)
+        if plain:
+            args = tuple(plain.pop(name, value) for name, value in zip(places, args, strict=False))
+            kwargs.update(plain)
         return function(*args, **kwargs)
 
     guarded.asked = asked  # type: ignore[attr-defined]  # for tests
@@ -128,10 +138,33 @@ class Kind(NamedTuple):
         Description for messages.
     holds : function of a value -> bool
         Whether a value is permitted.
+    is_number : bool
+        Whether one number is permitted, which the function gets as a float or int of Python.
     """
 
     words: str
     holds: Callable[[Any], bool]
+    is_number: bool = False
+
+
+def _plain(value: Any) -> Any:
+    """Return a number of another type as one of Python; what is none, as it is.
+
+    Small types of numpy overflow or lose digits in later arithmetic, arrays without axes have no hash, and fractions
+    have no format.
+    """
+    one = value.item() if isinstance(value, (np.ndarray, np.generic)) and value.ndim == 0 else value
+    if isinstance(one, bool) or not isinstance(one, Real):
+        return value
+    return int(one) if isinstance(one, Integral) else float(one)
+
+
+def plain_numbers(thing: Any) -> None:
+    """Make each field of a frozen dataclass that is one number, of whatever type, a float or int of Python."""
+    for one in dataclasses.fields(thing):
+        value = getattr(thing, one.name, None)
+        if type(value) not in PLAIN:
+            object.__setattr__(thing, one.name, _plain(value))
 
 
 class _NamesOfHints(dict[str, Any]):
@@ -199,7 +232,8 @@ def kind_of(hint: Any, may_be_infinite: bool = False) -> Kind:
     if origin in {typing.Union, types.UnionType}:
         kinds = [kind_of(one, may_be_infinite) for one in inner]
         words = " or ".join(dict.fromkeys(kind.words for kind in kinds))
-        return Kind(words, lambda value: any(kind.holds(value) for kind in kinds))
+        is_number = any(kind.is_number for kind in kinds)
+        return Kind(words, lambda value: any(kind.holds(value) for kind in kinds), is_number)
     if hint is None or hint is type(None):
         return Kind("None", lambda value: value is None)
     if origin is Literal:
@@ -214,9 +248,10 @@ def kind_of(hint: Any, may_be_infinite: bool = False) -> Kind:
                 if type(value) in {float, int}
                 else isinstance(value, (Real, np.ndarray)) and are_fine(value, 0)
             ),
+            is_number=True,
         )
     if hint is int:
-        return Kind("a whole number", _is_whole)
+        return Kind("a whole number", _is_whole, is_number=True)
     if hint is bool:
         return Kind("True or False", lambda value: isinstance(value, (bool, np.bool_)))
     if hint is str:

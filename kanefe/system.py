@@ -307,7 +307,7 @@ class System(SegmentMethods, ContactMethods, FieldLoadMethods, ConstraintMethods
         asked = RunOptions(t_span=t_span, **options)
         model = self.freeze(asked.span[0], start)
         recorder = None
-        if record != () or record_file is not None:
+        if not (isinstance(record, tuple) and not record) or record_file is not None:
             from kanefe.records.recorder import recorder_of
 
             recorder = recorder_of(model, asked, record, record_file)

@@ -193,3 +193,34 @@ def test_long_messages_keep_their_ends() -> None:
     assert len(text) < 2001
     assert text.startswith("name of a body")
     assert text.endswith("Remedy: one word")
+
+
+@pytest.mark.parametrize(
+    "given", [Fraction(1, 2), np.float16(0.5), np.array(0.5), np.array(Fraction(1, 2)), np.longdouble(0.5)]
+)
+def test_one_number_of_any_type_is_a_float_within(given: Any) -> None:
+    @checked
+    def taken(length: float, count: int | None = None) -> Any:
+        return length, count
+
+    assert [type(one) for one in taken(given, np.uint8(200))] == [float, int]  # an uint8 would overflow at 256
+    assert [type(one) for one in taken(count=np.array(3), length=given)] == [float, int]
+    law, spring = kf.KelvinVoigt(given, given), kf.CoordinateForce(stiffness=given)
+    friction, run = kf.JointFriction(given, stiffness=given), RunOptions(t_span=(0.0, 1.0), rtol=given)
+    section, damping = fem.Rectangle(given, given), kf.RayleighDamping(given, given)
+    fields = (
+        law.stiffness,
+        spring.stiffness,
+        friction.mu,
+        run.rtol,
+        section.width,
+        damping.mass,
+        kf.Screw("z", lead=given).lead,
+    )
+    assert [type(one) for one in fields] == [float] * len(fields)
+
+
+def test_a_whole_number_is_a_time_of_a_start_report() -> None:
+    scene = kf.System()
+    scene.add_rigid_body("a", 1.0, 0.1, joint=kf.Revolute("z", speed=2.0))
+    assert scene.start_report(1).kinetic_energy == scene.start_report(1.0).kinetic_energy

@@ -149,14 +149,19 @@ class Sea:
             raise ModelError(f"frequency_range of a sea must be two frequencies above zero, in rad/s, not {low, high}")
         if not self.spectrum.moment(0, low, high) > 0.0:
             raise ModelError(f"there are no waves between {low:.4g} and {high:.4g} rad/s in {self.spectrum.title}")
-        mean = np.array(2.0 * math.pi / self.spectrum.zero_crossing_period)
+        period = self.spectrum.zero_crossing_period
+        if not 0.0 < period < math.inf:
+            raise ModelError(
+                f"the frequencies of {self.spectrum.title} have no mean period. Remedy: check that they are in rad/s"
+            )
+        mean = np.array(2.0 * math.pi / period)
         number = float(wave_number(mean, self.depth, self.gravity))
         steepest = STEEPEST * 2.0 * math.pi / number * math.tanh(number * self.depth)
         if self.spectrum.significant_height > steepest:
             at = "" if math.isinf(self.depth) else f" in water of {self.depth:g} m"
             raise ModelError(
                 f"{self.spectrum.title}{at} is steeper than the limit of breaking: waves of its mean period, "
-                f"{self.spectrum.zero_crossing_period:.4g} s, are {2.0 * math.pi / number:.4g} m long and break above "
+                f"{period:.4g} s, are {2.0 * math.pi / number:.4g} m long and break above "
                 f"{steepest:.4g} m. Remedy: check height and period, in m and s, and the depth"
             )
         needed = math.ceil((high - low) * self.duration / (2.0 * math.pi))

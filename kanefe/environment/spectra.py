@@ -104,16 +104,24 @@ class Bretschneider(Spectrum):
 
     def __post_init__(self) -> None:
         for name in ("Hs", "Tp"):
-            checked_number(getattr(self, name), f"{name} of a wave spectrum", above=0.0)
+            given = checked_number(getattr(self, name), f"{name} of a wave spectrum", above=0.0)
+            object.__setattr__(self, name, given)
         _check_sizes(self)
 
     @classmethod
     def of_wind(cls, speed: float, gravity: float = GRAVITY) -> Bretschneider:
         """Return the spectrum of Pierson & Moskowitz (1964), by the wind at a height of 19.5 m, m/s."""
-        checked_number(speed, "the wind of a Pierson-Moskowitz spectrum", above=0.0)
+        speed = checked_number(speed, "the wind of a Pierson-Moskowitz spectrum", above=0.0)
+        gravity = checked_number(gravity, "gravity of a sea", above=0.0)
         peak = (0.8 * DECAY) ** 0.25 * gravity / speed
         height = 2.0 * math.sqrt(STEEPNESS / DECAY) * speed * speed / gravity
-        return cls(height, 2.0 * math.pi / peak)
+        try:
+            return cls(height, 2.0 * math.pi / peak)
+        except (ModelError, ZeroDivisionError) as error:
+            raise ModelError(
+                f"a wind of {speed:g} m/s with gravity of {gravity:g} m/s2 makes no sea: its significant height would "
+                f"be {height:.4g} m. Remedy: check both"
+            ) from error
 
     @property
     def peak(self) -> float:
@@ -161,7 +169,8 @@ class Jonswap(Spectrum):
 
     def __post_init__(self) -> None:
         for name in ("Hs", "Tp", "gamma"):
-            checked_number(getattr(self, name), f"{name} of a wave spectrum", above=0.0)
+            given = checked_number(getattr(self, name), f"{name} of a wave spectrum", above=0.0)
+            object.__setattr__(self, name, given)
         _check_sizes(self)
         if self.gamma < 1.0:
             raise ModelError(f"gamma of a JONSWAP spectrum must be 1 or more, not {self.gamma!r}")
@@ -222,7 +231,7 @@ class Tabulated(Spectrum):
                 "check the data; where it is due to smoothing, set it to zero"
             )
         if not np.any(s > 0.0):
-            raise ModelError("a wave spectrum is zero everywhere: there are no waves")
+            raise ModelError("the densities of a wave spectrum are zero everywhere: there are no waves")
         object.__setattr__(self, "_table", (w, s))
 
     @property

@@ -45,9 +45,10 @@ class Spreading:
                 "waves spread by a power of the cosine or by a normal distribution, not both. "
                 "Remedy: spreading= or spreading_deg="
             )
-        for value in (self.power, self.deviation_deg):
+        for name in ("power", "deviation_deg"):
+            value = getattr(self, name)
             if value is not None:
-                checked_number(value, "the spreading of waves", above=0.0)
+                object.__setattr__(self, name, checked_number(value, "the spreading of waves", above=0.0))
         if self.deviation_deg is not None and self.deviation_deg > WIDEST:
             raise ModelError(
                 f"waves do not spread by {self.deviation_deg:g} degrees: it is truncated at 90. Remedy: a "

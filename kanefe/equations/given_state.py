@@ -64,7 +64,7 @@ def given_state(model: Model, t: object, start: object, what: str) -> tuple[floa
     names = model.state_names
     if not np.all(np.isfinite(y)):
         worst = int(np.flatnonzero(~np.isfinite(y))[0])
-        raise ModelError(f"the state of {what} is not finite: {names[worst]} is {y[worst]}")
+        raise ModelError(f"start of {what} is not finite: {names[worst]} is {y[worst]}")
     q, u, z = model.parts(y)
     rotations = [(body.coordinates, body.joint.rotation_at) for body in model.bodies]
     if not all(np.any(q[at[first : first + 4]]) for at, first in rotations if first is not None):
@@ -90,7 +90,7 @@ def _vector(model: Model, start: object, what: str) -> Vector:
         return np.concatenate((y, model.initial_states))
     if y.shape != (len(names),):
         raise ModelError(
-            f"the state of {what} has shape {y.shape}, and this model has {len(names)} entries: "
+            f"start of {what} has shape {y.shape}, and this model has {len(names)} entries: "
             f"{', '.join(names[:4])}{' ...' if len(names) > 4 else ''}. Remedy: model.initial_state, an Equilibrium, "
             "or result.at(t)"
         )

@@ -15,7 +15,7 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
 
-from kanefe.arguments import checked
+from kanefe.arguments import checked, plain_numbers
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.frames import numbers
@@ -50,6 +50,7 @@ class RayleighDamping:
             number = numbers(value)
             if number.shape != () or not (np.isfinite(number) and number >= 0):
                 raise ModelError(f"Rayleigh damping: the {name} factor must be finite and >= 0, not {value!r}")
+        plain_numbers(self)
 
     @classmethod
     @checked("frequencies", "ratios")
@@ -178,6 +179,8 @@ def damping_of(damping: RayleighDamping | ModalDamping, stiffness: np.ndarray, m
     """Return C of coordinates with these matrices, shape (k, k)."""
     if isinstance(damping, RayleighDamping):
         return damping.mass * mass + damping.stiffness * stiffness
+    if not (np.isfinite(stiffness).all() and np.isfinite(mass).all()):
+        raise ModelError("stiffness or mass is not finite. Remedy: check lengths and materials, in SI")
     squares, shapes = scipy.linalg.eigh(stiffness, mass)
     weighted = mass @ shapes
     rates = 2 * damping.ratios(len(stiffness)) * np.sqrt(np.maximum(squares, 0.0))

@@ -228,6 +228,10 @@ def _check_mass(model: FiniteElementModel) -> None:
     if len(present) == 3:
         _, com, inertia = mass_properties(model)
         about_com = inertia - masses.mean() * (com @ com * np.eye(3) - np.outer(com, com))
+        if not np.isfinite(about_com).all():
+            raise ModelError(
+                "the body's moments of inertia by its nodes and matrix overflow. Remedy: check the nodes, in m"
+            )
         moments = np.linalg.eigvalsh(0.5 * (about_com + about_com.T))
         if moments[0] < -ROUND_OFF * abs(moments[2]) or moments[2] > (1 + ROUND_OFF) * (moments[0] + moments[1]):
             raise ModelError(

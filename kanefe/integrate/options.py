@@ -11,6 +11,7 @@ from typing import TypedDict
 
 import numpy as np
 
+from kanefe.arguments import plain_numbers
 from kanefe.errors import ModelError
 from kanefe.integrate.events.event import Event, checked_events
 from kanefe.integrate.methods.table import METHODS
@@ -102,6 +103,7 @@ class RunOptions:
                 raise ModelError(f"{name} must {bounds}, not {value!r}")
         if self.step is not None and not (is_finite_number(self.step) and 0 < self.step <= stop - start):
             raise ModelError(f"step must be above zero s and within the span, not {self.step!r}")
+        plain_numbers(self)
         derive("times", wanted_times(start, stop, self.output_step, self.output_times, self.step))
         derive("watched", checked_events(self.events))
         if self.most_steps is not None and not (isinstance(self.most_steps, (int, np.integer)) and self.most_steps > 0):

@@ -9,6 +9,7 @@ from functools import cached_property
 
 import numpy as np
 
+from kanefe.arguments import plain_numbers
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers, shaped_numbers
 from kanefe.kernels.force_elements.blocks import flat
@@ -102,6 +103,7 @@ class CoordinateForce:
         if self.limit_restitution is not None:
             self._check_restitution(is_limited)
             lower, upper = -math.inf, math.inf  # the stops are a separate load
+        plain_numbers(self)
         object.__setattr__(self, "lower", lower)
         object.__setattr__(self, "upper", upper)
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kanefe.arguments import plain_numbers
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 from kanefe.kernels.force_elements.coordinate_friction import PADS, THREAD, load_of
@@ -110,6 +111,7 @@ class JointFriction:
             raise ModelError(f"static of JointFriction, {self.static:g}, is below mu, {self.mu:g}. Remedy: the larger")
         if self.stribeck_speed is not None and (self.static or 0.0) <= self.mu:
             raise ModelError("stribeck_speed of JointFriction needs a `static` above mu to fall from")
+        plain_numbers(self)
 
 
 @dataclass(frozen=True, eq=False)

@@ -42,6 +42,12 @@ def check_increasing(times: np.ndarray, what: str) -> None:
             f"{what} must increase, but {before:.6g} s is followed by {after:.6g} s. "
             "Remedy: sort the points and leave out doubled ones"
         )
+    steps = np.diff(times)  # below round-off of the largest one they are none
+    if not np.isfinite(steps).all() or np.finfo(float).eps * steps.max() > steps.min():
+        raise ModelError(
+            f"{what} have steps of {steps.min():.3g} to {steps.max():.3g} s, between which no curve is known. Remedy: "
+            "check the times, in s"
+        )
 
 
 def check_between(spline: Any, points: np.ndarray, what: str) -> None:

@@ -39,7 +39,7 @@ class Screw(AxisJoint):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        shaped_numbers(self.lead, (), "lead of a screw joint, m,")
+        object.__setattr__(self, "lead", float(shaped_numbers(self.lead, (), "lead of a screw joint, m,")))
 
     def pose(self, q: Vector) -> tuple[Vector, Matrix]:
         advance = self.lead / (2 * np.pi) * q[0]

@@ -105,7 +105,7 @@ class Bearing(Load):
                 f"ends of {label} must be the bearing, the shaft, and optionally the spinning body, not {self.ends!r}"
             )
         object.__setattr__(self, "ends", tuple(self.ends))
-        if self.axis not in AXES:
+        if not isinstance(self.axis, str) or self.axis not in AXES:
             raise ModelError(f"axis of {label} must be 'x', 'y' or 'z', not {self.axis!r}")
         if self.speeds is not None:
             speeds = numbers(self.speeds)

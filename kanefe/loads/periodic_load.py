@@ -23,7 +23,8 @@ ALWAYS = np.array((0.0, 1.0)), np.array((1.0, 1.0))
 
 def checked_history(given: object, what: str) -> tuple[np.ndarray, np.ndarray]:
     """Return times and values of a table over time; a ModelError names `what` if it is not a table."""
-    pair = given if isinstance(given, (tuple, list)) and len(given) == 2 else ((), ())
+    is_list = isinstance(given, (tuple, list)) or (isinstance(given, np.ndarray) and given.ndim > 0)
+    pair: Any = given if is_list and len(given) == 2 else ((), ())  # type: ignore[arg-type]
     times, values = numbers(pair[0]), numbers(pair[1])
     is_table = times.ndim == 1 and times.shape == values.shape and len(times) >= 2
     if not is_table or not np.all(np.isfinite((times, values))) or np.any(np.diff(times) <= 0.0):

@@ -139,7 +139,7 @@ class Rope(AlongLine):
         what = f"length of rope {self.name!r}"
         if isinstance(self.length, Motion):
             self.length.check(what)
-        elif isinstance(self.length, (tuple, list)):
+        elif isinstance(self.length, (tuple, list)) or (isinstance(self.length, np.ndarray) and self.length.ndim):
             object.__setattr__(self, "length", checked_history(self.length, what))
             self.check_during(-math.inf, math.inf)
         elif self.length is not None:

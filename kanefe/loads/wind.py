@@ -48,9 +48,10 @@ class Gust:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "velocity", shaped_numbers(self.velocity, (3,), "velocity of a gust"))
-        shaped_numbers(self.start, (), "start of a gust")
+        object.__setattr__(self, "start", float(shaped_numbers(self.start, (), "start of a gust")))
         if shaped_numbers(self.duration, (), "duration of a gust") <= 0.0:
             raise ModelError(f"duration of a gust must be above 0 s, not {self.duration!r}")
+        object.__setattr__(self, "duration", float(self.duration))
 
     def at(self, t: float) -> Vector:
         """Return its velocity at time t (s), m/s."""

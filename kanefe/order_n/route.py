@@ -185,7 +185,8 @@ class OrderN(LiteralRoute):
 
     def energy(self, t: float, y: Vector) -> MechanicalEnergy:
         """Return the energies of a state."""
-        return MechanicalEnergy(*Sweeps(self, np.array([t]), np.asarray(y, dtype=float)[None]).balances[0, :3].tolist())
+        found = Sweeps(self, np.array([t], dtype=float), np.asarray(y, dtype=float)[None]).balances[0, :3]
+        return MechanicalEnergy(*found.tolist())
 
     @cached_property
     def balances(self) -> Bound:

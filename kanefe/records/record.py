@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -59,11 +59,12 @@ class Record:
             raise ModelError("a record without channels. Remedy: at least one, such as 'position arm x'")
         if self.step is not None and not (is_finite_number(self.step) and self.step > 0):
             raise ModelError(f"step of a record must be above zero s, not {self.step!r}")
-        if not isinstance(self.at, Collection) or any(not isinstance(name, str) for name in self.events):
+        is_list = isinstance(self.at, Collection) and not isinstance(self.at, Mapping)
+        if not is_list or any(not isinstance(name, str) for name in self.events):
             raise ModelError(f"at of a record must be names of events, not {self.at!r}")
         if self.events and self.step is not None:
             raise ModelError("a record has step= or at=, not both. Remedy: two records")
-        if self.keep not in get_args(Keep):
+        if not isinstance(self.keep, str) or self.keep not in get_args(Keep):
             raise ModelError(f"keep of a record must be one of {', '.join(get_args(Keep))}, not {self.keep!r}")
 
     @property

@@ -107,7 +107,8 @@ def _modes(
         squares, shapes = _lowest(K, M, wanted, rigid, solve)
         if up_to_frequency is None:
             break
-        limit = (2 * np.pi * up_to_frequency) ** 2
+        with np.errstate(over="ignore"):  # of a frequency without end: all modes
+            limit = np.square(2 * np.pi * up_to_frequency)
         if squares[-1] > limit or len(squares) >= size:
             squares, shapes = squares[squares <= limit], shapes[:, squares <= limit]
             _warn_of_many(len(squares), size, up_to_frequency)

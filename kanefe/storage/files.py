@@ -68,7 +68,8 @@ def regular_file(
             remedy = "have it, and the folders above it, made readable for you"
         raise FileError(f"cannot read the {kind} {called}: {error}. Remedy: {remedy}") from error
     if stat.S_ISDIR(status.st_mode):
-        raise FileError(f"there is no {kind} {called}: it is a folder. Remedy: the file in it")
+        whole_name = f"{path.absolute()} {what}".rstrip()
+        raise FileError(f"there is no {kind} {whole_name}: it is a folder. Remedy: the file in it")
     if not stat.S_ISREG(status.st_mode):
         found = _NO_FILES.get(stat.S_IFMT(status.st_mode), "no file")
         raise FileError(f"{called} is {found}, which may never end. Remedy: write its content to a file, and give that")

@@ -328,7 +328,7 @@ class SceneState:
         """Return the motion of a body's frame, or of one of its interfaces, in components of N; found once."""
         try:
             found = self._seen.get((name, interface))
-        except TypeError:
+        except (TypeError, ValueError):  # what has no hash
             raise ModelError(f"bodies and interfaces are named by texts, not {name!r} and {interface!r}") from None
         if found is None:
             found = self._seen[name, interface] = self._found(self.model.index(name), name, interface)

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 import numpy as np
 
-from kanefe.arguments import checked
+from kanefe.arguments import checked, plain_numbers
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe_fem.beams.beam_section import BeamSection, LineMass
@@ -100,6 +100,7 @@ class CrossSection(BeamSection):
                     f"{type(self).__name__}: {name} = {value!r} must be a positive number below {LARGEST:g}. "
                     "Remedy: give it in SI units"
                 )
+        plain_numbers(self)
 
     def _require_poisson(self, nu: float) -> None:
         if numbers(nu).shape != () or not -1.0 < numbers(nu) <= 0.5:

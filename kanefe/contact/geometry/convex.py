@@ -7,7 +7,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from kanefe.arguments import checked
+from kanefe.arguments import checked, positive
 from kanefe.contact.geometry.mesh import Mesh
 from kanefe.contact.geometry.shape import Probe, axes_about
 from kanefe.contact.geometry.stl import read_stl
@@ -88,7 +88,7 @@ class Convex(Mesh):
         ModelError
             If its corners lie in one plane.
         """
-        return cls(scale * read_stl(Path(path))[0])
+        return cls(positive(scale, "scale of a file of a surface") * read_stl(Path(path))[0])
 
     def probes(self) -> tuple[Probe, ...]:
         """Return its corners; those of the face that has most of them have the whole stiffness together."""

@@ -96,7 +96,7 @@ class Mesh(SurfaceShape):
             If its mesh is not closed.
         """
         vertices, triangles = read_stl(Path(path))
-        return cls(scale * vertices, triangles)
+        return cls(positive(scale, "scale of a file of a surface") * vertices, triangles)
 
     def sampled(self, spacing: float) -> SurfaceShape:
         """Return points of its triangles: see `SurfaceShape.sampled`."""

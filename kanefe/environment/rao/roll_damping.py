@@ -54,6 +54,7 @@ class RollDamping:
             value = getattr(self, name)
             if value is not None or name == "ratio":
                 number = checked_number(value, f"{name} of a RollDamping", above=0.0)
+                object.__setattr__(self, name, number)
                 if name != "frequency" and number >= 1.0:
                     raise ModelError(
                         f"{name} of a RollDamping must be below 1, critical damping, above which a ship does not "

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
+from kanefe.arguments import plain_numbers
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, direction, numbers
 from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, norm, rotated, three, times
@@ -156,6 +157,7 @@ class Coulomb(AnchoredFriction):
         if self.stribeck_speed and not self.has_memory:
             raise ModelError("stribeck_speed of Coulomb needs a `static` above mu to fall from")
         direction(self.along, "along of Coulomb")
+        plain_numbers(self)
 
     @property
     def block(self) -> CoulombNumbers:

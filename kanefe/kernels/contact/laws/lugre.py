@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from kanefe.arguments import positive
+from kanefe.arguments import plain_numbers, positive
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.kernels.algebra.vectors import Numbers, dot, minus, norm, plus, times
@@ -104,6 +104,7 @@ class LuGre(FrictionLaw):
         static = numbers(self.static)
         if static.shape != () or not self.coulomb <= static < math.inf:
             raise ModelError(f"static of LuGre must be a number of at least coulomb = {self.coulomb:g}")
+        plain_numbers(self)
 
     @property
     def block(self) -> LuGreNumbers:

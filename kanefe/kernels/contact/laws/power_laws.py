@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.arguments import positive
+from kanefe.arguments import plain_numbers, positive
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.kernels.compiler._numba import inlined
@@ -66,6 +66,7 @@ class PowerLaw(NormalLaw):
         exponent = numbers(self.exponent)
         if exponent.shape != () or not 1.0 <= exponent <= 4.0:
             raise ModelError(f"exponent {label} must be a number of 1 to 4, not {self.exponent!r}")
+        plain_numbers(self)
 
     @property
     def block(self) -> PowerNumbers:

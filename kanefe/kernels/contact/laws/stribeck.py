@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Self
 
-from kanefe.arguments import positive
+from kanefe.arguments import plain_numbers, positive
 from kanefe.errors import ModelError
 from kanefe.kernels.algebra.vectors import Numbers, norm
 from kanefe.kernels.compiler._numba import kernel
@@ -125,6 +125,7 @@ class Stribeck(AnchoredFriction):
                 f"breakaway of Stribeck, {self.breakaway:g}, must be above mu, {self.mu:g}. Remedy: the larger, or "
                 "Coulomb(mu)"
             )
+        plain_numbers(self)
 
     @property
     def block(self) -> StribeckNumbers:
