@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.arguments import checked
+from kanefe.arguments import checked, plain_numbers
 from kanefe.environment.checks import checked_number
 from kanefe.environment.directional import DirectionalTable, of_compass
 from kanefe.environment.dispersion import wave_number
@@ -144,6 +144,7 @@ class Sea:
         for name, known in (("frequencies", ("equal", "random")), ("amplitudes", ("spectral", "rayleigh"))):
             if getattr(self, name) not in known:
                 raise ModelError(f"{name} of a sea are one of {', '.join(known)}, not {getattr(self, name)!r}")
+        plain_numbers(self)
         low, high = self.range
         if not (0.0 < low < high and math.isfinite(high)):
             raise ModelError(f"frequency_range of a sea must be two frequencies above zero, in rad/s, not {low, high}")

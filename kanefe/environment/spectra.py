@@ -227,8 +227,8 @@ class Tabulated(Spectrum):
         if np.any(s < 0.0):
             at = int(np.argmin(s))
             raise ModelError(
-                f"a wave spectrum cannot be negative, but it is {s[at]:.6g} m2 s/rad at {w[at]:.6g} rad/s. Remedy: "
-                "check the data; where it is due to smoothing, set it to zero"
+                f"the densities of a wave spectrum cannot be negative, but it is {s[at]:.6g} m2 s/rad at {w[at]:.6g} "
+                "rad/s. Remedy: check the data; where it is due to smoothing, set it to zero"
             )
         if not np.any(s > 0.0):
             raise ModelError("the densities of a wave spectrum are zero everywhere: there are no waves")

@@ -85,6 +85,6 @@ def frequency_error(rich_stiffness: np.ndarray, squares: np.ndarray, up_to_frequ
     if not len(squares):
         return 0.0
     better = np.maximum(scipy.linalg.eigvalsh(rich_stiffness)[: len(squares)], 0.0)
-    within = squares <= (2 * np.pi * up_to_frequency) ** 2
+    within = np.sqrt(np.maximum(squares, 0.0)) <= 2 * np.pi * up_to_frequency
     shares = 1.0 - np.sqrt(better[within] / squares[within])
     return float(np.maximum(shares, 0.0).max(initial=0.0))

@@ -310,6 +310,8 @@ def _keep_whole_in_children() -> None:
 
 def _plain(value: Any) -> Any:
     """Convert numpy's numbers and arrays for JSON, anything else to text."""
+    if isinstance(value, np.longdouble):  # whose item is one again
+        return float(value)
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, np.ndarray):

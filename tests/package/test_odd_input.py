@@ -12,6 +12,7 @@ import pytest
 import kanefe as kf
 from good_call import file
 from good_calls import CALLS
+from kanefe.storage.hdf5 import encode
 from repository import ROOT
 
 PROGRAM = ROOT / "tests" / "shared" / "odd_input.py"
@@ -67,6 +68,14 @@ def test_other_forms_are_taken() -> None:
     assert kf.Rope("r", (ENDS, ENDS.frame((1, 0, 0))), 1e4, length=table).length[1].tolist() == [2.0, 1.0]
     assert kf.Winch("w", (ENDS, ENDS.frame((1, 0, 0))), tension=table, stiffness=1e4, speed=1.0, damping=1.0)
     assert kf.Sea.bretschneider(2.0, np.longdouble(9.0), spreading=np.array(2.0)).kept(0) > 0.5
+    beam = call_of("kanefe.flexible_body", reduction=kf.Krylov(error_up_to=1e300))
+    assert beam.free_count > 0
+    assert type(kf.Sea.bretschneider(2.0, 9.0, depth=np.array(50.0)).depth) is float
+    assert call_of("kanefe.Krylov", frequencies=np.zeros(1, np.longdouble)).frequencies == (0.0,)
+
+
+def test_numbers_of_extended_precision_are_stored() -> None:
+    assert bytes(encode({"a": [np.longdouble(0.5)]}, {})).count(b"[0.5]") == 1
 
 
 def faults(seed: int, start: int, stop: int) -> list[str]:

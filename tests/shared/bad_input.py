@@ -201,8 +201,8 @@ class Hang(BaseException):
     """A call that takes too long."""
 
 
-NOT_BAD = {("dt", "many"), ("dt", "huge"), ("seed", "huge whole")}
-"""A run as long as is asked for, which no limit ends but the user; seeds have no largest one."""
+NOT_BAD = {("dt", "many"), ("dt", "huge"), ("seed", "huge whole"), ("frequencies", "a million")}
+"""Runs and tables as long as is asked for, which no limit ends but the user; seeds have no largest one."""
 
 AS_GOOD = "good, "
 """Begins the names of cases whose value is good in another form."""
