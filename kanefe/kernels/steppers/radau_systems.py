@@ -7,13 +7,15 @@ speeds. With tangents z of the rotations, ``dq = T z``, and dR/dt = f(q, u) of s
 internal states of loads that move, which have no coordinates, counting as speeds,
 
     (g - f_u - f_z Z) du = r_u + f_z z_r,    Z = (g - w~/2) / (g^2 + w^2/4) of a rotation, 1 / g else.
+
+Internal states, of which points of contacts have three each, hardly depend on each other: they are eliminated first.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels.algebra.lu import factorise, solve
+from kanefe.kernels.algebra.lu import factorise, factorise_from_last, solve, solve_from_last
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.steppers.radau_polynomial import EIGENVALUES, FACTORED, FOLLOWED, JACOBIAN_ROWS, ROOM, TURNS
@@ -148,7 +150,10 @@ def _solve(
     for i in range(size):
         for j in range(m):
             du[i] += vectors[JACOBIAN_ROWS + i, j] * z[j]
-    solve(A, pivots, du)
+    if size > m:
+        solve_from_last(A, pivots, du)
+    else:
+        solve(A, pivots, du)
     _follow(integers, vectors, g, du, r)
     _tangents(integers, q, r, z)
     for i in range(size, len(r) - n):  # quadratures, and states that stay
@@ -162,19 +167,24 @@ def _solve(
 
 
 @kernel
+def _factorise(A: np.ndarray, pivots: np.ndarray, border: int) -> bool:
+    """Replace A by its factors, the states behind the border of speeds first; return whether it is regular."""
+    return factorise_from_last(A, pivots, border) if len(A) > border else factorise(A, pivots)
+
+
+@kernel
 def factorise_systems(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> bool:
     """Make the factors for the step; return whether there are any."""
-    n, m, h = integers[COORDINATES], integers[SPEEDS], reals[STEP]
-    copy(vectors[STATE, n : n + m], vectors[TURNS, :m])
-    m = _size(integers)
+    n, border, m, h = integers[COORDINATES], integers[SPEEDS], _size(integers), reals[STEP]
+    copy(vectors[STATE, n : n + border], vectors[TURNS, :border])
     memory = vectors.reshape(-1)[_first_factor(integers, vectors) :]
     A = memory[: m * m].reshape(m, m)
     _assemble(integers, vectors, table[EIGENVALUES, 0] / h, A)
-    is_regular = factorise(A, memory[m * m :])
+    is_regular = _factorise(A, memory[m * m :], border)
     memory = memory[m * m + m :]
     B = memory[: 2 * m * m].view(np.complex128).reshape(m, m)
     _assemble(integers, vectors, complex(table[EIGENVALUES, 1] / h, table[EIGENVALUES, 2] / h), B)
-    is_regular = factorise(B, memory[2 * m * m :]) and is_regular
+    is_regular = _factorise(B, memory[2 * m * m :], border) and is_regular
     integers[FACTORISATIONS] += 1
     reals[FACTORED] = h if is_regular else 0.0
     return is_regular

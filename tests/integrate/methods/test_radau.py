@@ -13,7 +13,7 @@ from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.radau5 import METHOD, radau_iia
 from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepControl
-from kanefe.kernels.algebra.lu import factorise, solve
+from kanefe.kernels.algebra.lu import factorise, factorise_from_last, solve, solve_from_last
 from kanefe.kernels.steppers import radau_polynomial as radau_layout
 from kanefe.kernels.steppers import radau_systems
 from kanefe.kernels.steppers.step_commands import STATE, STEP
@@ -217,3 +217,29 @@ def test_factors_solve(kind: type) -> None:
     assert b == pytest.approx(x, abs=1e-13)
     A[:, 3] = 0.0
     assert not factorise(A, pivots)
+
+
+@pytest.mark.parametrize("kind", [float, complex])
+def test_factors_from_the_last_solve_and_stay_sparse(kind: type) -> None:
+    """What depends on nothing but itself and the border gains no entries, however large those of the border are."""
+    rng, border, size = np.random.default_rng(3), 3, 10
+    A = np.diag(rng.uniform(1.0, 2.0, size)).astype(kind)
+    A[:border] += 1e3 * rng.standard_normal((border, size))
+    A[:, :border] += rng.standard_normal((size, border))
+    A[6:8, 6:8] = [[0.0, 2.0], [1.0, 0.5]]  # a pair whose rows must be exchanged
+    A[0, 0] = 0.0
+    if kind is complex:
+        A *= np.exp(1j * rng.uniform(0.0, 6.0, A.shape))
+    x = rng.standard_normal(size).astype(kind)
+    factors, pivots, b = A.copy(), np.empty(size), A @ x
+    assert factorise_from_last(factors, pivots, border)
+    sparse = factors[border:, border:]
+    assert np.count_nonzero(sparse) <= size - border + 2
+    solve_from_last(factors, pivots, b)
+    # round-off of products as large as 1e3 times some tens
+    assert b == pytest.approx(x, abs=1e-10)
+    for number in (1, 5):
+        singular = A.copy()
+        singular[:, number] = 0.0
+        assert not factorise_from_last(singular, pivots, border)
+        assert np.all((pivots >= 0) & (pivots < size))  # `solve_from_last` stays within its memory
