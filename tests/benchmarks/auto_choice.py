@@ -12,6 +12,7 @@ import sys
 import time
 import warnings
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -116,6 +117,18 @@ def sliding_boxes() -> Raced:
     return Raced(scene, 1.0, lambda result: np.hstack([result.position(f"box {i}") for i in range(3)]))
 
 
+def sliding_block(damping: float) -> Raced:
+    """Return a block on four points that slides down a slope to rest, its contacts damped by so much, s/m."""
+    slope = 0.3
+    scene = kf.System(gravity=(9.81 * math.sin(slope), 0, -9.81 * math.cos(slope)))
+    floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
+    start = kf.Free(position=(0, 0, 0.05), velocity=(2.0, 0, 0))
+    block = scene.add_rigid_body("block", 1.0, (2e-3, 3e-3, 4e-3), joint=start)
+    feet = [block.frame(at=(x, y, -0.05)) for x in (-0.1, 0.1) for y in (-0.1, 0.1)]
+    scene.add_contact("feet", feet, floor, normal=kf.HuntCrossley(2.5e5, damping), friction=kf.Coulomb(0.5))
+    return Raced(scene, 3.0, lambda result: result.position("block"), "dop853")
+
+
 def car_on_loops() -> Raced:
     """Return a car on four wishbones, each a loop with its spring, that drops onto tyres on a moving road."""
     scene = kf.System(gravity=(0, 0, -9.81))
@@ -193,6 +206,8 @@ SCENES = {
     "joint friction": rubbing_joint,
     "ball that bounces and rolls": bouncing_ball,
     "three boxes that slide and stop": sliding_boxes,
+    "block that slides to rest, weakly damped": partial(sliding_block, 0.5),
+    "block that slides to rest, damped": partial(sliding_block, 20.0),
 }
 
 
