@@ -150,7 +150,7 @@ def _solve(
     for i in range(size):
         for j in range(m):
             du[i] += vectors[JACOBIAN_ROWS + i, j] * z[j]
-    if size > m:
+    if integers[FOLLOWED] > 0:
         solve_from_last(A, pivots, du)
     else:
         solve(A, pivots, du)
@@ -167,12 +167,6 @@ def _solve(
 
 
 @kernel
-def _factorise(A: np.ndarray, pivots: np.ndarray, border: int) -> bool:
-    """Replace A by its factors, the states behind the border of speeds first; return whether it is regular."""
-    return factorise_from_last(A, pivots, border) if len(A) > border else factorise(A, pivots)
-
-
-@kernel
 def factorise_systems(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> bool:
     """Make the factors for the step; return whether there are any."""
     n, border, m, h = integers[COORDINATES], integers[SPEEDS], _size(integers), reals[STEP]
@@ -180,11 +174,17 @@ def factorise_systems(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarr
     memory = vectors.reshape(-1)[_first_factor(integers, vectors) :]
     A = memory[: m * m].reshape(m, m)
     _assemble(integers, vectors, table[EIGENVALUES, 0] / h, A)
-    is_regular = _factorise(A, memory[m * m :], border)
+    if integers[FOLLOWED] > 0:
+        is_regular = factorise_from_last(A, memory[m * m :], border)
+    else:
+        is_regular = factorise(A, memory[m * m :])
     memory = memory[m * m + m :]
     B = memory[: 2 * m * m].view(np.complex128).reshape(m, m)
     _assemble(integers, vectors, complex(table[EIGENVALUES, 1] / h, table[EIGENVALUES, 2] / h), B)
-    is_regular = _factorise(B, memory[2 * m * m :], border) and is_regular
+    if integers[FOLLOWED] > 0:
+        is_regular = factorise_from_last(B, memory[2 * m * m :], border) and is_regular
+    else:
+        is_regular = factorise(B, memory[2 * m * m :]) and is_regular
     integers[FACTORISATIONS] += 1
     reals[FACTORED] = h if is_regular else 0.0
     return is_regular
