@@ -168,7 +168,9 @@ class Result(Reader):
         """Write the moving scene for ParaView: a .pvd file, and a folder of .vtu files beside it.
 
         Contacts are points with their force (draw them as glyphs) and their status: 0 open, 1 sticks, 2 slips.
-        Springs, ropes and other loads along a line are lines, which say whether they are slack.
+        Springs, ropes and other loads along a line are lines, which say whether they are slack. Cells have a number
+        "body", "contact" or "load"; the names in this order are field data of each file: "bodies" (as in `bodies`),
+        "contacts", "loads"; "TimeValue" is its time. Wedges of 6 and 18 nodes are Lagrange's (73), right in all VTK.
 
         Parameters
         ----------
@@ -315,11 +317,13 @@ class Result(Reader):
     def to_xarray(self, channels: Named | None = None) -> Any:
         """Return channels over the output times as an ``xarray.Dataset``; each variable has the attribute "units".
 
+        Names are such that netCDF and zarr take them: "/" is ".", and the attribute "long_name" is what was changed.
+
         Parameters and errors: `to_dataframe`; it needs xarray.
 
         Examples
         --------
-        ``result.to_xarray("position arm/tip")["position arm/tip y"].sel(time=1.0, method="nearest")``
+        ``result.to_xarray("position arm/tip")["position arm.tip y"].sel(time=1.0, method="nearest")``
         """
         from kanefe.storage._xarray import data_set_of
 
@@ -362,7 +366,7 @@ class Result(Reader):
         path : path
             Ends in .mat; its folder is created.
         channels : str, sequence or mapping of str, optional
-            See `to_dataframe`. In MATLAB ``position arm/tip`` is ``position_arm_tip``.
+            See `to_dataframe`. In MATLAB ``position arm/tip`` is ``position_arm_tip``; keywords are no names.
 
         Raises
         ------

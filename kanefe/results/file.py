@@ -34,7 +34,7 @@ from kanefe.results.reader import Reader
 from kanefe.results.recorded import Recorded
 from kanefe.results.surface_outline import SurfaceOutline
 from kanefe.storage.files import ready_path, write_whole
-from kanefe.storage.hdf5 import decode, encode
+from kanefe.storage.hdf5 import decode, encode, safe_name
 from kanefe.storage.watched import long_work
 from kanefe.tree.neighbours import Neighbours
 
@@ -120,7 +120,7 @@ def save_result(result: Reader, path: str | Path, *, forces: bool = True) -> Non
         arrays |= {f"records/{i}/times": (column.times, "s"), f"records/{i}/values": (column.values, column.unit)}
     for name, log in result.controllers.items():
         for part, unit in LOGGED.items():
-            arrays[f"controllers/{_safe(name)}/{part}"] = (getattr(log, part), unit)
+            arrays[f"controllers/{safe_name(name)}/{part}"] = (getattr(log, part), unit)
     for shape in shapes:
         arrays |= _shape_arrays(shape)
     for i, surface in enumerate(result.surfaces):
@@ -193,7 +193,7 @@ class FileChannels:
         summary(self.status, self.statistics, self.events)  # raises where parts are missing
         self.controllers: Mapping[str, ControllerLog] = {
             name: ControllerLog(
-                **{part: arrays[f"controllers/{_safe(name)}/{part}"] for part in LOGGED},
+                **{part: arrays[f"controllers/{safe_name(name)}/{part}"] for part in LOGGED},
                 read_names=tuple(names["read_names"]),
                 drive_names=tuple(names["drive_names"]),
             )
@@ -311,22 +311,16 @@ def _saved(shapes: list[BodyShape], result: Reader, forces: bool) -> list[tuple[
 def _location(quantity: str, body: str, interface: str = "", part: str = "") -> str:
     """Return the path of a channel in the file, which can contain any name of a mesh group."""
     if part:
-        return f"{_folder(body)}/interfaces/{_safe(interface)}/parts of {quantity}/{_safe(part)}"
+        return f"{_folder(body)}/interfaces/{safe_name(interface)}/parts of {quantity}/{safe_name(part)}"
     if not body:
         return f"scene/{quantity}"
     if quantity in LOOPS or quantity in LOADS or quantity in POINTS:
-        return f"{'loops' if quantity in LOOPS else 'loads'}/{_safe(body)}/{quantity}"
-    return f"{_folder(body)}/" + (f"interfaces/{_safe(interface)}/{quantity}" if interface else quantity)
+        return f"{'loops' if quantity in LOOPS else 'loads'}/{safe_name(body)}/{quantity}"
+    return f"{_folder(body)}/" + (f"interfaces/{safe_name(interface)}/{quantity}" if interface else quantity)
 
 
 def _folder(body: str) -> str:
-    return f"bodies/{_safe(body)}"
-
-
-def _safe(name: str) -> str:
-    """Return a name with the characters escaped that HDF5 reads as parts of a path."""
-    kept = name.replace("%", "%25").replace("/", "%2F")
-    return kept.replace(".", "%2E") if set(kept) <= {"."} else kept
+    return f"bodies/{safe_name(body)}"
 
 
 def _described(shape: BodyShape) -> dict[str, Any]:

@@ -19,6 +19,18 @@ LONGEST_NAME = 63
 """Largest number of characters of a name in MATLAB."""
 
 
+_OF_MATLAB = (
+    "break case catch classdef continue else elseif end for function global if otherwise parfor persistent return spmd "
+    "switch try while"
+)
+_OF_OCTAVE_ALONE = (
+    "do until end_try_catch end_unwind_protect endarguments endclassdef endenumeration endevents endfor endfunction endif "
+    "endmethods endparfor endproperties endspmd endswitch endwhile unwind_protect unwind_protect_cleanup"
+)
+KEYWORDS = frozenset(f"{_OF_MATLAB} {_OF_OCTAVE_ALONE}".split())
+"""Words that MATLAB or GNU Octave load as names of variables and cannot use."""
+
+
 def write_csv(times: np.ndarray, channels: Sequence[Channel], path: str | Path) -> Path:
     """Write times and channels as text, a line for each time; numbers have all digits."""
     text = StringIO()
@@ -47,11 +59,12 @@ def write_matlab(times: np.ndarray, channels: Sequence[Channel], path: str | Pat
 
 
 def _identifier(name: str, taken: Mapping[str, Any]) -> str:
-    """Return a name of MATLAB: letters, digits and underscores, beginning with a letter."""
+    """Return a name of MATLAB: letters, digits and underscores, beginning with a letter, and no keyword."""
     found = re.sub(r"[^0-9A-Za-z]+", "_", name).strip("_")
-    if not found[:1].isalpha() or len(found) > LONGEST_NAME or found in (*taken, "columns", "units"):
+    is_name = found[:1].isalpha() and len(found) <= LONGEST_NAME and found not in KEYWORDS
+    if not is_name or found in (*taken, "columns", "units"):
         raise ModelError(
-            f"the channel {name!r} would be {found!r} in MATLAB, which is taken, too long or not a name there. "
+            f"the channel {name!r} would be {found!r} in MATLAB, which is taken, too long, a keyword or no name there. "
             "Remedy: a mapping with a name of your own, {'tip': 'position arm/tip'}"
         )
     return found

@@ -74,6 +74,13 @@ def whole_shape(name: str, parts: Sequence[BodyShape]) -> BodyShape:
     )
 
 
+def parts_of_cells(parts: Sequence[BodyShape]) -> np.ndarray:
+    """Return the number of the segment of each cell of the whole, in the order of its cells."""
+    cells = [place["cells"] for place in (part.provenance["segment"] for part in parts)]
+    of_cell = np.repeat(np.arange(len(parts)), [len(own) for own in cells])
+    return of_cell[np.argsort(np.concatenate(cells))] if _one_kind(parts) else of_cell
+
+
 def numbers_of_parts(shapes: Mapping[str, BodyShape], names: Sequence[str]) -> np.ndarray:
     """Return the number in the whole of each node of the segments, one segment after the other."""
     return np.concatenate(_numbers([shapes[name].provenance["segment"] for name in names])[0])

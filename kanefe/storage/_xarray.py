@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from kanefe.errors import FileError, MissingDependency
+from kanefe.errors import FileError, MissingDependency, ModelError
 from kanefe.storage.files import regular_file
 
 
 def data_set_of(arrays: Mapping[str, Any], coordinates: Mapping[str, Any], about: Mapping[str, str]) -> Any:
     """Return a data set of arrays, each as xarray takes them: dimensions, values and, if any, attributes.
 
+    Names that netCDF or zarr do not take are changed; the name itself is then the attribute "long_name".
+
     Raises
     ------
+    ModelError
+        If two names are written alike.
     MissingDependency
         If xarray is not installed.
     """
@@ -22,7 +27,23 @@ def data_set_of(arrays: Mapping[str, Any], coordinates: Mapping[str, Any], about
         import xarray
     except ImportError as problem:
         raise MissingDependency("xarray", "arrays with names", "pip install 'kanefe[sea]'") from problem
-    return xarray.Dataset(dict(arrays), dict(coordinates), dict(about))
+    found = xarray.Dataset(dict(arrays), dict(coordinates), dict(about))
+    written: dict[str, str] = {}
+    for name in map(str, found.variables):
+        if (other := written.setdefault(_portable(name), name)) != name:
+            raise ModelError(
+                f"{other!r} and {name!r} have the same name in netCDF, {_portable(name)!r}. Remedy: other names"
+            )
+    changed = {name: new for new, name in written.items() if new != name}
+    for name in changed:
+        found[name].attrs["long_name"] = name
+    return found.rename(changed)
+
+
+def _portable(name: str) -> str:
+    """Return a name as netCDF and zarr take it: a "/" would be a folder there, and signs may not begin it."""
+    found = re.sub(r"[\x00-\x1f\x7f]", "_", name.replace("/", ".")).rstrip()
+    return found if re.match(r"(?!__)[\w]", found) else f"v{found}"
 
 
 def open_dataset(path: Path) -> Any:

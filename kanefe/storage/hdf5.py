@@ -100,6 +100,12 @@ def as_text(value: object) -> str:
     return value if isinstance(value, str) else json.dumps(value, default=_plain)
 
 
+def safe_name(name: str) -> str:
+    """Return a name with the characters escaped that HDF5 reads as parts of a path."""
+    kept = name.replace("%", "%25").replace("/", "%2F")
+    return kept.replace(".", "%2E") if set(kept) <= {"."} else kept
+
+
 def _writer(h5py: Any, file: Any, is_small: bool) -> Callable[[str, np.ndarray, str], None]:
     """Return a function that writes an array with its unit.
 

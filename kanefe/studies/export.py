@@ -42,13 +42,18 @@ def _csv(columns: dict[str, list[Any]]) -> bytes:
 
 
 def _hdf5(columns: dict[str, list[Any]], header: dict[str, Any]) -> bytes:
-    from kanefe.storage.hdf5 import encode
+    from kanefe.storage.hdf5 import encode, safe_name
 
-    return bytes(encode(header, {name: (_writable(values), "") for name, values in columns.items()}))
+    return bytes(encode(header, {safe_name(name): (_writable(values), "") for name, values in columns.items()}))
 
 
 def _writable(values: list[Any]) -> np.ndarray:
-    """Return numbers as an array with NaN for gaps, arrays of one shape as one array, and anything else as text."""
+    """Return numbers as an array with NaN for gaps, arrays of one shape as one array, and anything else as text.
+
+    Truth values are 0 and 1: HDF5 has none, and GNU Octave leaves out the enumeration that h5py writes for them.
+    """
+    if all(isinstance(value, bool) for value in values):
+        return np.array(values, dtype=np.int8)
     if all(value is None or isinstance(value, (bool, int, float)) for value in values):
         return np.array([np.nan if value is None else value for value in values])
     if all(isinstance(value, (list, tuple)) for value in values):

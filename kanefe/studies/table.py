@@ -138,6 +138,7 @@ class StudyTable:
         """Return the cases that are done as an ``xarray.Dataset`` over the parameters: numbers and status.
 
         Cases that failed or were not run are NaN. If the cases are not a grid, such as samples, it is over the cases.
+        Names are such that netCDF and zarr take them: "/" is ".", and the attribute "long_name" is what was changed.
 
         Raises
         ------
@@ -188,6 +189,9 @@ class StudyTable:
     @checked
     def save(self, path: str | Path) -> Path:
         """Write the table to one file: .csv, .h5 (HDF5), or .parquet (which needs pandas and pyarrow).
+
+        In HDF5 each column is one array of the file; "/" in a name is "%2F" there, "%" is "%25", and truth values are 0
+        and 1.
 
         Raises
         ------

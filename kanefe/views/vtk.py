@@ -18,6 +18,7 @@ from kanefe.results.body_shape import BodyShape
 from kanefe.results.contact_history import STATUS, ContactHistory
 from kanefe.results.load_lines import GONE, SLACK, LoadLine
 from kanefe.results.selection import spread_frames
+from kanefe.results.wholes import parts_of_cells
 from kanefe.storage.files import ready_path
 from kanefe.storage.watched import long_work
 from kanefe.views.cuboids import CORNERS, equivalent_cuboid
@@ -35,6 +36,10 @@ MOST_FRAMES = 200
 
 SMALLEST_SIDE = 0.02
 """Side of the box that represents a point, relative to the scene's size."""
+
+WRITTEN_TYPES = CELL_TYPES | {"wedge": 73, "wedge18": 73}
+"""VTK's number of each shape of cell in files. VTK turned its wedge, 13, inside out between 9.6 and 9.7, and the volume
+of its 18 nodes, 32, is a sixth of the true one to 9.6; both are right as Lagrange's wedges in either."""
 
 _FRAME = re.compile(r"(body\d+|rigid|contacts|lines)_\d{4,}\.vtu")
 
@@ -57,9 +62,10 @@ def write_series(
     """Write the series that `Result.to_vtk` describes, optionally of chosen output times and with fields on bodies.
 
     Each flexible body has one .vtu per frame: its deformed mesh in N, with the elastic displacement in the axes of N
-    as point data. The rigid bodies share one: boxes of their mass and inertia, with the number of the body as cell
-    data; bodies without mass are not shown. Contacts share one: points with force, normal force, slip and status.
-    Springs, ropes and other loads along a line share one: lines with the number of the load, and whether it is slack.
+    as point data. The rigid bodies share one: boxes of their mass and inertia; bodies without mass are not shown.
+    Contacts share one: points with force, normal force, slip and status. Springs, ropes and other loads along a line
+    share one: lines, and whether they are slack. The number of a body, contact or load is cell data ("body", "contact",
+    "load"), and its place in the names that each file has as field data ("bodies", "contacts", "loads").
     """
     target = Path(path)
     if not target.name or target.suffix.lower() not in ("", ".pvd"):
@@ -69,9 +75,9 @@ def write_series(
     scale = float(scale)
     for name in result.bodies:
         for block in result.body(name).cells:
-            if block.kind not in CELL_TYPES:
+            if block.kind not in WRITTEN_TYPES:
                 raise ModelError(
-                    f"the mesh of {name!r} has cells of kind {block.kind!r}. VTK files hold: {', '.join(CELL_TYPES)}"
+                    f"the mesh of {name!r} has cells of kind {block.kind!r}. VTK files hold: {', '.join(WRITTEN_TYPES)}"
                 )
     if frames is None:
         frames = spread_frames(result.times, fps, every, MOST_FRAMES)
@@ -79,30 +85,38 @@ def write_series(
     target = ready_path(target.with_suffix(".pvd"))
     folder = target.with_name(f"{target.stem}_frames")
     shapes = [result.body(name) for name in _drawn(result, fields)]
-    grids = [_mesh_grid(shape, part) if shape.is_flexible else None for part, shape in enumerate(shapes)]
+    grids = [_mesh_grid(shape, _number_of(result, shape)) if shape.is_flexible else None for shape in shapes]
     boxes = _boxes(result, [shape for shape in shapes if not shape.is_flexible and shape.mass > 0.0])
-    cubes = _grid([("hexahedron", np.arange(8 * len(boxes)).reshape(-1, 8))], [number for number, _, _ in boxes])
+    cubes = _grid(
+        [("hexahedron", np.arange(8 * len(boxes)).reshape(-1, 8))],
+        {"body": np.array([number for number, _, _ in boxes])},
+    )
     contacts = [result.contact(name) for name in result.contacts]
-    spots = _grid([("vertex", np.arange(len(contacts))[:, None])], range(len(contacts)))
+    spots = _grid([("vertex", np.arange(len(contacts))[:, None])], {"contact": np.arange(len(contacts))})
     lines = result.load_lines(frames)
+    bodies = _texts("bodies", result.bodies)
+    in_contact, along_lines = _texts("contacts", result.contacts), _texts("loads", [line.name for line in lines])
     try:
         folder.mkdir(exist_ok=True)
         listed: list[tuple[Path, float, int, str]] = []
         for number, frame in enumerate(long_work(f"writing {target.name}", frames)):
             time = float(result.times[frame])
+            of_bodies = _time_field(time) + bodies
             for part, shape in enumerate(shapes):
                 if (grid := grids[part]) is not None:
                     stem, data = folder / f"body{part}_{number:04d}", fields.get(shape.name)
-                    file = _write_mesh(stem, result, shape, int(frame), grid, scale, data)
+                    file = _write_mesh(stem, result, shape, int(frame), grid, scale, data, of_bodies)
                     listed.append((file, time, part, shape.name))
             if boxes:
-                file = _write_boxes(folder / f"rigid_{number:04d}", result, boxes, int(frame), cubes)
+                file = _write_boxes(folder / f"rigid_{number:04d}", result, boxes, int(frame), cubes, of_bodies)
                 listed.append((file, time, len(shapes), "rigid bodies"))
             if contacts:
-                file = _write_contacts(folder / f"contacts_{number:04d}", contacts, int(frame), spots)
+                about = _time_field(time) + in_contact
+                file = _write_contacts(folder / f"contacts_{number:04d}", contacts, int(frame), spots, about)
                 listed.append((file, time, len(shapes) + 1, "contacts"))
             if any(line.states[number] != GONE for line in lines):
-                file = _write_lines(folder / f"lines_{number:04d}", lines, number)
+                about = _time_field(time) + along_lines
+                file = _write_lines(folder / f"lines_{number:04d}", lines, number, about)
                 listed.append((file, time, len(shapes) + 2, "loads along lines"))
         _write_collection(target, listed)
         _remove_other_frames(folder, {file for file, _, _, _ in listed})
@@ -145,29 +159,38 @@ class _Grid(NamedTuple):
         Nodes of all cells one after the other, and the end of each cell.
     types : ndarray of uint8
         VTK's numbers of the types.
-    body : ndarray of int32
-        Number of the body of each cell.
+    numbers : dict of str to ndarray of int32
+        What each cell is a part of: number of its body, contact or load.
     """
 
     connectivity: np.ndarray
     offsets: np.ndarray
     types: np.ndarray
-    body: np.ndarray
+    numbers: dict[str, np.ndarray]
 
 
-def _grid(blocks: Sequence[tuple[str, np.ndarray]], body: int | Sequence[int]) -> _Grid:
+def _grid(blocks: Sequence[tuple[str, np.ndarray]], numbers: Mapping[str, np.ndarray | int]) -> _Grid:
     sizes = np.concatenate([np.full(len(nodes), nodes.shape[1]) for _, nodes in blocks])
     return _Grid(
         connectivity=np.concatenate([nodes.ravel() for _, nodes in blocks]).astype(np.int64),
         offsets=np.cumsum(sizes, dtype=np.int64),
-        types=np.concatenate([np.full(len(nodes), CELL_TYPES[kind], dtype=np.uint8) for kind, nodes in blocks]),
-        body=np.array(np.broadcast_to(body, len(sizes)), dtype=np.int32),
+        types=np.concatenate([np.full(len(nodes), WRITTEN_TYPES[kind], dtype=np.uint8) for kind, nodes in blocks]),
+        numbers={name: np.array(np.broadcast_to(of, len(sizes)), dtype=np.int32) for name, of in numbers.items()},
     )
 
 
-def _mesh_grid(shape: BodyShape, part: int) -> _Grid:
+def _mesh_grid(shape: BodyShape, number: np.ndarray | int) -> _Grid:
     blocks = [(block.kind, block.nodes) for block in shape.cells]
-    return _grid(blocks or [("vertex", np.arange(len(shape.nodes))[:, None])], part)
+    return _grid(blocks or [("vertex", np.arange(len(shape.nodes))[:, None])], {"body": number})
+
+
+def _number_of(result: Reader, shape: BodyShape) -> np.ndarray | int:
+    """Return the place of a body among those of the result; of a segmented one that of the segment of each cell."""
+    names = result.segmented.get(shape.name)
+    if names is None:
+        return result.bodies.index(shape.name)
+    places = np.array([result.bodies.index(name) for name in names])
+    return np.asarray(places[parts_of_cells([result.body(name) for name in names])])
 
 
 def _write_mesh(
@@ -178,35 +201,36 @@ def _write_mesh(
     grid: _Grid,
     scale: float,
     data: FieldData | None = None,
+    about: str = "",
 ) -> Path:
     A_NG = rotation_matrix(result.rotation(shape.name)[frame])
     displacement = result.nodal_displacements(shape.name, frame, np.arange(len(shape.nodes))) @ A_NG.T
     points = shape.nodes @ A_NG.T + result.position(shape.name)[frame] + scale * displacement
     at_nodes, at_cells = data(frame) if data is not None else ({}, {})
-    return _write_grid(path, points, grid, {"displacement [m]": displacement, **at_nodes}, at_cells)
+    return _write_grid(path, points, grid, {"displacement [m]": displacement, **at_nodes}, at_cells, about)
 
 
 def _write_boxes(
-    path: Path, result: Reader, boxes: list[tuple[int, BodyShape, np.ndarray]], frame: int, grid: _Grid
+    path: Path, result: Reader, boxes: list[tuple[int, BodyShape, np.ndarray]], frame: int, grid: _Grid, about: str
 ) -> Path:
     corners = []
     for _, shape, local in boxes:
         A_NR = rotation_matrix(result.rotation(shape.name)[frame])
         corners.append(local @ A_NR.T + result.position(shape.name)[frame])
-    return _write_grid(path, np.vstack(corners), grid, {}, {})
+    return _write_grid(path, np.vstack(corners), grid, {}, {}, about)
 
 
-def _write_contacts(path: Path, contacts: Sequence[ContactHistory], frame: int, grid: _Grid) -> Path:
+def _write_contacts(path: Path, contacts: Sequence[ContactHistory], frame: int, grid: _Grid, about: str) -> Path:
     fields = {
         "force [N]": np.array([contact.force[frame] for contact in contacts]),
         "normal [N]": np.array([contact.normal[frame] for contact in contacts]),
         "slip [m]": np.array([contact.slip[frame] for contact in contacts]),
         "status": np.array([STATUS.index(contact.status[frame]) for contact in contacts], dtype=np.int32),
     }
-    return _write_grid(path, np.array([contact.point[frame] for contact in contacts]), grid, fields, {})
+    return _write_grid(path, np.array([contact.point[frame] for contact in contacts]), grid, fields, {}, about)
 
 
-def _write_lines(path: Path, lines: Sequence[LoadLine], row: int) -> Path:
+def _write_lines(path: Path, lines: Sequence[LoadLine], row: int, about: str) -> Path:
     """Write the lines at one of the times shown, except broken ones."""
     shown = [(i, line) for i, line in enumerate(lines) if line.states[row] != GONE]
     points = np.vstack([line.points[row] for _, line in shown])
@@ -215,9 +239,9 @@ def _write_lines(path: Path, lines: Sequence[LoadLine], row: int) -> Path:
     first = np.concatenate(cells)
     counts = [len(own) for own in cells]
     slack = np.repeat(np.array([line.states[row] == SLACK for _, line in shown], dtype=np.int32), counts)
-    grid = _grid([("line", np.column_stack((first, first + 1)))], -1)
-    number = np.repeat(np.array([i for i, _ in shown], dtype=np.int32), counts)
-    return _write_grid(path, points, grid, {}, {"load": number, "slack": slack})
+    number = np.repeat([i for i, _ in shown], counts)
+    grid = _grid([("line", np.column_stack((first, first + 1)))], {"load": number})
+    return _write_grid(path, points, grid, {}, {"slack": slack}, about)
 
 
 def _write_grid(
@@ -226,8 +250,9 @@ def _write_grid(
     grid: _Grid,
     at_nodes: Mapping[str, np.ndarray],
     at_cells: Mapping[str, np.ndarray],
+    about: str,
 ) -> Path:
-    """Write one .vtu; return its path. Fields are (n,) or (n, 3).
+    """Write one .vtu; return its path. Fields are (n,) or (n, 3); `about` is field data as it is in the file.
 
     Arrays are written directly as bytes, because pyevtk packs them number by number.
     """
@@ -240,6 +265,8 @@ def _write_grid(
         arrays.append(array)
 
     file.openGrid()
+    file.xml.openElement("FieldData").addText(about)
+    file.xml.closeElement("FieldData")
     file.openPiece(ncells=len(grid.types), npoints=len(points))
     file.openElement("Points")
     add("points", points)
@@ -249,7 +276,7 @@ def _write_grid(
     add("offsets", grid.offsets)
     add("types", grid.types)
     file.closeElement("Cells")
-    for kind, fields in (("Point", at_nodes), ("Cell", {"body": grid.body, **at_cells})):
+    for kind, fields in (("Point", at_nodes), ("Cell", {**grid.numbers, **at_cells})):
         if not fields:
             continue
         scalars = next((name for name, values in fields.items() if values.ndim == 1), None)
@@ -265,6 +292,17 @@ def _write_grid(
         file.xml.stream.write(array.data)
     file.save()
     return Path(file.getFileName())
+
+
+def _time_field(time: float) -> str:
+    """Return the time of a file where VTK looks for it, as field data."""
+    return f'<DataArray type="Float64" Name="TimeValue" NumberOfTuples="1" format="ascii">{time!r}</DataArray>'
+
+
+def _texts(name: str, texts: Sequence[str]) -> str:
+    """Return texts as field data: the bytes of each, and a zero."""
+    codes = " ".join(f"{code}" for text in texts for code in (*text.encode(), 0))
+    return f'<DataArray type="String" Name="{name}" NumberOfTuples="{len(texts)}" format="ascii">{codes}</DataArray>'
 
 
 def _remove_other_frames(folder: Path, written: set[Path]) -> None:

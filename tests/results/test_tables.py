@@ -77,6 +77,25 @@ def test_a_data_set_has_units_as_attributes():
     assert found["kinetic_energy"].dims == ("time",)
 
 
+def test_a_data_set_is_saved_and_read_by_xarray(tmp_path: Path):
+    """In names netCDF takes no "/", and of zarr's folders ``open_zarr`` sees nothing (seen: xarray 2026.9, zarr 3.1.6)."""
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    asked = {"tip": "position arm/tip", "arm/tip": "velocity arm/tip x", "[load]": "coupling_force arm/root force_x"}
+    found = robot().to_xarray(asked)
+    assert list(found.data_vars) == ["tip x", "tip y", "tip z", "arm.tip", "v[load]"]
+    assert found["arm.tip"].attrs == {"units": "m/s", "long_name": "arm/tip"}
+    assert found["v[load]"].attrs["long_name"] == "[load]"
+    assert "long_name" not in found["tip x"].attrs
+    for name in ("position arm.tip x", "kinetic_energy"):
+        assert name in robot().to_xarray(ASKED)
+    found.to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
+    with xarray.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as read:
+        xarray.testing.assert_identical(read.load(), found)
+    with pytest.raises(ModelError, match=r"'a/b' and 'a.b' have the same name in netCDF, 'a.b'"):
+        robot().to_xarray({"a/b": "kinetic_energy", "a.b": "elastic_energy"})
+
+
 def test_text_keeps_all_digits(tmp_path: Path):
     path = robot().to_csv(tmp_path / "new" / "run.csv", ASKED)
     rows = list(csv.reader(path.read_text().splitlines()))
@@ -138,6 +157,9 @@ def test_files_that_cannot_be(tmp_path: Path):
         pendulum().to_csv(tmp_path / "file" / "run.csv")
     with pytest.raises(ModelError, match="'2nd' would be '2nd' in MATLAB"):
         pendulum().to_matlab(tmp_path / "run.mat", {"2nd": "position rod"})
+    for word in ("end", "for", "until"):  # GNU Octave 7.3 loads them without a word, and each use is a parse error
+        with pytest.raises(ModelError, match="a keyword or no name"):
+            pendulum().to_matlab(tmp_path / "run.mat", {word: "position rod"})
     with pytest.raises(ModelError, match="is taken, too long"):
         pendulum().to_matlab(tmp_path / "run.mat", {"a b": "position rod", "a-b": "velocity rod"})
     assert [path.name for path in tmp_path.iterdir()] == ["file"]

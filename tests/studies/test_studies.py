@@ -8,9 +8,11 @@ import json
 import signal
 import sys
 import time
+import urllib.parse
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -476,6 +478,42 @@ def test_a_table_is_a_data_set_over_its_parameters() -> None:
     samples = rows.run("serial")
     assert samples.to_xarray()["lowest"].dims == ("case",)
     assert samples.to_xarray()["length"].values.tolist() == samples.column("length").tolist()
+
+
+def test_every_column_is_one_array_of_its_file_whatever_its_name(tmp_path: Path) -> None:
+    """A "/" made groups, and the columns a and a/b together an error of h5py."""
+    h5py = pytest.importorskip("h5py")
+
+    def named(result: kf.Result) -> dict[str, float | bool]:
+        return {
+            "peak": 1.0,
+            "peak/limit": 2.0,
+            "peak [m/s]": 3.0,
+            "in %": 4.0,
+            ".": 5.0,
+            "is good": result.times[-1] > 0,
+        }
+
+    table = kf.Study(pendulum, named, duration=0.1, length=[0.5, 1.0], angle=0.1).run("serial")
+    with h5py.File(table.save(tmp_path / "table.h5")) as file:
+        assert {urllib.parse.unquote(name) for name in file} == set(table.lists())
+        assert file["peak [m%2Fs]"][:].tolist() == [3.0, 3.0]
+        assert file["is good"].dtype == np.int8
+        assert file["is good"][:].tolist() == [1, 1]
+
+
+def test_a_data_set_of_any_names_is_saved_by_xarray(tmp_path: Path) -> None:
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+
+    def named(result: kf.Result) -> dict[str, float | bool]:
+        return {"peak [m/s]": 1.0, "is good": True}
+
+    found = kf.Study(pendulum, named, duration=0.1, length=[0.5, 1.0], angle=0.1).run("serial").to_xarray()
+    assert found["peak [m.s]"].attrs == {"long_name": "peak [m/s]"}
+    found.to_netcdf(tmp_path / "table.nc", engine="h5netcdf")
+    with xarray.open_dataset(tmp_path / "table.nc", engine="h5netcdf") as read:
+        assert read["peak [m.s]"].values.tolist() == [[1.0], [1.0]]
 
 
 def test_files_that_others_left_open_are_no_warning_of_a_case() -> None:

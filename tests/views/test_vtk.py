@@ -112,7 +112,14 @@ def test_the_box_has_the_inertia_it_stands_for(seed):
 
 @pytest.mark.parametrize(
     ("kind", "number", "count"),
-    [("tetra10", 24, 10), ("hexahedron27", 29, 27), ("quad9", 28, 9), ("tetra", 10, 4), ("vertex", 1, 1)],
+    [
+        ("tetra10", 24, 10),
+        ("wedge", 73, 6),
+        ("hexahedron27", 29, 27),
+        ("quad9", 28, 9),
+        ("tetra", 10, 4),
+        ("vertex", 1, 1),
+    ],
 )
 def test_cells_keep_their_order_of_nodes(kind, number, count, tmp_path):
     result, nodes = robot(), np.random.default_rng(0).permutation(27)[:count][None] % 7

@@ -10,6 +10,7 @@ import kanefe_fem
 from kanefe.checks.verification.references import load_references
 from kanefe_fem import Material, Rectangle, beam_body, beam_model, segmented, straight_beam
 from kanefe_fem.verification.segmented_beams import tip_of_elastica
+from vtk_files import read_fields, read_grid, read_series
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 SECTION = Rectangle(0.01, 0.02)
@@ -187,6 +188,27 @@ def test_results_of_the_whole(tmp_path):
     assert "blade 4" not in pvd
     with pytest.raises(kf.ModelError, match="cut into segments"):
         stress.section_forces(inertia=True)
+
+
+def test_a_segmented_body_counts_as_its_segments(tmp_path):
+    """So does `bodies`: the number of any other body is its own."""
+    ends = {"root": "clamped", "tip": "rigid"}
+    plain = beam_body(straight_beam(0.4, SECTION, STEEL, elements=4), ends, kf.CraigBampton(modes=2))
+    scene = kf.System(gravity=(0, 0, -9.81))
+    last = scene.add_segmented_body("chain", segmented(beam(8, planar=False), ends, segments=4))
+    hub = scene.add_rigid_body("hub", 0.1, 1e-4, parent=last.interface("tip"))
+    for name in "ab":
+        scene.add_flexible_body(name, plain, parent=hub)
+    rest = kf.equilibrium(scene)
+    entries = read_series(rest.to_vtk(tmp_path / "scene.pvd"))
+    numbers = {}
+    for _, name, file in entries:
+        assert read_fields(file)["bodies"] == list(rest.bodies)
+        numbers[name] = [rest.bodies[i] for i in read_grid(file)["body"]]
+    assert numbers["chain"] == [f"chain {i}" for i in (1, 1, 2, 2, 3, 3, 4, 4)]
+    assert set(numbers["a"]) == {"a"}
+    assert set(numbers["b"]) == {"b"}
+    assert numbers["rigid bodies"] == ["hub"]
 
 
 def test_a_line_load_is_that_of_the_whole():
