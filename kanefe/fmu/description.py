@@ -37,11 +37,15 @@ class Variable(NamedTuple):
     name, unit : str
     start : float
         Initial value of an input or a state.
+    inputs, states : tuple of int
+        Those by number that an output, or the rate of a state, depends on at once.
     """
 
     name: str
     unit: str
     start: float = 0.0
+    inputs: tuple[int, ...] = ()
+    states: tuple[int, ...] = ()
 
 
 class UnitDescription(NamedTuple):
@@ -98,7 +102,7 @@ class UnitDescription(NamedTuple):
         first = len(self.inputs) + len(self.outputs) + 1
         yield from ((variable, "state", -1) for variable in self.states)
         for i, variable in enumerate(self.states):
-            yield Variable(f"der({variable.name})", _rate(variable.unit)), "derivative", first + i
+            yield variable._replace(name=f"der({variable.name})", unit=_rate(variable.unit)), "derivative", first + i
 
 
 def _rate(unit: str) -> str:
@@ -169,12 +173,13 @@ def _of_two(of: UnitDescription) -> Tree.Element:
     for reference, (variable, what, derived) in enumerate(of.variables()):
         scalar = Tree.SubElement(listed, "ScalarVariable", _attributes(variable, what, reference))
         Tree.SubElement(scalar, "Real", _value(variable, what, derived + 1 if derived >= 0 else -1))
-    structure = Tree.SubElement(root, "ModelStructure")
+    structure, known_by = Tree.SubElement(root, "ModelStructure"), _knowns(of)
     for name, references in zip(("Outputs", "Derivatives", "InitialUnknowns"), _unknowns(of), strict=True):
         if references:
             element = Tree.SubElement(structure, name)
             for reference in references:
-                Tree.SubElement(element, "Unknown", index=str(reference + 1))
+                on = " ".join(str(known + 1) for known in known_by[reference])
+                Tree.SubElement(element, "Unknown", index=str(reference + 1), dependencies=on)
     return root
 
 
@@ -183,12 +188,19 @@ def _of_three(of: UnitDescription) -> Tree.Element:
     listed = Tree.SubElement(root, "ModelVariables")
     for reference, (variable, what, derived) in enumerate(of.variables()):
         Tree.SubElement(listed, "Float64", _attributes(variable, what, reference) | _value(variable, what, derived))
-    structure = Tree.SubElement(root, "ModelStructure")
+    structure, known_by = Tree.SubElement(root, "ModelStructure"), _knowns(of)
     names = "Output", "ContinuousStateDerivative", "InitialUnknown"
     for name, references in zip(names, _unknowns(of), strict=True):
         for reference in references:
-            Tree.SubElement(structure, name, valueReference=str(reference))
+            on = " ".join(map(str, known_by[reference]))
+            Tree.SubElement(structure, name, valueReference=str(reference), dependencies=on)
     return root
+
+
+def _knowns(of: UnitDescription) -> list[list[int]]:
+    """Return the references of the inputs and states that each variable depends on at once: none is told as none."""
+    first = len(of.inputs) + len(of.outputs) + 1
+    return [[*variable.inputs, *(first + i for i in variable.states)] for variable, _, _ in of.variables()]
 
 
 def _unknowns(of: UnitDescription) -> tuple[list[int], list[int], list[int]]:

@@ -102,7 +102,10 @@ def _description(
 ) -> UnitDescription:
     name = Path(path).stem
     inputs = tuple(Variable(name, sim.units[name], value) for name, value in sim.inputs.items())
-    outputs = tuple(Variable(name, sim.units[name]) for name in sim.output_names)
+    on = tuple(range(len(inputs)))
+    outputs = tuple(
+        Variable(output.name, output.unit, inputs=on if output.follows_inputs else ()) for output in sim.output_list
+    )
     return UnitDescription(
         name, _identifier(name), text, token, inputs, outputs, (), False, sim.time, every, keeps_states
     ).checked()
@@ -125,6 +128,10 @@ def write_linear(small: Linearisation, path: str | Path, version: str) -> Path:
     body = "\n".join((*lines, c.numbers("OFFSETS", small.output_values))) + "\n"
     named = (small.input_names, small.output_names, small.state_names)
     inputs, outputs, states = (tuple(map(_variable, names)) for names in named)
+    outputs = tuple(
+        one._replace(inputs=_on(D), states=_on(C)) for one, C, D in zip(outputs, *matrices[2:], strict=True)
+    )
+    states = tuple(one._replace(inputs=_on(B), states=_on(A)) for one, A, B in zip(states, *matrices[:2], strict=True))
     description = UnitDescription(
         name,
         _identifier(name),
@@ -164,6 +171,11 @@ def _token(*parts: bytes) -> str:
 def _identifier(name: str) -> str:
     plain = re.sub(r"\W", "_", name, flags=re.ASCII)
     return plain if plain and not plain[0].isdigit() else f"m_{plain}"
+
+
+def _on(row: np.ndarray) -> tuple[int, ...]:
+    """Return the numbers of what has a weight in a sum."""
+    return tuple(np.flatnonzero(row).tolist())
 
 
 def _variable(label: str) -> Variable:

@@ -21,7 +21,7 @@ from kanefe.kernels.sweeps.outward import motion_memory_size, motions_of_rows
 from kanefe.loads.controller import INPUTS
 from kanefe.order_n.route import OrderN
 from kanefe.order_n.sweeps import Sweeps
-from kanefe.stepping.simulation import Simulation
+from kanefe.stepping.simulation import LITTLE, Simulation
 from kanefe.tree.model_data import QUADRATURES
 
 ROW, ACCELERATED_ROW = 18, 24
@@ -222,6 +222,7 @@ class _Tables:
         self.lines += [c.define(name, value) for name, value in counts.items()]
         self.lines += [c.define(name, int(getattr(stepping, name))) for name in f"{COMMANDS} {PLACES}".split()]
         add(f"#define SMALLEST_STEP {c.number(float(SMALLEST_STEP))}")
+        add(f"#define LITTLE {c.number(LITTLE * sim.asked.every)}")
         add("enum { CALL_FUNCTION, CALL_PLACES, CALL_NUMBERS, CALL_RESULT };")
         places = {
             "AT_INTEGERS": stepper.integers,

@@ -79,7 +79,7 @@ class Server:
                 raise ModelError(str(sim.status))
             return [sim.time]
         else:
-            return list(sim.outputs.values())
+            return list(sim.outputs_with(dict(zip(sim.input_names, numbers.tolist(), strict=True))).values())
         return list(sim.inputs.values())
 
 

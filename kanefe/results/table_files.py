@@ -24,8 +24,8 @@ _OF_MATLAB = (
     "switch try while"
 )
 _OF_OCTAVE_ALONE = (
-    "do until end_try_catch end_unwind_protect endarguments endclassdef endenumeration endevents endfor endfunction endif "
-    "endmethods endparfor endproperties endspmd endswitch endwhile unwind_protect unwind_protect_cleanup"
+    "do until end_try_catch end_unwind_protect endarguments endclassdef endenumeration endevents endfor endfunction "
+    "endif endmethods endparfor endproperties endspmd endswitch endwhile unwind_protect unwind_protect_cleanup"
 )
 KEYWORDS = frozenset(f"{_OF_MATLAB} {_OF_OCTAVE_ALONE}".split())
 """Words that MATLAB or GNU Octave load as names of variables and cannot use."""

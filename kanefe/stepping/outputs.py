@@ -42,6 +42,11 @@ class Output(NamedTuple):
     reading: Reading | None
     channel: tuple[str, str, str, int] | None = None
 
+    @property
+    def follows_inputs(self) -> bool:
+        """Whether inputs act on it at once: on accelerations and forces, but not on the state."""
+        return self.reading is None or "acceleration" in self.reading.what
+
 
 def outputs_of(scene: Steppable, model: Model, named: Named | None) -> tuple[Output, ...]:
     """Return the requested outputs; None: free coordinates and speeds of joints, and positions of floating bodies.

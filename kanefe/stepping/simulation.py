@@ -66,6 +66,9 @@ class SavedSimulation(NamedTuple):
 STEPS = 100.0
 """Default duration of a simulation relative to the usual step."""
 
+LITTLE = 1e-6
+"""Time after which contacts and dry friction are seen under other inputs, relative to the usual step."""
+
 LEAST = 1.0
 """Least default duration of a simulation, s."""
 
@@ -243,6 +246,46 @@ class Simulation:
             self._reported_outputs = dict(zip(self.output_names, values, strict=True))
         return dict(self._reported_outputs)
 
+    def outputs_with(self, inputs: Mapping[str, float]) -> dict[str, float]:
+        """Return the outputs of the present state under other inputs: accelerations and forces follow them at once.
+
+        `outputs` are those under the inputs of the last step, or the start. Where contacts or dry friction may change
+        what they do, it is the state after 1e-6 of a usual step.
+
+        Parameters
+        ----------
+        inputs : mapping of str to float
+            In the `units` of the simulation; other inputs keep theirs.
+
+        Raises
+        ------
+        ModelError
+            If there is no such input (the message names the nearest), or a number is not valid.
+        SimulationError
+            If the scene cannot go on with these inputs.
+
+        Examples
+        --------
+        ``sim.outputs_with({"motor hub": 3.0})["angular_acceleration hub z"]``
+        """
+        values = self._reported_values(inputs)
+        if np.array_equal(values, self._inputs):
+            return self.outputs
+        loop, saved = self._loop, self.save()
+        rows, last, reported = loop.rows.stored, loop.last, self._reported_outputs
+        try:
+            if self._watch is None:
+                y = self._vector().copy()
+                self._put(values, self.time, y)
+            else:
+                self._hold(values)
+                loop.go_to(self.stepper.t + LITTLE * self.asked.every).raise_if_failed()
+                y = self._reached()
+            return dict(zip(self.output_names, self._read(self.stepper.t, y), strict=True))
+        finally:
+            self.restore(saved)
+            loop.rows.stored, loop.last, self._reported_outputs = rows, last, reported
+
     @property
     def state(self) -> Instant:
         """The present state of the scene, to view it or to start a run from it."""
@@ -349,13 +392,17 @@ class Simulation:
             return
         self._inputs = values
         y, t = self._reached(), stepper.t
+        self._put(values, t, y)
+        stepper.go_on_with(t, y)
+        if self._watch is not None:
+            self._watch.renew(t, y)
+
+    def _put(self, values: Vector, t: float, y: Vector) -> None:
+        """Write inputs to the state y and, from t on, to the courses of driven coordinates."""
         y[self._state_of_inputs] = values[: self._load_count]
         for course, acceleration in zip(self.courses, values[self._load_count :].tolist(), strict=True):
             course.go_on(t, acceleration)
         self._write_courses()
-        stepper.go_on_with(t, y)
-        if self._watch is not None:
-            self._watch.renew(t, y)
 
     def drive_of(self, course: Course) -> int:
         """Return the number of a course among all driven coordinates."""

@@ -78,7 +78,7 @@ def test_a_data_set_has_units_as_attributes():
 
 
 def test_a_data_set_is_saved_and_read_by_xarray(tmp_path: Path):
-    """In names netCDF takes no "/", and of zarr's folders ``open_zarr`` sees nothing (seen: xarray 2026.9, zarr 3.1.6)."""
+    """There a "/" in names is refused by netCDF, a folder in zarr that is not read (xarray 2026.9, zarr 3.1.6)."""
     xarray = pytest.importorskip("xarray")
     pytest.importorskip("h5netcdf")
     asked = {"tip": "position arm/tip", "arm/tip": "velocity arm/tip x", "[load]": "coupling_force arm/root force_x"}

@@ -91,8 +91,9 @@ class Unit:
         assert self.call(name, references, ctypes.c_size_t(count), values, *more) == OK, self.messages
         return list(values)
 
-    def step(self, dt: float) -> int:
-        t, h = ctypes.c_double(self.get(["time"])[0]), ctypes.c_double(dt)
+    def step(self, dt: float, at: float | None = None) -> int:
+        """Go on by dt from a communication point (s); None: from the unit's own time."""
+        t, h = ctypes.c_double(self.get(["time"])[0] if at is None else at), ctypes.c_double(dt)
         if self.is_two:
             return self.call("DoStep", t, h, 1)
         told = [ctypes.byref(ctypes.c_bool()) for _ in range(3)]

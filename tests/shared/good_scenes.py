@@ -284,5 +284,6 @@ def started() -> kf.Simulation:
     return small().start()
 
 
+on("kanefe.Simulation.outputs_with", lambda: small().start(), inputs={})
 on("kanefe.Simulation.step", lambda: small().start(), dt=0.01, inputs=None)
 on("kanefe.Simulation.restore", lambda: started(), saved=started().save())

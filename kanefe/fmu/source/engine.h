@@ -23,8 +23,9 @@ int engine_step(engine *e, double dt, char *message);
 
 double engine_time(const engine *e);
 void engine_set_time(engine *e, double t);
-double *engine_inputs(engine *e);
-/* Returns all outputs, NULL if they cannot be had. */
+double engine_input(const engine *e, size_t i);
+void engine_set_input(engine *e, size_t i, double x);
+/* Returns all outputs of the present state and inputs, NULL if they cannot be had. */
 const double *engine_outputs(engine *e);
 
 size_t engine_state_size(void);

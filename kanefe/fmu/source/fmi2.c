@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "communication.h"
 #include "engine.h"
 #include "state_bytes.h"
 
@@ -29,14 +30,14 @@ typedef struct {
 typedef struct {
     engine *model;
     char *name;
-    const callbacks *told;
+    callbacks told; /* a copy: callers may not keep theirs */
     int is_logging;
 } instance;
 
 static status refuse(instance *of, const char *message)
 {
-    if (of->told && of->told->logger)
-        of->told->logger(of->told->environment, of->name, ERROR, "logStatusError", "%s", message);
+    if (of->told.logger)
+        of->told.logger(of->told.environment, of->name, ERROR, "logStatusError", "%s", message);
     return ERROR;
 }
 
@@ -59,7 +60,8 @@ EXPORT component fmi2Instantiate(const char *name, int kind, const char *token, 
     (void)resources, (void)is_visible;
     if (!of)
         return NULL;
-    of->told = told;
+    if (told)
+        of->told = *told;
     of->is_logging = is_logging;
     of->name = malloc(strlen(name ? name : "") + 1);
     if (of->name)
@@ -116,7 +118,7 @@ EXPORT status fmi2GetReal(component c, const reference asked[], size_t count, do
     for (size_t i = 0; i < count; i++) {
         reference r = asked[i];
         if (r < INPUT_COUNT) {
-            values[i] = engine_inputs(model)[r];
+            values[i] = engine_input(model, r);
         } else if (r < INPUT_COUNT + OUTPUT_COUNT) {
             if (!found && !(found = engine_outputs(model)))
                 return refuse(c, "the outputs cannot be computed");
@@ -143,7 +145,7 @@ EXPORT status fmi2SetReal(component c, const reference asked[], size_t count, co
         if (!(values[i] - values[i] == 0.0))
             return refuse(c, "an input must be a finite number");
         if (asked[i] < INPUT_COUNT)
-            engine_inputs(model)[asked[i]] = values[i];
+            engine_set_input(model, asked[i], values[i]);
         else if (asked[i] >= FIRST_STATE && asked[i] < FIRST_STATE + STATE_COUNT)
             engine_states(model)[asked[i] - FIRST_STATE] = values[i];
         else
@@ -294,10 +296,8 @@ EXPORT status fmi2DoStep(component c, double t, double dt, int is_final)
 {
     char message[MESSAGE_SIZE] = "";
 
-    (void)t, (void)is_final;
-    if (!(dt > 0.0 && dt - dt == 0.0))
-        return refuse(c, "a step must be above zero s");
-    return engine_step(((instance *)c)->model, dt, message) ? refuse(c, message) : OK;
+    (void)is_final;
+    return step_from(((instance *)c)->model, t, dt, message) ? refuse(c, message) : OK;
 }
 
 EXPORT status fmi2SetRealInputDerivatives(component c, const reference asked[], size_t count, const int order[],

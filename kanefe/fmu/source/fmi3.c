@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "communication.h"
 #include "engine.h"
 #include "state_bytes.h"
 
@@ -130,7 +131,7 @@ EXPORT status fmi3GetFloat64(void *c, const reference asked[], size_t count, dou
     for (size_t i = 0; i < count; i++) {
         reference r = asked[i];
         if (r < INPUT_COUNT) {
-            values[i] = engine_inputs(model)[r];
+            values[i] = engine_input(model, r);
         } else if (r < INPUT_COUNT + OUTPUT_COUNT) {
             if (!found && !(found = engine_outputs(model)))
                 return refuse(c, "the outputs cannot be computed");
@@ -159,7 +160,7 @@ EXPORT status fmi3SetFloat64(void *c, const reference asked[], size_t count, con
         if (!(values[i] - values[i] == 0.0))
             return refuse(c, "an input must be a finite number");
         if (asked[i] < INPUT_COUNT)
-            engine_inputs(model)[asked[i]] = values[i];
+            engine_set_input(model, asked[i], values[i]);
         else if (asked[i] >= FIRST_STATE && asked[i] < FIRST_STATE + STATE_COUNT)
             engine_states(model)[asked[i] - FIRST_STATE] = values[i];
         else
@@ -407,11 +408,9 @@ EXPORT status fmi3DoStep(void *c, double t, double dt, bool keeps_state, bool *n
     engine *model = ((instance *)c)->model;
     int failed;
 
-    (void)t, (void)keeps_state;
+    (void)keeps_state;
     *needs_events = *ends = *is_early = false;
-    if (!(dt > 0.0 && dt - dt == 0.0))
-        return refuse(c, "a step must be above zero s");
-    failed = engine_step(model, dt, message);
+    failed = step_from(model, t, dt, message);
     *reached = engine_time(model);
     return failed ? refuse(c, message) : OK;
 }

@@ -22,7 +22,8 @@ engine *engine_make(char *message)
 
 void engine_free(engine *e) { free(e); }
 void engine_reset(engine *e) { memset(e, 0, sizeof *e); }
-double *engine_inputs(engine *e) { return e->inputs; }
+double engine_input(const engine *e, size_t i) { return e->inputs[i]; }
+void engine_set_input(engine *e, size_t i, double x) { e->inputs[i] = x; }
 double *engine_states(engine *e) { return e->x; }
 double engine_time(const engine *e) { return e->t; }
 void engine_set_time(engine *e, double t) { e->t = t; }

@@ -27,6 +27,7 @@ static pthread_once_t once = PTHREAD_ONCE_INIT;
 struct engine {
     unsigned char *image;
     unsigned char *before; /* the state before a step */
+    unsigned char *aside;  /* the state to which outputs under new inputs return */
     double inputs[INPUT_COUNT + 1];
     double held[INPUT_COUNT + 1];
     double outputs[OUTPUT_COUNT + 1];
@@ -63,7 +64,7 @@ static void *at(const engine *e, int64_t place) { return e->image + place; }
 static double *vector(engine *e, int row) { return (double *)at(e, AT_VECTORS) + (int64_t)row * SIZE; }
 
 /* The state that is reached, its loops closed: the method itself goes on with one whose loops may be a little open. */
-static double *state_of(engine *e) { return e->has_begun ? (double *)at(e, AT_STATES) : vector(e, STATE); }
+static const double *state_of(engine *e) { return e->has_begun ? (double *)at(e, AT_STATES) : vector(e, STATE); }
 
 static void unpack(engine *e)
 {
@@ -91,8 +92,9 @@ engine *engine_make(char *message)
     if (e) {
         e->image = aligned_alloc(64, (IMAGE_BYTES + 63) / 64 * 64);
         e->before = malloc(engine_state_size());
+        e->aside = malloc(engine_state_size());
     }
-    if (!e || !e->image || !e->before) {
+    if (!e || !e->image || !e->before || !e->aside) {
         strcpy(message, "there is no memory for the scene");
         engine_free(e);
         return NULL;
@@ -106,13 +108,20 @@ void engine_free(engine *e)
     if (e) {
         free(e->image);
         free(e->before);
+        free(e->aside);
         free(e);
     }
 }
 
 void engine_reset(engine *e) { unpack(e); }
 
-double *engine_inputs(engine *e) { return e->inputs; }
+double engine_input(const engine *e, size_t i) { return e->inputs[i]; }
+
+void engine_set_input(engine *e, size_t i, double x)
+{
+    e->inputs[i] = x;
+    e->is_read = 0;
+}
 
 double engine_time(const engine *e) { return ((double *)at(e, AT_REALS))[TIME]; }
 
@@ -129,6 +138,7 @@ int engine_begin_at(engine *e, double t, char *message)
                  "Remedy: scene.to_fmu(path, t=%g)", reals[TIME], t, t);
         return 1;
     }
+    e->is_read = 0;
     reals[TIME] = reals[TIME_OLD] = t;
     reals[SMALLEST] = fmax(reals[SMALLEST], SMALLEST_STEP * fabs(t));
     for (int i = 0; i < COURSE_COUNT; i++)
@@ -219,6 +229,9 @@ static void put_drives(engine *e, double t, int64_t values)
         drives[3 * i] = ((c[3] * s + c[2]) * s + c[1]) * s + c[0];
         drives[3 * i + 1] = (3.0 * c[3] * s + 2.0 * c[2]) * s + c[1];
         drives[3 * i + 2] = 6.0 * c[3] * s + 2.0 * c[2];
+        for (int k = 0; k < COURSE_COUNT; k++) /* the course goes on from here with the present input */
+            if (COURSES[k] == motions[2 * i])
+                drives[3 * i + 2] = e->inputs[LOAD_COUNT + k];
     }
 }
 
@@ -403,10 +416,10 @@ static void of_frame(const double *row, const frame *f, int what, double *out)
     }
 }
 
-static int put_motions(engine *e)
+static int put_motions(engine *e, const double *y)
 {
 #if HAS_FRAMES
-    double *y = state_of(e), t = engine_time(e);
+    double t = engine_time(e);
 
     put_drives(e, t, AT_MOTION_DRIVES);
     memcpy(at(e, AT_MOTION_STATE), y, sizeof(double[SIZE - WORKS]));
@@ -426,23 +439,23 @@ static int put_motions(engine *e)
 #endif
     call(e, MOVE);
 #else
-    (void)e;
+    (void)e, (void)y;
 #endif
     return 0;
 }
 
 /* Writes forces and outputs of loads; not 0 where they are not determined. */
-static int put_forces(engine *e)
+static int put_forces(engine *e, const double *y)
 {
 #if CAN_TELL_FORCES || CAN_TELL_LOADS
-    double *y = state_of(e), t = engine_time(e);
+    double t = engine_time(e);
 
     *(double *)at(e, AT_TOLD_TIME) = t;
     put_drives(e, t, AT_TOLD_DRIVES);
     put_held(e, AT_TOLD_INPUTS, y);
     memcpy(at(e, AT_TOLD_STATE), y, sizeof(double[SIZE - WORKS]));
 #else
-    (void)e;
+    (void)e, (void)y;
 #endif
 #if CAN_TELL_FORCES
     call(e, TELL_FORCES);
@@ -455,16 +468,16 @@ static int put_forces(engine *e)
     return 0;
 }
 
-const double *engine_outputs(engine *e)
+static int read_outputs(engine *e)
 {
-    const double *rows = NULL, *y = state_of(e);
+    const double *rows = NULL;
+    double y[SIZE];
 
-    if (e->is_read)
-        return e->has_numbers ? e->outputs : NULL;
-    e->is_read = 1;
-    e->has_numbers = 0;
-    if (put_motions(e) || put_forces(e))
-        return NULL;
+    memcpy(y, state_of(e), sizeof y);
+    for (int i = 0; i < LOAD_COUNT; i++) /* also those that were set after the last step */
+        y[FIRST_HELD + i] = e->inputs[i];
+    if (put_motions(e, y) || put_forces(e, y))
+        return 1;
 #if HAS_FRAMES
     rows = at(e, AT_MOTION_FOUND);
 #endif
@@ -520,8 +533,28 @@ const double *engine_outputs(engine *e)
 #endif
         }
     }
-    e->has_numbers = 1;
-    return e->outputs;
+    return 0;
+}
+
+const double *engine_outputs(engine *e)
+{
+    int is_without = 1;
+
+    if (!e->is_read) {
+#if HAS_EVENTS
+        if (memcmp(e->inputs, e->held, sizeof(double[INPUT_COUNT]))) { /* what sticks may slip now: a step tells */
+            char message[MESSAGE_SIZE];
+
+            engine_save(e, e->aside);
+            is_without = engine_step(e, LITTLE, message) || read_outputs(e);
+            engine_restore(e, e->aside);
+        } else
+#endif
+            is_without = read_outputs(e);
+        e->is_read = 1;
+        e->has_numbers = !is_without;
+    }
+    return e->has_numbers ? e->outputs : NULL;
 }
 
 double *engine_states(engine *e)

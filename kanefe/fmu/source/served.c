@@ -137,9 +137,11 @@ void engine_reset(engine *e)
 
 int engine_begin_at(engine *e, double t, char *message)
 {
+    double at_start[INPUT_COUNT + 1]; /* inputs that are set already stay */
+
     if (t == e->t)
         return 0;
-    if (ask(e, BEGIN_AT, &t, 1, e->inputs, INPUT_COUNT, message))
+    if (ask(e, BEGIN_AT, &t, 1, at_start, INPUT_COUNT, message))
         return 1;
     e->t = t;
     e->is_read = 0;
@@ -162,14 +164,21 @@ const double *engine_outputs(engine *e)
 
     if (!e->is_read) {
         e->is_read = 1;
-        e->has_numbers = !ask(e, OUTPUTS, NULL, 0, e->outputs, OUTPUT_COUNT, message);
+        e->has_numbers = !ask(e, OUTPUTS, e->inputs, INPUT_COUNT, e->outputs, OUTPUT_COUNT, message);
     }
     return e->has_numbers ? e->outputs : NULL;
 }
 
 double engine_time(const engine *e) { return e->t; }
 void engine_set_time(engine *e, double t) { (void)e, (void)t; }
-double *engine_inputs(engine *e) { return e->inputs; }
+double engine_input(const engine *e, size_t i) { return e->inputs[i]; }
+
+void engine_set_input(engine *e, size_t i, double x)
+{
+    e->inputs[i] = x;
+    e->is_read = 0;
+}
+
 size_t engine_state_size(void) { return 0; }
 void engine_save(const engine *e, void *kept) { (void)e, (void)kept; }
 void engine_restore(engine *e, const void *kept) { (void)e, (void)kept; }
