@@ -185,6 +185,9 @@ def summary(status: RunStatus, statistics: Mapping[str, Any], events: Mapping[st
         fits = share if rtol is None else rtol * max(UNFIT, min(SUMMED * statistics["steps"], NOTED / rtol))
         unfit = f", more than fits rtol {rtol:g}" if share > fits else ""
         lines.append(f"  energy  balance {missing:+.3g} J at the end, {share:.2g} of what moved{unfit}")
+    if "force_error" in statistics:
+        quantity, name, part, error, largest = statistics["force_error"]
+        lines.append(f"  forces  error about {error / largest:.1g} of the largest, of {part} in {quantity} {name!r}")
     if "bending" in statistics:
         bending = Bending(*statistics["bending"])
         lines.append(f"  bending {bending}{', beyond its valid range' if bending.is_too_far else ''}")

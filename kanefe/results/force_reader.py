@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from kanefe.arguments import checked
@@ -11,13 +14,43 @@ from kanefe.results.contact_points import ContactPoints, contact_points
 from kanefe.results.contact_report import contact_report
 from kanefe.results.load_forces import load_forces
 from kanefe.results.load_lines import LoadLine
+from kanefe.results.quantities import FORCES
 from kanefe.results.quantity_reader import QuantityReader
 from kanefe.results.selection import Frames, frame_index
 from kanefe.tree.neighbours import Neighbours
 
+if TYPE_CHECKING:
+    from kanefe.results.force_errors import ForceError
+
 
 class ForceReader(QuantityReader):
     """The forces of `Reader`."""
+
+    @checked("quantity", "name", "interface")
+    def read(self, quantity: str, name: str = "", interface: str | None = None, of: str | None = None) -> np.ndarray:
+        """Return any quantity by its name: see `QuantityReader.read`; warn of a force with a large error, once."""
+        found = super().read(quantity, name, interface, of)
+        if quantity in FORCES and self.run is not None and (key := (quantity, name)) not in self._told:
+            self._told.add(key)
+            if self._force_errors:
+                from kanefe.results.force_errors import warn_of_error
+
+                warn_of_error(self.run, self._force_errors, *key)
+        return found
+
+    @cached_property
+    def _told(self) -> set[tuple[str, str]]:
+        """Quantities and names of forces that were read."""
+        return set()
+
+    @cached_property
+    def _force_errors(self) -> tuple[ForceError, ...]:
+        """Estimated errors of forces, where they are estimated without being asked for."""
+        if self.run is None or "rtol" not in self.statistics:
+            return ()
+        from kanefe.results.force_errors import estimated_unasked
+
+        return estimated_unasked(self.run)
 
     def coupling_force(self, name: str, interface: str, of: str | None = None) -> np.ndarray:
         """Return force (N) and moment (N m) on a flexible body at an interface, in axes of G, shape (T, 6).

@@ -1,0 +1,253 @@
+"""The error of the forces of a run, estimated from the run itself: parts of it are run again, with a smaller tolerance.
+
+Errors of positions are what the tolerance allows; those of forces are these times stiffnesses, and how large they are
+depends on what the method does with modes that its steps pass over. A second run from a stored state tells: within a
+few of its smaller steps stiff modes have their forces, while positions have hardly had time to differ.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from kanefe.equations.model import Model
+from kanefe.errors import AccuracyWarning, KanefeError, ModelError, outside
+from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.methods.elastic_speeds import elastic_speeds
+from kanefe.integrate.methods.kernel_stepper import KernelStepper
+from kanefe.integrate.methods.table import row_for, serving
+from kanefe.integrate.stepper import ATOL_SHARE, StepControl
+from kanefe.integrate.trajectory import Trajectory
+from kanefe.kernels.steppers.step_commands import NEXT_STEP
+from kanefe.results.channels import RunChannels
+from kanefe.results.quantities import resolved_parts
+from kanefe.tree.scales import scene_length
+
+TIGHTER = 0.01
+"""Tolerance of the parts that are run again, relative to that of the run."""
+
+PARTS = 5
+"""Number of parts of a run that are run again."""
+
+LEAST_STEPS = 6.0
+"""Least length of a part, in mean steps of the run, where it has many: stiff modes need some to settle."""
+
+SETTLED = 0.4
+"""Time from the start of a part after which its forces are compared, relative to its length."""
+
+LEAST_SHARE, LARGEST_SHARE = 0.02, 0.1
+"""Least and largest length of a part, relative to the run: with outputs farther apart it would cost as much as one."""
+
+MOST_STEPS = 0.3
+"""Largest number of steps of all parts, relative to that of the run."""
+
+PROMISED = 100.0
+"""Error of a force, relative to rtol and the largest force of its channel, above which a warning is issued."""
+
+MOST_SPEEDS = 60
+"""Number of speeds up to which parts are run by Radau's method, whose matrices have as many rows."""
+
+NOTHING = 1e-9
+"""Size of a force or moment, relative to the largest of the scene, below which it is round-off."""
+
+
+class ForceError(NamedTuple):
+    """What is known of the error of a channel of forces.
+
+    Attributes
+    ----------
+    quantity, name, part : str
+        Such as "loop_force", "pin", "force"; of a load the part is a column.
+    unit : str
+    error : float
+        Estimated: largest difference to parts of the run that were run again with a hundredth of its tolerance.
+    largest : float
+        Largest size in the run.
+    """
+
+    quantity: str
+    name: str
+    part: str
+    unit: str
+    error: float
+    largest: float
+
+    @property
+    def share(self) -> float:
+        """Error relative to the largest size."""
+        return self.error / self.largest
+
+    def __str__(self) -> str:
+        size = f"{self.error:.2g} {self.unit}, {self.share:.1g} of the largest"
+        return f"{self.part} in {self.quantity} {self.name!r} has an error of about {size}"
+
+
+class Part(NamedTuple):
+    """Numbers of the output times at which a part of a run begins and ends, and of the first that is compared."""
+
+    first: int
+    compared: int
+    last: int
+
+
+def force_errors(channels: RunChannels) -> tuple[ForceError, ...]:
+    """Return the estimated errors of all channels of forces, the largest relative to its channel first.
+
+    Raises
+    ------
+    ModelError
+        If there is no estimate; the message says why.
+    """
+    if why := obstacle(channels):
+        raise ModelError(f"the errors of forces are not estimated: {why}")
+    rows, again = _again(channels)
+    if not len(rows):
+        raise ModelError(
+            "the errors of forces are not estimated: no part of the run could be run again within "
+            f"{MOST_STEPS:.0%} of its steps. Remedy: compare with a run with a smaller rtol"
+        )
+    sizes, errors = dict(_forces(channels)), dict(_forces(again))
+    length, found = scene_length(channels.model), []
+    largest = {key: float(np.linalg.norm(force, axis=1).max()) for key, force in sizes.items()}
+    arms = {"N": 1.0, "N m": length}  # and the power of a drive of poses is compared with itself alone
+    top = max((largest[key] / arms[key[3]] for key in largest if key[3] in arms), default=0.0)
+    for key, force in sizes.items():
+        if largest[key] > NOTHING * top * arms.get(key[3], 0.0):
+            error = float(np.linalg.norm(errors[key] - force[rows], axis=1).max())
+            found.append(ForceError(*key, error, largest[key]))
+    return tuple(sorted(found, key=lambda one: -one.share))
+
+
+def estimated_unasked(channels: RunChannels) -> tuple[ForceError, ...]:
+    """Return the same for a run with elastic modes, whose statistics get the first of them; nothing of other runs.
+
+    Nor of runs that call functions of the user from Python, which would be called again.
+    """
+    model = channels.model
+    if "rtol" not in channels.statistics or not len(elastic_speeds(model)) or not model.route.is_autonomous:
+        return ()
+    try:
+        found = force_errors(channels)
+    except KanefeError:
+        return ()
+    if found:
+        channels.statistics["force_error"] = [*found[0][:3], found[0].error, found[0].largest]
+    return found
+
+
+def warn_of_error(channels: RunChannels, errors: Sequence[ForceError], quantity: str, name: str) -> None:
+    """Warn if the error of a channel, or of one of which the force at an interface is a sum, is more than promised."""
+    told = channels.statistics
+    of_channel = [one for one in errors if quantity == "coupling_force" or one[:2] == (quantity, name)]
+    if not of_channel or of_channel[0].share <= PROMISED * told["rtol"]:
+        return
+    other = "" if told["method"] == "radau5" else "method='radau5', or "
+    warnings.warn(
+        f"the {of_channel[0]}, and rtol={told['rtol']:g} promises {PROMISED * told['rtol']:.1g}. "
+        f"Remedy: {other}a smaller rtol; result.force_errors() has the errors of all forces",
+        AccuracyWarning,
+        stacklevel=outside(),
+    )
+
+
+def obstacle(channels: RunChannels) -> str:
+    """Return why there is no estimate for a run, with a remedy; empty if there is one."""
+    model, told = channels.model, channels.statistics
+    if channels.status.kind == "failed":
+        return "the run has failed. Remedy: that of its status"
+    if "rtol" not in told:
+        return "its steps are fixed, or it is no run. Remedy: compare with a run with half the step"
+    if model.controllers or model.rigid_contacts or model.has_unreduced:
+        what = "controllers" if model.controllers else "rigid contacts" if model.rigid_contacts else "unreduced bodies"
+        return f"parts of runs with {what} cannot be run again. Remedy: compare with a run with a smaller rtol"
+    if not _parts(channels):
+        return "its outputs are too far apart, or too much happens between them. Remedy: a smaller output_step"
+    return ""
+
+
+def _parts(channels: RunChannels) -> list[Part]:
+    """Return the parts that are run again, at even distances up to the end; none with an event in it."""
+    times, told = channels.times, channels.statistics
+    span = float(times[-1] - times[0])
+    least = max(min(LEAST_STEPS / max(told["steps"], 1), 0.5 * LARGEST_SHARE), LEAST_SHARE) * span
+    happened = np.sort(np.concatenate((np.zeros(0), *channels.events.values())))
+    found = []
+    for number in range(PARTS):
+        last = round((len(times) - 1) * (number + 1) / PARTS)
+        first = int(np.searchsorted(times, times[last] - least * (1.0 - 1e-9), side="right")) - 1
+        if first < 0 or first == last or times[last] - times[first] > LARGEST_SHARE * span:
+            continue
+        if np.searchsorted(happened, times[first]) != np.searchsorted(happened, times[last], side="right"):
+            continue
+        settled = times[first] + SETTLED * (times[last] - times[first])
+        found.append(Part(first, min(int(np.searchsorted(times, settled)), last), last))
+    return found
+
+
+def _again(channels: RunChannels) -> tuple[np.ndarray, RunChannels]:
+    """Return the numbers of output times that were reached again, and the channels of these."""
+    model, times, told = channels.model, channels.times, channels.statistics
+    rows: list[int] = []
+    states = [np.zeros((0, channels.states.shape[1] + 2))]
+    parts = _parts(channels)
+    most = max(int(MOST_STEPS * told["steps"] / len(parts)), 30)
+    stepper = _stepper(channels)
+    for part in parts:
+        y = np.concatenate((channels.states[part.first], [0.0, 0.0]))
+        wanted = times[part.first + 1 : part.last + 1]
+        reached = np.empty((len(wanted), len(y)))
+        stepper.restart(float(times[part.first]), y)
+        # as long as those of the run: what its stiff modes do beside the rest is to be damped, not followed
+        stepper.reals[NEXT_STEP] = (times[-1] - times[0]) / max(told["steps"], 1)
+        stepper.aim(float(wanted[-1]))
+        try:
+            passed = stepper.integrate_through(wanted, reached, most)
+        except KanefeError:
+            continue
+        skipped = part.compared - part.first - 1
+        rows += range(part.compared, part.first + 1 + passed)
+        states.append(reached[skipped:passed] if passed > skipped else reached[:0])
+    at, found = np.array(rows, dtype=int), np.concatenate(states)
+    return at, RunChannels(model, Trajectory.of_states(model, times[at], found, statistics={}))
+
+
+def _stepper(channels: RunChannels) -> KernelStepper:
+    """Return the stepper of the parts."""
+    model, told = channels.model, channels.statistics
+    own = [told["method"]] if told["method"] != "radau5" else []
+    names = ["radau5", "extrapolation"] if model.free_count <= MOST_SPEEDS or not own else [*own, "radau5"]
+    for name in serving(model, *names):
+        row = row_for(model, name)
+        rtol = max(TIGHTER * told["rtol"], row.least_rtol)
+        control = StepControl(rtol, ATOL_SHARE * rtol, None)
+        made = row.make(Dynamics(model), float(channels.times[0]), float(channels.times[-1]), control)
+        if isinstance(made, KernelStepper):
+            return made
+    raise ModelError("the errors of forces are not estimated: no method serves the scene for it")
+
+
+def _forces(channels: RunChannels) -> Iterator[tuple[tuple[str, str, str, str], np.ndarray]]:
+    """Yield quantity, name, part and unit of each vector of force, and its values, (T, components)."""
+    model: Model = channels.model
+    wrenches = [("joint_reaction", body.name) for body in model.bodies]
+    for quantity, name in (*wrenches, *(("loop_force", name) for name in channels.loops)):
+        found = channels.read(quantity, name)
+        yield (quantity, name, "force", "N"), found[:, :3]
+        yield (quantity, name, "moment", "N m"), found[:, 3:]
+    for shape in channels.bodies:
+        if shape.is_driven:
+            found = channels.read("driving_force", shape.name).reshape(len(channels.times), -1)
+            first = 0
+            for label, unit, names in resolved_parts("driving_force", shape.driven_names):
+                end = first + max(len(names), 1)
+                yield ("driving_force", shape.name, label, unit), found[:, first:end]
+                first = end
+    for name, columns in channels.loads.items():
+        found = channels.read("load", name)
+        for unit in ("N", "N m"):
+            of = [i for i, column in enumerate(columns) if column.endswith(f"[{unit}]")]
+            if of:
+                yield ("load", name, "columns", unit), found[:, of]

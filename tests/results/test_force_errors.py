@@ -1,0 +1,118 @@
+"""The error of forces that a result tells: as large as it is, and with a word where it is more than rtol promises."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kanefe as kf
+from kanefe_fem import Material, Rectangle, beam_body, straight_beam
+
+RATE, RADIUS, ROD = 40.0, 0.1, 0.35
+
+TURN = 2.0 * math.pi / RATE
+
+
+@cache
+def rod() -> kf.FlexibleBody:
+    """Return a steel rod with the static shapes of inertial loads, of which the fastest is one of 60 kHz."""
+    loads = ("tip", "angular acceleration", "centrifugal")
+    beam = straight_beam(ROD, Rectangle(0.03, 0.01), Material(E=210e9, nu=0.3, rho=7850.0), elements=4)
+    interfaces, damping = {"root": "clamped", "tip": "rigid"}, kf.ModalDamping(0.05)
+    return beam_body(beam, interfaces, kf.CraigBampton(modes=4, loads=loads), damping=damping)
+
+
+@cache
+def swing() -> kf.Motion:
+    """Return a swing to and fro that begins as smoothly as it goes on, so that hardly anything vibrates."""
+    w = 0.5 * RATE
+    return kf.Motion(
+        lambda t: 2.5 * math.sin(w * t) ** 4,
+        lambda t: 10.0 * w * math.sin(w * t) ** 3 * math.cos(w * t),
+        lambda t: 10.0 * w**2 * math.sin(w * t) ** 2 * (3.0 - 4.0 * math.sin(w * t) ** 2),
+    ).compiled()
+
+
+def slider_crank() -> kf.System:
+    """Return a crank that drives a slider by a flexible rod, from its dead centre."""
+    scene = kf.System()
+    crank = scene.add_rigid_body("crank", 0.5, 1e-3, joint=kf.Revolute("z", motion=swing()))
+    bar = scene.add_flexible_body("rod", rod(), parent=crank, at=(RADIUS, 0, 0), joint=kf.Revolute("z"))
+    slider = scene.add_rigid_body("slider", 2.0, joint=kf.Prismatic("x", position=RADIUS + ROD))
+    scene.add_loop_joint("pin", kf.Revolute("z"), bar.interface("tip"), slider)
+    return scene
+
+
+def run(**options: object) -> kf.Result:
+    return slider_crank().simulate((0.0, 2.0 * TURN), output_step=TURN / 100, **options)  # type: ignore[arg-type]
+
+
+@cache
+def right_force() -> np.ndarray:
+    return run(method="radau5", rtol=1e-10).loop_force("pin")[:, :3]
+
+
+def estimated(result: kf.Result) -> float:
+    errors = {one[:3]: one for one in result.force_errors()}
+    return errors["loop_force", "pin", "force"].error
+
+
+@pytest.fixture
+def unsettled(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have stiff modes left in outputs as they are: what then is wrong with forces is many times rtol."""
+    monkeypatch.setattr("kanefe.integrate.methods.kernel_stepper.elastic_speeds", lambda model: np.zeros(0, dtype=int))
+
+
+@pytest.mark.parametrize("rtol", [1e-5, 1e-6])
+@pytest.mark.usefixtures("unsettled")
+def test_the_estimate_is_as_large_as_the_error(rtol: float) -> None:
+    """A tenth of the times is looked at, none of which need have the largest error: a tenth of it may be found."""
+    found = run(method="extrapolation", rtol=rtol)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", kf.AccuracyWarning)
+        right = np.linalg.norm(found.loop_force("pin")[:, :3] - right_force(), axis=1).max()
+        assert right > 300.0 * rtol * np.linalg.norm(right_force(), axis=1).max()
+        assert 0.1 * right < estimated(found) < 3.0 * right
+
+
+@pytest.mark.usefixtures("unsettled")
+def test_forces_beyond_what_the_tolerance_promises_come_with_a_word() -> None:
+    found = run(method="extrapolation", rtol=1e-6)
+    with pytest.warns(kf.AccuracyWarning, match=r"'pin' has an error of about .* N, .*promises 0.0001. .*'radau5'"):
+        found.loop_force("pin")
+    assert "forces  error about" in str(found)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found.loop_force("pin")  # once is enough
+
+
+def test_forces_as_good_as_promised_come_without_one() -> None:
+    found = run(method="radau5", rtol=1e-6)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found.loop_force("pin")
+    error, largest = found.statistics["force_error"][3:]
+    assert 0.0 < error < 1e-4 * largest
+
+
+def test_the_error_is_kept_with_a_saved_result(tmp_path: Path) -> None:
+    found = run(method="radau5", rtol=1e-6)
+    found.loop_force("pin")
+    found.save(tmp_path / "run.h5")
+    read = kf.load_result(tmp_path / "run.h5")
+    assert read.statistics["force_error"] == found.statistics["force_error"]
+    with pytest.raises(kf.ModelError, match="no model to run again"):
+        read.force_errors()
+
+
+def test_what_has_no_estimate_says_why() -> None:
+    with pytest.raises(kf.ModelError, match="its steps are fixed"):
+        run(method="extrapolation", step=TURN / 400).force_errors()
+    far = slider_crank().simulate((0.0, 2.0 * TURN), output_step=0.4 * TURN, method="radau5")
+    with pytest.raises(kf.ModelError, match="outputs are too far apart"):
+        far.force_errors()
