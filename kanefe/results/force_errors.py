@@ -104,11 +104,6 @@ def force_errors(channels: RunChannels) -> tuple[ForceError, ...]:
     if why := obstacle(channels):
         raise ModelError(f"the errors of forces are not estimated: {why}")
     rows, again = _again(channels)
-    if not len(rows):
-        raise ModelError(
-            "the errors of forces are not estimated: no part of the run could be run again within "
-            f"{MOST_STEPS:.0%} of its steps. Remedy: compare with a run with a smaller rtol"
-        )
     sizes, errors = dict(_forces(channels)), dict(_forces(again))
     length, found = scene_length(channels.model), []
     largest = {key: float(np.linalg.norm(force, axis=1).max()) for key, force in sizes.items()}
@@ -210,6 +205,11 @@ def _again(channels: RunChannels) -> tuple[np.ndarray, RunChannels]:
         skipped = part.compared - part.first - 1
         rows += range(part.compared, part.first + 1 + passed)
         states.append(reached[skipped:passed] if passed > skipped else reached[:0])
+    if not rows:
+        raise ModelError(
+            "the errors of forces are not estimated: no part of the run could be run again within "
+            f"{MOST_STEPS:.0%} of its steps. Remedy: compare with a run with a smaller rtol"
+        )
     at, found = np.array(rows, dtype=int), np.concatenate(states)
     return at, RunChannels(model, Trajectory.of_states(model, times[at], found, statistics={}))
 

@@ -116,3 +116,11 @@ def test_what_has_no_estimate_says_why() -> None:
     far = slider_crank().simulate((0.0, 2.0 * TURN), output_step=0.4 * TURN, method="radau5")
     with pytest.raises(kf.ModelError, match="outputs are too far apart"):
         far.force_errors()
+
+
+def test_a_run_of_which_no_part_goes_again_is_read_without_an_estimate(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = run(method="extrapolation", rtol=1e-6)
+    monkeypatch.setattr("kanefe.results.force_errors.KernelStepper.integrate_through", lambda *_: 0)
+    assert np.isfinite(found.loop_force("pin")).all()
+    with pytest.raises(kf.ModelError, match="no part of the run could be run again"):
+        found.force_errors()
