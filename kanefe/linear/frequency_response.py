@@ -86,7 +86,7 @@ class FrequencyResponse:
         return self._column(output, given, "output") / self._column(over, given, "over")
 
     def _column(self, output: str, input: str, what: str) -> np.ndarray:
-        row, column = _place(self.output_names, output, what), _place(self.input_names, input, "input")
+        row, column = place_of(self.output_names, output, what), place_of(self.input_names, input, "input")
         return np.asarray(self.response[:, row, column])
 
     @checked
@@ -140,7 +140,8 @@ def frequency_response(linearisation: StateSpace, frequencies: Sequence[float] |
     return FrequencyResponse(at, response, linearisation.output_names, linearisation.input_names)
 
 
-def _place(names: tuple[str, ...], name: str, what: str) -> int:
+def place_of(names: tuple[str, ...], name: str, what: str) -> int:
+    """Return the number of a channel by its name, with or without the unit."""
     found = [i for i, one in enumerate(names) if name in (one, one.partition(" [")[0])]
     if len(found) != 1:
         raise ModelError(f"{what}: there is no channel {name!r} in this response. There are: {', '.join(names)}")

@@ -125,6 +125,15 @@ def linear() -> kf.Linearisation:
 
 
 @cache
+def both_ways() -> kf.Linearisation:
+    """Return a damped hanging rod with a torque and its angle."""
+    scene = kf.System(gravity=(0, 0, -9.81))
+    hinge = kf.Revolute("y", forces=kf.CoordinateForce(damping=0.1))
+    scene.add_rigid_body("rod", 1.0, 0.1, com=(0, 0, -0.5), joint=hinge)
+    return kf.linearise(scene, inputs="motor rod", outputs="joint_coordinates rod")
+
+
+@cache
 def modes() -> kf.Modes:
     return kf.linearise(cantilever()).modes()
 
@@ -157,6 +166,9 @@ on("kanefe.EquilibriumPath.position", path, name="rod", interface=None)
 on("kanefe.EquilibriumPath.read", path, quantity="position", name="rod", interface=None, of=None)
 on("kanefe.Equilibrium.linearise", lambda: kf.equilibrium(hanging()), inputs=None, outputs=None)
 on("kanefe.Linearisation.frequency_response", linear, frequencies=[1.0, 2.0])
+on("kanefe.Linearisation.h2_norm", linear, output=None, input=None)
+on("kanefe.Linearisation.margins", both_ways, output=None, input=None, gain=1.0)
+on("kanefe.Linearisation.to_control", linear, modal=False)
 on("kanefe.Linearisation.moved", linear, x=[0.1, 0.0])
 on("kanefe.Linearisation.to_fmu", linear, path="l.fmu", fmi="2.0")
 on("kanefe.Campbell.critical_speeds", diagram, order=1.0, damped=True)
