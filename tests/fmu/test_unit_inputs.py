@@ -46,7 +46,7 @@ def expected(torque: float, push: float) -> list[float]:
 def test_inputs_count_at_once_in_all_outputs(tmp_path: Path, fmi: str, in_python: bool) -> None:
     path = pendulum(in_python).to_fmu(tmp_path / "pendulum.fmu", fmi=fmi, inputs=INPUTS, outputs=OUTPUTS)
     unit = Unit(path)
-    assert unit.set("torque", 1.0) == OK  # libcosim 0.10 sets values before the time of the start is known
+    assert unit.set("torque", 1.0) == OK  # before the time of the start is known
     assert unit.begin(0.0) == OK
     np.testing.assert_allclose(unit.get(list(OUTPUTS)), expected(1.0, 0.0), rtol=1e-12, atol=1e-12)
     for torque, push in ((5.0, 0.0), (5.0, 3.0), (0.0, -1.0)):
