@@ -213,18 +213,20 @@ def joint_starts(model: ModelData, t: float, q: Vector, u: Vector) -> tuple[tupl
     ranges = joint_scales(model, scene_length(model))
     joints = np.concatenate([np.zeros(0, dtype=int), *(body.free_coordinates()[1] for body in model.bodies)])
     fastest = float((np.abs(u[joints]) / ranges[joints]).max(initial=0.0))
+    speed_ranges = np.multiply(ranges, fastest, out=np.full_like(ranges, np.inf), where=np.isfinite(ranges))
     coordinates: list[StartOf] = []
     speeds: list[StartOf] = []
     for body in model.bodies:
         joint = body.joint
         are_driven = body.speeds >= model.free_count
-        sizes = np.append(ranges, np.inf)[np.minimum(body.speeds, len(ranges))]
+        rows = np.minimum(body.speeds, len(ranges))  # of all that are driven: one behind
+        most, fast = (TOLD * np.append(sizes, np.inf)[rows] for sizes in (ranges, speed_ranges))
         places = _along_speeds(body, joint.initial_coordinates(), body.joint_coordinates(t, q))
         rates = joint.initial_speeds(), full[body.speeds], full[body.speeds] - joint.initial_speeds()
         given_places, given_rates = joint.given_start()
         for kept, names, given, values, limits in (
-            (coordinates, _place_names(body), given_places, places, TOLD * sizes),
-            (speeds, joint.speed_names, given_rates, rates, TOLD * sizes * fastest),
+            (coordinates, _place_names(body), given_places, places, most),
+            (speeds, joint.speed_names, given_rates, rates, fast),
         ):
             for name, is_driven, is_given, before, value, change, limit in zip(
                 names, are_driven, given, *values, limits, strict=True

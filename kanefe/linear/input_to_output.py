@@ -35,7 +35,7 @@ REAL = 1e-10
 """Imaginary part of a response, relative to its size, below which its sign is round-off."""
 
 
-class Channels(NamedTuple):
+class ScaledSystem(NamedTuple):
     """A system ``dx/dt = A x + B w``, ``y = C x + D w``, in units in which positions and speeds are alike."""
 
     A: Matrix
@@ -96,7 +96,7 @@ class Margins:
         )
 
 
-def channels_of(of: StateSpace, output: str | None = None, input: str | None = None) -> Channels:
+def channels_of(of: StateSpace, output: str | None = None, input: str | None = None) -> ScaledSystem:
     """Return the system of one output and one input, or of all of them, without drives that no input moves."""
     rows = slice(None) if output is None else [place_of(of.output_names, output, "output")]
     columns = slice(None) if input is None else [place_of(of.input_names, input, "input")]
@@ -105,7 +105,7 @@ def channels_of(of: StateSpace, output: str | None = None, input: str | None = N
     kept = np.arange(len(of.A)) if np.any(B[driven]) else np.setdiff1d(np.arange(len(of.A)), driven)
     A = of.A[np.ix_(kept, kept)]
     weights = rate_weights(A, int(np.count_nonzero(kept < positions)))
-    return Channels(
+    return ScaledSystem(
         weights[:, None] * A / weights,
         weights[:, None] * B[kept],
         of.C[rows][:, kept] / weights,
@@ -113,7 +113,7 @@ def channels_of(of: StateSpace, output: str | None = None, input: str | None = N
     )
 
 
-def residues(of: Channels) -> Residues | None:
+def residues(of: ScaledSystem) -> Residues | None:
     """Return the modes that matter between inputs and outputs; None if modes coincide, as rigid motions do."""
     values, vectors = eigenpairs(of.A, np.ones(len(of.A)))
     if not len(values) or np.linalg.cond(vectors) > WORST_BASIS:
@@ -124,7 +124,7 @@ def residues(of: Channels) -> Residues | None:
     return Residues(values[kept], b[kept], c[:, kept])
 
 
-def h2_norm(of: Channels) -> float:
+def h2_norm(of: ScaledSystem) -> float:
     """Return the H2 norm from all inputs to all outputs: see `Linearisation.h2_norm`."""
     found = residues(of)
     values = np.linalg.eigvals(of.A) if found is None else found.values
@@ -139,7 +139,7 @@ def h2_norm(of: Channels) -> float:
     return float(np.sqrt(max(square, 0.0)))
 
 
-def margins(of: Channels, gain: float) -> Margins:
+def margins(of: ScaledSystem, gain: float) -> Margins:
     """Return the margins of the loop around a system of one input and one output: see `Linearisation.margins`."""
     if of.D.shape != (1, 1):
         raise ModelError(

@@ -12,7 +12,7 @@ from kanefe.constraints.rows import MarkerMotion
 from kanefe.contact.rigid.meeting import Meeting
 from kanefe.contact.rigid.rigid_contact import OPEN, SLIPS, STICKS
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.rigid_contacts.contact_forces import Margins
+from kanefe.kane.rigid_contacts.contact_forces import ContactMargins
 from kanefe.kane.rigid_contacts.instant import Key
 from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW
 from kanefe.kernels.constraints.loop_tables import KIND_OF, RANK_TOLERANCE, UnitResponses, unit_responses_in
@@ -171,16 +171,16 @@ class OrderNInstant:
         full = np.concatenate((self._route.parts(self._y)[1], self._found.drives[:, 1]))
         return float(np.abs(self._found.J[self._rows([key])]).max(axis=0) @ np.abs(full))
 
-    def margins(self) -> Margins:
+    def margins(self) -> ContactMargins:
         """Return how far what touches is from its next event."""
         return self._margins
 
     @cached_property
-    def _margins(self) -> Margins:
+    def _margins(self) -> ContactMargins:
         self._evaluate(None)
         forces, gaps = self._look.workspace.multipliers.copy(), self._kept().exerted.met[:, MET.gap].copy()
         forces = forces[self._route.loops.rows[:, KIND_OF] == CONTACT_ROW].reshape(-1, 3)
-        model, found = self._route.model, Margins({}, {}, {}, {})
+        model, found = self._route.model, ContactMargins({}, {}, {}, {})
         z = self._route.parts(self._y)[2]
         for number, first in self._first.items():
             contact, own = model.rigid_contact(number), z[model.load_states[model.rigid_contacts[number]]]

@@ -85,7 +85,7 @@ class ForceError(NamedTuple):
         return f"{self.part} in {self.quantity} {self.name!r} has an error of about {size}"
 
 
-class Part(NamedTuple):
+class PartOfRun(NamedTuple):
     """Numbers of the output times at which a part of a run begins and ends, and of the first that is compared."""
 
     first: int
@@ -163,7 +163,7 @@ def obstacle(channels: RunChannels) -> str:
     return ""
 
 
-def _parts(channels: RunChannels) -> list[Part]:
+def _parts(channels: RunChannels) -> list[PartOfRun]:
     """Return the parts that are run again, at even distances up to the end; none with an event in it."""
     times, told = channels.times, channels.statistics
     span = float(times[-1] - times[0])
@@ -178,7 +178,7 @@ def _parts(channels: RunChannels) -> list[Part]:
         if np.searchsorted(happened, times[first]) != np.searchsorted(happened, times[last], side="right"):
             continue
         settled = times[first] + SETTLED * (times[last] - times[first])
-        found.append(Part(first, min(int(np.searchsorted(times, settled)), last), last))
+        found.append(PartOfRun(first, min(int(np.searchsorted(times, settled)), last), last))
     return found
 
 

@@ -17,7 +17,7 @@ from kanefe.tree.scales import moving_length
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
-    from kanefe.kane.rigid_contacts.contact_forces import Margins
+    from kanefe.kane.rigid_contacts.contact_forces import ContactMargins
     from kanefe.kane.rigid_contacts.impacts import PointChange
 
 FAR = 1.0
@@ -40,7 +40,7 @@ class LastLook:
         self._model, self.length = model, moving_length(model)
         self._last: dict[str, tuple[float, Vector, Any]] = {}
 
-    def margins(self, t: float, state: SceneState) -> Margins:
+    def margins(self, t: float, state: SceneState) -> ContactMargins:
         """Return the margins at a time, s."""
         return self._at("margins", t, state, lambda t, y: self._model.route.contact_instant(t, y).margins())  # type: ignore[no-any-return]
 
@@ -234,5 +234,5 @@ def _nearest(kind: str, look: LastLook, t: float, state: SceneState) -> float:
     return min(_of_kind(kind, look.margins(t, state)).values(), default=FAR)
 
 
-def _of_kind(kind: str, found: Margins) -> dict[tuple[int, int], float]:
+def _of_kind(kind: str, found: ContactMargins) -> dict[tuple[int, int], float]:
     return dict(zip(CODES, found, strict=True))[kind]

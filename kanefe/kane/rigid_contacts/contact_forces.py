@@ -134,7 +134,7 @@ def rigid_point_outputs(state: State, number: int) -> Matrix:
     return found
 
 
-class Margins(NamedTuple):
+class ContactMargins(NamedTuple):
     """Distance of each closed contact point from each of its possible events; below zero it has passed it.
 
     Attributes
@@ -152,9 +152,9 @@ class Margins(NamedTuple):
 
 
 @once
-def margins(state: State) -> Margins:
+def margins(state: State) -> ContactMargins:
     """Return how far what touches is from its next event."""
-    found = Margins({}, {}, {}, {})
+    found = ContactMargins({}, {}, {}, {})
     for number, (load, met) in enumerate(zip(state.model.rigid_contacts, meetings(state), strict=True)):
         contact, z = state.model.rigid_contact(number), state.load_states(load)
         for i, status in enumerate(contact.status(z)):

@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.constraints import meetings
-from kanefe.kane.rigid_contacts.contact_forces import Margins, margins, probe_jacobian
+from kanefe.kane.rigid_contacts.contact_forces import ContactMargins, margins, probe_jacobian
 from kanefe.kane.rigid_contacts.impulses import unit_responses
 from kanefe.kane.state import State
 from kanefe.kernels.impacts.tolerances import DEEPER, ROUND_OFF_OF_FORCES, ROUND_OFF_OF_GAPS, STILL, STOPPED
@@ -59,7 +59,7 @@ class ContactInstant(Protocol):
         """Return the sum of the speeds with which a contact point moves by each of the speeds of the scene, m/s."""
         ...
 
-    def margins(self) -> Margins:
+    def margins(self) -> ContactMargins:
         """Return how far what touches is from its next event."""
         ...
 
@@ -68,8 +68,8 @@ InstantAt = Callable[[float, Vector], ContactInstant]
 """Function of time and state (q, u, z)."""
 
 
-def blurs(instant: ContactInstant, length: float) -> Margins:
-    """Return how far each margin of an instant may be below zero by round-off, by the numbers of `Margins`.
+def blurs(instant: ContactInstant, length: float) -> ContactMargins:
+    """Return how far each margin of an instant may be below zero by round-off, by the numbers of `ContactMargins`.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def blurs(instant: ContactInstant, length: float) -> Margins:
     """
     found = instant.margins()
     least, no_gap = ROUND_OFF_OF_FORCES * max(map(abs, found.normals.values()), default=0.0), ROUND_OFF_OF_GAPS * length
-    return Margins(
+    return ContactMargins(
         {key: max(no_gap, _blur_of_gap(gap, instant, key)) for key, gap in found.gaps.items()},
         dict.fromkeys(found.normals, least),
         dict.fromkeys(found.slip_margins, least),
@@ -156,6 +156,6 @@ class LiteralInstant:
         moved = np.abs(probe_jacobian(self._free, *key)).max(axis=0)
         return float(moved @ np.abs(self._free.full[: len(moved)]))
 
-    def margins(self) -> Margins:
+    def margins(self) -> ContactMargins:
         """Return how far what touches is from its next event."""
         return margins(self._state)

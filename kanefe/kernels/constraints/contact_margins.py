@@ -1,4 +1,4 @@
-"""How far the points of rigid contacts are from their next events, in states of a run: `Margins` in compiled code."""
+"""How far points of rigid contacts are from their next events, in states: `ContactMargins` in compiled code."""
 
 from __future__ import annotations
 
