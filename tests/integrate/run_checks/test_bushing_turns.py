@@ -62,6 +62,45 @@ def test_outputs_that_are_far_apart_tell_nothing_wrong() -> None:
         assert scene.simulate((0.0, 3.0 * quarter), output_times=times).status.is_finished
 
 
+@pytest.mark.parametrize(
+    ("free", "turns"),
+    [(True, 0.6), (True, 1.4), (False, 0.6), (False, 1.4), (False, 2.0), (False, 2.2), (False, 7.0)],
+)
+def test_outputs_that_are_far_apart_hide_no_turns(free: bool, turns: float) -> None:
+    """A wheel next to unloaded, known at start and end only; Euler parameters count two turns."""
+    speed = 20.0 * math.pi
+    scene = kf.System()
+    joint = kf.Free(angular_velocity=(0, 0, speed)) if free else kf.Revolute("z", speed=speed)
+    wheel = scene.add_rigid_body("wheel", 1.0, (1.0, 1.0, 1.0), joint=joint)
+    scene.add_bushing("mount", scene.ground, wheel, stiffness=(0, 0, 0, 0, 0, 1e-9))
+    span = (0.0, 0.1 * turns)
+    with pytest.warns(kf.SimulationWarning, match="bushing 'mount' went through half a turn"):
+        result = scene.simulate(span, output_times=span)
+    assert result.status.kind == "failed"
+
+
+def test_a_driven_shaft_that_ends_as_it_began_has_turned() -> None:
+    scene, spinning = kf.System(), kf.Motion.steady(20 * math.pi)
+    shaft = scene.add_rigid_body("shaft", 1.0, (0, 0, 1.0), joint=kf.Revolute("z", motion=spinning))
+    scene.add_bushing("mount", scene.ground, shaft, stiffness=(0, 0, 0, 0, 0, 1e-9))
+    scene.add_point("ball", 1.0, joint=kf.Prismatic("x"))  # something to integrate
+    with pytest.warns(kf.SimulationWarning, match="bushing 'mount' went through half a turn"):
+        scene.simulate((0.0, 0.2), output_times=(0.0, 0.2))
+
+
+def test_swings_seen_at_their_fastest_only_are_no_turns() -> None:
+    """Known once a period, at the same speed of 1.2 w, which would turn by 7.5 rad if it lasted."""
+    w = math.sqrt(2.0)
+    scene = kf.System()
+    forces = kf.CoordinateForce(stiffness=0.02)
+    wheel = scene.add_rigid_body("wheel", 1.0, (0, 0, 0.01), joint=kf.Revolute("z", speed=1.2 * w, forces=forces))
+    scene.add_bushing("mount", scene.ground, wheel, stiffness=(0, 0, 0, 0, 0, 1e-9))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", kf.SimulationWarning)
+        period = 2.0 * math.pi / w
+        assert scene.simulate((0.0, 3.0 * period), output_times=period * np.arange(4)).status.is_finished
+
+
 def test_interfaces_of_flexible_bodies_are_ends_too() -> None:
     scene = kf.System()
     body = scene.add_flexible_body("arm", lattice_body(), joint=kf.Free(angular_velocity=(0, 0, 6.0)))
