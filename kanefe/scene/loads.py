@@ -263,9 +263,9 @@ class LoadMethods(Scene):
     ) -> None:
         """Add springs and dampers in all directions between two frames; they are at rest if b coincides with a.
 
-        The force acts at b's origin. The rotation is measured by the rotation vector theta, valid up to half a turn; the
-        moment is that of the potential ``theta' K theta / 2``, so that a bushing without damping keeps the energy. A
-        spring about one axis that turns further: `kanefe.CoordinateForce` of a revolute joint.
+        The force acts at b's origin. The rotation is measured by the rotation vector theta, valid up to half a turn;
+        the moment is that of the potential ``theta' K theta / 2``, so that a bushing without damping keeps the energy.
+        A spring about one axis that turns further: `kanefe.CoordinateForce` of a revolute joint.
 
         Parameters
         ----------
