@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from kanefe.bodies.rigid import RigidMass
 from kanefe.joints import Joint
 from kanefe.loads.base import Load
 from kanefe.scene.scene import BodyEntry
@@ -83,10 +84,17 @@ def _kind(entry: BodyEntry) -> str:
     if entry.flexible is not None:
         what = f"flexible, {entry.flexible.mass:.6g} kg, {_count(entry.flexible.free_count, 'mode', 'modes')}"
     elif entry.rigid is not None and entry.rigid.mass > 0.0:
-        what = f"rigid, {entry.rigid.mass:.6g} kg"
+        what = f"rigid, {entry.rigid.mass:.6g} kg{_inertia(entry.rigid)}"
     else:
         what = "massless"
     return what if entry.has_gravity else f"{what}, without gravity"
+
+
+def _inertia(body: RigidMass) -> str:
+    """Return about which point an inertia is, where it is not the origin: other programs take it about that."""
+    if not body.com.any() or not body.inertia.any():
+        return ""
+    return f", inertia about its centre of mass ({', '.join(f'{x:.6g}' for x in body.com)}) m"
 
 
 def _joint(joint: Joint) -> str:

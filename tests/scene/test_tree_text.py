@@ -20,6 +20,18 @@ def crane() -> kf.System:
     return scene
 
 
+def test_inertia_names_its_point_where_that_is_not_the_origin() -> None:
+    scene = kf.System()
+    scene.add_rigid_body("rod", 2.0, 0.1, com=(0, 0, -1), joint=kf.Revolute("y"))
+    scene.add_rigid_body("ball", 2.0, 0.1, joint=kf.Free())
+    scene.add_rigid_body("bob", 2.0, com=(0, 0, -1), joint=kf.Spherical())
+    assert str(scene).splitlines()[2:] == [
+        "├─ rod (rigid, 2 kg, inertia about its centre of mass (0, 0, -1) m), revolute y",
+        "├─ ball (rigid, 2 kg), free",
+        "└─ bob (rigid, 2 kg), spherical",
+    ]
+
+
 def test_a_scene_prints_as_a_tree():
     lines = str(crane()).splitlines()
     assert lines[0] == "scene of 3 bodies, 1 flexible, gravity (0, 0, -9.81) m/s2"
