@@ -26,7 +26,7 @@ MOST_BETWEEN = 64
 """Most states looked at between two output times."""
 
 ROUND_OFF = 1e-12
-"""Change of an Euler parameter that is no rotation."""
+"""Change of an Euler parameter, relative to 1, that is no rotation."""
 
 
 def of_bushings(model: Model, times: Vector, states: Matrix) -> RunStatus | None:
