@@ -133,3 +133,30 @@ def test_tables_of_sections_have_the_sides_of_their_classes():
         assert section.I_y > section.I_z, "height is along z"
         assert "along y" in row
         assert row.index("along y") < row.index("z", row.index("along y"))
+
+
+def test_pages_for_those_who_come_from_others_say_signs_axes_and_points():
+    """Of `force=` of a spring, a bushing, a motor, a gear, and speeds of a free body: exact but for round-off."""
+    scene = kf.System()
+    ball = scene.add_point("ball", 1.0, at=(2, 0, 0), joint=kf.Prismatic("x"))
+    scene.add_spring("pulls", scene.ground, ball, force=lambda length, rate: 10.0)
+    held = scene.add_rigid_body("held", 2.0, 1.0, at=(2, 0, 0), joint=kf.Free())
+    turned = scene.ground.frame(at=(0, 0.5, 0), orientation=kf.rotation_about("z", np.pi / 2))
+    scene.add_bushing("in axes of a", turned, held, stiffness=(1.0, 10.0, 100.0))
+    spun = kf.Free(orientation=kf.rotation_about("x", np.pi / 2), angular_velocity=(0, 0, 1.0))
+    scene.add_rigid_body("spun", 1.0, 1.0, com=(1, 0, 0), joint=spun)
+    driven = scene.add_rigid_body("driven", 1.0, 1.0, joint=kf.Revolute("z", speed=1.0))
+    scene.add_motor(driven, 3.0)
+    other = scene.add_rigid_body("other", 1.0, 1.0, joint=kf.Revolute("z", speed=None))
+    scene.add_gear("against each other", {driven: 1, other: 2})
+    start = scene.simulate((0.0, 1e-3))
+    assert start.acceleration("ball")[0, 0] == pytest.approx(-10.0), "positive forces pull"
+    assert start.load_force("pulls", end=0)[0, 0] == pytest.approx(10.0), "on end a"
+    assert start.acceleration("held")[0] == pytest.approx((-10.0, 0.25, 0.0)), "in axes of a"
+    assert start.angular_acceleration("held")[0] == pytest.approx(np.zeros(3), abs=1e-12), "at b"
+    assert start.velocity("spun")[0] == pytest.approx(np.zeros(3), abs=1e-12), "of the origin"
+    assert start.angular_velocity("spun")[0] == pytest.approx((0.0, 0.0, 1.0)), "in axes of the body"
+    assert start.joint_speeds("other")[0, 0] == pytest.approx(-0.5)
+    # 1.25 kg m2: the inertia of the other counts by the square of the ratio
+    assert start.angular_acceleration("driven")[0, 2] == pytest.approx(3.0 / 1.25)
+    assert start.joint_reaction("other")[0, 5] == pytest.approx(-0.5 * 3.0 / 1.25), "what a gear does is part of it"
