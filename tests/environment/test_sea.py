@@ -36,6 +36,13 @@ def test_the_height_is_what_was_asked_for() -> None:
     assert flat.moment(2, 0.75, 1.5) == pytest.approx((1.5**3 - 0.75**3) / 3.0, rel=1e-13)
 
 
+def test_the_sea_of_a_wind_is_pierson_and_moskowitz_formula() -> None:
+    """``alpha g^2 w^-5 exp(-beta (g / (U w))^4)`` with the constants of their paper."""
+    w, U, g = np.array((0.4, 0.7, 1.5)), 15.0, 9.7
+    wanted = 8.1e-3 * g**2 * w**-5 * np.exp(-0.74 * (g / (U * w)) ** 4)
+    np.testing.assert_allclose(Bretschneider.of_wind(U, g).density(w), wanted, rtol=1e-13)
+
+
 def test_the_fourth_moment_is_infinite_until_it_is_cut() -> None:
     with pytest.raises(ModelError, match="order 4 of a wave spectrum is infinite"):
         Bretschneider(4.0, 10.0).moment(4)

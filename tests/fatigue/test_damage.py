@@ -52,6 +52,7 @@ def test_below_the_endurance_limit_nothing_is_damaged():
         (kf.fatigue.Gerber(800e6), 200e6 / (1 - (100 / 800) ** 2)),
         (kf.fatigue.Walker(), math.sqrt(300e6 * 200e6)),
         (kf.fatigue.Walker(0.7), 300e6**0.3 * 200e6**0.7),
+        (kf.fatigue.Walker(0.0), 300e6),
     ],
 )
 def test_mean_stress_by_the_formulas(correction, equivalent):
@@ -87,7 +88,8 @@ def test_the_kernel_counts_as_the_library(correction):
         (lambda: kf.fatigue.SNCurve(160e6, 1e6, -5), "positive exponents"),
         (lambda: kf.fatigue.SNCurve(160e6, 1e6, 5, 3), "below the knee at least as above"),
         (lambda: kf.fatigue.Goodman(500.0), "500e6 for 500 MPa"),
-        (lambda: kf.fatigue.Walker(1.5), "between 0 and 1"),
+        (lambda: kf.fatigue.Walker(1.05), "between 0 and 1"),
+        (lambda: kf.fatigue.Walker(-0.05), "between 0 and 1"),
         (lambda: kf.fatigue.damage([0.0, 1e-3, -1e-3], STEEL), "a strain rather than a stress"),
         (lambda: kf.fatigue.damage(np.ones((3, 2)), STEEL), "one column"),
         (lambda: kf.fatigue.damage([0.0, np.nan], STEEL), "finite"),

@@ -71,7 +71,7 @@ def test_a_bearing_over_its_speed_is_that_of_the_table_there() -> None:
     np.testing.assert_allclose(K[1:3, 1:3], 1e5 * np.eye(2) + 1700.0 * cross, rtol=1e-13)
 
 
-def spinning(motion: kf.Motion, **options: Any) -> kf.System:
+def spinning(motion: kf.Motion | None, **options: Any) -> kf.System:
     scene = kf.System()
     slide = scene.add_frame("slide", joint=kf.Prismatic("y", position=1e-3))
     spin = kf.Revolute("x", motion=motion)
@@ -88,6 +88,17 @@ def test_a_speed_outside_the_table_is_named() -> None:
     with pytest.warns(kf.SimulationWarning, match="turns at 50 rad/s at t = 0.5 s. Remedy: speeds="):
         result = spinning(faster).simulate((0.0, 1.0))
     assert result.times[-1] == pytest.approx(0.5)
+
+
+def test_where_a_step_tries_speeds_outside_the_table_its_ends_hold() -> None:
+    ends = [1e4 * np.eye(2), 3e4 * np.eye(2)]
+    model = spinning(None, stiffness=ends).freeze()
+    for speed, K in ((-20.0, ends[0]), (80.0, ends[1])):
+        y = model.initial_state.copy()
+        _, u, _ = model.parts(y)
+        u[1] = speed
+        # K x / m of the slide, which the rotor is 1e-3 m along with
+        assert model.rhs(0.0, y)[-2] == pytest.approx(-K[0, 0] * 1e-3 / 2.0, rel=1e-13)
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.sampled_tables import sample_tables
 from kanefe.integrate.sampling import Sampler
 from kanefe.kernels.steppers.sampling import ASKED
 from kanefe.loads.functions import CompiledCallback
@@ -119,6 +120,16 @@ def sampled_bar(function: Callable[..., Any], delay: float, other: Callable[...,
     if other is not None:
         scene.add_controller("slow", other, every=7e-3, reads="joint_speeds bar", drives="motor bar")
     return scene
+
+
+def test_a_compiled_controller_has_the_memory_it_asked_for() -> None:
+    model = sampled_bar(SUM_UP, 0.0, SLOW).freeze()
+    samples, (of_sum, of_slow) = sample_tables(model, model.controllers, 0.0, 1.0, 0.0)
+    assert of_sum is not None
+    assert of_slow is not None
+    assert (of_sum.tolist(), of_slow.tolist()) == ([0.0, 0.0], [])
+    of_sum[:] = 1.0, 2.0  # as a run that is continued does, of which compiled code knows
+    assert samples.memory.tolist() == [1.0, 2.0]
 
 
 def counted_answers(monkeypatch: pytest.MonkeyPatch) -> list[int]:

@@ -60,6 +60,7 @@ def test_what_is_not_taken_is_named() -> None:
     assert Path(told[0].filename) == Path(__file__)
     assert scene.not_taken["collision shapes, which touch nothing"] == ("carriage",)
     assert scene.not_taken["limits of joints (limit_stiffness= takes them)"] == ("slide", "shoulder", "elbow", "wrist")
+    assert scene.not_taken["limits of effort and velocity"] == ("slide", "shoulder", "elbow", "wrist")
     assert scene.not_taken["visuals"] == ("carriage",)
     assert scene.not_taken["transmission"] == ("shoulder drive",)
     assert scene.not_taken["gazebo"] == ("tool",)

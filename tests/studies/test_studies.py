@@ -317,6 +317,7 @@ BAD: dict[str, tuple[dict[str, Any], str]] = {
     "other rows": ({"table": [ROW, {"length": 1.0}]}, "row 1 of the table has length, row 0 has angle, length"),
     "a row twice": ({"table": [ROW, ROW]}, "the table has the row"),
     "in both": ({"table": [{"length": 1.0}], **ROW}, "length is in the table"),
+    "option of screened runs": ({**ROW, "simulate": {"spacing": 0.1}}, "simulate takes no spacing"),
     "unknown option": ({**ROW, "simulate": {"speed": 3}}, "simulate takes no speed"),
     "no end": ({**ROW, "length": itertools.count(1)}, "the values of length are more than 1000: count may be infinite"),
     "a range without an end": ({**ROW, "length": range(10**12)}, "the values of length are more than 1000: range"),

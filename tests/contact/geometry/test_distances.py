@@ -97,3 +97,12 @@ def test_curvature_is_the_slope_of_the_normal() -> None:
             for e in turn:
                 slope = (shape.distance(x + h * e)[1] - shape.distance(x - h * e)[1]) / (2.0 * h)
                 np.testing.assert_allclose(H @ e, slope, atol=1e-6 * np.abs(H).max())
+
+
+def test_places_of_a_box_lie_on_its_faces_and_reach_its_corners() -> None:
+    size = np.array((0.2, 0.5, 3.0))
+    places = np.array([probe.point for probe in shapes.Box(tuple(size)).sampled(0.1).probes()])
+    assert max(abs(in_box(place, tuple(size))) for place in places) < 1e-14
+    np.testing.assert_allclose(np.ptp(places, axis=0), size, rtol=1e-14)
+    for corner in np.array([(i, j, k) for i in (-0.5, 0.5) for j in (-0.5, 0.5) for k in (-0.5, 0.5)]) * size:
+        assert np.linalg.norm(places - corner, axis=1).min() < 1e-14
