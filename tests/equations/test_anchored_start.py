@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 import kanefe as kf
 from kanefe.checks.verification.contact import INCLINE, INCLINE_SPEED, NORMAL, UP, coin, moving_incline
 from kanefe.checks.verification.references import load_references
+from kanefe.kane.anchored_start import _least
 
 G = 9.81
 LEAD, RADIUS = 0.05, 0.04
@@ -178,3 +179,23 @@ def test_stick_and_slip_is_followed_at_any_tolerance() -> None:
         scene.add_spring("spring", scene.ground.frame(at=(-1, 0, 0)), mass, stiffness=k, rest_length=1.0)
         slip = scene.simulate((0.0, 4.0), rtol=rtol).events["mass slip"]
         assert slip == pytest.approx(static / k / v + period * np.arange(5), abs=100.0 * rtol)
+
+
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_what_friction_holds_is_the_least_within_its_limits(size: float) -> None:
+    """By the conditions of a least within balls: no slope within one, and a slope straight outwards on its edge."""
+    rng = np.random.default_rng(2)
+    root = rng.standard_normal((6, 6))
+    G, b = size * (root @ root.T + np.eye(6)), size * rng.standard_normal(6)
+    parts = [slice(0, 2), slice(2, 4), slice(4, 6)]
+    most = np.array((0.05, 10.0, 0.05))
+    y = _least(G, b, parts, most, float(np.abs(b).max()))
+    left = (b - G @ y) / size
+    lengths = np.array([np.linalg.norm(y[part]) for part in parts])
+    np.testing.assert_allclose(lengths[[0, 2]], most[[0, 2]], rtol=1e-12)
+    assert lengths[1] < most[1]
+    # to which sweeps settle, relative to the largest limit
+    np.testing.assert_allclose(left[parts[1]], 0.0, atol=1e-8)
+    for part in (parts[0], parts[2]):
+        outwards = y[part] / np.linalg.norm(y[part])
+        np.testing.assert_allclose(left[part], np.linalg.norm(left[part]) * outwards, atol=1e-8)

@@ -20,6 +20,7 @@ from kanefe.fe_model.model import Cells
 from kanefe.report.mesh_quality import mesh_quality
 from kanefe.report.modes import body_modes, compliance_shares, interface_masses
 from kanefe_fem.beams.body import beam_body, straight_beam
+from kanefe_fem.beams.exact import exact_beam
 from kanefe_fem.beams.sections import Rectangle
 from kanefe_fem.materials.isotropic import Material
 from result_scenes import beam_arm
@@ -118,6 +119,7 @@ class TestText:
         for words in (
             "Mesh quality",
             "30 line",
+            "With the fixed interfaces held.",
             "Mass properties",
             "0.785",
             "Effective masses",
@@ -150,6 +152,9 @@ class TestText:
         assert "no free coordinates" in str(
             kf.flexible_body(rod, {"root": "clamped"}, reduction=kf.CraigBampton(modes=0)).report()
         )
+        bends = str(exact_beam(1.0, Rectangle(0.01, 0.02), STEEL, basis=2).report())
+        assert "With the root section held" in bends
+        assert "rigid sections along the beam" in bends
         unreduced = kf.flexible_body(rod, {"root": "clamped"})
         assert "Mass properties" in str(unreduced.report())
 
@@ -248,6 +253,8 @@ class TestFormats:
         assert (tmp_path / "a_files" / "picture_01.png").read_bytes() == PIXEL
         assert "| a | b\\|c |\n| :-- | --: |" in text
         assert "**Careful <now>**" in text
+        rule = next(line for line in text.splitlines() if line.startswith("| :--"))
+        assert rule == "| :-- | --: |"
 
     def test_without_pyvista_the_report_says_so(self, tmp_path):
         report = small(without_pyvista)

@@ -1,9 +1,11 @@
 """Results by name: positions, joints, modes, energies, forces."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 import kanefe as kf
 from kanefe.frames import rotation_matrix
@@ -238,3 +240,16 @@ def test_every_quantity_has_a_unit():
     scene.add_rigid_body("free", mass=1.0, inertia=1.0, joint=kf.Free())
     flight = scene.simulate((0.0, 0.1), output_step=0.1)
     assert flight.units("joint_coordinates", "free") == "m, 1"
+
+
+def test_a_sparse_basis_moves_nodes_as_the_same_in_full():
+    """Of components x to rz at each node, those that shift it."""
+    scene = kf.System()
+    scene.add_flexible_body("arm", beam_arm(), joint=kf.Fixed())
+    full = kf.equilibrium(scene).body("arm")
+    sparse, eta = replace(full, basis=sp.csr_matrix(full.basis)), np.linspace(-1.0, 1.0, full.basis.shape[1])
+    nodes = np.array((6, 2, 3))
+    for given in (eta, np.stack((eta, eta**2))):
+        wanted = full.displacements(given, nodes)
+        # sums in another order
+        np.testing.assert_allclose(sparse.displacements(given, nodes), wanted, rtol=0, atol=1e-14 * abs(wanted).max())

@@ -9,6 +9,8 @@ import pytest
 
 import kanefe as kf
 from kanefe.screening import windows
+from kanefe.screening.carrier import Carrier
+from kanefe.screening.superposition import Sticking, superposed
 from kanefe.screening.windows import screen
 from screening_scenes import block_on_deck, deck_motion
 
@@ -293,3 +295,22 @@ def test_an_event_in_python_is_refused() -> None:
     scene.add(Fuse("fuse", scene.body("block"), scene.body("deck")))
     with pytest.raises(kf.ModelError, match="event 'fuse blows' is evaluated in Python"):
         screen(scene, 4.0)
+
+
+@pytest.mark.parametrize(
+    ("known", "first", "last"), [((6.0, 9.0), 6.0, 9.0), ((5.25, 9.5), 5.25, 9.5), ((0.0, 20.0), 2.0, 13.0)]
+)
+def test_around_an_interval_the_motion_is_asked_for_only_where_it_is_known(
+    known: tuple[float, float], first: float, last: float, start: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And over no more than 16 steps on each side."""
+    model = block_on_deck(deck_motion(0, SPAN, 1e-4)).freeze(0.0, start)  # it stays near where it begins
+    sticking, asked, over = Sticking(model), [], Carrier.over
+
+    def asked_over(self: Carrier, times: np.ndarray) -> Any:
+        asked.append((times[0], times[-1]))
+        return over(self, times)
+
+    monkeypatch.setattr(Carrier, "over", asked_over)
+    superposed(sticking, np.arange(6.0, 9.1, 0.25), model.initial_state, known)
+    assert (min(begin for begin, _ in asked), max(end for _, end in asked)) == (first, last)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
+from kanefe.storage import hdf5
 from kanefe.storage.hdf5 import SMALL_FILE, SMALLEST_COMPRESSED, WHOLE_CHUNK, decode, encode
 
 
@@ -27,3 +30,19 @@ def test_arrays_are_compressed_where_the_file_is_large(tmp_path: Path, is_large:
     assert header["format"] == "test"
     for name, array in arrays.items():
         np.testing.assert_array_equal(found[name], array)
+
+
+def test_a_bar_of_what_is_read_knows_the_number_of_arrays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("h5py")
+    path, told = tmp_path / "arrays.h5", []
+    arrays = {name: (np.arange(3.0), "m") for name in ("one", "bodies/arm/nodes", "bodies/arm/basis")}
+    path.write_bytes(encode({"format": "test"}, arrays))
+
+    def bar(what: str, parts: Iterable[Any], count: int | None) -> Iterable[Any]:
+        told.append(count)
+        return parts
+
+    monkeypatch.setattr(hdf5, "is_watched", lambda: True)
+    monkeypatch.setattr(hdf5, "long_work", bar)
+    _, found = decode(path)
+    assert told == [len(found)] == [len(arrays)]

@@ -132,6 +132,8 @@ def test_tables_in_all_conventions(tmp_path: Path, said: dict[str, str]) -> None
         ({"x": "aft", "z": "down"}, "z points the other way"),
         ({"rotations": "deg/m"}, "0.0179 times the slope|0.0175 times the slope"),
         ({"rotations": "rad/slope"}, "unit slope, not height"),
+        # turned over, of whatever size: what the sign says is told first
+        ({"rotations": "deg/m", "time": "exp(-iwt)"}, "roll in long waves is opposed.*time goes as exp"),
     ],
     ids=lambda wrong: " ".join(wrong.values()) if isinstance(wrong, dict) else "",
 )

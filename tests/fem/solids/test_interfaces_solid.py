@@ -324,6 +324,17 @@ def test_a_single_node_or_facet_of_a_solid_is_warned_of(name: str) -> None:
     assert abs(u[near, 0]).max() > 2 * abs(u[~near, 0]).max()
 
 
+def test_a_mesh_that_is_too_small_for_a_part_around_a_node_is_left_out() -> None:
+    model = solid_model(box("hexahedron", (3, 3, 3), (1.0, 1.0, 1.0)), STEEL, order=1)
+    corner = np.array([np.argmax(model.nodes.sum(axis=1))])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", TieWarning)
+        body = flexible_body(
+            with_group(model, "corner", corner), {"root": "clamped", "corner": "rigid"}, reduction=STATIC
+        )
+    assert body.provenance["tie_errors"] == {}
+
+
 @functools.cache
 def bar_of(divisions: tuple[int, int, int]) -> FiniteElementModel:
     size = (LENGTH, WIDTH, HEIGHT) if divisions[1] > 1 else (LENGTH, 0.05, 0.05)
