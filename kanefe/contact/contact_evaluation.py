@@ -86,7 +86,8 @@ class InPython:
         contact, number = self.contact, self.contact.probes[i][0]
         given = self._numbers, i, met, self._axes, self._ends, self._states
         place, normal = np.array(met.point), np.array(met.normal)
-        if met.share <= 0.0 or (met.depth <= 0.0 and (contact.rest is None or contact.rest.softness == 0.0)):
+        is_apart = kernels.is_apart(self._numbers, i, met, self._ends)
+        if met.share <= 0.0 or (is_apart and (contact.rest is None or contact.rest.softness == 0.0)):
             at = contact.begins + contact.each * i
             stretch = self._states[at : at + 3] if contact.friction is not None and contact.rest is None else (0, 0, 0)
             return Touch(met.depth, number, place, normal, stretch=self.ends[0].A @ stretch, share=met.share)

@@ -44,6 +44,11 @@ TOUCHES, STICKS = 0, 3
 AT_THE_LIMIT = 1e-9
 """Force relative to the normal force within which contact points slip or stick together with the first one."""
 
+EPSILON = float(np.finfo(float).eps)
+
+ROUND_OFF = 10.0 * EPSILON
+"""Depth, relative to the coordinates that it is the difference of, below which it has no sign."""
+
 
 @called_by_address(*SIGNATURE)
 def contact(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
@@ -64,12 +69,16 @@ def put_points(placed: Any, met: Any, numbers: Any, ends: Any, states: Any, out:
 
 @inlined
 def put_point(numbers: Any, i: int, place: Any, A_s: Numbers, ends: Any, states: Any, out: Any) -> None:
-    """Add what a point does at its place, see `located`; without a share of the stiffness it does not touch."""
+    """Add what a point does at its place, see `located`; without a share of the stiffness it does not touch.
+
+    What touches to round-off touches: the slip of what just touches would begin and end with the sign of that, in each
+    step anew.
+    """
     depth, normal, _, share = place
     rates, first = WRENCHES + WRENCH * int(numbers[AT.ends]), first_state_of(numbers, i)
     has_friction, moves = numbers[AT.friction] > 0.0, numbers[AT.rests_at] == 0.0
     own = POINTS + POINT_NUMBERS * i
-    if share.real <= 0.0 or (depth.real <= 0.0 and numbers[AT.softness] == 0.0):
+    if share.real <= 0.0 or (numbers[AT.softness] == 0.0 and is_apart(numbers, i, place, ends)):
         if has_friction and moves:
             let_go(numbers, share, first, states, out, rates)
             if numbers[AT.turning] > 0.0:
@@ -104,6 +113,21 @@ def put_point(numbers: Any, i: int, place: Any, A_s: Numbers, ends: Any, states:
         out[row + 3 + j] += moment[j]
         out[WRENCHES + j] -= total[j]
         out[WRENCHES + 3 + j] -= moment_s[j]
+
+
+@inlined
+def blur_of(numbers: Any, i: int, place: Any, ends: Any) -> float:
+    """Return how far round-off of where things are blurs the depth of a point at its place, m."""
+    end, size = end_of(numbers, i), 0.0
+    for j in range(3):
+        size = max(size, abs(place[2][j].real) + abs(ends[P + j].real) + abs(ends[end + P + j].real))
+    return ROUND_OFF * size
+
+
+@inlined
+def is_apart(numbers: Any, i: int, place: Any, ends: Any) -> bool:
+    """Return whether a point at its place is off the surface by more than round-off."""
+    return place[0].real <= 0.0 and place[0].real <= -blur_of(numbers, i, place, ends)
 
 
 @inlined
@@ -157,9 +181,11 @@ def touching(numbers: Any, i: int, place: Any, A_s: Numbers, ends: Any, states: 
         more = zero + states[int(numbers[AT.impact])]
     if numbers[AT.branches] > 0.0:
         branch = zero + states[first + int(numbers[AT.each]) - 1]
-    law = normal_force(
-        numbers[AT.normal], numbers, int(numbers[AT.normal_at]), share, softened(numbers, depth), rate, more, branch
-    )
+    pressed = softened(numbers, depth)
+    least = EPSILON * blur_of(numbers, i, place, ends)
+    if pressed.real < least:  # laws are for depths above zero, see `is_apart`
+        pressed = least + 0.0 * pressed
+    law = normal_force(numbers[AT.normal], numbers, int(numbers[AT.normal_at]), share, pressed, rate, more, branch)
     none = (zero, zero, zero)
     along, carried, w, tangential, w_rate, k, slip, beyond = none, none, none, none, none, 0.0, zero, zero
     if numbers[AT.friction] > 0.0:
@@ -298,7 +324,7 @@ def way_past(numbers: Any, i: int, place: Any, A_s: Numbers, ends: Any, states: 
 
     Minus infinity: it does not touch, or does so already.
     """
-    if place[0] <= 0.0 or (states[first_state_of(numbers, i) + 3] > 0.5) == (to > 0.5):
+    if is_apart(numbers, i, place, ends) or (states[first_state_of(numbers, i) + 3] > 0.5) == (to > 0.5):
         return -np.inf, 0.0
     found = touching(numbers, i, place, A_s, ends, states)
     return (1.0 - 2.0 * to) * found[5][5], found[4][0]
@@ -315,9 +341,9 @@ def watched(numbers: Any, i: int, place: Any, A_s: Numbers, ends: Any, states: A
     """Write the event values of a point, and return those of all points with it.
 
     That of a slip rises above zero where it slips that was held, that of a stick falls below where it sticks that
-    slipped; both have their sign where it does not touch.
+    slipped; both have their sign where it does not touch. It does from where its depth has no sign on, see `is_apart`.
     """
-    depth, (deepest, shallowest, most, least, is_any) = place[0], seen
+    depth, (deepest, shallowest, most, least, is_any) = place[0] + blur_of(numbers, i, place, ends), seen
     has_memory, reports_points = numbers[AT.has_memory] > 0.0, numbers[AT.reports_points] > 0.0
     holds, stiffness = numbers[AT.holds] > 0.0, numbers[AT.stiffness]
     at = (4 if holds else 2) * (i + 1)  # after those of the contact

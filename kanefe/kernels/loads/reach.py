@@ -1,8 +1,8 @@
 """Which loads can act at a state: balls about what touches, against boxes and balls about what is touched.
 
 A load whose balls are all out of the bounds of its first end does nothing, and its ends are not looked at. What is
-found is exact: it depends on the state alone, whatever the speeds are. A ball on a flexible body grows by a bound on
-how far its points are displaced, ``sum_j w_j |eta_j|``.
+found is exact: it depends on the state alone, whatever the speeds are. What touches but for round-off is in reach. A
+ball on a flexible body grows by a bound on how far its points are displaced, ``sum_j w_j |eta_j|``.
 """
 
 from __future__ import annotations
@@ -42,6 +42,9 @@ TEAM_INTEGERS = 10
 BOUNDS_ROW, FIRST_BALL, BALL_COUNT = range(3)
 # Sizes
 FIRST_SWEPT, SWEPT_BALLS, HAS_SWEPT_STATES = range(3)
+
+WIDER = 1e-12
+"""By which balls are larger, relative to where they are: far more than round-off of what just touches."""
 
 
 class Reach(NamedTuple):
@@ -233,6 +236,7 @@ def place_balls(reach: Reach, flexible: FlexibleTables, work: np.ndarray, modal:
             )
         if swell >= 0:
             radius += out[grown + swell].real
+        radius += WIDER * (radius + size_of(centre))
         out[BALL * b], out[BALL * b + 1], out[BALL * b + 2], out[BALL * b + 3] = centre[0], centre[1], centre[2], radius
 
 
@@ -249,12 +253,18 @@ def weighed_sizes(weights: np.ndarray, x: np.ndarray) -> float:
 def gap_of(reach: Reach, n: int, ball: int, work: np.ndarray, out: np.ndarray) -> Any:
     """Return how far a ball is from the bounds of a load, m, at least; up to zero: the load may act."""
     row, b = reach.loads[n, BOUNDS_ROW], BALL * ball
-    x = (out[b].real, out[b + 1].real, out[b + 2].real)
+    x, radius = (out[b].real, out[b + 1].real, out[b + 2].real), out[b + 3].real
     if row >= 0:
         place = (work[row, POSITION].real, work[row, POSITION + 1].real, work[row, POSITION + 2].real)
-        x = rotated_back(real_matrix(work, row, R), minus(x, place))
+        x, radius = rotated_back(real_matrix(work, row, R), minus(x, place)), radius + WIDER * size_of(place)
     x = rotated_back(real_matrix(reach.bounds, n, AXES), minus(x, vector(reach.bounds, n, ORIGIN)))
-    return gap_to(reach.bounds, n, x, out[b + 3].real)
+    return gap_to(reach.bounds, n, x, radius)
+
+
+@inlined
+def size_of(place: Numbers) -> Any:
+    """Return the largest of the coordinates of a place."""
+    return max(abs(place[0]), abs(place[1]), abs(place[2]))
 
 
 @inlined
