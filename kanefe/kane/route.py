@@ -193,9 +193,10 @@ class LiteralRoute:
 
     def touched(self, t: float, y: Vector, span: float, stop: float, rtol: float) -> Vector:
         """Return a state with what touches in it known."""
-        from kanefe.kane.rigid_contacts.impacts import START, resolved
+        from kanefe.kane.rigid_contacts.impacts import START, resolved, warn_of_poisson
 
         found = resolved(self.model, t, y, START, span, stop, rtol, self.contact_instant)
+        warn_of_poisson(t, found.by_poisson)
         return np.concatenate((y[: self.model.coordinate_count], found.u, found.z))
 
     def contact_blurs(self, t: float, y: Vector) -> tuple[float, ...]:

@@ -60,3 +60,14 @@ def check_normal(given: object, label: str) -> None:
     """Raise a ModelError if something is no law of a contact that yields or is rigid."""
     if not isinstance(given, Rigid):
         normal_law(given, label)
+
+
+def not_by_newton(times: dict[str, list[float]]) -> str:
+    """Return what is told of impacts that were Poisson's where Newton's was asked for: of contacts, when, s."""
+    counts = ", ".join(f"{name!r} {len(of_one)}" for name, of_one in sorted(times.items()))
+    return (
+        f"impacts with restitution by Poisson's law, where by Newton's they have no impulses: rigid contact {counts}; "
+        f"the first at t = {min(map(min, times.values())):.6g} s. What is between several surfaces cannot part from "
+        "all of them as Newton's law has it. Remedy: kanefe.Rigid(..., impact='poisson') where that is meant, "
+        "or restitution 0"
+    )

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.contact.rigid.rigid import not_by_newton
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
 from kanefe.integrate.events.event import Event, MarginEvent
-from kanefe.kernels.impacts.contact_questions import LIFT, POINT_CODES, REPORTED, SLIP, STICK, TOUCH
+from kanefe.kernels.impacts.contact_questions import BY_POISSON, LIFT, POINT_CODES, REPORTED, SLIP, STICK, TOUCH
 from kanefe.tree.scales import moving_length
 from kanefe.tree.scene_state import SceneState
 
@@ -74,6 +75,8 @@ class ContactChange(MarginEvent):
         The same of single points.
     titles : list of str
         Of the contacts that the last one concerned.
+    by_poisson : list of (str, float)
+        Names of contacts by Newton's law whose impact was Poisson's, and when, s.
     """
 
     model: Model = field(kw_only=True)
@@ -85,6 +88,7 @@ class ContactChange(MarginEvent):
     happened: list[tuple[str, float]] = field(kw_only=True, default_factory=list)
     points: list[PointChange] = field(kw_only=True, default_factory=list)
     titles: list[str] = field(kw_only=True, default_factory=list)
+    by_poisson: list[tuple[str, float]] = field(kw_only=True, default_factory=list)
 
     @property
     def acts(self) -> bool:
@@ -103,6 +107,7 @@ class ContactChange(MarginEvent):
         self.happened.extend(found.happened)
         self.points.extend(found.points)
         self.titles[:] = found.titles
+        self.by_poisson.extend((name, t) for name in found.by_poisson)
         return np.concatenate((y[: self.model.coordinate_count], found.u, found.z))
 
 
@@ -173,9 +178,15 @@ class ChangeReports:
         Of what happened so far.
     span : float
         Of the run, s.
+
+    Attributes
+    ----------
+    by_poisson : dict of str to list of float
+        Contacts by Newton's law, and when an impact was Poisson's since Newton's had no impulses, s.
     """
 
     def __init__(self, times: dict[str, list[float]], span: float) -> None:
+        self.by_poisson: dict[str, list[float]] = {}
         self._times, self._moment = times, AT_ONCE * span
         self._last: dict[tuple[str, int], PointChange] = {}
 
@@ -192,6 +203,9 @@ class ChangeReports:
                 names.update(self._told(change))
             event.happened.clear()
             event.points.clear()
+            for name, t in event.by_poisson:
+                self.by_poisson.setdefault(name, []).append(t)
+            event.by_poisson.clear()
         return names
 
     def take_code(self, model: Model, t: float, code: int) -> None:
@@ -200,7 +214,11 @@ class ChangeReports:
 
         contacts = model.rigid_contacts
         if code < REPORTED * len(contacts):
-            self._times[f"{model.rigid_contact(code // REPORTED).name} {REPORTED_EVENTS[code % REPORTED]}"].append(t)
+            name, what = model.rigid_contact(code // REPORTED).name, code % REPORTED
+            if what == BY_POISSON:
+                self.by_poisson.setdefault(name, []).append(t)
+            else:
+                self._times[f"{name} {REPORTED_EVENTS[what]}"].append(t)
             return
         from kanefe.kane.rigid_contacts.impacts import PointChange
 
@@ -212,6 +230,11 @@ class ChangeReports:
                 self._told(PointChange(contact.name, number, t, before, after, is_struck, contact.friction is not None))
                 return
             number -= len(contact.probes)
+
+    @property
+    def warning(self) -> str | None:
+        """What is told at the end of a run of impacts that were not Newton's; None where all were as asked for."""
+        return not_by_newton(self.by_poisson) if self.by_poisson else None
 
     def _told(self, change: PointChange) -> list[str]:
         key = change.contact, change.point

@@ -6,6 +6,7 @@ once. What follows is decided by the forces: the same complementarity, of accele
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, field
 from functools import partial
 from typing import NamedTuple
@@ -14,9 +15,9 @@ import numpy as np
 
 from kanefe.contact.contact_events import of_point
 from kanefe.contact.rigid.cone import Cones, solved
-from kanefe.contact.rigid.rigid import POISSON
+from kanefe.contact.rigid.rigid import POISSON, not_by_newton
 from kanefe.contact.rigid.rigid_contact import AT_REST, OPEN, SLIPS, STICKS, RigidContact
-from kanefe.errors import SimulationError
+from kanefe.errors import SimulationError, SimulationWarning, outside
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.rigid_contacts.instant import InstantAt, Key, LiteralInstant, blur_of_place
 from kanefe.kane.rigid_contacts.stick_or_slip import StickOrSlip
@@ -90,6 +91,8 @@ class Changed:
         What is told of single points, where that is asked for.
     titles : list of str
         Of the contacts that the event concerns.
+    by_poisson : list of str
+        Names of the contacts by Newton's law whose impact was Poisson's.
     """
 
     u: Vector
@@ -97,6 +100,7 @@ class Changed:
     happened: list[tuple[str, float]] = field(default_factory=list)
     points: list[PointChange] = field(default_factory=list)
     titles: list[str] = field(default_factory=list)
+    by_poisson: list[str] = field(default_factory=list)
 
 
 def resolved(
@@ -137,6 +141,12 @@ def resolved(
     return _Event(model, t, y, kind, span, at or partial(LiteralInstant, model), stop, rtol).changed()
 
 
+def warn_of_poisson(t: float, names: list[str]) -> None:
+    """Warn of contacts by Newton's law whose impact as a run begins was Poisson's."""
+    if names:
+        warnings.warn(not_by_newton({name: [t] for name in names}), SimulationWarning, stacklevel=outside())
+
+
 class _Event(StickOrSlip):
     def __init__(
         self,
@@ -160,6 +170,7 @@ class _Event(StickOrSlip):
         ]
         self.happened: list[tuple[str, float]] = []
         self.points: list[PointChange] = []
+        self.by_poisson: list[str] = []
 
     def _past(self) -> set[Key]:
         """Return the contact points that the event concerns."""
@@ -210,7 +221,7 @@ class _Event(StickOrSlip):
         self._decide(G, rates, closed)
         self._tell()
         titles = sorted({self._contact(key).title for key in self.concerned})
-        return Changed(self.u, self.z, self.happened, self.points, titles)
+        return Changed(self.u, self.z, self.happened, self.points, titles, self.by_poisson)
 
     def _impulses(self, G: Matrix, rates: Vector) -> Vector:
         """Return the impulses of an impact, (3 k,).
@@ -222,6 +233,9 @@ class _Event(StickOrSlip):
         for laws in (is_poisson, np.ones_like(is_poisson)):
             found = self._pressed(G, rates, laws)
             if found is not None:
+                if laws is not is_poisson:
+                    others = (self._contact(key) for key in self.keys)
+                    self.by_poisson = sorted({one.name for one in others if one.law.impact != POISSON})
                 return found
         names = ", ".join(sorted({self._contact(key).title for key in self.keys}))
         raise SimulationError(

@@ -15,6 +15,7 @@ from kanefe.kernels.contact.rigid_points import (
     AT_REST,
     CONTACT,
     HAS_FRICTION,
+    IS_POISSON,
     KEPT,
     KEPT_RATE,
     MET,
@@ -27,6 +28,7 @@ from kanefe.kernels.impacts.contact_questions import (
     BEGINS_STICK,
     BLUR,
     BLURS,
+    BY_POISSON,
     IS_DECIDED,
     LENGTH,
     LIFT,
@@ -183,8 +185,12 @@ def _change(asking: Asking, decision: Decision, asked: np.ndarray, y: np.ndarray
         copy(now.met[p, MET.rates : MET.rates + 3], vectors[RATES_OF_POINTS][3 * p : 3 * p + 3])
         flags[IS_STRUCK, p] = 0
         strikes = strikes or vectors[RATES_OF_POINTS, 3 * p] < -speeds[NOT_MOVING, p]
-    if strikes and not strike(asking, decision, count, u):
-        return False
+    if strikes:
+        is_found, all_poisson = strike(asking, decision, count, u)
+        if not is_found:
+            return False
+        if all_poisson:
+            _tell_of_poisson(asking, decision, count, asked, reports)
     for a in range(count):
         p = flags[TAKES, a]
         lifts = what == LIFT and flags[IS_CONCERNED, p] != 0
@@ -288,6 +294,18 @@ def _report(asked: np.ndarray, reports: np.ndarray, t: float, code: int) -> None
     row = int(asked[REPORT_COUNT])
     reports[row, 0], reports[row, 1] = t, code
     asked[REPORT_COUNT] = row + 1
+
+
+@kernel
+def _tell_of_poisson(asking: Asking, decision: Decision, count: int, asked: np.ndarray, reports: np.ndarray) -> None:
+    """Report, once of each contact by Newton's law that takes part, that its impact was Poisson's."""
+    places, last = asking.points.places, -1
+    for a in range(count):
+        p = decision.flags[TAKES, a]
+        contact = places[p, CONTACT]
+        if contact != last and places[p, IS_POISSON] == 0:
+            _report(asked, reports, asked[WHEN], REPORTED * contact + BY_POISSON)
+            last = contact
 
 
 @kernel

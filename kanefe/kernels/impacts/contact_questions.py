@@ -10,9 +10,10 @@ WHAT, WHEN, RUN_SPAN, RUN_END, RUN_RTOL, LENGTH, REPORT_COUNT, IS_DECIDED, BLUR 
 many reports there are. On return: whether it is decided; from there on the four blurs, from TOUCH to STICK."""
 ASKED = BLUR + 4
 
-TOUCHES, LIFTS, BEGINS_SLIP, BEGINS_STICK, RESTS = range(5)
-"""Reports of a contact, in the order of `kanefe.contact.rigid.rigid_contact.REPORTED_EVENTS`."""
-REPORTED = 5
+TOUCHES, LIFTS, BEGINS_SLIP, BEGINS_STICK, RESTS, BY_POISSON = range(6)
+"""Reports of a contact, in the order of `kanefe.contact.rigid.rigid_contact.REPORTED_EVENTS`; last that an impact was
+Poisson's where Newton's was asked for."""
+REPORTED = 6
 
 POINT_CODES = 18
 """Number of the changes of a point: its status before and after, and whether it was struck."""

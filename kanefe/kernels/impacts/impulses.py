@@ -62,8 +62,8 @@ def put_active(decision: Decision, k: int) -> None:
 
 
 @kernel
-def strike(asking: Asking, decision: Decision, count: int, u: np.ndarray) -> bool:
-    """Change free speeds and rates by the impulses of an impact; return whether there are some.
+def strike(asking: Asking, decision: Decision, count: int, u: np.ndarray) -> tuple[bool, bool]:
+    """Change free speeds and rates by the impulses of an impact; return whether there are some, and all are Poisson's.
 
     Where what is between several surfaces cannot part from all that it meets as Newton's law has it, that is Poisson's.
     """
@@ -71,8 +71,9 @@ def strike(asking: Asking, decision: Decision, count: int, u: np.ndarray) -> boo
     problem, pressed, rates = decision.problem, vectors[OTHER], vectors[RATES_OF_POINTS]
     copy(flags[TAKES][:count], flags[ACTIVE])
     put_active(decision, count)
-    if not _press(asking, decision, count, False) and not _press(asking, decision, count, True):
-        return False
+    all_poisson = not _press(asking, decision, count, False)
+    if all_poisson and not _press(asking, decision, count, True):
+        return False, all_poisson
     vectors[FORCES][:] = 0.0
     least_struck = CLOSE * largest_of(pressed, 3 * count)
     for a in range(count):
@@ -88,7 +89,7 @@ def strike(asking: Asking, decision: Decision, count: int, u: np.ndarray) -> boo
             for j in range(3 * count):
                 rates[3 * p + i] += problem.G[3 * a + i, j] * pressed[j]
         speeds[NOT_MOVING, p] = max(speeds[NOT_MOVING, p], STRUCK * size)
-    return True
+    return True, all_poisson
 
 
 @kernel

@@ -19,7 +19,7 @@ from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW
 from kanefe.kernels.constraints.loop_tables import KIND_OF
 from kanefe.kernels.contact.rigid_points import STATUS
 from kanefe.kernels.events.watched_run import BOUND, BOUND_CHANGES
-from kanefe.kernels.impacts.contact_questions import LIFT, REPORT_COUNT, SLIP, START, STICK, TOUCH
+from kanefe.kernels.impacts.contact_questions import BY_POISSON, LIFT, REPORT_COUNT, REPORTED, SLIP, START, STICK, TOUCH
 from kanefe.order_n.contact_changing import ContactChanger
 from kanefe.order_n.contact_watching import SingleLook
 from kanefe.order_n.route import OrderN
@@ -105,7 +105,7 @@ KINDS = {START: "start", TOUCH: "touch", LIFT: "lift", SLIP: "slip", STICK: "sti
 def assert_changes_agree(model: Model, y: np.ndarray, what: int) -> bool:
     """Compare what follows an event; return whether that is determined."""
     span, stop, rtol = 0.2, 0.4, 1e-6
-    changer, code = ContactChanger(model.route), len(REPORTED_EVENTS)
+    changer, code = ContactChanger(model.route), REPORTED
     is_known = changer.ask(what, T, y, span, stop, rtol, moving_length(model))
     try:
         wanted = resolved(model, T, y, KINDS[what], span, stop, rtol, model.literal.contact_instant)
@@ -120,10 +120,14 @@ def assert_changes_agree(model: Model, y: np.ndarray, what: int) -> bool:
     # the cone problem is solved to 1e-12 of its forces, and round-off of G is divided by its least eigenvalue
     np.testing.assert_allclose(u, wanted.u, rtol=0.0, atol=1e-8 * np.abs(wanted.u).max())
     np.testing.assert_allclose(z, wanted.z, rtol=0.0, atol=1e-6 * np.abs(wanted.z).max())
+    reports = changer.reports[: int(changer.asked[REPORT_COUNT])].tolist()
     told = [
         (f"{model.rigid_contact(int(what) // code).name} {REPORTED_EVENTS[int(what) % code]}", t)
-        for t, what in changer.reports[: int(changer.asked[REPORT_COUNT])].tolist()
+        for t, what in reports
+        if what % code != BY_POISSON
     ]
+    by_poisson = [model.rigid_contact(int(what) // code).name for _, what in reports if what % code == BY_POISSON]
+    assert sorted(by_poisson) == wanted.by_poisson
     assert sorted(name for name, _ in told) == sorted(name for name, _ in wanted.happened)
     np.testing.assert_allclose(sorted(t for _, t in told), sorted(t for _, t in wanted.happened), rtol=1e-6)
     return not np.array_equal(u, model.parts(y)[1])
