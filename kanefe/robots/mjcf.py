@@ -16,13 +16,18 @@ from kanefe.joints import Fixed, Free, Joint, Prismatic, Revolute, Spherical
 from kanefe.robots import _mujoco
 from kanefe.robots.description import Choices, Closure, Coupling, Ends, LinkJoint, NotTaken, Pose, Robot, RobotLink
 from kanefe.robots.flexible_link import FlexibleLink
+from kanefe.robots.mjcf_flags import ACTUATION, CONTACT, EQUALITY, SLEEP, apply_flags, switched_off
 from kanefe.robots.scene import RobotScene, scene_of
 from kanefe.storage.files import regular_file
 
 FREE, BALL, SLIDE, HINGE = range(4)  # mjtJoint
 CONNECT, WELD, JOINT = range(3)  # mjtEq
 BODY, SITE = 1, 6  # mjtObj
-NO_GRAVITY = 1 << 7  # mjtDisableBit
+TORQUESCALE = 10
+"""Place in the numbers of a weld of the factor of its moments: without it only places are held."""
+
+OFF_BY = {"actuators": ACTUATION, "equalities": EQUALITY}
+"""Kind of elements that are not read -> the flag that switches them off."""
 
 
 @checked("path", "limit_stiffness", "limit_damping", "joint_forces")
@@ -79,6 +84,7 @@ def read_mjcf(
     source = regular_file(path)
     file = _mujoco.compiled(source)
     model = file.model
+    apply_flags(model)
     choices = Choices({} if positions is None else positions, joint_forces, limit_stiffness, limit_damping)
     robot = Robot(source.stem)
     _record_not_taken(file, robot.not_taken)
@@ -101,8 +107,7 @@ def read_mjcf(
     choices.check_limits(source)
     for number in range(model.neq):
         _add_equality(model, names, number, robot)
-    falls = (0.0, 0.0, 0.0) if model.opt.disableflags & NO_GRAVITY else tuple(model.opt.gravity.tolist())
-    return scene_of(robot, falls if gravity is None else gravity, flexible)
+    return scene_of(robot, tuple(model.opt.gravity.tolist()) if gravity is None else gravity, flexible)
 
 
 class _Names:
@@ -118,17 +123,24 @@ class _Names:
 
 
 def _record_not_taken(file: _mujoco.CompiledRobot, not_taken: NotTaken) -> None:
+    """Record the elements that are not read; those that the flags of the file switch off do not act."""
+    off = switched_off(file.model)
     for kind, name in _mujoco.SILENT.items():
         for element in file.named[kind]:
             not_taken.add_silent(name, element)
     for kind, name in _mujoco.ACTING.items():
         for element in file.named[kind]:
-            not_taken.add_acting(name, element)
+            if kind in OFF_BY and off & OFF_BY[kind]:
+                not_taken.add_silent(f"{kind} that are off", element)
+            else:
+                not_taken.add_acting(name, element)
     for body in file.shapes:
-        not_taken.add_acting("shapes, which touch nothing", body)
+        (not_taken.add_silent if off & CONTACT else not_taken.add_acting)("shapes, which touch nothing", body)
     for what in ("density", "viscosity"):
         if getattr(file.model.opt, what):
             not_taken.add_acting("fluid", what)
+    if int(file.model.opt.enableflags) & SLEEP:
+        not_taken.add_acting("flags", "sleep")
 
 
 def _link(model: Any, names: _Names, body: int, choices: Choices, not_taken: NotTaken) -> RobotLink:
@@ -224,7 +236,8 @@ def _add_equality(model: Any, names: _Names, number: int, robot: Robot) -> None:
         robot.couplings.append(_coupling(model, names, name, one, two, data))
     elif kind in (CONNECT, WELD) and things in (BODY, SITE):
         of = _site_ends if things == SITE else _connected if kind == CONNECT else _welded
-        joint = Spherical() if kind == CONNECT else Fixed()
+        turns = kind == CONNECT or data[TORQUESCALE] == 0.0
+        joint = Spherical() if turns else Fixed()
         robot.closures.append(Closure(name, joint, of(model, names, one, two, data)))
     else:
         robot.not_taken.add_acting("equalities of other kinds", name)
@@ -236,9 +249,9 @@ def _connected(model: Any, names: _Names, one: int, two: int, data: np.ndarray) 
 
 
 def _welded(model: Any, names: _Names, one: int, two: int, data: np.ndarray) -> Ends:
-    """Return the anchor of two welded bodies in each, with the axes of the second."""
-    relative, point = Pose(data[3:6].copy(), rotation_matrix(data[6:10])), Pose(data[0:3].copy())
-    return (names.link(one), relative @ point), (names.link(two), point)
+    """Return the anchor of two welded bodies in each, with the axes of the second; `relpose` is that of the anchor."""
+    relative = Pose(data[3:6].copy(), rotation_matrix(data[6:10]))
+    return (names.link(one), relative), (names.link(two), Pose(data[0:3].copy()))
 
 
 def _site_ends(model: Any, names: _Names, one: int, two: int, data: np.ndarray) -> Ends:
