@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector, shaped_numbers
-from kanefe.joints import CoordinateForce, Guess, Joint
+from kanefe.frames import Matrix, Vector, numbers, shaped_numbers
+from kanefe.joints import CoordinateForce, Fixed, Free, Guess, Joint, Planar, Spherical
 
 
 @dataclass(frozen=True)
@@ -98,12 +98,21 @@ class RobotLink:
 
 @dataclass(frozen=True)
 class Coupling:
-    """``sum c_i q_i = constant`` over joints by name."""
+    """``sum c_i q_i = constant`` over joints by name; the first, with c = 1, follows the other, if there is one."""
 
     name: str
     coefficients: Mapping[str, float]
     constant: float
 
+
+COORDINATES = {
+    0: "none, because it is fixed",
+    1: "one number, in rad or m",
+    3: "three numbers: two distances in m and an angle in rad",
+    4: "four numbers: Euler parameters, scalar first",
+    7: "seven numbers: position in m and Euler parameters, scalar first",
+}
+"""Number of coordinates of a joint -> what `positions` gives."""
 
 Ends = tuple[tuple[str | None, Pose], tuple[str | None, Pose]]
 
@@ -154,24 +163,24 @@ class Choices:
 
     Attributes
     ----------
-    positions : mapping of str to float
-        Coordinates of joints at the start, m or rad.
+    positions : mapping of str to float or sequence of float
+        Coordinates of joints at the start, m or rad; several in MuJoCo's order.
     forces : bool
         Whether springs, dampers and friction of the file act.
     limit_stiffness, limit_damping : float
         Of stops at the limits, N/m and N s/m, or N m/rad and N m s/rad; without stiffness limits are ignored.
     limited : list of str
         Joints with stops.
-    leaders : set of str
-        Joints that others follow: they start where the file puts them, and the others follow.
+    coupled : dict of str to float
+        Where the couplings put joints at the start.
     """
 
-    positions: Mapping[str, float]
+    positions: Mapping[str, float | Sequence[float]]
     forces: bool
     limit_stiffness: float | None
     limit_damping: float
     limited: list[str] = field(default_factory=list)
-    leaders: set[str] = field(default_factory=set)
+    coupled: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.limit_stiffness is not None and shaped_numbers(self.limit_stiffness, (), "limit_stiffness") <= 0.0:
@@ -185,20 +194,84 @@ class Choices:
                 f"positions must be a dict of joints and numbers, such as {{'elbow': 0.5}}, not {self.positions!r}"
             )
         for name, value in self.positions.items():
-            if not (isinstance(value, (int, float, np.number)) and np.isfinite(value)):
+            given = numbers(value)
+            if given.ndim > 1 or not given.size or not np.isfinite(given).all():
                 raise ModelError(
-                    f"positions: that of joint {name!r} must be a finite number, in rad or m, not {value!r}"
+                    f"positions: that of joint {name!r} must be a finite number, in rad or m, or a list of them if the "
+                    f"joint has several coordinates, not {value!r}"
                 )
 
-    def take_leaders(self, followed: Sequence[tuple[str, str]]) -> None:
-        """Find the leaders among (follower, leader): none that follows itself, or whose follower has a given start."""
-        followers = {one for one, _ in followed}
-        moved = {two for one, two in followed if one in self.positions}
-        self.leaders.update({two for _, two in followed} - followers - moved)
+    def take_couplings(self, couplings: Sequence[Coupling], usual: Mapping[str, float]) -> None:
+        """Find where couplings put joints: what is given stays, then what leads, and what follows moves.
+
+        Parameters
+        ----------
+        couplings : sequence of Coupling
+        usual : dict of str to float
+            Where the file puts each joint with one coordinate, rad or m.
+        """
+        pairs = [(*coupling.coefficients, None)[:2] for coupling in couplings]
+        known = {name: self.one(name) for name in usual if name in self.positions}
+        for _ in couplings:  # what leads a follower that is given, through chains
+            for (follower, leader), coupling in zip(pairs, couplings, strict=True):
+                if leader is not None and follower in known and leader not in known:
+                    known[leader] = (known[follower] - coupling.constant) / -coupling.coefficients[leader]
+        followers = {follower for follower, _ in pairs if follower not in known}
+        known |= {leader: usual[leader] for _, leader in pairs if leader and leader not in {*known, *followers}}
+        for _ in couplings:
+            for (follower, leader), coupling in zip(pairs, couplings, strict=True):
+                if follower not in known and (leader is None or leader in known):
+                    moved = -coupling.coefficients[leader] * known[leader] if leader is not None else 0.0
+                    known[follower] = coupling.constant + moved
+        self.coupled.update(known)
+
+    def one(self, name: str) -> float:
+        """Return the given coordinate of a joint that has one."""
+        return float(self.several(name, 1)[0])
+
+    def several(self, name: str, count: int) -> Vector:
+        """Return the given coordinates of a joint that has `count`."""
+        given = np.atleast_1d(numbers(self.positions[name]))
+        if given.size != count:
+            what = COORDINATES[count]
+            raise ModelError(f"positions: joint {name!r} takes {what}; it was given {self.positions[name]!r}")
+        return given
 
     def start(self, name: str, usual: float) -> float | Guess:
-        """Return where a joint starts, which is usual in its file unless something else is given."""
-        return self.positions.get(name, usual if name in self.leaders else Guess(usual))
+        """Return where a joint with one coordinate starts: as given, or near where couplings or the file put it."""
+        return self.one(name) if name in self.positions else Guess(self.coupled.get(name, usual))
+
+    def free(self, name: str, usual: Sequence[float] | None = None) -> Free:
+        """Return a free joint at its start: position, and Euler parameters, scalar first."""
+        if name in self.positions:
+            usual = self.several(name, 7).tolist()
+        if usual is None:
+            return Free()
+        return Free(position=tuple(usual[:3]), orientation=self._orientation(name, usual[3:]))
+
+    def ball(self, name: str) -> Spherical:
+        """Return a spherical joint at its start."""
+        if name not in self.positions:
+            return Spherical()
+        return Spherical(orientation=self._orientation(name, self.several(name, 4).tolist()))
+
+    def planar(self, name: str, forces: Sequence[CoordinateForce | None]) -> Planar:
+        """Return a planar joint at its start."""
+        if name not in self.positions:
+            return Planar(forces=forces)
+        x, y, angle = self.several(name, 3).tolist()
+        return Planar(position=(x, y), angle=angle, forces=forces)
+
+    def fixed(self, name: str) -> Fixed:
+        """Return a fixed joint, which takes no start."""
+        if name in self.positions:
+            self.several(name, 0)
+        return Fixed()
+
+    def _orientation(self, name: str, e: Sequence[float]) -> tuple[float, ...]:
+        if not any(e):
+            raise ModelError(f"positions: the Euler parameters of joint {name!r} are all zero. Remedy: 1, 0, 0, 0")
+        return tuple(e)
 
     def coordinate_force(
         self,

@@ -12,7 +12,7 @@ from kanefe.arguments import checked
 from kanefe.bodies.flexible import FlexibleBody
 from kanefe.errors import ModelError
 from kanefe.frames import axis_rotation, rotation_matrix
-from kanefe.joints import Fixed, Free, Joint, Prismatic, Revolute, Spherical
+from kanefe.joints import Fixed, Joint, Prismatic, Revolute, Spherical
 from kanefe.robots import _mujoco
 from kanefe.robots.description import Choices, Closure, Coupling, Ends, LinkJoint, NotTaken, Pose, Robot, RobotLink
 from kanefe.robots.flexible_link import FlexibleLink
@@ -36,7 +36,7 @@ def read_mjcf(
     *,
     gravity: Sequence[float] | None = None,
     flexible: Mapping[str, FlexibleBody | FlexibleLink] | None = None,
-    positions: Mapping[str, float] | None = None,
+    positions: Mapping[str, float | Sequence[float]] | None = None,
     limit_stiffness: float | None = None,
     limit_damping: float = 0.0,
     joint_forces: bool = True,
@@ -95,18 +95,15 @@ def read_mjcf(
         )
     if model.nbody < 2:
         raise ModelError(f"{source} has no bodies")
-    choices.take_leaders(
-        [
-            (names.joints[int(model.eq_obj1id[i])], names.joints[int(model.eq_obj2id[i])])
-            for i in range(model.neq)
-            if int(model.eq_type[i]) == JOINT and model.eq_active0[i] and model.eq_obj2id[i] >= 0
-        ]
-    )
+    for number in range(model.neq):
+        _add_equality(model, names, number, robot)
+    usual = {
+        names.joints[i]: float(model.qpos0[model.jnt_qposadr[i]]) for i in range(model.njnt) if _has_axis(model, i)
+    }
+    choices.take_couplings(robot.couplings, usual)
     for body in range(1, model.nbody):
         robot.links.append(_link(model, names, body, choices, robot.not_taken))
     choices.check_limits(source)
-    for number in range(model.neq):
-        _add_equality(model, names, number, robot)
     return scene_of(robot, tuple(model.opt.gravity.tolist()) if gravity is None else gravity, flexible)
 
 
@@ -177,19 +174,24 @@ def _joints(model: Any, names: _Names, body: int, choices: Choices, not_taken: N
         if kind == FREE:
             start = model.qpos0[model.jnt_qposadr[number] :][:7]
             _record_forces(model, number, name, 6, not_taken)
-            return (LinkJoint(name, Free(position=tuple(start[:3]), orientation=tuple(start[3:]))),)
+            return (LinkJoint(name, choices.free(name, start.tolist())),)
         before = place if number == first else Pose()
         if kind == BALL:
             _record_forces(model, number, name, 3, not_taken)
             if model.jnt_limited[number]:
                 not_taken.add_acting("limits of ball joints", name)
-            made.append(LinkJoint(name, Spherical(), before @ anchor, anchor.inverse))
+            made.append(LinkJoint(name, choices.ball(name), before @ anchor, anchor.inverse))
             continue
         axis, ref = model.jnt_axis[number].copy(), float(model.qpos0[model.jnt_qposadr[number]])
         back = Pose(axes=axis_rotation(axis, -ref)) if kind == HINGE else Pose(-ref * axis)
         joint = _along_axis(model, number, name, axis, ref, choices, not_taken)
         made.append(LinkJoint(name, joint, before @ anchor @ back, anchor.inverse))
     return tuple(made)
+
+
+def _has_axis(model: Any, number: int) -> bool:
+    """Return whether a joint is a hinge or a slide."""
+    return int(model.jnt_type[number]) in (SLIDE, HINGE)
 
 
 def _along_axis(

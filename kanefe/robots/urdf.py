@@ -13,7 +13,7 @@ from kanefe.arguments import checked
 from kanefe.bodies.flexible import FlexibleBody
 from kanefe.errors import FileError, ModelError
 from kanefe.frames import turn_to
-from kanefe.joints import Fixed, Free, Joint, Planar, Prismatic, Revolute
+from kanefe.joints import Fixed, Joint, Prismatic, Revolute
 from kanefe.joints.base import AxisJoint
 from kanefe.robots import _yourdfpy
 from kanefe.robots.description import Choices, Coupling, LinkJoint, NotTaken, Pose, Robot, RobotLink
@@ -35,7 +35,7 @@ def read_urdf(
     base: Joint | None = None,
     gravity: Sequence[float] = (0.0, 0.0, -9.81),
     flexible: Mapping[str, FlexibleBody | FlexibleLink] | None = None,
-    positions: Mapping[str, float] | None = None,
+    positions: Mapping[str, float | Sequence[float]] | None = None,
     limit_stiffness: float | None = None,
     limit_damping: float = 0.0,
     joint_forces: bool = True,
@@ -56,8 +56,10 @@ def read_urdf(
         m/s2.
     flexible : dict of str to FlexibleBody or FlexibleLink, optional
         Link -> the body from a mesh that replaces it: see `FlexibleLink`.
-    positions : dict of str to float, optional
+    positions : dict of str to float or sequence of float, optional
         Joint -> angle or distance at the start, rad or m, which is kept; default: 0. What mimics another follows it.
+        Joints with several coordinates take MuJoCo's: x, y, z and Euler parameters, scalar first, of a floating joint;
+        Euler parameters of a ball; two distances and an angle of a planar one, from where the joint is at zero.
     limit_stiffness, limit_damping : float
         Of stops at the limits of joints, N m/rad and N m s/rad, or N/m and N s/m. Without a stiffness, which URDF
         does not define, limits are ignored.
@@ -173,15 +175,17 @@ def _add_links(robot: Robot, found: Any, base: Joint, choices: Choices, path: Pa
     parents = {name: to_parent[name].parent if name in to_parent else None for name in links}
     if unknown := sorted(set(choices.positions) - set(joints)):
         raise ModelError(f"positions: {path} has no joint {unknown[0]!r}. It has: {', '.join(joints) or 'none'}")
-    choices.take_leaders([(joint.name, joint.mimic.joint) for joint in found.joints if joint.mimic is not None])
+    for joint in found.joints:
+        if joint.mimic is not None and joint.type in AXIS_JOINTS:
+            robot.couplings.append(_coupling(joint, found.joints, path))
+        elif joint.mimic is not None and joint.type != "fixed":
+            robot.not_taken.add_acting("mimics by joints with several coordinates", joint.name)
+    choices.take_couplings(robot.couplings, {joint.name: 0.0 for joint in found.joints if joint.type in AXIS_JOINTS})
     inertials = {link.name: link.inertial for link in found.links}
     for name in parents_first(parents, str(path)):
         joint = to_parent.get(name)
         made = LinkJoint(f"base of {name}", base) if joint is None else _joint(joint, choices, robot.not_taken, path)
         robot.links.append(RobotLink(name, parents[name], (made,), *_mass(inertials[name])))
-    for joint in found.joints:
-        if joint.mimic is not None and joint.type in AXIS_JOINTS:
-            robot.couplings.append(_coupling(joint, found.joints, path))
 
 
 def _once(names: list[str], what: str, path: Path) -> list[str]:
@@ -196,9 +200,9 @@ def _joint(joint: Any, choices: Choices, not_taken: NotTaken, path: Path) -> Lin
     """Return the joint of a scene for one of the file."""
     fixed = _pose(joint.origin)
     if joint.type == "fixed":
-        return LinkJoint(joint.name, Fixed(), fixed)
+        return LinkJoint(joint.name, choices.fixed(joint.name), fixed)
     if joint.type == "floating":
-        return LinkJoint(joint.name, Free(), fixed)
+        return LinkJoint(joint.name, choices.free(joint.name), fixed)
     if joint.type not in KINDS:
         raise ModelError(f"{path}: joint {joint.name!r} is {joint.type!r}. Joints of URDF are {', '.join(KINDS)}")
     axis = np.asarray(joint.axis, dtype=float)
@@ -210,7 +214,9 @@ def _joint(joint: Any, choices: Choices, not_taken: NotTaken, path: Path) -> Lin
         if joint.dynamics is not None:
             not_taken.add_acting("damping and friction of planar joints", joint.name)
         turn = np.eye(3) if np.array_equal(axis, (0.0, 0.0, 1.0)) else turn_to(axis)
-        return LinkJoint(joint.name, Planar(), fixed @ Pose(axes=turn), Pose(axes=turn.T))
+        return LinkJoint(
+            joint.name, choices.planar(joint.name, (None,) * 3), fixed @ Pose(axes=turn), Pose(axes=turn.T)
+        )
     dynamics, limit = joint.dynamics, joint.limit
     has_limits = limit is not None and joint.type != "continuous"
     limits = (limit.lower or 0.0, limit.upper or 0.0) if has_limits else (None, None)

@@ -16,7 +16,8 @@ pytestmark = pytest.mark.mjcf
 
 INERTIAL = '<inertial pos=".1 .2 .3" mass="1" diaginertia=".1 .1 .1"/>'
 CHAIN = """<mujoco><option density="DENSITY"><flag FLAGS/></option><worldbody><body name="a" gravcomp="COMPENSATION">
-<joint name="x" axis="0 1 0" JOINT/>INERTIAL<body name="b" pos=".5 0 0"><joint name="y" axis="0 1 0"/>INERTIAL</body></body>
+<joint name="x" axis="0 1 0" JOINT/>INERTIAL
+<body name="b" pos=".5 0 0"><joint name="y" axis="0 1 0"/>INERTIAL</body></body>
 </worldbody>MORE</mujoco>"""
 EQUALITY = '<equality><joint joint1="x" joint2="y"/></equality>'
 Q, U = (0.3, 0.3), (0.8, 0.8)
