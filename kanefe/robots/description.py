@@ -11,6 +11,7 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers, shaped_numbers
 from kanefe.joints import CoordinateForce, Fixed, Free, Guess, Joint, Planar, Spherical
+from kanefe.robots.joint_forces import AxisForces, Coefficients, JointForces, PoseForces, is_linear_law
 
 
 @dataclass(frozen=True)
@@ -54,12 +55,15 @@ class LinkJoint:
         Pose of the joint's fixed frame F, relative to the parent link or to the previous joint.
     moving : Pose
         Pose of the next frame relative to the joint's moving frame M.
+    forces : JointForces, optional
+        Those that `joint` cannot have along its coordinates.
     """
 
     name: str
     joint: Joint
     fixed: Pose = Pose()
     moving: Pose = Pose()
+    forces: JointForces | None = None
 
 
 @dataclass(frozen=True)
@@ -79,7 +83,8 @@ class RobotLink:
         Centre of mass in the frame of the link, m.
     inertia : ndarray, shape (3, 3)
         About the centre of mass in the axes of the link, kg m2.
-    has_gravity : bool
+    compensation : float
+        Part of its weight that is compensated at its centre of mass; 1: it is weightless.
     """
 
     name: str
@@ -88,7 +93,7 @@ class RobotLink:
     mass: float
     center: Vector
     inertia: Matrix
-    has_gravity: bool = True
+    compensation: float = 0.0
 
     @property
     def moves(self) -> bool:
@@ -302,6 +307,29 @@ class Choices:
             return CoordinateForce(**what) if what else None  # type: ignore[arg-type]
         except ModelError as error:
             raise ModelError(f"joint {name!r}: {error}") from error
+
+    def axis_forces(
+        self, name: str, not_taken: NotTaken, stiffness: Coefficients, damping: Coefficients, rest: float
+    ) -> AxisForces | None:
+        """Return springs and dampers along a coordinate that no CoordinateForce is, None if it is one."""
+        if is_linear_law(stiffness, damping):
+            return None
+        return AxisForces(stiffness, damping, rest) if self._act(name, not_taken, stiffness, damping) else None
+
+    def pose_forces(
+        self, name: str, not_taken: NotTaken, stiffness: Coefficients, damping: Coefficients, rest: Pose, free: bool
+    ) -> PoseForces | None:
+        """Return springs and dampers of a free or spherical joint, None if there are none."""
+        if not any((*stiffness, *damping)) or not self._act(name, not_taken, stiffness, damping):
+            return None
+        return PoseForces(stiffness, damping, rest, free)
+
+    def _act(self, name: str, not_taken: NotTaken, stiffness: Coefficients, damping: Coefficients) -> bool:
+        """Return whether forces act, and record them if they do not."""
+        for kind, values in (("stiffness", stiffness), ("damping", damping)):
+            if any(values) and not self.forces:
+                not_taken.add_acting(f"{kind} of joints", name)
+        return self.forces
 
     def check_limits(self, source: Path) -> None:
         """Raise a ModelError if stops are requested and no joint of a file has limits."""

@@ -16,6 +16,7 @@ from kanefe.joints import Fixed, Joint, Prismatic, Revolute, Spherical
 from kanefe.robots import _mujoco
 from kanefe.robots.description import Choices, Closure, Coupling, Ends, LinkJoint, NotTaken, Pose, Robot, RobotLink
 from kanefe.robots.flexible_link import FlexibleLink
+from kanefe.robots.joint_forces import AxisForces, Coefficients, PoseForces, is_linear_law
 from kanefe.robots.mjcf_flags import ACTUATION, CONTACT, EQUALITY, SLEEP, apply_flags, switched_off
 from kanefe.robots.scene import RobotScene, scene_of
 from kanefe.storage.files import regular_file
@@ -44,11 +45,12 @@ def read_mjcf(
     """Return the scene of an MJCF file, by MuJoCo's own parser: ``pip install 'kanefe[robots]'``.
 
     Each body becomes a rigid one with its name, in its own frame; with several joints, all but the last carry a
-    massless frame. Coordinates are those of MuJoCo, including `ref`. Stiffness, damping and dry friction of hinges and
-    slides act; equalities of kind connect and weld (of bodies or sites) and joint (linear) hold exactly, while MuJoCo's
-    are compliant. Shapes are used only for the inertia of bodies without their own. Armature, actuators, tendons,
-    contacts and other elements are not read: ``scene.not_taken`` lists them, and a warning those that would change the
-    motion.
+    massless frame. Coordinates are those of MuJoCo, including `ref`. Springs and dampers of all joints act, with their
+    polynomials, and dry friction of hinges and slides; so does compensation of gravity. Equalities of kind connect and
+    weld (of bodies or sites) and joint (linear) hold exactly, while MuJoCo's are compliant. Flags of the file switch
+    parts off as in MuJoCo. Shapes are used only for the inertia of bodies without their own. Armature, actuators,
+    tendons, contacts and other elements are not read: ``scene.not_taken`` lists them, and a warning those that would
+    change the motion.
 
     Parameters
     ----------
@@ -102,7 +104,7 @@ def read_mjcf(
     }
     choices.take_couplings(robot.couplings, usual)
     for body in range(1, model.nbody):
-        robot.links.append(_link(model, names, body, choices, robot.not_taken))
+        robot.links.append(_link(file, names, body, choices, robot.not_taken))
     choices.check_limits(source)
     return scene_of(robot, tuple(model.opt.gravity.tolist()) if gravity is None else gravity, flexible)
 
@@ -140,13 +142,10 @@ def _record_not_taken(file: _mujoco.CompiledRobot, not_taken: NotTaken) -> None:
         not_taken.add_acting("flags", "sleep")
 
 
-def _link(model: Any, names: _Names, body: int, choices: Choices, not_taken: NotTaken) -> RobotLink:
-    name = names.bodies[body]
+def _link(file: _mujoco.CompiledRobot, names: _Names, body: int, choices: Choices, not_taken: NotTaken) -> RobotLink:
+    model, name = file.model, names.bodies[body]
     turn = rotation_matrix(model.body_iquat[body])
     inertia = turn @ np.diag(model.body_inertia[body]) @ turn.T
-    compensation = float(model.body_gravcomp[body])
-    if compensation not in (0.0, 1.0):
-        not_taken.add_acting("partial compensation of gravity", name)
     return RobotLink(
         name,
         names.link(int(model.body_parentid[body])),
@@ -154,8 +153,37 @@ def _link(model: Any, names: _Names, body: int, choices: Choices, not_taken: Not
         float(model.body_mass[body]),
         model.body_ipos[body].copy(),
         0.5 * (inertia + inertia.T),
-        has_gravity=compensation != 1.0,
+        compensation=_compensation(file, body, name, not_taken),
     )
+
+
+def _compensation(file: _mujoco.CompiledRobot, body: int, name: str, not_taken: NotTaken) -> float:
+    """Return the part of the weight of a body that is compensated.
+
+    Without a positive one in the whole model, MuJoCo leaves out negative ones too. What joints hand to their actuators
+    is lost without actuators, and clamped by `actuatorfrcrange`: it is taken where all joints that feel it agree.
+    """
+    model, compensation = file.model, float(file.model.body_gravcomp[body])
+    if not compensation or model.body_gravcomp.max() <= 0.0:
+        return 0.0
+    joints = _joints_below(model, body)
+    handed = [joint for joint in joints if model.jnt_actgravcomp[joint]]
+    acts = bool(file.named["actuators"]) and not switched_off(model) & ACTUATION
+    if not handed or (acts and not any(model.jnt_actfrclimited[joint] for joint in handed)):
+        return compensation
+    if acts or len(handed) < len(joints):
+        not_taken.add_acting("compensation of gravity by actuators", name)
+    return 0.0
+
+
+def _joints_below(model: Any, body: int) -> list[int]:
+    """Return the joints between the ground and a body."""
+    joints: list[int] = []
+    while body:
+        first = int(model.body_jntadr[body])
+        joints.extend(range(first, first + int(model.body_jntnum[body])))
+        body = int(model.body_parentid[body])
+    return joints
 
 
 def _joints(model: Any, names: _Names, body: int, choices: Choices, not_taken: NotTaken) -> tuple[LinkJoint, ...]:
@@ -172,20 +200,20 @@ def _joints(model: Any, names: _Names, body: int, choices: Choices, not_taken: N
         if model.dof_armature[speed : speed + (6, 3, 1, 1)[kind]].any():
             not_taken.add_acting("armature of joints", name)
         if kind == FREE:
-            start = model.qpos0[model.jnt_qposadr[number] :][:7]
-            _record_forces(model, number, name, 6, not_taken)
-            return (LinkJoint(name, choices.free(name, start.tolist())),)
+            start = model.qpos0[model.jnt_qposadr[number] :][:7].tolist()
+            forces = _pose_forces(model, number, name, choices, not_taken)
+            return (LinkJoint(name, choices.free(name, start), forces=forces),)
         before = place if number == first else Pose()
         if kind == BALL:
-            _record_forces(model, number, name, 3, not_taken)
             if model.jnt_limited[number]:
                 not_taken.add_acting("limits of ball joints", name)
-            made.append(LinkJoint(name, choices.ball(name), before @ anchor, anchor.inverse))
+            forces = _pose_forces(model, number, name, choices, not_taken)
+            made.append(LinkJoint(name, choices.ball(name), before @ anchor, anchor.inverse, forces))
             continue
         axis, ref = model.jnt_axis[number].copy(), float(model.qpos0[model.jnt_qposadr[number]])
         back = Pose(axes=axis_rotation(axis, -ref)) if kind == HINGE else Pose(-ref * axis)
-        joint = _along_axis(model, number, name, axis, ref, choices, not_taken)
-        made.append(LinkJoint(name, joint, before @ anchor @ back, anchor.inverse))
+        joint, more = _along_axis(model, number, name, choices, not_taken)
+        made.append(LinkJoint(name, joint, before @ anchor @ back, anchor.inverse, more))
     return tuple(made)
 
 
@@ -195,36 +223,49 @@ def _has_axis(model: Any, number: int) -> bool:
 
 
 def _along_axis(
-    model: Any, number: int, name: str, axis: np.ndarray, ref: float, choices: Choices, not_taken: NotTaken
-) -> Joint:
-    speed = int(model.jnt_dofadr[number])
+    model: Any, number: int, name: str, choices: Choices, not_taken: NotTaken
+) -> tuple[Joint, AxisForces | None]:
+    """Return a hinge or a slide, and the forces that it cannot have along its coordinate."""
+    speed, place = int(model.jnt_dofadr[number]), int(model.jnt_qposadr[number])
     limits: tuple[float | None, float | None] = (None, None)
     if model.jnt_limited[number]:
         limits = float(model.jnt_range[number, 0]), float(model.jnt_range[number, 1])
-    if (
-        model.dof_dampingpoly[speed].any()
-        or model.jnt_stiffnesspoly[number].any()
-        or model.jnt_springyield[number].any()
-    ):
-        not_taken.add_acting("springs and dampers of joints that are not linear", name)
+    stiffness, damping = _springs(model, number, name, not_taken)
+    rest = float(model.qpos_spring[place])
+    more = choices.axis_forces(name, not_taken, stiffness, damping, rest)
+    is_linear = is_linear_law(stiffness, damping)
     forces = choices.coordinate_force(
         name,
         not_taken,
         limits=limits,
-        stiffness=float(model.jnt_stiffness[number]),
-        rest=float(model.qpos_spring[model.jnt_qposadr[number]]),
-        damping=float(model.dof_damping[speed]),
+        stiffness=stiffness[0] if is_linear else 0.0,
+        rest=rest,
+        damping=damping[0] if is_linear else 0.0,
         friction=float(model.dof_frictionloss[speed]),
     )
     kind = Revolute if model.jnt_type[number] == HINGE else Prismatic
-    return kind(tuple(axis), position=choices.start(name, ref), forces=forces)
+    axis = tuple(model.jnt_axis[number].tolist())
+    return kind(axis, position=choices.start(name, float(model.qpos0[place])), forces=forces), more
 
 
-def _record_forces(model: Any, number: int, name: str, speed_count: int, not_taken: NotTaken) -> None:
-    """Record the forces of a free or ball joint, which are not read."""
-    speeds = slice(int(model.jnt_dofadr[number]), int(model.jnt_dofadr[number]) + speed_count)
-    if model.dof_damping[speeds].any() or model.jnt_stiffness[number] or model.dof_frictionloss[speeds].any():
-        not_taken.add_acting("forces of free and ball joints", name)
+def _pose_forces(model: Any, number: int, name: str, choices: Choices, not_taken: NotTaken) -> PoseForces | None:
+    """Return springs and dampers of a free or ball joint; record its friction, which is not read."""
+    is_free = int(model.jnt_type[number]) == FREE
+    speed, place = int(model.jnt_dofadr[number]), int(model.jnt_qposadr[number])
+    if model.dof_frictionloss[speed : speed + (6 if is_free else 3)].any():
+        not_taken.add_acting("friction of free and ball joints", name)
+    spring = model.qpos_spring[place:]
+    rest = Pose(spring[:3].copy(), rotation_matrix(spring[3:7])) if is_free else Pose(axes=rotation_matrix(spring[:4]))
+    return choices.pose_forces(name, not_taken, *_springs(model, number, name, not_taken), rest, is_free)
+
+
+def _springs(model: Any, number: int, name: str, not_taken: NotTaken) -> tuple[Coefficients, Coefficients]:
+    """Return the coefficients of the spring and the damper of a joint; record yield, which is not read."""
+    if model.jnt_springyield[number].any():
+        not_taken.add_acting("springs of joints that yield", name)
+    speed = int(model.jnt_dofadr[number])
+    stiffness = float(model.jnt_stiffness[number]), *model.jnt_stiffnesspoly[number].tolist()
+    return stiffness, (float(model.dof_damping[speed]), *model.dof_dampingpoly[speed].tolist())
 
 
 def _add_equality(model: Any, names: _Names, number: int, robot: Robot) -> None:

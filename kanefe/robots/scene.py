@@ -11,7 +11,7 @@ from kanefe.bodies.flexible import FlexibleBody
 from kanefe.bodies.rigid import RigidMass, rigid_mass
 from kanefe.errors import ModelError, outside
 from kanefe.joints import Fixed, Joint
-from kanefe.robots.description import Pose, Robot, RobotLink
+from kanefe.robots.description import LinkJoint, NotTaken, Pose, Robot, RobotLink
 from kanefe.robots.flexible_link import FlexibleLink
 from kanefe.scene.scene import FlexibleMember, Frame
 from kanefe.system import System
@@ -81,6 +81,8 @@ def scene_of(
     taken = {link.name for link in robot.links}
     for link in robot.links:
         _add_link(scene, link, replaced, taken)
+        if link.compensation not in (0.0, 1.0):
+            _compensate(scene, link, link.name in replaced, robot.not_taken)
     for coupling in robot.couplings:
         bodies: dict[Frame | tuple[Frame, int], float] = {
             scene.body(scene.joints[joint]): c for joint, c in coupling.coefficients.items()
@@ -94,6 +96,16 @@ def scene_of(
     }
     _warn_of_what_acts(robot)
     return scene
+
+
+def _compensate(scene: RobotScene, link: RobotLink, is_replaced: bool, not_taken: NotTaken) -> None:
+    """Lift the centre of mass of a link by a part of its weight."""
+    if is_replaced:
+        not_taken.add_acting("partial compensation of gravity of flexible links", link.name)
+        return
+    lift = -link.compensation * link.mass * scene.gravity
+    if lift.any():
+        scene.add_force(scene.body(link.name), tuple(lift), point=tuple(link.center))
 
 
 def _replaced(robot: Robot, flexible: Mapping[str, FlexibleBody | FlexibleLink]) -> dict[str, FlexibleLink]:
@@ -136,15 +148,17 @@ def _add_link(scene: RobotScene, link: RobotLink, replaced: Mapping[str, Flexibl
 
     A frame has the name of its joint; where a link or a frame has that already, "joint" follows it.
     """
-    gravity, made = link.has_gravity, replaced.get(link.name)
+    gravity, made = link.compensation != 1.0, replaced.get(link.name)
     in_link = Pose() if made is None else made.pose
     parent, fixed = _carrier(scene, link, replaced)
     for number, step in enumerate(link.joints):
         is_last = number == len(link.joints) - 1
         fixed, after = (fixed @ step.fixed if number else fixed), step.moving
-        if is_last and (after @ in_link).is_none:
+        is_body = is_last and (after @ in_link).is_none and (made is None or step.forces is None)
+        if is_body:
             scene.joints[step.name] = link.name
             _add_body(scene, link, made, parent, step.joint, fixed, gravity)
+            _put_forces(scene, step, parent, fixed)
             return
         name = step.name
         while name in taken:
@@ -152,8 +166,16 @@ def _add_link(scene: RobotScene, link: RobotLink, replaced: Mapping[str, Flexibl
         taken.add(name)
         frame = scene.add_frame(name, parent=parent, joint=step.joint, at=tuple(fixed.at), orientation=fixed.axes)
         scene.joints[step.name] = name
+        _put_forces(scene, step, parent, fixed)
         parent, fixed = frame, after
     _add_body(scene, link, made, parent, Fixed(), fixed @ in_link, gravity)
+
+
+def _put_forces(scene: RobotScene, step: LinkJoint, parent: Frame | None, fixed: Pose) -> None:
+    """Apply the forces that a joint cannot have along its coordinates."""
+    if step.forces is not None:
+        carrier = (scene.ground if parent is None else parent).frame(tuple(fixed.at), fixed.axes)
+        step.forces.put_on(scene, f"forces of {step.name}", carrier, scene.joints[step.name])
 
 
 def _carrier(scene: RobotScene, link: RobotLink, replaced: Mapping[str, FlexibleLink]) -> tuple[Frame | None, Pose]:

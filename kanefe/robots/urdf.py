@@ -18,6 +18,7 @@ from kanefe.joints.base import AxisJoint
 from kanefe.robots import _yourdfpy
 from kanefe.robots.description import Choices, Coupling, LinkJoint, NotTaken, Pose, Robot, RobotLink
 from kanefe.robots.flexible_link import FlexibleLink
+from kanefe.robots.joint_forces import PoseForces
 from kanefe.robots.scene import RobotScene, scene_of
 from kanefe.robots.tree import parents_first
 from kanefe.storage.files import regular_file
@@ -202,7 +203,9 @@ def _joint(joint: Any, choices: Choices, not_taken: NotTaken, path: Path) -> Lin
     if joint.type == "fixed":
         return LinkJoint(joint.name, choices.fixed(joint.name), fixed)
     if joint.type == "floating":
-        return LinkJoint(joint.name, choices.free(joint.name), fixed)
+        return LinkJoint(
+            joint.name, choices.free(joint.name), fixed, forces=_pose_damper(joint, choices, not_taken, path)
+        )
     if joint.type not in KINDS:
         raise ModelError(f"{path}: joint {joint.name!r} is {joint.type!r}. Joints of URDF are {', '.join(KINDS)}")
     axis = np.asarray(joint.axis, dtype=float)
@@ -211,11 +214,11 @@ def _joint(joint: Any, choices: Choices, not_taken: NotTaken, path: Path) -> Lin
         raise ModelError(f"{path}: the axis of joint {joint.name!r} is {joint.axis}. Remedy: a direction")
     axis = axis / length
     if joint.type == "planar":
-        if joint.dynamics is not None:
-            not_taken.add_acting("damping and friction of planar joints", joint.name)
+        damping = _damping(joint, not_taken, path)
+        forces = choices.coordinate_force(joint.name, not_taken, damping=damping)
         turn = np.eye(3) if np.array_equal(axis, (0.0, 0.0, 1.0)) else turn_to(axis)
         return LinkJoint(
-            joint.name, choices.planar(joint.name, (None,) * 3), fixed @ Pose(axes=turn), Pose(axes=turn.T)
+            joint.name, choices.planar(joint.name, (forces,) * 3), fixed @ Pose(axes=turn), Pose(axes=turn.T)
         )
     dynamics, limit = joint.dynamics, joint.limit
     has_limits = limit is not None and joint.type != "continuous"
@@ -229,6 +232,22 @@ def _joint(joint: Any, choices: Choices, not_taken: NotTaken, path: Path) -> Lin
     )
     made = AXIS_JOINTS[joint.type](tuple(axis), position=choices.start(joint.name, 0.0), forces=forces)
     return LinkJoint(joint.name, made, fixed)
+
+
+def _pose_damper(joint: Any, choices: Choices, not_taken: NotTaken, path: Path) -> PoseForces | None:
+    """Return the damper of a floating joint."""
+    none = 0.0, 0.0, 0.0
+    return choices.pose_forces(joint.name, not_taken, none, (_damping(joint, not_taken, path), 0.0, 0.0), Pose(), True)
+
+
+def _damping(joint: Any, not_taken: NotTaken, path: Path) -> float:
+    """Return the damping of a joint with several speeds, the same for each; record its friction, which is not read."""
+    if _number(joint.dynamics and joint.dynamics.friction, f"friction of joint {joint.name!r}", path):
+        not_taken.add_acting("friction of floating and planar joints", joint.name)
+    damping = _number(joint.dynamics and joint.dynamics.damping, f"damping of joint {joint.name!r}", path)
+    if not (np.isfinite(damping) and damping >= 0.0):
+        raise ModelError(f"{path}: damping of joint {joint.name!r} is {damping}, and it must be finite and >= 0")
+    return damping
 
 
 def _coupling(joint: Any, joints: Sequence[Any], path: Path) -> Coupling:
