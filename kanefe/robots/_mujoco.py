@@ -90,7 +90,7 @@ def compiled(path: Path) -> CompiledRobot:
         for kind in _UNUSED:
             _delete(spec, getattr(spec, kind, ()))
         _delete(spec, list(_shapes_without_mass(spec, mujoco)))
-        for marked in (*spec.geoms, *spec.sites):
+        for marked in (*spec.geoms, *spec.sites, *spec.meshes):
             marked.material = ""
         for kind in _OF_SHAPES:
             _delete(spec, getattr(spec, kind))

@@ -300,6 +300,8 @@ class Choices:
             what["rest"] = rest
         if limits != (None, None) and self.limit_stiffness is None:
             not_taken.add_silent("limits of joints (limit_stiffness= takes them)", name)
+        elif limits != (None, None) and limits[0] == limits[1]:
+            not_taken.add_acting("limits without a range between them", name)
         elif limits != (None, None):
             self.limited.append(name)
             what |= {"limits": limits, "limit_stiffness": self.limit_stiffness, "limit_damping": self.limit_damping}

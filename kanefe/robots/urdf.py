@@ -63,7 +63,7 @@ def read_urdf(
         Euler parameters of a ball; two distances and an angle of a planar one, from where the joint is at zero.
     limit_stiffness, limit_damping : float
         Of stops at the limits of joints, N m/rad and N m s/rad, or N/m and N s/m. Without a stiffness, which URDF
-        does not define, limits are ignored.
+        does not define, limits are ignored; so are equal ones, such as zeros where a file has none, with a warning.
     joint_forces : bool
         Whether damping and friction of joints act. Friction includes sticking: see `CoordinateForce`.
 

@@ -163,6 +163,15 @@ def test_materials_of_sites_are_no_matter(place: str, tmp_path: Path) -> None:
     assert model.rhs(0.0, model.initial_state)[1] == pytest.approx(0.2 * 9.81 * np.cos(np.radians(40)) / 0.05)
 
 
+def test_materials_of_meshes_are_no_matter(tmp_path: Path) -> None:
+    points = " ".join(f"{x} {y} {z}" for x in (0, 0.1) for y in (0, 0.2) for z in (0, 0.3))
+    text = f"""<mujoco><asset><material name="red" rgba="1 0 0 1"/><mesh name="box" vertex="{points}" material="red"/>
+    </asset><worldbody><body name="a"><joint axis="0 1 0"/><geom type="mesh" mesh="box"/></body></worldbody></mujoco>"""
+    scene = read(write(tmp_path, text))
+    # vertices are in single precision
+    assert scene._entries[0].rigid.mass == pytest.approx(0.1 * 0.2 * 0.3 * 1000.0, rel=1e-6)
+
+
 @pytest.mark.parametrize(("kind", "turns"), [("connect", False), ("weld", True)])
 def test_equalities_of_sites_join_the_frames_of_sites(kind: str, turns: bool, tmp_path: Path) -> None:
     equality = f'<{kind} name="pin" site1="end" site2="wall"/>'
@@ -197,6 +206,13 @@ def test_names_of_joints_may_be_those_of_bodies(tmp_path: Path) -> None:
         "fin joint": "fin joint joint",
         "last": "fin",
     }
+
+
+@pytest.mark.parametrize("place", ["0 0 0", ".1 0 0"])
+def test_a_joint_may_have_the_name_of_its_body(place: str, tmp_path: Path) -> None:
+    body = f'<body name="arm"><joint name="arm" pos="{place}"/><geom size=".1" pos=".2 0 0"/></body>'
+    scene = read(write(tmp_path, f"<mujoco><worldbody>{body}</worldbody></mujoco>"))
+    assert set(scene.joints) == {"arm"}
 
 
 def test_equalities_that_are_off_or_of_other_kinds_are_named(tmp_path: Path) -> None:

@@ -186,6 +186,19 @@ def test_a_converters_round_off_is_a_point(tmp_path: Path) -> None:
     assert not kf.read_urdf(path)._entries[1].rigid.inertia.any()
 
 
+@pytest.mark.parametrize("limits", ["", "lower='0.5' upper='0.5'"])
+def test_equal_limits_are_no_stops_and_keep_no_others_from_being_some(limits: str, tmp_path: Path) -> None:
+    """Zeros stand where a file gives only effort and velocity: MuJoCo reads them as no limits."""
+    other = joint("k", "revolute", "a", "b", "<limit lower='-1' upper='1' effort='9' velocity='9'/>")
+    equal = joint("j", "revolute", "base", "a", f"<limit {limits} effort='9' velocity='9'/>")
+    path = write(tmp_path, link("base"), link("a"), link("b"), equal, other)
+    with pytest.warns(NotTakenWarning, match="limits without a range between them: j"):
+        scene = kf.read_urdf(path, limit_stiffness=1e4)
+    forces = [entry.joint.forces for entry in scene._entries[1:]]
+    assert forces[0] is None
+    assert forces[1].limits == (-1.0, 1.0)
+
+
 REFUSED = {
     "no link": ((), "has no links"),
     "two roots": ((link("base"), link("a")), "2 links that no joint carries: base, a. Remedy"),
