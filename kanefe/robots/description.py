@@ -12,35 +12,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers, shaped_numbers
 from kanefe.joints import CoordinateForce, Fixed, Free, Guess, Joint, Planar, Spherical
 from kanefe.robots.joint_forces import AxisForces, Coefficients, JointForces, PoseForces, is_linear_law
-
-
-@dataclass(frozen=True)
-class Pose:
-    """Pose of a frame B relative to a frame A.
-
-    Attributes
-    ----------
-    at : ndarray, shape (3,)
-        p_AoBo_A, m.
-    axes : ndarray, shape (3, 3)
-        A_AB.
-    """
-
-    at: Vector = field(default_factory=lambda: np.zeros(3))
-    axes: Matrix = field(default_factory=lambda: np.eye(3))
-
-    @property
-    def is_none(self) -> bool:
-        """Whether B is A."""
-        return not self.at.any() and np.array_equal(self.axes, np.eye(3))
-
-    @property
-    def inverse(self) -> Pose:
-        """Pose of A relative to B."""
-        return Pose(-self.axes.T @ self.at, self.axes.T)
-
-    def __matmul__(self, other: Pose) -> Pose:
-        return Pose(self.at + self.axes @ other.at, self.axes @ other.axes)
+from kanefe.robots.pose import Pose
 
 
 @dataclass(frozen=True)
@@ -61,8 +33,8 @@ class LinkJoint:
 
     name: str
     joint: Joint
-    fixed: Pose = Pose()
-    moving: Pose = Pose()
+    fixed: Pose = field(default_factory=Pose)
+    moving: Pose = field(default_factory=Pose)
     forces: JointForces | None = None
 
 
@@ -215,7 +187,7 @@ class Choices:
         usual : dict of str to float
             Where the file puts each joint with one coordinate, rad or m.
         """
-        pairs = [(*coupling.coefficients, None)[:2] for coupling in couplings]
+        pairs: list[tuple[str, str | None]] = [(*coupling.coefficients, None)[:2] for coupling in couplings]  # type: ignore[misc]
         known = {name: self.one(name) for name in usual if name in self.positions}
         for _ in couplings:  # what leads a follower that is given, through chains
             for (follower, leader), coupling in zip(pairs, couplings, strict=True):

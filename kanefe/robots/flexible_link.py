@@ -12,7 +12,8 @@ from kanefe.arguments import checked
 from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
 from kanefe.errors import ModelError, outside
 from kanefe.frames import Orientation
-from kanefe.robots.description import Pose, RobotLink
+from kanefe.robots.description import RobotLink
+from kanefe.robots.pose import Pose
 from kanefe.scene.scene import orientation_matrix, three
 
 NEAR = 0.05

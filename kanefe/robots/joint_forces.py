@@ -11,9 +11,9 @@ import numpy as np
 
 from kanefe.frames import Vector, euler_parameters_from_rotation_vector, rotation_matrix
 from kanefe.loads.offered_function import CompiledByNumba, compiled
+from kanefe.robots.pose import Pose
 
 if TYPE_CHECKING:
-    from kanefe.robots.description import Pose
     from kanefe.scene.scene import Frame
     from kanefe.system import System
 
@@ -82,7 +82,7 @@ class PoseForces:
         """Apply them between the fixed frame of a joint and the child, which is its moving frame."""
         moving, at_rest = scene.body(child), parent.frame(tuple(self.rest.at), self.rest.axes)
         acts = np.array([self.translates] * 3 + [True] * 3, dtype=float)
-        if any((*self.stiffness[1:], *self.damping[1:])) or self.damping[0] < 0.0:
+        if not is_linear_law(self.stiffness, self.damping):
             scene.add_bushing(name, at_rest, moving, law=self)
         else:
             scene.add_bushing(name, at_rest, moving, stiffness=self.stiffness[0] * acts, damping=self.damping[0] * acts)

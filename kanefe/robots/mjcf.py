@@ -14,10 +14,11 @@ from kanefe.errors import ModelError
 from kanefe.frames import axis_rotation, rotation_matrix
 from kanefe.joints import Fixed, Joint, Prismatic, Revolute, Spherical
 from kanefe.robots import _mujoco
-from kanefe.robots.description import Choices, Closure, Coupling, Ends, LinkJoint, NotTaken, Pose, Robot, RobotLink
+from kanefe.robots.description import Choices, Closure, Coupling, Ends, LinkJoint, NotTaken, Robot, RobotLink
 from kanefe.robots.flexible_link import FlexibleLink
 from kanefe.robots.joint_forces import AxisForces, Coefficients, PoseForces, is_linear_law
 from kanefe.robots.mjcf_flags import ACTUATION, CONTACT, EQUALITY, SLEEP, apply_flags, switched_off
+from kanefe.robots.pose import Pose
 from kanefe.robots.scene import RobotScene, scene_of
 from kanefe.storage.files import regular_file
 

@@ -4,14 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-CONSTRAINT, EQUALITY, FRICTION, LIMIT, CONTACT, SPRING, DAMPER, GRAVITY = (1 << i for i in range(8))
-"""Bits of mjtDisableBit."""
-
-ACTUATION = 1 << 11
-"""Bit of mjtDisableBit for actuators."""
-
-SLEEP = 1 << 4
-"""Bit of mjtEnableBit for trees that rest."""
+CONSTRAINT, EQUALITY, FRICTION, LIMIT, CONTACT, SPRING, DAMPER, GRAVITY = (1 << i for i in range(8))  # mjtDisableBit
+ACTUATION = 1 << 11  # mjtDisableBit
+SLEEP = 1 << 4  # mjtEnableBit
 
 OFF: dict[int, tuple[str, ...]] = {
     SPRING: ("jnt_stiffness", "jnt_stiffnesspoly", "jnt_springyield"),

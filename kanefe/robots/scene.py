@@ -11,8 +11,9 @@ from kanefe.bodies.flexible import FlexibleBody
 from kanefe.bodies.rigid import RigidMass, rigid_mass
 from kanefe.errors import ModelError, outside
 from kanefe.joints import Fixed, Joint
-from kanefe.robots.description import LinkJoint, NotTaken, Pose, Robot, RobotLink
+from kanefe.robots.description import LinkJoint, NotTaken, Robot, RobotLink
 from kanefe.robots.flexible_link import FlexibleLink
+from kanefe.robots.pose import Pose
 from kanefe.scene.scene import FlexibleMember, Frame
 from kanefe.system import System
 

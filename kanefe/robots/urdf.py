@@ -16,9 +16,10 @@ from kanefe.frames import turn_to
 from kanefe.joints import Fixed, Joint, Prismatic, Revolute
 from kanefe.joints.base import AxisJoint
 from kanefe.robots import _yourdfpy
-from kanefe.robots.description import Choices, Coupling, LinkJoint, NotTaken, Pose, Robot, RobotLink
+from kanefe.robots.description import Choices, Coupling, LinkJoint, NotTaken, Robot, RobotLink
 from kanefe.robots.flexible_link import FlexibleLink
 from kanefe.robots.joint_forces import PoseForces
+from kanefe.robots.pose import Pose
 from kanefe.robots.scene import RobotScene, scene_of
 from kanefe.robots.tree import parents_first
 from kanefe.storage.files import regular_file

@@ -49,7 +49,13 @@ LAWS = [
     *(
         one_body(f'<joint type="{kind}" {law}/>')
         for kind in ("ball", "free")
-        for law in ('stiffness="3" damping="1"', 'stiffness="1 2 3"', 'damping="1 2 3"', 'stiffness="-1" damping="-.5"')
+        for law in (
+            'stiffness="3" damping="1"',
+            'stiffness="-1"',
+            'stiffness="1 2 3"',
+            'damping="1 2 3"',
+            'stiffness="-1" damping="-.5"',
+        )
     ),
     *(one_body(HINGE.format(""), f'gravcomp="{part}"') for part in (0.5, 2, -1)),
     one_body(HINGE.format(""), 'gravcomp="-1"') + f'<body gravcomp=".3">{HINGE.format("")}{INERTIAL}</body>',
