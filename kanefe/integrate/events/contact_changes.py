@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.contact.rigid.rigid import not_by_newton
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
 from kanefe.integrate.events.event import Event, MarginEvent
@@ -234,7 +233,11 @@ class ChangeReports:
     @property
     def warning(self) -> str | None:
         """What is told at the end of a run of impacts that were not Newton's; None where all were as asked for."""
-        return not_by_newton(self.by_poisson) if self.by_poisson else None
+        if not self.by_poisson:
+            return None
+        from kanefe.contact.rigid.rigid import not_by_newton
+
+        return not_by_newton(self.by_poisson)
 
     def _told(self, change: PointChange) -> list[str]:
         key = change.contact, change.point
