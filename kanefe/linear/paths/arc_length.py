@@ -1,4 +1,4 @@
-"""Continuation by pseudo-arc-length: predictor along the tangent, corrector across it, steps by what they need.
+"""Steps by pseudo-arc-length: predictor along the tangent, corrector across it.
 
 A step of length s goes along the unit tangent; Newton's corrections are orthogonal to it, so that limit points are
 passed (Riks, Int. J. Solids Struct. 15 (1979) 529-551; Keller, in Applications of Bifurcation Theory, 1977).
@@ -26,22 +26,9 @@ ROUNDED, UNMOVED = 1e-5, 0.9
 """Correction in rad or scene lengths below which one that is not smaller than the given share of the last one is
 round-off of a nearly singular stiffness."""
 
-BENT, TOO_BENT = 0.03, 0.2
-"""Length of all corrections relative to that of the step: for which the next step is chosen, and which is refused."""
-
 MOST_QUICK, GROWN, QUICKLY_SETTLED = 20, 10.0, 1e-11
 """Largest number of corrections by the stiffness at the last stop, growth of one relative to the smallest before it at
 which they end, and the last one, in the unit of `SETTLED`: each is a small part of the one before."""
-
-TURNED = 0.7
-"""Cosine between successive tangents below which a step is refused: it may have jumped to another path."""
-
-SHORTEST = 1e-6
-"""Shortest step relative to the longest."""
-
-BEGINS = 0.01
-"""Longest first step, of which no curvature is known: largest change of one coordinate or of the factor, as `longest`.
-"""
 
 
 class PathLost(Exception):
@@ -166,43 +153,10 @@ def stepped(
     return Stop(balance, balance.tangent(ahead), origin, length, total)
 
 
-class Walk:
-    """Successive stops of a path, with steps that are as long as their corrections allow.
+def found_beside(scene: LoadedScene, begin: Stop, q: Vector, factor: float, most: float) -> Balance:
+    """Return the balance across the tangent of a stop near it, from a guess; a PathLost if there is none.
 
-    Parameters
-    ----------
-    scene : LoadedScene
-    longest : float
-        Largest change of one coordinate in a step, rad or scene lengths, and of the factor relative to its range.
+    `most` is the largest length of all corrections.
     """
-
-    def __init__(self, scene: LoadedScene, longest: float) -> None:
-        self.scene, self.longest = scene, longest
-        self._length = 0.0
-
-    def next(self, origin: Stop) -> Stop:
-        """Return the next stop; a PathLost if the shortest step has none."""
-        largest = self.scene.largest(origin.ahead)
-        if not 0.0 < largest < np.inf:
-            raise PathLost("its tangent overflows")
-        unit = 1.0 / largest
-        limit = self.longest * unit
-        length = min(self._length or BEGINS * unit, limit)
-        while True:
-            try:
-                stop = stepped(self.scene, origin, length, TOO_BENT * length)
-                if self.scene.dot(stop.ahead, origin.ahead) < TURNED:
-                    raise PathLost("the path turns sharply")
-            except PathLost:
-                length *= 0.5
-                if length < SHORTEST * limit:
-                    raise
-                continue
-            # the corrections grow with the square of the length, beyond the curvature that is foreseen
-            bend = stop.corrected / length
-            self._length = length * min(2.0, max(0.5, (BENT / max(bend, 1e-3 * BENT)) ** 0.5))
-            return stop
-
-    def shorter(self, length: float) -> None:
-        """Let the next step be no longer than this."""
-        self._length = length
+    found = _quickly_corrected(scene, begin.balance, q, factor, begin.ahead, most)
+    return (found or corrected(scene, q, factor, begin.ahead, most))[0]

@@ -14,12 +14,17 @@ import numpy as np
 from scipy.optimize import brentq
 
 from kanefe.linear.paths.arc_length import Stop, stepped
+from kanefe.linear.paths.continuity import check_continuity
 from kanefe.linear.paths.loaded_scene import Balance, LoadedScene, Tangent
 
 Kind = Literal["limit", "branch", "flutter"]
 
 DIGITS = 1e-11
 """Length of the bracket of a zero relative to the step."""
+
+ONSET = 1e-10
+"""The same for the onset of flutter: a tenth of the digits that are told; more would only find the round-off of nearly
+equal eigenvalues."""
 
 TOGETHER = 1e-6
 """Distance of zeros relative to the step below which they are one point."""
@@ -120,6 +125,7 @@ def _smooth_zero(scene: LoadedScene, a: Stop, b: Stop, function: Callable[[Stop]
     about = zero.step
     places = about + BESIDE * b.step * NODES
     stops = [stepped(scene, a, float(place), near=(about, zero)) for place in places]
+    check_continuity(scene, stops[0], stops[-1])  # two paths that are near to each other have no common point
     values = np.array([function(stop) for stop in stops])
     roots = np.roots(np.polyfit(NODES, values, 3))
     root = float(min(roots[np.abs(roots.imag) < 1e-6].real, key=abs, default=0.0))
@@ -137,12 +143,14 @@ def _least(balance: Balance) -> float:
 
 
 def _onset(scene: LoadedScene, a: Stop, b: Stop) -> Stop:
-    """Return the stop at which the number of growing motions changes, by bisection."""
-    low, high, found = 0.0, b.step, b
-    while high - low > DIGITS * b.step:
-        stop = stepped(scene, a, 0.5 * (low + high))
-        if stop.balance.unstable == a.balance.unstable:
-            low = stop.step
-        else:
-            high, found = stop.step, stop
-    return found
+    """Return the stop at which the number of growing motions changes."""
+    ends = (a.balance, b.balance)
+    fewer, near = min(end.unstable for end in ends), 0.0j
+
+    def grows(stop: Stop) -> float:
+        nonlocal near
+        margin, near = stop.balance.flutters(fewer, near)
+        return margin
+
+    grows(max(a, b, key=lambda stop: stop.balance.unstable))  # which stiffnesses meet
+    return _zero(scene, a, b, grows, digits=ONSET)

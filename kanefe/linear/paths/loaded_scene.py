@@ -172,7 +172,7 @@ class BorderedStiffness:
             forces = yield self._change(x)
 
 
-HEAVY = ("small", "_reduced", "along", "forces", "load", "stiffnesses")
+HEAVY = ("small", "_reduced", "along", "forces", "load", "stiffnesses", "_rates")
 
 
 class Balance:
@@ -279,17 +279,44 @@ class Balance:
         """Number of growing motions: of negative stiffnesses, or, without a potential, of growing eigenvalues."""
         if self.is_symmetric:
             return self.negative
-        n, none = len(self.H), np.zeros_like(self.H)
+        return int((self._growths > 0.0).sum())
+
+    @cached_property
+    def _rates(self) -> Vector:
+        """Eigenvalues of the motions, 1/s; those without damping come in pairs of both signs."""
         if self._is_damped:
+            n, none = len(self.H), np.zeros_like(self.H)
             damping = -self._weight @ self.small.along_speeds.ddu[self.small.speeds.leading] @ self._reduced[1].T
-            values = np.linalg.eigvals(np.block([[none, np.eye(n)], [-self.H, -damping]]))
-        else:
-            rates = np.sqrt(-np.linalg.eigvals(self.H).astype(complex))
-            values = np.concatenate((rates, -rates))
-        most = np.abs(values).max(initial=0.0)
-        return int((values.real > np.maximum(GROWS * np.abs(values), ROUNDED * most)).sum())
+            return np.asarray(np.linalg.eigvals(np.block([[none, np.eye(n)], [-self.H, -damping]])))
+        rates = np.sqrt(-np.linalg.eigvals(self.H).astype(complex))
+        return np.concatenate((rates, -rates))
 
     @property
+    def _growths(self) -> Vector:
+        """Growth of each motion, less what may be round-off, 1/s."""
+        sizes = np.abs(self._rates)
+        return np.asarray(self._rates.real - np.maximum(GROWS * sizes, ROUNDED * sizes.max(initial=0.0)))
+
+    def flutters(self, number: int, near: complex) -> tuple[float, complex]:
+        """Return a measure of whether more than a number of motions grow, smooth where that begins; and an eigenvalue.
+
+        It is positive where they do. With damping it is the growth of the next motion. Without, two stiffnesses meet
+        and become complex there, and it is the square of half their difference, with its sign changed: of the pair
+        that grows least, else of the one nearest to `near`, the stiffness that was returned where they grew.
+        """
+        at = self._growths.argsort()[::-1][number]
+        if self._is_damped:
+            return float(self._growths[at]), near
+        if self._growths[at] > 0.0:
+            stiffness = complex(-(self._rates[at] ** 2))
+            return stiffness.imag**2 or abs(stiffness) ** 2, stiffness
+        real = self.stiffnesses
+        if len(real) < 2:
+            return -(abs(near) ** 2), near
+        pair = np.abs(0.5 * (real[1:] + real[:-1]) - near.real).argmin()
+        return -float(0.25 * (real[pair + 1] - real[pair]) ** 2), near
+
+    @cached_property
     def _is_damped(self) -> bool:
         """Whether anything depends on speeds: a random one shows it."""
         N = self.small.speeds.N

@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 import kanefe as kf
 from kanefe.errors import AccuracyWarning, ModelError, SimulationWarning
 from kanefe.fe_model.load_pattern import NodalPattern
+from kanefe.linear.paths import arc_length, crossings
 from kanefe.reduction import flexible_body
 from scenes import lattice_model
 
@@ -44,10 +45,10 @@ def rod(aside: float = 0.0) -> kf.System:
     return scene
 
 
-def bars(*forces: tuple[float, bool]) -> kf.System:
+def bars(*forces: tuple[float, bool], damping: float = 0.0) -> kf.System:
     """Return Ziegler's two bars (length 1, springs of 1, masses 2 and 1) under end forces, each dead or following."""
     scene = kf.System()
-    hinge = kf.Revolute("z", forces=kf.CoordinateForce(stiffness=1.0))
+    hinge = kf.Revolute("z", forces=kf.CoordinateForce(stiffness=1.0, damping=damping))
     a = scene.add_rigid_body("a", 2.0, 0.0, com=(1, 0, 0), joint=hinge)
     b = scene.add_rigid_body("b", 1.0, 0.0, com=(1, 0, 0), parent=a, at=(1, 0, 0), joint=hinge)
     for force, follows in forces:
@@ -144,6 +145,31 @@ def test_an_imperfect_rod_bends_instead_and_says_so():
         path.branch()
 
 
+@pytest.mark.parametrize(("aside", "longest"), [(1e-3, 0.2), (1e-4, 0.05), (1e-4, 1.0), (1e-6, 0.2)])
+def test_a_step_does_not_change_to_another_path_that_is_near(aside, longest):
+    """The path of the imperfect rod bends away at K; beyond it, its other path is upright and nearly in line."""
+    path = kf.equilibrium_path(rod(aside), to=2.0 * K, longest=longest)
+    theta = angles(path)[1:]
+    assert path.factors[1:] == pytest.approx(K * theta / (np.sin(theta) + aside * np.cos(theta)), rel=SOLVED)
+    assert (theta > 0.0).all()
+    assert theta[-1] > 1.8  # theta / sin(theta) = 2 at 1.895
+    assert not path.critical_points
+    assert path.is_whole
+
+
+def test_a_path_passes_where_a_contact_closes():
+    """A sharp bend is no jump: the spring of a node is doubled where it meets a stop."""
+    scene = kf.System()
+    node = scene.add_rigid_body("node", 1.0, joint=kf.Prismatic("y", forces=kf.CoordinateForce(stiffness=10.0)))
+    stop = scene.add_surface("stop", scene.ground.frame(at=(0, 0.2, 0)), kf.shapes.Plane("-y"))
+    scene.add_contact("buffer", node.frame(), stop, normal=kf.KelvinVoigt(10.0, damping=0.0))
+    scene.add_force(node, (0, 1, 0))
+    path = kf.equilibrium_path(scene, to=4.0)
+    y = path.position("node")[:, 1]
+    assert path.factors == pytest.approx(10.0 * y + 10.0 * np.maximum(y - 0.2, 0.0), abs=SOLVED)
+    assert path.is_whole
+
+
 def test_a_following_force_has_no_branch_and_flutters():
     """Ziegler: (7/2 - sqrt 2) k / l, without any static branch."""
     path = kf.equilibrium_path(bars((1.0, True)), to=10.0)
@@ -158,6 +184,30 @@ def test_a_following_force_has_no_branch_and_flutters():
         ModelError, match="has 0 branch points, and at=0 is none of them: what makes it unstable is flutter"
     ):
         path.branch()
+
+
+def test_an_onset_of_flutter_is_solved_for_in_few_stops(monkeypatch):
+    """A smooth measure needs some ten of them; halving a step to 1e-10 takes 34."""
+    lengths = []
+
+    def counted(*arguments, **options):
+        lengths.append(arguments[2])
+        return arc_length.stepped(*arguments, **options)
+
+    monkeypatch.setattr(crossings, "stepped", counted)
+    path = kf.equilibrium_path(bars((1.0, True)), to=10.0)
+    assert [point.kind for point in path.critical_points] == ["flutter"]
+    assert 3 <= len(lengths) <= 15
+
+
+def test_flutter_begins_where_a_damped_motion_grows():
+    """Ziegler's bars with equal dampers c: 41/28 + c^2 / 2 (Herrmann and Jong 1965)."""
+    damping = 0.1
+    path = kf.equilibrium_path(bars((1.0, True), damping=damping), to=3.0)
+    (point,) = path.flutter_points
+    # a growth counts from 1e-9 of the frequency on, and it is slow
+    assert point.factor == pytest.approx(41.0 / 28.0 + 0.5 * damping**2, rel=1e-7)
+    assert path.unstable[-1] == 2
 
 
 def test_a_force_that_follows_in_part_has_branches_of_an_unsymmetric_stiffness():
