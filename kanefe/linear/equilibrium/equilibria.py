@@ -91,8 +91,8 @@ def equilibrium(
     Warns
     -----
     AccuracyWarning
-        If the modes of a body miss much of its deformation by gravity, spin or tractions, or if it is bent beyond the
-        limit of its kinematics.
+        If the modes of a body miss much of its deformation by gravity, spin or tractions, if it is bent beyond the
+        limit of its kinematics, or if the last functions of an exact beam move it by more than 1 % of its length.
     OtherRestWarning
         If contacts that touched at the start have lifted, or the rest is close to tipping off the least loaded ones.
 
@@ -113,6 +113,8 @@ def equilibrium(
         warnings.warn(f"equilibrium: {found.other_rest}", OtherRestWarning, stacklevel=outside())
     if (bending := found.bending) is not None and bending.is_too_far:
         warnings.warn(f"equilibrium: {bending.remark}", AccuracyWarning, stacklevel=outside())
+    if (resolution := found.resolution) is not None and resolution.is_coarse:
+        warnings.warn(f"equilibrium: {resolution.remark}", AccuracyWarning, stacklevel=outside())
     warn_of_axial_forces(found.model, np.array([found.time]), found.q[None], found.u[None], "equilibrium: ")
     return found
 

@@ -15,6 +15,7 @@ from kanefe.linear.imbalance import Imbalance
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.scene.targets import Named
 from kanefe.tree.bending import Bending, worst_bending
+from kanefe.tree.resolution import Resolution, worst_resolution
 
 if TYPE_CHECKING:
     from kanefe.linear.equilibrium.other_rest import OtherRest
@@ -70,6 +71,8 @@ class Equilibrium(Instant):
                 ]
         bending = self.bending
         coordinates += [f"  bending inside bodies: {bending}"] if bending is not None else []
+        resolution = self.resolution
+        coordinates += [f"  strains {resolution}"] if resolution is not None else []
         other = [f"  {self.other_rest}"] if self.other_rest is not None else []
         return "\n".join([*lines, *coordinates, *self._contacts_in_words(), *other])
 
@@ -77,6 +80,11 @@ class Equilibrium(Instant):
     def bending(self) -> Bending | None:
         """The largest rotation within a flexible body: of the one closest to its limit, or farthest beyond it."""
         return worst_bending(self.model, np.array([self.time]), self.q[None])
+
+    @property
+    def resolution(self) -> Resolution | None:
+        """How far the last functions of a beam that bends far move it: of the beam where this is most of its length."""
+        return worst_resolution(self.model, np.array([self.time]), self.q[None])
 
     @cached_property
     def other_rest(self) -> OtherRest | None:

@@ -6,7 +6,8 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 import kanefe as kf
-from kanefe_fem import Material, Rectangle, beam_body, straight_beam
+from kanefe.errors import AccuracyWarning
+from kanefe_fem import Material, Rectangle, Section, beam_body, exact_beam, straight_beam
 
 E, WIDTH, HEIGHT = 1e7, 0.02, 0.01
 EI = E * WIDTH * HEIGHT**3 / 12.0
@@ -47,3 +48,23 @@ def test_a_column_under_a_following_force_flutters_as_becks():
     path = kf.equilibrium_path(column(4, follows=True), to=25.0 * EI, longest=0.2)
     assert [point.kind for point in path.critical_points] == ["flutter"]
     assert path.flutter_points[0].factor / EI == pytest.approx(20.05, rel=2e-3)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(("functions", "is_coarse"), [(3, True), (10, False)])
+def test_a_rest_tells_how_well_the_functions_of_an_exact_beam_show_it(functions, is_coarse):
+    """Under P L^2 / EI = 10 the curvature falls from its largest value to zero: three functions are too few."""
+    scene = kf.System()
+    section = Section.from_stiffness(EA=1.0, EI_z=1.0, rho_A=1.0)
+    beam = exact_beam(1.0, section, planar=True, basis=functions)
+    scene.add_force(scene.add_flexible_body("beam", beam).interface("tip"), (0, 10.0, 0))
+    if is_coarse:
+        with pytest.warns(
+            AccuracyWarning, match="equilibrium: strains of 'beam': the last functions move it by .*basis="
+        ):
+            found = kf.equilibrium(scene)
+    else:
+        found = kf.equilibrium(scene)
+    assert found.resolution.body == "beam"
+    assert found.resolution.is_coarse == is_coarse
+    assert f"strains {found.resolution}" in str(found)
