@@ -44,7 +44,7 @@ BOUNDS_ROW, FIRST_BALL, BALL_COUNT = range(3)
 FIRST_SWEPT, SWEPT_BALLS, HAS_SWEPT_STATES = range(3)
 
 WIDER = 1e-12
-"""Size that balls have more, relative to the coordinates of their places: far more than round-off of what just touches."""
+"""Size that balls have more, relative to the coordinates of their places: far more than round-off of a touch."""
 
 
 class Reach(NamedTuple):
