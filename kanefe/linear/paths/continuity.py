@@ -24,7 +24,7 @@ below a fifth of the error of the smooth path are not seen.
 """
 
 MIDDLE, QUARTERS = 0.5, (0.25, 0.75)
-"""Where points are foreseen, shares of the step."""
+"""Places of the points that are foreseen, relative to the step."""
 
 
 def check_continuity(scene: LoadedScene, a: Stop, b: Stop) -> None:

@@ -23,8 +23,8 @@ DIGITS = 1e-11
 """Length of the bracket of a zero relative to the step."""
 
 ONSET = 1e-10
-"""The same for the onset of flutter: a tenth of the digits that are told; more would only find the round-off of nearly
-equal eigenvalues."""
+"""Length of the bracket of an onset of flutter relative to the step: a tenth of the digits that are told; more would
+only find the round-off of nearly equal eigenvalues."""
 
 TOGETHER = 1e-6
 """Distance of zeros relative to the step below which they are one point."""
