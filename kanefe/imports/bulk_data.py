@@ -60,15 +60,8 @@ class Card(NamedTuple):
 
     def number(self, number: int) -> float:
         """Return the number of a field, 0 if it was left out; a FileError names field and line if it is none."""
-        text = self.field(number)
-        if text == "":
-            return 0.0
         try:
-            return float(text)
-        except ValueError:
-            pass
-        try:
-            return float(_EXPONENT.sub(r"e\1", text.upper().replace("D", "E")))
+            return _number(self.field(number))
         except ValueError:
             raise self._no_number(number, "a number") from None
 
@@ -80,6 +73,13 @@ class Card(NamedTuple):
         except ValueError:
             return [self.number(first + i) for i in range(count)]
 
+    def wholes(self, first: int, count: int) -> list[int]:
+        """Return the whole numbers of some fields."""
+        try:
+            return [int(text) for text in self.fields[first - 2 : first - 2 + count]]
+        except ValueError:
+            return [self.whole(first + i) for i in range(count)]
+
     def refused(self, reason: str) -> FileError:
         """Return the error of a card that is not as it should be; the reason is the end of a sentence."""
         return FileError(f"{self.file}: {self.name} {self.field(2)} (line {self.at}) {reason}")
@@ -89,6 +89,14 @@ class Card(NamedTuple):
             f"{self.file}: field {number} of {self.name} (line {self.at}) is {self.field(number)!r}, and should be "
             f"{what}. Remedy: check that the file is complete, and the columns of its fields"
         )
+
+
+def _number(text: str) -> float:
+    """Return a number, 0 of nothing; its exponent may have a D, or no letter. A ValueError if it is none."""
+    try:
+        return float(text or 0.0)
+    except ValueError:
+        return float(_EXPONENT.sub(r"e\1", text.upper().replace("D", "E")))
 
 
 class _Line(NamedTuple):
@@ -129,7 +137,7 @@ def bulk_cards(path: Path, *, trusted: bool = False, reader: str = "read_nastran
                     f"{line.file} goes on with {name or 'a blank field'!r} (line {line.at}), which the line before "
                     "does not name. Remedy: continuations behind their cards"
                 )
-            found[-1] = Card(found[-1].name, found[-1].fields + fields, found[-1].file, found[-1].at)
+            found[-1] = found[-1]._replace(fields=found[-1].fields + fields)
         else:
             found.append(Card(name.rstrip("*"), fields, line.file, line.at))
         mark = next_mark
@@ -219,7 +227,7 @@ def _step(a: str, b: str) -> int | float | None:
     """Return by what a field was raised from one card to the next; None if it is the same."""
     if a == b:
         return None
-    first, second = Card("", (a,), "", 0).number(2), Card("", (b,), "", 0).number(2)
+    first, second = _number(a), _number(b)
     is_whole = a.lstrip("+-").isdigit() and b.lstrip("+-").isdigit()
     return int(second) - int(first) if is_whole else second - first
 

@@ -111,10 +111,7 @@ def _nodes(card: Card) -> tuple[str, list[int]]:
             f"{card.file}: {card.name} {card.field(2)} has {len(given)} nodes (line {card.at}), where "
             f"{' or '.join(map(str, counts))} are read. Remedy: write all nodes of each element"
         )
-    try:
-        nodes = [int(field) for field in fields]
-    except ValueError:
-        nodes = [card.whole(4 + i) for i in range(len(fields))]
+    nodes = card.wholes(4, len(fields))
     return kind, [nodes[i] for i in _MIDS_LAST[kind]] if kind in _MIDS_LAST else nodes
 
 
