@@ -317,6 +317,11 @@ class Constraint:
         return () if self.a is None or self.b is None else (self.a, self.b)
 
     @property
+    def terms(self) -> tuple[tuple[int, int, float], ...]:
+        """Of a coupler: number of a body, of the coordinate of its joint, and coefficient; else none."""
+        return tuple(term for row in self.rows if isinstance(row, CouplerRow) for term in row.terms)
+
+    @property
     def title(self) -> str:
         """Kind, name and ends in words, for messages."""
         ends = "" if self.a is None or self.b is None else f" between {self.a.label} and {self.b.label}"

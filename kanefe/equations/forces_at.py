@@ -52,6 +52,14 @@ class ForcesAt:
             raise ModelError(f"the scene has no loop joint {name!r}. It has: {', '.join(names) or 'none'}")
         return self._forces.loops[0, names.index(name)].copy()
 
+    def gear_force(self, name: str) -> Vector:
+        """Return the forces of a gear on the coordinates that it couples, (n,)."""
+        names = [constraint.name for constraint in self._model.constraints for _ in constraint.terms]
+        if name not in names:
+            there = ", ".join(dict.fromkeys(names)) or "none"
+            raise ModelError(f"the scene has no gear or rack {name!r}. It has: {there}")
+        return self._forces.gears[0, [other == name for other in names]].copy()
+
     def rigid_contact(self, number: int) -> Vector:
         """Return the outputs of a rigid contact, by its number among the rigid contacts."""
         return self._forces.contact(number)[0]

@@ -9,7 +9,7 @@ import numpy as np
 
 from kanefe.frames import Vector, cross
 from kanefe.kane.active import loaded_frames
-from kanefe.kane.constraints import HeldWrench, marker_wrenches
+from kanefe.kane.constraints import HeldWrench, held_rows, marker_wrenches
 from kanefe.kane.interactions import MarkerWrench, load_wrenches
 from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.rigid_contacts.contact_shares import shared_forces
@@ -39,6 +39,20 @@ def loop_forces(state: State) -> dict[str, Vector]:
     """
     at = {id(held.constraint): held.wrench for held in held_wrenches(state) if held.marker is held.constraint.ends[1]}
     return {c.name: at.get(id(c), np.zeros(6)) for c in state.model.constraints if c.b is not None}
+
+
+def gear_forces(state: State) -> Vector:
+    """Return the force (N) or torque (N m) of each gear, rack or other coupler on each coordinate that it couples.
+
+    Its coefficient times its multiplier, gear by gear, (coordinates of all gears,); zero where it is switched off.
+    """
+    from kanefe.constraints.rows import CouplerRow
+
+    rows = held_rows(state)
+    multipliers = shared_forces(state) if rows else ()
+    acting = {id(row): force for (_, row), force in zip(rows, multipliers, strict=True)}
+    couplers = [row for c in state.model.constraints for row in c.rows if isinstance(row, CouplerRow)]
+    return np.array([coefficient * acting.get(id(row), 0.0) for row in couplers for _, _, coefficient in row.terms])
 
 
 @once

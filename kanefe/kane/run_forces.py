@@ -10,7 +10,7 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector, cross, moved_to
 from kanefe.kane.coupling import recovered_forces, unit_wrenches
-from kanefe.kane.reactions import held_wrenches, joint_reactions, loop_forces
+from kanefe.kane.reactions import gear_forces, held_wrenches, joint_reactions, loop_forces
 from kanefe.kane.state import State
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.neighbours import BODY, FORCE, LOAD, LOOP, InterfacePart, Source, parts_of
@@ -61,6 +61,11 @@ class LiteralForces:
         """Wrench of each constraint with two ends on its end b, (T, loops, 6)."""
         found = [list(loop_forces(state).values()) for state, _ in self._acting()]
         return np.array(found).reshape(len(found), -1, 6)
+
+    @cached_property
+    def gears(self) -> Matrix:
+        """Force of each gear on each coordinate that it couples, (T, coordinates of all gears)."""
+        return np.array([gear_forces(state) for state, _ in self._acting()])
 
     def part(self, number: int) -> Matrix:
         """Return a part of the force at an interface, by its number among `parts_of`, (T, 6)."""

@@ -14,6 +14,7 @@ from kanefe.kernels.evaluation.force_tables import (
     CONTACTS,
     DRIVING,
     ENDS,
+    GEAR_FORCES,
     LOOP_FORCES,
     PARTS,
     POINTS,
@@ -109,8 +110,13 @@ class CompiledForces:
     @cached_property
     def loops(self) -> np.ndarray:
         """Wrench of each constraint with two ends on its end b, (T, loops, 6)."""
-        found = self._block(LOOP_FORCES, PARTS).reshape(len(self._times), -1, WRENCH)
+        found = self._block(LOOP_FORCES, GEAR_FORCES).reshape(len(self._times), -1, WRENCH)
         return self._with_rest(found, lambda rest: rest.loops)
+
+    @cached_property
+    def gears(self) -> Matrix:
+        """Force of each gear on each coordinate that it couples, (T, coordinates of all gears)."""
+        return self._with_rest(self._block(GEAR_FORCES, PARTS), lambda rest: rest.gears)
 
     def part(self, number: int) -> Matrix:
         """Return a part of the force at an interface, by its number among `parts_of`, (T, 6)."""

@@ -37,6 +37,7 @@ from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
+    from kanefe.constraints.rows import Constraint
     from kanefe.kane.kinematics import FrameMotion
 
 Key = tuple[str, ...]
@@ -47,8 +48,8 @@ class Channels(Protocol):
     """Where a result reads from.
 
     `has_forces`: whether accelerations and all forces can be read; `loops`: names of loop joints and other constraints
-    with two ends; `loads`: names of loads between frames, and of their outputs; `points`: number of points of each
-    contact.
+    with two ends; `gears`: names of couplers, and of the coordinates that each couples; `loads`: names of loads between
+    frames, and of their outputs; `points`: number of points of each contact.
     """
 
     times: np.ndarray
@@ -58,6 +59,7 @@ class Channels(Protocol):
     controllers: Mapping[str, ControllerLog]
     records: Mapping[str, Recorded]
     loops: tuple[str, ...]
+    gears: Mapping[str, tuple[str, ...]]
     loads: Mapping[str, tuple[str, ...]]
     has_forces: bool
 
@@ -104,6 +106,7 @@ class RunChannels:
         self.controllers: Mapping[str, ControllerLog] = trajectory.controllers
         self.records: Mapping[str, Recorded] = trajectory.records
         self.loops = tuple(constraint.name for constraint in model.constraints if constraint.b is not None)
+        self.gears: Mapping[str, tuple[str, ...]] = {c.name: _coupled(model, c) for c in model.constraints if c.terms}
         self.loads: Mapping[str, tuple[str, ...]] = {load.name: load.columns for load in model.loads}
         self.has_forces = True
         self._kept: dict[Key, np.ndarray] = {}
@@ -346,6 +349,11 @@ class RunChannels:
         wrenches = self.forces.loops
         return {("loop_force", name, ""): wrenches[:, i].copy() for i, name in enumerate(self.loops)}
 
+    def _gear_forces(self, body: str, interface: str) -> dict[Key, np.ndarray]:
+        ends = np.cumsum([len(columns) for columns in self.gears.values()])[:-1]
+        forces = np.split(self.forces.gears, ends, axis=1)
+        return {("gear_force", name, ""): own.copy() for name, own in zip(self.gears, forces, strict=True)}
+
     def _told(self, quantity: str) -> dict[int, np.ndarray]:
         """Return outputs of loads at all times by compiled functions, of those that have one, by their numbers."""
         if self.swept is None:
@@ -397,6 +405,12 @@ def output_function(load: Load, quantity: str) -> tuple[OutputFunction, int] | N
     return load.functions.point_outputs, POINT_OUTPUTS * len(load.probes)  # type: ignore[attr-defined]
 
 
+def _coupled(model: Model, constraint: Constraint) -> tuple[str, ...]:
+    """Return body and coordinate, with its unit, of each term of a coupler."""
+    bodies = model.bodies
+    return tuple(f"{bodies[i].name} {bodies[i].joint.coordinate_names[k]}" for i, k, _ in constraint.terms)
+
+
 def _in_axes(axes: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """Return vectors in N (T, 3) in components of frames with the axes A_NF (T, 3, 3)."""
     return np.asarray((vectors[:, None, :] @ axes)[:, 0])
@@ -435,6 +449,7 @@ _COMPUTE: dict[str, Callable[[RunChannels, str, str], dict[Key, np.ndarray]]] = 
     "joint_reaction": RunChannels._reactions,
     "driving_force": RunChannels._drives,
     "loop_force": RunChannels._loop_forces,
+    "gear_force": RunChannels._gear_forces,
     "load": RunChannels._loads,
     "contact_points": RunChannels._points,
 }

@@ -21,6 +21,7 @@ from kanefe.results.quantities import (
     CENTRES,
     DRIVES,
     FORCES,
+    GEARS,
     INTERFACES,
     JOINTS,
     LOADS,
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
     from kanefe.bodies.exact.beam_line import BeamLine
 
 FORMAT = "kanefe result"
-VERSION = 12
+VERSION = 13
 """Version of the file. Version 7 lacked the lines of loads and surfaces, version 8 the points of contacts, version 9
 records, version 10 bodies that bend far."""
 SUFFIXES = ("", ".h5", ".hdf5", ".hdf", ".he5")
@@ -63,6 +64,7 @@ PARTS = {
     "controllers": dict,
     "bodies": list,
     "loops": list,
+    "gears": dict,
     "loads": dict,
     "points": dict,
     "surfaces": list,
@@ -99,6 +101,7 @@ def save_result(result: Reader, path: str | Path, *, forces: bool = True) -> Non
         "events": {name: times.tolist() for name, times in result.events.items()},
         "bodies": [_described(shape) for shape in shapes],
         "loops": list(result.loops),
+        "gears": {name: list(columns) for name, columns in result.gears.items()},
         "loads": {name: list(columns) for name, columns in result.loads.items()},
         "points": result.point_counts,
         "surfaces": [
@@ -201,6 +204,7 @@ class FileChannels:
         }
         self.bodies = tuple(_shape(entry, arrays) for entry in parts["bodies"])
         self.loops = tuple(parts["loops"])
+        self.gears: Mapping[str, tuple[str, ...]] = {name: tuple(columns) for name, columns in parts["gears"].items()}
         self.loads: Mapping[str, tuple[str, ...]] = {name: tuple(columns) for name, columns in parts["loads"].items()}
         self.points: Mapping[str, int] = {name: int(count) for name, count in parts["points"].items()}
         self.surfaces = tuple(
@@ -299,6 +303,7 @@ def _saved(shapes: list[BodyShape], result: Reader, forces: bool) -> list[tuple[
     """Return quantity, body and interface of every channel that a file holds."""
     keys = [(quantity, "", "") for quantity in (*OF_SCENE, *CENTRES)]
     keys += [(quantity, name, "") for name in result.loops for quantity in LOOPS]
+    keys += [(quantity, name, "") for name in result.gears for quantity in GEARS]
     keys += [(quantity, name, "") for name in result.loads for quantity in LOADS]
     keys += [(quantity, name, "") for name in result.contacts for quantity in POINTS]
     for shape in shapes:
@@ -314,8 +319,9 @@ def _location(quantity: str, body: str, interface: str = "", part: str = "") -> 
         return f"{_folder(body)}/interfaces/{safe_name(interface)}/parts of {quantity}/{safe_name(part)}"
     if not body:
         return f"scene/{quantity}"
-    if quantity in LOOPS or quantity in LOADS or quantity in POINTS:
-        return f"{'loops' if quantity in LOOPS else 'loads'}/{safe_name(body)}/{quantity}"
+    for of, folder in ((LOOPS, "loops"), (GEARS, "gears"), (LOADS | POINTS, "loads")):
+        if quantity in of:
+            return f"{folder}/{safe_name(body)}/{quantity}"
     return f"{_folder(body)}/" + (f"interfaces/{safe_name(interface)}/{quantity}" if interface else quantity)
 
 

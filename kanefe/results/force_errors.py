@@ -237,14 +237,15 @@ def _forces(channels: RunChannels) -> Iterator[tuple[tuple[str, str, str, str], 
         found = channels.read(quantity, name)
         yield (quantity, name, "force", "N"), found[:, :3]
         yield (quantity, name, "moment", "N m"), found[:, 3:]
-    for shape in channels.bodies:
-        if shape.is_driven:
-            found = channels.read("driving_force", shape.name).reshape(len(channels.times), -1)
-            first = 0
-            for label, unit, names in resolved_parts("driving_force", shape.driven_names):
-                end = first + max(len(names), 1)
-                yield ("driving_force", shape.name, label, unit), found[:, first:end]
-                first = end
+    along = [("driving_force", shape.name, shape.driven_names) for shape in channels.bodies if shape.is_driven]
+    along += [("gear_force", name, columns) for name, columns in channels.gears.items()]
+    for quantity, name, coordinates in along:
+        found = channels.read(quantity, name).reshape(len(channels.times), -1)
+        first = 0
+        for label, unit, names in resolved_parts(quantity, coordinates):
+            end = first + max(len(names), 1)
+            yield (quantity, name, label, unit), found[:, first:end]
+            first = end
     for name, columns in channels.loads.items():
         found = channels.read("load", name)
         for unit in ("N", "N m"):

@@ -127,6 +127,30 @@ class ForceReader(QuantityReader):
         return self.read("loop_force", name)
 
     @checked
+    def gear_force(self, name: str) -> np.ndarray:
+        """Return the force (N) or torque (N m) of a gear or rack on each coordinate that it couples, shape (T, n).
+
+        In the order of its coefficients, see `gears`: coefficient times multiplier. The force at the teeth of a wheel
+        is its torque over the radius of its pitch circle.
+
+        Raises
+        ------
+        ModelError
+            If there is no such gear; the message lists them.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> scene = kf.System()
+        >>> motor, wheel = (scene.add_rigid_body(n, 1.0, 0.1, joint=kf.Revolute("z")) for n in ("motor", "wheel"))
+        >>> scene.add_gear("pair", {motor: 10, wheel: 30})
+        >>> scene.add_torque(motor, (0, 0, 1.0))
+        >>> scene.simulate((0.0, 1.0)).gear_force("pair")[-1].round(3)  # N m
+        array([-0.1, -0.3])
+        """
+        return self.read("gear_force", name)
+
+    @checked
     def load(self, name: str, column: str | None = None) -> np.ndarray:
         """Return outputs of a load between frames, such as the tension of a rope, (T, columns), or (T,) of one column.
 

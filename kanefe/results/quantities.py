@@ -54,6 +54,11 @@ DRIVES = {
     )
 }
 LOOPS = {"loop_force": Quantity("force of the loop joint on its end b, in the axes of that end", WRENCH)}
+GEARS = {
+    "gear_force": Quantity(
+        "force of the gear on each coordinate that it couples", (("gear force", "N, of an angle N m", ()),)
+    )
+}
 LOADS = {"load": Quantity("load between frames", (("load", "by column", ()),))}
 POINTS = {"contact_points": Quantity("points of a contact", (("contact points", "by column", ()),))}
 MODES = {
@@ -78,9 +83,9 @@ MOMENTA = {
 CENTRES = {"center_of_mass": Quantity("centre of mass in N", (("position", "m", XYZ),))}
 OF_SCENE = ENERGIES | MOMENTA
 QUANTITIES: Mapping[str, Quantity] = (
-    MOTIONS | CENTRES | JOINTS | DRIVES | LOOPS | LOADS | POINTS | MODES | INTERFACES | OF_SCENE
+    MOTIONS | CENTRES | JOINTS | DRIVES | LOOPS | GEARS | LOADS | POINTS | MODES | INTERFACES | OF_SCENE
 )
-FORCES = ("joint_reaction", "driving_force", "coupling_force", "loop_force")
+FORCES = ("joint_reaction", "driving_force", "coupling_force", "loop_force", "gear_force")
 """Quantities that need the residuals of the equations."""
 
 
@@ -94,8 +99,8 @@ def resolved_parts(
     quantity : str
         A key of `QUANTITIES`.
     columns : sequence of str
-        Names of the joint's coordinates (driven ones for a driving force) or speeds with their units in brackets, as
-        joints give them.
+        Names of the joint's coordinates (driven ones for a driving force, those of bodies for a gear's) or speeds with
+        their units in brackets, as joints give them.
     count : int
         Number of modes.
     is_orthonormal : bool
@@ -108,12 +113,12 @@ def resolved_parts(
         return ((label, reduced if is_orthonormal else full, tuple(f"{i}" for i in range(count))),)
     if quantity in DRIVES and len(columns) == 1:
         return ((label, _force_unit(columns[0]), ()),)
-    if quantity not in ("joint_coordinates", "joint_speeds", *DRIVES, *LOADS, *POINTS):
+    if quantity not in ("joint_coordinates", "joint_speeds", *DRIVES, *GEARS, *LOADS, *POINTS):
         return parts
     groups: list[tuple[str, list[str]]] = []
     for column in columns:
         name, _, bracket = column.partition(" [")
-        of = _force_unit(column) if quantity in DRIVES else bracket.removesuffix("]") or "1"
+        of = _force_unit(column) if quantity in DRIVES or quantity in GEARS else bracket.removesuffix("]") or "1"
         if not groups or groups[-1][0] != of:
             groups.append((of, []))
         groups[-1][1].append(name)

@@ -19,6 +19,7 @@ from kanefe.results.contact_points import point_columns
 from kanefe.results.quantities import (
     CENTRES,
     DRIVES,
+    GEARS,
     INTERFACES,
     LOADS,
     LOOPS,
@@ -135,6 +136,11 @@ class QuantityReader:
         return self._channels.loops
 
     @property
+    def gears(self) -> dict[str, tuple[str, ...]]:
+        """Names of gears, racks and other couplers, and of the coordinates that each couples: see `gear_force`."""
+        return dict(self._channels.gears)
+
+    @property
     def loads(self) -> dict[str, tuple[str, ...]]:
         """Names of the loads between frames, and of their columns, with units in brackets: see `load`."""
         return dict(self._channels.loads)
@@ -192,6 +198,8 @@ class QuantityReader:
             raise ModelError(f"there is no quantity {quantity!r}. There are: {', '.join(QUANTITIES)}")
         if not name or quantity in LOOPS:
             return resolved_parts(quantity)
+        if quantity in GEARS:
+            return resolved_parts(quantity, self._gear(name))
         if quantity in LOADS:
             return resolved_parts(quantity, self.loads[name])
         if quantity in POINTS:
@@ -223,10 +231,15 @@ class QuantityReader:
         if quantity in LOOPS:
             if name not in self.loops or interface is not None:
                 there = ", ".join(self.loops) or "none"
-                raise ModelError(
-                    f"the run has no loop joint called {name!r}. It has: {there}. What a gear, rack or coupler does is "
-                    "part of joint_reaction(body)"
+                of_gear = (
+                    f". {name!r} is a gear or rack: its force is gear_force({name!r})" if name in self.gears else ""
                 )
+                raise ModelError(f"the run has no loop joint called {name!r}. It has: {there}{of_gear}")
+            return self._channels.read(quantity, name)
+        if quantity in GEARS:
+            if interface is not None:
+                raise ModelError(f"{quantity} takes a gear and no interface, {interface!r} was given")
+            self._gear(name)
             return self._channels.read(quantity, name)
         if quantity in LOADS:
             if name not in self.loads or interface is not None:
@@ -254,6 +267,12 @@ class QuantityReader:
         if of is not None and interface is not None:
             return self._channels.read(quantity, name, interface, of)
         return self._channels.read(quantity, name, interface or "")
+
+    def _gear(self, name: str) -> tuple[str, ...]:
+        if name not in self.gears:
+            there = ", ".join(self.gears) or "none"
+            raise ModelError(f"the run has no gear or rack called {name!r}. It has: {there}")
+        return self.gears[name]
 
     def _contact(self, name: str) -> str:
         if name not in self.contacts:

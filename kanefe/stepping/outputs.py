@@ -21,7 +21,7 @@ from kanefe.scene.readings import READS, readings_of
 from kanefe.scene.targets import Named, asked_for
 from kanefe.stepping.steppable import Steppable
 
-FORCES = ("coupling_force", "joint_reaction", "driving_force", "loop_force", "load", "contact_points")
+FORCES = ("coupling_force", "joint_reaction", "driving_force", "loop_force", "gear_force", "load", "contact_points")
 """Further outputs of an instant; each reads more than the motion of one frame."""
 
 

@@ -144,6 +144,8 @@ class RunForces(Protocol):
         Forces on the driven coordinates.
     loops : ndarray, shape (T, loops, 6)
         Wrench of each constraint with two ends on its end b, about its origin, in its axes.
+    gears : ndarray, shape (T, coordinates of all gears)
+        Force of each coupler on each coordinate that it couples.
     """
 
     @property
@@ -158,6 +160,11 @@ class RunForces(Protocol):
 
     @property
     def loops(self) -> np.ndarray:
+        """See above."""
+        ...
+
+    @property
+    def gears(self) -> Matrix:
         """See above."""
         ...
 

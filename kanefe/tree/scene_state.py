@@ -32,6 +32,7 @@ class Forces(Protocol):
     def joint_reaction(self, name: str) -> Vector: ...  # noqa: D102
     def driving_force(self, name: str) -> Vector: ...  # noqa: D102
     def loop_force(self, name: str) -> Vector: ...  # noqa: D102
+    def gear_force(self, name: str) -> Vector: ...  # noqa: D102
     def rigid_contact(self, number: int) -> Vector: ...  # noqa: D102
 
 
@@ -188,6 +189,10 @@ class SceneState:
     def loop_force(self, name: str) -> Vector:
         """Return force and moment of a loop joint on its end b, in its axes, (6,), N and N m; as `joint_reaction`."""
         return self._held(f"the force of loop joint {name!r}").loop_force(name)
+
+    def gear_force(self, name: str) -> Vector:
+        """Return forces of a gear on the coordinates that it couples, (n,), N and N m; as `joint_reaction`."""
+        return self._held(f"the force of gear {name!r}").gear_force(name)
 
     def _held(self, what: str) -> Forces:
         if self._forces is None:

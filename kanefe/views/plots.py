@@ -10,7 +10,18 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from kanefe.errors import MissingDependency, ModelError
-from kanefe.results.quantities import DRIVES, ENERGIES, INTERFACES, LOADS, LOOPS, MODES, MOMENTA, POINTS, QUANTITIES
+from kanefe.results.quantities import (
+    DRIVES,
+    ENERGIES,
+    GEARS,
+    INTERFACES,
+    LOADS,
+    LOOPS,
+    MODES,
+    MOMENTA,
+    POINTS,
+    QUANTITIES,
+)
 from kanefe.storage.files import ready_path, write_whole
 
 try:
@@ -165,6 +176,8 @@ def _targets(result: Reader, quantity: str, names: Sequence[str]) -> list[tuple[
     found: list[tuple[str, ...]]
     if quantity in LOOPS:
         found = [(name,) for name in result.loops]
+    elif quantity in GEARS:
+        found = [(name,) for name in result.gears]
     elif quantity in POINTS:
         found = [(name,) for name in result.contacts]
     elif quantity in LOADS:

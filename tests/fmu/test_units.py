@@ -137,6 +137,9 @@ def test_loops_driven_joints_and_planes_are_in_units(tmp_path: Path, method: str
     scene.add_rigid_body("wheel", 1.0, 0.1, joint=kf.Revolute("z", motion=kf.Motion.steady(2.0)))
     friction = kf.CoordinateForce(friction=0.01, static_friction=0.02)
     scene.add_rigid_body("disc", 0.1, 1e-3, joint=kf.Revolute("z", speed=0.7, forces=friction))
+    small, large = (scene.add_rigid_body(name, 0.1, 1e-3, joint=kf.Revolute("z")) for name in ("small", "large"))
+    scene.add_gear("pair", {small: 1, large: 2})
+    scene.add_motor(small, 0.01)
     options: dict[str, Any] = {
         "method": method,
         "inputs": ("drive wheel", f"motor {names[0]}"),
@@ -147,6 +150,7 @@ def test_loops_driven_joints_and_planes_are_in_units(tmp_path: Path, method: str
             "joint_speeds disc",
             "driving_force wheel",
             f"loop_force {scene.freeze().constraints[0].name}",
+            "gear_force pair",
         ),
     }
     sim, unit = scene.start(**options), Unit(scene.to_fmu(tmp_path / "bars.fmu", **options))

@@ -46,7 +46,7 @@ def literally(model: Model, times: Vector, states: Matrix) -> LiteralForces:
 
 def all_of(model: Model, forces: RunForces) -> dict[str, np.ndarray]:
     """Return all that is told, by what it is."""
-    found = {"reactions": forces.reactions, "driving": forces.driving, "loops": forces.loops}
+    found = {"reactions": forces.reactions, "driving": forces.driving, "loops": forces.loops, "gears": forces.gears}
     for i, part in enumerate(parts_of(model)):
         kinds = {source.kind for source in part.sources}
         found[f"part {i} of {kinds}"] = forces.part(i)
@@ -80,6 +80,19 @@ def stiffened() -> Model:
     return scene.freeze()
 
 
+def geared() -> Model:
+    """A chain of three whose joints a gear couples, another that is open, and a rack, with a rope that pulls."""
+    scene = kf.System(gravity=(1.0, 2.0, -9.81))
+    links = [scene.add_rigid_body("0", 1.0, 0.1, com=(0.3, 0, 0), joint=kf.Revolute("z"))]
+    links += [scene.add_rigid_body("1", 1.0, 0.1, com=(0.3, 0, 0), parent=links[0], joint=kf.Revolute("y"))]
+    links += [scene.add_rigid_body("2", 1.0, 0.1, com=(0.3, 0, 0), parent=links[1], joint=kf.Prismatic("x"))]
+    scene.add_gear("open", {links[0]: 2.0}, starts_on=False)
+    scene.add_gear("pair", {links[0]: 2.0, links[1]: -3.0})
+    scene.add_rack("teeth", links[1], links[2], 0.4)
+    scene.add_spring("pull", links[2], scene.ground.frame(at=(1, 2, 3)), stiffness=30.0)
+    return scene.freeze()
+
+
 TREES: dict[str, Callable[[], Model]] = {
     "rigid": lambda: random_model(Recipe(2, bodies=8, loads=5, between=4)),
     "flexible": lambda: random_model(Recipe(0, bodies=7, elastic=0.5, loads=4, between=4)),
@@ -93,6 +106,7 @@ TREES: dict[str, Callable[[], Model]] = {
     "four-bars upon each other": lambda: four_bars(
         4, "one on the other", closed_by="rods", motion=SPEEDING_UP
     ).freeze(),
+    "geared": geared,
     "flexible four-bars": lambda: bent_four_bars(3).freeze(),
 }
 
@@ -113,6 +127,7 @@ def test_forces_are_those_of_the_literal_route(name: str, monkeypatch: pytest.Mo
     assert name not in ("flexible", "more flexible") or {BODY, LOAD, FORCE} <= kinds
     assert name not in ("loop", "flexible four-bars") or LOOP in kinds
     assert not name.startswith("four-bars") or wanted["loops"].any()
+    assert name != "geared" or wanted["gears"].any(axis=0).tolist() == [False, True, True, True, True]
     assert not model.driven_count or wanted["driving"].any()
 
 

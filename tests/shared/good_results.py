@@ -18,6 +18,7 @@ def result() -> kf.Result:
     made.add_rigid_body("driven", 1.0, 0.1, joint=kf.Revolute("z", motion=kf.Motion.steady(1.0)))
     bar = made.add_rigid_body("bar", 1.0, 0.1, joint=kf.Free((0.0, 0.0, 3.0)))
     made.add_loop_joint("loop", kf.Spherical(), bar, made.ground.frame((0.0, 0.0, 3.0)))
+    made.add_gear("gear", {made.add_rigid_body("wheel", 1.0, 0.1, joint=kf.Revolute("z")): 1.0}, starts_on=False)
     made.add_contact(
         "stop",
         made.add_surface("ball", bar, kf.shapes.Sphere(0.1)),
@@ -50,6 +51,7 @@ for reader, of in (("Result", result), ("Instant", instant)):
     on(f"kanefe.{reader}.contact_points", of, name="stop")
     on(f"kanefe.{reader}.driving_force", of, name="driven")
     on(f"kanefe.{reader}.loop_force", of, name="loop")
+    on(f"kanefe.{reader}.gear_force", of, name="gear")
     on(f"kanefe.{reader}.load", of, name="spring", column="tension")
     on(f"kanefe.{reader}.load_force", of, name="spring", end=0)
     on(f"kanefe.{reader}.coupling_force", of, name="beam", interface="tip")

@@ -78,9 +78,18 @@ def standing():
     return scene.simulate((0.0, 0.1), output_step=0.01)
 
 
+def geared():
+    scene = kf.System()
+    wheels = [scene.add_rigid_body(name, 1.0, 0.1, joint=kf.Revolute("z")) for name in ("small", "large")]
+    scene.add_gear("pair", dict.fromkeys(wheels, 1))
+    scene.add_motor(wheels[0], 1.0)
+    return scene.simulate((0.0, 0.1), output_step=0.01)
+
+
 @pytest.mark.parametrize("quantity", QUANTITIES)
 def test_every_quantity_can_be_drawn_without_a_name(quantity):
     scenes = {"driving_force": turntable, "loop_force": four_bar, "load": hung, "contact_points": standing}
+    scenes["gear_force"] = geared
     result = scenes.get(quantity, robot)()
     figure = result.plot(quantity)
     assert all("[" in axes.get_ylabel() and "]" in axes.get_ylabel() for axes in figure.axes)

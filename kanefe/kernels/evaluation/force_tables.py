@@ -14,10 +14,10 @@ from kanefe.kernels.loads.loads_layout import WHOLE, LoadsBetween
 
 WRENCH = 6
 
-RATES, REACTIONS, DRIVING, LOOP_FORCES, PARTS, ENDS, CONTACTS, POINTS, WIDTH = range(9)
+RATES, REACTIONS, DRIVING, LOOP_FORCES, GEAR_FORCES, PARTS, ENDS, CONTACTS, POINTS, WIDTH = range(10)
 """Columns at which the rates of the state begin in a row of what is told, and forces: of joints on their bodies, of
-drives, of loops on their ends b, parts of those at interfaces, of loads between frames on their ends, outputs of rigid
-contacts and of their points; its width."""
+drives, of loops on their ends b, of gears on coordinates, parts of those at interfaces, of loads between frames on
+their ends, outputs of rigid contacts and of their points; its width."""
 
 # Columns of the integers of a held body
 HELD_ROW, FIRST_COMPONENT, COMPONENT_COUNT, HELD_POOL = range(4)
@@ -41,6 +41,10 @@ class ForceTables(NamedTuple):
         Origin and axes of its frame in the row.
     loops : ndarray of int, shape (loops, 2)
         First row of each loop joint or other constraint with two ends, and number of rows.
+    gear_rows : ndarray of int, shape (g,)
+        Row of the gear, of each coordinate that a gear, rack or other coupler couples.
+    coefficients : ndarray, shape (g,)
+        Its coefficient there.
     held : ndarray of int, shape (flexible bodies with components fixed in G, 4)
         Row, first component and their number, and where constants are in the pool: for each component the motion of G,
         (6,), and that of the k modes.
@@ -50,12 +54,14 @@ class ForceTables(NamedTuple):
     pool : ndarray
     parts : ndarray of int, shape (p, 3)
     sources : ndarray of int, shape (s, 4)
-    places : ndarray of int, shape (9,)
+    places : ndarray of int, shape (10,)
     """
 
     bodies: Integers
     frames: RealRows
     loops: IntegerRows
+    gear_rows: Integers
+    coefficients: Reals
     held: IntegerRows
     components: IntegerRows
     axes: RealRows

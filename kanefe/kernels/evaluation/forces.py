@@ -41,6 +41,7 @@ from kanefe.kernels.evaluation.evaluation import AT_TIME, DONE_AS, LEAST_PIVOT
 from kanefe.kernels.evaluation.force_tables import (
     DRIVING,
     ENDS,
+    GEAR_FORCES,
     LOOP_FORCES,
     REACTIONS,
     WRENCH,
@@ -49,7 +50,7 @@ from kanefe.kernels.evaluation.force_tables import (
     force_workspace,
 )
 from kanefe.kernels.evaluation.told_contacts import tell_contacts
-from kanefe.kernels.evaluation.told_forces import hold_components, tell_joints, tell_loops, tell_parts
+from kanefe.kernels.evaluation.told_forces import hold_components, tell_gears, tell_joints, tell_loops, tell_parts
 from kanefe.kernels.force_elements.places import END_NUMBERS, WRENCHES, P
 from kanefe.kernels.layout import (
     COORDINATES,
@@ -253,6 +254,7 @@ def put_forces(
     sum_inward(tables, applied, work, out[forces.places[DRIVING] :])
     tell_joints(forces, work, out[forces.places[REACTIONS] :])
     tell_loops(forces, loops, multipliers, work, exerted, out[forces.places[LOOP_FORCES] :])
+    tell_gears(forces, multipliers, out[forces.places[GEAR_FORCES] :])
     for h in range(len(forces.held)):
         hold_components(forces, tables.rows, flexible, h, work, modal, workspace)
     tell_parts(tables, loops, forces, inputs, multipliers, work, exerted, workspace, out)

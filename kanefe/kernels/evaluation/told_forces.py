@@ -99,6 +99,13 @@ def tell_loops(
 
 
 @kernel
+def tell_gears(forces: ForceTables, multipliers: np.ndarray, told: np.ndarray) -> None:
+    """Write the force of each gear on each coordinate that it couples, its coefficient times the multiplier."""
+    for g in range(len(forces.gear_rows)):
+        told[g] = forces.coefficients[g] * multipliers[forces.gear_rows[g]]
+
+
+@kernel
 def hold_components(
     forces: ForceTables,
     rows: np.ndarray,

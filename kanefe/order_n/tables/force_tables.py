@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from kanefe.kernels.constraints.loop_tables import Loops
@@ -10,6 +12,7 @@ from kanefe.kernels.contact.rigid_points import CONTACT
 from kanefe.kernels.evaluation.force_tables import (
     CONTACTS,
     DRIVING,
+    GEAR_FORCES,
     LOOP_FORCES,
     OF_CARRIER,
     OF_CHILD,
@@ -73,11 +76,13 @@ class ForceTableBuilder:
         parts, sources = self._parts(parts_of(model))
         frames = builder.frame_offsets
         two_ended = [self._rows_of_loops[c.name] for c in model.constraints if c.b is not None]
+        gears = list(_gear_terms(model))
         sizes = (
             model.coordinate_count + model.free_count + model.state_count + QUADRATURES,
             WRENCH * len(frames),
             model.driven_count,
             WRENCH * len(two_ended),
+            len(gears),
             WRENCH * len(parts),
             WRENCH * len(between.rows),
             CONTACT_OUTPUTS * len(model.rigid_contacts),
@@ -87,6 +92,8 @@ class ForceTableBuilder:
             bodies=np.array([frame.row for frame in frames], dtype=np.int64),
             frames=np.array([(*frame.place, *frame.axes.ravel()) for frame in frames]).reshape(-1, 12),
             loops=np.array(two_ended, dtype=np.int64).reshape(-1, 2),
+            gear_rows=np.array([self._rows_of_loops[name][0] for name, _ in gears], dtype=np.int64),
+            coefficients=np.array([coefficient for _, coefficient in gears], dtype=float),
             **held,
             parts=np.array(parts, dtype=np.int64).reshape(-1, 3),
             sources=np.array(sources, dtype=np.int64).reshape(-1, 4),
@@ -112,6 +119,9 @@ class ForceTableBuilder:
         if quantity == "loop_force":
             number = [constraint.name for constraint in model.constraints if constraint.b is not None].index(name)
             return places[LOOP_FORCES] + WRENCH * number + component, 1
+        if quantity == "gear_force":
+            first = [gear for gear, _ in _gear_terms(model)].index(name)
+            return places[GEAR_FORCES] + first + component, 1
         if quantity in ("load", "contact_points"):
             number = [model.loads[i].name for i in model.rigid_contacts].index(name)
             if quantity == "load":
@@ -200,6 +210,13 @@ def _rows_of_loops(model: ModelData) -> dict[str, tuple[int, int]]:
         found[constraint.name] = first, len(constraint.rows)
         first += len(constraint.rows)
     return found
+
+
+def _gear_terms(model: ModelData) -> Iterator[tuple[str, float]]:
+    """Yield name and coefficient of each coordinate that a gear, rack or other coupler couples."""
+    for constraint in model.constraints:
+        for _, _, coefficient in constraint.terms:
+            yield constraint.name, coefficient
 
 
 def _is_determined(terms: FlexibleTerms) -> bool:
