@@ -82,6 +82,9 @@ class TestFactorise:
         with pytest.raises(ModelError) as error:
             MumpsFactor(mask @ held @ mask)
         shown(error, "no stiffness at all")
+        with pytest.raises(ModelError) as error:
+            MumpsFactor(sp.kron(sp.identity(30), np.ones((2, 2)), format="csc"))
+        shown(error, "insufficiently supported (pivot")
 
     def test_only_what_is_needed_is_factored_once(self, held, monkeypatch):
         monkeypatch.setattr(_petsc, "free_memory", lambda: 1e12)

@@ -12,6 +12,16 @@ from loop_scenes import four_bar
 NUMBERS = "coordinates", "speeds", "internal", "dissipated", "work"
 
 
+class InPython(kf.Load):
+    """A load of the user without a kernel, beside which others may have one."""
+
+    def __init__(self, name, ends):
+        self.name, self.ends = name, ends
+
+    def action(self, t, ends, states):
+        return kf.Action(np.zeros((2, 6)))
+
+
 def is_same(one: kf.Result, other: kf.Result) -> bool:
     """Return whether two runs have the same states, events and counts, to the bit."""
     a, b = one.run.trajectory, other.run.trajectory
@@ -74,6 +84,12 @@ def test_what_may_be_otherwise_the_next_time_is_not_kept():
     first = scene.simulate((0.0, 0.1))
     strength[0] = 2.0
     assert scene.simulate((0.0, 0.1)).joint_coordinates("rod")[-1] != first.joint_coordinates("rod")[-1]
+
+    scene = swinging_rod()
+    scene.add_spring("spring", scene.body("rod").frame((1.0, 0.0, 0.0)), scene.ground, stiffness=1.0)
+    with_own = scene.copy()
+    with_own.add(InPython("own", (with_own.body("rod"), with_own.ground)))
+    assert [one.freeze() is one.freeze() for one in (scene, with_own)] == [True, False]
 
     scene = swinging_rod()
     for level in (-0.1, -0.2):

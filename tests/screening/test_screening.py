@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.frames import axis_rotation
 from kanefe.screening import windows
-from kanefe.screening.carrier import Carrier
+from kanefe.screening.carrier import Carrier, Displacement
 from kanefe.screening.superposition import Sticking, superposed
 from kanefe.screening.windows import screen
 from screening_scenes import block_on_deck, deck_motion
@@ -39,6 +40,23 @@ def check_same(whole: kf.Result, screened: kf.ScreenedRun) -> None:
     for name, times in there.items():
         assert here[name] == pytest.approx(times, abs=SAME_TIME)
     np.testing.assert_array_equal(whole.times, screened.result.times)
+
+
+@pytest.mark.parametrize("p", [(0.0, 0.0, 0.0), (1.0, -2.0, 0.5)])
+@pytest.mark.parametrize("angle", [0.0, 0.7])
+def test_a_displacement_seen_from_another_frame_moves_its_points_alike(p: tuple[float, ...], angle: float) -> None:
+    rng = np.random.default_rng(5)
+    x, v, a, w, dw, r = rng.standard_normal((6, 1, 3))
+    origin, A, R = np.array(p), axis_rotation((1, 0, 0), angle), axis_rotation((0.6, 0, 0.8), 0.4)
+    seen = Displacement(x, v, a, R[None], w, dw).seen_from(origin, A)
+    at = origin + A @ r[0]
+    spin = np.cross(w, at)
+    np.testing.assert_allclose(origin + A @ (seen.x[0] + seen.R[0] @ r[0]), x[0] + R @ at, atol=1e-14)
+    moved = seen.v + (seen.R[0] @ np.cross(seen.w, r)[0])
+    np.testing.assert_allclose(A @ moved[0], (v + (R @ spin[0]))[0], atol=1e-14)
+    pushed = np.cross(seen.dw, r) + np.cross(seen.w, np.cross(seen.w, r))
+    wanted = np.cross(dw, at) + np.cross(w, spin)
+    np.testing.assert_allclose(A @ (seen.a + (seen.R[0] @ pushed[0]))[0], (a + (R @ wanted[0]))[0], atol=1e-14)
 
 
 @pytest.mark.parametrize("seed", [1, 3, 4])

@@ -201,6 +201,18 @@ class TestAxes:
         A = axes_at_angle(np.pi / 6, axis=(0, 0, 2), along=(1, 0, 1))
         np.testing.assert_allclose(A[:, 0], [np.sqrt(0.75), 0.5, 0], atol=1e-15)
 
+    def test_axes_are_in_the_record_of_a_material(self):
+        A = axes_at_angle(np.pi / 6)
+        assert Oriented(CARBON, A).describe()["axes"] == A.tolist()
+        of_cells = np.stack((A, np.eye(3)))
+        digests = [Oriented(CARBON, axes).describe()["axes"]["sha256"] for axes in (of_cells, of_cells[::-1])]
+        assert digests[0] != digests[1]
+
+        def grown(x):
+            return np.broadcast_to(A, (len(x), 3, 3))
+
+        assert Oriented(CARBON, grown).describe()["axes"]["function"].endswith("grown")
+
     def test_bad_axes(self):
         for make, word in (
             (lambda: Oriented(CARBON, 2 * np.eye(3)), "orthonormal"),

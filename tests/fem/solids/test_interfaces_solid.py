@@ -309,6 +309,14 @@ def test_the_error_of_a_small_clamped_patch_is_that_of_what_hangs_on_it() -> Non
     assert stiff.provenance["tie_errors"] == {"pad": pytest.approx(true, rel=0.1)}
 
 
+def test_the_error_of_a_tie_of_a_body_that_is_held_everywhere_is_under_its_own_weight() -> None:
+    model = block()
+    with pytest.warns(TieWarning, match="'point' is a single node.* compliance under gravity along [xyz] is") as seen:
+        body = flexible_body(model, {"root": "clamped", "point": "clamped"}, reduction=STATIC)
+    assert len(seen) == 1
+    assert 0.0 < body.provenance["tie_errors"]["point"] < 1.0
+
+
 @pytest.mark.parametrize("name", ["point", "facet"])
 def test_a_single_node_or_facet_of_a_solid_is_warned_of(name: str) -> None:
     with pytest.warns(
