@@ -11,10 +11,12 @@ import pytest
 import kanefe as kf
 from kanefe import shapes
 from kanefe.checks.verification.rigid_contact import rocking_block
-from kanefe.contact.rigid.meeting import meetings_with
+from kanefe.constraints.rows import MarkerMotion
+from kanefe.contact.rigid.meeting import Meeting, meetings_with
 from kanefe.kane.constraints import meetings
 from kanefe.kane.rigid_contacts.contact_forces import probe_forces
 from kanefe.kane.rigid_contacts.impacts import resolved
+from kanefe.kernels.contact.rigid_points import BACK, TURNED
 
 G = 9.81
 GRID = np.linspace(-2.0, 2.0, 9)
@@ -343,3 +345,22 @@ def test_what_lies_and_slides_is_met_once_a_state_and_only_where_it_touches(monk
         calls.clear()
         ask(0.0, y)
         assert calls == [4]
+
+
+def test_a_slip_ends_where_it_goes_back_or_has_turned() -> None:
+    scene, floor, body = on_floor(position=(0.0, 0.0, 1.0))
+    scene.add_contact("foot", body.frame(), floor, normal=kf.Rigid(), friction=kf.Coulomb(0.5))
+    contact, surface = scene.freeze().rigid_contact(0), MarkerMotion(np.zeros(3), np.eye(3), *[np.zeros(3)] * 4)
+
+    def left(kept: float, rates: tuple[float, float]) -> float:
+        """Of one that was kept along x, where axes along the surface are x and y."""
+        met = Meeting(0.0, np.zeros(3), np.zeros(3), np.eye(3)[[2, 0, 1]], np.array((0.0, *rates)), np.zeros(3))
+        return contact.left_of_slip(met, np.array((kept, 0.0, 0.0)), surface)
+
+    turned = np.array((TURNED, np.sqrt(1.0 - TURNED**2)))
+    for kept in (1e-9, 1e-10):
+        assert left(kept, 3.0 * turned) == pytest.approx(0.0, abs=1e-15)
+        assert left(kept, (3.0, 0.0)) == pytest.approx(3.0 - 3.0 * TURNED)
+    assert left(0.2, (-BACK * 0.2, 0.0)) == pytest.approx(0.0, abs=1e-15)
+    assert left(0.2, (0.0, 0.0)) == pytest.approx(BACK * 0.2)
+    assert left(0.2, (0.2, 0.0)) == pytest.approx(0.0, abs=1e-15)
