@@ -158,6 +158,10 @@ class FiniteElementModel:
     generalised : int
         Number of coordinates of a superelement that move none of its nodes, such as modes with the boundary held: the
         last degrees of freedom, after those of the nodes.
+    following : csr_matrix, shape (f, N), or None
+        Unit directions of rotations that only follow the neighbourhood of their node, one a row: those of the nodes of
+        solids, and about the normals of flat shells. They have no stiffness of their own and no mass, and no
+        interface holds them.
     """
 
     nodes: np.ndarray
@@ -174,6 +178,7 @@ class FiniteElementModel:
     geometric_stiffness: Mapping[str, sp.csr_matrix] | None = None
     provenance: Mapping[str, Any] = field(default_factory=dict)
     generalised: int = 0
+    following: sp.csr_matrix | None = None
 
     @property
     def size(self) -> int:

@@ -33,16 +33,18 @@ class Patch:
         Position of the frame in G, m.
     axes : ndarray, shape (3, 3)
         Rotation matrix from the axes of the frame to those of G.
-    turn : ndarray, shape (components of a node, components of a node)
-        From the motion of a node in components along the axes to components in G.
-    follows : ndarray of bool, shape (components of a node,)
-        Which components of a node's motion along the axes follow the frame.
+    follows : csc_matrix, shape (m * components of a node, h)
+        Orthonormal motions of the nodes, in components of G, that follow the frame: along the axes of the interface.
+    loose : csc_matrix, shape (m * components of a node, l)
+        Those that do not: released ones, and rotations that only follow the neighbourhood of their node.
+    owner : ndarray of int, shape (h,)
+        The node that each of the first ones moves, as a position in `nodes`.
     components : tuple of int
         Components of the frame that move the nodes (0..5).
     fixed : tuple of int
         Components fixed in G, as positions in `components`.
-    motion : ndarray, shape (m * components of a node, components)
-        R: motion of the nodes along the axes of the interface with each component of the frame.
+    motion : ndarray, shape (h, components)
+        R: each component of the frame in the motions that follow it.
     """
 
     name: str
@@ -51,8 +53,9 @@ class Patch:
     measure: sp.csr_matrix | None
     position: np.ndarray
     axes: np.ndarray
-    turn: np.ndarray
-    follows: np.ndarray
+    follows: sp.csc_matrix
+    loose: sp.csc_matrix
+    owner: np.ndarray
     components: tuple[int, ...]
     fixed: tuple[int, ...]
     motion: np.ndarray
@@ -76,11 +79,10 @@ def patch_of(model: FiniteElementModel, name: str, spec: Interface) -> Patch:
             f"the axes of interface {name!r} lead out of the components {', '.join(model.components)} that the body's "
             "nodes have. Remedy: turn them about z only"
         )
-    follows = np.array([c not in spec.released for c in model.components])
-    offsets = (model.nodes[group.nodes] - position) @ axes
-    motion = rigid_motion(offsets, np.zeros(3), model.components)
-    motion[np.tile(~follows, len(offsets))] = 0.0
-    components = _followed(name, spec, model.nodes[group.nodes], position, motion)
+    follows, loose, owner = _directions(model, group.nodes, turn, np.isin(model.components, spec.released))
+    moved = rigid_motion(model.nodes[group.nodes], position, model.components) @ np.kron(np.eye(2), axes)
+    has_turns = loose.shape[1] > len(group.nodes) * len(set(spec.released) & set(model.components))
+    components = _followed(name, spec, model.nodes[group.nodes], position, follows.T @ moved, has_turns)
     fixed = tuple(i for i, c in enumerate(components) if COMPONENTS[c] in _fixed(spec))
     return Patch(
         name=name,
@@ -89,12 +91,47 @@ def patch_of(model: FiniteElementModel, name: str, spec: Interface) -> Patch:
         measure=group.measure,
         position=np.array(position, dtype=float),
         axes=axes,
-        turn=turn,
         follows=follows,
+        loose=loose,
+        owner=owner,
         components=components,
         fixed=fixed,
-        motion=motion[:, list(components)],
+        motion=np.asarray(follows.T @ moved[:, list(components)]),
     )
+
+
+def _directions(
+    model: FiniteElementModel, nodes: np.ndarray, turn: np.ndarray, released: np.ndarray
+) -> tuple[sp.csc_matrix, sp.csc_matrix, np.ndarray]:
+    """Return motions of the nodes of a patch that follow its frame and that do not, and the nodes of the first.
+
+    `turn` leads from components along the axes of the interface to those of G, `released` is a mask of the former.
+    Rotations that only follow their neighbourhood do not follow the frame.
+    """
+    width, count = len(turn), len(nodes)
+    rows = (nodes[:, None] * width + np.arange(width)).ravel()
+    free = None if model.following is None else model.following[:, rows].tocsc()
+    if free is None or not free.nnz:
+        each = sp.identity(count)
+        owner = np.repeat(np.arange(count), np.sum(~released))
+        follows, loose = (sp.kron(each, turn[:, mask], format="csc") for mask in (~released, released))
+        return follows, loose, owner
+    following, left_out = [turn[:, ~released]] * count, [turn[:, released]] * count
+    for node in np.unique(free.tocoo().col // width):
+        own = free[:, node * width : (node + 1) * width].toarray().T
+        kept, sizes, _ = np.linalg.svd(own - left_out[node] @ (left_out[node].T @ own))
+        left_out[node] = np.hstack((left_out[node], kept[:, : np.sum(sizes > _SMALL)]))
+        following[node] = _beside(left_out[node], following[node])
+    owner = np.repeat(np.arange(count), [block.shape[1] for block in following])
+    return sp.block_diag(following, format="csc"), sp.block_diag(left_out, format="csc"), owner
+
+
+def _beside(basis: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Return orthonormal columns of the span of others across a basis; columns that are across it stay as they are."""
+    left = columns - basis @ (basis.T @ columns)
+    whole = np.linalg.norm(left, axis=0) > 1.0 - _SMALL
+    vectors, sizes, _ = np.linalg.svd(left[:, ~whole], full_matrices=False)
+    return np.hstack((left[:, whole], vectors[:, sizes > _SMALL]))
 
 
 def _nodes(model: FiniteElementModel, name: str, spec: Interface) -> NodeGroup:
@@ -145,15 +182,22 @@ def _united(groups: list[NodeGroup], points: np.ndarray) -> NodeGroup:
 
 
 def _followed(
-    name: str, spec: Interface, points: np.ndarray, position: np.ndarray, motion: np.ndarray
+    name: str, spec: Interface, points: np.ndarray, position: np.ndarray, motion: np.ndarray, has_turns: bool
 ) -> tuple[int, ...]:
-    """Return the components of a frame that move the patch; refuse a patch that does not determine all of them."""
+    """Return the components of a frame that move the patch; refuse a patch that does not determine all of them.
+
+    `has_turns`: some rotations of the nodes do not follow, since they have no stiffness.
+    """
     size = np.linalg.norm(motion, axis=0)
     if not size.any():
         raise ModelError(f"interface {name!r} releases all that its nodes could follow. Remedy: release less")
     components = tuple(c for c in range(6) if size[c] > _SMALL * size.max())
     scaled = motion[:, components] / size[list(components)]
     if np.linalg.matrix_rank(scaled, tol=1e-8) < len(components):
+        if has_turns:
+            unseen = np.zeros(6)
+            unseen[list(components)] = np.linalg.svd(scaled)[2][-1] / size[list(components)]
+            _refuse_turn_without_stiffness(name, spec.rotation @ unseen[3:])
         _refuse_loose_turn(name, spec, points, position)
     if not isinstance(spec.fixed, str):
         missing = [c for c in spec.fixed if COMPONENTS.index(c) not in components]
@@ -192,13 +236,28 @@ def _refuse_loose_turn(name: str, spec: Interface, points: np.ndarray, position:
             f"the nodes of interface {name!r} lie on a line, and its frame, at {position}, does not. Remedy: leave "
             "out its position, or give the interface a group of facets"
         )
-    across = unit_vector(np.cross(line, np.eye(3)[np.argmin(abs(line))]), "a direction across")
-    axes = np.column_stack((line, across, np.cross(line, across))).round(12)
     raise ModelError(
         f"the nodes of interface {name!r} lie on a line, so its frame could turn about that line without moving them. "
         "Remedy: give the interface a group of facets, a single node, or axes of which one is along the line, such as "
-        f"Interface(..., axes={axes.tolist()}): then {ROTATIONS[0]} is left out of it"
+        f"Interface(..., axes={_axes_along(line).tolist()}): then {ROTATIONS[0]} is left out of it"
     )
+
+
+def _refuse_turn_without_stiffness(name: str, turn: np.ndarray) -> None:
+    """Raise the error of a frame that could turn about an axis in G about which its nodes have no stiffness."""
+    axis = unit_vector(turn, "an axis of rotation")
+    raise ModelError(
+        f"the frame of interface {name!r} could turn about {axis.round(6).tolist()} without moving its nodes, whose "
+        "rotations about it have no stiffness, such as those of solids and about the normal of a flat shell. Remedy: "
+        f"more nodes, or axes of which one is along it: Interface(..., axes={_axes_along(axis).tolist()}), then "
+        f"{ROTATIONS[0]} is left out of it"
+    )
+
+
+def _axes_along(line: np.ndarray) -> np.ndarray:
+    """Return axes of an interface of which the first is along a unit vector."""
+    across = unit_vector(np.cross(line, np.eye(3)[np.argmin(abs(line))]), "a direction across")
+    return np.asarray(np.column_stack((line, across, np.cross(line, across))).round(12))
 
 
 def patch_moments(model: FiniteElementModel, patch: Patch) -> np.ndarray:
@@ -212,9 +271,8 @@ def patch_moments(model: FiniteElementModel, patch: Patch) -> np.ndarray:
     ModelError
         If there is no area, the numbers do not fit the nodes, or the weights leave a component undetermined.
     """
-    follows = np.tile(patch.follows, len(patch.nodes))
-    motion = patch.motion[follows]
-    moments = np.asarray((_weights(model, patch)[follows][:, follows] @ motion).T)
+    motion = patch.motion
+    moments = np.asarray((patch.follows.T @ _weights(model, patch) @ patch.follows @ motion).T)
     if not _determines(moments @ motion, motion):
         raise ModelError(
             f"the weights of interface {patch.name!r} leave a component of its frame undetermined. Remedy: weights "
@@ -232,12 +290,11 @@ def _determines(gram: np.ndarray, motion: np.ndarray) -> bool:
 
 
 def _weights(model: FiniteElementModel, patch: Patch) -> sp.csr_matrix:
-    """Return W over all components of the nodes of a patch, along its axes."""
+    """Return W over all components of the nodes of a patch, in those of G."""
     rule, count, width = patch.spec.weights, len(patch.nodes), len(model.components)
     if rule == "mass":
         dofs = (patch.nodes[:, None] * width + np.arange(width)).ravel()
-        turn = sp.kron(sp.identity(count), patch.turn, format="csr")
-        return (turn.T @ model.mass[dofs][:, dofs] @ turn).tocsr()
+        return model.mass[dofs][:, dofs].tocsr()
     if rule == "area" and patch.measure is None:
         raise ModelError(
             f"interface {patch.name!r} has no facets or lines to be weighted by area. Remedy: weights='uniform', "
@@ -254,7 +311,8 @@ def _weights(model: FiniteElementModel, patch: Patch) -> sp.csr_matrix:
         scalar = sp.identity(count, format="csr") if rule == "uniform" or patch.measure is None else patch.measure
     moved = np.array([c in TRANSLATIONS for c in model.components])
     weights = sp.kron(scalar, np.diag(moved.astype(float)), format="csr")
-    if moved.all() or _determines(patch.motion.T @ (weights @ patch.motion), patch.motion):
+    seen = patch.follows @ patch.motion
+    if moved.all() or _determines(seen.T @ (weights @ seen), patch.motion):
         return weights
     # a length makes squares of rotations comparable with squares of displacements
     points = model.nodes[patch.nodes]

@@ -190,14 +190,11 @@ def _spread(columns: sp.csr_matrix | np.ndarray, dofs: np.ndarray, size: int) ->
 def _block(model: FiniteElementModel, patch: Patch) -> _Block:
     width = len(model.components)
     dofs = (patch.nodes[:, None] * width + np.arange(width)).ravel()
-    follows = np.tile(patch.follows, len(patch.nodes))
-    turn = sp.kron(sp.identity(len(patch.nodes)), patch.turn, format="csc")
-    following, loose = turn[:, np.flatnonzero(follows)], turn[:, np.flatnonzero(~follows)]
-    motion = patch.motion[follows]
+    following, loose, motion = patch.follows, patch.loose, patch.motion
     if patch.spec.kind != "average" or len(motion) == motion.shape[1]:
         return _Block(dofs, loose.tocsr(), following @ motion, np.linalg.pinv(motion) @ following.T)
     moments = patch_moments(model, patch)
     mean = np.linalg.solve(moments @ motion, moments)
-    deviations = moment_free_columns(moments, np.repeat(model.nodes[patch.nodes], width, axis=0)[follows])
+    deviations = moment_free_columns(moments, model.nodes[patch.nodes[patch.owner]])
     loose = sp.hstack((loose, following @ deviations), format="csr")
     return _Block(dofs, loose, following @ motion, mean @ following.T)

@@ -4,14 +4,8 @@ Exporting programs identify degrees of freedom in this way. They may leave out e
 labels, and use local axes at nodes; here this is converted to the regular nodes x components of a `FiniteElementModel`
 in the axes of G and in m, kg, s.
 
-A model of solids and beams or shells has six degrees of freedom at some nodes and three at others. The missing
-rotations are defined as in a continuum, by the mean rotation of the neighbourhood,
-
-    theta_n = J^-1 sum_j r_j x (u_j - u_n),    r_j = x_j - x_n,    J = sum_j (r_j.r_j I - r_j r_j^T),
-
-over the nodes j that K couples to n, and are coupled to it by a spring, ``k/2 |theta_n - A_n u|^2``. No other force
-acts on theta_n, so that the spring is relaxed in every equilibrium and every motion: K gains rows for the rotations,
-the displacements of the model do not change, and rigid motions stay free.
+Rotations without stiffness, as of the nodes of solids beside beams and shells, follow their neighbourhood
+(`kanefe.imports.following`).
 """
 
 from __future__ import annotations
@@ -23,8 +17,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import ModelError
-from kanefe.fe_model.model import COMPONENTS, ROTATIONS, TRANSLATIONS, FiniteElementModel
-from kanefe.frames import numbers, skew
+from kanefe.fe_model.model import COMPONENTS, ROTATIONS, FiniteElementModel
+from kanefe.frames import numbers
+from kanefe.imports.following import with_following_rotations
 from kanefe.imports.from_matrices import model_from_matrices
 from kanefe.imports.node_table import NodeTable
 from kanefe.imports.self_check import Expected
@@ -138,7 +133,7 @@ def model_of_labelled(
     placed, numbers = _without_empty_rotations(placed, numbers, len(modal))
     components = tuple(COMPONENTS[n - 1] for n in numbers)
     placed = {what: in_si(m, components, units, len(modal)) for what, m in placed.items()}
-    placed["stiffness"], followers = following_rotations(points, components, placed["stiffness"], labels)
+    placed, following = with_following_rotations(points, components, placed, labels)
     known = set(labels.tolist())
     named = {name: [n for n in members if int(n) in known] for name, members in nodes.sets.items()}
     groups = {} if groups is None else groups
@@ -166,7 +161,12 @@ def model_of_labelled(
         source=source,
         **expected,
     )
-    return replace(model, provenance={**model.provenance, "units": str(units), "following_rotations": followers})
+    count = following.shape[0]
+    return replace(
+        model,
+        following=following if count else None,
+        provenance={**model.provenance, "units": str(units), "following_rotations": count},
+    )
 
 
 def is_generalised(numbers: np.ndarray) -> np.ndarray:
@@ -284,67 +284,3 @@ def _without_empty_rotations(
     rows = (np.arange(nodal // width)[:, None] * width + np.array(kept)).ravel()
     rows = np.append(rows, np.arange(nodal, size))
     return {what: m[rows][:, rows] for what, m in placed.items()}, numbers[kept]
-
-
-def following_rotations(
-    points: np.ndarray, components: tuple[str, ...], stiffness: sp.csr_matrix, labels: np.ndarray
-) -> tuple[sp.csr_matrix, int]:
-    """Return K with every empty rotation coupled to the neighbours of its node, and the number of these rotations.
-
-    Parameters
-    ----------
-    points : ndarray, shape (n, 3)
-        m.
-    components : tuple of str
-    stiffness : csr_matrix, shape (N, N)
-        All components of the nodes, followed by generalised coordinates if any.
-    labels : ndarray of int, shape (n,)
-        Names of the nodes for messages.
-
-    Raises
-    ------
-    ModelError
-        If a translation is empty, or the neighbours of an empty rotation are on one line.
-    """
-    width = len(components)
-    nodal = stiffness[: len(points) * width, : len(points) * width]
-    empty = np.asarray(abs(nodal).sum(axis=1)).reshape(-1, width) == 0
-    turning = np.array([c in ROTATIONS for c in components])
-    if not np.any(empty & turning):
-        return stiffness, 0
-    if not set(TRANSLATIONS) <= set(components):
-        raise ModelError("nodes with and without rotations can be combined in space only, not in plane models")
-    translations = [components.index(c) for c in TRANSLATIONS]
-    typical = float(np.median(nodal.diagonal().reshape(-1, width)[:, translations]))
-    rows: list[int] = []
-    columns: list[int] = []
-    values: list[float] = []
-    weights: list[float] = []
-    for node in np.flatnonzero((empty & turning).any(axis=1)):
-        near = np.unique(nodal.indices[nodal.indptr[node * width] : nodal.indptr[node * width + 3]] // width)
-        near = near[near != node]
-        r = points[near] - points[node]
-        J = np.einsum("ja,ja->", r, r) * np.eye(3) - r.T @ r
-        if not len(near) or np.linalg.cond(J) > 1e8:
-            raise ModelError(
-                f"node {labels[node]} has no stiffness against rotation, and its neighbours lie on one line, so that "
-                "they define none. Remedy: export without this node, or give its element rotational stiffness"
-            )
-        inverse = np.linalg.inv(J)
-        of_neighbours = np.array([inverse @ skew(x) for x in r])
-        for place in np.flatnonzero(empty[node] & turning):
-            axis = COMPONENTS.index(components[place]) - 3
-            equation = len(weights)
-            weights.append(typical * np.einsum("ja,ja->", r, r) / len(near))
-            terms = [(int(node * width + place), 1.0)]
-            terms += [
-                (j * width + t, -A[axis, a])
-                for j, A in zip(near, of_neighbours, strict=True)
-                for a, t in enumerate(translations)
-            ]
-            terms += [(node * width + t, of_neighbours[:, axis, a].sum()) for a, t in enumerate(translations)]
-            rows += [equation] * len(terms)
-            columns += [c for c, _ in terms]
-            values += [v for _, v in terms]
-    gap = sp.csr_matrix((values, (rows, columns)), (len(weights), stiffness.shape[0]))
-    return (stiffness + gap.T @ sp.diags(weights) @ gap).tocsr(), len(weights)

@@ -7,8 +7,9 @@ Layout, version 1, in m, kg, s (written by numpy.savez of these arrays):
     stiffness, mass, damping      dense (N, N), or as scipy.sparse.csr_matrix: stiffness_data, _indices, _indptr
     group_NAME                    node numbers from 0
     cells_KIND                    node numbers (m, nodes a cell) in VTK order, KIND by meshio's name
+    following (f, N)              as a csr_matrix: unit directions of rotations that only follow their neighbours
 
-`damping`, groups and cells may be missing.
+`damping`, groups, cells and `following` may be missing.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from __future__ import annotations
 import struct
 import zipfile
 import zlib
+from dataclasses import replace
 from pathlib import Path
 from typing import Unpack
 
@@ -24,7 +26,7 @@ import scipy.sparse as sp
 
 from kanefe.arguments import checked
 from kanefe.errors import FileError
-from kanefe.fe_model.model import Cells, FiniteElementModel
+from kanefe.fe_model.model import ROTATIONS, Cells, FiniteElementModel
 from kanefe.imports.from_matrices import model_from_matrices
 from kanefe.imports.self_check import Expected
 from kanefe.storage.array_file import check_directory
@@ -49,7 +51,7 @@ def write_matrices(model: FiniteElementModel, path: str | Path) -> None:
     }
     if model.generalised:
         arrays["generalised"] = np.array(model.generalised)
-    for what in ("stiffness", "mass", "damping"):
+    for what in ("stiffness", "mass", "damping", "following"):
         matrix = getattr(model, what)
         if matrix is not None:
             csr = sp.csr_matrix(matrix)
@@ -97,6 +99,7 @@ def read_matrices(
             matrices = {what: _matrix(arrays, what) for what in ("stiffness", "mass", "damping")}
             generalised = int(arrays.get("generalised", 0))
             nodes, components = arrays["nodes"], tuple(str(c) for c in arrays["components"])
+            following = _following(arrays, len(nodes), components, generalised)
     except (
         OSError,
         ValueError,
@@ -115,7 +118,7 @@ def read_matrices(
         raise FileError(f"{path} has format {stated!r}, this kanefe reads {FORMAT!r}. Remedy: write it again")
     if matrices["stiffness"] is None or matrices["mass"] is None:
         raise FileError(f"{path} must hold both stiffness and mass. Remedy: write it again with write_matrices")
-    return model_from_matrices(
+    model = model_from_matrices(
         matrices["mass"],
         matrices["stiffness"],
         nodes,
@@ -127,13 +130,28 @@ def read_matrices(
         source=f"npz {path.name}",
         **expected,
     )
+    return model if following is None else replace(model, following=following)
 
 
-def _matrix(arrays: dict[str, np.ndarray], what: str) -> sp.csr_matrix | None:
-    """Return a matrix of the file, or None."""
+def _matrix(arrays: dict[str, np.ndarray], what: str, width: int | None = None) -> sp.csr_matrix | None:
+    """Return a matrix of the file, square or of a given number of columns, or None."""
     if what in arrays:
         return sp.csr_matrix(arrays[what])
     if f"{what}_data" not in arrays:
         return None
     size = len(arrays[f"{what}_indptr"]) - 1
-    return sp.csr_matrix(tuple(arrays[f"{what}_{part}"] for part in ("data", "indices", "indptr")), (size, size))
+    parts = tuple(arrays[f"{what}_{part}"] for part in ("data", "indices", "indptr"))
+    return sp.csr_matrix(parts, (size, size if width is None else width))
+
+
+def _following(
+    arrays: dict[str, np.ndarray], count: int, components: tuple[str, ...], generalised: int
+) -> sp.csr_matrix | None:
+    """Return the directions of rotations that follow, or None; a ValueError if they are none."""
+    found = _matrix(arrays, "following", count * len(components) + generalised)
+    if found is not None:
+        turning = np.append(np.tile(np.isin(components, ROTATIONS), count), np.zeros(generalised, dtype=bool))
+        lengths = np.sqrt(np.asarray(found.power(2).sum(axis=1)).ravel())
+        if found.shape[1] != len(turning) or abs(found[:, ~turning]).sum() or abs(lengths - 1.0).max(initial=0) > 1e-9:
+            raise ValueError("what follows are no directions of rotations")
+    return found
