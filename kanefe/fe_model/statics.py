@@ -75,8 +75,7 @@ class StaticProblem:
         """
         if len(self.boundary):
             return self.interior
-        _, _, order = scipy.linalg.qr(self.rigid_modes.T, mode="economic", pivoting=True)
-        return np.setdiff1d(self.interior, order[: self.rigid_modes.shape[1]])
+        return np.setdiff1d(self.interior, _pivots(np.hstack((self.rigid_modes, self.massless_motions))))
 
     @cached_property
     def factors(self) -> Factorisation:
@@ -103,20 +102,43 @@ class StaticProblem:
             modes[self.boundary] = np.eye(len(self.boundary))
         return modes
 
-    @cached_property
+    @property
     def rigid_modes(self) -> np.ndarray:
-        """M-orthonormal rigid motions of a floating body in tied coordinates, shape (tied, rigid_count)."""
+        """M-orthonormal rigid motions of a floating body in tied coordinates, shape (tied, r); r <= rigid_count."""
+        return self._rigid_by_mass[0]
+
+    @property
+    def massless_motions(self) -> np.ndarray:
+        """Rigid motions without mass, such as the turn of a bar of lumped masses about itself, (tied, rigid_count - r).
+
+        They are unit columns.
+        """
+        return self._rigid_by_mass[1]
+
+    @cached_property
+    def gauge(self) -> np.ndarray:
+        """Tied coordinates that are held so that `massless_motions` are prevented, as many as there are of these."""
+        return _pivots(self.massless_motions)
+
+    @cached_property
+    def _rigid_by_mass(self) -> tuple[np.ndarray, np.ndarray]:
         if not self.rigid_count:
-            return np.zeros((self.size, 0))
+            return np.zeros((self.size, 0)), np.zeros((self.size, 0))
         about = self.model.nodes.mean(axis=0)
         motions = self.ties.coordinates(self.model.rigid_modes(about=about))
         size = np.linalg.norm(motions, axis=0)
-        motions = motions[:, size > 1e-12 * size.max()]
+        kept = size > 1e-12 * size.max()
+        motions = motions[:, kept] / size[kept]
         gram = motions.T @ (self.mass @ motions)
-        scale = 1.0 / np.sqrt(np.diag(gram))
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), NO_MASS * np.diag(gram).max()))
         squares, vectors = scipy.linalg.eigh(gram * np.outer(scale, scale))
-        kept = squares > 1e-10  # nodes on a line do not define the rotation about it
-        return np.asarray(motions @ (scale[:, None] * vectors[:, kept] / np.sqrt(squares[kept])))
+        kept = squares > 1e-10
+        massive = motions @ (scale[:, None] * vectors[:, kept] / np.sqrt(squares[kept]))
+        directions = scale[:, None] * vectors[:, ~kept]
+        others = motions @ (directions / np.linalg.norm(directions, axis=0))
+        size = np.linalg.norm(others, axis=0)  # nodes on a line do not define the rotation about it: zero
+        moving = size > 1e-6
+        return np.asarray(massive), np.asarray(others[:, moving] / size[moving])
 
     def relieved(self, f: np.ndarray) -> np.ndarray:
         """Return loads (tied, m) of a floating body balanced by the inertia of its rigid motion; others unchanged."""
@@ -173,6 +195,9 @@ class StaticProblem:
         return u
 
 
+NO_MASS = 1e-18
+"""Mass along a rigid motion, relative to the largest and to the square of the motion, below which it counts as zero."""
+
 SHIFT = 1e-9
 """Fraction of its diagonal that is added to a singular K so that it can be factored."""
 
@@ -181,6 +206,14 @@ SOFT = 1e-7
 
 NAMED = 4
 """Largest number of nodes listed in a message."""
+
+
+def _pivots(motions: np.ndarray) -> np.ndarray:
+    """Return rows, as many as there are columns, that determine the amplitudes of independent motions."""
+    if not motions.shape[1]:
+        return np.zeros(0, dtype=int)
+    _, _, order = scipy.linalg.qr(motions.T, mode="economic", pivoting=True)
+    return np.asarray(order[: motions.shape[1]])
 
 
 def moving_nodes(model: FiniteElementModel, motion: sp.csr_matrix, K: sp.csc_matrix, factorise: Factorise) -> str:

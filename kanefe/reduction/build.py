@@ -29,7 +29,8 @@ from kanefe.fe_model.skin import with_places
 from kanefe.fe_model.statics import StaticProblem
 from kanefe.fe_model.ties import InterfaceTies, tie_interfaces
 from kanefe.reduction.basis import Reduction
-from kanefe.reduction.orthonormal import orthonormal_modes
+from kanefe.reduction.massless import has_massless, tell_massless, tell_of_frames_without_inertia
+from kanefe.reduction.orthonormal import modes_by_mass
 from kanefe.reduction.record import reduction_record
 from kanefe.reduction.stiffening import StiffeningLevel, check_stiffening, second_order_motion, stiffened
 
@@ -106,13 +107,21 @@ def flexible_body(
     if reduction is None:
         identity = np.eye(K.shape[0])
         free, fixed = np.delete(identity, ties.fixed, axis=1), identity[:, ties.fixed]
-        free = orthonormal_modes(free, K, M, problem.rigid_modes) if rigid_count else free
+        massless = free[:, :0]
+        moving = np.delete(np.arange(K.shape[0]), ties.fixed)
+        if rigid_count or has_massless(M[moving][:, moving]):
+            free, massless = modes_by_mass(free, K, M, problem.rigid_modes)
+            if not rigid_count:
+                tell_of_frames_without_inertia(problem, free)
         record: dict[str, Any] = {"method": "None", "kept": free.shape[1]}
     else:
         chosen = reduction.basis(problem)
-        free = orthonormal_modes(chosen.columns, K, M, problem.rigid_modes)
+        free, massless = modes_by_mass(chosen.columns, K, M, problem.rigid_modes)
         record = reduction_record(reduction, problem, chosen, free)
         fixed = problem.constraint_modes[:, ties.fixed - ties.interior_count]
+    lost = tell_massless(problem, massless, statics=reduction is not None)
+    if lost:
+        record["without_mass"] = lost
     basis = np.hstack((free, fixed))
     stiffness = basis.T @ (K @ basis)
     stiffness = 0.5 * (stiffness + stiffness.T)

@@ -7,6 +7,8 @@ block, so that directions are distinguished down to `DEPENDENT`, and not only to
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
@@ -16,14 +18,48 @@ from kanefe.errors import ModelError
 DEPENDENT = 1e-9
 """Part of a column outside the span of the others, relative to it, below which it counts as dependent."""
 
+MOVES = 1e-6
+"""Part of a motion that is left once all that has mass is taken out, relative to the largest, from which it counts."""
+
+NO_MASS = 1e-14
+"""Mass of a motion, relative to the largest of M and to its square, up to which it has none: above round-off."""
+
+NO_STIFFNESS = 1e-12
+"""Energy of a motion without mass, relative to others, below which it has none: a rigid motion about a straight bar."""
+
 WELL_APART = 1e-3
 """Singular value of normalised columns above which one block is orthonormalised to round-off in two rounds."""
+
+
+class Orthonormal(NamedTuple):
+    """Modes of the motions that have mass, and those that have none.
+
+    Attributes
+    ----------
+    modes : ndarray, shape (tied, k)
+        M-orthonormal, in the order of their frequencies.
+    massless : ndarray, shape (tied, m)
+        Motions in the span of the columns that have stiffness and no mass.
+    """
+
+    modes: np.ndarray
+    massless: np.ndarray
 
 
 def orthonormal_modes(
     columns: np.ndarray, K: sp.csr_matrix, M: sp.csr_matrix, rigid_modes: np.ndarray | None = None
 ) -> np.ndarray:
+    """Return the modes of `modes_by_mass` alone, shape (tied, k)."""
+    return modes_by_mass(columns, K, M, rigid_modes).modes
+
+
+def modes_by_mass(
+    columns: np.ndarray, K: sp.csr_matrix, M: sp.csr_matrix, rigid_modes: np.ndarray | None = None
+) -> Orthonormal:
     """Return M-orthonormal modes of (K, M) in the span of columns, without the rigid ones of a floating body.
+
+    Motions without mass, of lumped matrices, follow the others statically, so that no mode deforms them by itself
+    (Guyan; exact without loads on them).
 
     Parameters
     ----------
@@ -33,32 +69,34 @@ def orthonormal_modes(
     rigid_modes : ndarray, shape (tied, r), optional
         M-orthonormal rigid motions, which are removed.
 
-    Returns
-    -------
-    ndarray, shape (tied, k)
-        In the order of their frequencies.
-
     Raises
     ------
     ModelError
-        If a column is not finite or has no mass, or the stiffness resists rigid motions or leaves others free.
+        If a column is not finite, no column has mass, or the stiffness resists rigid motions or leaves others free.
     """
     R = np.zeros((len(columns), 0)) if rigid_modes is None else rigid_modes
-    basis = orthonormal_columns(normalised(columns, M), M, against=R)
+    massive, none = _by_mass(columns, M)
+    basis, rest = _orthonormal(massive, M, R)
+    free, massless = stiff_and_free(np.hstack((none, rest)), K)
     if basis.shape[1] == 0:
+        if massless.shape[1] or (free.shape[1] and not R.shape[1]):
+            raise _massless()
         if R.shape[1]:
             raise ModelError(
                 f"nothing of the body is left once its {R.shape[1]} rigid motions are taken out: it floats. "
                 "Remedy: more modes"
             )
-        return basis
+        return Orthonormal(basis, massless)
+    if massless.shape[1]:
+        pulled = K @ massless
+        basis = basis - massless @ np.linalg.solve(massless.T @ pulled, pulled.T @ basis)
     stiffness = basis.T @ (K @ basis)
     squares, vectors = scipy.linalg.eigh(0.5 * (stiffness + stiffness.T))
     if R.shape[1]:
         # eigenvalues below the round-off of the entries of K and M count as zero
         masses = M.diagonal()
-        massive = masses > 1e-12 * masses.max()  # rotations have no mass in lumped matrices
-        noise = 1e-14 * float(np.max(K.diagonal()[massive] / masses[massive]))
+        massive_rows = masses > 1e-12 * masses.max()  # rotations have no mass in lumped matrices
+        noise = 1e-14 * float(np.max(K.diagonal()[massive_rows] / masses[massive_rows]))
         rigid = float(abs(np.einsum("ij,ij->j", R, K @ R)).max())
         if rigid > 1e-6 * squares[0] or squares[0] < noise:
             raise ModelError(
@@ -68,25 +106,44 @@ def orthonormal_modes(
             )
     modes = basis @ vectors
     # round-off of a large mesh leaves M some 1e-12 off the identity: one step of Newton's method for its inverse root
-    return np.asarray(modes @ (1.5 * np.eye(modes.shape[1]) - 0.5 * modes.T @ (M @ modes)))
+    return Orthonormal(np.asarray(modes @ (1.5 * np.eye(modes.shape[1]) - 0.5 * modes.T @ (M @ modes))), massless)
+
+
+def stiff_and_free(motions: np.ndarray, K: sp.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
+    """Return the span of motions without mass as orthonormal columns: those without stiffness, and the others."""
+    if not motions.shape[1]:
+        return motions, motions
+    span, sizes, _ = np.linalg.svd(motions, full_matrices=False)
+    span = span[:, sizes > MOVES * sizes[0]]
+    diagonal = np.maximum(np.einsum("ij,ij->j", span, K @ span), 0.0)
+    scale = 1.0 / np.sqrt(np.maximum(diagonal, 1e-300 + NO_STIFFNESS * diagonal.max()))
+    stiffness = span.T @ (K @ span) * np.outer(scale, scale)
+    squares, vectors = scipy.linalg.eigh(0.5 * (stiffness + stiffness.T))
+    is_stiff = squares > NO_STIFFNESS
+    turned = span @ (scale[:, None] * vectors)
+    return turned[:, ~is_stiff], turned[:, is_stiff]
 
 
 def normalised(columns: np.ndarray, M: sp.csr_matrix) -> np.ndarray:
-    """Return columns of unit M-norm, without those that are zero.
+    """Return columns of unit M-norm, without those that are zero or have no mass.
 
     Raises
     ------
     ModelError
-        If a column is not finite, or has no mass.
+        If a column is not finite.
     """
+    return _by_mass(columns, M)[0]
+
+
+def _by_mass(columns: np.ndarray, M: sp.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
+    """Return columns of unit M-norm, and those without mass; zero ones are left out."""
     if not np.all(np.isfinite(columns)):
         raise ModelError("the columns of the reduction are not finite. Remedy: check its loads and the matrices")
     largest = abs(columns).max(axis=0, initial=0.0)
     columns = columns[:, largest > 0.0] / largest[largest > 0.0]  # so that squares do not overflow
     squares = np.einsum("ij,ij->j", columns, M @ columns)
-    if squares.min(initial=1.0) <= 0.0:
-        raise _massless()
-    return np.asarray(columns / np.sqrt(squares))
+    has_mass = squares > NO_MASS * M.diagonal().max(initial=0.0) * np.einsum("ij,ij->j", columns, columns)
+    return np.asarray(columns[:, has_mass] / np.sqrt(squares[has_mass])), columns[:, ~has_mass]
 
 
 def orthonormal_columns(columns: np.ndarray, M: sp.csr_matrix, against: np.ndarray | None = None) -> np.ndarray:
@@ -95,7 +152,7 @@ def orthonormal_columns(columns: np.ndarray, M: sp.csr_matrix, against: np.ndarr
     Parameters
     ----------
     columns : ndarray, shape (n, m)
-        With M-norms of the order of 1: a part below `DEPENDENT` is neglected.
+        With M-norms of the order of 1: a part below `DEPENDENT` is neglected, and so is what has no mass.
     M : csr_matrix, shape (n, n)
     against : ndarray, shape (n, r), optional
         M-orthonormal columns.
@@ -105,21 +162,30 @@ def orthonormal_columns(columns: np.ndarray, M: sp.csr_matrix, against: np.ndarr
     ndarray, shape (n, k), k <= m
         M-orthogonal to `against`.
     """
-    span = [] if against is None or not against.shape[1] else [(against, M @ against)]
+    return _orthonormal(columns, M, np.zeros((len(columns), 0)) if against is None else against)[0]
+
+
+def _orthonormal(columns: np.ndarray, M: sp.csr_matrix, against: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return that basis, and the motions without mass that are left of the columns."""
+    span = [(against, M @ against)] if against.shape[1] else []
     found: list[np.ndarray] = []
     extent = np.linalg.norm(columns, axis=0).max(initial=0.0)
     left, scale = columns, 1.0
+    rest = [np.zeros((len(columns), 0))]
+    floor = NO_MASS * M.diagonal().max(initial=0.0)
     while left.shape[1]:
         left = _apart_from(span, left)
         squares, vectors = scipy.linalg.eigh(left.T @ (M @ left))
-        norms = np.sqrt(np.maximum(squares, 0.0))
-        largest = norms[-1]
+        left = left @ vectors
+        extents = np.einsum("ij,ij->j", left, left)
+        massless = squares <= floor * extents
+        rest.append(left[:, massless & (np.sqrt(extents) * scale > MOVES * extent)])
+        left, norms = left[:, ~massless], np.sqrt(squares[~massless])
+        largest = norms.max(initial=0.0)
         if largest * scale < DEPENDENT:
-            if np.linalg.norm(left, axis=0).max() * scale > 1e-6 * extent:
-                raise _massless()
             break
         apart = norms > WELL_APART * largest
-        block = left @ (vectors[:, apart] / norms[apart])
+        block = left[:, apart] / norms[apart]
         for _ in range(2):
             block = _apart_from(span, block)
             weighted = M @ block
@@ -128,8 +194,8 @@ def orthonormal_columns(columns: np.ndarray, M: sp.csr_matrix, against: np.ndarr
         span.append((block, weighted))
         found.append(block)
         scale *= WELL_APART * largest
-        left = left @ (vectors[:, ~apart] / (WELL_APART * largest))
-    return np.hstack([np.zeros((len(columns), 0)), *found])
+        left = left[:, ~apart] / (WELL_APART * largest)
+    return np.hstack([np.zeros((len(columns), 0)), *found]), np.hstack(rest)
 
 
 def _apart_from(span: list[tuple[np.ndarray, np.ndarray]], columns: np.ndarray) -> np.ndarray:
@@ -142,6 +208,6 @@ def _apart_from(span: list[tuple[np.ndarray, np.ndarray]], columns: np.ndarray) 
 
 def _massless() -> ModelError:
     return ModelError(
-        "the mass matrix of the reduced coordinates is not positive definite: some motion of the body has no mass. "
-        "Remedy: give every degree of freedom mass (rotary_inertia of beams), or ask for fewer modes"
+        "no motion that the reduction keeps has mass. Remedy: interfaces that leave nodes with mass free, more modes, "
+        "or a mass matrix with rotary inertia"
     )
