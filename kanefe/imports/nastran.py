@@ -6,14 +6,14 @@ KGG and MGG (by DMAP or ``PARAM,OGEOM`` and OUTPUT4) has all six components of e
 
 A Craig-Bampton superelement (boundary grid points in ASET or BSET, modes in QSET and SPOINT) is read from ``EXTSEOUT``
 with DMIGPCH, or with DMIGOP2 and MATOP4: the op4 file with KXX and MXX, and the punch file with the cards GRID,
-SPOINT and EXTRN, which identify the rows.
+SPOINT and EXTRN, which identify the rows; or, as of MYSTRAN (SOL 31), with rows of a boundary and modes behind them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Unpack
+from typing import Any, Unpack
 
 import numpy as np
 import scipy.sparse as sp
@@ -23,12 +23,16 @@ from kanefe.errors import FileError, ModelError
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.imports import _pyyeti
 from kanefe.imports.bulk_data import Card, bulk_cards
-from kanefe.imports.direct_matrices import direct_matrices, extern_freedoms, scalar_points
+from kanefe.imports.direct_matrices import direct_matrices
 from kanefe.imports.grid_points import grid_points
-from kanefe.imports.labelled import LabelledMatrix, given_freedoms, mirrored, model_of_labelled, with_generalised
+from kanefe.imports.labelled import LabelledMatrix, model_of_labelled, with_generalised
 from kanefe.imports.node_table import NodeTable
+from kanefe.imports.output4 import is_output4, output4_matrices
+from kanefe.imports.rigid_elements import check_rigid_elements
 from kanefe.imports.self_check import Expected
 from kanefe.imports.units import Units
+from kanefe.imports.unlabelled_rows import Boundary, GivenRows, rows_of
+from kanefe.storage.files import regular_file
 
 NAMES = {
     "stiffness": ("KGG", "KAA", "KAAX", "K2GG", "KXX", "K"),
@@ -45,6 +49,7 @@ def read_nastran(
     *,
     names: Mapping[str, str] | None = None,
     freedoms: np.ndarray | Sequence[tuple[int, int]] | None = None,
+    boundary: Boundary | None = None,
     generalised: Sequence[int] = (),
     groups: Mapping[str, int | Sequence[int]] | None = None,
     units: Units = "m, kg, s",
@@ -59,14 +64,18 @@ def read_nastran(
         Bulk data file with the GRID, GRDSET and CORD1/2R/C/S cards; grid points may have local displacement coordinate
         systems. A file that it includes may be in its folder or in that of the file that includes it.
     matrices : path or several
-        .op4 or .op2 files; any other suffix (.pch, .bdf, .dat) is read for DMIG cards.
+        Files of OUTPUT4 or OUTPUT2, by any name (MYSTRAN writes .OU1); text that is none is read for DMIG cards.
     names : dict, optional
         Names of the matrices for "stiffness", "mass" and "damping" in the files, such as {"stiffness": "KGG1"}.
         Default: the usual ones.
     freedoms : rows of (grid, component), optional
-        Degrees of freedom of the rows in an op4 or op2 file, component 0 for a scalar point. Default: those
-        of an EXTRN card in the bulk data, or all six components of all grid points, and the scalar points, in
-        ascending labels.
+        Degrees of freedom of all rows in an op4 or op2 file, component 0 for a scalar point. Default: those
+        of an EXTRN card in the bulk data; of `boundary` or, for KXX and MXX, SUPORT cards, with the modes behind them;
+        or all six components of all grid points, and the scalar points. Grid points are in ascending labels or in the
+        order of their cards, by which of them leaves rigid motions free.
+    boundary : rows of (grid, components), optional
+        Boundary of a Craig-Bampton model, in any order, with components written together: [(27, 123456)]. Its other
+        rows are generalised coordinates.
     generalised : sequence of int, optional
         Grid points that are not points of the body but carry generalised coordinates, if a QSET names grid points.
         Scalar points (SPOINT) always carry them.
@@ -89,7 +98,12 @@ def read_nastran(
     ModelError
         If matrices are missing, do not belong to these grid points, or fail the self-check.
     MissingDependency
-        Without pyyeti, of op2 and op4 files.
+        Without pyyeti, of op2 files.
+
+    Warns
+    -----
+    AccuracyWarning
+        If the deck has rigid elements, of which its matrices know nothing.
 
     Examples
     --------
@@ -98,25 +112,34 @@ def read_nastran(
     A superelement with its cards in the punch file and its matrices in an op4 file:
 
     >>> arm = kf.read_nastran("arm.pch", "arm.op4", groups={"root": 3, "tip": 27})  # doctest: +SKIP
+
+    A Craig-Bampton model of MYSTRAN (SOL 31, ``OUTPUT4 KXX,MXX,,,//-1/21``), its boundary by SUPORT cards:
+
+    >>> arm = kf.read_nastran("arm.bdf", "arm.OU1", groups={"root": 3, "tip": 27})  # doctest: +SKIP
     >>> body = kf.flexible_body(arm, {"root": "clamped", "tip": "node"})  # doctest: +SKIP
     """
     cards = bulk_cards(Path(bulk), trusted=trusted, reader="read_nastran")
-    table = _nodes(cards, Path(bulk))
+    order, table = _nodes(cards, Path(bulk))
     files = [Path(p) for p in ((matrices,) if isinstance(matrices, (str, Path)) else matrices)]
-    found: dict[str, LabelledMatrix] = {}
+    found: dict[str, LabelledMatrix | sp.csr_matrix] = {}
     for path in files:
-        if path.suffix.lower() in (".op4", ".op2"):
-            found |= {
-                name: _placed(matrix, name, path, _rows(freedoms, cards, table, matrix.shape[0]))
-                for name, matrix in _pyyeti.matrices(path).items()
-                if name in _wanted(names)
-            }
+        unlabelled = _unlabelled(path, _wanted(names or {}))
+        if unlabelled is not None:
+            found |= unlabelled
         else:
             found |= _direct(path, cards if path == Path(bulk) else bulk_cards(path, trusted=trusted))
     source = ", ".join(path.name for path in files)
     chosen = _chosen(found, names or {}, source)
+    stiffness, name = found[chosen["stiffness"]], chosen["stiffness"]
+    rows = None
+    if not isinstance(stiffness, LabelledMatrix):
+        rows = rows_of(_square(stiffness, name, source), name, GivenRows(freedoms, boundary), cards, order, table)
+    labelled = {what: _placed(found[name], name, source, rows) for what, name in chosen.items()}
+    check_rigid_elements(
+        cards, *(set(labelled[what].freedoms[:, 0].tolist()) for what in ("stiffness", "mass")), groups or {}, name
+    )
     return model_of_labelled(
-        {what: with_generalised(matrix, generalised) for what, matrix in chosen.items()},
+        {what: with_generalised(matrix, generalised) for what, matrix in labelled.items()},
         table,
         groups=groups,
         units=units,
@@ -125,14 +148,30 @@ def read_nastran(
     )
 
 
-def _nodes(cards: Sequence[Card], path: Path) -> NodeTable:
-    """Return the grid points of a deck, with the axes of their displacements."""
+def _nodes(cards: Sequence[Card], path: Path) -> tuple[np.ndarray, NodeTable]:
+    """Return the labels of grid points in the order of their cards, and the points with axes of displacements."""
     found = grid_points(cards)
     if not len(found.labels):
         raise FileError(f"{path} has no GRID. Remedy: give the bulk data file of the run that wrote the matrices")
     table = NodeTable.of_rows(np.column_stack((found.labels, found.points)), str(path))
     axes = None if found.axes is None else found.axes[np.argsort(found.labels)]
-    return NodeTable(table.labels, table.points, axes=axes)
+    return found.labels, NodeTable(table.labels, table.points, axes=axes)
+
+
+def _unlabelled(path: Path, wanted: set[str]) -> dict[str, sp.csr_matrix] | None:
+    """Return the matrices of an op4 or op2 file, known by what is in it; None of a file of cards."""
+    with regular_file(path, "for the matrices").open("rb") as stream:
+        head = stream.read(200)
+    suffix = path.suffix.lower()
+    if is_output4(head) or suffix == ".op4":
+        return output4_matrices(path, wanted)
+    if suffix == ".op2" or head[:4] in (b"\4\0\0\0", b"\0\0\0\4", b"\10\0\0\0", b"\0\0\0\10"):
+        return {name: matrix for name, matrix in _pyyeti.matrices(path).items() if name in wanted}
+    if b"\0" in head:
+        raise FileError(
+            f"{path} is binary, and neither an op4 nor an op2 file. Remedy: the file of OUTPUT4 (MYSTRAN calls it .OU1)"
+        )
+    return None
 
 
 def _direct(path: Path, cards: Sequence[Card]) -> dict[str, LabelledMatrix]:
@@ -143,12 +182,12 @@ def _direct(path: Path, cards: Sequence[Card]) -> dict[str, LabelledMatrix]:
     return found
 
 
-def _wanted(names: Mapping[str, str] | None) -> set[str]:
-    return {n for usual in NAMES.values() for n in usual} | {name.upper() for name in (names or {}).values()}
+def _wanted(names: Mapping[str, str]) -> set[str]:
+    return {n for what, usual in NAMES.items() for n in ((names[what].upper(),) if what in names else usual)}
 
 
-def _chosen(found: Mapping[str, LabelledMatrix], names: Mapping[str, str], source: str) -> dict[str, LabelledMatrix]:
-    """Return the stiffness, mass and damping matrices by these names."""
+def _chosen(found: Mapping[str, Any], names: Mapping[str, str], source: str) -> dict[str, str]:
+    """Return the names of the stiffness, mass and damping matrices in the files."""
     unknown = set(names) - set(NAMES)
     if unknown:
         raise ModelError(f"names are given for {', '.join(NAMES)}, not for {', '.join(sorted(unknown))}")
@@ -157,7 +196,7 @@ def _chosen(found: Mapping[str, LabelledMatrix], names: Mapping[str, str], sourc
         candidates = (names[what].upper(),) if what in names else usual
         name = next((n for n in candidates if n in found), None)
         if name is not None:
-            chosen[what] = found[name]
+            chosen[what] = name
         elif what != "damping" or what in names:
             raise ModelError(
                 f"{source} has no {what} matrix called {' or '.join(candidates)}; it has "
@@ -166,30 +205,23 @@ def _chosen(found: Mapping[str, LabelledMatrix], names: Mapping[str, str], sourc
     return chosen
 
 
-def _rows(
-    freedoms: np.ndarray | Sequence[tuple[int, int]] | None, cards: Sequence[Card], table: NodeTable, size: int
-) -> np.ndarray:
-    """Return (label, number) of the rows of a matrix of `size` rows without labels."""
-    if freedoms is not None:
-        return given_freedoms(freedoms, "freedoms", "grid")
-    named, scalar = extern_freedoms(cards), scalar_points(cards)
-    of_grids = np.array([(label, number) for label in table.labels for number in range(1, 7)])
-    if named is not None and len(named) == size:
-        return named
-    if len(of_grids) == size or not len(scalar):
-        return of_grids
-    rows = np.concatenate((of_grids, np.column_stack((scalar, np.zeros_like(scalar)))))
-    return np.asarray(rows[np.argsort(rows[:, 0], kind="stable")])
+def _square(matrix: sp.csr_matrix, name: str, source: str) -> sp.csr_matrix:
+    if matrix.shape[0] != matrix.shape[1]:
+        raise ModelError(f"matrix {name} in {source} has shape {matrix.shape}. Remedy: names= of square matrices")
+    return matrix
 
 
-def _placed(matrix: sp.csr_matrix, name: str, path: Path, rows: np.ndarray) -> LabelledMatrix:
-    """Return a matrix without labels at its degrees of freedom."""
-    if matrix.shape != (len(rows), len(rows)):
+def _placed(matrix: LabelledMatrix | sp.csr_matrix, name: str, source: str, rows: np.ndarray | None) -> LabelledMatrix:
+    """Return a matrix without labels at its degrees of freedom; another as it is."""
+    if isinstance(matrix, LabelledMatrix):
+        return matrix
+    if rows is None or matrix.shape != (len(rows), len(rows)):
         raise ModelError(
-            f"matrix {name} in {path} has shape {matrix.shape}, its points make {len(rows)} degrees of freedom. "
-            "Remedy: export the g-set, or DMIG cards, which carry their labels; of a superelement give the file with "
-            "its EXTRN card as bulk; or give freedoms=[(grid, component), ...], with (scalar point, 0)"
+            f"matrix {name} in {source} has shape {matrix.shape}, its points make {0 if rows is None else len(rows)} "
+            "degrees of freedom. Remedy: export the g-set, or DMIG cards, which carry their labels; of a Craig-Bampton "
+            "model say boundary=[(grid, components), ...], behind which its modes are, or give the file with its EXTRN "
+            "card as bulk; or freedoms=[(grid, component), ...] of all rows, with (scalar point, 0)"
         )
     used = np.asarray(abs(matrix).sum(axis=1)).ravel() + np.asarray(abs(matrix).sum(axis=0)).ravel() > 0
     # empty rows are unused grid points, and components without stiffness or mass
-    return LabelledMatrix(rows[used], mirrored(matrix[used][:, used]))
+    return LabelledMatrix(rows[used], matrix[used][:, used].tocsr())

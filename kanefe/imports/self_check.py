@@ -17,8 +17,9 @@ import scipy.sparse as sp
 import scipy.sparse.csgraph
 import scipy.sparse.linalg as spla
 
-from kanefe.errors import ModelError, UnitWarning, outside
+from kanefe.errors import AccuracyWarning, ModelError, UnitWarning, outside
 from kanefe.fe_model.factorise import Factorise, splu_factorise
+from kanefe.fe_model.grounded import GroundSprings, ground_springs
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
 
 ROUND_OFF = 1e-6
@@ -117,6 +118,8 @@ def self_check(
     -----
     UnitWarning
         If waves would run slower than 1 m/s or faster than 100 km/s through the elements.
+    AccuracyWarning
+        If weak springs to ground hold rotations of nodes.
 
     Examples
     --------
@@ -128,9 +131,10 @@ def self_check(
     """
     _check_mass(model)
     _check_stated(model, expected_mass, expected_center, expected_inertia)
-    residual, count = _check_rigid_motions(model)
+    springs = ground_springs(model)
+    residual, count = _check_rigid_motions(model, springs)
     _check_one_piece(model)
-    zeros = _check_zero_modes(model, count, factorise)
+    zeros = _check_zero_modes(model, count, factorise, springs)
     speed = wave_speed(model)
     if speed is not None and not WAVE_SPEEDS[0] <= speed <= WAVE_SPEEDS[1]:
         warnings.warn(
@@ -276,17 +280,21 @@ def _check_stated(
             )
 
 
-def _check_rigid_motions(model: FiniteElementModel) -> tuple[float, int]:
+def _check_rigid_motions(model: FiniteElementModel, springs: GroundSprings | None) -> tuple[float, int]:
     """Check that K leaves the rigid motions of the nodes free; return the residual and their number."""
     R, kept = model.unit_rigid_modes()
     forces = np.linalg.norm(model.stiffness @ R, axis=0)
     scale = spla.norm(model.stiffness, np.inf)
     worst = int(np.argmax(forces))
     if forces[worst] > ROUND_OFF * scale:
+        if springs is not None:
+            raise ModelError(f"the stiffness matrix is not that of a free body: {springs}")
         only_rotations = forces[kept < 3].max(initial=0.0) <= ROUND_OFF * scale
-        hint = (
-            " (translations are free, so it is not a support: the nodes are in another order)" if only_rotations else ""
-        )
+        hint = ""
+        if only_rotations and model.generalised:
+            hint = " (translations are free: another order, or springs to ground inside, such as PARAM,K6ROT)"
+        elif only_rotations:
+            hint = " (translations are free, so it is not a support: the nodes are in another order)"
         raise ModelError(
             f"the stiffness matrix resists the rigid {MOTIONS[kept[worst]]} of the nodes (force "
             f"{forces[worst] / scale:.2g} of its largest). Remedy: check that nodes and matrix are in the same order"
@@ -324,11 +332,25 @@ def _check_one_piece(model: FiniteElementModel) -> None:
         )
 
 
-def _check_zero_modes(model: FiniteElementModel, expected: int, factorise: Factorise | None) -> int | None:
+def _check_zero_modes(
+    model: FiniteElementModel, expected: int, factorise: Factorise | None, springs: GroundSprings | None
+) -> int | None:
     """Check that K leaves only the rigid motions free; return their number, None if they were not counted."""
     if model.size > COUNTED_SIZE and factorise is None:
         return None
     squares = _lowest_squares(model, min(expected + 1, model.size), factorise or splu_factorise)
+    if springs is not None and len(squares) > expected:
+        share = springs.square / squares[expected] if squares[expected] else np.inf
+        if share > STATED:
+            raise ModelError(f"the stiffness matrix is not that of a free body: {springs}")
+        if share > ROUND_OFF:
+            warnings.warn(
+                f"the stiffness matrix is not quite that of a free body: {springs}, before the body floats. They make "
+                f"up {share:.2g} of its first squared frequency",
+                AccuracyWarning,
+                stacklevel=outside(),
+            )
+            return expected
     if len(squares) > expected and squares[expected] <= 1e3 * max(abs(squares[:expected]).max(), np.finfo(float).tiny):
         raise ModelError(
             f"the stiffness matrix leaves more than the {expected} rigid motions free: it has a mechanism, "

@@ -20,6 +20,7 @@ from kanefe.bodies.nodal_moments import NodalMoments
 from kanefe.errors import ModelError
 from kanefe.fe_model.damping import Damping, damping_matrix, damping_name
 from kanefe.fe_model.factorise import Factorise, splu_factorise
+from kanefe.fe_model.grounded import ground_springs
 from kanefe.fe_model.interface import Interface
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.fe_model.node_shares import NodeShares
@@ -219,6 +220,9 @@ def _check_rigid_motions(model: FiniteElementModel, modes: np.ndarray) -> None:
     """Check that the stiffness of a floating body does not resist rigid motions (unit columns) of its nodes."""
     resistance = np.linalg.norm(model.stiffness @ modes, axis=0).max() / spla.norm(model.stiffness, np.inf)
     if resistance > 1e-6:  # matrices exported with seven digits pass
+        springs = ground_springs(model)
+        if springs is not None:
+            raise ModelError(f"the body floats, and K holds it: {springs}, or clamp an interface")
         raise ModelError(
             f"K resists rigid motions of the nodes ({resistance:.2g} of its largest row), but the body floats. "
             "Remedy: check the order of the nodes and that the model is unsupported, or clamp an interface"

@@ -102,7 +102,8 @@ def modes_by_mass(
             raise ModelError(
                 f"K does not leave the {R.shape[1]} rigid motions free (w^2 = {rigid:.3g} against "
                 f"{squares[0]:.3g} of the first elastic mode), or leaves more free. Remedy: check the "
-                "order of the nodes and the mesh for loose parts, or clamp an interface"
+                "order of the nodes and the mesh for loose parts and springs to ground (PARAM,K6ROT), or clamp an "
+                "interface"
             )
     modes = basis @ vectors
     # round-off of a large mesh leaves M some 1e-12 off the identity: one step of Newton's method for its inverse root

@@ -101,15 +101,30 @@ def test_nastran_faults_are_named(which: int, edit: Callable[[str], str], messag
         read_nastran(*paths)
 
 
-def test_op4_faults_are_named(tmp_path: Path) -> None:
-    op4 = pytest.importorskip("pyyeti.nastran.op4", reason="Nastran's files are read by pyyeti")
+OP4_FAULTS: list[tuple[str, Callable[[bytes], bytes], str]] = [
+    ("mystran", lambda c: c[:1000], r"a record has not the length that it says \(byte 976\)"),
+    ("mystran", lambda c: c[:976], r"it ends within a matrix \(byte 976\)"),
+    ("mystran", lambda c: c[:32] + c[268:], r"matrix KGG has lost column 1 of 27 \(byte 0\)"),
+    ("mystran", lambda c: c[:268] + c[32:], r"column 1 of 27 follows column 1 \(byte 268\)"),
+    ("mystran", lambda c: c.replace(b"KGG ", b"MGG "), r"has two matrices MGG, which differ \(the second: byte"),
+    ("mystran", lambda c: c[:16] + b"\4" + c[17:], r"matrix KGG in .* is complex"),
+    ("strings", lambda c: c[:48] + b"\0" + c[49:], r"column 1 has .* words from row 0 of 27"),
+    ("text", lambda c: c.replace(b"E+0", b"X+0", 1), r"there are not \d numbers \(line \d+\)"),
+    ("text", lambda c: b"\n".join(c.split(b"\n")[:20]), r"it ends within a matrix \(line 21\)"),
+    ("text", lambda c: b"\n".join(c.split(b"\n")[:2] + c.split(b"\n")[3:]), r"\(line \d+\): it is damaged"),
+    ("mystran", lambda c: b"\1\0\0\0" + c, r"is binary, and neither an op4 nor an op2 file"),
+]
+
+
+@pytest.mark.parametrize(("style", "edit", "message"), OP4_FAULTS)
+def test_op4_faults_are_named(style: str, edit: Callable[[bytes], bytes], message: str, tmp_path: Path) -> None:
     bulk, _ = write.nastran_job(tmp_path, SOLID, LABELS)
-    path = tmp_path / "m.op4"
-    op4.write(str(path), ["kgg", "mgg"], [SOLID.stiffness.toarray(), SOLID.mass.toarray()])
+    pair = {"KGG": SOLID.stiffness.toarray(), "MGG": SOLID.mass.toarray()}
+    path = write.output4(tmp_path / "m.OU2", pair, style)
     with pytest.raises(ModelError, match=r"shape \(27, 27\), its points make 54 .* Remedy: export the g-set"):
         read_nastran(bulk, path)
-    path.write_bytes(path.read_bytes()[:1000])
-    with pytest.raises(KanefeError, match=r"truncated|no mass matrix|no stiffness matrix"):
+    path.write_bytes(edit(path.read_bytes()))
+    with pytest.raises(KanefeError, match=message):
         read_nastran(bulk, path)
     with pytest.raises(FileError, match="there is no file"):
         read_nastran(bulk, tmp_path / "none.op4")
@@ -159,8 +174,8 @@ def test_bad_arguments_are_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("package", "reader", "extra"),
     [
-        ("pyyeti", "read_nastran('arm.bdf', 'arm.op4')", "nastran"),
-        ("pandas", "read_nastran('arm.bdf', 'arm.op4')", "nastran"),
+        ("pyyeti", "read_nastran('arm.bdf', 'arm.op2')", "nastran"),
+        ("pandas", "read_nastran('arm.bdf', 'arm.op2')", "nastran"),
         ("mapdl_archive", "read_ansys('a.cdb', 'K', 'M', 'K.mapping')", "ansys"),
     ],
 )
@@ -169,6 +184,7 @@ def test_missing_packages_name_the_extra(package: str, reader: str, extra: str, 
         pytest.importorskip("pyyeti", reason="pyyeti needs pandas")
     write.ansys_job(tmp_path, SOLID, LABELS)
     write.nastran_job(tmp_path, SOLID, LABELS)
+    (tmp_path / "arm.op2").write_bytes(b"\4\0\0\0")
     code = f"""
 import sys
 sys.modules[{package!r}] = None

@@ -163,3 +163,54 @@ def nastran_job(tmp_path: Path, model: kf.FiniteElementModel, labels: np.ndarray
         nastran_bulk(tmp_path / "arm.bdf", model.nodes, labels),
         dmig(tmp_path / "arm.pch", model, labels, {"KAAX": model.stiffness, "MAAX": model.mass}),
     ]
+
+
+def output4(path: Path, matrices: dict[str, np.ndarray], style: str = "mystran") -> Path:
+    """Write an op4 file: binary as MYSTRAN does, or "big", "wide" (words of 8), "strings", "bigmat", or as "text"."""
+    order = ">" if style == "big" else "<"
+    word = 8 if style == "wide" else 4
+    content = b""
+    lines: list[str] = []
+
+    def record(*parts: bytes) -> bytes:
+        length = np.array(sum(map(len, parts)), f"{order}i4").tobytes()
+        return b"".join((length, *parts, length))
+
+    def wholes(*values: int) -> bytes:
+        return np.array(values, f"{order}i{word}").tobytes()
+
+    for name, A in matrices.items():
+        rows, columns = A.shape
+        head = -rows if style == "bigmat" else rows
+        content += record(wholes(columns, head, 1, 2), name.ljust(2 * word).encode())
+        lines.append(f"{columns:8d}{rows:8d}{1:8d}{2:8d}{name:8s}1P,3E23.16")
+        for j in range(columns):
+            used = np.flatnonzero(A[:, j])
+            if style == "mystran":
+                used = np.arange(rows)
+            if not len(used):
+                continue
+            parts, words = [], 0
+            if style in ("strings", "bigmat"):
+                for run in np.split(used, np.flatnonzero(np.diff(used) > 1) + 1):
+                    L = 2 * len(run)
+                    marks = (L + 1, run[0] + 1) if style == "bigmat" else (65536 * (L + 1) + run[0] + 1,)
+                    parts += [wholes(*marks), A[run, j].astype(f"{order}f8").tobytes()]
+                    words += len(marks) + L
+                first = 0
+            else:
+                column = A[used[0] : used[-1] + 1, j]
+                parts, words, first = [column.astype(f"{order}f8").tobytes()], len(column) * 8 // word, used[0] + 1
+                numbers = [f"{v:23.16E}".replace("E", "D" if j % 2 else "E") for v in column]
+                lines += [f"{j + 1:8d}{first:8d}{len(column):8d}"]
+                lines += ["".join(numbers[i : i + 3]) for i in range(0, len(numbers), 3)]
+            content += record(wholes(j + 1, first, words), *parts)
+        content += record(
+            wholes(columns + 1, 1, 2 if style == "mystran" else 8 // word), bytes(16 if style == "mystran" else 8)
+        )
+        lines += [f"{columns + 1:8d}{1:8d}{1:8d}", f"{1.0:23.16E}"]
+    if style == "text":
+        path.write_text("\n".join([*lines, ""]))
+    else:
+        path.write_bytes(content)
+    return path
