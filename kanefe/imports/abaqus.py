@@ -9,6 +9,8 @@ These files are written by a separate step without boundary conditions::
 
 or, for a body condensed to retained nodes (without eigenmodes), ``*SUBSTRUCTURE MATRIX OUTPUT, STIFFNESS=YES, MASS=YES,
 OUTPUT FILE=USER DEFINED, FILE NAME=...``. The nodes come from the input file (.inp) of the job.
+
+CalculiX stores both (job.sti, job.mas) in a last step ``*FREQUENCY, SOLVER=MATRIXSTORAGE`` without supports.
 """
 
 from __future__ import annotations
@@ -23,12 +25,16 @@ import scipy.sparse as sp
 from kanefe.arguments import checked
 from kanefe.errors import FileError, ModelError
 from kanefe.fe_model.model import FiniteElementModel
-from kanefe.imports.abaqus_input import Keyword, keywords, node_table
+from kanefe.imports.abaqus_input import Keyword, keywords
+from kanefe.imports.abaqus_job import Job, job_of
 from kanefe.imports.labelled import LabelledMatrix, mirrored, model_of_labelled
-from kanefe.imports.node_table import Nodes, NodeTable, given_nodes
+from kanefe.imports.node_table import Nodes, given_nodes
 from kanefe.imports.self_check import Expected
 from kanefe.imports.text import numbers, read_text
 from kanefe.imports.units import Units
+
+CALCULIX = (".sti", ".mas")
+"""Suffixes of the matrices that CalculiX stores: in global axes also where nodes have axes of their own."""
 
 
 @checked(
@@ -53,7 +59,9 @@ def read_abaqus(
     nodes : path, dict of labels to coordinates, or ndarray (n, 4) of label, x, y, z
         The input file (.inp) of the job, whose node sets become groups; or the nodes themselves.
     stiffness, mass, damping : path
-        Files of ``*MATRIX OUTPUT`` with FORMAT=MATRIX INPUT, LABELS, or COORDINATE (then in ascending labels).
+        Files of ``*MATRIX OUTPUT`` with FORMAT=MATRIX INPUT, LABELS, or COORDINATE (then in ascending labels of the
+        nodes of elements), in axes of nodes where there are such; or job.sti and job.mas of CalculiX, in global axes,
+        whose rows job.dof beside them names.
     substructure : path, instead of them
         File of ``*SUBSTRUCTURE MATRIX OUTPUT``.
     groups : dict of str to node labels, optional
@@ -90,27 +98,35 @@ def read_abaqus(
     >>> arm = kf.read_abaqus("job.inp", "job_STIF1.mtx", "job_MASS1.mtx", units="mm, t, s")  # doctest: +SKIP
     >>> body = kf.flexible_body(arm, {"ROOT": "clamped", "TIP": "rigid"})  # doctest: +SKIP
     """
-    table = _nodes(nodes, trusted)
+    job = _job(nodes, trusted)
     if substructure is not None:
         if stiffness is not None or mass is not None or damping is not None:
             raise ModelError("give either substructure=, or stiffness= and mass=, not both")
-        matrices, source = _substructure(substructure), Path(substructure).name
+        matrices, source, is_global = _substructure(substructure), Path(substructure).name, False
     else:
         if stiffness is None or mass is None:
             raise ModelError("give stiffness= and mass=, the .mtx files of *MATRIX OUTPUT, or substructure=")
         files = {"stiffness": stiffness, "mass": mass, "damping": damping}
-        matrices = {what: _matrix(path, what, table) for what, path in files.items() if path is not None}
+        matrices = {what: _matrix(path, what, job) for what, path in files.items() if path is not None}
         source = Path(stiffness).name
+        is_global = Path(stiffness).suffix.lower() in CALCULIX
+        if is_global and job.is_local:
+            raise ModelError(
+                f"{nodes} has GLOBAL=NO, by which CalculiX 2.20 stores K in axes of nodes and M in global ones. "
+                "Remedy: store both without it"
+            )
+    table = job.nodes if is_global else job.turned
     return model_of_labelled(matrices, table, groups=groups, units=units, expected=expected, source=f"Abaqus {source}")
 
 
-def _nodes(nodes: Nodes, trusted: bool) -> NodeTable:
+def _job(nodes: Nodes, trusted: bool) -> Job:
     if isinstance(nodes, (str, Path)) and Path(nodes).suffix.lower() == ".inp":
-        return node_table(nodes, trusted)
-    return given_nodes(nodes)
+        return job_of(Path(nodes), trusted)
+    table = given_nodes(nodes)
+    return Job(table, table, table.labels, False)
 
 
-def _matrix(path: str | Path, what: str, table: NodeTable) -> LabelledMatrix:
+def _matrix(path: str | Path, what: str, job: Job) -> LabelledMatrix:
     """Return a matrix of ``*MATRIX OUTPUT``: lines of node, number, node, number, value, or of row, column, value."""
     lines = [line for line in read_text(path, f"{what} matrix").splitlines() if line.strip() and line[0] != "*"]
     widths = {len(line.translate({44: " "}).split()) for line in (lines[:1] + lines[-1:])}
@@ -123,27 +139,58 @@ def _matrix(path: str | Path, what: str, table: NodeTable) -> LabelledMatrix:
     if widths == {5}:
         rows = values.reshape(-1, 5)
         return LabelledMatrix.of_entries(rows[:, :2], rows[:, 2:4], rows[:, 4])
-    return _coordinates(values.reshape(-1, 3), path, what, table)
+    return _coordinates(values.reshape(-1, 3), Path(path), what, job)
 
 
-def _coordinates(rows: np.ndarray, path: str | Path, what: str, table: NodeTable) -> LabelledMatrix:
-    """Return a matrix by row numbers; the rows are those of all nodes in ascending labels."""
+def _coordinates(rows: np.ndarray, path: Path, what: str, job: Job) -> LabelledMatrix:
+    """Return a matrix by row numbers, whose rows are those of `_rows`."""
     size = int(rows[:, :2].max())
-    width, rest = divmod(size, len(table.labels))
-    if rest or width not in (2, 3, 6) or rows[:, :2].min() < 1:
-        raise ModelError(
-            f"the {what} matrix in {path} has {size} rows for {len(table.labels)} nodes, and no labels that would "
-            "identify them. Remedy: export it with FORMAT=MATRIX INPUT"
-        )
-    freedoms = np.array([(label, number) for label in table.labels for number in range(1, width + 1)])
+    if rows[:, :2].min() < 1:
+        raise ModelError(f"the {what} matrix in {path} has row {int(rows[:, :2].min())}. Remedy: export it again")
     entries = (rows[:, :2] - 1).astype(np.int64)
-    return LabelledMatrix(freedoms, mirrored(sp.csr_matrix((rows[:, 2], entries.T), (size, size))))
+    return LabelledMatrix(_rows(size, path, what, job), mirrored(sp.csr_matrix((rows[:, 2], entries.T), (size, size))))
+
+
+def _rows(size: int, path: Path, what: str, job: Job) -> np.ndarray:
+    """Return (label, number) of rows without labels: of the file .dof of CalculiX, or of nodes in ascending labels.
+
+    Nodes of no element have no rows.
+    """
+    names = path.with_suffix(".dof")
+    if path.suffix.lower() in CALCULIX and names.is_file():
+        pairs = [
+            line.strip().split(".") for line in read_text(names, "rows of the matrices").splitlines() if line.strip()
+        ]
+        if not all(len(pair) == 2 and pair[0].isdigit() and pair[1].isdigit() for pair in pairs) or len(pairs) != size:
+            raise FileError(
+                f"{names} does not name the {size} rows of {path.name}, as node.direction. Remedy: the files of one job"
+            )
+        freedoms = np.array(pairs, dtype=np.int64)
+        if len(np.unique(freedoms, axis=0)) < size:
+            raise ModelError(
+                f"{names} names rows twice, as CalculiX does for shells and beams, whose rows are those of solids. "
+                "Remedy: mesh the body with solids"
+            )
+        return freedoms
+    fits = [
+        (labels, size // len(labels))
+        for labels in ((job.used, job.nodes.labels) if len(job.used) < len(job.nodes.labels) else (job.nodes.labels,))
+        if len(labels) and size % len(labels) == 0 and size // len(labels) in (2, 3, 6)
+    ]
+    if len(fits) != 1:
+        remedy = f"the file {names.name} beside it" if path.suffix.lower() in CALCULIX else "FORMAT=MATRIX INPUT"
+        raise ModelError(
+            f"the {what} matrix in {path} has {size} rows for {len(job.nodes.labels)} nodes, {len(job.used)} of them "
+            f"of elements, and no labels that would identify them. Remedy: {remedy}"
+        )
+    labels, width = fits[0]
+    return np.array([(label, number) for label in labels for number in range(1, width + 1)])
 
 
 def _substructure(path: str | Path) -> dict[str, LabelledMatrix]:
     """Return the matrices of a substructure: nodes and freedoms of ``*USER ELEMENT``, lower triangles by rows."""
-    blocks = keywords(read_text(path, "substructure"))
-    element = next((block for block in blocks if block.name == "USER ELEMENT"), None)
+    blocks = keywords(read_text(path, "substructure"), Path(path).name)
+    element = next((block for block in blocks if block.name == "USERELEMENT"), None)
     if element is None:
         raise FileError(
             f"{path} is not a file of *SUBSTRUCTURE MATRIX OUTPUT: it has no *USER ELEMENT. Remedy: export it with "

@@ -1,199 +1,231 @@
-"""Keywords, nodes and node sets of an Abaqus input file, which the matrices refer to."""
+"""Keywords of input files of Abaqus and CalculiX, with their data and those of the files that they include."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import re
+from collections.abc import Iterator
+from functools import cached_property
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.errors import FileError, ModelError
-from kanefe.imports.included import included_file
-from kanefe.imports.node_table import NodeTable
-from kanefe.imports.text import numbers, read_text
+from kanefe.errors import FileError
+from kanefe.imports.included import DeckFile
+from kanefe.imports.text import number, plain_numbers
 
-REFUSED = {
-    "SYSTEM": "nodes in a system of their own",
-    "TRANSFORM": "degrees of freedom in axes of their own",
-    "NGEN": "generated nodes",
-    "NFILL": "generated nodes",
-    "NCOPY": "generated nodes",
-    "NMAP": "mapped nodes",
-    "ELGEN": "generated elements",
-    "ELCOPY": "generated elements",
-}
-"""Unsupported keywords that move nodes or rotate their degrees of freedom."""
+_ENDS_WITH_COMMA = re.compile(r",[ \t]*(?=\n|$)")
+
+_OPTION = re.compile(r"[A-Za-z][\w ]*(=.*)?|")
+"""A parameter of a line that goes on. CalculiX 2.20 has no such lines: what is no parameter is a line of data."""
+
+FLAGS = ("GENERATE", "UNSORTED", "INTERNAL", "SHIFT", "LOCAL", "PERTURBATION", "STIFFNESS", "MASS", "LINEAR", "UNSYMM")
+"""Parameters without a value that a line which goes on may begin with."""
+
+_COMMA, _NEWLINE = 44, 10
 
 
-@dataclass(frozen=True)
+class Table(NamedTuple):
+    """Numbers of data lines, all of them at once.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n,)
+    counts : ndarray of int
+        How many each line has.
+    """
+
+    values: np.ndarray
+    counts: np.ndarray
+
+
 class Keyword:
     """One keyword line of an input file with the lines that follow it.
 
     Attributes
     ----------
     name : str
-        Upper case, without the star.
+        Upper case, without the star and without blanks, which mean nothing.
     options : dict of str to str
         Upper-case names; an option without a value has "".
-    lines : list of str
-        Data lines.
+    file : str
+        Name of the file.
+    at : int
+        Number of its line in it.
+    pieces : list of (int, str)
+        Its data: text between comments, with the number of its first line.
     comments : list of str
         Comment lines among them, without their stars.
-    at : int
-        Number of its line in its file.
     """
 
-    name: str
-    options: dict[str, str]
-    lines: list[str] = field(default_factory=list)
-    comments: list[str] = field(default_factory=list)
-    at: int = 0
+    def __init__(self, name: str, options: dict[str, str], file: str, at: int) -> None:
+        self.name, self.options, self.file, self.at = name, options, file, at
+        self.pieces: list[tuple[int, str]] = []
+        self.comments: list[str] = []
+
+    @cached_property
+    def numbered(self) -> list[tuple[int, str]]:
+        """Data lines that are not blank, each with its number."""
+        return [
+            (at, line.strip())
+            for first, text in self.pieces
+            for at, line in enumerate(text.split("\n"), first)
+            if line.strip()
+        ]
+
+    @property
+    def lines(self) -> list[str]:
+        """Data lines that are not blank."""
+        return [line for _, line in self.numbered]
+
+    def option(self, name: str) -> str:
+        """Return the value of an option that must be there."""
+        value = self.options.get(name, "").strip()
+        if not value:
+            raise self.refused(f"has no {name}=. Remedy: check that its line is complete")
+        return value
+
+    def rows(self) -> Iterator[tuple[int, list[str]]]:
+        """Yield number and fields of the data lines; a comma at their end is none of theirs."""
+        for at, line in self.numbered:
+            yield at, [part.strip() for part in line.rstrip(", \t").split(",")]
+
+    def table(self) -> Table | None:
+        """Return the numbers of all data lines at once, or None if a field is left out or not plainly a number."""
+        text = "\n".join(piece.strip("\n") for _, piece in self.pieces)
+        if ",\n" in text or ", \n" in text or text.rstrip().endswith(","):
+            text = _ENDS_WITH_COMMA.sub("", text)
+        values = plain_numbers(text.replace("\n", ","), " , ")
+        if values is None:
+            return None
+        codes = np.frombuffer(text.encode("latin-1"), dtype=np.uint8)
+        ends = np.append(np.flatnonzero(codes == _NEWLINE), len(codes))
+        commas = np.searchsorted(np.flatnonzero(codes == _COMMA), ends)
+        counts = np.diff(commas, prepend=0) + 1
+        return Table(values, counts) if counts.sum() == len(values) else None
+
+    def refused(self, reason: str, at: int | None = None) -> FileError:
+        """Return the error of a keyword, or of one of its lines; the reason is the end of a sentence."""
+        return FileError(f"{self.file}: *{self.name} (line {self.at if at is None else at}) {reason}")
+
+    def label(self, text: str, at: int) -> int:
+        """Return the label of a node or element; a FileError with the line if it is none."""
+        try:
+            value = number(text)
+        except ValueError:
+            value = 0.0
+        if value < 1 or value != int(value):
+            raise self.refused(f"has {text!r} where a label should be. Remedy: check that the file is complete", at)
+        return int(value)
+
+    def number(self, text: str, at: int) -> float:
+        """Return the number of a field, 0 if it was left out; a FileError with the line if it is none."""
+        try:
+            return number(text) if text else 0.0
+        except ValueError:
+            raise self.refused(
+                f"has {text!r}, which is not a number. Remedy: check that the file is complete", at
+            ) from None
 
 
-def keywords(text: str) -> list[Keyword]:
-    """Return the keywords of an input file in their order."""
-    blocks: list[Keyword] = []
-    is_continued = False
-    for at, line in enumerate(map(str.lstrip, text.splitlines()), 1):
-        if line.startswith("**"):
-            if blocks:
-                blocks[-1].comments.append(line.lstrip("*").strip())
-        elif line.startswith("*") or is_continued:
-            fields = [part.strip() for part in line.lstrip("*").split(",")]
-            if not is_continued:
-                blocks.append(Keyword(fields.pop(0).upper(), {}, at=at))
-            for part in filter(None, fields):
-                name, _, value = part.partition("=")
-                blocks[-1].options[name.strip().upper()] = value.strip()
-            is_continued = line.rstrip().endswith(",")
-        elif line.strip() and blocks:
-            blocks[-1].lines.append(line)
-    return blocks
-
-
-def node_table(path: str | Path, trusted: bool = False) -> NodeTable:
-    """Return the nodes and node sets of an input file; if `trusted`, it may include any file.
-
-    Raises
-    ------
-    FileError
-        If the file does not exist or has no nodes, or includes a file outside its folder and is not trusted.
-    ModelError
-        If it has several instances, or moves nodes or rotates their degrees of freedom, which is not supported.
-    """
-    blocks = with_includes(keywords(read_text(path, "nodes")), Path(path), Path(path), trusted)
-    check_places(blocks, path, "or give the nodes as a dict of labels to coordinates")
-    rows: list[np.ndarray] = []
-    sets: dict[str, list[int]] = {}
-    for block in blocks:
-        if block.name == "NODE" and block.lines:
-            rows.append(node_rows(block, path))
-            if "NSET" in block.options:
-                sets.setdefault(block.options["NSET"], []).extend(rows[-1][:, 0].astype(int).tolist())
-        elif block.name == "NSET":
-            name = block.options.get("NSET", "")
-            sets.setdefault(name, []).extend(members(block, sets, path))
-    if not rows:
-        raise FileError(f"{path} has no *NODE. Remedy: give the input file of the job that wrote the matrices")
-    frozen = {name: np.unique(np.array(members, dtype=np.int64)) for name, members in sets.items() if members}
-    return NodeTable.of_rows(np.concatenate(rows), str(path), frozen)
-
-
-def check_places(blocks: list[Keyword], path: str | Path, otherwise: str, takes_turned: bool = False) -> None:
-    """Refuse what places nodes elsewhere than where their coordinates are.
+def deck_keywords(path: Path, *, trusted: bool, reader: str) -> list[Keyword]:
+    """Return the keywords of an input file, those of the files that it includes in their places.
 
     Parameters
     ----------
-    blocks : list of Keyword
-    path : path
-    otherwise : str
-        Another remedy than an export, for the message.
-    takes_turned : bool
-        Whether degrees of freedom may have axes of their own.
-
-    Raises
-    ------
-    ModelError
-        Naming the keyword, and the line that it begins at.
-    """
-    instances = [block for block in blocks if block.name == "INSTANCE"]
-    if len(instances) > 1 or any(block.lines for block in instances):
-        at = next((block for block in instances if block.lines), instances[-1]).at
-        raise ModelError(
-            f"{path} is an assembly of {len(instances)} instance(s) that are placed or share labels (line {at}), so "
-            "that its nodes are not where its parts have them. Remedy: export a flat input file (no parts and "
-            f"assemblies), {otherwise}"
-        )
-    for block in blocks:
-        is_end = block.name == "SYSTEM" and not block.lines
-        if block.name in REFUSED and not is_end and not (takes_turned and block.name == "TRANSFORM"):
-            raise ModelError(
-                f"{path} has *{block.name} (line {block.at}): {REFUSED[block.name]}, which are not supported. Remedy: "
-                f"export the model in global coordinates, {otherwise}"
-            )
-        if block.name == "NODE" and block.lines and block.options.get("SYSTEM", "R").upper() != "R":
-            raise ModelError(
-                f"{path} has nodes in cylindrical or spherical coordinates (line {block.at}). Remedy: SYSTEM=R"
-            )
-
-
-def node_rows(block: Keyword, path: str | Path) -> np.ndarray:
-    """Return rows of label, x, y, z of a block; coordinates that are left out are zero."""
-    rows, source = np.zeros((len(block.lines), 4)), f"{path} (*NODE, line {block.at})"
-    if all(line.rstrip(", ").count(",") == 3 for line in block.lines):
-        whole = numbers(" ".join(block.lines), source)
-        if whole.size == rows.size:  # nothing is left out within a line
-            return whole.reshape(rows.shape)
-    for i, line in enumerate(block.lines):
-        row = numbers(", ".join(part if part.strip() else "0" for part in line.rstrip(", ").split(",")), source)[:4]
-        rows[i, : len(row)] = row
-    return rows
-
-
-def members(block: Keyword, sets: Mapping[str, list[int]], path: str | Path) -> list[int]:
-    """Return the labels of a set of nodes or elements: labels, names of earlier sets, or ranges with GENERATE.
-
-    Those of an instance may have its name and a point before them.
+    path : Path
+    trusted : bool
+        Whether it may include files outside its folder.
+    reader : str
+        The function that the user called.
 
     Raises
     ------
     FileError
-        If it names a set that is not there.
+        If the file or one that it includes is not there, or elsewhere without being trusted, or as `keywords`.
     """
-    found: list[int] = []
-    known = {name.upper(): labels for name, labels in sets.items()}
-    for line in block.lines:
-        fields = [part.strip() for part in line.split(",") if part.strip()]
-        if "GENERATE" in block.options:
-            first, last, *step = (int(x) for x in numbers(" ".join(fields), path))
-            found += range(first, last + 1, step[0] if step else 1)
-            continue
-        for part in fields:
-            bare = part.strip('"').rpartition(".")[2]
-            if bare.lstrip("-").isdigit():
-                found.append(int(bare))
-                continue
-            labels = known.get(part.strip('"').upper(), known.get(bare.upper()))
-            if labels is None:
-                raise FileError(
-                    f"{path} has a set of {part!r} (*{block.name}, line {block.at}), which is no set before it. "
-                    "Remedy: check the order of its sets"
-                )
-            found += labels
-    return found
+    return _with_included(DeckFile(path, path, trusted, reader))
 
 
-def with_includes(
-    blocks: list[Keyword], path: Path, top: Path, trusted: bool, depth: int = 0, reader: str = "read_abaqus"
-) -> list[Keyword]:
-    """Return the keywords of a file that a user reads by `reader`, with those of each ``*INCLUDE, INPUT=file``."""
-    if depth > 10:
-        raise FileError(f"{path} includes itself. Remedy: check its *INCLUDE")
+def _with_included(file: DeckFile) -> list[Keyword]:
     found: list[Keyword] = []
-    for block in blocks:
-        found.append(block)
+    for block in keywords(file.text("Abaqus input"), file.path.name):
         if block.name == "INCLUDE":
-            other = included_file(block.options.get("INPUT", ""), path, top=top, trusted=trusted, reader=reader)
-            found += with_includes(keywords(read_text(other, "nodes")), other, top, trusted, depth + 1, reader)
+            found += _with_included(file.included(block.option("INPUT").strip("\"'"), block.at))
+        else:
+            found.append(block)
     return found
+
+
+def keywords(text: str, file: str) -> list[Keyword]:
+    """Return the keywords of a text in their order.
+
+    A keyword line that ends with a comma goes on in the next one, as in Abaqus, if that has parameters.
+
+    Raises
+    ------
+    FileError
+        If data are before the first keyword.
+    """
+    blocks: list[Keyword] = []
+    after, line = 0, 1  # what is read ends before this character, which is of this line
+    for first, last in _starred(text):
+        if first < after:
+            continue
+        _add_data(blocks, text[after:first], line, file)
+        line += text.count("\n", after, first)
+        content, after = text[first:last].strip(), last + 1
+        if content.startswith("**"):
+            if blocks:
+                blocks[-1].comments.append(content.lstrip("*").strip())
+            line += 1
+            continue
+        at = line
+        while content.endswith(",") and after < len(text):
+            end = text.find("\n", after)
+            more = text[after : end if end >= 0 else len(text)].strip()
+            if not _goes_on(more):
+                break
+            content, line, after = content + more, line + 1, (end if end >= 0 else len(text)) + 1
+        name, *fields = content.lstrip("*").split(",")
+        options = [field.partition("=") for field in fields if field.strip()]
+        blocks.append(
+            Keyword(
+                "".join(name.split()).upper(),
+                {" ".join(option.split()).upper(): value.strip() for option, _, value in options},
+                file,
+                at,
+            )
+        )
+        line += 1
+    _add_data(blocks, text[after:], line, file)
+    return blocks
+
+
+def _starred(text: str) -> Iterator[tuple[int, int]]:
+    """Yield where lines whose first character is a star begin and end."""
+    star = text.find("*")
+    while star >= 0:
+        first = text.rfind("\n", 0, star) + 1
+        last = text.find("\n", star)
+        last = len(text) if last < 0 else last
+        if not text[first:star].strip():
+            yield first, last
+        star = text.find("*", last)
+
+
+def _goes_on(line: str) -> bool:
+    fields = [field.strip() for field in line.rstrip(",").split(",")]
+    return line[:1] != "*" and all(
+        _OPTION.fullmatch(field) and ("=" in field or field.upper() in FLAGS) for field in fields if field
+    )
+
+
+def _add_data(blocks: list[Keyword], text: str, line: int, file: str) -> None:
+    bare = text.lstrip()
+    if not bare:
+        return
+    if not blocks:
+        at = line + text[: len(text) - len(bare)].count("\n")
+        raise FileError(f"{file} has data before its first keyword (line {at}). Remedy: check that it is complete")
+    blocks[-1].pieces.append((line, text.rstrip()))

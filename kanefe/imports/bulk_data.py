@@ -8,10 +8,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from kanefe.errors import FileError
-from kanefe.imports.included import included_file
-from kanefe.imports.text import read_text
-
-_EXPONENT = re.compile(r"(?<=[\d.])([-+]\d+)$")  # 1.5-3 is 1.5e-3
+from kanefe.imports.included import DeckFile
+from kanefe.imports.text import number as as_number
 
 _BLANK = ("",) * 8
 
@@ -22,9 +20,6 @@ _BEGIN = re.compile(r"\s*BEGIN +(BULK|SUPER)\b", re.IGNORECASE)
 _REPEATED = re.compile(r"=\(?(\d+)\)?")  # the card before once more, or so many times
 
 _RAISED = re.compile(r"\*\(?([^()]+)\)?")  # the field of the card before, raised by this
-
-DEEPEST = 10
-"""Number of files within each other, at most: by a link to a folder above one file has ever new names."""
 
 
 class Card(NamedTuple):
@@ -61,7 +56,7 @@ class Card(NamedTuple):
     def number(self, number: int) -> float:
         """Return the number of a field, 0 if it was left out; a FileError names field and line if it is none."""
         try:
-            return _number(self.field(number))
+            return as_number(self.field(number) or "0")
         except ValueError:
             raise self._no_number(number, "a number") from None
 
@@ -69,7 +64,7 @@ class Card(NamedTuple):
         """Return the numbers of some fields; those that are left out are 0."""
         found = self.fields[first - 2 : first - 2 + count]
         try:
-            return [float(text or 0.0) for text in found] + [0.0] * (count - len(found))
+            return [as_number(text or "0") for text in found] + [0.0] * (count - len(found))
         except ValueError:
             return [self.number(first + i) for i in range(count)]
 
@@ -89,14 +84,6 @@ class Card(NamedTuple):
             f"{self.file}: field {number} of {self.name} (line {self.at}) is {self.field(number)!r}, and should be "
             f"{what}. Remedy: check that the file is complete, and the columns of its fields"
         )
-
-
-def _number(text: str) -> float:
-    """Return a number, 0 of nothing; its exponent may have a D, or no letter. A ValueError if it is none."""
-    try:
-        return float(text or 0.0)
-    except ValueError:
-        return float(_EXPONENT.sub(r"e\1", text.upper().replace("D", "E")))
 
 
 class _Line(NamedTuple):
@@ -126,7 +113,7 @@ def bulk_cards(path: Path, *, trusted: bool = False, reader: str = "read_nastran
     """
     found: list[Card] = []
     mark = ""
-    for line in _bulk(_lines(path, path, trusted, reader, ()), path):
+    for line in _bulk(_lines(DeckFile(path, path, trusted, reader)), path):
         name, fields, next_mark = _fields(line)
         if name.startswith("="):
             _repeat(found, name, fields, line)
@@ -144,12 +131,11 @@ def bulk_cards(path: Path, *, trusted: bool = False, reader: str = "read_nastran
     return found
 
 
-def _lines(path: Path, top: Path, trusted: bool, reader: str, above: tuple[Path, ...]) -> list[_Line]:
+def _lines(file: DeckFile) -> list[_Line]:
     """Return the lines of a file without comments, with those of the files that it includes in their places."""
-    if path in above or len(above) > DEEPEST:
-        raise FileError(f"{path} includes itself. Remedy: check its INCLUDE")
     found: list[_Line] = []
-    text = iter(enumerate(read_text(path, "Nastran deck").splitlines(), 1))
+    path = file.path
+    text = iter(enumerate(file.text("Nastran deck").splitlines(), 1))
     for at, whole in text:
         bare = (whole.partition("$")[0] if "$" in whole else whole).rstrip()
         if bare[:1] not in _BEGINS_INCLUDE or bare.lstrip()[:7].upper() != "INCLUDE":
@@ -162,8 +148,7 @@ def _lines(path: Path, top: Path, trusted: bool, reader: str, above: tuple[Path,
             if more is None:
                 raise FileError(f"{path.name}: INCLUDE (line {at}) has no end. Remedy: its second quotation mark")
             named += more[1].strip()
-        other = included_file(named.strip("'\" "), path, top=top, trusted=trusted, reader=reader)
-        found += _lines(other, top, trusted, reader, (*above, path))
+        found += _lines(file.included(named.strip("'\" "), at))
     return found
 
 
@@ -227,7 +212,7 @@ def _step(a: str, b: str) -> int | float | None:
     """Return by what a field was raised from one card to the next; None if it is the same."""
     if a == b:
         return None
-    first, second = _number(a), _number(b)
+    first, second = as_number(a or "0"), as_number(b or "0")
     is_whole = a.lstrip("+-").isdigit() and b.lstrip("+-").isdigit()
     return int(second) - int(first) if is_whole else second - first
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from kanefe.errors import FileError
 from kanefe.imports.bulk_data import Card
+from kanefe.imports.coordinate_systems import BASIC, System, axes_at, in_basic, right_handed
 
 CP, CD = 3, 7
 """Numbers of the fields of a grid point with the systems of its place and of its displacements."""
@@ -21,12 +22,6 @@ UNREAD = (
     *("GMBC", "GMSURF", "GMCURV", "FEFACE", "FEEDGE", "POINT", "EGRID", "GRIDG", "CGEN"),
 )
 """Cards that place or make nodes, and are not read."""
-
-PARALLEL = 1e-10
-"""Sine of the angle between the two directions of a system below which they are one."""
-
-ON_AXIS = 1e-12
-"""Distance from the axis of a system, relative to the largest coordinate, below which a point is on it."""
 
 
 class GridPoints(NamedTuple):
@@ -44,17 +39,6 @@ class GridPoints(NamedTuple):
     labels: np.ndarray
     points: np.ndarray
     axes: np.ndarray | None
-
-
-class _System(NamedTuple):
-    """A system placed in basic: kind R, C or S, origin, and axes as columns."""
-
-    kind: str
-    origin: np.ndarray
-    axes: np.ndarray
-
-
-BASIC = _System("R", np.zeros(3), np.eye(3))
 
 
 def grid_points(cards: Iterable[Card]) -> GridPoints:
@@ -112,10 +96,10 @@ class _Systems:
 
     def __init__(self, grids: Mapping[int, Card], systems: Mapping[int, tuple[Card, int]], usual: Card | None) -> None:
         self.grids, self.systems, self.usual = grids, systems, usual
-        self.placed: dict[int, _System] = {0: BASIC}
+        self.placed: dict[int, System] = {0: BASIC}
         self.open: list[int] = []
 
-    def of(self, number: int, by: Card) -> _System:
+    def of(self, number: int, by: Card) -> System:
         """Return a system that a card uses."""
         if number in self.placed:
             return self.placed[number]
@@ -147,54 +131,13 @@ class _Systems:
         return corners
 
 
-def _through(card: Card, corners: list[np.ndarray]) -> _System:
+def _through(card: Card, corners: list[np.ndarray]) -> System:
     """Return the system of an origin, a point on its third axis, and one in the plane of the first and the third."""
     origin, along, beside = corners
-    z, x = along - origin, beside - origin
-    y = np.cross(z, x)
-    if not np.linalg.norm(y) > PARALLEL * np.linalg.norm(z) * np.linalg.norm(x):
+    axes = right_handed(along - origin, beside - origin)
+    if axes is None:
         raise card.refused("has three points on one line. Remedy: a third point beside its axis")
-    z, y = z / np.linalg.norm(z), y / np.linalg.norm(y)
-    return _System(card.name[5], origin, np.column_stack((np.cross(y, z), y, z)))
-
-
-def in_basic(system: _System, given: np.ndarray) -> np.ndarray:
-    """Return points (n, 3) in basic coordinates; angles are given in degrees: theta of C, theta from z and phi of S."""
-    local = given
-    if system.kind == "C":
-        angle = np.radians(given[:, 1])
-        local = np.column_stack((given[:, 0] * np.cos(angle), given[:, 0] * np.sin(angle), given[:, 2]))
-    elif system.kind == "S":
-        polar, azimuth = np.radians(given[:, 1]), np.radians(given[:, 2])
-        across = given[:, 0] * np.sin(polar)
-        local = np.column_stack((across * np.cos(azimuth), across * np.sin(azimuth), given[:, 0] * np.cos(polar)))
-    return np.asarray(system.origin + local @ system.axes.T)
-
-
-def axes_at(system: _System, points: np.ndarray) -> np.ndarray:
-    """Return the axes (n, 3, 3), as columns in basic, of a system at points: of C and S along r, theta, z or phi.
-
-    On the axis of a system theta and phi are taken as 0.
-    """
-    if system.kind == "R":
-        return np.broadcast_to(system.axes, (len(points), 3, 3))
-    x, y, z = ((points - system.origin) @ system.axes).T
-    across = np.hypot(x, y)
-    on_axis = across <= ON_AXIS * np.max(np.abs(points), initial=0.0)
-    cos, sin = (np.where(on_axis, on, part / np.where(on_axis, 1.0, across)) for part, on in ((x, 1.0), (y, 0.0)))
-    zero, one = np.zeros_like(z), np.ones_like(z)
-    radial, around = np.stack((cos, sin, zero), axis=-1), np.stack((-sin, cos, zero), axis=-1)
-    if system.kind == "C":
-        local = np.stack((radial, around, np.stack((zero, zero, one), axis=-1)), axis=-1)
-    else:
-        far = np.hypot(across, z)
-        polar_sin, polar_cos = (
-            np.where(far > 0.0, part / np.where(far > 0.0, far, 1.0), on) for part, on in ((across, 0.0), (z, 1.0))
-        )
-        outward = np.stack((polar_sin * cos, polar_sin * sin, polar_cos), axis=-1)
-        down = np.stack((polar_cos * cos, polar_cos * sin, -polar_sin), axis=-1)
-        local = np.stack((outward, down, around), axis=-1)
-    return np.asarray(system.axes @ local)
+    return System(card.name[5], origin, axes[:, [1, 2, 0]])
 
 
 def _placed(grids: Mapping[int, Card], systems: _Systems, usual: Card | None) -> GridPoints:
@@ -212,7 +155,7 @@ def _placed(grids: Mapping[int, Card], systems: _Systems, usual: Card | None) ->
 
 def _by_system(
     cards: list[Card], number: int, systems: _Systems, usual: Card | None
-) -> Iterator[tuple[_System, np.ndarray]]:
+) -> Iterator[tuple[System, np.ndarray]]:
     """Yield each system that a field of grid points names, and the rows of those points."""
     named = np.array([_system_of(card, number, usual) for card in cards], dtype=np.int64)
     if number == CD:

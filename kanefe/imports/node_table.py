@@ -78,6 +78,16 @@ class NodeTable:
         return places
 
 
+def rows_of(labels: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Return the rows of some labels among those that are known, of each the first; -1: it is none of them."""
+    if not len(known):
+        return np.full(labels.shape, -1)
+    order = np.argsort(known, kind="stable")
+    where = order[np.minimum(np.searchsorted(known, labels, sorter=order), len(known) - 1)]
+    rows: np.ndarray = np.where(known[where] == labels, where, -1)
+    return rows
+
+
 def given_nodes(nodes: Nodes) -> NodeTable:
     """Return the table of nodes given as a dict, an array (n, 4), or a text file of rows label, x, y, z."""
     if isinstance(nodes, (str, Path)):

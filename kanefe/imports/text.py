@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import io
+import math
 import re
 import warnings
 from pathlib import Path
@@ -15,7 +16,9 @@ import scipy.sparse as sp
 from kanefe.errors import FileError, ModelError
 from kanefe.storage.files import regular_file
 
-_EXPONENTS = str.maketrans({"D": "E", "d": "E", ",": " "})
+_BLANKS = str.maketrans({",": " "})
+
+_EXPONENT = re.compile(r"(?<=[\d.])([-+]\d+)$")  # 1.5-3 is 1.5e-3
 
 
 def read_text(path: str | Path, what: str) -> str:
@@ -56,22 +59,46 @@ _DECIMAL_COMMAS = re.compile(rf"{_NUMBER}(?:\s+{_NUMBER})+|{_NUMBER}")
 _COMMA = re.compile(r"(?<=\d),(?=\d|[eEdD\s]|$)")
 
 
+def number(text: str) -> float:
+    """Return a number as Fortran writes it: its exponent may have a D, or no letter. A ValueError if it is none."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = float(_EXPONENT.sub(r"e\1", text.upper().replace("D", "E")))
+    if not math.isfinite(value) or "_" in text:
+        raise ValueError(f"{text!r} is no number")
+    return value
+
+
 def numbers(text: str, source: str | Path) -> np.ndarray:
-    """Return the numbers of a text, separated by blanks, commas or lines; exponents may be written D+05.
+    """Return the numbers of a text, separated by blanks, commas or lines, each as `number` takes it.
 
     Raises
     ------
     FileError
         If something is not a number, as in a truncated file.
     """
+    plain = text.translate(_BLANKS)
+    found = plain_numbers(plain, " ")
+    if found is not None:
+        return found
+    try:
+        return np.array([number(part) for part in plain.split()])
+    except ValueError as error:
+        raise FileError(
+            f"{source} holds something that is not a number, or is truncated ({error}). Remedy: export it again"
+        ) from error
+
+
+def plain_numbers(text: str, separator: str) -> np.ndarray | None:
+    """Return the numbers of a text at once, or None if something between separators is not plainly a number."""
     with warnings.catch_warnings():
         warnings.simplefilter("error", DeprecationWarning)  # numpy's warning of text after the numbers
         try:
-            return np.fromstring(text.translate(_EXPONENTS), dtype=float, sep=" ")
-        except (DeprecationWarning, ValueError) as error:
-            raise FileError(
-                f"{source} holds something that is not a number, or is truncated ({error}). Remedy: export it again"
-            ) from error
+            found = np.fromstring(text, dtype=float, sep=separator)
+        except (DeprecationWarning, ValueError):
+            return None
+    return found if np.all(np.isfinite(found)) else None
 
 
 # newer versions of scipy return sparse arrays by default

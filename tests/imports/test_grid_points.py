@@ -151,7 +151,7 @@ def test_included_files_are_found_beside_the_deck_and_beside_their_own(tmp_path:
     (tmp_path / "inner.bdf").write_text("GRID,1,,1.")
     assert read(tmp_path, *lines).labels.tolist() == [1, 2, 3]
     (tmp_path / "inner.bdf").write_text("GRID,1,,4.")
-    with pytest.raises(FileError, match=r"outer\.bdf includes inner\.bdf, which is both .* and they differ"):
+    with pytest.raises(FileError, match=r"outer\.bdf includes inner\.bdf \(line 1\), which is both .* and they differ"):
         read(tmp_path, *lines)
 
 

@@ -43,7 +43,8 @@ def grouped_mesh(
 ) -> Mesh:
     """Return the mesh of a file; without groups of cells all cells are the group `WHOLE_BODY`.
 
-    Cells of the body that are in no group, beside others that are, are left out, which a warning tells.
+    Cells of the body that are in no group, beside others that are, are left out, which a warning tells; another one
+    tells of nodes that are in no cell and no group.
 
     Parameters
     ----------
@@ -80,6 +81,7 @@ def grouped_mesh(
         _warn_left_out(path, dimension, blocks, groups)
     all_points = dict(points)
     all_points.update({name: np.concatenate([b.nodes.reshape(-1) for b in bs]) for name, bs in found[0].items()})
+    _warn_of_apart(path, len(nodes), [ids for _, ids in blocks], all_points)
     frozen = {d: {name: tuple(bs) for name, bs in by_name.items()} for d, by_name in found.items()}
     lines = frozen[1]
     if dimension == 1 and not lines:
@@ -108,14 +110,17 @@ def warn_of_unread(path: Path, unread: Mapping[str, int]) -> None:
         )
 
 
-def rows_of(labels: np.ndarray, known: np.ndarray) -> np.ndarray:
-    """Return the rows of some labels among those that are known; -1: it is none of them."""
-    if not len(known):
-        return np.full(labels.shape, -1)
-    order = np.argsort(known, kind="stable")
-    where = order[np.minimum(np.searchsorted(known, labels, sorter=order), len(known) - 1)]
-    rows: np.ndarray = np.where(known[where] == labels, where, -1)
-    return rows
+def _warn_of_apart(path: Path, count: int, cells: Sequence[np.ndarray], points: Mapping[str, np.ndarray]) -> None:
+    is_apart = np.ones(count, dtype=bool)
+    for rows in (*cells, *points.values()):
+        is_apart[rows] = False
+    if is_apart.any():
+        warnings.warn(
+            f"{path.name}: {np.count_nonzero(is_apart)} of {count} nodes are in no cell and no group. Remedy: none, if "
+            "they are reference points; else check that all cells were written",
+            MeshWarning,
+            stacklevel=outside(),
+        )
 
 
 def _warn_left_out(path: Path, dimension: int, blocks: Sequence[Block], groups: Sequence[Group]) -> None:

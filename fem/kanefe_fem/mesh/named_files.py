@@ -9,24 +9,17 @@ from pathlib import Path
 from kanefe.errors import FileError
 from kanefe.storage.files import named_file
 
-MOST = 10
-"""Largest number of nested includes; a deeper file includes itself."""
 
-
-def check_named_files(path: Path, trusted: bool, top: Path | None = None, depth: int = 0) -> None:
-    """Refuse a mesh file that refers to itself, or to a file that is missing, in another folder or no regular file.
+def check_named_files(path: Path, trusted: bool) -> None:
+    """Refuse a mesh file that refers to a file that is missing, in another folder or no regular file.
 
     Raises
     ------
     FileError
         If there is such a file; the message names both files.
     """
-    if depth > MOST:
-        raise FileError(f"{path} includes itself, or too many files in files. Remedy: check its *INCLUDE")
-    top = top or path
     for name in dict.fromkeys(_names(path)):
-        other = named_file(name, path, top=top, trusted=trusted, reader="read_mesh")
-        check_named_files(other, trusted, top, depth + 1)
+        named_file(name, path, top=path, trusted=trusted, reader="read_mesh")
 
 
 def _names(path: Path) -> Iterator[Path]:

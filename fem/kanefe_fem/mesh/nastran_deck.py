@@ -11,7 +11,8 @@ from kanefe.errors import FileError
 from kanefe.fe_model.shapes import node_count
 from kanefe.imports.bulk_data import Card, bulk_cards
 from kanefe.imports.grid_points import grid_points
-from kanefe_fem.mesh.grouped import Block, Group, dimension_of, grouped_mesh, rows_of, warn_of_unread
+from kanefe.imports.node_table import rows_of
+from kanefe_fem.mesh.grouped import Block, Group, dimension_of, grouped_mesh, warn_of_unread
 from kanefe_fem.mesh.mesh import Mesh
 
 _MIDS_LAST = {  # Nastran has mid-side nodes of the bottom, the sides and the top; VTK of the sides last

@@ -33,14 +33,17 @@ def summary(
     points : dict of str to int
         Number of points of each group.
     """
-    low, size = np.min(nodes, axis=0), np.ptp(nodes, axis=0)
+    bodies = (groups["cells"] or groups["lines"]).values()
+    body = nodes[np.unique(np.concatenate([block.nodes.ravel() for blocks in bodies for block in blocks]))]
+    low, size = np.min(body, axis=0), np.ptp(body, axis=0)
+    apart = f" ({len(nodes) - len(body)} more in no cell)" if len(body) < len(nodes) else ""
     counts: dict[str, int] = {}
     for blocks in groups["cells"].values():
         for block in blocks:
             counts[block.kind] = counts.get(block.kind, 0) + len(block.nodes)
     cells = ", ".join(f"{count} {kind}" for kind, count in counts.items()) or "no cells"
     lines = [
-        f"mesh {source}: {len(nodes)} nodes, {cells}",
+        f"mesh {source}: {len(body)} nodes{apart}, {cells}",
         f"  extent  {' x '.join(f'{x:.4g}' for x in size)} m, from ({', '.join(f'{x:.4g}' for x in low)})",
     ]
     for word, named in groups.items():

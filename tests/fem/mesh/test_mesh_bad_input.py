@@ -244,29 +244,6 @@ class TestFiles:
             read_mesh(path)
         shown(error, path.name)
 
-    @pytest.mark.parametrize(
-        ("deck", "words"),
-        [
-            ("*PART, NAME=P\nCUBE*END PART\n*INSTANCE, PART=P\n9.,0.,0.\n*END INSTANCE\n", r"instance\(s\).*line 14"),
-            ("*PART, NAME=P\nCUBE*END PART\n*INSTANCE, PART=P\n*INSTANCE, PART=P\n", r"2 instance\(s\).*line 15"),
-            ("*SYSTEM\n10,0,0,11,0,0\nCUBE", r"has \*SYSTEM \(line 1\)"),
-            ("*NGEN\n1,5,1\nCUBE", r"has \*NGEN \(line 1\): generated nodes"),
-            ("*NODE, SYSTEM=C\n9,1,0,0\nCUBE", r"cylindrical or spherical coordinates \(line 1\)"),
-            ("*INCLUDE, INPUT=more.inp\nCUBE", r"has \*SYSTEM \(line 1\)"),
-        ],
-    )
-    def test_places_of_an_abaqus_deck_that_its_reader_would_drop(self, deck, words, tmp_path):
-        """The reader takes all of these, with nodes where their coordinates are (issues 1456 and 1569 of meshio)."""
-        cube = "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n"
-        cube += "*ELEMENT,TYPE=C3D8,ELSET=E\n1,1,2,3,4,5,6,7,8\n"
-        (tmp_path / "more.inp").write_text("*SYSTEM\n10,0,0,11,0,0\n")
-        path = tmp_path / "a.inp"
-        path.write_text("*TRANSFORM, NSET=N\n1,0,0,0,1,0\n" + cube)
-        assert len(read_mesh(path).nodes) == 8  # only the axes of degrees of freedom are turned
-        path.write_text(deck.replace("CUBE", cube))
-        with pytest.raises(ModelError, match=words):
-            read_mesh(path)
-
     def test_a_truncated_vtu(self, tmp_path):
         import meshio
 

@@ -10,7 +10,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.errors import FileError, MeshError
-from kanefe.imports.abaqus_input import node_table
+from kanefe.imports.abaqus_job import job_of
 from kanefe_fem import read_mesh
 
 
@@ -29,7 +29,7 @@ def mesh_of(path: Path, trusted: bool) -> None:
 
 READERS: dict[str, Callable[[Path, bool], object]] = {
     "read_mesh": mesh_of,
-    "node_table": lambda path, trusted: node_table(path, trusted),
+    "read_abaqus": job_of,
 }
 
 

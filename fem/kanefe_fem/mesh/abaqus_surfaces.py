@@ -22,7 +22,7 @@ _FACES = {
 
 def section_sets(blocks: list[Keyword]) -> list[str]:
     """Return the element sets of the solid sections of a file, in its order, each once."""
-    named = [block.options.get("ELSET", "") for block in blocks if " ".join(block.name.split()) == "SOLID SECTION"]
+    named = [block.options.get("ELSET", "") for block in blocks if block.name == "SOLIDSECTION"]
     return list(dict.fromkeys(filter(None, named)))
 
 
@@ -32,36 +32,44 @@ class Surface(NamedTuple):
     Attributes
     ----------
     name : str
-    faces : list of (str, int)
-        An element set, or the label of an element, and the number of a face.
+    faces : list of (str, int, int)
+        An element set, or the label of an element, the number of a face, and that of the line.
     others : int
         How many of its lines are no such faces.
     block : Keyword
     """
 
     name: str
-    faces: list[tuple[str, int]]
+    faces: list[tuple[str, int, int]]
     others: int
     block: Keyword
 
 
 def surfaces(blocks: list[Keyword]) -> list[Surface]:
-    """Return the surfaces of elements of a file."""
+    """Return the surfaces of a file."""
     found = []
     for block in blocks:
-        if block.name != "SURFACE" or block.options.get("TYPE", "ELEMENT").upper() != "ELEMENT":
+        if block.name != "SURFACE":
             continue
         faces = []
-        for line in block.lines:
-            name, face = ([part.strip() for part in line.split(",")] + [""])[:2]
-            number = re.fullmatch(r"S(\d+)", face.upper())
-            if number is not None:
-                faces.append((name, int(number[1])))
-        found.append(Surface(block.options.get("NAME", ""), faces, len(block.lines) - len(faces), block))
+        if block.options.get("TYPE", "ELEMENT").upper() == "ELEMENT":
+            for at, fields in block.rows():
+                number = re.fullmatch(r"S(\d+)", fields[1].upper()) if len(fields) > 1 else None
+                if number is not None:
+                    faces.append((fields[0], int(number[1]), at))
+        found.append(Surface(block.option("NAME").strip("\"'"), faces, len(block.numbered) - len(faces), block))
     return found
 
 
-def face_corners(kind: str, number: int) -> tuple[int, ...] | None:
-    """Return the corners of a face, numbered from 1 as in Abaqus, of a solid element of order 1; None if unknown."""
-    faces = _FACES.get(kind, ())
-    return faces[number - 1] if 1 <= number <= len(faces) else None
+def face_corners(kind: str, number: int, block: Keyword, at: int) -> tuple[int, ...] | None:
+    """Return the corners of a face, numbered from 1 as in Abaqus, of a solid of order 1; None of a pyramid.
+
+    Raises
+    ------
+    FileError
+        If it has no face of that number.
+    """
+    faces = _FACES.get(kind)
+    if faces is not None and not 1 <= number <= len(faces):
+        raise block.refused(f"has face S{number} of a {kind}, which has {len(faces)}. Remedy: check the surface", at)
+    return faces[number - 1] if faces is not None else None
