@@ -13,10 +13,10 @@ from kanefe.errors import KanefeError
 from kanefe.frames import Vector
 from kanefe.linear.equilibrium.balance import BalanceSearch
 from kanefe.linear.paths.arc_length import PathLost, Stop
-from kanefe.linear.paths.crossings import crossing_of_factor
 from kanefe.linear.paths.loaded_scene import LoadedScene
 from kanefe.linear.paths.traced import first_stop
 from kanefe.linear.paths.walk import Walk
+from kanefe.linear.paths.zeros import crossing_of_factor
 from kanefe.linear.stability.raised_loads import chosen_loads
 
 LONGEST = 1.0

@@ -13,6 +13,7 @@ import numpy as np
 from kanefe.errors import KanefeError
 from kanefe.frames import Vector
 from kanefe.linear.paths.loaded_scene import Balance, LoadedScene, Tangent
+from kanefe.linear.paths.spectrum import Spectrum
 
 MOST_CORRECTIONS, PATIENCE = 10, 60
 """Largest number of Newton's corrections of one step, and of one beside a branch point, where each only halves the
@@ -80,6 +81,16 @@ class Stop:
     def negative(self) -> int:
         """Number of negative stiffnesses."""
         return self.balance.negative
+
+    @property
+    def spectrum(self) -> Spectrum:
+        """Of the small motions."""
+        return self.balance.spectrum
+
+    @property
+    def unstable(self) -> int:
+        """Number of growing motions."""
+        return self.balance.unstable
 
 
 def corrected(scene: LoadedScene, q: Vector, factor: float, row: Tangent, most: float) -> tuple[Balance, float]:

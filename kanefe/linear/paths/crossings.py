@@ -6,21 +6,18 @@ Stability Analysis, 2010, chapter 5). Zeros are found along the arc, on which al
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from scipy.optimize import brentq
 
 from kanefe.linear.paths.arc_length import Stop, stepped
-from kanefe.linear.paths.continuity import check_continuity
 from kanefe.linear.paths.loaded_scene import Balance, LoadedScene, Tangent
+from kanefe.linear.paths.spectrum import Spectrum
+from kanefe.linear.paths.zeros import interpolated_zero, smooth_zero, zero
 
 Kind = Literal["limit", "branch", "flutter"]
-
-DIGITS = 1e-11
-"""Length of the bracket of a zero relative to the step."""
 
 ONSET = 1e-10
 """Length of the bracket of an onset of flutter relative to the step: a tenth of the digits that are told; more would
@@ -32,9 +29,9 @@ TOGETHER = 1e-6
 TOUCHES = 1e-3
 """Least stiffness where a path turns, relative to those at the ends of the step, that counts as zero."""
 
-BESIDE, NODES = 0.01, np.array((-1.5, -0.5, 0.5, 1.5))
-"""Distance of stops beside a branch point relative to the step, and their places: at the point itself the corrector is
-singular."""
+SHARES, FINEST = (0.25, 0.5, 0.75), 1e-3
+"""Places between two stops at which a stiffness is taken from both, and length relative to the step of what is looked
+at."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,21 +45,21 @@ class Crossing:
 
 def crossings(scene: LoadedScene, a: Stop, b: Stop) -> list[Crossing] | None:
     """Return the critical points on the step from a to b, in order; None if the step is too long to tell them apart."""
-    turns = (a.ahead.factor < 0.0) != (b.ahead.factor < 0.0)
-    has_potential = a.balance.is_symmetric and b.balance.is_symmetric
-    change = b.negative - a.negative
-    numbers = range(min(a.negative, b.negative), max(a.negative, b.negative)) if has_potential else range(change % 2)
+    begin = replace(a, origin=a, step=0.0)
+    if not (a.balance.is_symmetric and b.balance.is_symmetric):
+        return _without_potential(scene, begin, b)
+    turns = _turns(a, b)
+    numbers = range(min(a.negative, b.negative), max(a.negative, b.negative))
     if turns and not numbers:
-        crest = _smooth_zero(scene, a, b, lambda stop: stop.ahead.factor)
+        crest = smooth_zero(scene, begin, b, _factor_turns, b.step)
         least = (_least(crest.balance), min(_least(a.balance), _least(b.balance)))
         # another path that crosses where this one turns: the stiffness touches zero
         return [Crossing("branch", crest)] if least[0] <= TOUCHES * least[1] else None
-    search = _zero if turns else _smooth_zero
-    zeros = [search(scene, a, b, lambda stop, number=number: stop.balance.signed(number)) for number in numbers]  # type: ignore[misc]
+    zeros = [_vanishes(scene, begin, b, number, turns=turns) for number in numbers]
     zeros.sort(key=lambda stop: stop.step)
     limit = None
     if turns:
-        at = _zero(scene, a, b, lambda stop: stop.ahead.factor).step if len(zeros) > 1 else zeros[0].step
+        at = zero(scene, begin, b, _factor_turns, b.step).step if len(zeros) > 1 else zeros[0].step
         limit = min(zeros, key=lambda stop: abs(stop.step - at))
     found: list[Crossing] = []
     for stop in zeros:
@@ -71,86 +68,106 @@ def crossings(scene: LoadedScene, a: Stop, b: Stop) -> list[Crossing] | None:
         if last and last.kind == kind and stop.step - last.stop.step <= TOGETHER * b.step:
             found[-1] = replace(last, count=last.count + 1)
         else:
-            found.append(Crossing(kind, replace(stop, ahead=_between(scene, a, b, stop.step)), 1))
-    if not has_potential and b.balance.unstable - a.balance.unstable not in {0, change if numbers else 0}:
-        found.append(Crossing("flutter", _onset(scene, a, b), 0))
+            found.append(Crossing(kind, _on_the_way(scene, a, b, stop)))
+    return found
+
+
+def _turns(a: Stop, b: Stop) -> bool:
+    """Return whether the factor rises at one of two stops and falls at the other."""
+    return (a.ahead.factor < 0.0) != (b.ahead.factor < 0.0)
+
+
+def _factor_turns(stop: Stop) -> float:
+    """Return what is zero where the factor turns."""
+    return stop.ahead.factor
+
+
+def _vanishes(scene: LoadedScene, begin: Stop, b: Stop, number: int, *, turns: bool) -> Stop:
+    """Return the stop on a step at which a stiffness vanishes, by its number from the smallest."""
+    search = zero if turns else smooth_zero
+    return search(scene, begin, b, lambda stop: float(stop.balance.stiffnesses[number]), b.step)
+
+
+def _without_potential(scene: LoadedScene, begin: Stop, b: Stop) -> list[Crossing]:
+    """Return the critical points on a step where the loads have no potential.
+
+    A stiffness that vanishes changes the sign of the determinant, and the number of growing motions by one; flutter
+    changes this number by two. The step is halved until no part has more than one of them, or they are at one place.
+    """
+    parts = [(begin, b)]
+    found: list[Crossing] = []
+    while parts:
+        low, high = parts.pop()
+        length = (high.step - low.step) / b.step
+        is_odd = low.spectrum.is_inverted != high.spectrum.is_inverted
+        more, oscillating = high.unstable - low.unstable, high.spectrum.oscillating - low.spectrum.oscillating
+        turns, change = _turns(low, high), abs(more)
+        flutters = change > 1 and more * oscillating > 0
+        is_one = change <= 1 if is_odd else not turns and (change <= 1 or (change == 2 and flutters))
+        finest = FINEST if is_one else ONSET if flutters else TOGETHER
+        if length > finest and (not is_one or _is_mixed(low.spectrum, high.spectrum)):
+            middle = stepped(scene, begin, 0.5 * (low.step + high.step), near=(low.step, low))
+            parts += [(low, middle), (middle, high)]
+        elif is_odd or turns or change > 1:
+            if flutters and not is_odd:
+                found.append(Crossing("flutter", _onset(scene, low, high, b.step), 0))
+            else:
+                kind: Kind = "limit" if is_odd and turns else "branch"
+                count = 1 if is_odd else max(change, 1)
+                stop = _singular(scene, low, high, b.step, count, turns=turns)
+                found.append(Crossing(kind, _on_the_way(scene, begin, b, stop), count))
+            parts += _unexplained(scene, low, high, found[-1].stop.step, FINEST * b.step)
     return sorted(found, key=lambda crossing: crossing.stop.step)
 
 
-def crossing_of_factor(scene: LoadedScene, a: Stop, b: Stop, factor: float) -> Stop:
-    """Return the stop between a stop and one that it led to at which the loads have a factor."""
-    origin, first = (a, 0.0) if b.origin is a or b.origin is None else (b.origin, a.step)
-    return _zero(scene, origin, b, lambda stop: stop.factor - factor, first, a)
+def _is_mixed(a: Spectrum, b: Spectrum) -> bool:
+    """Return whether more than one thing happens between two stops, as what is linear between them tells."""
+    pairs = list(pairwise([a, *(a.between(b, share) for share in SHARES), b]))
+    odd = sum(one.is_inverted != other.is_inverted for one, other in pairs)
+    return odd + sum(abs(one.unstable - other.unstable) > 1 for one, other in pairs) > 1
 
 
-def _between(scene: LoadedScene, a: Stop, b: Stop, length: float) -> Tangent:
-    """Return the tangent between two stops, where that of the equations is not unique."""
-    share = length / b.step
-    return scene.unit(
-        Tangent(
-            (1.0 - share) * a.ahead.z + share * b.ahead.z,
-            (1.0 - share) * a.ahead.factor + share * b.ahead.factor,
-        )
-    )
+def _unexplained(scene: LoadedScene, low: Stop, high: Stop, at: float, gap: float) -> list[tuple[Stop, Stop]]:
+    """Return the parts before and after a critical point, by a gap, in which the number of growing motions changes."""
+    before, after = low, high
+    for end, place in ((low, at - gap), (high, at + gap)):
+        if low.step < place < high.step:
+            side = stepped(scene, low.origin or low, place, near=(end.step, end))
+            before, after = (side, after) if end is low else (before, side)
+    if before.unstable == after.unstable:  # round-off: the point is not what changes it
+        return []
+    return [(one, other) for one, other in ((low, before), (after, high)) if one.unstable != other.unstable]
 
 
-def _zero(
-    scene: LoadedScene,
-    a: Stop,
-    b: Stop,
-    function: Callable[[Stop], float],
-    first: float = 0.0,
-    low: Stop | None = None,
-    digits: float = DIGITS,
-) -> Stop:
-    """Return the stop at the zero of a function on the way from a to b."""
-    known = {first: low or a, b.step: b}
-
-    def value(length: float) -> float:
-        if length not in known:
-            at = min(known, key=lambda x: abs(x - length))
-            known[length] = stepped(scene, a, length, near=(at, known[at]))
-        return function(known[length])
-
-    if value(first) == 0.0:
-        return replace(known[first], origin=a, step=first)
-    if value(b.step) == 0.0:
-        return b
-    return known[float(brentq(value, first, b.step, xtol=digits * b.step, rtol=1e-15))]
+def _singular(scene: LoadedScene, low: Stop, high: Stop, step: float, count: int, *, turns: bool) -> Stop:
+    """Return the stop between two others at which the determinant changes its sign, or several stiffnesses vanish."""
+    if low.spectrum.is_inverted == high.spectrum.is_inverted:
+        return interpolated_zero(scene, low, lambda stop: stop.spectrum.smallest(count), step)
+    search = zero if turns else smooth_zero
+    return search(scene, low, high, lambda stop: stop.spectrum.determinant(low.spectrum), step)
 
 
-def _smooth_zero(scene: LoadedScene, a: Stop, b: Stop, function: Callable[[Stop], float]) -> Stop:
-    """Return the stop at a zero where the stiffness of the corrector vanishes as well: interpolated from beside it."""
-    zero = _zero(scene, a, b, function, digits=0.1 * BESIDE)
-    about = zero.step
-    places = about + BESIDE * b.step * NODES
-    stops = [stepped(scene, a, float(place), near=(about, zero)) for place in places]
-    check_continuity(scene, stops[0], stops[-1])  # two paths that are near to each other have no common point
-    values = np.array([function(stop) for stop in stops])
-    roots = np.roots(np.polyfit(NODES, values, 3))
-    root = float(min(roots[np.abs(roots.imag) < 1e-6].real, key=abs, default=0.0))
-    shares = [float(np.prod([(root - y) / (x - y) for y in NODES if y != x])) for x in NODES]
-    here = stops[1]
-    z = [scene.between(here.q, stop.q, here.balance) for stop in stops]
-    q = scene.moved(here.q, np.einsum("i,ij->j", shares, z))
-    balance = scene.balance(q, float(np.dot(shares, [stop.factor for stop in stops])))
-    return Stop(balance, a.ahead, a, about + BESIDE * b.step * root)
+def _onset(scene: LoadedScene, low: Stop, high: Stop, step: float) -> Stop:
+    """Return the stop between two others at which the number of growing motions changes."""
+    fewer, near = min(low.unstable, high.unstable), 0.0j
+
+    def grows(stop: Stop) -> float:
+        nonlocal near
+        margin, near = stop.spectrum.flutters(fewer, near)
+        return margin
+
+    grows(max(low, high, key=lambda stop: stop.unstable))  # which stiffnesses meet
+    return zero(scene, low, high, grows, step, ONSET)
+
+
+def _on_the_way(scene: LoadedScene, a: Stop, b: Stop, stop: Stop) -> Stop:
+    """Return a stop with the tangent between two others, where that of the equations is not unique."""
+    share = stop.step / b.step
+    z = (1.0 - share) * a.ahead.z + share * b.ahead.z
+    factor = (1.0 - share) * a.ahead.factor + share * b.ahead.factor
+    return replace(stop, ahead=scene.unit(Tangent(z, factor)))
 
 
 def _least(balance: Balance) -> float:
     """Return the smallest size of a stiffness."""
     return float(np.abs(np.linalg.eigvals(balance.H)).min(initial=np.inf))
-
-
-def _onset(scene: LoadedScene, a: Stop, b: Stop) -> Stop:
-    """Return the stop at which the number of growing motions changes."""
-    ends = (a.balance, b.balance)
-    fewer, near = min(end.unstable for end in ends), 0.0j
-
-    def grows(stop: Stop) -> float:
-        nonlocal near
-        margin, near = stop.balance.flutters(fewer, near)
-        return margin
-
-    grows(max(a, b, key=lambda stop: stop.balance.unstable))  # which stiffnesses meet
-    return _zero(scene, a, b, grows, digits=ONSET)

@@ -21,6 +21,7 @@ from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
 from kanefe.linear.equilibrium.balance import closed
 from kanefe.linear.equilibrium.stiffness import stiffness_of
+from kanefe.linear.paths.spectrum import Spectrum
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.stability.raised_loads import scaled_model
 from kanefe.linear.tangents import large_tangents
@@ -30,12 +31,6 @@ if TYPE_CHECKING:
 
 SYMMETRIC = 1e-7
 """Asymmetry of the scaled stiffness, relative to one, that is round-off."""
-
-GROWS = 1e-9
-"""Growth of a mode, relative to its eigenvalue, above which it counts: less may be round-off."""
-
-ROUNDED = 1e-13
-"""Eigenvalue relative to the largest that is round-off, and whose growth is meaningless."""
 
 
 class Tangent(NamedTuple):
@@ -172,7 +167,7 @@ class BorderedStiffness:
             forces = yield self._change(x)
 
 
-HEAVY = ("small", "_reduced", "along", "forces", "load", "stiffnesses", "_rates")
+HEAVY = ("small", "_reduced", "along", "forces", "load", "stiffnesses", "spectrum")
 
 
 class Balance:
@@ -212,7 +207,7 @@ class Balance:
 
     def release(self) -> None:
         """Keep what a path lists of its points, and forget matrices."""
-        _ = self.unstable, self.negative, self.is_symmetric
+        _ = self.unstable, self.is_symmetric
         self.forget()
 
     def forget(self) -> None:
@@ -252,69 +247,34 @@ class Balance:
     def is_symmetric(self) -> bool:
         """Whether the loads have a potential, as far as the stiffness shows."""
         size = np.sqrt(np.abs(self.H).max(axis=0, initial=0.0))
-        scaled = (self.H - self.H.T) / np.where(size > 0.0, np.outer(size, size), 1.0)
+        size[size == 0.0] = 1.0
+        scaled = (self.H - self.H.T) / np.outer(size, size)
         return bool(np.abs(scaled).max(initial=0.0) <= SYMMETRIC)
 
     @cached_property
     def stiffnesses(self) -> Vector:
-        """Real eigenvalues of H, ascending, 1/s2."""
-        if self.is_symmetric:
-            return np.linalg.eigvalsh(0.5 * (self.H + self.H.T))
-        values = np.linalg.eigvals(self.H)
-        return np.sort(values.real[values.imag == 0.0])
+        """Eigenvalues of the symmetric part of H, ascending, 1/s2."""
+        return np.asarray(np.linalg.eigvalsh(0.5 * (self.H + self.H.T)))
 
     @cached_property
     def negative(self) -> int:
         """Number of negative stiffnesses."""
         return int((self.stiffnesses < 0.0).sum())
 
-    def signed(self, number: int) -> float:
-        """Return a stiffness by its number; without a potential, the smallest, in the sign of the determinant."""
-        if self.is_symmetric:
-            return float(self.stiffnesses[number])
-        return float((-1) ** self.negative * np.abs(np.linalg.eigvals(self.H)).min())
-
     @cached_property
     def unstable(self) -> int:
         """Number of growing motions: of negative stiffnesses, or, without a potential, of growing eigenvalues."""
         if self.is_symmetric:
             return self.negative
-        return int((self._growths > 0.0).sum())
+        return self.spectrum.unstable
 
     @cached_property
-    def _rates(self) -> Vector:
-        """Eigenvalues of the motions, 1/s; those without damping come in pairs of both signs."""
-        if self._is_damped:
-            n, none = len(self.H), np.zeros_like(self.H)
-            damping = -self._weight @ self.small.along_speeds.ddu[self.small.speeds.leading] @ self._reduced[1].T
-            return np.asarray(np.linalg.eigvals(np.block([[none, np.eye(n)], [-self.H, -damping]])))
-        rates = np.sqrt(-np.linalg.eigvals(self.H).astype(complex))
-        return np.concatenate((rates, -rates))
-
-    @property
-    def _growths(self) -> Vector:
-        """Growth of each motion, less what may be round-off, 1/s."""
-        sizes = np.abs(self._rates)
-        return np.asarray(self._rates.real - np.maximum(GROWS * sizes, ROUNDED * sizes.max(initial=0.0)))
-
-    def flutters(self, number: int, near: complex) -> tuple[float, complex]:
-        """Return a measure of whether more than a number of motions grow, smooth where that begins; and an eigenvalue.
-
-        It is positive where they do. With damping it is the growth of the next motion. Without, two stiffnesses meet
-        and become complex there, and it is the square of half their difference, with its sign changed: of the pair
-        that grows least, else of the one nearest to `near`, the stiffness that was returned where they grew.
-        """
-        at = self._growths.argsort()[::-1][number]
-        if self._is_damped:
-            return float(self._growths[at]), near
-        if self._growths[at] > 0.0:
-            stiffness = complex(-(self._rates[at] ** 2))
-            return stiffness.imag**2 or abs(stiffness) ** 2, stiffness
-        real = self.stiffnesses
-        if len(real) < 2:
-            return -(abs(near) ** 2), near
-        pair = np.abs(0.5 * (real[1:] + real[:-1]) - near.real).argmin()
-        return -float(0.25 * (real[pair + 1] - real[pair]) ** 2), near
+    def spectrum(self) -> Spectrum:
+        """The small motions."""
+        if not self._is_damped:
+            return Spectrum(self.H, None)
+        by_speed = self.small.along_speeds.ddu[self.small.speeds.leading]
+        return Spectrum(self.H, -self._weight @ by_speed @ self._reduced[1].T)
 
     @cached_property
     def _is_damped(self) -> bool:

@@ -18,10 +18,11 @@ from kanefe.linear.equilibrium.rest import Equilibrium
 from kanefe.linear.imbalance import imbalance_of
 from kanefe.linear.modes.mode_shapes import Shapes
 from kanefe.linear.paths.arc_length import Stop
-from kanefe.linear.paths.crossings import DIGITS, Crossing, Kind, crossing_of_factor
+from kanefe.linear.paths.crossings import Crossing, Kind
 from kanefe.linear.paths.loaded_scene import LoadedScene
 from kanefe.linear.paths.path_settings import WHAT, Settings, settings_of
 from kanefe.linear.paths.traced import Traced, branch_start, traced
+from kanefe.linear.paths.zeros import DIGITS, crossing_of_factor
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.state import rested_states
 

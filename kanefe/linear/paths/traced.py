@@ -8,9 +8,10 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.linear.paths.arc_length import PathLost, Stop
-from kanefe.linear.paths.crossings import Crossing, crossing_of_factor, crossings
+from kanefe.linear.paths.crossings import Crossing, crossings
 from kanefe.linear.paths.loaded_scene import LoadedScene, Tangent
 from kanefe.linear.paths.walk import Walk
+from kanefe.linear.paths.zeros import crossing_of_factor
 
 FINEST = 1e-3
 """Step relative to the longest at which a path ends if the critical points on it cannot be told apart."""

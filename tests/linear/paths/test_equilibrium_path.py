@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 import kanefe as kf
 from kanefe.errors import AccuracyWarning, ModelError, SimulationWarning
 from kanefe.fe_model.load_pattern import NodalPattern
-from kanefe.linear.paths import arc_length, crossings
+from kanefe.linear.paths import arc_length, crossings, zeros
 from kanefe.reduction import flexible_body
 from scenes import lattice_model
 
@@ -18,7 +18,7 @@ SOLVED = 1e-9
 """Points of a path end at corrections of 1e-7 that Newton's method squares: round-off, times the stiffness."""
 
 BRANCHES = 1e-9
-"""Branch points are interpolated with an error of the fourth power of 2 % of a step."""
+"""Branch points are interpolated with an error of the sixth power of 3 % of a step."""
 
 K, REST, RISE = 1e4, 0.995, 0.1
 
@@ -194,7 +194,8 @@ def test_an_onset_of_flutter_is_solved_for_in_few_stops(monkeypatch):
         lengths.append(arguments[2])
         return arc_length.stepped(*arguments, **options)
 
-    monkeypatch.setattr(crossings, "stepped", counted)
+    for module in (crossings, zeros):
+        monkeypatch.setattr(module, "stepped", counted)
     path = kf.equilibrium_path(bars((1.0, True)), to=10.0)
     assert [point.kind for point in path.critical_points] == ["flutter"]
     assert 3 <= len(lengths) <= 15
@@ -208,6 +209,48 @@ def test_flutter_begins_where_a_damped_motion_grows():
     # a growth counts from 1e-9 of the frequency on, and it is slow
     assert point.factor == pytest.approx(41.0 / 28.0 + 0.5 * damping**2, rel=1e-7)
     assert path.unstable[-1] == 2
+
+
+def side_by_side(bars_of: tuple[float, ...], rod_of: tuple[float, ...] = ()) -> kf.System:
+    """Return pairs of Ziegler's bars by the stiffness of their springs, and a rod that buckles at those of its own."""
+    scene = kf.System()
+    for i, stiffness in enumerate(bars_of):
+        hinge = kf.Revolute("z", forces=kf.CoordinateForce(stiffness=stiffness))
+        a = scene.add_rigid_body(f"a{i}", 2.0, 0.0, com=(1, 0, 0), joint=hinge)
+        b = scene.add_rigid_body(f"b{i}", 1.0, 0.0, com=(1, 0, 0), parent=a, at=(1, 0, 0), joint=hinge)
+        scene.add_force(b, (-1, 0, 0), point=(1, 0, 0), follows=True)
+    if rod_of:
+        springs = [kf.CoordinateForce(stiffness=stiffness) for stiffness in rod_of]
+        joint = kf.Revolute("y", forces=springs[0]) if len(springs) == 1 else kf.Universal("x", "y", forces=springs)
+        rod = scene.add_rigid_body("rod", 1.0, 0.1, com=(0, 0, 0.5), joint=joint)
+        scene.add_force(rod, (0, 0, -1), point=(0, 0, 1))
+    return scene
+
+
+ZIEGLER = 3.5 - np.sqrt(2.0)
+
+
+@pytest.mark.parametrize(
+    ("bars_of", "rod_of"),
+    [
+        ((1.0, 1.02), ()),
+        ((1.0, 1.0, 1.3), ()),
+        ((1.0,), (2.0,)),
+        ((1.0,), (2.1,)),
+        ((1.0,), (3.0,)),
+        ((1.0,), (2.5, 3.0)),
+        ((1.0,), (3.0, 3.0)),
+    ],
+)
+def test_all_that_happens_on_one_long_step_without_potential_is_told(bars_of, rod_of):
+    """Bars side by side do not feel each other: each pair flutters at its own load, and the rod buckles at its own."""
+    path = kf.equilibrium_path(side_by_side(bars_of, rod_of), to=4.5, longest=1.0)
+    exact = {ZIEGLER * stiffness: "flutter" for stiffness in bars_of} | dict.fromkeys(rod_of, "branch")
+    found = path.critical_points
+    assert [point.kind for point in found] == [exact[factor] for factor in sorted(exact)]
+    assert [point.factor for point in found] == pytest.approx(sorted(exact), rel=1e-9)
+    assert sum(point.tangents.shape[1] for point in found) == len(rod_of)
+    assert path.unstable[-1] == 2 * len(bars_of) + len(rod_of)
 
 
 def test_a_force_that_follows_in_part_has_branches_of_an_unsymmetric_stiffness():
