@@ -16,8 +16,9 @@ from kanefe.linear.equilibrium.equilibria import balanced
 from kanefe.linear.equilibrium.overflow import check_loads
 from kanefe.linear.paths.arc_length import Stop
 from kanefe.linear.paths.loaded_scene import LoadedScene
-from kanefe.linear.paths.path_of_equilibria import EquilibriumPath, warn_of_path
+from kanefe.linear.paths.path_of_equilibria import EquilibriumPath
 from kanefe.linear.paths.path_settings import WHAT, settings_of
+from kanefe.linear.paths.path_warnings import warn_of_path
 from kanefe.linear.paths.traced import first_stop, traced
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.stability.buckling_modes import Buckling
@@ -99,7 +100,8 @@ def equilibrium_path(
     SimulationWarning
         If the path ends before the factor leaves the range: `EquilibriumPath.ended` has the reason.
     AccuracyWarning
-        If raised loads that turn with the surface of a flexible body leave out how this deforms.
+        If raised loads that turn with the surface of a flexible body leave out how this deforms, or where a body is
+        bent farther than its kinematics or its functions show, as `equilibrium` warns: told once, at the worst point.
 
     Examples
     --------

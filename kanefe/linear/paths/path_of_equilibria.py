@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kanefe.arguments import checked
-from kanefe.errors import AccuracyWarning, ModelError, SimulationWarning, outside
+from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.linear.equilibrium.rest import Equilibrium
 from kanefe.linear.imbalance import imbalance_of
@@ -20,7 +19,8 @@ from kanefe.linear.modes.mode_shapes import Shapes
 from kanefe.linear.paths.arc_length import Stop
 from kanefe.linear.paths.crossings import Crossing, Kind
 from kanefe.linear.paths.loaded_scene import LoadedScene
-from kanefe.linear.paths.path_settings import WHAT, Settings, settings_of
+from kanefe.linear.paths.path_settings import Settings, settings_of
+from kanefe.linear.paths.path_warnings import warn_of_path
 from kanefe.linear.paths.traced import Traced, branch_start, traced
 from kanefe.linear.paths.zeros import DIGITS, crossing_of_factor
 from kanefe.linear.small_motions import SmallMotions
@@ -316,22 +316,3 @@ class EquilibriumPath:
     def _positions(self, of: str) -> np.ndarray:
         body, _, interface = of.partition("/")
         return self.position(body, interface or None)
-
-
-def warn_of_path(path: EquilibriumPath) -> None:
-    """Warn of a path that ended early, and of loads whose stiffness is not whole."""
-    if not path.is_whole:
-        warnings.warn(
-            f"{WHAT}: the path ended {path.ended}. Remedy: more points=, or a shorter longest=; where a contact closes "
-            "and bends it sharply, a softer one",
-            SimulationWarning,
-            stacklevel=outside(),
-        )
-    turning = [name for name, load in path.loaded.raised.items() if load is not None and load.is_spread and load.turns]
-    if turning:
-        warnings.warn(
-            f"{WHAT}: {', '.join(turning)} turns with the frame of its body, and how the surface itself deforms is "
-            "left out. Remedy: a chain of several bodies, each of which turns with its own frame",
-            AccuracyWarning,
-            stacklevel=outside(),
-        )

@@ -68,3 +68,21 @@ def test_a_rest_tells_how_well_the_functions_of_an_exact_beam_show_it(functions,
     assert found.resolution.body == "beam"
     assert found.resolution.is_coarse == is_coarse
     assert f"strains {found.resolution}" in str(found)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(("functions", "is_coarse"), [(3, True), (10, False)])
+def test_a_path_is_warned_once_of_too_few_functions_at_its_worst_point(functions, is_coarse):
+    """Under P L^2 / EI = 10, as the rest above."""
+    scene = kf.System()
+    section = Section.from_stiffness(EA=1.0, EI_z=1.0, rho_A=1.0)
+    beam = exact_beam(1.0, section, planar=True, basis=functions)
+    scene.add_force(scene.add_flexible_body("beam", beam).interface("tip"), (0, 10.0, 0))
+    if not is_coarse:
+        assert kf.equilibrium_path(scene, longest=0.3).is_whole
+        return
+    with pytest.warns(AccuracyWarning) as told:
+        path = kf.equilibrium_path(scene, longest=0.3)
+    assert path.is_whole
+    (one,) = told
+    assert "equilibrium_path, at 1 times the loads: strains of 'beam': the last functions move it" in str(one.message)
