@@ -172,7 +172,10 @@ class StaticProblem:
         S = modes.T @ (self.stiffness @ modes)
         if not len(S):
             return S
-        squares, vectors = scipy.linalg.eigh(0.5 * (S + S.T))
+        scale = np.sqrt(np.abs(np.diag(S)))  # translations and rotations differ by squares of lengths
+        scale = 1.0 / np.where(scale > 0.0, scale, 1.0)
+        squares, vectors = scipy.linalg.eigh(0.5 * (S + S.T) * np.outer(scale, scale))
+        vectors = scale[:, None] * vectors
         kept = np.arange(len(squares)) >= self.rigid_count  # ascending: the rigid motions come first
         if squares[kept].min(initial=np.inf) <= 1e-14 * squares.max():
             raise ModelError(

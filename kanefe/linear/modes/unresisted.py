@@ -107,14 +107,15 @@ def unresisted_around(points: Sequence[SmallMotions], matrices: np.ndarray, rate
     T, X = (hill_matrix(np.fft.fft(each, axis=0) / len(points), 0.0, reach) for each in (Ts, Xs))
     sizes, masses = np.max([each.sizes for each in sums], axis=0), np.abs(Ts).max(axis=0)
     sizes, masses = (np.tile(each, (2 * reach + 1, 2 * reach + 1)) for each in (sizes, masses))
+    weights = np.tile(np.max([each.weights for each in sums], axis=0), 2 * reach + 1)
     found = np.zeros((len(turns), 0))
     is_exact = all(small.derivatives.is_exact for small in points)
     while True:
         wider = np.hstack((sizes + masses * np.abs(turns), masses @ np.abs(found)))
-        null = _null_space(np.hstack((X - 1j * T * turns, T @ found)), wider, NOTHING[is_exact])[: len(turns)]
+        null = _null_space(np.hstack((X - 1j * T * turns, T @ found)), wider, weights, NOTHING[is_exact])
         if null.shape[1] <= found.shape[1]:
             return found.shape[1]
-        found = _within(null)
+        found = _within(null, weights)
 
 
 def unresisted(small: SmallMotions, A: Matrix) -> Unresisted:
@@ -127,15 +128,13 @@ def unresisted(small: SmallMotions, A: Matrix) -> Unresisted:
         Its state matrix, without the states of drives.
     """
     sums = _sums(small, A)
-    p, r, found = sums.p, len(A) - sums.p, np.zeros((len(A), 0))
+    p, weights, found = sums.p, sums.weights, np.zeros((len(A), 0))
     while True:
         wider = np.hstack((sums.sizes, np.abs(sums.T) @ np.abs(found)))
-        null = _null_space(np.hstack((sums.X, sums.T @ found)), wider, NOTHING[small.derivatives.is_exact])[: p + r]
+        null = _null_space(np.hstack((sums.X, sums.T @ found)), wider, weights, NOTHING[small.derivatives.is_exact])
         if null.shape[1] <= found.shape[1]:  # each space contains the one before; a smaller one is round-off
             break
-        found = _within(null)
-    weights = sums.weights
-    found = np.linalg.qr(weights[:, None] * found)[0] / weights[:, None]
+        found = _within(null, weights)
     return _led(found, (weights[:p] / sums.rates)[:, None] * (A[:p] @ found), weights)
 
 
@@ -181,19 +180,28 @@ def _of_loads(small: SmallMotions, Z: Matrix, N: Matrix) -> Matrix:
     return np.outer(forces, np.concatenate((of_places, of_speeds / fastest if fastest else 0.0 * of_speeds)))
 
 
-def _within(null: Matrix) -> Matrix:
-    """Return a space of motions, which has at most as many as there are states; a SimulationError where it has more."""
-    if null.shape[1] > null.shape[0]:
+def _within(null: Matrix, weights: Vector) -> Matrix:
+    """Return a space of motions, orthonormal by weight, of no more than there are states; else a SimulationError.
+
+    Without weights its parts would differ by powers of the units, and more motions within it would be lost.
+    """
+    if null.shape[1] > len(weights):
         raise SimulationError(
             "small motions are lost in the round-off of the forces. Remedy: check loads, stiffnesses and masses for "
             "great numbers, and their units"
         )
-    return null
+    return np.asarray(np.linalg.qr(weights[:, None] * null)[0] / weights[:, None])
 
 
-def _null_space(X: Matrix, sizes: Matrix, tolerance: float) -> Matrix:
-    """Return a basis of the null space of a matrix of sums with terms of known sizes, (columns, k)."""
-    rows, columns = np.ones(X.shape[0]), np.ones(X.shape[1])
+def _null_space(X: Matrix, sizes: Matrix, weights: Vector, tolerance: float) -> Matrix:
+    """Return the states of a basis of the null space of a matrix of sums with terms of known sizes, (states, k).
+
+    The first columns are of states of given weights, from which the scaling begins: it is not unique.
+    """
+    columns = np.ones(X.shape[1])
+    columns[: len(weights)] = 1.0 / weights
+    largest = (sizes * columns).max(axis=1, initial=0.0)
+    rows = 1.0 / np.where(largest > 0.0, largest, 1.0)
     for _ in range(SCALINGS):
         scaled = rows[:, None] * sizes * columns
         by_row, by_column = (
@@ -207,4 +215,4 @@ def _null_space(X: Matrix, sizes: Matrix, tolerance: float) -> Matrix:
     refuse_overflow("the state matrix", sizes, scaled)
     _, values, right = np.linalg.svd(scaled)
     rank = int(np.count_nonzero(values > tolerance))
-    return np.asarray(columns[:, None] * right[rank:].conj().T)
+    return np.asarray(columns[:, None] * right[rank:].conj().T)[: len(weights)]

@@ -1,4 +1,4 @@
-"""The same scenes in other units, m, mm and um, kg and t: equilibria of all kinds are the same ones."""
+"""The same scenes in other units, m, mm and um, kg and t, and of other sizes: equilibria of all kinds are the same."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Units(NamedTuple):
         return scene.add_rigid_body(name, self.kg * mass, self.inertia * inertia, com=self.at(*com), **options)
 
 
-SI, OTHERS = Units(1.0, 1.0), (Units(1e3, 1e-3), Units(1e6, 1.0))
+SI, OTHERS = Units(1.0, 1.0), (Units(1e3, 1e-3), Units(1e6, 1.0), Units(1e-6, 1e-18))
 DOWN = (0.0, 0.0, -9.81)
 
 
@@ -251,6 +251,6 @@ def in_si(scene: Callable[[Units], kf.Equilibrium]) -> np.ndarray:
 
 
 @pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.__name__)
-@pytest.mark.parametrize("of", OTHERS, ids=["mm, t", "um"])
+@pytest.mark.parametrize("of", OTHERS, ids=["mm, t", "um", "a million times as small"])
 def test_the_equilibrium_is_the_same_in_other_units(scene: Callable[[Units], kf.Equilibrium], of: Units) -> None:
     np.testing.assert_allclose(places(scene(of), of), in_si(scene), rtol=0, atol=SAME)
