@@ -228,10 +228,74 @@ def coiled(of: Units) -> kf.Equilibrium:
     return kf.equilibrium(scene)
 
 
+def doors(of: Units) -> kf.Equilibrium:
+    """A door on two hinges, the second of which is redundant, and a spring of turning."""
+    scene = of.system(1.0, 0.5, -9.81)
+    spring = kf.CoordinateForce(stiffness=4.0 * of.inertia)
+    door = of.body(scene, "door", 12.0, 2.0, (0.4, 0, 1.0), joint=kf.Revolute("z", forces=spring))
+    top = of.at(0, 0, 2)
+    scene.add_loop_joint("hinge", kf.Revolute("z"), door.frame(at=top), scene.ground.frame(at=top))
+    return kf.equilibrium(scene)
+
+
+def on_ropes(of: Units) -> kf.Equilibrium:
+    """A weight on three ropes, and one that stays slack."""
+    scene = of.system(*DOWN)
+    weight = of.body(scene, "weight", 5.0, 0.1, (0, 0, 0), joint=kf.Free(position=of.at(0.1, 0.05, -1.0)))
+    for i, (x, y, length) in enumerate(((1, 0, 1.2), (-0.6, 0.8, 1.1), (-0.5, -0.9, 1.3), (0, 0.1, 3.0))):
+        ends = scene.ground.frame(at=of.at(x, y, 0)), weight.frame(at=of.at(0.1 * x, 0.1 * y, 0.1))
+        scene.add(kf.Rope(f"rope {i}", ends, axial_stiffness=2e3 * of.newton, length=length * of.m))
+    return kf.equilibrium(scene)
+
+
+def on_bushings(of: Units) -> kf.Equilibrium:
+    scene = of.system(*DOWN)
+    engine = of.body(scene, "engine", 80.0, 2.0, (0.1, 0.2, 0.3), joint=kf.Free())
+    for i, (x, y) in enumerate(((0.5, 0), (-0.4, 0.3), (-0.4, -0.3))):
+        soft = *(of.kg * k for k in (2e4, 3e4, 5e4)), *(of.inertia * k for k in (50.0, 40.0, 30.0))
+        feet = scene.ground.frame(at=of.at(x, y, 0)), engine.frame(at=of.at(x, y, 0))
+        scene.add_bushing(f"mount {i}", *feet, stiffness=soft)
+    return kf.equilibrium(scene)
+
+
+def geared(of: Units) -> kf.Equilibrium:
+    """Two shafts that a gear couples, with a weight on one and a spring on the other."""
+    scene = of.system(*DOWN)
+    spring = kf.CoordinateForce(stiffness=30.0 * of.inertia)
+    arm = of.body(scene, "arm", 3.0, 0.1, (0.5, 0, 0), joint=kf.Revolute("y"))
+    wheel = of.body(scene, "wheel", 1.0, 0.05, (0, 0, 0), at=of.at(0, 1, 0), joint=kf.Revolute("y", forces=spring))
+    scene.add_gear("gear", {arm: 2.0, wheel: 1.0})
+    return kf.equilibrium(scene)
+
+
+def followed(of: Units) -> kf.Equilibrium:
+    """A force that turns with its body, and a load that raising alone finds: an exact leaf coiled by a whole turn."""
+    scene = of.system(0, 0, 0)
+    leaf = scene.add_flexible_body("leaf", exact_leaf(of, "shear-rigid"))
+    stiffness = 169e9 * STRIP[1] * STRIP[0] ** 3 / 12.0
+    scene.add_torque(leaf.interface("tip"), (0, 0, 4.0 * stiffness / LENGTH * of.inertia))
+    scene.add_force(leaf.interface("tip"), (0, stiffness / LENGTH**2 * of.newton, 0), follows=True)
+    return kf.equilibrium(scene)
+
+
+def in_a_trough(of: Units) -> kf.Equilibrium:
+    """A ball between two planes, pressed against one of them."""
+    scene = of.system(1.0, 0.0, -9.81)
+    carrier = of.body(scene, "carrier", 0.1, 0.0, (0, 0, 0), at=of.at(0.01, 0, 0.14), joint=kf.Prismatic("x"))
+    ball = of.body(scene, "ball", 2.0, 0.01, (0, 0, 0), parent=carrier, joint=kf.Prismatic("z"))
+    skin = scene.add_surface("skin", ball, shapes.Sphere(0.1 * of.m))
+    for name, tilt in (("left", 0.7), ("right", -0.7)):
+        side = scene.add_surface(name, scene.ground, shapes.Plane("z"), orientation=kf.rotation_about("y", tilt))
+        law = kf.HuntCrossley(1e6 * of.kg / of.m**0.5, 0.3 / of.m, exponent=1.5)
+        scene.add_contact(f"on {name}", skin, side, normal=law, friction=kf.Coulomb(0.3, stiffness=1e5 * of.kg))
+    return kf.equilibrium(scene)
+
+
 SCENES: tuple[Callable[[Units], kf.Equilibrium], ...] = (
     *(ball, chain, upright, loop, governor, free_governor, top, held_by_friction, on_springs),
     *(soft_box, hertz_box, rigid_box, lever),
     *(linear_stage, stiffened_stage, exact_stage, stretching_stage, blade, coiled),
+    *(doors, on_ropes, on_bushings, geared, followed, in_a_trough),
 )
 
 
