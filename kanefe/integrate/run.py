@@ -171,7 +171,7 @@ def _run(model: Model, options: RunOptions, poles: Poles | None, recorder: Recor
         "seconds_by_part": dict(clock.seconds),
     }
     events = {event.name: np.array(watch.times[event.name]) for event in told} if watch else {}
-    if watch and (of_impacts := watch.telling.warning):
+    for of_impacts in watch.telling.impacts.warnings if watch else ():
         warnings.warn(of_impacts, SimulationWarning, stacklevel=outside())
     for text in of_fixed_steps(model, statistics, events):
         warnings.warn(text, SimulationWarning, stacklevel=outside())

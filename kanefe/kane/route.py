@@ -193,10 +193,10 @@ class LiteralRoute:
 
     def touched(self, t: float, y: Vector, span: float, stop: float, rtol: float) -> Vector:
         """Return a state with what touches in it known."""
-        from kanefe.kane.rigid_contacts.impacts import START, resolved, warn_of_poisson
+        from kanefe.kane.rigid_contacts.impacts import START, resolved, warn_of_impacts
 
         found = resolved(self.model, t, y, START, span, stop, rtol, self.contact_instant)
-        warn_of_poisson(t, found.by_poisson)
+        warn_of_impacts(found.told)
         return np.concatenate((y[: self.model.coordinate_count], found.u, found.z))
 
     def contact_blurs(self, t: float, y: Vector) -> tuple[float, ...]:

@@ -12,12 +12,21 @@ from kanefe.kernels.evaluation.momenta import BALANCE_NUMBERS
 from kanefe.kernels.events.watched_run import ContactCalls
 from kanefe.kernels.impacts.cones import solve_one
 from kanefe.kernels.impacts.contact_changes import change_contacts
-from kanefe.kernels.impacts.contact_questions import ASKED, IS_DECIDED, REPORT_COUNT, report_count
+from kanefe.kernels.impacts.contact_questions import (
+    ASKED,
+    BY_ORDER,
+    BY_POISSON,
+    IS_DECIDED,
+    REPORT_COUNT,
+    REPORTED,
+    report_count,
+)
 from kanefe.kernels.impacts.decision import Asking, decision_of
 from kanefe.kernels.impacts.moments import look_at_points
 from kanefe.kernels.sweeps.drives import Drives
 from kanefe.order_n.contact_watching import ContactLook
 from kanefe.order_n.evaluated import Evaluated
+from kanefe.tree.told_impacts import ToldImpacts
 
 
 def contact_calls(route: Evaluated, motions: Drives, held: np.ndarray, y: Vector) -> tuple[ContactCalls, Call]:
@@ -81,3 +90,13 @@ class ContactChanger:
         self.asked[:REPORT_COUNT] = what, t, span, stop, rtol, length
         self._changing()
         return bool(self.asked[IS_DECIDED])
+
+    def told(self, t: float) -> ToldImpacts:
+        """Return what is to be told of the impacts of the last change, at its time, s."""
+        model, found = self._route.model, ToldImpacts()
+        for code in self.reports[: int(self.asked[REPORT_COUNT]), 1].astype(int).tolist():
+            contact, what = divmod(code, REPORTED)
+            if contact < len(model.rigid_contacts) and what in (BY_POISSON, BY_ORDER):
+                note = found.was_by_poisson if what == BY_POISSON else found.was_by_order
+                note([model.rigid_contact(contact).name], t)
+        return found

@@ -24,7 +24,7 @@ from kanefe.kernels.constraints.least_forces import LEAST_GAIN
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import evaluate, workspace_size
 from kanefe.kernels.evaluation.momenta import balance, balances_of_states
-from kanefe.kernels.impacts.contact_questions import BLUR, BLURS, BY_POISSON, REPORT_COUNT, REPORTED, START
+from kanefe.kernels.impacts.contact_questions import BLUR, BLURS, START
 from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND, FlexibleTables, Tables
 from kanefe.kernels.loads.loads_layout import COMPLEX
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, SLOPE, TIME_AT, Run
@@ -214,12 +214,9 @@ class OrderN(LiteralRoute):
         if self.is_autonomous:
             changer = self._contact_changer()
             if changer.ask(START, t, y, span, stop, rtol, moving_length(self.model)):
-                from kanefe.kane.rigid_contacts.impacts import warn_of_poisson
+                from kanefe.kane.rigid_contacts.impacts import warn_of_impacts
 
-                codes = changer.reports[: int(changer.asked[REPORT_COUNT]), 1].astype(int)
-                struck = [code // REPORTED for code in codes.tolist() if code % REPORTED == BY_POISSON]
-                contacts = range(len(self.model.rigid_contacts))
-                warn_of_poisson(t, [self.model.rigid_contact(k).name for k in struck if k in contacts])
+                warn_of_impacts(changer.told(t))
                 return changer.y.copy()
         return super().touched(t, y, span, stop, rtol)
 

@@ -322,7 +322,19 @@ class RunChannels:
         return of_states | {
             ("dissipated_energy", "", ""): np.array(run.dissipated),
             ("work", "", ""): np.array(run.work),
+            ("impact_energy", "", ""): self._given_by_impacts(),
         }
+
+    def _given_by_impacts(self) -> np.ndarray:
+        """Return the energy that impacts of rigid contacts have given, (T,)."""
+        model, run = self.model, self.trajectory
+        if not model.rigid_contacts:
+            return np.zeros(len(run.times))
+        from kanefe.contact.rigid.rigid_contact import TAKEN
+
+        return np.asarray(
+            -run.internal[:, [model.load_states[i].start + TAKEN for i in model.rigid_contacts]].sum(axis=1)
+        )
 
     def _momenta(self, body: str, interface: str) -> dict[Key, np.ndarray]:
         found = self._balances

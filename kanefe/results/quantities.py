@@ -75,6 +75,7 @@ ENERGIES = {
     "gravity_energy": Quantity("potential energy of gravity", (("energy", "J", ()),)),
     "dissipated_energy": Quantity("energy dissipated", (("energy", "J", ()),)),
     "work": Quantity("work of loads and drives", (("energy", "J", ()),)),
+    "impact_energy": Quantity("energy given by impacts of rigid contacts", (("energy", "J", ()),)),
 }
 MOMENTA = {
     "linear_momentum": Quantity("linear momentum in N", (("linear momentum", "kg m/s", XYZ),)),
@@ -139,6 +140,9 @@ class Energy:
         `gravity` is zero if every centre of mass is at N's origin.
     dissipated, work : ndarray
         Dissipated by damping, and work of loads and drives, since the start.
+    impacts : ndarray
+        What impacts of rigid contacts have given to the motion of what touches since the start, below zero where they
+        have taken it. It is within the former two: of surfaces that nothing drives it is part of `dissipated`.
     """
 
     kinetic: np.ndarray
@@ -146,6 +150,7 @@ class Energy:
     gravity: np.ndarray
     dissipated: np.ndarray
     work: np.ndarray
+    impacts: np.ndarray
 
     @property
     def total(self) -> np.ndarray:

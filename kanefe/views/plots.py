@@ -210,7 +210,7 @@ def _energy_diagram(axes: Axes, result: Reader) -> None:
     energy = result.energy
     # gravity energy is relative to N's origin: far from it the other energies would be flat lines
     level = energy.gravity[0]
-    for i, name in enumerate(("kinetic", "elastic", "gravity", "dissipated", "work")):
+    for i, name in enumerate(("kinetic", "elastic", "gravity", "dissipated", "work", "impacts")):
         values = getattr(energy, name)
         if name == "gravity":
             values = values - level

@@ -180,7 +180,7 @@ def test_bad_files_are_named(saved, tmp_path):
         kf.load_result(tmp_path / "other.h5")
     with changed(saved) as file:
         file.attrs["version"] = 99
-    with pytest.raises(kf.FileError, match=r"version 99.*reads version 12"):
+    with pytest.raises(kf.FileError, match=r"version 99.*reads version 13"):
         kf.load_result(saved)
 
 

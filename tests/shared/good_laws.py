@@ -15,7 +15,7 @@ call(
     "kanefe.Hertz.of_sphere", kf.Hertz.of_sphere, radius=0.1, E=210e9, nu=0.3, other_E=210e9, other_nu=0.3, damping=0.0
 )
 call("kanefe.Restitution", kf.Restitution, stiffness=1e5, restitution=0.5, exponent=1.0, least_speed=1e-3)
-call("kanefe.Rigid", kf.Rigid, restitution=0.5, impact="newton")
+call("kanefe.Rigid", kf.Rigid, restitution=0.5, impact="distributing", stiffness=2.0, exponent=1.5)
 call(
     "kanefe.Coulomb",
     kf.Coulomb,

@@ -86,7 +86,7 @@ def rigid_scene(seed: int) -> Model:
         touched = scene.add_surface(f"surface {number}", frames[a], surface, at=0.1 * rng.standard_normal(3))
         touching = _touching(rng, isinstance(surface, shapes.Plane))
         skin = scene.add_surface(f"skin {number}", frames[b], touching, at=0.1 * rng.standard_normal(3))
-        law = kf.Rigid(rng.uniform(), impact="newton" if rng.random() < 0.5 else "poisson")
+        law = kf.Rigid(rng.uniform(), impact=("newton", "poisson", "stronge", "stronge")[int(rng.integers(4))])
         friction = FRICTION[int(rng.integers(1 if any(belt) else 0, len(FRICTION)))]
         scene.add_contact(f"contact {number}", skin, touched, normal=law, friction=friction, surface_velocity=belt)
     return scene.freeze()

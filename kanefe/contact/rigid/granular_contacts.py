@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeGuard
 
 import numpy as np
 
-from kanefe.contact.rigid.rigid import NEWTON, Rigid
+from kanefe.contact.rigid.rigid import DISTRIBUTING, POISSON, Rigid
 from kanefe.contact.rigid.rigid_contact import check_rigid
 from kanefe.contact.shapes import Plane, Points, Sphere
 from kanefe.errors import ModelError
@@ -103,10 +103,12 @@ def granular_contacts_of(
     ModelError
         If there are other surfaces than balls and walls, or laws that time stepping does not have.
     """
-    if law.impact != NEWTON or (friction is not None and (friction.has_memory or len(set(friction.coefficients)) > 1)):
+    if law.impact in (POISSON, DISTRIBUTING) or (
+        friction is not None and (friction.has_memory or len(set(friction.coefficients)) > 1)
+    ):
         raise ModelError(
-            f"{name}: many rigid contacts have Newton's impacts and one coefficient of friction. Remedy: impact="
-            "'newton', Coulomb(mu)"
+            f"{name}: many rigid contacts have the impacts of time stepping and one coefficient of friction. Remedy: "
+            "Rigid(restitution) without impact=, Coulomb(mu)"
         )
     if friction is not None:
         check_rigid(Plane("z"), (), friction, np.zeros(3), name)

@@ -18,7 +18,7 @@ from kanefe.contact.rigid.rigid import Rigid
 from kanefe.contact.shapes import Plane
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, cross
-from kanefe.kernels.contact.rigid_points import AT_REST, BACK, BEGINS, STRAIGHT, TURNED
+from kanefe.kernels.contact.rigid_points import AT_REST, BACK, BEGINS, STRAIGHT, TAKEN, TURNED
 from kanefe.loads.action import Action, End
 from kanefe.loads.base import Load
 
@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 REPORTED_EVENTS = "touch", "lift", "slip", "stick", "rest"
 """Events that a run reports for a contact; all but the last also for a contact point."""
 
-REPORTED_CHANGES, EACH = 2, 7
-"""Numbers of internal states of a contact (the path slid and the work of friction) and of each of its contact points:
-its status; the point of the surface where it sticks, or its direction of slip, whose length is the speed (m/s) up to
-which it is kept; and the rate of the latter."""
+REPORTED_CHANGES, EACH = 3, 7
+"""Numbers of internal states of a contact (the path slid, the work of friction, and the energy that impacts have taken
+between the bodies that touch) and of each of its contact points: its status; the point of the surface where it sticks,
+or its direction of slip, whose length is the speed (m/s) up to which it is kept; and the rate of the latter."""
 
 TOO_DEEP = 1e-6
 """Initial depth that is refused, m: a smaller one is closed like a loop."""
@@ -372,6 +372,7 @@ __all__ = [
     "REPORTED_CHANGES",
     "SLIPS",
     "STICKS",
+    "TAKEN",
     "ContactRow",
     "RigidContact",
     "rigid_contacts",

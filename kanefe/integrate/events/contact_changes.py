@@ -12,9 +12,19 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
 from kanefe.integrate.events.event import Event, MarginEvent
-from kanefe.kernels.impacts.contact_questions import BY_POISSON, LIFT, POINT_CODES, REPORTED, SLIP, STICK, TOUCH
+from kanefe.kernels.impacts.contact_questions import (
+    BY_ORDER,
+    BY_POISSON,
+    LIFT,
+    POINT_CODES,
+    REPORTED,
+    SLIP,
+    STICK,
+    TOUCH,
+)
 from kanefe.tree.scales import moving_length
 from kanefe.tree.scene_state import SceneState
+from kanefe.tree.told_impacts import ToldImpacts
 
 if TYPE_CHECKING:
     from kanefe.kane.rigid_contacts.contact_forces import ContactMargins
@@ -74,8 +84,8 @@ class ContactChange(MarginEvent):
         The same of single points.
     titles : list of str
         Of the contacts that the last one concerned.
-    by_poisson : list of (str, float)
-        Names of contacts by Newton's law whose impact was Poisson's, and when, s.
+    told : ToldImpacts
+        What is to be told of impacts.
     """
 
     model: Model = field(kw_only=True)
@@ -87,7 +97,7 @@ class ContactChange(MarginEvent):
     happened: list[tuple[str, float]] = field(kw_only=True, default_factory=list)
     points: list[PointChange] = field(kw_only=True, default_factory=list)
     titles: list[str] = field(kw_only=True, default_factory=list)
-    by_poisson: list[tuple[str, float]] = field(kw_only=True, default_factory=list)
+    told: ToldImpacts = field(kw_only=True, default_factory=ToldImpacts)
 
     @property
     def acts(self) -> bool:
@@ -106,7 +116,7 @@ class ContactChange(MarginEvent):
         self.happened.extend(found.happened)
         self.points.extend(found.points)
         self.titles[:] = found.titles
-        self.by_poisson.extend((name, t) for name in found.by_poisson)
+        self.told.take(found.told)
         return np.concatenate((y[: self.model.coordinate_count], found.u, found.z))
 
 
@@ -180,12 +190,12 @@ class ChangeReports:
 
     Attributes
     ----------
-    by_poisson : dict of str to list of float
-        Contacts by Newton's law, and when an impact was Poisson's since Newton's had no impulses, s.
+    impacts : ToldImpacts
+        What is to be told of impacts.
     """
 
     def __init__(self, times: dict[str, list[float]], span: float) -> None:
-        self.by_poisson: dict[str, list[float]] = {}
+        self.impacts = ToldImpacts()
         self._times, self._moment = times, AT_ONCE * span
         self._last: dict[tuple[str, int], PointChange] = {}
 
@@ -202,9 +212,8 @@ class ChangeReports:
                 names.update(self._told(change))
             event.happened.clear()
             event.points.clear()
-            for name, t in event.by_poisson:
-                self.by_poisson.setdefault(name, []).append(t)
-            event.by_poisson.clear()
+            self.impacts.take(event.told)
+            event.told.clear()
         return names
 
     def take_code(self, model: Model, t: float, code: int) -> None:
@@ -215,7 +224,9 @@ class ChangeReports:
         if code < REPORTED * len(contacts):
             name, what = model.rigid_contact(code // REPORTED).name, code % REPORTED
             if what == BY_POISSON:
-                self.by_poisson.setdefault(name, []).append(t)
+                self.impacts.was_by_poisson([name], t)
+            elif what == BY_ORDER:
+                self.impacts.was_by_order([name], t)
             else:
                 self._times[f"{name} {REPORTED_EVENTS[what]}"].append(t)
             return
@@ -229,15 +240,6 @@ class ChangeReports:
                 self._told(PointChange(contact.name, number, t, before, after, is_struck, contact.friction is not None))
                 return
             number -= len(contact.probes)
-
-    @property
-    def warning(self) -> str | None:
-        """What is told at the end of a run of impacts that were not Newton's; None where all were as asked for."""
-        if not self.by_poisson:
-            return None
-        from kanefe.contact.rigid.rigid import not_by_newton
-
-        return not_by_newton(self.by_poisson)
 
     def _told(self, change: PointChange) -> list[str]:
         key = change.contact, change.point

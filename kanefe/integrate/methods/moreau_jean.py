@@ -151,8 +151,8 @@ def _serves(model: Model) -> str:
         return "steps over the impacts of rigid contacts, of which the scene has none. Remedy: 'auto'"
     for number in range(len(model.rigid_contacts)):
         contact = model.rigid_contact(number)
-        if contact.law.impact != "newton":
-            return f"has Newton's impact law only, and {contact.title} has others. Remedy: impact='newton', or 'auto'"
+        if (law := contact.law.impact) in ("poisson", "distributing"):
+            return f"has Newton's impact law only, and {contact.title} {law!r}. Remedy: leave impact out, or 'auto'"
         if contact.friction is not None and contact.friction.has_memory:
             return f"has one coefficient of friction, and {contact.title} two. Remedy: leave out static, or 'auto'"
     if model.states_move and any(load.has_rates for i, load in enumerate(model.loads) if i not in model.rigid_contacts):

@@ -1,7 +1,7 @@
 """What happens to rigid contacts at an event: impacts, and which of them are open, stick and slip afterwards.
 
-Impacts are Newton's or Poisson's with Coulomb's friction of the impulses, all contacts that are closed taking part at
-once. What follows is decided by the forces: the same complementarity, of accelerations.
+Impacts follow `kanefe.kane.rigid_contacts.impact_laws`, all contacts that are closed taking part at once. What follows
+is decided by the forces: the complementarity of accelerations.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.contact.contact_events import of_point
-from kanefe.contact.rigid.cone import Cones, solved
-from kanefe.contact.rigid.rigid import POISSON, not_by_newton
-from kanefe.contact.rigid.rigid_contact import AT_REST, OPEN, SLIPS, STICKS, RigidContact
+from kanefe.contact.rigid.rigid_contact import AT_REST, OPEN, SLIPS, STICKS, TAKEN, RigidContact
 from kanefe.errors import SimulationError, SimulationWarning, outside
 from kanefe.frames import Matrix, Vector
+from kanefe.kane.rigid_contacts.drawn_in import drawn_in, jammed
+from kanefe.kane.rigid_contacts.impact_laws import ImpactProblem, impact
 from kanefe.kane.rigid_contacts.instant import InstantAt, Key, LiteralInstant, blur_of_place
 from kanefe.kane.rigid_contacts.stick_or_slip import StickOrSlip
 from kanefe.kernels.impacts.tolerances import (
@@ -34,6 +34,7 @@ from kanefe.kernels.impacts.tolerances import (
 )
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import moving_length
+from kanefe.tree.told_impacts import ToldImpacts
 
 TOUCH, LIFT, SLIP, STICK, START = "touch", "lift", "slip", "stick", "start"
 
@@ -91,8 +92,8 @@ class Changed:
         What is told of single points, where that is asked for.
     titles : list of str
         Of the contacts that the event concerns.
-    by_poisson : list of str
-        Names of the contacts by Newton's law whose impact was Poisson's.
+    told : ToldImpacts
+        What is to be told of its impact.
     """
 
     u: Vector
@@ -100,7 +101,7 @@ class Changed:
     happened: list[tuple[str, float]] = field(default_factory=list)
     points: list[PointChange] = field(default_factory=list)
     titles: list[str] = field(default_factory=list)
-    by_poisson: list[str] = field(default_factory=list)
+    told: ToldImpacts = field(default_factory=ToldImpacts)
 
 
 def resolved(
@@ -141,10 +142,10 @@ def resolved(
     return _Event(model, t, y, kind, span, at or partial(LiteralInstant, model), stop, rtol).changed()
 
 
-def warn_of_poisson(t: float, names: list[str]) -> None:
-    """Warn of contacts by Newton's law whose impact as a run begins was Poisson's."""
-    if names:
-        warnings.warn(not_by_newton({name: [t] for name in names}), SimulationWarning, stacklevel=outside())
+def warn_of_impacts(told: ToldImpacts) -> None:
+    """Warn of what is to be told of impacts as a run begins."""
+    for text in told.warnings:
+        warnings.warn(text, SimulationWarning, stacklevel=outside())
 
 
 class _Event(StickOrSlip):
@@ -170,7 +171,7 @@ class _Event(StickOrSlip):
         ]
         self.happened: list[tuple[str, float]] = []
         self.points: list[PointChange] = []
-        self.by_poisson: list[str] = []
+        self.told = ToldImpacts()
 
     def _past(self) -> set[Key]:
         """Return the contact points that the event concerns."""
@@ -210,56 +211,60 @@ class _Event(StickOrSlip):
         rates = np.concatenate([self.met[key].rates for key in self.keys])
         self.struck = np.zeros(len(self.keys), dtype=bool)
         if np.any(rates[::3] < -still):
-            impulses = self._impulses(G, rates)
+            impulses = self._impulses(G, rates, still)
             self.struck = impulses[::3] > CLOSE * np.abs(impulses).max()
             self.u = self.u + self.instant.respond(self.keys, impulses)
             rates = rates + G @ impulses
             still = np.maximum(still, STRUCK * (np.abs(G) @ np.abs(impulses))[::3])
+        rates = self._drawn_in(G, rates, still)
+        self._decide(G, rates, self._closed(rates, still))
+        self._tell()
+        titles = sorted({self._contact(key).title for key in self.concerned})
+        return Changed(self.u, self.z, self.happened, self.points, titles, self.told)
+
+    def _closed(self, rates: Vector, still: Vector) -> np.ndarray:
         closed = rates[::3] <= still
         if self.kind == LIFT:
             closed &= [key not in self.concerned for key in self.keys]
-        self._decide(G, rates, closed)
-        self._tell()
-        titles = sorted({self._contact(key).title for key in self.concerned})
-        return Changed(self.u, self.z, self.happened, self.points, titles, self.by_poisson)
+        return np.asarray(closed)
 
-    def _impulses(self, G: Matrix, rates: Vector) -> Vector:
-        """Return the impulses of an impact, (3 k,).
-
-        Where what is between several surfaces cannot part from all that it meets as Newton's law has it, that is
-        Poisson's.
-        """
-        is_poisson = np.array([self._contact(key).law.impact == POISSON for key in self.keys])
-        for laws in (is_poisson, np.ones_like(is_poisson)):
-            found = self._pressed(G, rates, laws)
-            if found is not None:
-                if laws is not is_poisson:
-                    others = (self._contact(key) for key in self.keys)
-                    self.by_poisson = sorted({one.name for one in others if one.law.impact != POISSON})
-                return found
-        names = ", ".join(sorted({self._contact(key).title for key in self.keys}))
-        raise SimulationError(
-            f"at t = {self.t:.6g} s the impact on {names} has no impulses that were found. "
-            "Remedy: less friction, or compliant contacts, kanefe.HuntCrossley(...)"
+    def _drawn_in(self, G: Matrix, rates: Vector, still: Vector) -> Vector:
+        """Return the rates after impacts of what friction draws into its surface: see `drawn_in`."""
+        closed = self._closed(rates, still)
+        problem = ImpactProblem(G, [self._contact(key) for key in self.keys], still)
+        slips = np.array(
+            [c.friction is not None and not self._is_at_rest(k, rates) for k, c in enumerate(problem.contacts)]
         )
+        if not np.any(slips & closed):
+            return rates
+        for i in jammed(problem, rates, slips, closed):
+            impulses = drawn_in(problem, rates, self._now().problem(self.keys)[1], i)
+            if impulses is None:
+                continue
+            after = rates + G @ impulses
+            self._own(self.keys[i])[TAKEN] -= 0.5 * float(impulses @ (rates + after))
+            self.u = self.u + self.instant.respond(self.keys, impulses)
+            rates = after
+        return rates
 
-    def _pressed(self, G: Matrix, rates: Vector, is_poisson: np.ndarray) -> Vector | None:
-        e = np.array([self._contact(key).law.restitution for key in self.keys])
-        mu = np.array([self._contact(key).static for key in self.keys])
-        none = np.full((len(self.keys), 2), np.nan)
-        b = rates.copy()
-        b[::3] += np.where(is_poisson, 0.0, e) * np.minimum(rates[::3], 0.0)
-        pressed = solved(Cones(G, b, mu, np.zeros(len(mu)), none))
-        if pressed is None:
-            return None
-        least = np.where(is_poisson, e * pressed[::3], 0.0)
-        if not least.any():
-            return pressed
-        # the second part of Poisson's impact; contacts by Newton's law keep what they have come to
-        after = rates + G @ pressed
-        after[::3] += np.where(is_poisson, 0.0, e * np.minimum(rates[::3], 0.0))
-        more = solved(Cones(G, after, mu, least, none))
-        return None if more is None else pressed + more
+    def _impulses(self, G: Matrix, rates: Vector, still: Vector) -> Vector:
+        """Return the impulses of an impact, (3 k,), with their energies in the states of the contacts."""
+        contacts = [self._contact(key) for key in self.keys]
+        found = impact(ImpactProblem(G, contacts, still), rates)
+        if found is None:
+            names = ", ".join(sorted({contact.title for contact in contacts}))
+            raise SimulationError(
+                f"at t = {self.t:.6g} s the impact on {names} has no impulses that were found. "
+                "Remedy: less friction, or compliant contacts, kanefe.HuntCrossley(...)"
+            )
+        for key, energy in zip(self.keys, found.energies, strict=True):
+            self._own(key)[TAKEN] -= energy
+        self.told.was_by_poisson(sorted({contacts[i].name for i in found.by_poisson}), self.t)
+        self.told.was_by_order(sorted({contacts[i].name for i in found.by_order}), self.t)
+        if found.adding:
+            adding = sorted({contacts[i].name for i in found.adding})
+            self.told.adding.append((self.t, tuple(adding), float(found.energies[list(found.adding)].sum())))
+        return found.impulses
 
     def _decide(self, G: Matrix, rates: Vector, closed: np.ndarray) -> None:
         """Write the new status of each contact point by the accelerations; bounces too fast to resolve are at rest.

@@ -31,15 +31,19 @@ from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.layout import Y, Z
 from kanefe.kernels.loads.markers import MARKER_NUMBERS, axes_of, lever_of, motion_of
 
-ON_SURFACE, OF_PROBE, STATUS, SHAPE, HAS_FRICTION, HAS_MARK, FIRST_STATE, CONTACT, IS_POISSON, TELLS = range(10)
+ON_SURFACE, OF_PROBE, STATUS, SHAPE, HAS_FRICTION, HAS_MARK, FIRST_STATE, CONTACT, LAW, TELLS = range(10)
 """Columns of the integers of a point: rows of the surface and of the probe (-1: N); where its status is among the
 internal states, followed by what it keeps; where its shape begins; whether it rubs, and sticks at one place; where the
-states of its contact begin; the number of that among the rigid ones; whether it strikes by Poisson's law; and whether a
-run tells what it does."""
+states of its contact begin; the number of that among the rigid ones; its law of impact; and whether a run tells what it
+does."""
 POINT_INTEGERS = 10
 
-SLIP, WORK = range(2)
-"""Indices of the states of a contact: the path slid, and the work of friction."""
+STRONGE, NEWTON, POISSON, DISTRIBUTING = range(4)
+"""Laws of impact, in the order of `kanefe.contact.rigid.rigid.IMPACT_LAWS`."""
+
+SLIP, WORK, TAKEN = range(3)
+"""Indices of the states of a contact: the path slid, the work of friction, and what impacts have taken from the motion
+between the bodies that touch (J)."""
 
 KEPT, KEPT_RATE = 1, 4
 """Indices of the states of a point after that of its status: see `kanefe.contact.rigid.rigid_contact`."""

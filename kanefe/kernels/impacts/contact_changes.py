@@ -15,10 +15,11 @@ from kanefe.kernels.contact.rigid_points import (
     AT_REST,
     CONTACT,
     HAS_FRICTION,
-    IS_POISSON,
     KEPT,
     KEPT_RATE,
+    LAW,
     MET,
+    NEWTON,
     OF_POINT,
     STATUS,
     TELLS,
@@ -28,6 +29,7 @@ from kanefe.kernels.impacts.contact_questions import (
     BEGINS_STICK,
     BLUR,
     BLURS,
+    BY_ORDER,
     BY_POISSON,
     IS_DECIDED,
     LENGTH,
@@ -71,6 +73,8 @@ from kanefe.kernels.impacts.decision import (
     SLOW,
     STICKS,
     TAKES,
+    TOLD_OF_ORDER,
+    TOLD_OF_POISSON,
     TURNING,
     Asking,
     Decision,
@@ -186,11 +190,9 @@ def _change(asking: Asking, decision: Decision, asked: np.ndarray, y: np.ndarray
         flags[IS_STRUCK, p] = 0
         strikes = strikes or vectors[RATES_OF_POINTS, 3 * p] < -speeds[NOT_MOVING, p]
     if strikes:
-        is_found, all_poisson = strike(asking, decision, count, u)
-        if not is_found:
+        if not strike(asking, decision, count, u, y[asking.first_state :]):
             return False
-        if all_poisson:
-            _tell_of_poisson(asking, decision, count, asked, reports)
+        _tell_of_impact(asking, decision, count, asked, reports)
     for a in range(count):
         p = flags[TAKES, a]
         lifts = what == LIFT and flags[IS_CONCERNED, p] != 0
@@ -297,15 +299,18 @@ def _report(asked: np.ndarray, reports: np.ndarray, t: float, code: int) -> None
 
 
 @kernel
-def _tell_of_poisson(asking: Asking, decision: Decision, count: int, asked: np.ndarray, reports: np.ndarray) -> None:
-    """Report, once of each contact by Newton's law that takes part, that its impact was Poisson's."""
-    places, last = asking.points.places, -1
+def _tell_of_impact(asking: Asking, decision: Decision, count: int, asked: np.ndarray, reports: np.ndarray) -> None:
+    """Report, once of each contact, that its impact was Poisson's against its law, or depends on an order."""
+    places, flags, poisson, order = asking.points.places, decision.flags, -1, -1
     for a in range(count):
-        p = decision.flags[TAKES, a]
+        p = flags[TAKES, a]
         contact = places[p, CONTACT]
-        if contact != last and places[p, IS_POISSON] == 0:
+        if contact != poisson and places[p, LAW] == NEWTON and flags[TOLD_OF_POISSON, p] != 0:
             _report(asked, reports, asked[WHEN], REPORTED * contact + BY_POISSON)
-            last = contact
+            poisson = contact
+        if contact != order and flags[TOLD_OF_ORDER, p] != 0:
+            _report(asked, reports, asked[WHEN], REPORTED * contact + BY_ORDER)
+            order = contact
 
 
 @kernel

@@ -10,10 +10,10 @@ WHAT, WHEN, RUN_SPAN, RUN_END, RUN_RTOL, LENGTH, REPORT_COUNT, IS_DECIDED, BLUR 
 many reports there are. On return: whether it is decided; from there on the four blurs, from TOUCH to STICK."""
 ASKED = BLUR + 4
 
-TOUCHES, LIFTS, BEGINS_SLIP, BEGINS_STICK, RESTS, BY_POISSON = range(6)
+TOUCHES, LIFTS, BEGINS_SLIP, BEGINS_STICK, RESTS, BY_POISSON, BY_ORDER = range(7)
 """Reports of a contact, in the order of `kanefe.contact.rigid.rigid_contact.REPORTED_EVENTS`; last that an impact was
-Poisson's where Newton's was asked for."""
-REPORTED = 6
+Poisson's where Newton's was asked for, and that one of several contacts depends on their order."""
+REPORTED = 7
 
 POINT_CODES = 18
 """Number of the changes of a point: its status before and after, and whether it was struck."""

@@ -19,6 +19,7 @@ from kanefe.kernels.impacts.cones import (
     ConeMemory,
     cones_of,
 )
+from kanefe.kernels.impacts.stronge import TURNING_NUMBERS, TURNING_ROWS
 
 OPEN, STICKS, SLIPS = range(3)
 """Status of a point: see `kanefe.contact.contact`."""
@@ -75,10 +76,12 @@ class Moment(NamedTuple):
 
 
 TAKES, ACTIVE, BEFORE, AFTER, IS_TAKING, IS_CONCERNED, IS_STRUCK, IS_CLOSED, BEGINS, IS_NEW = range(10)
+GROUP, TOLD_OF_POISSON, TOLD_OF_ORDER = range(10, 13)
 """Rows of `Decision.flags`: numbers of the points that take part, and of those of them that are closed, in order;
 status before and after; whether a point takes part, is one that the event concerns, was struck, is closed; whether an
-active one begins to slip, in this event and in this round."""
-FLAGS = 10
+active one begins to slip, in this event and in this round; the least point of those whose impulses move each other;
+whether the impact of a point was Poisson's, and depends on the order of several."""
+FLAGS = 13
 
 NOT_MOVING, AT_REST_BELOW, SLOW = range(3)
 """Rows of `Decision.speeds`: below which a point does not move along the normal, does not slip, and slips in the
@@ -116,6 +119,8 @@ class Decision(NamedTuple):
     state : ndarray, shape (state,)
         A little after the event.
     question : ndarray, shape (4,)
+    turning : ndarray, shape (TURNING_ROWS, TURNING_NUMBERS)
+        Memory of an impact of one point.
     """
 
     now: Moment
@@ -130,6 +135,7 @@ class Decision(NamedTuple):
     motion: RealRows
     state: Reals
     question: Reals
+    turning: RealRows
 
 
 def decision_of(points: int, free: int, size: int) -> Decision:
@@ -153,6 +159,7 @@ def decision_of(points: int, free: int, size: int) -> Decision:
         motion=np.zeros((2, free)),
         state=np.zeros(size),
         question=np.zeros(4),
+        turning=np.zeros((TURNING_ROWS, TURNING_NUMBERS)),
     )
 
 

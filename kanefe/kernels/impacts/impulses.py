@@ -1,4 +1,7 @@
-"""Impulses of an impact of rigid contacts, Newton's or Poisson's, and speeds that are round-off."""
+"""Impulses of an impact of rigid contacts, and speeds that are round-off.
+
+The laws are those of `kanefe.kane.rigid_contacts.impact_laws`, which is independent of this.
+"""
 
 from __future__ import annotations
 
@@ -7,27 +10,47 @@ import numpy as np
 from kanefe.kernels.algebra.least_norm import factor_least, solve_least
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.contact.falling import AT
-from kanefe.kernels.contact.rigid_points import HAS_FRICTION, IS_POISSON, OF_POINT
+from kanefe.kernels.contact.rigid_points import (
+    DISTRIBUTING,
+    FIRST_STATE,
+    HAS_FRICTION,
+    LAW,
+    NEWTON,
+    OF_POINT,
+    STRONGE,
+    TAKEN,
+)
 from kanefe.kernels.impacts.cones import LEAST, MU, ORDER, ROW, SHARES, F, largest_of
 from kanefe.kernels.impacts.decision import (
+    ACCELERATIONS,
     ACTIVE,
     AT_REST_BELOW,
     FORCES,
+    GROUP,
     IS_CLOSED,
     IS_STRUCK,
     NOT_MOVING,
     OTHER,
     RATES_OF_POINTS,
     TAKES,
+    TOLD_OF_ORDER,
+    TOLD_OF_POISSON,
     Asking,
     Decision,
     X,
     solve,
 )
-from kanefe.kernels.impacts.tolerances import CLOSE, DEPENDENT, STRUCK
-
-HOLDING = int(OF_POINT.friction) + int(AT.holding)
+from kanefe.kernels.impacts.stronge import HOLDING, strike_one
+from kanefe.kernels.impacts.tolerances import (
+    ADDED,
+    APART,
+    CLOSE,
+    DEPENDENT,
+    IN_TURN,
+    JUMPS,
+    STILL_IN_TURN,
+    STRUCK,
+)
 
 
 @inlined
@@ -62,66 +85,237 @@ def put_active(decision: Decision, k: int) -> None:
 
 
 @kernel
-def strike(asking: Asking, decision: Decision, count: int, u: np.ndarray) -> tuple[bool, bool]:
-    """Change free speeds and rates by the impulses of an impact; return whether there are some, and all are Poisson's.
+def strike(asking: Asking, decision: Decision, count: int, u: np.ndarray, z: np.ndarray) -> bool:
+    """Change free speeds, rates and energies of contacts by the impulses of an impact; return whether there are some.
 
-    Where what is between several surfaces cannot part from all that it meets as Newton's law has it, that is Poisson's.
+    What has to be told with numbers, or has contacts that distribute an impact, is left to Python.
     """
-    flags, vectors, speeds = decision.flags, decision.vectors, decision.speeds
-    problem, pressed, rates = decision.problem, vectors[OTHER], vectors[RATES_OF_POINTS]
-    copy(flags[TAKES][:count], flags[ACTIVE])
-    put_active(decision, count)
-    all_poisson = not _press(asking, decision, count, False)
-    if all_poisson and not _press(asking, decision, count, True):
-        return False, all_poisson
-    vectors[FORCES][:] = 0.0
-    least_struck = CLOSE * largest_of(pressed, 3 * count)
+    flags, vectors, speeds, now = decision.flags, decision.vectors, decision.speeds, decision.now
+    rates, forces, places = vectors[RATES_OF_POINTS], vectors[FORCES], asking.points.places
+    forces[:] = 0.0
+    _put_groups(decision, count)
     for a in range(count):
-        p = flags[TAKES, a]
-        flags[IS_STRUCK, p] = pressed[3 * a] > least_struck
-        copy(pressed[3 * a : 3 * a + 3], vectors[FORCES][3 * p : 3 * p + 3])
-    respond(decision, count, vectors[FORCES], u)
+        p, k, strikes = flags[TAKES, a], 0, False
+        if flags[GROUP, p] != p:
+            continue
+        for b in range(count):
+            q = flags[TAKES, b]
+            if flags[GROUP, q] == p:
+                flags[ACTIVE, k] = q
+                k += 1
+                strikes = strikes or rates[3 * q] < -speeds[NOT_MOVING, q]
+        if not strikes:
+            continue
+        is_found, all_poisson = _press_together(asking, decision, k, rates)
+        if not is_found:
+            return False
+        for b in range(k):
+            copy(vectors[OTHER][3 * b : 3 * b + 3], forces[3 * flags[ACTIVE, b] : 3 * flags[ACTIVE, b] + 3])
+        if _gives_energy(decision, count, p):
+            return False
+        depends = k > 1 and _depends_on_order(asking, decision, count, p)
+        for b in range(count):
+            q = flags[TAKES, b]
+            if flags[GROUP, q] == p:
+                flags[TOLD_OF_POISSON, q], flags[TOLD_OF_ORDER, q] = all_poisson, depends
+    largest = 0.0
     for a in range(count):
-        p, size = flags[TAKES, a], 0.0
-        for j in range(3 * count):
-            size += abs(problem.G[3 * a, j]) * abs(pressed[j])
-        for i in range(3):
-            for j in range(3 * count):
-                rates[3 * p + i] += problem.G[3 * a + i, j] * pressed[j]
+        largest = max(largest, largest_of(forces[3 * flags[TAKES, a] :], 3))
+    respond(decision, count, forces, u)
+    copy(rates, vectors[OTHER])
+    for a in range(count):
+        p, size, taken = flags[TAKES, a], 0.0, 0.0
+        flags[IS_STRUCK, p] = forces[3 * p] > CLOSE * largest
+        for i in range(3 * p, 3 * p + 3):
+            gained = _moved(decision, count, -1, i)
+            rates[i] += gained
+            taken -= forces[i] * (vectors[OTHER, i] + 0.5 * gained)
+        for b in range(count):
+            for j in range(3 * flags[TAKES, b], 3 * flags[TAKES, b] + 3):
+                size += abs(now.G[3 * p, j]) * abs(forces[j])
         speeds[NOT_MOVING, p] = max(speeds[NOT_MOVING, p], STRUCK * size)
-    return True, all_poisson
+        z[places[p, FIRST_STATE] + TAKEN] += taken
+    return True
 
 
 @kernel
-def _press(asking: Asking, decision: Decision, count: int, all_poisson: bool) -> bool:
-    """Write the impulses of an impact, by the laws of the points or by Poisson's; return whether there are some.
+def _put_groups(decision: Decision, count: int) -> None:
+    """Write of each point that takes part the least one whose impulses move it, and that nothing is told of it."""
+    flags, G = decision.flags, decision.now.G
+    for a in range(count):
+        p = flags[TAKES, a]
+        flags[GROUP, p], flags[TOLD_OF_POISSON, p], flags[TOLD_OF_ORDER, p] = p, 0, 0
+    for _ in range(count):
+        is_done = True
+        for a in range(count):
+            for b in range(a):
+                p, q = flags[TAKES, a], flags[TAKES, b]
+                least = min(flags[GROUP, p], flags[GROUP, q])
+                if flags[GROUP, p] != flags[GROUP, q] and _coupling(G, p, q) > APART * np.sqrt(
+                    _coupling(G, p, p) * _coupling(G, q, q)
+                ):
+                    flags[GROUP, p] = flags[GROUP, q] = least
+                    is_done = False
+        if is_done:
+            break
 
-    Of Poisson's impact the second part follows, in which contacts by Newton's law keep what they have come to.
-    """
-    flags, vectors, points, problem = decision.flags, decision.vectors, asking.points, decision.problem
-    x, pressed, rates = vectors[X], vectors[OTHER], vectors[RATES_OF_POINTS]
-    for part in range(2):
-        any_least = False
+
+@inlined
+def _coupling(G: np.ndarray, p: int, q: int) -> float:
+    """Return the largest response of a point to impulses at another."""
+    found = 0.0
+    for i in range(3 * p, 3 * p + 3):
+        found = max(found, largest_of(G[i, 3 * q :], 3))
+    return found
+
+
+@kernel
+def _moved(decision: Decision, count: int, group: int, i: int) -> float:
+    """Return what the impulses of points that take part do to a rate; of one group, or of all."""
+    flags, forces, moved = decision.flags, decision.vectors[FORCES], 0.0
+    for b in range(count):
+        q = flags[TAKES, b]
+        if group < 0 or flags[GROUP, q] == group:
+            for j in range(3 * q, 3 * q + 3):
+                moved += decision.now.G[i, j] * forces[j]
+    return moved
+
+
+@kernel
+def _gives_energy(decision: Decision, count: int, group: int) -> bool:
+    """Return whether the impulses of a group give energy."""
+    flags, vectors, given, exchanged = decision.flags, decision.vectors, 0.0, 0.0
+    for a in range(count):
+        p = flags[TAKES, a]
+        if flags[GROUP, p] != group:
+            continue
+        for i in range(3 * p, 3 * p + 3):
+            before, force = vectors[RATES_OF_POINTS, i], vectors[FORCES, i]
+            after = before + _moved(decision, count, group, i)
+            given += 0.5 * force * (before + after)
+            exchanged += 0.5 * abs(force) * (abs(before) + abs(after))
+    return given > ADDED * exchanged
+
+
+@kernel
+def _depends_on_order(asking: Asking, decision: Decision, count: int, group: int) -> bool:
+    """Return whether points of a group that struck one after the other would part otherwise."""
+    flags, vectors = decision.flags, decision.vectors
+    rates, in_turn, size = vectors[RATES_OF_POINTS], vectors[ACCELERATIONS], 0.0
+    for a in range(count):
+        p = flags[TAKES, a]
+        if flags[GROUP, p] == group:
+            size = max(size, largest_of(rates[3 * p :], 3))
+    for order in range(2):
+        copy(rates, in_turn)
+        is_over = False
+        for _ in range(IN_TURN):
+            first = -1
+            for a in range(count):
+                p = flags[TAKES, a if order == 0 else count - 1 - a]
+                if first < 0 and flags[GROUP, p] == group and in_turn[3 * p] < -STILL_IN_TURN * size:
+                    first = p
+            if first < 0:
+                is_over = True
+                break
+            flags[ACTIVE, 0] = first
+            is_found, _ = _press_together(asking, decision, 1, in_turn)
+            if not is_found:
+                break
+            for a in range(count):
+                for i in range(3 * flags[TAKES, a], 3 * flags[TAKES, a] + 3):
+                    for j in range(3):
+                        in_turn[i] += decision.now.G[i, 3 * first + j] * vectors[OTHER, j]
+        if not is_over:
+            continue
         for a in range(count):
             p = flags[TAKES, a]
-            e, is_poisson = points.numbers[p, OF_POINT.restitution], all_poisson or points.places[p, IS_POISSON] != 0
+            if flags[GROUP, p] != group:
+                continue
+            for i in range(3 * p, 3 * p + 3):
+                if abs(in_turn[i] - rates[i] - _moved(decision, count, group, i)) > JUMPS * size:
+                    return True
+    return False
+
+
+@kernel
+def _press_together(asking: Asking, decision: Decision, k: int, rates: np.ndarray) -> tuple[bool, bool]:
+    """Write the impulses of k active points; return whether there are some, and are Poisson's where Newton's are not.
+
+    Where what is between several surfaces cannot part from all that it meets as Newton's law has it, that is Poisson's.
+    """
+    points, p, G = asking.points, decision.flags[ACTIVE, 0], decision.now.G
+    law, i = points.places[p, LAW], 3 * p
+    if k == 1 and law in (STRONGE, DISTRIBUTING):
+        own = G[i, i], G[i, i + 1], G[i, i + 2], G[i + 1, i + 1], G[i + 1, i + 2], G[i + 2, i + 2]
+        before, rubs = (rates[i], rates[i + 1], rates[i + 2]), points.places[p, HAS_FRICTION] != 0
+        is_found, first, second, third = strike_one(own, before, points.numbers[p], rubs, decision.turning)
+        pressed = decision.vectors[OTHER]
+        pressed[0], pressed[1], pressed[2] = first, second, third
+        return is_found, False
+    for a in range(k):
+        if points.places[decision.flags[ACTIVE, a], LAW] == DISTRIBUTING:
+            return False, False
+    put_active(decision, k)
+    if _press(asking, decision, k, rates, False):
+        return True, False
+    return _press(asking, decision, k, rates, True), True
+
+
+@kernel
+def _press(asking: Asking, decision: Decision, k: int, rates: np.ndarray, all_poisson: bool) -> bool:
+    """Write the impulses of k active points, by their laws or by Poisson's; return whether there are some.
+
+    Of Poisson's impact the second part follows, as much of it as gives no energy; contacts by Newton's law keep what
+    they have come to.
+    """
+    flags, vectors, points, problem = decision.flags, decision.vectors, asking.points, decision.problem
+    x, pressed, share = vectors[X], vectors[OTHER], 1.0
+    for part in range(2):
+        any_least, any_newton = False, False
+        for a in range(k):
+            p = flags[ACTIVE, a]
+            e, is_poisson = points.numbers[p, OF_POINT.restitution], all_poisson or points.places[p, LAW] != NEWTON
             problem.of_each[MU, a] = points.numbers[p, HOLDING] if points.places[p, HAS_FRICTION] != 0 else 0.0
             problem.slips[a, 0] = problem.slips[a, 1] = np.nan
             problem.of_each[LEAST, a] = e * pressed[3 * a] if part == 1 and is_poisson else 0.0
             any_least = any_least or problem.of_each[LEAST, a] != 0.0
+            any_newton = any_newton or not is_poisson
             for i in range(3):
                 problem.b[3 * a + i] = rates[3 * p + i]
                 if part == 1:
-                    for j in range(3 * count):
+                    for j in range(3 * k):
                         problem.b[3 * a + i] += problem.G[3 * a + i, j] * pressed[j]
             problem.b[3 * a] += 0.0 if is_poisson else e * min(rates[3 * p], 0.0)
         if part == 1 and not any_least:
             break
-        if not solve(asking, False, count, X, False):
+        if not solve(asking, False, k, X, False):
             return False
-        for i in range(3 * count):
-            pressed[i] = x[i] if part == 0 else pressed[i] + x[i]
+        if part == 1 and not any_newton:
+            share = _share(decision, k, rates)
+        for i in range(3 * k):
+            pressed[i] = x[i] if part == 0 else pressed[i] + share * x[i]
     return True
+
+
+@kernel
+def _share(decision: Decision, k: int, rates: np.ndarray) -> float:
+    """Return the largest share of the second part of impulses with which the whole gives no energy."""
+    flags, problem, pressed, more = decision.flags, decision.problem, decision.vectors[OTHER], decision.vectors[X]
+    gone = linear = squared = exchanged = 0.0
+    for i in range(3 * k):
+        before, first, second = rates[3 * flags[ACTIVE, i // 3] + i % 3], 0.0, 0.0
+        for j in range(3 * k):
+            first += problem.G[i, j] * pressed[j]
+            second += problem.G[i, j] * more[j]
+        gone += pressed[i] * (before + 0.5 * first)
+        linear += more[i] * (before + first)
+        squared += 0.5 * more[i] * second
+        exchanged += abs(more[i]) * abs(before)
+    if gone + linear + squared <= ADDED * exchanged or squared <= 0.0:
+        return 1.0
+    gone = min(gone, 0.0)
+    return min(1.0, -2.0 * gone / (linear + np.sqrt(linear * linear - 4.0 * squared * gone)))
 
 
 @kernel

@@ -37,7 +37,8 @@ from kanefe.kernels.impacts.decision import (
     look,
     solve,
 )
-from kanefe.kernels.impacts.impulses import HOLDING, is_at_rest, put_active
+from kanefe.kernels.impacts.impulses import is_at_rest, put_active
+from kanefe.kernels.impacts.stronge import HOLDING
 from kanefe.kernels.impacts.tolerances import AHEAD, HOLDS, NOT_DETERMINED, ROUND_OFF_OF_FORCES
 
 Ahead = tuple[float, np.ndarray, float, float]

@@ -66,3 +66,29 @@ added before, which is round-off after forty."""
 
 DEPENDENT = 1e-13
 """Pivot, of the largest, below which equations of contact points depend on others."""
+
+IMPACT_ENDS = 1e-12
+"""Slip speed, relative to the largest rate at which a contact is struck, below which its slip has ended in the
+impact."""
+
+STRAIGHT_SLIP, WEAK = 1e-13, 1e-13
+"""Rate across a slip, relative to what the impulse does, below which it keeps its direction; and eigenvalue, relative
+to what a normal impulse does, below which a contact does not move in its direction. Both are round-off."""
+
+BRANCHES, TURNS_AT = 50, 1e6
+"""Largest number of changes between slip, stick, loading and unloading in an impact, of which theory allows a few; and
+angle by which a slip may turn, rad, or logarithm of its growth."""
+
+APART = 1e-12
+"""Response of a contact to an impulse at another, relative to those to their own, below which they are not coupled."""
+
+ADDED = 1e-9
+"""Energy that an impact gives, relative to what its impulses exchange, above which it is no round-off."""
+
+IN_TURN, STILL_IN_TURN = 200, 1e-6
+"""Largest number of impacts of one contact after the other that stand for one of several; and approach, relative to
+their rates, below which none follows."""
+
+JUMPS = 0.01
+"""Change of a rate, relative to the largest before an impact, from which it counts that contacts struck together and
+not one after the other."""

@@ -22,7 +22,7 @@ def rigid_points(builder: FrameOffsets) -> RigidPoints:
     model = builder.model
     if not model.rigid_contacts:
         return no_rigid_points()
-    from kanefe.contact.rigid.rigid import POISSON
+    from kanefe.contact.rigid.rigid import IMPACT_LAWS
     from kanefe.contact.rigid.rigid_contact import EACH, REPORTED_CHANGES
 
     places, markers, numbers, shapes = [], list[np.ndarray](), list[np.ndarray](), list[float]()
@@ -32,7 +32,7 @@ def rigid_points(builder: FrameOffsets) -> RigidPoints:
         for i, (end, probe) in enumerate(contact.probes):
             status = first + REPORTED_CHANGES + EACH * i
             nature = int(contact.friction is not None), int(contact.has_mark(i))
-            told = int(contact.law.impact == POISSON), int(contact.reports_points)
+            told = IMPACT_LAWS.index(contact.law.impact), int(contact.reports_points)
             places.append((ends[0][0], ends[end][0], status, len(shapes), *nature, first, number, *told))
             markers += [ends[0][1], ends[end][1]]
             friction = contact.friction

@@ -48,7 +48,7 @@ def test_impacts_of_a_run_by_poissons_law_are_counted_for_its_end():
     for t, code in ((0.5, REPORTED + TOUCHES), (0.5, REPORTED + BY_POISSON), (0.25, REPORTED + BY_POISSON)):
         reports.take_code(model, t, code)
     assert times == {"right touch": [0.5]}
-    assert reports.by_poisson == {"right": [0.5, 0.25]}
-    assert reports.warning is not None
-    assert "'right' 2; the first at t = 0.25 s" in reports.warning
-    assert ChangeReports({}, 1.0).warning is None
+    assert reports.impacts.by_poisson == {"right": [0.5, 0.25]}
+    assert len(reports.impacts.warnings) == 1
+    assert "'right' 2; the first at t = 0.25 s" in reports.impacts.warnings[0]
+    assert ChangeReports({}, 1.0).impacts.warnings == []

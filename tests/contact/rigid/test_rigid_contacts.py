@@ -282,7 +282,11 @@ def test_shapes_that_rigid_contacts_do_not_follow_are_refused(touched, touching,
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
-    [((1.2,), "restitution of Rigid"), ((-0.1,), "restitution of Rigid"), ((0.5, "moreau"), "'newton' or 'poisson'")],
+    [
+        ((1.2,), "restitution of Rigid"),
+        ((-0.1,), "restitution of Rigid"),
+        ((0.5, "moreau"), "'poisson' or 'distributing'"),
+    ],
 )
 def test_laws_of_impact_are_checked(arguments, message):
     with pytest.raises(kf.ModelError, match=message):

@@ -1,0 +1,232 @@
+"""Laws of impact: none of the defaults makes energy, Newton's says where it does, and several contacts say so."""
+
+from __future__ import annotations
+
+import warnings
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import kanefe as kf
+from kanefe import shapes
+from kanefe.kane.rigid_contacts import impact_laws
+from kanefe.kane.rigid_contacts.distributing import distributed
+from kanefe.kane.rigid_contacts.impact_laws import ImpactProblem, coupled, impact
+from kanefe.kane.rigid_contacts.stronge import Rubs, held_by, struck
+
+GAINS = {72: 79.05, 17: 12.74}
+"""Kinetic energy after over that before of scenes of `pendulum` by Newton's law (Kane & Levinson's problem)."""
+
+
+def cases(count: int) -> list[list[float]]:
+    """Return restitution, friction, two angles (rad) and two rates (rad/s) of some scenes."""
+    rng, limits = np.random.default_rng(0), ((0.3, 1.0), (0.1, 1.5), (-1.2, 1.2), (-1.5, 1.5), (-3, 3), (-3, 3))
+    return [[rng.uniform(*pair) for pair in limits] for _ in range(count)]
+
+
+def pendulum(case: list[float], impact: str) -> kf.System:
+    """Return a double pendulum whose tip meets a rough floor."""
+    e, mu, first, second, rate_1, rate_2 = case
+    s = kf.System()
+    floor = s.add_surface("floor", s.ground, shapes.Plane("z"))
+    height, rod = np.cos(first) + np.cos(first + second) + 0.005, (1 / 12, 1 / 12, 1e-4)
+    joint = kf.Revolute("y", position=first, speed=rate_1)
+    upper = s.add_rigid_body("upper", 1.0, rod, com=(0, 0, -0.5), at=(0, 0, height), joint=joint)
+    joint = kf.Revolute("y", position=second, speed=rate_2)
+    lower = s.add_rigid_body("lower", 1.0, rod, com=(0, 0, -0.5), at=(0, 0, -1.0), parent=upper, joint=joint)
+    normal = kf.Rigid(e, impact)
+    s.add_contact("tip", lower.frame(at=(0, 0, -1.0)), floor, normal=normal, friction=kf.Coulomb(mu))
+    return s
+
+
+@pytest.mark.parametrize("number", GAINS)
+def test_impacts_make_no_energy_and_newtons_say_what_they_make(number):
+    case = cases(number + 1)[number]
+    energy = pendulum(case, "stronge").simulate((0.0, 0.2), output_step=0.02).energy
+    assert energy.kinetic.max() <= energy.kinetic[0] * (1.0 + 1e-9)
+    # no gravity and no damper: friction takes energy in impacts only, so that their line is the balance
+    np.testing.assert_allclose(
+        energy.impacts, energy.kinetic - energy.kinetic[0], rtol=0, atol=1e-6 * energy.kinetic[0]
+    )
+    assert np.all(np.diff(energy.impacts) <= 1e-12)
+    assert energy.impacts[-1] < 0.0
+    with pytest.warns(kf.SimulationWarning, match=r"law made .* J: \d+ of rigid contact 'tip'; the first at t ="):
+        newton = pendulum(case, "newton").simulate((0.0, 0.2)).energy
+    assert newton.kinetic.max() / newton.kinetic[0] == pytest.approx(GAINS[number], rel=1e-3)
+    assert newton.impacts.max() > 0.0
+
+
+def drawn(seed: int, count: int = 1) -> tuple[np.ndarray, np.ndarray, np.random.Generator]:
+    """Return responses and rates of some contacts of one body or several, in space."""
+    rng = np.random.default_rng(seed)
+    B = rng.standard_normal((3 * count, 3 * count + 1 if seed % 3 else max(3, 3 * count - 2)))
+    rates = rng.standard_normal(3 * count)
+    rates[0] = -abs(rates[0])
+    return B @ B.T, rates, rng
+
+
+def test_an_impact_takes_energy_within_the_cone_and_ends_by_what_it_has_stored():
+    """Of contacts in space: a plain sum over small impulses leads to the same."""
+    for seed in range(6):
+        G, rates, rng = drawn(seed)
+        e, mu = rng.uniform(), rng.uniform(0.0, 1.5)
+        p = struck(G, rates, e, Rubs(lambda _, mu=mu: mu, mu))
+        assert p is not None
+        assert p @ (rates + 0.5 * G @ p) <= 0.0
+        assert np.hypot(*p[1:]) <= mu * p[0] * (1.0 + 1e-9)
+        assert (rates + G @ p)[0] >= 0.0
+        if seed < 2:
+            # steps of 1e-3 of the impulse, of order 1
+            np.testing.assert_allclose(summed(G, rates, e, mu, 1e-3 * p[0]), p, rtol=0, atol=0.02 * np.abs(p).max())
+
+
+def summed(G: np.ndarray, rates: np.ndarray, e: float, mu: float, step: float) -> np.ndarray:
+    """Return Stronge's impulse by Euler's steps, with friction against the slip at their ends."""
+    v, p, stored, loads = rates.copy(), np.zeros(3), 0.0, True
+    while True:
+        b = np.column_stack((G[:, 0] + np.append(0.0, v[1:] / step), G[:, 1:]))
+        x = held_by(b, mu)[0]  # the least of v x + h x G x / 2: the friction that leaves the least slip
+        before, p = v[0], p + step * np.append(1.0, x)
+        v = rates + G @ p
+        stored -= 0.5 * step * (before + v[0])
+        if loads and v[0] >= 0.0:
+            loads, stored = False, e * e * stored
+        if not loads and stored <= 0.0:
+            return p
+
+
+def contacts_of(rng: np.random.Generator, count: int, law: str) -> list[SimpleNamespace]:
+    """Return what laws ask of contacts, of unlike restitutions and frictions."""
+    mu = rng.uniform(0.0, 1.5, count)
+    return [
+        SimpleNamespace(law=kf.Rigid(rng.uniform(), law), static=mu[i], friction_at=lambda _, i=i: mu[i], name=f"c{i}")
+        for i in range(count)
+    ]
+
+
+def shared(seed: int) -> tuple[ImpactProblem, np.ndarray]:
+    """Return contacts of few speeds, with unlike levers and restitutions, and their rates."""
+    rng = np.random.default_rng(seed)
+    k = 2 + seed % 2
+    B = rng.standard_normal((3 * k, rng.integers(2, 5))) * 10.0 ** rng.uniform(-1, 1, 3 * k)[:, None]
+    rates = B @ rng.standard_normal(B.shape[1])
+    rates[0] = -abs(rates[0])
+    mu, e = rng.uniform(0, 2, k), rng.choice((0.0, 0.5, 1.0), k)
+    laws = [kf.Rigid(float(one), "poisson") for one in e]
+    contacts = [SimpleNamespace(law=law, static=mu[i]) for i, law in enumerate(laws)]
+    return ImpactProblem(B @ B.T, contacts, np.full(k, 1e-10)), rates
+
+
+@pytest.mark.parametrize("seed", [93, 491, 1685])
+def test_impacts_of_several_contacts_make_no_energy(seed, monkeypatch):
+    """The second part of Poisson's impulses would make some."""
+    problem, rates = shared(seed)
+    monkeypatch.setattr(impact_laws, "depends_on_order", lambda *_: False)
+    found = impact(problem, rates)
+    assert found is not None
+    p, static = found.impulses.reshape(-1, 3), np.array([contact.static for contact in problem.contacts])
+    exchanged = np.abs(found.impulses) @ np.abs(rates)
+    assert not found.adding
+    assert found.energies.sum() == pytest.approx(0.0, abs=1e-9 * exchanged)  # as much is given back as there is
+    assert np.all(np.hypot(p[:, 1], p[:, 2]) <= static * p[:, 0] + 1e-8 * np.abs(p).max())
+    assert np.all((rates + problem.G @ found.impulses)[::3] >= -1e-8 * np.abs(rates).max())
+    monkeypatch.setattr(impact_laws, "_share", lambda *_: 1.0)
+    assert impact(problem, rates).adding
+
+
+def test_shared_impacts_with_friction_make_no_energy():
+    G, rates, rng = drawn(1, 2)
+    contacts = contacts_of(rng, 2, "distributing")
+    p = distributed(G, rates, contacts)
+    assert p is not None
+    each = p.reshape(-1, 3)
+    assert p @ (rates + 0.5 * G @ p) < 0.0
+    assert np.all(np.hypot(each[:, 1], each[:, 2]) <= [one.static * (1.0 + 1e-9) for one in contacts] * each[:, 0])
+    assert np.all((rates + G @ p)[::3] >= -1e-8)
+
+
+def test_contacts_that_do_not_move_each_other_strike_by_themselves():
+    G = np.zeros((9, 9))
+    for i, j in ((0, 0), (1, 1), (2, 2), (0, 2), (2, 0)):
+        G[3 * i : 3 * i + 3, 3 * j : 3 * j + 3] = np.eye(3) if i == j else 0.1 * np.eye(3)
+    assert coupled(G) == [[0, 2], [1]]
+    alone = drawn(5)
+    both = np.zeros((6, 6))
+    both[:3, :3], both[3:, 3:] = alone[0], np.eye(3)
+    rng = np.random.default_rng(1)
+    problem = ImpactProblem(both, contacts_of(rng, 2, "stronge"), np.full(2, 1e-10))
+    found = impact(problem, np.append(alone[1], (0.0, 0.3, 0.0)))  # the other one lies and slides
+    first = problem.contacts[0]
+    own = struck(*alone[:2], first.law.restitution, Rubs(first.friction_at, first.static))
+    assert found is not None
+    assert own is not None
+    np.testing.assert_array_equal(found.impulses, np.append(own, np.zeros(3)))
+
+
+def balls(count: int, normal: kf.Rigid) -> tuple[np.ndarray, list[str]]:
+    """Return the speeds after one of some balls has struck others that touch, and what the run says."""
+    scene, skins = kf.System(), []
+    for i in range(count):
+        joint = kf.Prismatic("x", position=0.2 * (i - 1) if i else -0.3, speed=float(i == 0))
+        ball = scene.add_rigid_body(f"ball{i}", 1.0, 0.004, joint=joint)
+        skins.append(scene.add_surface(f"skin{i}", ball, shapes.Sphere(0.1)))
+    for i in range(count - 1):
+        scene.add_contact(f"pair{i}", skins[i], skins[i + 1], normal=normal)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        run = scene.simulate((0.0, 0.15), output_times=(0.15,))
+    speeds = [run.joint_speeds(f"ball{i}")[-1, 0] for i in range(count)]
+    return np.array(speeds), [str(one.message) for one in told]
+
+
+def test_three_balls_that_touch_say_that_their_order_decides():
+    speeds, told = balls(3, kf.Rigid(1.0))
+    np.testing.assert_allclose(speeds, (-1 / 3, 2 / 3, 2 / 3), atol=1e-9)
+    assert len(told) == 1
+    assert "depend on which strikes first: rigid contact 'pair0' 1, 'pair1' 1" in told[0]
+    assert "distributing" in told[0]
+
+
+@pytest.mark.parametrize(("count", "first", "last"), [(3, -0.0711, 0.9946), (5, -0.0711, 0.9888)])
+def test_balls_that_share_an_impact_part_as_those_of_hertz(count, first, last):
+    """By a run with kf.HuntCrossley(1e9, exponent=1.5), whose depths are 1e-6 of the balls."""
+    speeds, told = balls(count, kf.Rigid(1.0, "distributing"))
+    assert not told
+    np.testing.assert_allclose(speeds[[0, -1]], (first, last), atol=2e-3)
+    assert speeds.sum() == pytest.approx(1.0, abs=1e-9)
+    assert speeds @ speeds <= 1.0 + 1e-12
+
+
+def test_faces_that_share_an_impact_by_many_points_do_so_by_their_stiffness():
+    """Two points of a face, of unlike stiffness and exponent 1: an oscillator, whose impulses are as the stiffness."""
+    G = np.zeros((6, 6))
+    G[np.ix_([0, 3], [0, 3])] = 1.0
+    laws = [kf.Rigid(0.6, "distributing", stiffness=k, exponent=1.0) for k in (1.0, 3.0)]
+    contacts = [SimpleNamespace(law=law, static=0.0) for law in laws]
+    p = distributed(G, np.array((-1.0, 0, 0, -1.0, 0, 0)), contacts)
+    assert p is not None
+    np.testing.assert_allclose(p[[0, 3]], (0.4, 1.2), rtol=1e-3)
+
+
+def rod(mu: float, degrees: float) -> kf.System:
+    """Return a rod that is pushed along a rough floor with its lower end ahead (Painleve's)."""
+    scene = kf.System(gravity=(0, 0, -9.81))
+    floor = scene.add_surface("floor", scene.ground, shapes.Plane("z"))
+    angle = np.radians(degrees)
+    place = (0.5 * np.cos(angle), 0, 0.5 * np.sin(angle))
+    start = kf.Free(position=place, orientation=kf.rotation_about("y", -angle), velocity=(-1.0, 0, 0))
+    body = scene.add_rigid_body("rod", 1.0, (1e-3, 1.0 / 12.0, 1.0 / 12.0), joint=start)
+    scene.add_contact("c", body.frame(at=(-0.5, 0, 0)), floor, normal=kf.Rigid(), friction=kf.Coulomb(mu))
+    return scene
+
+
+def test_what_friction_draws_in_is_stopped_by_an_impact_without_collision():
+    """The tip sticks at once, as that of ever stiffer contacts does, and the rod goes on about it."""
+    model = rod(3.0, 60.0).freeze()
+    y = model.route.start(0.0)
+    met = model.route.contact_instant(0.0, y).meeting((0, 0))
+    # stopped along the floor and across it by one impulse: rates are zero to round-off
+    np.testing.assert_allclose(met.rates, 0.0, atol=1e-12)
+    assert model.parts(y)[2][2] > 0.0  # which took energy
+    np.testing.assert_allclose(model.literal.start(0.0), y, rtol=0, atol=1e-9)
