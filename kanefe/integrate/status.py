@@ -178,7 +178,10 @@ def summary(status: RunStatus, statistics: Mapping[str, Any], events: Mapping[st
         )
     if "penetration" in statistics:
         deepest, left = statistics["penetration"], statistics["contact_residual"]
-        lines.append(f"  contact up to {deepest:.3g} m deep, impulses to {left:.2g} of the largest speed")
+        lowered, literal = statistics.get("restitution_lowered"), statistics.get("steps_in_python")
+        more = f"; restitution lowered {lowered} times, where impacts would have made energy" if lowered else ""
+        more += f"; {literal} steps in Python" if literal else ""
+        lines.append(f"  contact up to {deepest:.3g} m deep, impulses to {left:.2g} of the largest speed{more}")
     if "energy_balance" in statistics:
         missing, share = statistics["energy_balance"]
         rtol = statistics.get("rtol")

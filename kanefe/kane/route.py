@@ -225,6 +225,10 @@ class LiteralRoute:
         """Refused: nothing is compiled."""
         raise TypeError("the literal route is not compiled")
 
+    def impact_steps(self, told: Vector, too_deep: float) -> Any | None:
+        """None: steps over impacts are those of `kanefe.kane.rigid_contacts.time_stepping`."""
+        return None
+
     def check_functions(self, t: float, y: Vector) -> None:
         """Nothing to do: they are checked where they are called."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels.contact import granular_contacts as kernel
+from kanefe.kernels.contact import granular_impulses as sweeping
 from kanefe.kernels.contact.contact_shapes import PLANE
 from kanefe.tree.model_data import QUADRATURES, ModelData
 
@@ -79,20 +80,24 @@ class GranularSteps:
                 shapes.append(np.concatenate((end.point, end.axes.ravel(), (float(shape.kind),), shape.numbers)))
         self.shapes = np.concatenate(shapes)
         self._out = granular.left_out
-        self._counts, self._control = np.zeros(5, dtype=np.int64), np.zeros(kernel.CONTROL_SIZE)
-        self._control[kernel.GRAVITY : kernel.GRAVITY + 3] = model.gravity
-        self._control[kernel.RESTITUTION], self._control[kernel.FRICTION] = granular.law.restitution, granular.friction
-        self._control[kernel.ENOUGH] = ENOUGH
-        self._counts[kernel.MOST_SWEEPS] = MOST_SWEEPS
+        self._counts, self._control = np.zeros(sweeping.COUNTS, dtype=np.int64), np.zeros(sweeping.CONTROL_SIZE)
+        self._control[sweeping.GRAVITY : sweeping.GRAVITY + 3] = model.gravity
+        self._control[sweeping.RESTITUTION], self._control[sweeping.FRICTION] = (
+            granular.law.restitution,
+            granular.friction,
+        )
+        self._control[sweeping.ENOUGH] = ENOUGH
+        self._counts[sweeping.MOST_SWEEPS] = MOST_SWEEPS
         self._order = np.argsort(self.balls[:, kernel.CENTRE]).astype(np.int64)
         self._places = np.zeros((len(self.balls), 3))
+        self._groups, self._sums = np.zeros((count, 2), dtype=np.int64), np.zeros((count, sweeping.SUMS))
         self._make_room(ROOM * len(self.balls) + 16)
 
     def _make_room(self, most: int) -> None:
         kept = getattr(self, "_kept", np.zeros((0, 3)))
         keys = getattr(self, "_keys", np.zeros(1, dtype=np.int64))
-        self._contacts = np.zeros((most, kernel.CONTACT_SIZE))
-        self._pairs = np.zeros((most, 3), dtype=np.int64)
+        self._contacts = np.zeros((most, sweeping.CONTACT_SIZE))
+        self._pairs = np.zeros((most, sweeping.PAIR_SIZE), dtype=np.int64)
         self._slots = np.full(1 << int(2 * most).bit_length(), -1, dtype=np.int64)
         self._kept, self._keys = np.zeros((most, 3)), np.zeros(most + 1, dtype=np.int64)
         self._kept[: len(kept)] = kept
@@ -101,17 +106,22 @@ class GranularSteps:
     @property
     def sweeps(self) -> int:
         """Over the contacts, of all steps."""
-        return int(self._counts[kernel.SWEEPS])
+        return int(self._counts[sweeping.SWEEPS])
 
     @property
     def contacts(self) -> int:
         """Contacts of all steps together."""
-        return int(self._counts[kernel.TOUCHED])
+        return int(self._counts[sweeping.TOUCHED])
+
+    @property
+    def lowered(self) -> int:
+        """How many groups of bodies have had their restitution lowered, of all steps together."""
+        return int(self._counts[sweeping.LOWERED])
 
     @property
     def friction(self) -> float:
         """Its coefficient."""
-        return float(self._control[kernel.FRICTION])
+        return float(self._control[sweeping.FRICTION])
 
     @property
     def impulses(self) -> np.ndarray:
@@ -127,12 +137,12 @@ class GranularSteps:
     @property
     def deepest(self) -> float:
         """Deepest contact so far, m."""
-        return float(self._control[kernel.DEEPEST])
+        return float(self._control[sweeping.DEEPEST])
 
     @property
     def residual(self) -> float:
         """Largest change of speeds at which sweeps ended, of the largest speed."""
-        return float(self._control[kernel.RESIDUAL])
+        return float(self._control[sweeping.RESIDUAL])
 
     def forget(self) -> None:
         """Begin without impulses of a step before."""
@@ -161,8 +171,8 @@ class GranularSteps:
         """Return the state (q, u, z, energy dissipated, work) after some steps of h (s)."""
         after, count = y.copy(), len(self.bodies)
         q, u = after[: 7 * count].reshape(-1, 7).copy(), after[7 * count : 13 * count].reshape(-1, 6).copy()
-        self._control[kernel.STEP], self._control[kernel.TAKEN] = h, 0.0
-        self._counts[kernel.STEPS] = steps
+        self._control[sweeping.STEP], self._control[sweeping.TAKEN] = h, 0.0
+        self._counts[sweeping.STEPS] = steps
         while (
             kernel.march_granular(
                 self._counts,
@@ -181,11 +191,13 @@ class GranularSteps:
                 self._slots,
                 self._kept,
                 self._keys,
+                self._groups,
+                self._sums,
             )
             == kernel.TOO_MANY
         ):
             self._make_room(2 * len(self._kept))
         after[: 7 * count], after[7 * count : 13 * count] = q.ravel(), u.ravel()
-        after[13 * count : 13 * count + 3] = self._counts[kernel.TOUCHING], self.residual, self.deepest
-        after[-QUADRATURES] += self._control[kernel.TAKEN]
+        after[13 * count : 13 * count + 3] = self._counts[sweeping.TOUCHING], self.residual, self.deepest
+        after[-QUADRATURES] += self._control[sweeping.TAKEN]
         return after

@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from kanefe.order_n.compiled_run import CompiledRun
     from kanefe.order_n.contact_changing import ContactChanger
     from kanefe.order_n.force_kernel import ForceKernel
+    from kanefe.order_n.impact_steps import ImpactSteps
 
 GROWN = 1e100
 """Coordinates and speeds beyond which squares overflow, so that no scene is left to explain."""
@@ -454,6 +455,14 @@ class OrderN(LiteralRoute):
 
         kernel = self._rates_kernel(needs.implicit, needs.balance)
         return CompiledRun(self, kernel, integers, reals, vectors, needs)
+
+    def impact_steps(self, told: Vector, too_deep: float) -> ImpactSteps | None:
+        """Return compiled steps over impacts, of one thread; None where a run calls functions in Python."""
+        if not self.is_autonomous:
+            return None
+        from kanefe.order_n.impact_steps import ImpactSteps
+
+        return ImpactSteps(self, told, too_deep)
 
     def _rates_kernel(self, is_implicit: bool, is_balanced: bool = False) -> RatesKernel:
         """Return the kernel that evaluates the rates, in a run with the balance or else."""

@@ -413,6 +413,10 @@ class Route(Evaluates, Protocol):
         """Return a run in compiled code of a method with this memory; only if `is_autonomous`."""
         ...
 
+    def impact_steps(self, told: Vector, too_deep: float) -> Any | None:
+        """Return compiled steps over impacts, `kanefe.order_n.impact_steps.ImpactSteps`; None where there are none."""
+        ...
+
     def check_functions(self, t: float, y: Vector) -> None:
         """Raise a ModelError if a load or motion does not return numbers at a state."""
         ...

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
 
 
-ROUND_OFF = 1e-9
-"""Tolerance, relative to a step, by which the last step may be longer."""
+AT_NO_OUTPUT = np.array([np.inf])
+"""Time of an output that no step passes, s."""
 
 
 class MoreauJeanStepper(PythonStepper):
@@ -41,10 +41,12 @@ class MoreauJeanStepper(PythonStepper):
 
         super().__init__(name, dynamics)
         self._step, self._stop = float(control.step or 0.0), stop
-        self._deepest = self._residual = 0.0
+        self._in_python = 0
         model = dynamics.model
-        self._granular = None if model.granular is None else GranularSteps(model)
+        few = model.granular is None
+        self._granular = None if few else GranularSteps(model)
         self._checked = StepsChecked(model)
+        self._compiled = model.route.impact_steps(self._checked.told, self._checked.too_deep) if few else None
         self.restart(start, dynamics.initial_state(start))
 
     def restart(self, t: float, y: Vector) -> None:
@@ -73,8 +75,8 @@ class MoreauJeanStepper(PythonStepper):
 
     def snapshot(self) -> dict[str, np.ndarray]:
         """Return copies of all that is needed to continue."""
-        counts = np.array((self._steps, self._dynamics.evaluations))
-        kept = {"t": np.array(self._t), "y": self._y.copy(), "counts": counts, "told": np.array(self._told())}
+        counts = np.array((self._steps, self._dynamics.evaluations, self._in_python))
+        kept = {"t": np.array(self._t), "y": self._y.copy(), "counts": counts, "told": self._checked.told.copy()}
         if self._granular is not None:
             kept |= {f"crowd {name}": array for name, array in self._granular.memory().items()}
         return kept | self._bends.snapshot()
@@ -82,43 +84,81 @@ class MoreauJeanStepper(PythonStepper):
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
         """Continue from a snapshot."""
         self.restart(float(snapshot["t"]), snapshot["y"])
-        self._steps, self._dynamics.evaluations = (int(count) for count in snapshot["counts"])
-        self._deepest, self._residual = (float(x) for x in snapshot["told"])
+        self._steps, self._dynamics.evaluations, self._in_python = (int(count) for count in snapshot["counts"])
+        self._checked.told[:] = snapshot["told"]
         self._bends.resume(snapshot)
         if self._granular is not None:
             kept = {name.removeprefix("crowd "): array for name, array in snapshot.items() if name.startswith("crowd ")}
             self._granular.recall(kept)
 
-    def _told(self) -> tuple[float, float]:
-        return self._deepest, self._residual
-
     def _counted(self) -> dict[str, int | float]:
-        told: dict[str, int | float] = {"penetration": self._deepest, "contact_residual": self._residual}
+        told = self._checked.counted
+        if self._in_python:
+            told["steps_in_python"] = self._in_python
         if self._granular is not None:
             told |= {"contacts_of_steps": self._granular.contacts, "sweeps": self._granular.sweeps}
         return told
 
     def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
-        """Continue until all times or so many steps are passed; many contacts take one call up to an output."""
-        if self._granular is None:
+        """Continue until all times or so many steps are passed; in compiled code in one call, of crowds to an output.
+
+        Bodies whose bending is watched are looked at between steps.
+        """
+        if self._granular is None and (self._compiled is None or self._bends):
             return super().integrate_through(times, states, most_steps)
         passed = 0
         while passed < len(times) and most_steps > 0:
-            whole = int((float(times[passed]) - self._t) / self._step * (1.0 - ROUND_OFF))
-            whole = min(whole, most_steps - 1)
-            if whole > 0:
-                self._y = self._granular.go_on(self._y, self._step, whole)
-                self._checked.check_granular(self._granular)
-                self._t += whole * self._step
-                self._steps += whole
-                self._dynamics.evaluations += whole
-            passed += super().integrate_through(times[passed : passed + 1], states[passed:], 1)
-            most_steps -= whole + 1
+            before = self._steps
+            if self._granular is None:
+                passed += self._march(times[passed:], states[passed:], most_steps)
+            else:
+                from kanefe.kernels.impacts.time_stepping import ROUND_OFF
+
+                whole = int((float(times[passed]) - self._t) / self._step * (1.0 - ROUND_OFF))
+                self._pass_whole(min(whole, most_steps - 1))
+            most_steps -= self._steps - before
+            if passed < len(times) and most_steps > 0:
+                passed += super().integrate_through(times[passed : passed + 1], states[passed:], 1)
+                most_steps -= 1
         return passed
+
+    def _pass_whole(self, count: int) -> None:
+        """Take steps with a crowd, none of which is an output's."""
+        if self._granular is None or count <= 0:
+            return
+        self._y = self._granular.go_on(self._y, self._step, count)
+        self._checked.check_granular(self._granular)
+        self._t += count * self._step
+        self._steps += count
+        self._dynamics.evaluations += count
+
+    def _march(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
+        """Take compiled steps until one that is left to the literal equations; return how many times were passed."""
+        compiled = self._compiled
+        if compiled is None:
+            return 0
+        from kanefe.kernels.impacts.time_stepping import BROKEN
+
+        ended, count, passed = compiled.go_on(self._t, self._y, self._step, self._stop, most_steps, times, states)
+        if count:
+            self._t_old, self._y_old, self._t, self._y = compiled.last
+            self._steps += count
+            self._dynamics.evaluations += 2 * count
+        if ended == BROKEN:
+            self._checked.check(compiled.tried)
+        return int(passed)
 
     def _advance(self, target: float) -> None:
         """Take a step; the last one ends where the run does."""
+        before = self._steps
+        self._march(AT_NO_OUTPUT, self._y[None], 1)
+        if self._steps == before:
+            self._advance_in_python()
+
+    def _advance_in_python(self) -> None:
+        """Take a step by the literal equations, or one with a crowd."""
         from kanefe.kane.rigid_contacts.time_stepping import stepped
+        from kanefe.kernels.impacts.time_stepping import ROUND_OFF
 
         t, y = self._t, self._y
         left = self._stop - t
@@ -127,13 +167,12 @@ class MoreauJeanStepper(PythonStepper):
             after = self._granular.go_on(y, h, 1)
             self._dynamics.evaluations += 1
             self._checked.check_granular(self._granular)
-            self._deepest, self._residual = self._granular.deepest, self._granular.residual
         else:
             found = stepped(self._dynamics.model, t, y, h)
             self._dynamics.evaluations += 2
+            self._in_python += 1
             self._checked.check(found)
             after = found.y
-            self._deepest, self._residual = max(self._deepest, found.deepest), max(self._residual, found.residual)
         self._t_old, self._y_old = t, y
         self._t, self._y = self._stop if h == left else t + h, after
         self._steps += 1

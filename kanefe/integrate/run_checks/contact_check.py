@@ -11,6 +11,17 @@ from kanefe.frames import Matrix, Vector
 from kanefe.integrate.events.contact_changes import STEPS_OVER
 from kanefe.integrate.status import UNFIT, RunStatus
 from kanefe.integrate.stepper import StepFailure
+from kanefe.kernels.impacts.time_stepping import (
+    APPROACH,
+    BEND,
+    BEYOND,
+    DEEPEST,
+    DOUBLY,
+    LOWERED,
+    RESIDUAL,
+    TOLD,
+)
+from kanefe.kernels.impacts.tolerances import ROUND_OFF_OF_FORCES
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import scene_length
 
@@ -18,16 +29,9 @@ if TYPE_CHECKING:
     from kanefe.kane.rigid_contacts.time_stepping import Stepped
     from kanefe.order_n.granular_contacts import GranularSteps
 
-BEYOND = 1e-6
-"""Violation relative to the friction limit, to the largest normal force and to the scene's length above which the run
-is in error."""
-
 SHARE = 0.05
 """Number of output times that are checked, relative to the number of evaluations of a run. The run itself monitors
 these margins in each step."""
-
-DOUBLY = 2.0
-"""Penetration, in multiples of the first-order error of steps over impacts, above which it is an error."""
 
 REMEDY_OF_STEPS = "a smaller step, or compliant contacts, kanefe.HuntCrossley(...)"
 
@@ -75,17 +79,30 @@ class StepsChecked:
     Parameters
     ----------
     model : ModelData
+
+    Attributes
+    ----------
+    told : ndarray, shape (TOLD,)
+        Of all steps so far: see `kanefe.kernels.impacts.time_stepping`.
+    too_deep : float
+        Depth that is round-off, m.
     """
 
     def __init__(self, model: ModelData) -> None:
-        self._model, self._least = model, BEYOND * scene_length(model)
-        self._approach = self._bend = 0.0
+        self._model, self.too_deep, self.told = model, BEYOND * scene_length(model), np.zeros(TOLD)
+
+    @property
+    def counted(self) -> dict[str, int | float]:
+        """What steps have told, by its names in the statistics of a run."""
+        deepest, left, lowered = self.told[[DEEPEST, RESIDUAL, LOWERED]].tolist()
+        counts: dict[str, int | float] = {"penetration": deepest, "contact_residual": left}
+        return counts | ({"restitution_lowered": int(lowered)} if lowered else {})
 
     def check(self, found: Stepped) -> None:
         """Raise a StepFailure if a step breaks a law of a contact."""
-        self._approach, self._bend = max(self._approach, found.approach), self._bend + found.bend
         if not found.closed:
             return
+        approach, bend = max(float(self.told[APPROACH]), found.approach), float(self.told[BEND]) + found.bend
         pushes = found.impulses.reshape(-1, 3)
         largest = float(np.abs(pushes[:, 0]).max())
         for (number, _), push in zip(found.closed, pushes, strict=True):
@@ -93,16 +110,19 @@ class StepsChecked:
             asked, held = float(np.hypot(push[1], push[2])), contact.static * float(push[0])
             if push[0] < -BEYOND * largest:
                 raise StepFailure(f"{contact.title} has a tensile impulse of {-push[0]:.4g} N s", REMEDY_OF_STEPS)
-            if asked > held + BEYOND * contact.static * largest:
+            if asked > held + max(BEYOND * contact.static, ROUND_OFF_OF_FORCES) * largest:
                 raise StepFailure(
                     f"the impulse of friction of {contact.title} is {asked:.6g} N s, more than mu N = {held:.6g} N s",
                     REMEDY_OF_STEPS,
                 )
-        if found.deepest > self._least + DOUBLY * (self._approach + self._bend):
+        if found.deepest > self.too_deep + DOUBLY * (approach + bend):
             names = ", ".join(sorted({self._model.rigid_contact(number).title for number, _ in found.closed}))
             raise StepFailure(
                 f"{names}: penetrated by {found.deepest:.3g} m, more than the error of steps", REMEDY_OF_STEPS
             )
+        deepest, left = max(float(self.told[DEEPEST]), found.deepest), max(float(self.told[RESIDUAL]), found.residual)
+        self.told[[DEEPEST, RESIDUAL, APPROACH, BEND]] = deepest, left, approach, bend
+        self.told[LOWERED] += found.lowered
 
     def check_granular(self, granular: GranularSteps) -> None:
         """Raise a StepFailure if impulses among many are none that contacts can have, or one ball is within another."""
@@ -118,6 +138,7 @@ class StepsChecked:
                 f"{title}: penetrated by {granular.deepest:.3g} m, more than the radius of the smallest ball",
                 REMEDY_OF_STEPS,
             )
+        self.told[[DEEPEST, RESIDUAL, LOWERED]] = granular.deepest, granular.residual, granular.lowered
 
 
 def _broken(model: ModelData, t: float, y: Vector, entered: float) -> str:

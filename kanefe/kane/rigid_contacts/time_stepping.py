@@ -4,8 +4,9 @@
 
 with M, F and W at the midpoint, where also the contacts are found that are closed. Their impulses I solve the
 complementarity of ``v_E + e v_A`` along the normal and v_E across it (Moreau, "Unilateral contact and dry friction in
-finite freedom dynamics", 1988; Jean, Comput. Methods Appl. Mech. Eng. 177 (1999) 235-257). F is taken at the speeds of
-the middle of the step without impulses: between impacts a step is of order 2.
+finite freedom dynamics", 1988; Jean, Comput. Methods Appl. Mech. Eng. 177 (1999) 235-257), and never make energy: see
+`kanefe.kane.rigid_contacts.step_impulses`. F is taken at the speeds of the middle of the step without impulses: between
+impacts a step is of order 2.
 """
 
 from __future__ import annotations
@@ -14,7 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.contact.rigid.cone import Cones, residual, solved
 from kanefe.contact.rigid.rigid_contact import AT_REST, EACH, OPEN, REPORTED_CHANGES, SLIPS, STICKS
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
@@ -24,11 +24,10 @@ from kanefe.kane.energy import dissipated_power, drive_power, load_power
 from kanefe.kane.loop_closure import project_positions, project_speeds
 from kanefe.kane.rigid_contacts.contact_forces import probe_jacobian
 from kanefe.kane.rigid_contacts.impulses import unit_responses
+from kanefe.kane.rigid_contacts.step_impulses import struck
 from kanefe.kane.state import State
+from kanefe.kernels.impacts.tolerances import ROUND_OFF_OF_FORCES
 from kanefe.tree.model_data import QUADRATURES, ModelData
-
-BARELY = 1e-9
-"""Speed relative to the largest at a contact below which a held point does not slip."""
 
 
 class Stepped(NamedTuple):
@@ -48,6 +47,8 @@ class Stepped(NamedTuple):
         Of the contacts that were closed: the number among the rigid ones, and of the probe.
     approach, bend : float
         By how much a step may enter a surface that it has not met before, and one along which it goes, m.
+    lowered : int
+        Of how many groups of contacts the restitution was lowered.
     """
 
     y: Vector
@@ -57,6 +58,7 @@ class Stepped(NamedTuple):
     closed: list[tuple[int, int]]
     approach: float
     bend: float
+    lowered: int
 
 
 def stepped(model: ModelData, t: float, y: Vector, h: float) -> Stepped:
@@ -79,7 +81,7 @@ def stepped(model: ModelData, t: float, y: Vector, h: float) -> Stepped:
     du = accelerations(state)
     u_after, quadratures = u + h * du, h * _powers(state, du)
     closed = [(c, i) for c, met in enumerate(meetings(first)) for i, one in enumerate(met) if one.gap <= 0.0]
-    impulses, deepest, left, approach, bend = np.zeros(0), 0.0, 0.0, 0.0, 0.0
+    impulses, deepest, left, lowered, approach, bend = np.zeros(0), 0.0, 0.0, 0, 0.0, 0.0
     if closed:
         rows = np.vstack([probe_jacobian(first, c, i) for c, i in closed])
         J = rows[:, :n]
@@ -87,32 +89,28 @@ def stepped(model: ModelData, t: float, y: Vector, h: float) -> Stepped:
         freely = before + h * (J @ du)
         laws = [model.rigid_contact(c).law for c, _ in closed]
         G = J @ unit_responses(first, J.T)
-        b = freely.copy()
-        b[::3] += np.array([law.restitution for law in laws]) * before[::3]
         mu = np.array([model.rigid_contact(c).static for c, _ in closed])
-        problem = Cones(G, b, mu, np.zeros(len(mu)), np.full((len(mu), 2), np.nan))
-        found = solved(problem)
+        found = struck(G, before, freely, mu, np.array([law.restitution for law in laws]))
         if found is None:
             raise SimulationError(
                 f"at t = {t:.6g} s the impulses of {len(mu)} contacts were not found. Remedy: a smaller step, less "
                 "friction, or compliant contacts, kanefe.HuntCrossley(...)"
             )
-        impulses = found
+        impulses, left, lowered = found
         u_after = u_after + unit_responses(first, (J.T @ impulses)[:, None])[:, 0]
         after = freely + G @ impulses
         deepest = -min(meetings(first)[c][i].gap for c, i in closed)
         approach = h * max(0.0, -float(before[::3].min()))
         curved = np.array([meetings(first)[c][i].remainder[0] for c, i in closed])
         bend = 0.5 * h * h * float(np.abs(curved + rows[::3, n:] @ first.driven_rates).max())
-        largest = max(float(np.abs(impulses).max()), float(np.abs(before).max()) / float(np.diag(G).max()))
-        left = residual(problem, impulses) / max(largest, 1e-300)
-        _write(first, closed, impulses, before, after, h, z, quadratures)
+        fastest = max(float(np.abs(before).max()), float(np.abs(freely).max()))
+        _write(first, closed, impulses, 0.5 * (before + after), after, fastest, h, z, quadratures)
     q_end = model.advance(q_mid, 0.5 * h * u_after)
     if model.constraints:
         q_end = project_positions(model, t + h, q_end, None, z_open)
         u_after = project_speeds(model, t + h, q_end, u_after, None, z_open)
     y_end = np.concatenate((q_end, u_after, z, y[-QUADRATURES:] + quadratures))
-    return Stepped(y_end, impulses, deepest, left, closed, approach, bend)
+    return Stepped(y_end, impulses, deepest, left, closed, approach, bend, lowered)
 
 
 def _powers(state: State, du: Vector) -> Vector:
@@ -124,36 +122,40 @@ def _write(
     state: State,
     closed: list[tuple[int, int]],
     impulses: Vector,
-    before: Vector,
+    mean: Vector,
     after: Vector,
+    fastest: float,
     h: float,
     z: Vector,
     quadratures: Matrix,
 ) -> None:
     """Write what contacts did in a step to their states, and the energy that they took to the books.
 
-    With the mean of the speeds before and after the step, by which the coordinates move, the books balance: what forces
-    have given to speeds that impulses take again is in both.
+    Impulses and speeds count from the residual on to which the problem is solved, of the largest; of speeds these are
+    also those that impulses take, so that what rests is not told by round-off. With the mean of the speeds before and
+    after the step, by which the coordinates move, the books balance: what forces have given to speeds that impulses
+    take again is in both.
     """
-    model, fastest = state.model, float(np.abs(before).max())
+    model, least = state.model, ROUND_OFF_OF_FORCES * float(np.abs(impulses).max())
+    still = ROUND_OFF_OF_FORCES * fastest
     for k, (c, i) in enumerate(closed):
         rows = slice(3 * k, 3 * k + 3)
-        push, mean = impulses[rows], 0.5 * (before[rows] + after[rows])
+        push = impulses[rows]
         contact = model.rigid_contact(c)
         where, met = model.load_states[model.rigid_contacts[c]], meetings(state)[c][i]
         A = state.marker(contact.ends[0]).A_NF
         belt = met.axes[1:] @ (A @ contact.belt)
-        quadratures[0] -= float(push @ mean)
+        quadratures[0] -= float(push @ mean[rows])
         quadratures[1] += float(push[1:] @ belt)
-        if push[0] <= 0.0:
+        if push[0] <= least:
             continue
         own = z[where]
         slip = float(np.linalg.norm(after[rows][1:]))
-        own[1] -= float(push[1:] @ mean[1:])
+        own[1] -= float(push[1:] @ mean[rows][1:])
         own[0] += contact.probes[i][1].share * slip * h
-        if after[3 * k] > BARELY * fastest:  # it has bounced
+        if after[3 * k] > still:  # it has bounced
             continue
-        if contact.friction is not None and slip <= BARELY * fastest:
+        if contact.friction is not None and slip <= still:
             contact.with_status(own, i, STICKS, met.place)
         else:
             along = AT_REST / slip * after[rows][1:] @ met.axes[1:] @ A if slip > 0.0 else np.zeros(3)

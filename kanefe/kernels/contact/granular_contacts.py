@@ -1,9 +1,8 @@
 """Steps of Moreau and Jean of many loose bodies: balls that meet each other and walls, and what impulses make of them.
 
 The equations are those of `kanefe.kane.rigid_contacts.time_stepping`. Every body turns about its centre of mass, so
-that each has an inverse of its own; impulses come from Gauss and Seidel's iteration over the contacts, each with the
-speeds that the others have left, from those that it had in the step before. Which balls may meet is found by a sweep
-along x, whose order hardly changes from step to step.
+that each has an inverse of its own; impulses begin from those of the step before. Which balls may meet is found by a
+sweep along x, whose order hardly changes from step to step.
 """
 
 from __future__ import annotations
@@ -27,10 +26,35 @@ from kanefe.kernels.algebra.vectors import (
     three,
     times,
 )
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.contact.contact_shapes import distance
+from kanefe.kernels.contact.granular_impulses import (
+    ARMS,
+    BEFORE,
+    DEEPEST,
+    FIRST,
+    GRAVITY,
+    IMPULSE,
+    INVERSE_ALONG,
+    INVERSE_NORMAL,
+    KEY,
+    LIGHTNESS,
+    OTHER_ARMS,
+    OTHER_SPINS,
+    SECOND,
+    SPINS,
+    STEP,
+    STEPS,
+    TOUCHED,
+    TOUCHING,
+    account,
+    answer,
+    rate,
+    solve,
+    speeds,
+)
 from kanefe.kernels.force_elements.bushing import nine
 from kanefe.kernels.sweeps.advance import put_turned
 
@@ -46,29 +70,7 @@ IS_FLAT, PLACE, OFFSET, WALL_SIZE = 0, 1, 4, 5
 AXES, SHAPE = 3, 12
 """Numbers of a wall in `shapes`: place and axes in N, and its shape."""
 
-NORMAL, ARMS, OTHER_ARMS, SPINS, OTHER_SPINS, LIGHTNESS, IMPULSE, BEFORE = 0, 9, 18, 27, 36, 45, 47, 50
-INVERSE_NORMAL, INVERSE_ALONG, CONTACT_SIZE = 53, 54, 55
-"""Columns of contacts: normal and two tangential directions in N; the moments of unit forces along these about the body
-and about the other body, in their axes, and the angular velocities that unit impulses add; inverses of both masses;
-impulses; rates at the start of the step; inverses of their effective inertias. Of a wall what would move is zero.
-"""
-
-FIRST, SECOND, KEY = 0, 1, 2
-"""Columns of pairs: the body of the ball, the other body (-1: a wall), and a number of the pair."""
-
-STEPS, TOUCHING, SWEEPS, MOST_SWEEPS, TOUCHED = range(5)
-"""Indices of counts: remaining steps, contacts of the last step, sweeps in total, most sweeps in a step, contacts of
-all steps."""
-
-STEP, GRAVITY, RESTITUTION, FRICTION, ENOUGH, DEEPEST, RESIDUAL, TAKEN, CONTROL_SIZE = 0, 1, 4, 5, 6, 7, 8, 9, 10
-"""Indices of control values: s, m/s2, dimensionless fractions, and the change of speeds in a sweep, relative to the
-largest, that counts as none; deepest penetration (m), largest relative change of speeds at the end of sweeps, and
-energy taken (J)."""
-
 DONE, TOO_MANY = 0, 1
-
-Speeds = tuple[Numbers, Numbers, Numbers, Numbers]
-"""Velocity and angular velocity of a body and of another one."""
 
 
 @entry()
@@ -89,6 +91,8 @@ def march_granular(
     slots: Integers,
     kept: RealRows,
     kept_keys: Integers,
+    groups: IntegerRows,
+    sums: RealRows,
 ) -> int:
     """Take steps; return `TOO_MANY` before one that has more contacts than there is room for.
 
@@ -106,12 +110,14 @@ def march_granular(
         By x, as it was last.
     places : ndarray, shape (balls, 3)
         Room for their centres.
-    contacts, pairs : ndarray, shapes (c, CONTACT_SIZE), (c, 3)
+    contacts, pairs : ndarray, shapes (c, CONTACT_SIZE), (c, PAIR_SIZE)
         Room.
     slots : ndarray, shape (a power of two,)
         Room for a table of the pairs of the step before, -1.
     kept, kept_keys : ndarray, shapes (c, 3), (c + 1,)
         Impulses of those pairs, and their numbers; the last is how many they are.
+    groups, sums : ndarray, shapes (bodies, 2), (bodies, SUMS)
+        Room.
     """
     h = control[STEP]
     while counts[STEPS] > 0:
@@ -123,8 +129,8 @@ def march_granular(
         _recall(found, contacts, pairs, slots, kept, kept_keys)
         _accelerate(control, bodies, u, h)
         if found > 0:
-            counts[SWEEPS] += _solve(found, counts[MOST_SWEEPS], control, u, contacts, pairs)
-            _account(found, control, u, contacts, pairs)
+            solve(found, counts, control, u, contacts, pairs, groups, sums)
+            account(found, control, u, contacts, pairs)
         _keep(found, contacts, pairs, kept, kept_keys)
         _advance(q, u, 0.5 * h)
         counts[TOUCHING] = found
@@ -307,122 +313,12 @@ def _meet(
             put_three(row, OTHER_ARMS + 3 * k, about)
             put_three(row, OTHER_SPINS + 3 * k, rotated(matrix(bodies, other, INVERSE), about))
         row[LIGHTNESS + 1] = 1.0 / bodies[other, MASS]
-    both = _speeds(u, body, other)
+    both = speeds(u, body, other)
     for k in range(3):
-        row[BEFORE + k] = _rate(row, k, both)
-    a, b, c = _answer(row, 1, 1), _answer(row, 1, 2), _answer(row, 2, 2)
-    row[INVERSE_NORMAL] = 1.0 / _answer(row, 0, 0)
+        row[BEFORE + k] = rate(row, k, both)
+    a, b, c = answer(row, 1, 1), answer(row, 1, 2), answer(row, 2, 2)
+    row[INVERSE_NORMAL] = 1.0 / answer(row, 0, 0)
     row[INVERSE_ALONG] = 1.0 / (0.5 * (a + c) + math.sqrt(0.25 * (a - c) * (a - c) + b * b))
-
-
-@inlined
-def _speeds(u: np.ndarray, body: int, other: int) -> Speeds:
-    """Return velocity and angular velocity of the body of a contact and of the other one; zero of a wall."""
-    v, w = three(u[body], 0), three(u[body], 3)
-    if other < 0:
-        return v, w, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    return v, w, three(u[other], 0), three(u[other], 3)
-
-
-@inlined
-def _put_speeds(u: np.ndarray, body: int, other: int, both: Speeds) -> None:
-    put_three(u[body], 0, both[0])
-    put_three(u[body], 3, both[1])
-    if other >= 0:
-        put_three(u[other], 0, both[2])
-        put_three(u[other], 3, both[3])
-
-
-@inlined
-def _rate(row: np.ndarray, k: int, both: Speeds) -> float:
-    """Return the rate of a contact along one of its directions, m/s."""
-    v, w, other_v, other_w = both
-    turning = dot(three(row, ARMS + 3 * k), w) - dot(three(row, OTHER_ARMS + 3 * k), other_w)
-    return dot(three(row, 3 * k), minus(v, other_v)) + turning
-
-
-@inlined
-def _answer(row: np.ndarray, j: int, k: int) -> float:
-    """Return by what a unit impulse along one direction changes the rate along another, 1/kg."""
-    along = dot(three(row, 3 * j), three(row, 3 * k)) * (row[LIGHTNESS] + row[LIGHTNESS + 1])
-    turning = dot(three(row, ARMS + 3 * j), three(row, SPINS + 3 * k))
-    return along + turning + dot(three(row, OTHER_ARMS + 3 * j), three(row, OTHER_SPINS + 3 * k))
-
-
-@inlined
-def _pushed(row: np.ndarray, k: int, both: Speeds, impulse: float) -> Speeds:
-    """Return the speeds after an impulse along one of the directions of a contact."""
-    v, w, other_v, other_w = both
-    e = three(row, 3 * k)
-    return (
-        plus(v, times(impulse * row[LIGHTNESS], e)),
-        plus(w, times(impulse, three(row, SPINS + 3 * k))),
-        minus(other_v, times(impulse * row[LIGHTNESS + 1], e)),
-        minus(other_w, times(impulse, three(row, OTHER_SPINS + 3 * k))),
-    )
-
-
-@kernel
-def _solve(found: int, most: int, control: np.ndarray, u: np.ndarray, contacts: np.ndarray, pairs: np.ndarray) -> int:
-    """Write impulses, and the speeds that they lead to; return the number of sweeps."""
-    e, mu = control[RESTITUTION], control[FRICTION]
-    largest = 0.0
-    for c in range(found):
-        row = contacts[c]
-        both = _speeds(u, pairs[c, FIRST], pairs[c, SECOND])
-        largest = max(largest, abs(_rate(row, 0, both) + e * row[BEFORE]))
-    for c in range(found):  # from the impulses of the step before
-        row = contacts[c]
-        if row[IMPULSE] != 0.0:
-            both = _speeds(u, pairs[c, FIRST], pairs[c, SECOND])
-            for k in range(3):
-                both = _pushed(row, k, both, row[IMPULSE + k])
-            _put_speeds(u, pairs[c, FIRST], pairs[c, SECOND], both)
-    change = 0.0
-    for sweep in range(most):
-        change = 0.0
-        for c in range(found):
-            change = max(change, _improve(e, mu, u, contacts[c], pairs[c, FIRST], pairs[c, SECOND]))
-        if change <= control[ENOUGH] * largest:
-            control[RESIDUAL] = max(control[RESIDUAL], change / largest if largest > 0.0 else 0.0)
-            return sweep + 1
-    control[RESIDUAL] = max(control[RESIDUAL], change / largest if largest > 0.0 else 0.0)
-    return most
-
-
-@inlined
-def _improve(e: float, mu: float, u: np.ndarray, row: np.ndarray, body: int, other: int) -> float:
-    """Set the impulses of a contact by the speeds that the others leave; return by how much rates change, m/s."""
-    both = _speeds(u, body, other)
-    normal = max(0.0, row[IMPULSE] - row[INVERSE_NORMAL] * (_rate(row, 0, both) + e * row[BEFORE]))
-    more = normal - row[IMPULSE]
-    if normal == 0.0 and more == 0.0:
-        return 0.0  # open, and friction has ended with it
-    both = _pushed(row, 0, both, more)
-    row[IMPULSE] = normal
-    change = abs(more) / row[INVERSE_NORMAL]
-    if mu > 0.0:
-        s = row[IMPULSE + 1] - row[INVERSE_ALONG] * _rate(row, 1, both)
-        t = row[IMPULSE + 2] - row[INVERSE_ALONG] * _rate(row, 2, both)
-        size = math.sqrt(s * s + t * t)
-        if size > mu * normal:
-            s, t = mu * normal / size * s, mu * normal / size * t
-        more_s, more_t = s - row[IMPULSE + 1], t - row[IMPULSE + 2]
-        both = _pushed(row, 2, _pushed(row, 1, both, more_s), more_t)
-        row[IMPULSE + 1], row[IMPULSE + 2] = s, t
-        change = max(change, max(abs(more_s), abs(more_t)) / row[INVERSE_ALONG])
-    _put_speeds(u, body, other, both)
-    return change
-
-
-@kernel
-def _account(found: int, control: np.ndarray, u: np.ndarray, contacts: np.ndarray, pairs: np.ndarray) -> None:
-    """Add the energy that contacts took in a step: impulses times the mean of the rates before and after it."""
-    for c in range(found):
-        row = contacts[c]
-        both = _speeds(u, pairs[c, FIRST], pairs[c, SECOND])
-        for k in range(3):
-            control[TAKEN] -= row[IMPULSE + k] * 0.5 * (row[BEFORE + k] + _rate(row, k, both))
 
 
 @kernel
