@@ -27,7 +27,7 @@ from kanefe.errors import FileError, ModelError
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.imports.abaqus_input import Keyword, keywords
 from kanefe.imports.abaqus_job import Job, job_of
-from kanefe.imports.labelled import LabelledMatrix, mirrored, model_of_labelled
+from kanefe.imports.labelled import LabelledMatrix, mirrored, model_of_labelled, repeated_entry
 from kanefe.imports.node_table import Nodes, given_nodes
 from kanefe.imports.self_check import Expected
 from kanefe.imports.text import numbers, read_text
@@ -148,6 +148,12 @@ def _coordinates(rows: np.ndarray, path: Path, what: str, job: Job) -> LabelledM
     if rows[:, :2].min() < 1:
         raise ModelError(f"the {what} matrix in {path} has row {int(rows[:, :2].min())}. Remedy: export it again")
     entries = (rows[:, :2] - 1).astype(np.int64)
+    twice = repeated_entry(*entries.T)
+    if twice is not None:
+        raise FileError(
+            f"{path} has the entry of rows {(entries[twice] + 1).tolist()} twice, again as entry {twice + 1}. Remedy: "
+            "export it again"
+        )
     return LabelledMatrix(_rows(size, path, what, job), mirrored(sp.csr_matrix((rows[:, 2], entries.T), (size, size))))
 
 

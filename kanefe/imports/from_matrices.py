@@ -28,9 +28,13 @@ from kanefe.fe_model.model import (
 )
 from kanefe.frames import numbers, skew
 from kanefe.imports.mass_completion import completed_mass_field
-from kanefe.imports.self_check import ROUND_OFF, Expected, self_check
+from kanefe.imports.mass_properties import ROUND_OFF
+from kanefe.imports.self_check import Expected, self_check
 from kanefe.imports.text import read_market
 from kanefe.storage.files import regular_file
+
+NOISE = 1e-12
+"""Entry of a mass matrix, relative to its largest, that counts as round-off wherever it is."""
 
 Matrix: TypeAlias = sp.spmatrix | np.ndarray | str | Path
 
@@ -158,7 +162,8 @@ def model_from_matrices(
         raise ModelError(f"components must be different names among {', '.join(COMPONENTS)}, not {names}")
     nodal = len(points) * len(names)
     size = nodal + _generalised(generalised, names)
-    M, K = _matrix(mass, "mass matrix", size), _matrix(stiffness, "stiffness matrix", size)
+    read = real_matrix(_read(mass, "mass matrix") if isinstance(mass, (str, Path)) else mass)
+    M, K = _matrix(read, "mass matrix", size), _matrix(stiffness, "stiffness matrix", size)
     C = None if damping is None else _matrix(damping, "damping matrix", size)
     given = {
         name: _matrix(K_g, f"geometric stiffness {name!r}", size) for name, K_g in (geometric_stiffness or {}).items()
@@ -192,6 +197,7 @@ def model_from_matrices(
     for name, pattern in model.load_patterns.items():
         _check_pattern(model, name, pattern)
     found = self_check(model, **cast(Expected, more))
+    _check_entries(sp.csr_matrix(read), sp.csr_matrix(0.5 * (read + read.T)))
     model = replace(model, provenance={**model.provenance, "self_check": found.as_dict()})
     if generalised:
         model = replace(model, mass_field=completed_mass_field(model))
@@ -242,6 +248,22 @@ def _matrix(given: Matrix, what: str, size: int) -> sp.csr_matrix:
             "Remedy: export the full matrix, or mirror its triangle"
         )
     return (0.5 * (matrix + matrix.T)).tocsr()
+
+
+def _check_entries(given: sp.spmatrix, M: sp.csr_matrix) -> None:
+    """Check every entry of the mass matrix by those of its own rows, since those of rotations are small."""
+    scale = np.sqrt(np.maximum(M.diagonal(), 0.0))
+    noise = NOISE * scale.max(initial=0.0) ** 2
+    for entries, least, wrong in (
+        (abs(given - given.T).tocoo(), ROUND_OFF, "has another value than its mirror"),
+        (abs(M).tocoo(), 1.0 + ROUND_OFF, "is larger than the root of the product of their own"),
+    ):
+        at = np.flatnonzero(entries.data > least * scale[entries.row] * scale[entries.col] + noise)
+        if len(at):
+            raise ModelError(
+                f"the mass between rows {entries.row[at[0]]} and {entries.col[at[0]]} (from 0) {wrong}. Remedy: check "
+                "that no entry of the mass matrix is missing or wrong"
+            )
 
 
 def _read(path: str | Path, what: str) -> Any:

@@ -55,12 +55,35 @@ class LabelledMatrix:
 
     @classmethod
     def of_entries(cls, rows: np.ndarray, columns: np.ndarray, values: np.ndarray) -> LabelledMatrix:
-        """Return the matrix of entries between (label, number) pairs, shape (e, 2) each, of one or both triangles."""
+        """Return the matrix of entries between (label, number) pairs, shape (e, 2) each, of one or both triangles.
+
+        Raises
+        ------
+        ModelError
+            If an entry is there twice.
+        """
         codes, places = np.unique(_codes(np.concatenate((rows, columns)).astype(np.int64)), return_inverse=True)
         freedoms = np.column_stack(np.divmod(codes, 64))
         i, j = places[: len(rows)], places[len(rows) :]
+        twice = repeated_entry(i, j)
+        if twice is not None:
+            raise ModelError(
+                f"the entry of {rows[twice].astype(int).tolist()} and {columns[twice].astype(int).tolist()} (node and "
+                f"freedom) is there twice, again as entry {twice + 1}. Remedy: export it again"
+            )
         matrix = sp.csr_matrix((values, (i, j)), (len(freedoms), len(freedoms)))
         return cls(freedoms, mirrored(matrix))
+
+
+def repeated_entry(rows: np.ndarray, columns: np.ndarray) -> int | None:
+    """Return the first entry whose row and column are those of one before it, None if there is none."""
+    codes = rows.astype(np.int64) * (int(columns.max(initial=0)) + 1) + columns
+    _, first = np.unique(codes, return_index=True)
+    if len(first) == len(codes):
+        return None
+    is_first = np.zeros(len(codes), dtype=bool)
+    is_first[first] = True
+    return int(np.flatnonzero(~is_first)[0])
 
 
 def mirrored(matrix: sp.spmatrix) -> sp.csr_matrix:

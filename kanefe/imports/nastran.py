@@ -41,6 +41,9 @@ NAMES = {
 }
 """Names under which Nastran writes the matrices, in order of precedence."""
 
+LEAST = 1e-20
+"""Entry of a matrix relative to its largest below which it is zero."""
+
 
 @checked("bulk", "matrices", "expected_mass", "expected_center", "expected_inertia")
 def read_nastran(
@@ -135,9 +138,8 @@ def read_nastran(
     if not isinstance(stiffness, LabelledMatrix):
         rows = rows_of(_square(stiffness, name, source), name, GivenRows(freedoms, boundary), cards, order, table)
     labelled = {what: _placed(found[name], name, source, rows) for what, name in chosen.items()}
-    check_rigid_elements(
-        cards, *(set(labelled[what].freedoms[:, 0].tolist()) for what in ("stiffness", "mass")), groups or {}, name
-    )
+    stiff, heavy = (set(labelled[what].freedoms[:, 0].tolist()) for what in ("stiffness", "mass"))
+    check_rigid_elements(cards, stiff, heavy, groups or {}, name)
     return model_of_labelled(
         {what: with_generalised(matrix, generalised) for what, matrix in labelled.items()},
         table,
@@ -222,6 +224,9 @@ def _placed(matrix: LabelledMatrix | sp.csr_matrix, name: str, source: str, rows
             "model say boundary=[(grid, components), ...], behind which its modes are, or give the file with its EXTRN "
             "card as bulk; or freedoms=[(grid, component), ...] of all rows, with (scalar point, 0)"
         )
+    matrix = matrix.copy()
+    matrix.data[abs(matrix.data) < LEAST * abs(matrix.data).max(initial=0.0)] = 0.0
+    matrix.eliminate_zeros()
     used = np.asarray(abs(matrix).sum(axis=1)).ravel() + np.asarray(abs(matrix).sum(axis=0)).ravel() > 0
     # empty rows are unused grid points, and components without stiffness or mass
     return LabelledMatrix(rows[used], matrix[used][:, used].tocsr())

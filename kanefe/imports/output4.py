@@ -231,8 +231,8 @@ def _matrices(file: _Binary | _Text, wanted: Collection[str]) -> dict[str, sp.cs
             known = found.setdefault(name, made)
             if known is not made and (known.shape != made.shape or (known != made).nnz):
                 raise ModelError(
-                    f"{file.path} has two matrices {name}, which differ (the second: {place}). Remedy: names= of others, "
-                    "or a file with one of them"
+                    f"{file.path} has two matrices {name}, which differ (the second: {place}). Remedy: names= of "
+                    "others, or a file with one of them"
                 )
     return found
 

@@ -46,7 +46,7 @@ def check_rigid_elements(
     ties = [card for card in cards if card.name in TIES]
     if not ties:
         return
-    only = {}
+    only: dict[int, Card] = {}
     for card in ties:
         for field in REFERENCE.get(card.name, ()):
             if card.field(field).isdigit() and card.whole(field) not in stiff:
@@ -71,6 +71,6 @@ def _in_element_only(what: str, card: Card, name: str) -> ModelError:
     return ModelError(
         f"{what}, which is in {card.name} {card.field(2)} ({card.file}, line {card.at}) only: {name} has no stiffness "
         "there, since it knows nothing of rigid elements. Remedy: a group of the grid points that the element ties, "
-        "as an interface of kind 'rigid' (RBE2) or 'average' (RBE3) with position= of this point; or export KAA and MAA with "
-        "their rows as freedoms="
+        "as an interface of kind 'rigid' (RBE2) or 'average' (RBE3) with position= of this point; or export KAA "
+        "and MAA with their rows as freedoms="
     )

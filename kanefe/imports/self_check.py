@@ -21,9 +21,7 @@ from kanefe.errors import AccuracyWarning, ModelError, UnitWarning, outside
 from kanefe.fe_model.factorise import Factorise, splu_factorise
 from kanefe.fe_model.grounded import GroundSprings, ground_springs
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
-
-ROUND_OFF = 1e-6
-"""Relative error below which a property of exported matrices counts as round-off: files often have 7 digits."""
+from kanefe.imports.mass_properties import ROUND_OFF, check_moments, mass_properties
 
 STATED = 1e-3
 """Permitted relative difference between mass properties of M and given ones: listings have four digits."""
@@ -119,7 +117,7 @@ def self_check(
     UnitWarning
         If waves would run slower than 1 m/s or faster than 100 km/s through the elements.
     AccuracyWarning
-        If weak springs to ground hold rotations of nodes.
+        If weak springs to ground hold rotations of nodes, or few entries of M differ between directions.
 
     Examples
     --------
@@ -133,6 +131,7 @@ def self_check(
     _check_stated(model, expected_mass, expected_center, expected_inertia)
     springs = ground_springs(model)
     residual, count = _check_rigid_motions(model, springs)
+    check_moments(model)
     _check_one_piece(model)
     zeros = _check_zero_modes(model, count, factorise, springs)
     speed = wave_speed(model)
@@ -155,20 +154,6 @@ def self_check(
         inertia=tuple(tuple(row) for row in inertia.tolist()),
         wave_speed=speed,
     )
-
-
-def mass_properties(model: FiniteElementModel) -> tuple[float, np.ndarray, np.ndarray]:
-    """Return mass (kg), centre of mass (3,) and inertia (3, 3) about G's origin, from M and the rigid motions.
-
-    For a planar model only the entries of its components are meaningful (Eq. 45-48 in general form).
-    """
-    R = model.rigid_modes()
-    generalised = R.T @ (model.mass @ R)
-    present = [COMPONENTS.index(c) for c in model.components if c in TRANSLATIONS]
-    mass = float(np.mean(np.diag(generalised)[present])) if present else 0.0
-    c = generalised[3:, :3]  # the first moment as m c~
-    first = np.array((c[2, 1] or -c[1, 2], c[0, 2] or -c[2, 0], c[1, 0] or -c[0, 1]))
-    return mass, first / mass if mass else first, generalised[3:, 3:]
 
 
 def wave_speed(model: FiniteElementModel) -> float | None:
@@ -216,14 +201,18 @@ def _check_mass(model: FiniteElementModel) -> None:
     diagonal = model.mass.diagonal()
     if diagonal.min() < 0:
         raise ModelError(
-            f"the mass matrix has a negative diagonal entry ({diagonal.min():.3g}, row {diagonal.argmin()})"
+            f"the mass matrix has a negative diagonal entry ({diagonal.min():.3g}, row {diagonal.argmin()}). Remedy: "
+            "export it again, without fluid or stress"
         )
     R = model.rigid_modes()
     generalised = R.T @ (model.mass @ R)
     present = [COMPONENTS.index(c) for c in model.components if c in TRANSLATIONS]
     masses = np.diag(generalised)[present]
     if not present or masses.min() <= 0:
-        raise ModelError(f"the body's mass by its matrix is {masses} kg along its translations: it must be above zero")
+        raise ModelError(
+            f"the body's mass by its matrix is {masses} kg along its translations: it must be above zero. "
+            "Remedy: check that the mass matrix is complete"
+        )
     if np.ptp(masses) > ROUND_OFF * masses.max():
         raise ModelError(
             f"the body's mass by its matrix differs between directions: {masses} kg. "

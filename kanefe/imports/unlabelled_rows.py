@@ -1,8 +1,8 @@
 """Rows of Nastran's matrices without labels (op4, op2): which grid point and component each of them is.
 
 Matrices of all grid points have six rows for each. A Craig-Bampton model has the boundary first, by SUPORT in MYSTRAN,
-and then its modes. Grid points are in ascending labels (MSC and NX Nastran), or in the order of their cards (MYSTRAN): that
-order is taken in which rigid motions are free.
+and then its modes. Grid points are in ascending labels (MSC and NX Nastran), or in the order of their cards (MYSTRAN):
+that order is taken in which rigid motions are free.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from kanefe.fe_model.model import rigid_motion
 from kanefe.imports.bulk_data import Card
 from kanefe.imports.direct_matrices import extern_freedoms, scalar_points
 from kanefe.imports.labelled import GENERALISED, given_freedoms
+from kanefe.imports.mass_properties import ROUND_OFF
 from kanefe.imports.node_table import NodeTable
-from kanefe.imports.self_check import ROUND_OFF
 
 Boundary: TypeAlias = Sequence[tuple[int, int | str]]
 """Grid points and their components written together, such as (27, 123456)."""
@@ -76,7 +76,7 @@ def rows_of(
                 rows = np.concatenate((rows, np.column_stack((scalar, np.zeros_like(scalar)))))
                 rows = rows[np.argsort(rows[:, 0], kind="stable")]
             found.append(rows)
-    if len(found[0]) != size or np.array_equal(*found):
+    if len(found[0]) != size or np.array_equal(found[0], found[1]):
         return found[0]
     return _free_order(K, name, found, table)
 

@@ -12,9 +12,9 @@ import scipy.io
 import scipy.sparse as sp
 
 import kanefe as kf
-from kanefe.errors import FileError, KanefeError, ModelError
+from kanefe.errors import AccuracyWarning, FileError, KanefeError, ModelError
 from kanefe.imports.from_matrices import NodalFormWarning
-from kanefe.imports.self_check import mass_properties
+from kanefe.imports.mass_properties import mass_properties
 from kanefe.reduction import flexible_body
 from kanefe_fem.beams.body import straight_beam
 from kanefe_fem.beams.sections import Rectangle
@@ -97,7 +97,28 @@ def test_a_lumped_matrix_with_directions_of_their_own_is_taken_in_nodal_form() -
     M[3, 0] += 1e-3
     M[0, 0] -= 1e-3
     M[3, 3] -= 1e-3  # the mass along x is the same, but M is not a scalar matrix
-    assert given(M).mass_field is None
+    with pytest.warns(AccuracyWarning, match=r"mass between nodes 0 and 0 \(from 0\) differs between x and y"):
+        assert given(M).mass_field is None
+
+
+def without(matrix: sp.csr_matrix, i: int, j: int) -> sp.csr_matrix:
+    changed = matrix.tolil()
+    changed[i, j] = changed[j, i] = 0.0
+    return changed.tocsr()
+
+
+def test_entries_that_are_missing_are_seen() -> None:
+    beam = steel_beam(4)
+    for (i, j), message in (
+        ((1, 5), "first moment by its matrix differs between axes: translation along y and rotation about z"),
+        ((4, 4), r"between rows \d+ and \d+ \(from 0\) is larger than the root of the product of their own"),
+    ):
+        with pytest.raises(ModelError, match=message):
+            kf.model_from_matrices(without(beam.mass, i, j), beam.stiffness, beam.nodes, components=beam.components)
+    uneven = beam.mass.tolil()
+    uneven[4, 10] *= 1.001
+    with pytest.raises(ModelError, match=r"rows 4 and 10 \(from 0\) has another value than its mirror"):
+        kf.model_from_matrices(uneven.tocsr(), beam.stiffness, beam.nodes, components=beam.components)
 
 
 def test_planar_bodies() -> None:

@@ -39,9 +39,14 @@ ABAQUS_FAULTS: list[tuple[int, Callable[[str], str], str]] = [
     (1, lambda t: t.replace("e+0", "x+0"), r"holds something that is not a number, or is truncated"),
     (1, lambda t: t + "3,11, 3,11, 1.0\n", r"degree of freedom 11 \(temperature\) at node 3\. Remedy"),
     (1, lambda t: t + "-1,1, -1,1, 1.0\n", r"1 internal node\(s\) .*Lagrange multipliers.* Remedy"),
-    (1, lambda t: t + "3,1, 3,1, 1e36\n", r"holds 1 degree\(s\) of freedom by huge entries, first 1 of node 3"),
-    (1, lambda t: t + "3,1, 3,1, 5000.\n", "resists the rigid .* exported unsupported"),
-    (2, lambda t: t + "3,1, 3,1, 5.\n", "differs between directions"),
+    (
+        1,
+        lambda t: re.sub(r"\n3,1, 3,1, .*", "\n3,1, 3,1, 1e36", t),
+        r"holds 1 degree\(s\) of freedom by huge entries, first 1 of node 3",
+    ),
+    (1, lambda t: t + "3,1, 3,1, 5.\n", r"entry of \[3, 1\] and \[3, 1\] .* is there twice"),
+    (1, lambda t: re.sub(r"\n3,1, 3,1, .*", "\n3,1, 3,1, 1e9", t), "resists the rigid .* exported unsupported"),
+    (2, lambda t: re.sub(r"\n3,1, 3,1, .*", "\n3,1, 3,1, 5.", t), "differs between directions"),
 ]
 
 
