@@ -26,6 +26,7 @@ from kanefe_fem.mesh.checks import MeshWarning, refuse_shape
 from kanefe_fem.mesh.geo_commands import harmless_script, refuse_options
 from kanefe_fem.mesh.mesh import WHOLE_BODY, Mesh
 from kanefe_fem.mesh.msh_file import REMEDY, check_complete, msh_version, named_groups
+from kanefe_fem.mesh.partitions import own_entities, refuse_piece
 from kanefe_fem.mesh.sagitta import sagitta
 from kanefe_fem.mesh.unfolded import unfolded
 
@@ -272,6 +273,7 @@ def _extract(gmsh: Any, path: Path) -> Mesh:
     dimension = next((d for d in (3, 2, 1) if len(gmsh.model.mesh.getElements(d)[0])), 0)
     if dimension == 0:
         raise MeshError(f"{source} has no elements. Remedy: mesh the geometry, and save all elements of its groups")
+    refuse_piece(gmsh, dimension, path)
     file = _Source(source, path.suffix.lower() == ".msh" and msh_version(path).startswith("2"))
     groups = {d: _physical_groups(gmsh, d, d == dimension > 1, file) for d in range(4)}
     if path.suffix.lower() == ".msh":
@@ -360,13 +362,18 @@ def _physical_groups(gmsh: Any, dimension: int, body: bool, source: _Source) -> 
 
 
 def _elements(gmsh: Any, dimension: int, entity: int = -1) -> list[Block]:
-    """Return the elements of an entity, of all entities if it is -1."""
-    kinds, _, node_tags = gmsh.model.mesh.getElements(dimension, entity)
-    blocks = []
-    for kind, ids in zip(kinds, node_tags, strict=True):
-        per_element = gmsh.model.mesh.getElementProperties(kind)[3]
-        blocks.append((int(kind), np.asarray(ids, dtype=np.int64).reshape(-1, per_element)))
-    return blocks
+    """Return the elements of an entity, of all entities if it is -1, without those of ghosts."""
+    entities = [entity]
+    if entity == -1:
+        own = [tag for _, tag in own_entities(gmsh, dimension)]
+        entities = own if len(own) < len(gmsh.model.getEntities(dimension)) else [-1]
+    blocks: dict[int, list[np.ndarray]] = {}
+    for each in entities:
+        kinds, _, node_tags = gmsh.model.mesh.getElements(dimension, each)
+        for kind, ids in zip(kinds, node_tags, strict=True):
+            per_element = gmsh.model.mesh.getElementProperties(kind)[3]
+            blocks.setdefault(int(kind), []).append(np.asarray(ids, dtype=np.int64).reshape(-1, per_element))
+    return [(kind, np.concatenate(parts)) for kind, parts in blocks.items()]
 
 
 def _without_copies(ids: np.ndarray, names: list[str], source: _Source) -> np.ndarray:
@@ -406,7 +413,7 @@ def _cells(gmsh: Any, kind: int, nodes: np.ndarray, label: str) -> Cells:
 
 def _warn_left_out(gmsh: Any, dimension: int, groups: dict[str, list[Block]], source: str) -> None:
     """Warn of cells of the body that belong to no physical group and are left out, as in gmsh."""
-    total = sum(len(tags) for tags in gmsh.model.mesh.getElements(dimension)[1])
+    total = sum(len(ids) for _, ids in _elements(gmsh, dimension))
     kept = sum(len(ids) for pieces in groups.values() for _, ids in pieces)
     if kept < total:
         warnings.warn(
