@@ -10,7 +10,7 @@ import tempfile
 import threading
 import uuid
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
@@ -274,7 +274,8 @@ def _extract(gmsh: Any, path: Path) -> Mesh:
     if dimension == 0:
         raise MeshError(f"{source} has no elements. Remedy: mesh the geometry, and save all elements of its groups")
     refuse_piece(gmsh, dimension, path)
-    file = _Source(source, path.suffix.lower() == ".msh" and msh_version(path).startswith("2"))
+    is_version_2 = path.suffix.lower() == ".msh" and msh_version(path).startswith("2")
+    file = _Source(source, is_version_2, named_groups(path) if is_version_2 else {})
     groups = {d: _physical_groups(gmsh, d, d == dimension > 1, file) for d in range(4)}
     if path.suffix.lower() == ".msh":
         _warn_of_empty(groups, path)
@@ -306,10 +307,11 @@ def _extract(gmsh: Any, path: Path) -> Mesh:
 
 
 class _Source(NamedTuple):
-    """Name of the file that is read, and whether it has the mesh format 2."""
+    """Name of the file that is read, whether it has the mesh format 2, and then the names of its groups."""
 
     name: str
     is_version_2: bool
+    names: Mapping[tuple[int, int], str]
 
 
 class _Renumbering:
@@ -335,7 +337,8 @@ def _physical_groups(gmsh: Any, dimension: int, body: bool, source: _Source) -> 
     """Return the elements of the entities of each group by its name; groups of the same name are merged."""
     owners: dict[int, list[str]] = {}
     for _, tag in gmsh.model.getPhysicalGroups(dimension):
-        name = gmsh.model.getPhysicalName(dimension, tag) or str(tag)
+        # of two groups of one name in format 2 gmsh gives the name to the first alone
+        name = gmsh.model.getPhysicalName(dimension, tag) or source.names.get((dimension, int(tag))) or str(tag)
         for entity in gmsh.model.getEntitiesForPhysicalGroup(dimension, tag):
             names = owners.setdefault(int(entity), [])
             if name not in names:
@@ -426,7 +429,7 @@ def _warn_left_out(gmsh: Any, dimension: int, groups: dict[str, list[Block]], so
 
 def _warn_of_empty(groups: dict[int, dict[str, list[Block]]], path: Path) -> None:
     """Warn of groups that a file names and no element is in."""
-    empty = [name for dimension, name in named_groups(path) if name not in groups[dimension]]
+    empty = [name for (dimension, _), name in named_groups(path).items() if name not in groups[dimension]]
     if empty:
         them = "it" if len(empty) == 1 else "them"
         warnings.warn(

@@ -15,6 +15,7 @@ from kanefe_fem.mesh.claimed_counts import check_counts
 from kanefe_fem.mesh.grouped import Group, dimension_of, grouped_mesh
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.mesh.named_files import check_named_files
+from kanefe_fem.mesh.su2_markers import marker_names
 
 GROUP_DATA = (
     "gmsh:physical",
@@ -28,6 +29,9 @@ GROUP_DATA = (
 )
 """Names of integer cell data with the numbers of groups, in order of precedence."""
 
+MARKERS = "su2:tag"
+"""Name of the cell data with the numbers of markers of SU2."""
+
 READS_AT_END = 1000
 """Number of reads at the end of a file above which its reader is in an endless loop."""
 
@@ -35,7 +39,8 @@ READS_AT_END = 1000
 def read(path: Path, names: Mapping[int, str], trusted: bool = False) -> Mesh:
     """Return the mesh of a file that meshio can read.
 
-    Groups come from meshio's cell sets; otherwise from the families of a MED file; otherwise from the first cell data
+    Groups come from meshio's cell sets; otherwise from the families of a MED file; otherwise from the markers of SU2;
+    otherwise from the first cell data
     among `GROUP_DATA`, named by the file's field data, by `names`, or by the number itself (a Nastran property). Point
     sets (and families of points) are groups of points.
 
@@ -68,7 +73,10 @@ def _mesh_of(raw: Any, path: Path, names: Mapping[int, str]) -> Mesh:
         path,
         np.asarray(raw.points, dtype=float),
         blocks,
-        _groups_from_sets(raw) or _groups_from_families(raw) or _groups_from_data(raw, names),
+        _groups_from_sets(raw)
+        or _groups_from_families(raw)
+        or _groups_from_markers(raw, path)
+        or _groups_from_data(raw, names),
         points | _point_families(raw),
         reader=f"meshio {_import_meshio().__version__}",
     )
@@ -159,6 +167,24 @@ def _members(families: Mapping[int, list[str]]) -> dict[str, list[int]]:
         for name in names:
             groups.setdefault(name, []).append(int(number))
     return groups
+
+
+def _groups_from_markers(raw: Any, path: Path) -> list[Group]:
+    """Return (name, rows of each block) of the markers of an SU2 mesh; its cells are in none."""
+    if MARKERS not in raw.cell_data:
+        return []
+    body = max(dimension_of(block.type) for block in raw.cells)
+    data = [np.asarray(values).reshape(-1) for values in raw.cell_data[MARKERS]]
+    return [
+        (
+            name,
+            [
+                np.flatnonzero(values == number) if dimension_of(block.type) < body else None
+                for block, values in zip(raw.cells, data, strict=True)
+            ],
+        )
+        for number, name in marker_names(path).items()
+    ]
 
 
 def _groups_from_data(raw: Any, names: Mapping[int, str]) -> list[Group]:

@@ -152,7 +152,8 @@ def check_plane(mesh: Mesh) -> None:
         raise MeshError(
             f"{mesh.source}: the mesh has surfaces only, and they do not lie in a plane z = constant (z from "
             f"{z.min():g} to {z.max():g} m). Shells are not supported. Remedy: for a solid, mesh the volume in 3D and "
-            "give it a physical volume; for a plane body, draw it in x and y"
+            "give it a physical volume; an imported geometry whose surfaces do not close has no volume: heal or sew it "
+            "(Geometry.OCCSewFaces = 1, gmsh.model.occ.healShapes); for a plane body, draw it in x and y"
         )
 
 

@@ -111,16 +111,28 @@ def warn_of_unread(path: Path, unread: Mapping[str, int]) -> None:
 
 
 def _warn_of_apart(path: Path, count: int, cells: Sequence[np.ndarray], points: Mapping[str, np.ndarray]) -> None:
+    """Warn of nodes in no cell and no group: cells that a program could not write leave them."""
     is_apart = np.ones(count, dtype=bool)
     for rows in (*cells, *points.values()):
         is_apart[rows] = False
     if is_apart.any():
         warnings.warn(
-            f"{path.name}: {np.count_nonzero(is_apart)} of {count} nodes are in no cell and no group. Remedy: none, if "
-            "they are reference points; else check that all cells were written",
+            f"{path.name}: {np.count_nonzero(is_apart)} of {count} nodes are in no cell and no group, first node "
+            f"{int(np.argmax(is_apart))} (from 0). Remedy: none, if they are reference points; else check that the program "
+            "has written cells of all shapes (gmsh writes no wedges and pyramids into .mesh)",
             MeshWarning,
             stacklevel=outside(),
         )
+
+
+def rows_of(labels: np.ndarray, known: np.ndarray) -> np.ndarray:
+    """Return the rows of some labels among those that are known; -1: it is none of them."""
+    if not len(known):
+        return np.full(labels.shape, -1)
+    order = np.argsort(known, kind="stable")
+    where = order[np.minimum(np.searchsorted(known, labels, sorter=order), len(known) - 1)]
+    rows: np.ndarray = np.where(known[where] == labels, where, -1)
+    return rows
 
 
 def _warn_left_out(path: Path, dimension: int, blocks: Sequence[Block], groups: Sequence[Group]) -> None:

@@ -142,11 +142,11 @@ def msh_version(path: Path) -> str:
     return head.group(1).decode() if head else ""
 
 
-def named_groups(path: Path) -> list[tuple[int, str]]:
-    """Return dimension and name of the groups that a .msh file lists, also of those that no element is in."""
+def named_groups(path: Path) -> dict[tuple[int, int], str]:
+    """Return the names, by dimension and number, of groups that a .msh file lists, also of those without elements."""
     with path.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        rows = [re.match(r'\s*([0-3])\s+-?\d+\s+"(.*)"\s*$', row.decode("utf-8", "replace")) for row in _names(data)]
-    return [(int(row[1]), row[2]) for row in rows if row]
+        rows = [re.match(r'\s*([0-3])\s+(-?\d+)\s+"(.*)"\s*$', row.decode("utf-8", "replace")) for row in _names(data)]
+    return {(int(row[1]), int(row[2])): row[3] for row in rows if row}
 
 
 def _names(data: mmap.mmap) -> list[bytes]:

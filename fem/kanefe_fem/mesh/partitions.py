@@ -34,8 +34,8 @@ def refuse_piece(gmsh: Any, dimension: int, path: Path) -> None:
     if len(parts) == count > 1:
         return
     raise MeshError(
-        f"{path.name} has part {', '.join(map(str, sorted(parts)))} of {stated or 'several'} of a partitioned mesh, not "
-        "the whole body. Remedy: write it as one file (Mesh.PartitionSplitMeshFiles = 0), or join the parts in gmsh: "
+        f"{path.name} has part {', '.join(map(str, sorted(parts)))} of {stated or 'several'} of a partitioned mesh, "
+        "not the whole body. Remedy: write it as one file (Mesh.PartitionSplitMeshFiles = 0), or join them in gmsh: "
         "gmsh.merge each of them, then gmsh.model.mesh.unpartition() and gmsh.write"
     )
 
