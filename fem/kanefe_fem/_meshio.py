@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import contextlib
 import io
-from collections.abc import Mapping
+import re
+import tempfile
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +30,23 @@ GROUP_DATA = (
     "Label",
 )
 """Names of integer cell data with the numbers of groups, in order of precedence."""
+
+QUADRATIC = {"wedge15": 3, "pyramid13": 3}
+"""Dimensions of shapes that meshio knows but for these."""
+
+VTK_NUMBERS = {
+    "char": "int8",
+    "short": "int16",
+    "int": "int32",
+    "long": "int64",
+    **{f"unsigned_{name}": f"uint{bits}" for name, bits in (("char", 8), ("short", 16), ("int", 32), ("long", 64))},
+}
+"""Types of numbers in legacy files of VTK 5.1, by C's names; meshio has `int` as that of the machine, 8 bytes."""
+
+HEAD = 1000
+"""Length of the beginning of a .vtu file in which its version is looked for, bytes."""
+
+_VTU_VERSION = re.compile(rb"<VTKFile\b[^>]*\bversion\s*=\s*[\"'](2\.\d)[\"']")
 
 MARKERS = "su2:tag"
 """Name of the cell data with the numbers of markers of SU2."""
@@ -87,8 +106,8 @@ def _read(path: Path) -> Any:
     meshio = _import_meshio()
     printed = io.StringIO()
     try:
-        with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
-            return meshio.read(path)
+        with _readable(path) as copy, contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
+            return meshio.read(copy)
     except (Exception, SystemExit) as problem:  # meshio's readers raise any exception for damaged files
         reason = str(problem) if str(problem) not in ("", "1") else " ".join(printed.getvalue().split())
         raise FileError(
@@ -104,7 +123,26 @@ def _import_meshio() -> Any:
         raise MissingDependency("meshio", "read_mesh of other formats than gmsh's", "pip install meshio") from problem
     for module in (meshio._files, meshio.tetgen._tetgen):  # the modules that open files
         module.open = _open_that_ends
+    meshio._mesh.topological_dimension.update(QUADRATIC)
+    meshio.vtk._vtk_51.vtk_to_numpy_dtype_name.update(VTK_NUMBERS)
     return meshio
+
+
+@contextlib.contextmanager
+def _readable(path: Path) -> Iterator[Path]:
+    """Yield the file for meshio: a copy of a .vtu of version 2, whose cells of order 1 and 2 are those of version 1."""
+    if path.suffix.lower() != ".vtu":
+        yield path
+        return
+    content = path.read_bytes()
+    head = _VTU_VERSION.search(content[:HEAD])
+    if head is None:
+        yield path
+        return
+    with tempfile.TemporaryDirectory(prefix="kanefe-") as folder:
+        copy = Path(folder) / path.name
+        copy.write_bytes(content[: head.start(1)] + b"1.0" + content[head.end(1) :])
+        yield copy
 
 
 class _Ends(io.IOBase):
