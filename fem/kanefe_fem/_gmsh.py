@@ -24,6 +24,7 @@ from kanefe.fe_model.shapes import row_numbers, shape
 from kanefe.storage.watched import long_work
 from kanefe_fem.mesh.checks import MeshWarning, refuse_shape
 from kanefe_fem.mesh.geo_commands import harmless_script, refuse_options
+from kanefe_fem.mesh.gmsh_options import kept_options
 from kanefe_fem.mesh.mesh import WHOLE_BODY, Mesh
 from kanefe_fem.mesh.msh_file import REMEDY, check_complete, msh_version, named_groups
 from kanefe_fem.mesh.partitions import own_entities, refuse_piece
@@ -73,7 +74,8 @@ def read(path: Path, order: int | None, trusted: bool = False) -> Mesh:
     if suffix == ".msh":
         check_complete(path)
     build = _build_function(path) if suffix == ".py" else None
-    with _to_merge(path, trusted) as merged, _LOCK, _session() as gmsh:
+    script = path.read_text(encoding="utf-8", errors="replace") if suffix == ".geo" else ""
+    with _to_merge(path, trusted) as merged, _LOCK, _session() as gmsh, kept_options(gmsh, script):
         try:
             if build is not None:
                 build(gmsh)
