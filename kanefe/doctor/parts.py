@@ -94,7 +94,7 @@ PARTS = (
     Dependency("distributed", "distributed", "studies on a Dask cluster", _STUDY),
     Dependency("pandas", "pandas", "tables of studies as DataFrames", _STUDY),
     Dependency("rainflow", "rainflow", "cycles of stress histories", _extra("fatigue")),
-    Dependency("pyyeti", "pyyeti", "files of Nastran", _extra("nastran")),
+    Dependency("pyyeti", "pyyeti", "op2 files of Nastran", _extra("nastran")),
     Dependency("mapdl_archive", "mapdl-archive", "nodes of Ansys", _extra("ansys")),
     Dependency("yourdfpy", "yourdfpy", "robots of URDF files", _extra("robots")),
     Dependency("mujoco", "mujoco", "robots of MJCF files", _extra("robots")),
