@@ -22,6 +22,9 @@ _OPTION = re.compile(r"[A-Za-z][\w ]*(=.*)?|")
 FLAGS = ("GENERATE", "UNSORTED", "INTERNAL", "SHIFT", "LOCAL", "PERTURBATION", "STIFFNESS", "MASS", "LINEAR", "UNSYMM")
 """Parameters without a value that a line which goes on may begin with."""
 
+_WHOLE = ("SYSTEM", "NCOPY", "INSTANCE", "TRANSFORM")
+"""Keywords whose lines belong together, so that they are in one file."""
+
 _COMMA, _NEWLINE = 44, 10
 
 
@@ -144,17 +147,30 @@ def deck_keywords(path: Path, *, trusted: bool, reader: str) -> list[Keyword]:
     FileError
         If the file or one that it includes is not there, or elsewhere without being trusted, or as `keywords`.
     """
-    return _with_included(DeckFile(path, path, trusted, reader))
+    return _with_included(DeckFile(path, path, trusted, reader), [])
 
 
-def _with_included(file: DeckFile) -> list[Keyword]:
-    found: list[Keyword] = []
-    for block in keywords(file.text("Abaqus input"), file.path.name):
+def _with_included(file: DeckFile, found: list[Keyword]) -> list[Keyword]:
+    """Add the keywords of a file to those before it."""
+    for block in _blocks(file.text("Abaqus input"), file.path.name):
         if block.name == "INCLUDE":
-            found += _with_included(file.included(block.option("INPUT").strip("\"'"), block.at))
-        else:
+            _with_included(file.included(block.option("INPUT").strip("\"'"), block.at), found)
+        elif block.name:
             found.append(block)
+        if block.name in ("", "INCLUDE") and block.pieces:
+            found.append(_gone_on(block, found))
     return found
+
+
+def _gone_on(data: Keyword, found: list[Keyword]) -> Keyword:
+    """Return the last keyword once more, with data that begin a file, or that follow one that is included."""
+    at = data.pieces[0][0]
+    if not found or found[-1].name in _WHOLE:
+        before = f"are those of *{found[-1].name}, which is in one file" if found else "are before its first keyword"
+        raise FileError(f"{data.file} has data that {before} (line {at}). Remedy: check that it is complete")
+    block = Keyword(found[-1].name, found[-1].options, data.file, at)
+    block.pieces = data.pieces
+    return block
 
 
 def keywords(text: str, file: str) -> list[Keyword]:
@@ -165,8 +181,16 @@ def keywords(text: str, file: str) -> list[Keyword]:
     Raises
     ------
     FileError
-        If data are before the first keyword.
+        If data are before the first keyword, or one has no name.
     """
+    blocks = _blocks(text, file)
+    if blocks and not blocks[0].name:
+        _gone_on(blocks[0], [])
+    return blocks
+
+
+def _blocks(text: str, file: str) -> list[Keyword]:
+    """Return the keywords of a text; data before the first one are those of one without a name."""
     blocks: list[Keyword] = []
     after, line = 0, 1  # what is read ends before this character, which is of this line
     for first, last in _starred(text):
@@ -188,6 +212,8 @@ def keywords(text: str, file: str) -> list[Keyword]:
                 break
             content, line, after = content + more, line + 1, (end if end >= 0 else len(text)) + 1
         name, *fields = content.lstrip("*").split(",")
+        if not name.strip():
+            raise FileError(f"{file} has a keyword without a name (line {at}). Remedy: check that the file is complete")
         options = [field.partition("=") for field in fields if field.strip()]
         blocks.append(
             Keyword(
@@ -222,10 +248,10 @@ def _goes_on(line: str) -> bool:
 
 
 def _add_data(blocks: list[Keyword], text: str, line: int, file: str) -> None:
-    bare = text.lstrip()
-    if not bare:
+    if not text.strip():
         return
     if not blocks:
-        at = line + text[: len(text) - len(bare)].count("\n")
-        raise FileError(f"{file} has data before its first keyword (line {at}). Remedy: check that it is complete")
+        blocks.append(Keyword("", {}, file, line))
+        line += text[: len(text) - len(text.lstrip())].count("\n")
+        text = text.lstrip()
     blocks[-1].pieces.append((line, text.rstrip()))

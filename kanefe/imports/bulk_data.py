@@ -5,15 +5,16 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
 
 from kanefe.errors import FileError
+from kanefe.imports.card import LINE, Card, split
 from kanefe.imports.included import DeckFile
 from kanefe.imports.text import number as as_number
 
 _BLANK = ("",) * 8
 
-_BEGINS_INCLUDE = ("I", "i", " ", "\t")
+_FIRST = {word: (word[0], word[0].lower(), " ", "\t") for word in ("INCLUDE", "BEGIN", "ENDDATA")}
+"""What lines with these words begin with."""
 
 _BEGIN = re.compile(r"\s*BEGIN +(BULK|SUPER)\b", re.IGNORECASE)
 
@@ -22,74 +23,8 @@ _REPEATED = re.compile(r"=\(?(\d+)\)?")  # the card before once more, or so many
 _RAISED = re.compile(r"\*\(?([^()]+)\)?")  # the field of the card before, raised by this
 
 
-class Card(NamedTuple):
-    """A card of bulk data.
-
-    Attributes
-    ----------
-    name : str
-        Upper case, without its star.
-    fields : tuple of str
-        Those after the name, each in its place; "" where one is left out.
-    file : str
-        Name of the file.
-    at : int
-        Number of its line in it.
-    """
-
-    name: str
-    fields: tuple[str, ...]
-    file: str
-    at: int
-
-    def field(self, number: int) -> str:
-        """Return a field, counted from 2 as in manuals; "" if it was left out."""
-        return self.fields[number - 2] if number - 2 < len(self.fields) else ""
-
-    def whole(self, number: int) -> int:
-        """Return the whole number of a field; a FileError names field and line if it is none."""
-        try:
-            return int(self.field(number))
-        except ValueError:
-            raise self._no_number(number, "a whole number") from None
-
-    def number(self, number: int) -> float:
-        """Return the number of a field, 0 if it was left out; a FileError names field and line if it is none."""
-        try:
-            return as_number(self.field(number) or "0")
-        except ValueError:
-            raise self._no_number(number, "a number") from None
-
-    def numbers(self, first: int, count: int) -> list[float]:
-        """Return the numbers of some fields; those that are left out are 0."""
-        found = self.fields[first - 2 : first - 2 + count]
-        try:
-            return [as_number(text or "0") for text in found] + [0.0] * (count - len(found))
-        except ValueError:
-            return [self.number(first + i) for i in range(count)]
-
-    def wholes(self, first: int, count: int) -> list[int]:
-        """Return the whole numbers of some fields."""
-        try:
-            return [int(text) for text in self.fields[first - 2 : first - 2 + count]]
-        except ValueError:
-            return [self.whole(first + i) for i in range(count)]
-
-    def refused(self, reason: str) -> FileError:
-        """Return the error of a card that is not as it should be; the reason is the end of a sentence."""
-        return FileError(f"{self.file}: {self.name} {self.field(2)} (line {self.at}) {reason}")
-
-    def _no_number(self, number: int, what: str) -> FileError:
-        return FileError(
-            f"{self.file}: field {number} of {self.name} (line {self.at}) is {self.field(number)!r}, and should be "
-            f"{what}. Remedy: check that the file is complete, and the columns of its fields"
-        )
-
-
-class _Line(NamedTuple):
-    text: str
-    file: str
-    at: int
+_Line = tuple[str, str, int]
+"""Text of a line without its comment, name of the file, and number of the line in it."""
 
 
 def bulk_cards(path: Path, *, trusted: bool = False, reader: str = "read_nastran") -> list[Card]:
@@ -113,75 +48,96 @@ def bulk_cards(path: Path, *, trusted: bool = False, reader: str = "read_nastran
     """
     found: list[Card] = []
     mark = ""
-    for line in _bulk(_lines(DeckFile(path, path, trusted, reader)), path):
-        name, fields, next_mark = _fields(line)
-        if name.startswith("="):
-            _repeat(found, name, fields, line)
-        elif name == "" or name[0] in "+*":
+    names: dict[str, str] = {}  # of cards in small fields, by the eight characters that they begin with
+    for line in _bulk(_lines(DeckFile(path, path, trusted, reader))):
+        text, file, at = line
+        name = names.get(text[:8])
+        fields: tuple[str, ...] | None = None
+        if "," in text or "\t" in text or "*" in text[:8]:
+            name, fields, mark_of_next = _fields(line)
+            body = None
+        else:
+            body = text[8:72].ljust(LINE)
+            mark_of_next = text[72:80].strip().upper() if len(text) > 72 else ""
+            if name is not None:
+                found.append(Card(name, None, file, at, body))
+                mark = mark_of_next
+                continue
+            name = text[:8].strip().upper()
+        if name == "" or name[0] in "+*":
             own, named = name.lstrip("+*"), mark.lstrip("+*")
             if not found or (own and named and own != named):
                 raise FileError(
-                    f"{line.file} goes on with {name or 'a blank field'!r} (line {line.at}), which the line before "
-                    "does not name. Remedy: continuations behind their cards"
+                    f"{file} goes on with {name or 'a blank field'!r} (line {at}), which the line before does not "
+                    "name. Remedy: continuations behind their cards"
                 )
-            found[-1] = found[-1]._replace(fields=found[-1].fields + fields)
+            found[-1].go_on(fields, body)
+        elif name[0] == "=":
+            _repeat(found, name, fields or split(body or ""), line)
         else:
-            found.append(Card(name.rstrip("*"), fields, line.file, line.at))
-        mark = next_mark
+            found.append(Card(name.rstrip("*"), fields, file, at, body))
+            if body is not None:
+                names[text[:8]] = name
+        mark = mark_of_next
     return found
 
 
-def _lines(file: DeckFile) -> list[_Line]:
-    """Return the lines of a file without comments, with those of the files that it includes in their places."""
-    found: list[_Line] = []
-    path = file.path
+def _lines(file: DeckFile) -> Iterator[_Line]:
+    """Yield the lines of a file without comments, with those of the files that it includes in their places."""
+    name, begins = file.path.name, _FIRST["INCLUDE"]
     text = iter(enumerate(file.text("Nastran deck").splitlines(), 1))
     for at, whole in text:
         bare = (whole.partition("$")[0] if "$" in whole else whole).rstrip()
-        if bare[:1] not in _BEGINS_INCLUDE or bare.lstrip()[:7].upper() != "INCLUDE":
-            if bare:
-                found.append(_Line(bare, path.name, at))
+        if not bare:
+            continue
+        if bare[0] not in begins or bare.lstrip()[:7].upper() != "INCLUDE":
+            yield bare, name, at
             continue
         named = bare.lstrip()[7:].strip()
         while named[:1] in ("'", '"') and named.count(named[0]) < 2:  # a long name goes on in the next lines
             more = next(text, None)
             if more is None:
-                raise FileError(f"{path.name}: INCLUDE (line {at}) has no end. Remedy: its second quotation mark")
+                raise FileError(f"{name}: INCLUDE (line {at}) has no end. Remedy: its second quotation mark")
             named += more[1].strip()
-        found += _lines(file.included(named.strip("'\" "), at))
-    return found
+        yield from _lines(file.included(named.strip("'\" "), at))
 
 
-def _bulk(lines: list[_Line], path: Path) -> Iterator[_Line]:
-    """Yield the lines of the bulk data."""
-    begins = [i for i, line in enumerate(lines) if "EGIN" in line.text[:80].upper() and _BEGIN.match(line.text)]
-    if len(begins) > 1:
-        where = lines[begins[1]]
-        raise FileError(f"{where.file} has parts of its own (superelements, line {where.at}). Remedy: a deck of each")
-    for line in lines[begins[0] + 1 if begins else 0 :]:
-        if "NDDATA" in line.text.upper() and line.text.lstrip()[:7].upper() == "ENDDATA":
+def _bulk(lines: Iterator[_Line]) -> Iterator[_Line]:
+    """Yield the lines of the bulk data: all, if none begins them."""
+    first, last = _FIRST["BEGIN"], _FIRST["ENDDATA"]
+    before: list[_Line] = []
+    begins: _Line | None = None
+    for line in lines:
+        if line[0][0] in first and _BEGIN.match(line[0]):
+            begins = line
+            break
+        before.append(line)
+    for line in before if begins is None else lines:
+        if line[0][0] in last and line[0].lstrip()[:7].upper() == "ENDDATA":
             return
+        if line[0][0] in first and _BEGIN.match(line[0]):
+            raise FileError(f"{line[1]} has parts of its own (superelements, line {line[2]}). Remedy: a deck of each")
         yield line
-    if begins:
-        raise FileError(f"{path.name} has no ENDDATA: it ends where more should follow. Remedy: write the whole deck")
+    if begins is not None:
+        raise FileError(f"{begins[1]} has no ENDDATA: it ends where more should follow. Remedy: write the whole deck")
 
 
 def _fields(line: _Line) -> tuple[str, tuple[str, ...], str]:
     """Return name, fields and mark of continuation of a line; fields that are left out are blank."""
-    if "," in line.text:
-        name, *fields = (part.strip() for part in line.text.rstrip(", ").split(","))
+    text, file, at = line
+    if "," in text:
+        name, *fields = (part.strip() for part in text.rstrip(", ").split(","))
         most = 4 if "*" in name and not name.startswith("=") else 8
         if len(fields) > most + 1:
             raise FileError(
-                f"{line.file} has {len(fields)} fields in line {line.at}, where {most} and a continuation are possible."
-                " Remedy: several lines"
+                f"{file} has {len(fields)} fields in line {at}, where {most} and a continuation are possible. Remedy: "
+                "several lines"
             )
         return name.upper(), (*fields[:most], *_BLANK[: max(most - len(fields), 0)]), "".join(fields[most:]).upper()
-    text = line.text.expandtabs(8)
+    text = text.expandtabs(8)
     name = text[:8].strip().upper()
     width = 16 if "*" in name else 8
-    own = tuple([text[i : i + width].strip() for i in range(8, 72, width)])
-    return name, own, text[72:80].strip().upper()
+    return name, tuple([text[i : i + width].strip() for i in range(8, 72, width)]), text[72:80].strip().upper()
 
 
 def _repeat(found: list[Card], name: str, fields: tuple[str, ...], line: _Line) -> None:
@@ -193,19 +149,19 @@ def _repeat(found: list[Card], name: str, fields: tuple[str, ...], line: _Line) 
     counted = _REPEATED.fullmatch(name)
     if not found or (name != "=" and counted is None):
         raise FileError(
-            f"{line.file} begins line {line.at} with {name!r}, and no card is before it that is repeated. Remedy: "
+            f"{line[1]} begins line {line[2]} with {name!r}, and no card is before it that is repeated. Remedy: "
             "repeated cards behind their cards"
         )
     before = found[-1]
     if len(before.fields) > len(fields):
-        raise FileError(f"{line.file} repeats a card of several lines (line {line.at}). Remedy: write it out")
+        raise FileError(f"{line[1]} repeats a card of several lines (line {line[2]}). Remedy: write it out")
     if counted is not None and not any(fields):
         if len(found) < 2:
-            raise FileError(f"{line.file} repeats what was not raised before (line {line.at}). Remedy: write it out")
+            raise FileError(f"{line[1]} repeats what was not raised before (line {line[2]}). Remedy: write it out")
         steps = [_step(a, b) for a, b in zip(found[-2].fields, before.fields, strict=True)]
         fields = tuple(a if step is None else f"*{step!r}" for a, step in zip(before.fields, steps, strict=True))
     for _ in range(int(counted[1]) if counted is not None else 1):
-        found.append(Card(found[-1].name, _raised(found[-1], fields, line), line.file, line.at))
+        found.append(Card(found[-1].name, _raised(found[-1], fields, line), line[1], line[2]))
 
 
 def _step(a: str, b: str) -> int | float | None:
@@ -229,7 +185,7 @@ def _raised(before: Card, fields: tuple[str, ...], line: _Line) -> tuple[str, ..
         elif raised is None:
             made.append(field)
         else:
-            step = Card(before.name, (raised[1],), line.file, line.at)
+            step = Card(before.name, (raised[1],), line[1], line[2])
             if last.lstrip("+-").isdigit():
                 made.append(str(int(last) + step.whole(2)))
             else:

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import FileError, ModelError
-from kanefe.imports.bulk_data import Card
+from kanefe.imports.card import Card
 from kanefe.imports.labelled import LabelledMatrix
 
 SQUARE, SYMMETRIC = 1, 6

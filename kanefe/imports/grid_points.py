@@ -8,11 +8,14 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.errors import FileError
-from kanefe.imports.bulk_data import Card
+from kanefe.imports.card import Card, numbers, refuse_more, wholes
 from kanefe.imports.coordinate_systems import BASIC, System, axes_at, in_basic, right_handed
 
 CP, CD = 3, 7
 """Numbers of the fields of a grid point with the systems of its place and of its displacements."""
+
+FIELDS = 8
+"""Number of fields of a grid point."""
 
 PLACES = ("CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S")
 """Cards of coordinate systems that are read."""
@@ -52,16 +55,12 @@ def grid_points(cards: Iterable[Card]) -> GridPoints:
         If a card is not as it should be, places nodes in a way that is not read, or uses a system that is not there
         or is placed by itself. The message has the line.
     """
-    grids: dict[int, Card] = {}
+    grids: list[Card] = []
     systems: dict[int, tuple[Card, int]] = {}
     usual: Card | None = None
     for card in cards:
         if card.name == "GRID":
-            known = grids.setdefault(card.whole(2), card)
-            if known is not card and _entries(known) != _entries(card):
-                raise FileError(
-                    f"{card.file} has grid point {card.field(2)} twice (line {card.at}). Remedy: one of them"
-                )
+            grids.append(card)
         elif card.name == "GRDSET":
             if usual is not None:
                 raise FileError(f"{card.file} has GRDSET twice (line {card.at}). Remedy: one of them")
@@ -77,7 +76,25 @@ def grid_points(cards: Iterable[Card]) -> GridPoints:
                         )
         elif card.name in UNREAD:
             raise card.refused("places nodes in a way that is not read. Remedy: write all points in the basic system")
-    return _placed(grids, _Systems(grids, systems, usual), usual)
+    by_label = _once(grids)
+    return _placed(by_label, _Systems(by_label, systems, usual), usual)
+
+
+def _once(grids: list[Card]) -> dict[int, Card]:
+    """Return cards by label; those that say the same as one before are left out."""
+    refuse_more(grids, FIELDS)
+    labels = wholes(grids, 2, 1)
+    if labels.is_blank.any():
+        grids[int(np.flatnonzero(labels.is_blank[:, 0])[0])].whole(2)
+    found = dict(zip(labels.values[:, 0].tolist(), grids, strict=True))
+    if len(found) == len(grids):
+        return found
+    found = {}
+    for label, card in zip(labels.values[:, 0].tolist(), grids, strict=True):
+        known = found.setdefault(label, card)
+        if known is not card and _entries(known) != _entries(card):
+            raise FileError(f"{card.file} has grid point {label} twice (line {card.at}). Remedy: one of them")
+    return found
 
 
 def _entries(card: Card) -> tuple[object, ...]:
@@ -143,7 +160,7 @@ def _through(card: Card, corners: list[np.ndarray]) -> System:
 def _placed(grids: Mapping[int, Card], systems: _Systems, usual: Card | None) -> GridPoints:
     """Return the points of cards in basic coordinates, and the axes of their displacements."""
     cards = list(grids.values())
-    given = np.array([card.numbers(4, 3) for card in cards]).reshape(-1, 3)
+    given = numbers(cards, 4, 3)
     points, axes, is_turned = np.zeros_like(given), np.zeros((len(given), 3, 3)), False
     for system, rows in _by_system(cards, CP, systems, usual):
         points[rows] = in_basic(system, given[rows])
@@ -157,7 +174,9 @@ def _by_system(
     cards: list[Card], number: int, systems: _Systems, usual: Card | None
 ) -> Iterator[tuple[System, np.ndarray]]:
     """Yield each system that a field of grid points names, and the rows of those points."""
-    named = np.array([_system_of(card, number, usual) for card in cards], dtype=np.int64)
+    own = wholes(cards, number, 1)
+    default = usual.whole(number) if usual is not None and usual.field(number) else 0
+    named = np.where(own.is_blank, default, own.values)[:, 0]
     if number == CD:
         named[named == -1] = 0  # a point of a fluid has no axes
     for which in np.unique(named):

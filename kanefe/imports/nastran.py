@@ -22,7 +22,8 @@ from kanefe.arguments import checked
 from kanefe.errors import FileError, ModelError
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.imports import _pyyeti
-from kanefe.imports.bulk_data import Card, bulk_cards
+from kanefe.imports.bulk_data import bulk_cards
+from kanefe.imports.card import Card
 from kanefe.imports.direct_matrices import direct_matrices
 from kanefe.imports.grid_points import grid_points
 from kanefe.imports.labelled import LabelledMatrix, model_of_labelled, with_generalised

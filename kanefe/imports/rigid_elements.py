@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.errors import AccuracyWarning, ModelError, outside
-from kanefe.imports.bulk_data import Card
+from kanefe.imports.card import Card
 
 REFERENCE = {"RBE2": (3,), "RBE3": (4,), "RBAR": (3, 4), "RROD": (3, 4), "RBE1": (3, 5, 7)}
 """Fields with the grid points of rigid elements that may have nothing else."""

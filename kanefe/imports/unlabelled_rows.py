@@ -16,7 +16,7 @@ import scipy.sparse.linalg as spla
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import rigid_motion
-from kanefe.imports.bulk_data import Card
+from kanefe.imports.card import Card
 from kanefe.imports.direct_matrices import extern_freedoms, scalar_points
 from kanefe.imports.labelled import GENERALISED, given_freedoms
 from kanefe.imports.mass_properties import ROUND_OFF

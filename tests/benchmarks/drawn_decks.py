@@ -133,9 +133,10 @@ def _nodes(points: np.ndarray, labels: np.ndarray, rng: np.random.Generator, dec
             some.append(_node(int(labels[row]), points[row], rng))
         if rng.random() < 0.3:
             inner, outer = f"inner{number}.inc", f"sub{number}/outer.inc"
-            deck.files[inner] = "\n".join(some) + "\n"
+            cut = int(rng.integers(0, 2)) * int(rng.integers(1, len(some)))  # data alone may be in a file
+            deck.files[inner] = "\n".join(some[cut:]) + "\n"
             deck.files[outer] = f"*INCLUDE, INPUT={inner}\n"  # in the folder of the deck
-            some = [f"*INCLUDE, INPUT={outer}"]
+            some = [*some[:cut], f"*INCLUDE, INPUT={outer}"]
         text += some
     reference = [int(labels.max()) + 5] if rng.random() < 0.5 else []
     return text + [line for label in reference for line in ("*NODE", f"{label}, 9., 9.")], reference

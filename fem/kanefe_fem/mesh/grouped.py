@@ -118,8 +118,8 @@ def _warn_of_apart(path: Path, count: int, cells: Sequence[np.ndarray], points: 
     if is_apart.any():
         warnings.warn(
             f"{path.name}: {np.count_nonzero(is_apart)} of {count} nodes are in no cell and no group, first node "
-            f"{int(np.argmax(is_apart))} (from 0). Remedy: none, if they are reference points; else check that the program "
-            "has written cells of all shapes (gmsh writes no wedges and pyramids into .mesh)",
+            f"{int(np.argmax(is_apart))} (from 0). Remedy: none, if they are reference points; else check that the "
+            "program has written cells of all shapes (gmsh writes no wedges and pyramids into .mesh)",
             MeshWarning,
             stacklevel=outside(),
         )

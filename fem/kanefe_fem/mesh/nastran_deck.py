@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import warnings
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 
-from kanefe.errors import FileError
+from kanefe.errors import FileError, outside
 from kanefe.fe_model.shapes import node_count
-from kanefe.imports.bulk_data import Card, bulk_cards
+from kanefe.imports.bulk_data import bulk_cards
+from kanefe.imports.bulk_names import unknown
+from kanefe.imports.card import Card, refuse_more, wholes
 from kanefe.imports.grid_points import grid_points
 from kanefe.imports.node_table import rows_of
+from kanefe_fem.mesh.checks import MeshWarning
 from kanefe_fem.mesh.grouped import Block, Group, dimension_of, grouped_mesh, warn_of_unread
 from kanefe_fem.mesh.mesh import Mesh
 
@@ -59,9 +63,6 @@ OTHERS = (
 
 _COUNTS = {name: {node_count(kind): kind for kind in kinds} for name, kinds in ELEMENTS.items()}
 
-_NONE = ("", "0")
-"""Fields of nodes that are left out."""
-
 
 def read_nastran_mesh(path: Path, names: Mapping[int, str], trusted: bool = False) -> Mesh:
     """Return the mesh of a deck; its groups are the properties, by number or as `names` calls them.
@@ -73,17 +74,12 @@ def read_nastran_mesh(path: Path, names: Mapping[int, str], trusted: bool = Fals
     MeshError
         If it has no cells.
     """
-    found: dict[str, list[list[int]]] = {}
-    properties: dict[str, list[int]] = {}
-    lines: dict[str, list[Card]] = {}
+    elements: dict[str, list[Card]] = {}
     others: dict[str, int] = {}
     cards = bulk_cards(path, trusted=trusted, reader="read_mesh")
     for card in cards:
         if card.name in ELEMENTS:
-            kind, nodes = _nodes(card)
-            found.setdefault(kind, []).append(nodes)
-            lines.setdefault(kind, []).append(card)
-            properties.setdefault(kind, []).append(card.whole(3 if card.field(3) else 2))
+            elements.setdefault(card.name, []).append(card)
         elif card.name in OTHERS:
             others.setdefault(card.name, card.at)
         elif card.name in UNREAD:
@@ -92,28 +88,48 @@ def read_nastran_mesh(path: Path, names: Mapping[int, str], trusted: bool = Fals
                 f"with {', '.join(ELEMENTS)}"
             )
     warn_of_unread(path, others)
+    more = unknown(cards, (*ELEMENTS, *OTHERS))
+    if more:
+        warnings.warn(
+            f"{path.name} has cards that are not known, and left out: {more}. Remedy: check their names",
+            MeshWarning,
+            stacklevel=outside(),
+        )
     grids = grid_points(cards)
-    blocks = [(kind, _rows(np.array(rows), grids.labels, lines[kind])) for kind, rows in found.items()]
-    numbers = [np.array(properties[kind]) for kind, _ in blocks]
-    return grouped_mesh(path, grids.points, blocks, _groups(blocks, numbers, names), {}, reader="kanefe, Nastran deck")
+    blocks: list[Block] = []
+    properties: list[np.ndarray] = []
+    for some in elements.values():
+        for kind, own, nodes in _cells(some):
+            blocks.append((kind, _rows(nodes, grids.labels, own)))
+            given = wholes(own, 2, 2)
+            properties.append(np.where(given.is_blank[:, 1], given.values[:, 0], given.values[:, 1]))
+    return grouped_mesh(
+        path, grids.points, blocks, _groups(blocks, properties, names), {}, reader="kanefe, Nastran deck"
+    )
 
 
-def _nodes(card: Card) -> tuple[str, list[int]]:
-    """Return the kind of cell of an element, and the labels of its nodes in VTK's order."""
-    counts = _COUNTS[card.name]
+def _cells(cards: list[Card]) -> Iterator[tuple[str, list[Card], np.ndarray]]:
+    """Yield each kind of cell that elements of one name are, those elements, and labels of nodes in VTK's order."""
+    counts = _COUNTS[cards[0].name]
     most = max(counts)
-    fields = card.fields[2 : 2 + most]
-    while fields and fields[-1] in _NONE:
-        fields = fields[:-1]
-    kind = counts.get(len(fields))
-    if kind is None or "" in fields or "0" in fields:
-        given = [field for field in fields if field not in _NONE]
+    if all(dimension_of(kind) == 3 for kind in counts.values()):
+        refuse_more(cards, 2 + most)
+    nodes = wholes(cards, 4, most).values
+    has = nodes != 0
+    count = most - np.argmax(has[:, ::-1], axis=1)
+    is_whole = np.isin(count, list(counts)) & (has.sum(axis=1) == count)
+    if not is_whole.all():
+        row = int(np.flatnonzero(~is_whole)[0])
+        card = cards[row]
         raise FileError(
-            f"{card.file}: {card.name} {card.field(2)} has {len(given)} nodes (line {card.at}), where "
+            f"{card.file}: {card.name} {card.field(2)} has {has[row].sum()} nodes (line {card.at}), where "
             f"{' or '.join(map(str, counts))} are read. Remedy: write all nodes of each element"
         )
-    nodes = card.wholes(4, len(fields))
-    return kind, [nodes[i] for i in _MIDS_LAST[kind]] if kind in _MIDS_LAST else nodes
+    for number in np.unique(count):
+        rows = np.flatnonzero(count == number)
+        kind = counts[int(number)]
+        order = _MIDS_LAST.get(kind, tuple(range(number)))
+        yield kind, [cards[row] for row in rows], nodes[rows][:, list(order)]
 
 
 def _rows(nodes: np.ndarray, labels: np.ndarray, cards: list[Card]) -> np.ndarray:

@@ -71,6 +71,21 @@ def test_lines_are_read_in_whatever_way_they_are_written(old: str, new: str, tmp
     assert next(iter(mesh.points.values())).tolist() == [0, 1, 2, 3]
 
 
+def test_data_may_be_in_files_that_are_included(tmp_path: Path) -> None:
+    """As CalculiX 2.20 takes them: the lines of a file are where it is included, whatever they are."""
+    (tmp_path / "nodes.txt").write_text("** some\n3,1,1,0\n")
+    whole = read(tmp_path, BODY.replace("3,1,1,0\n", "*INCLUDE, INPUT=nodes.txt\n"))
+    np.testing.assert_array_equal(whole.nodes, read(tmp_path, BODY).nodes)
+    assert whole.points["LOW"].tolist() == [0, 1, 2, 3]
+    (tmp_path / "nodes.txt").write_text("\n3,1,x,0\n")
+    with pytest.raises(FileError, match=r"nodes\.txt: \*NODE \(line 2\) has 'x', which is not a number"):
+        read(tmp_path, BODY.replace("3,1,1,0\n", "*INCLUDE, INPUT=nodes.txt\n"))
+    with pytest.raises(
+        FileError, match=r"nodes\.txt has data that are those of \*SYSTEM, which is in one file \(line 2"
+    ):
+        read(tmp_path, "*SYSTEM\n1,1,1,2,2,2\n*INCLUDE, INPUT=nodes.txt\n" + BODY)
+
+
 def test_of_a_node_that_is_given_twice_the_last_holds(tmp_path: Path) -> None:
     """As in CalculiX 2.20, and in Abaqus by its manual."""
     with pytest.warns(MeshWarning, match=r"node 18 is given twice, at different places: the last holds \(line 11\)"):
@@ -240,7 +255,8 @@ def test_what_is_not_read_is_refused_with_its_line(more: str, message: str, tmp_
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("1,0,0,0\n" + BODY, r"data before its first keyword \(line 1\)"),
+        (BODY + "*\n", r"a keyword without a name \(line 14\)"),
+        ("1,0,0,0\n" + BODY, r"has data that are before its first keyword \(line 1\)"),
         (
             PART.format("*INSTANCE, NAME=I, PART=P\n"),
             r"\*ENDASSEMBLY \(line 19\) is where \*INSTANCE of line 18 is open",

@@ -116,6 +116,8 @@ def test_mid_side_nodes_come_to_the_places_of_vtk(kind: str, tmp_path: Path) -> 
         ([small("CTRIAX6", 1, 1, 1, 2, 3)], r"element CTRIAX6 \(line 4\), which is not read"),
         (["INCLUDE 'more.bdf'"], r"there is no file .*more\.bdf that a\.bdf reads"),
         ([*CUBE, small("GRID", 9, 5), *MARKED], r"GRID 9 \(line 12\) is in coordinate system 5, which is not there"),
+        ([CUBE[0], small("", 7, 8)], r"GRID 1 \(line 4\) goes on behind its 8 fields"),
+        ([*CUBE, *MARKED, small("", 1), small("", 7, 8)], r"CHEXA 1 \(line 12\) goes on behind its 22 fields"),
         (["BEGIN SUPER=1"], r"superelements, line 4"),
         (["GRID,1,,0.,0.,0.,0,0,0,+,1"], r"has 10 fields in line 4, where 8 and a continuation"),
     ],
@@ -139,6 +141,22 @@ def test_masses_and_connections_are_told(tmp_path: Path) -> None:
     path = deck(tmp_path, *CUBE, *MARKED, small("CONM2", 9, 1, "", 5.0), small("RBE2", 10, 1, 123456, 2))
     with pytest.warns(MeshWarning, match=r"left out: CONM2 \(line 14\), RBE2 \(line 15\)\. Remedy"):
         assert read_mesh(path).cell_count == 1
+
+
+def test_cards_that_are_not_known_are_told(tmp_path: Path) -> None:
+    with pytest.warns(MeshWarning, match=r"not known, and left out: CHEX \(line 14\), GRI \(line 15\)\. Remedy"):
+        read_mesh(deck(tmp_path, *CUBE, *MARKED, small("CHEX", 9), small("GRI", 9), small("CHEX", 10)))
+
+
+@pytest.mark.parametrize(
+    "point", [("2", "", "1."), ("2", "", "+1", "0"), ("2", "0", "10.-1"), ("2", "", "1.D0", "-0."), (" 2 ", "", ".1E1")]
+)
+def test_points_of_many_cards_are_read_at_once_and_one_by_one(point: tuple[str, ...], tmp_path: Path) -> None:
+    """Numbers of all kinds in small fields; a card in free fields makes all of them be read one by one."""
+    card = small("GRID", *point)
+    for last in (CUBE[7], "GRID,8,,0.,1.,1."):
+        mesh = read_mesh(deck(tmp_path, CUBE[0], card, *CUBE[2:7], last, *MARKED))
+        np.testing.assert_array_equal(mesh.nodes, CORNERS)
 
 
 def test_properties_of_shells_are_groups_of_facets(tmp_path: Path) -> None:
