@@ -22,7 +22,6 @@ from kanefe_fem.mesh.su2_markers import marker_names
 GROUP_DATA = (
     "gmsh:physical",
     "medit:ref",
-    "nastran:ref",
     "group",
     "cell_tags",
     "MaterialID",
@@ -59,8 +58,8 @@ def read(path: Path, names: Mapping[int, str], trusted: bool = False) -> Mesh:
     """Return the mesh of a file that meshio can read.
 
     Groups come from meshio's cell sets; otherwise from the families of a MED file; otherwise from the markers of SU2;
-    otherwise from the first cell data
-    among `GROUP_DATA`, named by the file's field data, by `names`, or by the number itself (a Nastran property). Point
+    otherwise from the first cell data among `GROUP_DATA`, named by the file's field data, by `names`, or by the number
+    itself. Point
     sets (and families of points) are groups of points.
 
     Raises
@@ -112,7 +111,7 @@ def _read(path: Path) -> Any:
         reason = str(problem) if str(problem) not in ("", "1") else " ".join(printed.getvalue().split())
         raise FileError(
             f"meshio cannot read {path.name}: {reason or type(problem).__name__}. Remedy: check that the file is "
-            "complete and its suffix right; formats are .msh, .inp, .bdf, .vtu, .vtk, .xdmf, .med, ..."
+            "complete and its suffix right; formats are .vtu, .vtk, .xdmf, .med, ..."
         ) from problem
 
 
@@ -146,7 +145,7 @@ def _readable(path: Path) -> Iterator[Path]:
 
 
 class _Ends(io.IOBase):
-    """A file that stops readers which search for a line without end, as those of .ply, .bdf, .off and .tec do."""
+    """A file that stops readers which search for a line without end, as those of .ply, .off and .tec do."""
 
     _reads_at_end = 0
 

@@ -46,7 +46,7 @@ def read_mesh(
                     model; it makes the geometry and the physical groups, and may generate the mesh, which is
                     generated afterwards otherwise. It runs as a program: read it before you run it
     .inp            Abaqus and CalculiX; groups are the element sets of solid sections (all sets, if there are
-                    none), the surfaces and the node sets
+                    none), the surfaces and the node sets; of several instances they are called INSTANCE.SET
     .bdf .nas .fem  Nastran; groups are the properties, by number
     any other       meshio (.vtu, .xdmf, .med, ...); groups are its cell sets and point sets, or the integers of
                     the cell data "gmsh:physical", "medit:ref", "group", ...

@@ -7,14 +7,14 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from kanefe.errors import FileError
-from kanefe.imports.card import LINE, Card, split
+from kanefe.imports.card import LARGE, LINE, SMALL, Card, split
 from kanefe.imports.included import DeckFile
 from kanefe.imports.text import number as as_number
 
 _BLANK = ("",) * 8
 
 _FIRST = {word: (word[0], word[0].lower(), " ", "\t") for word in ("INCLUDE", "BEGIN", "ENDDATA")}
-"""What lines with these words begin with."""
+"""First characters of lines with these words."""
 
 _BEGIN = re.compile(r"\s*BEGIN +(BULK|SUPER)\b", re.IGNORECASE)
 
@@ -48,22 +48,26 @@ def bulk_cards(path: Path, *, trusted: bool = False, reader: str = "read_nastran
     """
     found: list[Card] = []
     mark = ""
-    names: dict[str, str] = {}  # of cards in small fields, by the eight characters that they begin with
+    names: dict[str, tuple[str, int]] = {}  # name and width of columns, by the eight characters that begin a line
     for line in _bulk(_lines(DeckFile(path, path, trusted, reader))):
         text, file, at = line
-        name = names.get(text[:8])
         fields: tuple[str, ...] | None = None
-        if "," in text or "\t" in text or "*" in text[:8]:
-            name, fields, mark_of_next = _fields(line)
-            body = None
+        body: str | None = None
+        if "," in text:
+            name, fields, mark_of_next = _free(line)
+            width = SMALL
         else:
-            body = text[8:72].ljust(LINE)
+            text = text.expandtabs(8) if "\t" in text else text
+            head, body = text[:8], text[8:72].ljust(LINE)
             mark_of_next = text[72:80].strip().upper() if len(text) > 72 else ""
-            if name is not None:
-                found.append(Card(name, None, file, at, body))
+            known = names.get(head)
+            if known is not None:
+                found.append(Card(known[0], None, file, at, body, known[1]))
                 mark = mark_of_next
                 continue
-            name = text[:8].strip().upper()
+            name, width = head.strip().upper(), LARGE if "*" in head else SMALL
+            if name[:1].isalpha():
+                names[head] = name.rstrip("*"), width
         if name == "" or name[0] in "+*":
             own, named = name.lstrip("+*"), mark.lstrip("+*")
             if not found or (own and named and own != named):
@@ -71,13 +75,11 @@ def bulk_cards(path: Path, *, trusted: bool = False, reader: str = "read_nastran
                     f"{file} goes on with {name or 'a blank field'!r} (line {at}), which the line before does not "
                     "name. Remedy: continuations behind their cards"
                 )
-            found[-1].go_on(fields, body)
+            found[-1].go_on(fields, body, width)
         elif name[0] == "=":
-            _repeat(found, name, fields or split(body or ""), line)
+            _repeat(found, name, fields or split(body or "", width), line)
         else:
-            found.append(Card(name.rstrip("*"), fields, file, at, body))
-            if body is not None:
-                names[text[:8]] = name
+            found.append(Card(name.rstrip("*"), fields, file, at, body, width))
         mark = mark_of_next
     return found
 
@@ -122,22 +124,19 @@ def _bulk(lines: Iterator[_Line]) -> Iterator[_Line]:
         raise FileError(f"{begins[1]} has no ENDDATA: it ends where more should follow. Remedy: write the whole deck")
 
 
-def _fields(line: _Line) -> tuple[str, tuple[str, ...], str]:
-    """Return name, fields and mark of continuation of a line; fields that are left out are blank."""
+def _free(line: _Line) -> tuple[str, tuple[str, ...], str]:
+    """Return name, fields and mark of continuation of a line of free fields; those that are left out are blank."""
     text, file, at = line
-    if "," in text:
-        name, *fields = (part.strip() for part in text.rstrip(", ").split(","))
-        most = 4 if "*" in name and not name.startswith("=") else 8
-        if len(fields) > most + 1:
-            raise FileError(
-                f"{file} has {len(fields)} fields in line {at}, where {most} and a continuation are possible. Remedy: "
-                "several lines"
-            )
-        return name.upper(), (*fields[:most], *_BLANK[: max(most - len(fields), 0)]), "".join(fields[most:]).upper()
-    text = text.expandtabs(8)
-    name = text[:8].strip().upper()
-    width = 16 if "*" in name else 8
-    return name, tuple([text[i : i + width].strip() for i in range(8, 72, width)]), text[72:80].strip().upper()
+    name, *fields = [part.strip() for part in text.rstrip(", ").split(",")]
+    most = 4 if "*" in name and name[:1] != "=" else 8
+    if len(fields) <= most:
+        return name.upper(), (*fields, *_BLANK[: most - len(fields)]), ""
+    if len(fields) > most + 1:
+        raise FileError(
+            f"{file} has {len(fields)} fields in line {at}, where {most} and a continuation are possible. Remedy: "
+            "several lines"
+        )
+    return name.upper(), tuple(fields[:most]), fields[most].upper()
 
 
 def _repeat(found: list[Card], name: str, fields: tuple[str, ...], line: _Line) -> None:

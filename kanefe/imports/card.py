@@ -13,15 +13,15 @@ from kanefe.errors import FileError
 from kanefe.imports.text import number as as_number
 from kanefe.imports.text import plain_numbers
 
-WIDTH = 8
-"""Number of characters of a small field."""
+SMALL, LARGE = 8, 16
+"""Numbers of characters of small and of large fields."""
 
-LINE = 8 * WIDTH
+LINE = 64
 """Number of characters of the fields of a line."""
 
 _NO_LETTER = re.compile(r"(?<=[\d.])(?=[-+]\d)")  # 1.5-3 is 1.5e-3
 
-_BLANK, _PLUS, _COMMA, _MINUS, _ZERO, _NINE = 32, 43, 44, 45, 48, 57
+_WHOLE = b"0123456789+-, "
 
 
 class Card:
@@ -36,26 +36,40 @@ class Card:
     at : int
         Number of its line in it.
     body : str or None
-        Its small fields in columns of eight characters, of whole lines; None: they are written otherwise.
+        Its fields in columns, of whole lines; None: they are free, or of several widths.
+    width : int
+        Of its columns.
     """
 
-    __slots__ = ("_fields", "at", "body", "file", "name")
+    __slots__ = ("_fields", "at", "body", "file", "name", "width")
 
-    def __init__(self, name: str, fields: tuple[str, ...] | None, file: str, at: int, body: str | None = None) -> None:
-        self.name, self.file, self.at, self.body = name, file, at, body
+    def __init__(
+        self,
+        name: str,
+        fields: tuple[str, ...] | None,
+        file: str,
+        at: int,
+        body: str | None = None,
+        width: int = SMALL,
+    ) -> None:
+        self.name = name
+        self.file = file
+        self.at = at
+        self.body = body
+        self.width = width
         self._fields = fields
 
     @property
     def fields(self) -> tuple[str, ...]:
         """Fields after the name, each in its place; "" where one is left out."""
         if self._fields is None:
-            self._fields = split(self.body or "")
+            self._fields = split(self.body or "", self.width)
         return self._fields
 
-    def go_on(self, fields: tuple[str, ...] | None, body: str | None) -> None:
-        """Add the fields of a line that continues it, or its small fields."""
-        if self.body is None or body is None:
-            self._fields, self.body = self.fields + (split(body or "") if fields is None else fields), None
+    def go_on(self, fields: tuple[str, ...] | None, body: str | None, width: int) -> None:
+        """Add the fields of a line that continues it, or its columns."""
+        if self.body is None or body is None or width != self.width:
+            self._fields, self.body = self.fields + (split(body or "", width) if fields is None else fields), None
         else:
             self._fields, self.body = None, self.body + body
 
@@ -99,9 +113,9 @@ class Card:
         )
 
 
-def split(body: str) -> tuple[str, ...]:
-    """Return the fields of columns of eight characters."""
-    return tuple([body[i : i + WIDTH].strip() for i in range(0, len(body), WIDTH)])
+def split(body: str, width: int) -> tuple[str, ...]:
+    """Return the fields of columns."""
+    return tuple([body[i : i + width].strip() for i in range(0, len(body), width)])
 
 
 class Columns(NamedTuple):
@@ -111,13 +125,18 @@ class Columns(NamedTuple):
     is_blank: np.ndarray
 
 
+def longest(cards: Sequence[Card]) -> int:
+    """Return how many fields the longest card has, of whole lines."""
+    return max(len(card.body) // card.width if card.body is not None else len(card.fields) for card in cards)
+
+
 def refuse_more(cards: Sequence[Card], most: int) -> None:
     """Refuse cards that go on behind the fields that they have: a FileError with the line.
 
     A line that was lost leaves its continuation to the card before.
     """
     for card in cards:
-        if (len(card.body) > most * WIDTH if card.body is not None else len(card.fields) > most) and any(
+        if (len(card.body) > most * card.width if card.body is not None else len(card.fields) > most) and any(
             card.fields[most:]
         ):
             raise card.refused(f"goes on behind its {most} fields. Remedy: check that the lines before are complete")
@@ -143,22 +162,34 @@ def numbers(cards: Sequence[Card], first: int, count: int) -> np.ndarray:
 
 
 def _at_once(cards: Sequence[Card], first: int, count: int, is_whole: bool) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return numbers of small fields and which are blank; None where they are not plain, which the slow way tells."""
+    """Return numbers of fields and which are blank; None where they are not plain, which the slow way tells."""
+    begin, end = first - 2, first - 2 + count
     bodies = [card.body for card in cards]
-    if None in bodies or not bodies:
+    widths = {card.width for card in cards}
+    if len(widths) == 1 and None not in bodies:
+        plain, is_blank = _columns(bodies, begin, end, widths.pop())
+    else:
+        rows = [card.fields[begin:end] for card in cards]
+        flat = [text for row in rows for text in (*row, *[""] * (count - len(row)))]
+        plain, is_blank = ",".join([text or "0" for text in flat]), np.array([not text for text in flat], dtype=bool)
+    if is_whole and plain.encode("latin-1").translate(None, _WHOLE):
         return None
-    begin, end = (first - 2) * WIDTH, (first - 2 + count) * WIDTH
-    text = "".join([body[begin:end].ljust(end - begin) for body in bodies if body is not None])
-    codes = np.frombuffer(text.encode("latin-1"), dtype=np.uint8).reshape(len(bodies), count, WIDTH)
-    is_blank = (codes == _BLANK).all(axis=2)
-    is_digit = (codes >= _ZERO) & (codes <= _NINE)
-    if is_whole and not (is_digit | (codes == _BLANK) | (codes == _PLUS) | (codes == _MINUS)).all():
-        return None
-    table = np.full((len(bodies), count, WIDTH + 1), _COMMA, dtype=np.uint8)
-    table[:, :, :WIDTH] = codes
-    table[is_blank, 0] = _ZERO
-    plain = table.tobytes().decode("latin-1")
     values = plain_numbers(plain, " , ")
     if values is None and not is_whole:
         values = plain_numbers(_NO_LETTER.sub("E", plain.upper().replace("D", "E")), " , ")
-    return None if values is None or values.size != is_blank.size else (values.reshape(-1, count), is_blank)
+    if values is None or values.size != is_blank.size:
+        return None
+    return values.reshape(-1, count), is_blank.reshape(-1, count)
+
+
+def _columns(bodies: Sequence[str | None], begin: int, end: int, width: int) -> tuple[str, np.ndarray]:
+    """Return the text of columns with commas between, 0 for blanks, and which are blank (n, k)."""
+    text = "".join(
+        [body[begin * width : end * width].ljust((end - begin) * width) for body in bodies if body is not None]
+    )
+    codes = np.frombuffer(text.encode("latin-1"), dtype=np.uint8).reshape(len(bodies), end - begin, width)
+    is_blank = (codes == ord(" ")).all(axis=2)
+    table = np.full((len(bodies), end - begin, width + 1), ord(","), dtype=np.uint8)
+    table[:, :, :width] = codes
+    table[is_blank, 0] = ord("0")
+    return table.tobytes()[:-1].decode("latin-1"), is_blank

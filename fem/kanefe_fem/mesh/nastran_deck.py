@@ -12,7 +12,7 @@ from kanefe.errors import FileError, outside
 from kanefe.fe_model.shapes import node_count
 from kanefe.imports.bulk_data import bulk_cards
 from kanefe.imports.bulk_names import unknown
-from kanefe.imports.card import Card, refuse_more, wholes
+from kanefe.imports.card import Card, longest, refuse_more, wholes
 from kanefe.imports.grid_points import grid_points
 from kanefe.imports.node_table import rows_of
 from kanefe_fem.mesh.checks import MeshWarning
@@ -111,9 +111,9 @@ def read_nastran_mesh(path: Path, names: Mapping[int, str], trusted: bool = Fals
 def _cells(cards: list[Card]) -> Iterator[tuple[str, list[Card], np.ndarray]]:
     """Yield each kind of cell that elements of one name are, those elements, and labels of nodes in VTK's order."""
     counts = _COUNTS[cards[0].name]
-    most = max(counts)
     if all(dimension_of(kind) == 3 for kind in counts.values()):
-        refuse_more(cards, 2 + most)
+        refuse_more(cards, 2 + max(counts))
+    most = max(min(max(counts), longest(cards) - 2), 1)
     nodes = wholes(cards, 4, most).values
     has = nodes != 0
     count = most - np.argmax(has[:, ::-1], axis=1)
