@@ -9,7 +9,6 @@ import numpy as np
 
 from kanefe.fe_model.shapes import node_count
 from kanefe.imports.abaqus_input import Keyword
-from kanefe.imports.abaqus_nodes import refuse_elsewhere
 
 _LETTERS = r"(?:[A-Z]\w*)?"  # C3D8R, C3D10MH, S4R5: the same nodes
 
@@ -85,7 +84,6 @@ def elements_of(block: Keyword, takes_any: bool) -> Elements:
     takes_any : bool
         Whether types that are not read are `OTHER`, since only the labels of their nodes matter.
     """
-    refuse_elsewhere(block)
     kind = kind_of(block, takes_any)
     if kind == OTHER:
         return _others(block)

@@ -30,7 +30,6 @@ class NodeBlocks:
 
     def read(self, block: Keyword) -> np.ndarray:
         """Add the nodes of a block, and return their labels."""
-        refuse_elsewhere(block)
         kind = block.options.get("SYSTEM", "R").strip().upper()
         if kind not in ("R", "C"):
             raise block.refused(f"is in the system {kind!r}, which is not read. Remedy: SYSTEM=R or C")

@@ -13,7 +13,7 @@ import numpy as np
 
 from kanefe.imports.abaqus_elements import OTHER, Elements, elements_of
 from kanefe.imports.abaqus_input import Keyword
-from kanefe.imports.abaqus_nodes import NodeBlocks, line_of, moved
+from kanefe.imports.abaqus_nodes import NodeBlocks, line_of, moved, refuse_elsewhere
 from kanefe.imports.abaqus_sets import Piece, Sets, key_of
 
 _CLOSES = {"PART": "ENDPART", "ASSEMBLY": "ENDASSEMBLY", "INSTANCE": "ENDINSTANCE"}
@@ -156,6 +156,8 @@ def _part(scope: Scope, takes_any: bool, instances: list[Part] | None) -> Part:
     node_sets = Sets({key: part.node_sets for key, part in by_key.items()})
     element_sets = Sets({key: part.element_sets for key, part in by_key.items()})
     for block in scope.blocks:
+        if block.name in ("NODE", "ELEMENT"):
+            refuse_elsewhere(block)
         if block.name == "SYSTEM":
             nodes.place_system(block)
         elif block.name == "NODE" and block.pieces:
