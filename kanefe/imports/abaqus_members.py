@@ -8,7 +8,6 @@ import numpy as np
 
 from kanefe.imports.abaqus_parts import Part
 from kanefe.imports.abaqus_sets import NamedSet, Piece, key_of
-from kanefe.imports.node_table import rows_of
 
 
 def node_rows(parts: Sequence[Part], part: Part, named: NamedSet) -> tuple[np.ndarray, list[str]]:
@@ -26,7 +25,7 @@ def node_rows(parts: Sequence[Part], part: Part, named: NamedSet) -> tuple[np.nd
         labels = piece.labels
         if piece.elements:
             labels, of = _nodes_of_set(parts, part, piece)
-        rows = rows_of(labels, of.labels)
+        rows = of.node_table.rows(labels)
         told += _check_members(rows, labels, piece, named, "node")
         found.append(first[_place(parts, of)] + rows[rows >= 0])
     return np.unique(np.concatenate(found)), told
@@ -38,7 +37,7 @@ def element_rows(parts: Sequence[Part], part: Part, named: NamedSet) -> tuple[np
     first = _firsts([len(other.element_labels) for other in parts])
     for piece in named.pieces:
         of = _part_of(parts, part, piece)
-        rows = rows_of(piece.labels, of.element_labels)
+        rows = of.element_table.rows(piece.labels)
         told += _check_members(rows, piece.labels, piece, named, "element")
         found.append(first[_place(parts, of)] + rows[rows >= 0])
     return np.unique(np.concatenate(found)), told

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,7 @@ from kanefe.imports.abaqus_elements import OTHER, Elements, elements_of
 from kanefe.imports.abaqus_input import Keyword
 from kanefe.imports.abaqus_nodes import NodeBlocks, line_of, moved, refuse_elsewhere
 from kanefe.imports.abaqus_sets import Piece, Sets, key_of
+from kanefe.imports.node_table import Labels
 
 _CLOSES = {"PART": "ENDPART", "ASSEMBLY": "ENDASSEMBLY", "INSTANCE": "ENDINSTANCE"}
 
@@ -66,7 +68,17 @@ class Part:
     elements: list[Elements]
     told: list[str]
 
-    @property
+    @cached_property
+    def node_table(self) -> Labels:
+        """Labels of its nodes."""
+        return Labels(self.labels)
+
+    @cached_property
+    def element_table(self) -> Labels:
+        """Labels of its elements."""
+        return Labels(self.element_labels)
+
+    @cached_property
     def element_labels(self) -> np.ndarray:
         """Labels of all its elements, in their order."""
         return np.concatenate([np.zeros(0, dtype=np.int64), *(some.labels for some in self.elements)])

@@ -81,7 +81,8 @@ class Sets:
             if "GENERATE" in block.options:
                 self.add(name, [_range(block, at, fields, instance)])
             else:
-                self.add(name, [piece for text in fields if text for piece in self._members(text, block, at, instance)])
+                pieces = [piece for text in fields if text for piece in self._members(text, block, at, instance)]
+                self.add(name, _joined(pieces))
 
     def named(self, text: str, instance: str = "") -> tuple[str, NamedSet] | None:
         """Return a set by its name, perhaps with its instance and a point before, and the key of that; None: none."""
@@ -115,6 +116,14 @@ class Sets:
 def key_of(name: str) -> str:
     """Return what names that are the same have in common: case and blanks mean nothing, nor do quotation marks."""
     return "".join(name.strip("\"'").split()).upper()
+
+
+def _joined(pieces: list[Piece]) -> list[Piece]:
+    """Return pieces of one line with those in one that differ in their labels alone."""
+    by_place: dict[tuple[object, ...], list[Piece]] = {}
+    for piece in pieces:
+        by_place.setdefault((id(piece.block), *piece[2:]), []).append(piece)
+    return [some[0]._replace(labels=np.concatenate([p.labels for p in some])) for some in by_place.values()]
 
 
 def _are_labels(values: np.ndarray) -> bool:

@@ -78,14 +78,24 @@ class NodeTable:
         return places
 
 
+class Labels:
+    """Labels in which others are looked for, of each the first; they are sorted once."""
+
+    def __init__(self, known: np.ndarray) -> None:
+        self.known, self._order = known, np.argsort(known, kind="stable")
+
+    def rows(self, labels: np.ndarray) -> np.ndarray:
+        """Return the rows of some labels; -1: it is none of them."""
+        if not len(self.known):
+            return np.full(labels.shape, -1)
+        places = np.searchsorted(self.known, labels, sorter=self._order)
+        where = self._order[np.minimum(places, len(self.known) - 1)]
+        return np.where(self.known[where] == labels, where, -1)
+
+
 def rows_of(labels: np.ndarray, known: np.ndarray) -> np.ndarray:
     """Return the rows of some labels among those that are known, of each the first; -1: it is none of them."""
-    if not len(known):
-        return np.full(labels.shape, -1)
-    order = np.argsort(known, kind="stable")
-    where = order[np.minimum(np.searchsorted(known, labels, sorter=order), len(known) - 1)]
-    rows: np.ndarray = np.where(known[where] == labels, where, -1)
-    return rows
+    return Labels(known).rows(labels)
 
 
 def given_nodes(nodes: Nodes) -> NodeTable:

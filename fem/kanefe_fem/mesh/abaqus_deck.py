@@ -149,8 +149,11 @@ def _facets(parts: Sequence[Part], cells: dict[str, _Cells], told: list[str]) ->
     for part in parts:
         for surface in surfaces(part.blocks):
             tables: dict[str, list[np.ndarray]] = {}
-            for name, number, at in surface.faces:
-                members, _ = element_rows(parts, part, _faces_of(part, name, surface.block, at))
+            for number in dict.fromkeys(number for _, number, _ in surface.faces):
+                own = [(name, at) for name, other, at in surface.faces if other == number]
+                pieces = [p for name, at in own for p in _faces_of(part, name, surface.block, at)]
+                members, _ = element_rows(parts, part, NamedSet(surface.name, pieces))
+                at = own[0][1]
                 for kind, some in cells.items():
                     rows = np.isin(some.rows, members)
                     if dimension_of(kind) < 3 or not rows.any():
@@ -172,14 +175,14 @@ def _facets(parts: Sequence[Part], cells: dict[str, _Cells], told: list[str]) ->
     return facets
 
 
-def _faces_of(part: Part, text: str, block: Keyword, at: int) -> NamedSet:
+def _faces_of(part: Part, text: str, block: Keyword, at: int) -> list[Piece]:
     """Return the elements that a line of a surface names: a set, or a label, perhaps of an instance."""
     sets = part.element_sets
     found = sets.named(text)
     if found is not None:
         of, named = found
-        return NamedSet(named.name, [p if p.instance else p._replace(instance=of) for p in named.pieces])
+        return [p if p.instance else p._replace(instance=of) for p in named.pieces]
     of, _, bare = key_of(text).rpartition(".")
     if not bare.isdigit() or (of and of not in sets.others):
         raise block.refused(f"has no element set {text!r}. Remedy: check the names of its sets", at)
-    return NamedSet(text, [Piece(np.array([int(bare)]), block, at, of)])
+    return [Piece(np.array([int(bare)]), block, at, of)]
