@@ -18,7 +18,6 @@ from kanefe.linear.paths.arc_length import Stop
 from kanefe.linear.paths.loaded_scene import LoadedScene
 from kanefe.linear.paths.path_of_equilibria import EquilibriumPath
 from kanefe.linear.paths.path_settings import WHAT, settings_of
-from kanefe.linear.paths.path_warnings import warn_of_path
 from kanefe.linear.paths.traced import first_stop, traced
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.stability.buckling_modes import Buckling
@@ -119,7 +118,7 @@ def equilibrium_path(
     if branch is not None:
         return _branch_of_mode(scene, loads, to, down_to, longest, points, t, start, branch)
     path = _followed(scene, loads, 1.0 if to is None else to, down_to, longest, points, t, start)
-    warn_of_path(path)
+    path._warn()
     return path
 
 

@@ -91,6 +91,7 @@ class EquilibriumPath:
     def __init__(self, loaded: LoadedScene, kept: tuple[str, ...], settings: Settings, found: Traced) -> None:
         self.loaded, self.kept, self._settings, self._stops = loaded, kept, settings, found.stops
         self.ended, self.is_whole, self._found = found.ended, found.is_whole, found.found
+        self._traced = found
         self.factors: Vector = np.array([stop.factor for stop in found.stops])
         # at a critical point the sign of a zero is chance: what holds before it is stated
         self.unstable = np.array([stop.balance.unstable for stop in found.stops])
@@ -233,7 +234,7 @@ class EquilibriumPath:
         found = traced(self.loaded, start, settings.bounds, settings.longest, settings.points, on_branch=True)
         path = EquilibriumPath(self.loaded, self.kept, settings, found)
         path.unstable[0] = path.unstable[min(1, len(path) - 1)]
-        warn_of_path(path)
+        path._warn()
         return path
 
     @checked
@@ -286,6 +287,9 @@ class EquilibriumPath:
         if not self.branch_points and not self.limit_points:
             lines.append("  no limit point and no branch point")
         return "\n".join(lines)
+
+    def _warn(self) -> None:
+        warn_of_path(self.loaded, self._traced, self.point)
 
     def _critical(self, number: int, crossing: Crossing) -> CriticalPoint:
         balance = crossing.stop.balance

@@ -15,19 +15,26 @@ from kanefe.tree.bending import worst_bending
 from kanefe.tree.resolution import worst_resolution
 
 if TYPE_CHECKING:
-    from kanefe.linear.paths.path_of_equilibria import EquilibriumPath
+    from collections.abc import Callable
+
+    from kanefe.linear.equilibrium.rest import Equilibrium
+    from kanefe.linear.paths.loaded_scene import LoadedScene
+    from kanefe.linear.paths.traced import Traced
 
 
-def warn_of_path(path: EquilibriumPath) -> None:
-    """Warn of a path that ended early, of loads whose stiffness is not whole, and of what its bodies cannot show."""
-    if not path.is_whole:
+def warn_of_path(loaded: LoadedScene, found: Traced, point: Callable[[int], Equilibrium]) -> None:
+    """Warn of a path that ended early, of loads whose stiffness is not whole, and of what its bodies cannot show.
+
+    `point` gives a point of the path as an equilibrium.
+    """
+    if not found.is_whole:
         warnings.warn(
-            f"{WHAT}: the path ended {path.ended}. Remedy: more points=, or a shorter longest=; where a contact closes "
-            "and bends it sharply, a softer one",
+            f"{WHAT}: the path ended {found.ended}. Remedy: more points=, or a shorter longest=; where a contact "
+            "closes and bends it sharply, a softer one",
             SimulationWarning,
             stacklevel=outside(),
         )
-    turning = [name for name, load in path.loaded.raised.items() if load is not None and load.is_spread and load.turns]
+    turning = [name for name, load in loaded.raised.items() if load is not None and load.is_spread and load.turns]
     if turning:
         warnings.warn(
             f"{WHAT}: {', '.join(turning)} turns with the frame of its body, and how the surface itself deforms is "
@@ -35,26 +42,24 @@ def warn_of_path(path: EquilibriumPath) -> None:
             AccuracyWarning,
             stacklevel=outside(),
         )
-    _warn_of_bodies(path)
+    _warn_of_bodies(loaded, found, point)
 
 
-def _warn_of_bodies(path: EquilibriumPath) -> None:
+def _warn_of_bodies(loaded: LoadedScene, found: Traced, point: Callable[[int], Equilibrium]) -> None:
     """Warn of deformations beyond what bodies can show: each kind once, at its worst point or under the most load."""
-    t, model = path.loaded.t, path.loaded.model
-    q = np.array(list(path.coordinates.values())).reshape(-1, len(path)).T
-    numbers = np.arange(len(path), dtype=float)  # instead of times: which point it is
+    t, model, factors = loaded.t, loaded.model, [stop.factor for stop in found.stops]
+    q = np.array([stop.q for stop in found.stops])
+    numbers = np.arange(len(q), dtype=float)  # instead of times: which point it is
     bending, resolution = worst_bending(model, numbers, q), worst_resolution(model, numbers, q)
     if bending is not None and bending.is_too_far:
-        _warn_at(path, int(bending.time), bending._replace(time=t).remark)
+        _warn_at(factors[int(bending.time)], bending._replace(time=t).remark)
     if resolution is not None and resolution.is_coarse:
-        _warn_at(path, int(resolution.time), resolution._replace(time=t).remark)
-    most = int(np.abs(path.factors).argmax())
-    there, what = path.point(most), f"{WHAT}, at {path.factors[most]:.6g} times the loads"
+        _warn_at(factors[int(resolution.time)], resolution._replace(time=t).remark)
+    most = int(np.abs(factors).argmax())
+    there, what = point(most), f"{WHAT}, at {factors[most]:.6g} times the loads"
     warn_of_missed(there, what)
     warn_of_axial_forces(there.model, np.array([t]), there.q[None], there.u[None], f"{what}: ")
 
 
-def _warn_at(path: EquilibriumPath, number: int, remark: str) -> None:
-    warnings.warn(
-        f"{WHAT}, at {path.factors[number]:.6g} times the loads: {remark}", AccuracyWarning, stacklevel=outside()
-    )
+def _warn_at(factor: float, remark: str) -> None:
+    warnings.warn(f"{WHAT}, at {factor:.6g} times the loads: {remark}", AccuracyWarning, stacklevel=outside())
