@@ -272,9 +272,9 @@ class Balance:
     def spectrum(self) -> Spectrum:
         """The small motions."""
         if not self._is_damped:
-            return Spectrum(self.H, None)
+            return Spectrum(self.H, None, self.along)
         by_speed = self.small.along_speeds.ddu[self.small.speeds.leading]
-        return Spectrum(self.H, -self._weight @ by_speed @ self._reduced[1].T)
+        return Spectrum(self.H, -self._weight @ by_speed @ self._reduced[1].T, self.along)
 
     @cached_property
     def _is_damped(self) -> bool:

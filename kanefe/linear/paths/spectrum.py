@@ -33,15 +33,24 @@ class Spectrum:
         1/s2.
     D : ndarray, shape (n, n), or None
         1/s.
+    along : ndarray, shape (free, n)
+        Free tangents of the coordinates p.
     """
 
     H: Matrix
     D: Matrix | None
+    along: Matrix
 
     def between(self, other: Spectrum, share: float) -> Spectrum:
         """Return what is linear between this spectrum (share 0) and another one (1)."""
-        D = None if self.D is None or other.D is None else (1.0 - share) * self.D + share * other.D
-        return Spectrum((1.0 - share) * self.H + share * other.H, D)
+        # the coordinates of each are any of unit mass: those of the other one in terms of these
+        Q = np.linalg.lstsq(other.along, self.along, rcond=None)[0]
+
+        def mixed(one: Matrix, another: Matrix) -> Matrix:
+            return np.asarray((1.0 - share) * one + share * np.linalg.solve(Q, another @ Q))
+
+        D = None if self.D is None or other.D is None else mixed(self.D, other.D)
+        return Spectrum(mixed(self.H, other.H), D, self.along)
 
     @cached_property
     def rates(self) -> Vector:
