@@ -60,7 +60,7 @@ def toy() -> System:
         ("high", edge, "-x", HOLE - POLE, 0.0),
     ):
         pole = scene.add_surface(f"pole {name}", scene.ground, Plane(normal), at=(at, 0.0, 0.0))
-        scene.add_contact(name, point, pole, normal=Rigid(restitution), friction=Coulomb(0.3))
+        scene.add_contact(name, point, pole, normal=Rigid(restitution, "newton"), friction=Coulomb(0.3))
     return scene
 
 
