@@ -22,7 +22,7 @@ from kanefe.contact.rigid.rigid import DISTRIBUTING, NEWTON, STRONGE
 from kanefe.contact.rigid.rigid_contact import RigidContact
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.rigid_contacts.stronge import Rubs, struck
-from kanefe.kernels.impacts.tolerances import ADDED, APART, IN_TURN, JUMPS, STILL_IN_TURN
+from kanefe.kernels.impacts.tolerances import ADDED, APART, CLOSELY, IN_TURN, JUMPS, ROUGHLY, STILL_IN_TURN
 
 
 class Impact(NamedTuple):
@@ -118,12 +118,12 @@ def coupled(G: Matrix) -> list[list[int]]:
     return [np.flatnonzero(labels == label).tolist() for label in np.unique(labels)]
 
 
-def _together(problem: ImpactProblem, rates: Vector) -> tuple[Vector, bool] | None:
+def _together(problem: ImpactProblem, rates: Vector, rtol: float = CLOSELY) -> tuple[Vector, bool] | None:
     """Return the impulses of a group, and whether they are Poisson's where Newton's do not exist."""
     laws = [contact.law.impact for contact in problem.contacts]
     if len(laws) == 1 and laws[0] in (STRONGE, DISTRIBUTING):
         contact = problem.contacts[0]
-        found = struck(problem.G, rates, contact.law.restitution, Rubs(contact.friction_at, contact.static))
+        found = struck(problem.G, rates, contact.law.restitution, Rubs(contact.friction_at, contact.static), rtol)
         return None if found is None else (found, False)
     if DISTRIBUTING in laws:
         from kanefe.kane.rigid_contacts.distributing import distributed
@@ -192,7 +192,7 @@ def _in_turn(problem: ImpactProblem, rates: Vector, order: int, still: float) ->
         if first is None:
             return rates
         own = rows_of([first])
-        one = _together(problem.of([first]), rates[own])
+        one = _together(problem.of([first]), rates[own], ROUGHLY)
         if one is None:
             return None
         rates = rates + problem.G[:, own] @ one[0]

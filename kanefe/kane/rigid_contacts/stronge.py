@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
-from kanefe.kernels.impacts.tolerances import BRANCHES, IMPACT_ENDS, STRAIGHT_SLIP, TURNS_AT, WEAK
+from kanefe.kernels.impacts.tolerances import BRANCHES, CLOSELY, IMPACT_ENDS, STRAIGHT_SLIP, TURNS_AT, WEAK
 
 
 class Rubs(NamedTuple):
@@ -37,7 +37,7 @@ class Rubs(NamedTuple):
     holding: float
 
 
-def struck(G: Matrix, rates: Vector, e: float, rubs: Rubs) -> Vector | None:
+def struck(G: Matrix, rates: Vector, e: float, rubs: Rubs, rtol: float = CLOSELY) -> Vector | None:
     """Return the impulse of an impact at a contact, (3,): along the normal and two directions of the surface, N s.
 
     Parameters
@@ -49,6 +49,8 @@ def struck(G: Matrix, rates: Vector, e: float, rubs: Rubs) -> Vector | None:
     e : float
         Restitution: the square root of the share of the stored energy that is given back.
     rubs : Rubs
+    rtol : float
+        Of a slip that turns.
 
     Returns
     -------
@@ -58,13 +60,13 @@ def struck(G: Matrix, rates: Vector, e: float, rubs: Rubs) -> Vector | None:
     size, unit = float(np.abs(rates).max()), float(G[0, 0])
     if size == 0.0 or unit <= 0.0:
         return np.zeros(3)
-    return _Impact(G / unit, rates / size, e, rubs, size).impulse(size / unit)
+    return _Impact(G / unit, rates / size, e, rubs, size, rtol).impulse(size / unit)
 
 
 class _Impact:
-    def __init__(self, G: Matrix, rates: Vector, e: float, rubs: Rubs, size: float) -> None:
+    def __init__(self, G: Matrix, rates: Vector, e: float, rubs: Rubs, size: float, rtol: float) -> None:
         self.G, self.first, self.v, self.p = G, rates, rates.copy(), np.zeros(3)
-        self.e, self.rubs, self.size = e, rubs, size
+        self.e, self.rubs, self.size, self.rtol = e, rubs, size, rtol
         self.stored = self.kept = 0.0
         self.is_loading, self.is_held = True, False
 
@@ -156,7 +158,7 @@ class _Impact:
         turns.direction, ends.direction = (1.0 if self.is_loading else -1.0), -1.0  # type: ignore[attr-defined]
         start = np.array((self.v[0], np.log(slip), np.arctan2(self.v[2], self.v[1]), *self.p, self.stored))
         events = [stops, turns] if self.is_loading else [stops, turns, ends]
-        run = solve_ivp(rates, (0.0, TURNS_AT), start, "DOP853", events=events, rtol=1e-12, atol=1e-14)
+        run = solve_ivp(rates, (0.0, TURNS_AT), start, "DOP853", events=events, rtol=self.rtol, atol=0.01 * self.rtol)
         if run.status != 1:
             return None
         y = run.y[:, -1]

@@ -45,9 +45,11 @@ from kanefe.kernels.impacts.tolerances import (
     ADDED,
     APART,
     CLOSE,
+    CLOSELY,
     DEPENDENT,
     IN_TURN,
     JUMPS,
+    ROUGHLY,
     STILL_IN_TURN,
     STRUCK,
 )
@@ -106,7 +108,7 @@ def strike(asking: Asking, decision: Decision, count: int, u: np.ndarray, z: np.
                 strikes = strikes or rates[3 * q] < -speeds[NOT_MOVING, q]
         if not strikes:
             continue
-        is_found, all_poisson = _press_together(asking, decision, k, rates)
+        is_found, all_poisson = _press_together(asking, decision, k, rates, CLOSELY)
         if not is_found:
             return False
         for b in range(k):
@@ -219,7 +221,7 @@ def _depends_on_order(asking: Asking, decision: Decision, count: int, group: int
                 is_over = True
                 break
             flags[ACTIVE, 0] = first
-            is_found, _ = _press_together(asking, decision, 1, in_turn)
+            is_found, _ = _press_together(asking, decision, 1, in_turn, ROUGHLY)
             if not is_found:
                 break
             for a in range(count):
@@ -239,7 +241,7 @@ def _depends_on_order(asking: Asking, decision: Decision, count: int, group: int
 
 
 @kernel
-def _press_together(asking: Asking, decision: Decision, k: int, rates: np.ndarray) -> tuple[bool, bool]:
+def _press_together(asking: Asking, decision: Decision, k: int, rates: np.ndarray, closely: float) -> tuple[bool, bool]:
     """Write the impulses of k active points; return whether there are some, and are Poisson's where Newton's are not.
 
     Where what is between several surfaces cannot part from all that it meets as Newton's law has it, that is Poisson's.
@@ -249,7 +251,7 @@ def _press_together(asking: Asking, decision: Decision, k: int, rates: np.ndarra
     if k == 1 and law in (STRONGE, DISTRIBUTING):
         own = G[i, i], G[i, i + 1], G[i, i + 2], G[i + 1, i + 1], G[i + 1, i + 2], G[i + 2, i + 2]
         before, rubs = (rates[i], rates[i + 1], rates[i + 2]), points.places[p, HAS_FRICTION] != 0
-        is_found, first, second, third = strike_one(own, before, points.numbers[p], rubs, decision.turning)
+        is_found, first, second, third = strike_one(own, before, points.numbers[p], rubs, closely, decision.turning)
         pressed = decision.vectors[OTHER]
         pressed[0], pressed[1], pressed[2] = first, second, third
         return is_found, False

@@ -20,9 +20,9 @@ STATE, TRIED = 7, 8
 TURNING_ROWS = 9
 """Rows of the memory of a slip that turns, after those of the stages of a step."""
 
-CLOSELY, FIRST_TURN, MOST_STEPS, HALVINGS = 1e-12, 0.1, 20000, 60
-"""Error of a step relative to the numbers of a slip that turns; its first angle, rad; largest number of steps, of which
-some hundreds are common; and of halvings that find where it ends."""
+FIRST_TURN, MOST_STEPS, HALVINGS = 0.1, 20000, 60
+"""First angle of a slip that turns, rad; largest number of steps, of which some hundreds are common; and number of
+halvings that find where it ends."""
 
 GOES_ON, STOPS, TURNS, ENDS, FAILS = range(5)
 """Numbers of what a slip that turns comes to: its end, that of loading or unloading, that of the impact."""
@@ -33,7 +33,7 @@ Six = tuple[float, float, float, float, float, float]
 
 @kernel
 def strike_one(
-    G: Six, rates: tuple[float, float, float], numbers: np.ndarray, rubs: bool, work: np.ndarray
+    G: Six, rates: tuple[float, float, float], numbers: np.ndarray, rubs: bool, closely: float, work: np.ndarray
 ) -> tuple[bool, float, float, float]:
     """Return whether an impact at a contact ends, and its impulses.
 
@@ -46,6 +46,8 @@ def strike_one(
         Of the point.
     rubs : bool
         Whether it has friction.
+    closely : float
+        Error of a step, relative to the numbers of a slip that turns.
     work : ndarray, shape (TURNING_ROWS, TURNING_NUMBERS)
     """
     size, unit = max(abs(rates[0]), max(abs(rates[1]), abs(rates[2]))), G[0]
@@ -91,7 +93,7 @@ def strike_one(
             state = work[STATE]
             state[OF_NORMAL], state[OF_SIZE], state[OF_ANGLE] = v0, np.log(slip), np.arctan2(v2, v1)
             state[OF_P], state[OF_P + 1], state[OF_P + 2], state[OF_STORED] = p0, p1, p2, stored
-            found = _turn(A, mu, loads, work)
+            found = _turn(A, mu, loads, closely, work)
             if found == FAILS:
                 return False, 0.0, 0.0, 0.0
             p0, p1, p2, stored = state[OF_P], state[OF_P + 1], state[OF_P + 2], state[OF_STORED]
@@ -141,11 +143,11 @@ def _held_by(A: Six, mu: float) -> tuple[bool, float, float]:
 
 
 @kernel
-def _turn(A: Six, mu: float, loads: bool, work: np.ndarray) -> int:
+def _turn(A: Six, mu: float, loads: bool, closely: float, work: np.ndarray) -> int:
     """Follow a slip that turns to what ends it, in steps of Dormand and Prince; return what that is."""
     state, tried, h = work[STATE], work[TRIED], FIRST_TURN
     for _ in range(MOST_STEPS):
-        error = _step(A, mu, h, work)
+        error = _step(A, mu, h, work) / closely
         if not error <= 1.0:
             h *= max(0.2, 0.9 * error**-0.2) if error < np.inf else 0.2
             continue
@@ -209,7 +211,7 @@ ERRORS = 71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 
 
 @kernel
 def _step(A: Six, mu: float, h: float, work: np.ndarray) -> float:
-    """Write a step; return its error over what is wanted."""
+    """Write a step; return its error relative to the numbers, from 1 on."""
     state, tried, worst = work[STATE], work[TRIED], 0.0
     for i in range(7):
         for n in range(TURNING_NUMBERS):
@@ -221,6 +223,6 @@ def _step(A: Six, mu: float, h: float, work: np.ndarray) -> float:
         error = 0.0
         for i in range(7):
             error += h * ERRORS[i] * work[i, n]
-        size = abs(error) / (CLOSELY * (1.0 + abs(tried[n])))
+        size = abs(error) / (1.0 + abs(tried[n]))
         worst = size if size > worst or np.isnan(size) else worst
     return worst

@@ -85,7 +85,10 @@ APART = 1e-12
 ADDED = 1e-9
 """Energy that an impact gives, relative to what its impulses exchange, above which it is no round-off."""
 
-IN_TURN, STILL_IN_TURN = 200, 1e-6
+CLOSELY, ROUGHLY = 1e-12, 1e-6
+"""Error of a step through an impact whose slip turns, relative to its numbers; and of one of several in turn."""
+
+IN_TURN, STILL_IN_TURN = 60, 1e-6
 """Largest number of impacts of one contact after the other that stand for one of several; and approach, relative to
 their rates, below which none follows."""
 
