@@ -347,6 +347,8 @@ class Simulation:
         if stop - self.stepper.t < 0.5 * dt:
             raise ModelError(f"dt = {dt!r} s is below the resolution of the time {self.stepper.t:.6g} s")
         before, began = self.save(), time.perf_counter()
+        if self._watch is not None:
+            self._watch.telling.impacts.clear()  # of steps that were tried only
         try:
             self._hold(values)
             self._status = self._loop.go_to(stop)
@@ -358,6 +360,8 @@ class Simulation:
             raise
         self._has_begun, self._reported_outputs = True, None
         self._step_times.add(time.perf_counter() - began)
+        for text in self._watch.telling.impacts.warnings if self._watch is not None else ():
+            warnings.warn(text, SimulationWarning, stacklevel=outside())
         if self._may_leave is not None and self._may_leave.unconverged is not None:
             self._may_leave = None  # it is told once
             for text in of_fixed_steps(self.model, self.statistics, {}):

@@ -57,6 +57,18 @@ def test_impacts_make_no_energy_and_newtons_say_what_they_make(number):
     assert newton.impacts.max() > 0.0
 
 
+def test_a_scene_that_is_stepped_says_it_in_the_step_of_the_impact():
+    sim = pendulum(cases(18)[17], "newton").start()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sim.step(0.006)
+    with pytest.warns(kf.SimulationWarning, match="Newton's law made"):
+        sim.step(0.001)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        sim.step(0.001)
+
+
 def drawn(seed: int, count: int = 1) -> tuple[np.ndarray, np.ndarray, np.random.Generator]:
     """Return responses and rates of some contacts of one body or several, in space."""
     rng = np.random.default_rng(seed)
