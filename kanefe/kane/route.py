@@ -225,7 +225,7 @@ class LiteralRoute:
         """Refused: nothing is compiled."""
         raise TypeError("the literal route is not compiled")
 
-    def impact_steps(self, told: Vector, too_deep: float) -> Any | None:
+    def impact_steps(self, told: Vector, too_deep: float, bends: tuple[np.ndarray, np.ndarray]) -> Any | None:
         """None: steps over impacts are those of `kanefe.kane.rigid_contacts.time_stepping`."""
         return None
 

@@ -57,9 +57,11 @@ class ImpactSteps:
         What steps have told so far, which they change.
     too_deep : float
         Depth that is round-off, m.
+    bends : tuple of ndarray
+        Integers and reals of bodies whose bending is watched: see `kanefe.kernels.evaluation.bending`.
     """
 
-    def __init__(self, route: Evaluated, told: Vector, too_deep: float) -> None:
+    def __init__(self, route: Evaluated, told: Vector, too_deep: float, bends: tuple[np.ndarray, np.ndarray]) -> None:
         self._route, model, look = route, route.model, ContactLook(route)
         size, points, driven = look.vectors.shape[1], len(route.loops.points.places), len(model.drives)
         self._held, at = route.inputs.constants.copy(), np.zeros(size)
@@ -75,7 +77,7 @@ class ImpactSteps:
             call = route.closing.prepared(0.0, drives, closed, np.empty(closing_memory_size(*tables))).for_kernels()
         closing = ClosingCall(bool(model.constraints), call, motions, drives, closed)
         memory = np.zeros(INTEGERS, dtype=np.int64), np.zeros(REALS), told
-        self._march = March(*memory, np.zeros((3, size)), np.zeros((VECTORS, 3 * points)), at)
+        self._march = March(*memory, np.zeros((3, size)), np.zeros((VECTORS, 3 * points)), at, *bends)
         self._march.reals[TOO_DEEP] = too_deep
         impacts = ImpactScene(asking, look.looked, closing, *tables)
         self._marching = march_over_impacts.bound(impacts, decision, self._march, LATER, LATER)

@@ -456,13 +456,13 @@ class OrderN(LiteralRoute):
         kernel = self._rates_kernel(needs.implicit, needs.balance)
         return CompiledRun(self, kernel, integers, reals, vectors, needs)
 
-    def impact_steps(self, told: Vector, too_deep: float) -> ImpactSteps | None:
+    def impact_steps(self, told: Vector, too_deep: float, bends: tuple[np.ndarray, np.ndarray]) -> ImpactSteps | None:
         """Return compiled steps over impacts, of one thread; None where a run calls functions in Python."""
         if not self.is_autonomous:
             return None
         from kanefe.order_n.impact_steps import ImpactSteps
 
-        return ImpactSteps(self, told, too_deep)
+        return ImpactSteps(self, told, too_deep, bends)
 
     def _rates_kernel(self, is_implicit: bool, is_balanced: bool = False) -> RatesKernel:
         """Return the kernel that evaluates the rates, in a run with the balance or else."""

@@ -413,7 +413,7 @@ class Route(Evaluates, Protocol):
         """Return a run in compiled code of a method with this memory; only if `is_autonomous`."""
         ...
 
-    def impact_steps(self, told: Vector, too_deep: float) -> Any | None:
+    def impact_steps(self, told: Vector, too_deep: float, bends: tuple[np.ndarray, np.ndarray]) -> Any | None:
         """Return compiled steps over impacts, `kanefe.order_n.impact_steps.ImpactSteps`; None where there are none."""
         ...
 

@@ -12,6 +12,7 @@ from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.method import Method
 from kanefe.integrate.methods.python_stepper import PythonStepper
+from kanefe.tree.bending import Bent
 
 if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
@@ -36,6 +37,7 @@ class MoreauJeanStepper(PythonStepper):
     """
 
     def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, name: str) -> None:
+        from kanefe.integrate.run_checks.bending_check import bends_in_kernels, watched_bodies
         from kanefe.integrate.run_checks.contact_check import StepsChecked
         from kanefe.order_n.granular_contacts import GranularSteps
 
@@ -46,7 +48,9 @@ class MoreauJeanStepper(PythonStepper):
         few = model.granular is None
         self._granular = None if few else GranularSteps(model)
         self._checked = StepsChecked(model)
-        self._compiled = model.route.impact_steps(self._checked.told, self._checked.too_deep) if few else None
+        self._bodies, told = watched_bodies(model), (self._checked.told, self._checked.too_deep)
+        self._bending = bends_in_kernels(self._bodies, 0)
+        self._compiled = model.route.impact_steps(*told, self._bending) if few else None
         self.restart(start, dynamics.initial_state(start))
 
     def restart(self, t: float, y: Vector) -> None:
@@ -55,6 +59,15 @@ class MoreauJeanStepper(PythonStepper):
         self._y = self._y_old = y.copy()
         if self._granular is not None:
             self._granular.forget()
+
+    @property
+    def bent(self) -> list[Bent]:
+        """Where each flexible body was bent the most."""
+        if self._compiled is None:
+            return super().bent
+        from kanefe.integrate.run_checks.bending_check import bends_of_kernels
+
+        return bends_of_kernels(self._bodies, *self._bending)
 
     def state(self) -> Vector:
         """Return the state at t."""
@@ -79,13 +92,14 @@ class MoreauJeanStepper(PythonStepper):
         kept = {"t": np.array(self._t), "y": self._y.copy(), "counts": counts, "told": self._checked.told.copy()}
         if self._granular is not None:
             kept |= {f"crowd {name}": array for name, array in self._granular.memory().items()}
-        return kept | self._bends.snapshot()
+        return kept | {"bending": self._bending[1].copy()} | self._bends.snapshot()
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
         """Continue from a snapshot."""
         self.restart(float(snapshot["t"]), snapshot["y"])
         self._steps, self._dynamics.evaluations, self._in_python = (int(count) for count in snapshot["counts"])
         self._checked.told[:] = snapshot["told"]
+        self._bending[1][:] = snapshot["bending"]
         self._bends.resume(snapshot)
         if self._granular is not None:
             kept = {name.removeprefix("crowd "): array for name, array in snapshot.items() if name.startswith("crowd ")}
@@ -100,11 +114,8 @@ class MoreauJeanStepper(PythonStepper):
         return told
 
     def integrate_through(self, times: np.ndarray, states: np.ndarray, most_steps: int) -> int:
-        """Continue until all times or so many steps are passed; in compiled code in one call, of crowds to an output.
-
-        Bodies whose bending is watched are looked at between steps.
-        """
-        if self._granular is None and (self._compiled is None or self._bends):
+        """Continue until all times or so many steps are passed, in compiled code as far as that has them."""
+        if self._granular is None and self._compiled is None:
             return super().integrate_through(times, states, most_steps)
         passed = 0
         while passed < len(times) and most_steps > 0:

@@ -41,6 +41,7 @@ from kanefe.kernels.contact.rigid_points import (
     STATUS,
     WORK,
 )
+from kanefe.kernels.evaluation.bending import watch_bends
 from kanefe.kernels.evaluation.evaluation import LEAST_PIVOT
 from kanefe.kernels.events.closing_call import ClosingCall, close_at
 from kanefe.kernels.impacts.cones import LEAST, MU, largest_of, residual
@@ -142,6 +143,8 @@ class March(NamedTuple):
     vectors : ndarray, shape (VECTORS, 3 points)
     at : ndarray, shape (state,)
         The state that the scene is asked about.
+    bends, bent : ndarray
+        Of bodies whose bending is watched: see `kanefe.kernels.evaluation.bending`.
     """
 
     integers: Integers
@@ -150,6 +153,8 @@ class March(NamedTuple):
     ends: RealRows
     vectors: RealRows
     at: Reals
+    bends: Integers
+    bent: Reals
 
 
 @entry()
@@ -173,6 +178,7 @@ def march_over_impacts(
     while integers[PASSED] < len(times_of_outputs) and integers[MOST] > 0:
         left = reals[STOP] - reals[TIME]
         h = left if left <= reals[LENGTH] * (1.0 + ROUND_OFF) else reals[LENGTH]
+        watch_bends(march.bends, march.bent, reals[TIME], ends[NEW])
         done = _step(scene, decision, march, h)
         if done != DONE:
             return done

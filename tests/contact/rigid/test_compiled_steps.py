@@ -9,6 +9,7 @@ import kanefe as kf
 from draws import in_parts
 from kanefe import shapes
 from kanefe.equations.model import Model
+from kanefe.integrate.run_checks.bending_check import bends_in_kernels
 from kanefe.integrate.run_checks.contact_check import StepsChecked
 from kanefe.integrate.stepper import StepFailure
 from kanefe.kane.rigid_contacts.time_stepping import Stepped, stepped
@@ -17,6 +18,7 @@ from kanefe.order_n.impact_steps import ImpactSteps
 from kanefe.order_n.route import OrderN
 from kanefe.tree.model_data import QUADRATURES
 from rigid_scenes import rigid_scene, rigid_state
+from scenes import lattice_body
 
 G = 9.81
 NO_OUTPUT = np.array([np.inf])
@@ -25,7 +27,7 @@ FAR = 1e9  # m: nothing counts as too deep
 
 def free_steps(model: Model) -> ImpactSteps:
     """Return compiled steps that do not mind how deep a random state begins."""
-    steps = model.route.impact_steps(np.zeros(TOLD), FAR)
+    steps = model.route.impact_steps(np.zeros(TOLD), FAR, bends_in_kernels([], 0))
     assert isinstance(steps, ImpactSteps)
     return steps
 
@@ -81,7 +83,7 @@ def table() -> kf.System:
 
 
 def literally(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(OrderN, "impact_steps", lambda self, told, too_deep: None)
+    monkeypatch.setattr(OrderN, "impact_steps", lambda self, *given: None)
 
 
 def test_a_thousand_steps_of_a_slide_are_those_of_the_literal_equations(monkeypatch):
@@ -107,6 +109,27 @@ def test_a_thousand_steps_of_a_slide_are_those_of_the_literal_equations(monkeypa
     np.testing.assert_allclose(own.run.states, wanted.run.states, rtol=0.0, atol=1e-11)
 
 
+def test_a_flexible_arm_on_a_stop_is_that_of_the_literal_equations(monkeypatch):
+    """Also how far it was bent, at any of its steps."""
+
+    def arm() -> kf.Result:
+        scene = kf.System(gravity=(0, 0, -0.5 * G))
+        stop = scene.add_surface("stop", scene.ground, shapes.Plane("z"), at=(0, 0, -0.03))
+        body = scene.add_flexible_body("arm", lattice_body(1), joint=kf.Revolute("y", speed=1.0))
+        scene.add_contact("tip", body.interface("tip"), stop, normal=kf.Rigid(0.3), friction=kf.Coulomb(0.3))
+        return scene.simulate((0.0, 0.1), method="moreau-jean", step=5e-4, output_step=0.02)
+
+    own = arm()
+    literally(monkeypatch)
+    wanted = arm()
+    assert own.energy.dissipated[-1] > 0.01
+    np.testing.assert_allclose(own.run.states, wanted.run.states, rtol=0.0, atol=1e-9)
+    name, angle, _, where, when, length, _ = own.statistics["bending"]
+    of_literal = wanted.statistics["bending"]
+    assert [name, where, when] == [of_literal[0], of_literal[3], of_literal[4]]
+    np.testing.assert_allclose((angle, length), (of_literal[1], of_literal[5]), rtol=1e-9)
+
+
 def test_functions_in_python_have_steps_in_python_which_is_told():
     scene = table()
     scene.add_force(scene.body("table"), lambda t: (np.cos(t), 0.0, 0.0))
@@ -117,7 +140,7 @@ def test_functions_in_python_have_steps_in_python_which_is_told():
 def test_what_begins_too_deep_breaks_a_law():
     model = table().freeze()
     checked = StepsChecked(model)
-    steps = model.route.impact_steps(checked.told, checked.too_deep)
+    steps = model.route.impact_steps(checked.told, checked.too_deep, bends_in_kernels([], 0))
     y = np.append(model.route.start(0.0), np.zeros(QUADRATURES))
     y[2] -= 0.01
     ended, count, _ = steps.go_on(0.0, y, 1e-3, 1.0, 5, NO_OUTPUT, y[None].copy())
