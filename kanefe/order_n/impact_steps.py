@@ -14,8 +14,7 @@ from kanefe.kernels.contact.rigid_points import CONTACT
 from kanefe.kernels.events.closing_call import ClosingCall
 from kanefe.kernels.impacts.cones import solve_one
 from kanefe.kernels.impacts.decision import TAKES, Asking, decision_of
-from kanefe.kernels.impacts.moments import look_at_points
-from kanefe.kernels.impacts.time_stepping import (
+from kanefe.kernels.impacts.march import (
     CLOSED,
     IMPULSE,
     INTEGERS,
@@ -36,8 +35,9 @@ from kanefe.kernels.impacts.time_stepping import (
     VECTORS,
     ImpactScene,
     March,
-    march_over_impacts,
 )
+from kanefe.kernels.impacts.moments import look_at_points
+from kanefe.kernels.impacts.time_stepping import march_over_impacts
 from kanefe.kernels.sweeps.drives import Drives
 from kanefe.order_n.contact_watching import ContactLook
 from kanefe.order_n.evaluated import Evaluated

@@ -123,7 +123,7 @@ class MoreauJeanStepper(PythonStepper):
             if self._granular is None:
                 passed += self._march(times[passed:], states[passed:], most_steps)
             else:
-                from kanefe.kernels.impacts.time_stepping import ROUND_OFF
+                from kanefe.kernels.impacts.march import ROUND_OFF
 
                 whole = int((float(times[passed]) - self._t) / self._step * (1.0 - ROUND_OFF))
                 self._pass_whole(min(whole, most_steps - 1))
@@ -148,7 +148,7 @@ class MoreauJeanStepper(PythonStepper):
         compiled = self._compiled
         if compiled is None:
             return 0
-        from kanefe.kernels.impacts.time_stepping import BROKEN
+        from kanefe.kernels.impacts.march import BROKEN
 
         ended, count, passed = compiled.go_on(self._t, self._y, self._step, self._stop, most_steps, times, states)
         if count:
@@ -169,7 +169,7 @@ class MoreauJeanStepper(PythonStepper):
     def _advance_in_python(self) -> None:
         """Take a step by the literal equations, or one with a crowd."""
         from kanefe.kane.rigid_contacts.time_stepping import stepped
-        from kanefe.kernels.impacts.time_stepping import ROUND_OFF
+        from kanefe.kernels.impacts.march import ROUND_OFF
 
         t, y = self._t, self._y
         left = self._stop - t

@@ -11,7 +11,7 @@ from kanefe.frames import Matrix, Vector
 from kanefe.integrate.events.contact_changes import STEPS_OVER
 from kanefe.integrate.status import UNFIT, RunStatus
 from kanefe.integrate.stepper import StepFailure
-from kanefe.kernels.impacts.time_stepping import (
+from kanefe.kernels.impacts.march import (
     APPROACH,
     BEND,
     BEYOND,
@@ -83,7 +83,7 @@ class StepsChecked:
     Attributes
     ----------
     told : ndarray, shape (TOLD,)
-        Of all steps so far: see `kanefe.kernels.impacts.time_stepping`.
+        Of all steps so far: see `kanefe.kernels.impacts.march`.
     too_deep : float
         Depth that is round-off, m.
     """

@@ -6,8 +6,6 @@ events of rigid contacts have: a unit of its own, which is built where a run tak
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import (
@@ -23,12 +21,11 @@ from kanefe.kernels.algebra.vectors import (
     vector,
 )
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.arrays import Integers, RealRows, Reals
+from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.constraints.contact_margins import Looked
-from kanefe.kernels.constraints.loop_tables import Loops, unit_responses_in
+from kanefe.kernels.constraints.loop_tables import unit_responses_in
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
-from kanefe.kernels.contact.falling import AT
 from kanefe.kernels.contact.rigid_points import (
     AT_REST,
     FIRST_STATE,
@@ -43,12 +40,9 @@ from kanefe.kernels.contact.rigid_points import (
 )
 from kanefe.kernels.evaluation.bending import watch_bends
 from kanefe.kernels.evaluation.evaluation import LEAST_PIVOT
-from kanefe.kernels.events.closing_call import ClosingCall, close_at
-from kanefe.kernels.impacts.cones import LEAST, MU, largest_of, residual
+from kanefe.kernels.events.closing_call import close_at
 from kanefe.kernels.impacts.decision import (
-    ACTIVE,
     FREE_ACCELERATIONS,
-    IS_NEW,
     IS_TAKING,
     MARGINS_NOW,
     ON_GAP,
@@ -57,104 +51,52 @@ from kanefe.kernels.impacts.decision import (
     SLIPS,
     STICKS,
     TAKES,
-    Asking,
     Decision,
-    X,
     look,
-    solve,
 )
+from kanefe.kernels.impacts.march import (
+    AFTER_STEP,
+    APPROACH,
+    BEFORE_STEP,
+    BEND,
+    BEYOND,
+    BROKEN,
+    CLOSED,
+    DEEPEST,
+    DONE,
+    DOUBLY,
+    FREELY,
+    HOLDING,
+    IMPULSE,
+    LEFT,
+    LENGTH,
+    LOWERED,
+    MOST,
+    NEW,
+    NEXT,
+    OLD,
+    OWN_APPROACH,
+    OWN_BEND,
+    OWN_DEPTH,
+    OWN_LOWERED,
+    OWN_RESIDUAL,
+    PASSED,
+    REMAINDER,
+    RESIDUAL,
+    ROUND_OFF,
+    STEPS,
+    STOP,
+    TIME,
+    TIME_OLD,
+    TOO_DEEP,
+    ImpactScene,
+    March,
+)
+from kanefe.kernels.impacts.step_impulses import solve_islands
 from kanefe.kernels.impacts.tolerances import ROUND_OFF_OF_FORCES
-from kanefe.kernels.layout import COORDINATES, FlexibleTables, Tables
+from kanefe.kernels.layout import COORDINATES, Tables
 from kanefe.kernels.steppers.step_commands import SLOPE
 from kanefe.kernels.sweeps.advance import advance
-
-BEYOND = 1e-6
-"""Violation relative to the friction limit, to the largest normal force and to the scene's length above which the run
-is in error."""
-
-DOUBLY = 2.0
-"""Penetration, in multiples of the first-order error of steps over impacts, above which it is an error."""
-
-ROUND_OFF = 1e-9
-"""Tolerance, relative to a step, by which the last step may be longer."""
-
-HALVINGS = 20
-"""Number of times that the interval of a share of the restitution is halved: it is known to a millionth."""
-
-DONE, LEFT, BROKEN = range(3)
-"""How steps end: at the last output or the most steps; before one that is left to the literal equations; before one
-that breaks a law of a contact."""
-
-MOST, STEPS, PASSED, CLOSED = range(4)
-"""Integers: steps that may be taken, steps in total, outputs passed, contact points that were closed in the last step.
-"""
-INTEGERS = 4
-
-TIME, TIME_OLD, STOP, LENGTH, TOO_DEEP, OWN_DEPTH, OWN_RESIDUAL, OWN_APPROACH, OWN_BEND, OWN_LOWERED = range(10)
-"""Reals: time reached, start of the last step, end and length of steps (s); a depth that is round-off (m); and of the
-step that was tried last what is told of steps."""
-REALS = 10
-
-DEEPEST, RESIDUAL, APPROACH, BEND, LOWERED = range(5)
-"""Told of all steps so far: the largest depth (m) and residual; by how much a step may enter a surface that it has
-not met before, the largest, and one along which it goes, of all steps together (m); and in all together, of how many
-groups of contacts the restitution was lowered."""
-TOLD = 5
-
-OLD, NEW, NEXT = range(3)
-"""Rows of the ends of steps: of the last one, and of the one that is tried."""
-
-BEFORE_STEP, REMAINDER, FREELY, AFTER_STEP, IMPULSE = range(5)
-"""Rows of the vectors of closed points: rates at the middle of a step with its first speeds, m/s, and what is left of
-their rates without accelerations, m/s2; what they become without impulses, and with them, m/s; impulses, N s."""
-VECTORS = 5
-
-HOLDING = int(OF_POINT.friction) + int(AT.holding)
-
-
-class ImpactScene(NamedTuple):
-    """A scene that is stepped over its impacts.
-
-    Attributes
-    ----------
-    asking : Asking
-        Its calls look at the state `at` of a march.
-    looked : Looked
-    closing : ClosingCall
-    tables, flexible, loops : named tuples
-    """
-
-    asking: Asking
-    looked: Looked
-    closing: ClosingCall
-    tables: Tables
-    flexible: FlexibleTables
-    loops: Loops
-
-
-class March(NamedTuple):
-    """Steps through a run.
-
-    Attributes
-    ----------
-    integers, reals, told : ndarray, shapes (INTEGERS,), (REALS,), (TOLD,)
-    ends : ndarray, shape (3, state)
-        States with quadratures.
-    vectors : ndarray, shape (VECTORS, 3 points)
-    at : ndarray, shape (state,)
-        The state that the scene is asked about.
-    bends, bent : ndarray
-        Of bodies whose bending is watched: see `kanefe.kernels.evaluation.bending`.
-    """
-
-    integers: Integers
-    reals: Reals
-    told: Reals
-    ends: RealRows
-    vectors: RealRows
-    at: Reals
-    bends: Integers
-    bent: Reals
 
 
 @entry()
@@ -241,7 +183,7 @@ def _step(scene: ImpactScene, decision: Decision, march: March, h: float) -> int
         if not look(asking, decision, POINTS_NOW, t, count):
             return LEFT
         _put_rates(scene, decision, march, count, h)
-        if not _solve_islands(scene, decision, march, count):
+        if not solve_islands(scene, decision, march, count):
             return LEFT
         if not _strike(scene, decision, march, count):
             return BROKEN
@@ -275,126 +217,6 @@ def _put_rates(scene: ImpactScene, decision: Decision, march: March, count: int,
         reals[OWN_DEPTH] = max(reals[OWN_DEPTH], -met[p, MET.gap])
         reals[OWN_APPROACH] = max(reals[OWN_APPROACH], -h * vectors[BEFORE_STEP, 3 * a])
         reals[OWN_BEND] = max(reals[OWN_BEND], 0.5 * h * h * abs(curved))
-
-
-@kernel
-def _solve_islands(scene: ImpactScene, decision: Decision, march: March, count: int) -> bool:
-    """Write the impulses of closed points, of those that move each other together; return whether there are some."""
-    flags, reals, vectors = decision.flags, march.reals, march.vectors
-    takes, members, is_done = flags[TAKES], flags[ACTIVE], flags[IS_NEW]
-    reals[OWN_RESIDUAL] = reals[OWN_LOWERED] = 0.0
-    for a in range(count):
-        is_done[a] = 0
-    for a in range(count):
-        if is_done[a] != 0:
-            continue
-        members[0], is_done[a], k, seen = a, 1, 1, 0
-        while seen < k:
-            for b in range(count):
-                if is_done[b] == 0 and _moves(decision.now.G, takes[members[seen]], takes[b]):
-                    members[k], is_done[b] = b, 1
-                    k += 1
-            seen += 1
-        if not _solve_island(scene, decision, march, k):
-            return False
-        reals[OWN_RESIDUAL] = max(reals[OWN_RESIDUAL], _left(decision, march, k))
-        for b in range(k):
-            for i in range(3):
-                vectors[IMPULSE, 3 * members[b] + i] = decision.vectors[X, 3 * b + i]
-    return True
-
-
-@kernel
-def _solve_island(scene: ImpactScene, decision: Decision, march: March, k: int) -> bool:
-    """Write the impulses of k active points, which make no energy; return whether there are some.
-
-    See `kanefe.kane.rigid_contacts.step_impulses`.
-    """
-    _put_problem(scene, decision, k)
-    if not _solve_by(scene, decision, march, k, 1.0, 0.0):
-        return False
-    if not _makes_energy(decision, march, k):
-        return True
-    if not _solve_by(scene, decision, march, k, 0.0, 0.0):
-        return False
-    if _makes_energy(decision, march, k):
-        return _solve_by(scene, decision, march, k, 0.0, 1.0)
-    low, high = 0.0, 1.0
-    for _ in range(HALVINGS):
-        share = 0.5 * (low + high)
-        if not _solve_by(scene, decision, march, k, share, 0.0) or _makes_energy(decision, march, k):
-            high = share
-        else:
-            low = share
-    march.reals[OWN_LOWERED] += 1.0
-    return _solve_by(scene, decision, march, k, low, 0.0)
-
-
-@kernel
-def _solve_by(scene: ImpactScene, decision: Decision, march: March, k: int, share: float, of_all: float) -> bool:
-    """Write the impulses by shares of the restitution, and of the rates before that count in all directions."""
-    numbers, members, vectors = scene.loops.points.numbers, decision.flags[ACTIVE], march.vectors
-    for a in range(k):
-        at = 3 * members[a]
-        for i in range(3):
-            decision.problem.b[3 * a + i] = vectors[FREELY, at + i] + of_all * vectors[BEFORE_STEP, at + i]
-        e = share * numbers[decision.flags[TAKES, members[a]], OF_POINT.restitution]
-        decision.problem.b[3 * a] += e * vectors[BEFORE_STEP, at]
-    return solve(scene.asking, False, k, X, False)
-
-
-@kernel
-def _makes_energy(decision: Decision, march: March, k: int) -> bool:
-    """Return whether the impulses of k active points do work beyond round-off."""
-    G, x, vectors, members = decision.problem.G, decision.vectors[X], march.vectors, decision.flags[ACTIVE]
-    work = size = fastest = 0.0
-    for a in range(k):
-        for i in range(3):
-            before, freely = vectors[BEFORE_STEP, 3 * members[a] + i], vectors[FREELY, 3 * members[a] + i]
-            after = freely
-            for j in range(3 * k):
-                after += G[3 * a + i, j] * x[j]
-            work += 0.5 * x[3 * a + i] * (before + after)
-            size += abs(x[3 * a + i])
-            fastest = max(fastest, max(abs(before), abs(freely)))
-    return work > ROUND_OFF_OF_FORCES * fastest * size
-
-
-@inlined
-def _moves(G: np.ndarray, p: int, q: int) -> bool:
-    """Return whether a force at a point moves another one."""
-    found = False
-    for i in range(3 * p, 3 * p + 3):
-        for j in range(3 * q, 3 * q + 3):
-            found = found or G[i, j] != 0.0
-    return found
-
-
-@kernel
-def _put_problem(scene: ImpactScene, decision: Decision, k: int) -> None:
-    """Write the problem of the impulses of k active points among the closed ones, but for the law."""
-    problem, G, members = decision.problem, decision.now.G, decision.flags[ACTIVE]
-    points, takes = scene.loops.points, decision.flags[TAKES]
-    for a in range(k):
-        p = takes[members[a]]
-        for i in range(3 * a, 3 * a + 3):
-            for b in range(k):
-                for j in range(3):
-                    problem.G[i, 3 * b + j] = G[3 * p + i - 3 * a, 3 * takes[members[b]] + j]
-        problem.of_each[MU, a] = points.numbers[p, HOLDING] if points.places[p, HAS_FRICTION] != 0 else 0.0
-        problem.of_each[LEAST, a] = 0.0
-        problem.slips[a, 0] = problem.slips[a, 1] = np.nan
-
-
-@kernel
-def _left(decision: Decision, march: March, k: int) -> float:
-    """Return the residual of the impulses of k active points, of the largest."""
-    problem, x, softest, fastest = decision.problem, decision.vectors[X], 0.0, 0.0
-    for a in range(k):
-        for i in range(3):
-            softest = max(softest, problem.G[3 * a + i, 3 * a + i])
-            fastest = max(fastest, abs(march.vectors[BEFORE_STEP, 3 * decision.flags[ACTIVE, a] + i]))
-    return residual(problem, k, x) / max(max(largest_of(x, 3 * k), fastest / softest), 1e-300)
 
 
 @kernel

@@ -13,7 +13,7 @@ from kanefe.integrate.run_checks.bending_check import bends_in_kernels
 from kanefe.integrate.run_checks.contact_check import StepsChecked
 from kanefe.integrate.stepper import StepFailure
 from kanefe.kane.rigid_contacts.time_stepping import Stepped, stepped
-from kanefe.kernels.impacts.time_stepping import BROKEN, DONE, LEFT, TOLD
+from kanefe.kernels.impacts.march import BROKEN, DONE, LEFT, TOLD
 from kanefe.order_n.impact_steps import ImpactSteps
 from kanefe.order_n.route import OrderN
 from kanefe.tree.model_data import QUADRATURES
