@@ -35,6 +35,7 @@ WHOLE = (".msh", ".vtu", ".vtk", ".med", ".mesh", ".meshb", ".inp", ".bdf", ".na
 
 WARNINGS = {
     "accuracy": "kanefe_fem.materials.isotropic:AccuracyWarning",
+    "deck": "kanefe.imports.included:DeckWarning",
     "error": "kanefe.errors:AccuracyWarning",
     "imported body": "kanefe.imports.sid_file:SidWarning",
     "mesh": "kanefe_fem.mesh.checks:MeshWarning",

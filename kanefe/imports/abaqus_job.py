@@ -13,9 +13,9 @@ from kanefe.errors import FileError, ModelError, outside
 from kanefe.imports.abaqus_cards import check_places, unknown
 from kanefe.imports.abaqus_input import Keyword, deck_keywords
 from kanefe.imports.abaqus_members import node_rows, several, shown_name
-from kanefe.imports.abaqus_parts import Part, parts_of
+from kanefe.imports.abaqus_parts import DeckPart, parts_of
 from kanefe.imports.abaqus_sets import key_of
-from kanefe.imports.coordinate_systems import System, axes_at, right_handed
+from kanefe.imports.coordinate_systems import CoordinateSystem, axes_at, right_handed
 from kanefe.imports.included import DeckWarning
 from kanefe.imports.node_table import NodeTable
 
@@ -75,7 +75,7 @@ def job_of(path: Path, trusted: bool) -> Job:
     return Job(nodes, turned, _used(parts, nodes.labels), is_local)
 
 
-def _sets(parts: Sequence[Part], labels: np.ndarray, told: list[str]) -> dict[str, np.ndarray]:
+def _sets(parts: Sequence[DeckPart], labels: np.ndarray, told: list[str]) -> dict[str, np.ndarray]:
     """Return the labels of the nodes of each set that has some."""
     sets: dict[str, np.ndarray] = {}
     for part in parts:
@@ -87,7 +87,7 @@ def _sets(parts: Sequence[Part], labels: np.ndarray, told: list[str]) -> dict[st
     return sets
 
 
-def _used(parts: Sequence[Part], labels: np.ndarray) -> np.ndarray:
+def _used(parts: Sequence[DeckPart], labels: np.ndarray) -> np.ndarray:
     """Return the ascending labels of the nodes of elements; all, without elements."""
     found = [part.nodes_of(part.element_labels) for part in parts if part.elements]
     return np.unique(np.concatenate(found)) if found else labels
@@ -110,7 +110,7 @@ def _axes(nodes: NodeTable, blocks: Iterable[Keyword], sets: dict[str, np.ndarra
     return axes if is_turned else None
 
 
-def _system(block: Keyword) -> System:
+def _system(block: Keyword) -> CoordinateSystem:
     """Return the system of *TRANSFORM: two points, of R in its plane 1-2 from the origin, of C on its axis."""
     kind = block.options.get("TYPE", "R").upper()
     values = [block.number(text, at) for at, fields in block.rows() for text in fields]
@@ -126,4 +126,4 @@ def _system(block: Keyword) -> System:
         axes = None if turned is None else turned[:, [1, 2, 0]]
     if axes is None:
         raise block.refused("has points that give no direction. Remedy: two points that differ")
-    return System(kind, origin, axes)
+    return CoordinateSystem(kind, origin, axes)

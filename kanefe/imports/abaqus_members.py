@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from kanefe.imports.abaqus_parts import Part
-from kanefe.imports.abaqus_sets import NamedSet, Piece, key_of
+from kanefe.imports.abaqus_parts import DeckPart
+from kanefe.imports.abaqus_sets import NamedSet, SetPiece, key_of
 
 
-def node_rows(parts: Sequence[Part], part: Part, named: NamedSet) -> tuple[np.ndarray, list[str]]:
+def node_rows(parts: Sequence[DeckPart], part: DeckPart, named: NamedSet) -> tuple[np.ndarray, list[str]]:
     """Return the rows of a set of nodes among those of all parts, and what is to be told of it.
 
     Raises
@@ -31,7 +31,7 @@ def node_rows(parts: Sequence[Part], part: Part, named: NamedSet) -> tuple[np.nd
     return np.unique(np.concatenate(found)), told
 
 
-def element_rows(parts: Sequence[Part], part: Part, named: NamedSet) -> tuple[np.ndarray, list[str]]:
+def element_rows(parts: Sequence[DeckPart], part: DeckPart, named: NamedSet) -> tuple[np.ndarray, list[str]]:
     """Return the rows of a set of elements among those of all parts, and what is to be told of it; see `node_rows`."""
     found, told = [np.zeros(0, dtype=np.int64)], []
     first = _firsts([len(other.element_labels) for other in parts])
@@ -47,11 +47,11 @@ def _firsts(counts: list[int]) -> np.ndarray:
     return np.cumsum([0, *counts[:-1]])
 
 
-def _place(parts: Sequence[Part], part: Part) -> int:
+def _place(parts: Sequence[DeckPart], part: DeckPart) -> int:
     return next(i for i, other in enumerate(parts) if other is part)
 
 
-def _part_of(parts: Sequence[Part], part: Part, piece: Piece) -> Part:
+def _part_of(parts: Sequence[DeckPart], part: DeckPart, piece: SetPiece) -> DeckPart:
     """Return the part that the labels of a piece are of."""
     if not piece.instance:
         return part
@@ -61,7 +61,7 @@ def _part_of(parts: Sequence[Part], part: Part, piece: Piece) -> Part:
     raise piece.block.refused(f"is of instance {piece.instance}, which is not there. Remedy: its name", piece.at)
 
 
-def _nodes_of_set(parts: Sequence[Part], part: Part, piece: Piece) -> tuple[np.ndarray, Part]:
+def _nodes_of_set(parts: Sequence[DeckPart], part: DeckPart, piece: SetPiece) -> tuple[np.ndarray, DeckPart]:
     found = part.element_sets.named(piece.elements, piece.instance)
     if found is None:
         raise piece.block.refused(
@@ -78,7 +78,7 @@ def _nodes_of_set(parts: Sequence[Part], part: Part, piece: Piece) -> tuple[np.n
     return inner[0].nodes_of(labels) if inner else labels, inner[0] if inner else owner
 
 
-def _check_members(rows: np.ndarray, labels: np.ndarray, piece: Piece, named: NamedSet, what: str) -> list[str]:
+def _check_members(rows: np.ndarray, labels: np.ndarray, piece: SetPiece, named: NamedSet, what: str) -> list[str]:
     missing = labels[rows < 0]
     if not len(missing):
         return []
@@ -91,12 +91,12 @@ def _check_members(rows: np.ndarray, labels: np.ndarray, piece: Piece, named: Na
     )
 
 
-def several(parts: Sequence[Part]) -> bool:
+def several(parts: Sequence[DeckPart]) -> bool:
     """Return whether nodes of a file are of more than one instance."""
     return sum(len(part.labels) > 0 for part in parts[:-1]) > 1
 
 
-def shown_name(parts: Sequence[Part], part: Part, named: NamedSet, of_nodes: bool) -> str:
+def shown_name(parts: Sequence[DeckPart], part: DeckPart, named: NamedSet, of_nodes: bool) -> str:
     """Return the name of a set of a part: with its instance before, where there are others that it could be."""
     sets = parts[-1].node_sets if of_nodes else parts[-1].element_sets
     is_other = part is not parts[-1] and key_of(named.name) in sets.by_key

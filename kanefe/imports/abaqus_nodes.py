@@ -6,7 +6,7 @@ import numpy as np
 
 from kanefe.frames import axis_rotation
 from kanefe.imports.abaqus_input import Keyword
-from kanefe.imports.coordinate_systems import BASIC, System, in_basic, right_handed
+from kanefe.imports.coordinate_systems import BASIC, CoordinateSystem, in_basic, right_handed
 from kanefe.imports.node_table import rows_of
 
 MOST_FIELDS = 7
@@ -18,7 +18,7 @@ class NodeBlocks:
 
     Attributes
     ----------
-    system : System
+    system : CoordinateSystem
         In which nodes are given now.
     """
 
@@ -34,7 +34,7 @@ class NodeBlocks:
         if kind not in ("R", "C"):
             raise block.refused(f"is in the system {kind!r}, which is not read. Remedy: SYSTEM=R or C")
         rows = _rows(block)
-        local = in_basic(System(kind, np.zeros(3), np.eye(3)), rows[:, 1:])
+        local = in_basic(CoordinateSystem(kind, np.zeros(3), np.eye(3)), rows[:, 1:])
         return self._add(rows[:, 0].astype(np.int64), in_basic(self.system, local), block)
 
     def place_system(self, block: Keyword) -> None:
@@ -162,7 +162,7 @@ def _rows(block: Keyword) -> np.ndarray:
     return rows
 
 
-def _system(block: Keyword) -> System:
+def _system(block: Keyword) -> CoordinateSystem:
     """Return the system of an origin, a point on its first axis, and one in the plane of the first two."""
     values = [np.array([block.number(text, at) for text in fields]) for at, fields in block.rows()]
     if not values:
@@ -173,7 +173,7 @@ def _system(block: Keyword) -> System:
     first = np.pad(values[0], (0, 6 - counts[0]))
     origin, along = first[:3], first[3:] - first[:3]
     if counts[0] < 4:
-        return System("R", origin, np.eye(3))
+        return CoordinateSystem("R", origin, np.eye(3))
     if len(values) == 2:
         axes = right_handed(along, np.pad(values[1], (0, 3 - counts[1])) - origin)
     else:
@@ -181,4 +181,4 @@ def _system(block: Keyword) -> System:
         axes = right_handed(flat, np.array((-flat[1], flat[0], 0.0)))
     if axes is None:
         raise block.refused("has three points on one line. Remedy: a third point beside its axis")
-    return System("R", origin, axes)
+    return CoordinateSystem("R", origin, axes)

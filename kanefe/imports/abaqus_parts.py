@@ -15,7 +15,7 @@ import numpy as np
 from kanefe.imports.abaqus_elements import OTHER, Elements, elements_of
 from kanefe.imports.abaqus_input import Keyword
 from kanefe.imports.abaqus_nodes import NodeBlocks, line_of, moved, refuse_elsewhere
-from kanefe.imports.abaqus_sets import Piece, Sets, key_of
+from kanefe.imports.abaqus_sets import SetPiece, Sets, key_of
 from kanefe.imports.node_table import Labels
 
 _CLOSES = {"PART": "ENDPART", "ASSEMBLY": "ENDASSEMBLY", "INSTANCE": "ENDINSTANCE"}
@@ -41,7 +41,7 @@ class Scope(NamedTuple):
 
 
 @dataclass
-class Part:
+class DeckPart:
     """Nodes, elements and sets of a scope.
 
     Attributes
@@ -92,7 +92,7 @@ class Part:
         return np.unique(np.concatenate(found))
 
 
-def parts_of(blocks: Sequence[Keyword], *, takes_any: bool) -> list[Part]:
+def parts_of(blocks: Sequence[Keyword], *, takes_any: bool) -> list[DeckPart]:
     """Return the part of each instance, and last that of the assembly; without instances one part.
 
     Parameters
@@ -161,7 +161,7 @@ def _of_part(block: Keyword, parts: dict[str, list[Keyword]]) -> list[Keyword]:
     return parts[key_of(name)]
 
 
-def _part(scope: Scope, takes_any: bool, instances: list[Part] | None) -> Part:
+def _part(scope: Scope, takes_any: bool, instances: list[DeckPart] | None) -> DeckPart:
     """Return nodes, elements and sets of a scope; of the assembly with its instances."""
     nodes, elements = NodeBlocks(), []
     by_key = {key_of(part.name): part for part in instances or ()}
@@ -189,14 +189,14 @@ def _part(scope: Scope, takes_any: bool, instances: list[Part] | None) -> Part:
             element_sets.read(block, block.option("ELSET"))
     labels, points, told = nodes.table()
     points = points if scope.placed is None else moved(points, scope.placed)
-    part = Part(scope.name, scope.blocks, labels, points, node_sets, element_sets, elements, told)
+    part = DeckPart(scope.name, scope.blocks, labels, points, node_sets, element_sets, elements, told)
     _check_once(part)
     return part
 
 
 def _into(sets: Sets, block: Keyword, option: str, labels: np.ndarray) -> None:
     if option in block.options:
-        sets.add(block.option(option), [Piece(labels, block, block.at)])
+        sets.add(block.option(option), [SetPiece(labels, block, block.at)])
 
 
 def _old_set(sets: Sets, block: Keyword) -> np.ndarray:
@@ -213,10 +213,10 @@ def _add_nodes_of(node_sets: Sets, element_sets: Sets, block: Keyword) -> None:
     name = block.option("ELSET")
     instance = key_of(block.options.get("INSTANCE", ""))
     empty = np.zeros(0, dtype=np.int64)
-    node_sets.add(block.option("NSET"), [Piece(empty, block, block.at, instance, elements=name)])
+    node_sets.add(block.option("NSET"), [SetPiece(empty, block, block.at, instance, elements=name)])
 
 
-def _check_once(part: Part) -> None:
+def _check_once(part: DeckPart) -> None:
     """Refuse elements with the label of another one."""
     every = part.element_labels
     labels, first = np.unique(every, return_index=True)

@@ -11,7 +11,7 @@ from kanefe.imports.abaqus_input import Keyword
 from kanefe.imports.text import number
 
 
-class Piece(NamedTuple):
+class SetPiece(NamedTuple):
     """Members of a set that one line or keyword gives.
 
     Attributes
@@ -41,7 +41,7 @@ class NamedSet:
     """A set by its name as it is first written, and its members so far."""
 
     name: str
-    pieces: list[Piece] = field(default_factory=list)
+    pieces: list[SetPiece] = field(default_factory=list)
 
 
 class Sets:
@@ -58,7 +58,7 @@ class Sets:
         self.by_key: dict[str, NamedSet] = {}
         self.others = others or {}
 
-    def add(self, name: str, pieces: list[Piece]) -> None:
+    def add(self, name: str, pieces: list[SetPiece]) -> None:
         """Add members to a set; one that is there goes on."""
         bare = name.strip("\"'")
         self.by_key.setdefault(key_of(name), NamedSet(bare)).pieces.extend(pieces)
@@ -74,7 +74,7 @@ class Sets:
         instance = key_of(block.options.get("INSTANCE", ""))
         table = block.table()
         if table is not None and _are_labels(table.values) and "GENERATE" not in block.options:
-            self.add(name, [Piece(table.values.astype(np.int64), block, block.at, instance)])
+            self.add(name, [SetPiece(table.values.astype(np.int64), block, block.at, instance)])
             return
         self.add(name, [])
         for at, fields in block.rows():
@@ -96,10 +96,10 @@ class Sets:
             return of, self.others[of].by_key[bare]
         return None
 
-    def _members(self, text: str, block: Keyword, at: int, instance: str) -> list[Piece]:
+    def _members(self, text: str, block: Keyword, at: int, instance: str) -> list[SetPiece]:
         label = _label(text)
         if label is not None:
-            return [Piece(np.array([label]), block, at, instance)]
+            return [SetPiece(np.array([label]), block, at, instance)]
         found = self.named(text, instance)
         if found is not None:
             of, named = found
@@ -107,7 +107,7 @@ class Sets:
         of, _, bare = key_of(text).rpartition(".")
         label = _label(bare)
         if of in self.others and label is not None:
-            return [Piece(np.array([label]), block, at, of)]
+            return [SetPiece(np.array([label]), block, at, of)]
         raise block.refused(
             f"has {text!r}, which is no label and no set before it. Remedy: check the order and names of its sets", at
         )
@@ -118,9 +118,9 @@ def key_of(name: str) -> str:
     return "".join(name.strip("\"'").split()).upper()
 
 
-def _joined(pieces: list[Piece]) -> list[Piece]:
+def _joined(pieces: list[SetPiece]) -> list[SetPiece]:
     """Return pieces of one line with those in one that differ in their labels alone."""
-    by_place: dict[tuple[object, ...], list[Piece]] = {}
+    by_place: dict[tuple[object, ...], list[SetPiece]] = {}
     for piece in pieces:
         by_place.setdefault((id(piece.block), *piece[2:]), []).append(piece)
     return [some[0]._replace(labels=np.concatenate([p.labels for p in some])) for some in by_place.values()]
@@ -138,10 +138,10 @@ def _label(text: str) -> int | None:
     return int(value) if value > 0 and value == int(value) else None
 
 
-def _range(block: Keyword, at: int, fields: list[str], instance: str) -> Piece:
+def _range(block: Keyword, at: int, fields: list[str], instance: str) -> SetPiece:
     if not 2 <= len(fields) <= 3:
         raise block.refused(f"has {len(fields)} numbers, where a range has two or three. Remedy: check it", at)
     first, last, step = (block.label(text, at) for text in (*fields, "1")[:3])
     if last < first:
         raise block.refused(f"has a range from {first} down to {last}. Remedy: the smaller one first", at)
-    return Piece(np.arange(first, last + 1, step), block, at, instance, is_range=True)
+    return SetPiece(np.arange(first, last + 1, step), block, at, instance, is_range=True)

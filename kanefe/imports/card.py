@@ -118,7 +118,7 @@ def split(body: str, width: int) -> tuple[str, ...]:
     return tuple([body[i : i + width].strip() for i in range(0, len(body), width)])
 
 
-class Columns(NamedTuple):
+class CardColumns(NamedTuple):
     """Fields of many cards, (n, k): whole numbers, 0 where a field is left out, and where that is."""
 
     values: np.ndarray
@@ -142,15 +142,15 @@ def refuse_more(cards: Sequence[Card], most: int) -> None:
             raise card.refused(f"goes on behind its {most} fields. Remedy: check that the lines before are complete")
 
 
-def wholes(cards: Sequence[Card], first: int, count: int) -> Columns:
+def wholes(cards: Sequence[Card], first: int, count: int) -> CardColumns:
     """Return whole numbers of some fields of cards, counted from 2; a FileError names field and line if one is none."""
     found = _at_once(cards, first, count, is_whole=True)
     if found is not None:
-        return Columns(found[0].astype(np.int64), found[1])
+        return CardColumns(found[0].astype(np.int64), found[1])
     fields = range(first, first + count)
     is_blank = np.array([[not card.field(i) for i in fields] for card in cards], dtype=bool).reshape(-1, count)
     rows = [[card.whole(i) if card.field(i) else 0 for i in fields] for card in cards]
-    return Columns(np.array(rows, dtype=np.int64).reshape(-1, count), is_blank)
+    return CardColumns(np.array(rows, dtype=np.int64).reshape(-1, count), is_blank)
 
 
 def numbers(cards: Sequence[Card], first: int, count: int) -> np.ndarray:

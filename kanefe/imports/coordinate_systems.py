@@ -13,7 +13,7 @@ ON_AXIS = 1e-12
 """Distance from the axis of a system, relative to the largest coordinate, below which a point is on it."""
 
 
-class System(NamedTuple):
+class CoordinateSystem(NamedTuple):
     """A system placed in basic coordinates.
 
     Attributes
@@ -30,7 +30,7 @@ class System(NamedTuple):
     axes: np.ndarray
 
 
-BASIC = System("R", np.zeros(3), np.eye(3))
+BASIC = CoordinateSystem("R", np.zeros(3), np.eye(3))
 
 
 def right_handed(along: np.ndarray, beside: np.ndarray) -> np.ndarray | None:
@@ -48,7 +48,7 @@ def right_handed(along: np.ndarray, beside: np.ndarray) -> np.ndarray | None:
     return np.column_stack((x, np.cross(z, x), z))
 
 
-def in_basic(system: System, given: np.ndarray) -> np.ndarray:
+def in_basic(system: CoordinateSystem, given: np.ndarray) -> np.ndarray:
     """Return points (n, 3) in basic coordinates; angles are given in degrees: theta of C, theta from z and phi of S."""
     local = given
     if system.kind == "C":
@@ -61,7 +61,7 @@ def in_basic(system: System, given: np.ndarray) -> np.ndarray:
     return np.asarray(system.origin + local @ system.axes.T)
 
 
-def axes_at(system: System, points: np.ndarray) -> np.ndarray:
+def axes_at(system: CoordinateSystem, points: np.ndarray) -> np.ndarray:
     """Return the axes (n, 3, 3), as columns in basic, of a system at points: of C and S along r, theta, z or phi.
 
     On the axis of a system theta and phi are taken as 0.

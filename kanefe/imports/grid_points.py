@@ -9,7 +9,7 @@ import numpy as np
 
 from kanefe.errors import FileError
 from kanefe.imports.card import Card, numbers, refuse_more, wholes
-from kanefe.imports.coordinate_systems import BASIC, System, axes_at, in_basic, right_handed
+from kanefe.imports.coordinate_systems import BASIC, CoordinateSystem, axes_at, in_basic, right_handed
 
 CP, CD = 3, 7
 """Numbers of the fields of a grid point with the systems of its place and of its displacements."""
@@ -113,10 +113,10 @@ class _Systems:
 
     def __init__(self, grids: Mapping[int, Card], systems: Mapping[int, tuple[Card, int]], usual: Card | None) -> None:
         self.grids, self.systems, self.usual = grids, systems, usual
-        self.placed: dict[int, System] = {0: BASIC}
+        self.placed: dict[int, CoordinateSystem] = {0: BASIC}
         self.open: list[int] = []
 
-    def of(self, number: int, by: Card) -> System:
+    def of(self, number: int, by: Card) -> CoordinateSystem:
         """Return a system that a card uses."""
         if number in self.placed:
             return self.placed[number]
@@ -148,13 +148,13 @@ class _Systems:
         return corners
 
 
-def _through(card: Card, corners: list[np.ndarray]) -> System:
+def _through(card: Card, corners: list[np.ndarray]) -> CoordinateSystem:
     """Return the system of an origin, a point on its third axis, and one in the plane of the first and the third."""
     origin, along, beside = corners
     axes = right_handed(along - origin, beside - origin)
     if axes is None:
         raise card.refused("has three points on one line. Remedy: a third point beside its axis")
-    return System(card.name[5], origin, axes[:, [1, 2, 0]])
+    return CoordinateSystem(card.name[5], origin, axes[:, [1, 2, 0]])
 
 
 def _placed(grids: Mapping[int, Card], systems: _Systems, usual: Card | None) -> GridPoints:
@@ -172,7 +172,7 @@ def _placed(grids: Mapping[int, Card], systems: _Systems, usual: Card | None) ->
 
 def _by_system(
     cards: list[Card], number: int, systems: _Systems, usual: Card | None
-) -> Iterator[tuple[System, np.ndarray]]:
+) -> Iterator[tuple[CoordinateSystem, np.ndarray]]:
     """Yield each system that a field of grid points names, and the rows of those points."""
     own = wholes(cards, number, 1)
     default = usual.whole(number) if usual is not None and usual.field(number) else 0

@@ -50,7 +50,18 @@ WORDS = {
     "section frame",
     "unreduced body",
 }
-WORDS_OF_WARNINGS = {"accuracy", "error", "imported body", "mesh", "modes", "nodal form", "simulation", "tie", "units"}
+WORDS_OF_WARNINGS = {
+    "accuracy",
+    "deck",
+    "error",
+    "imported body",
+    "mesh",
+    "modes",
+    "nodal form",
+    "simulation",
+    "tie",
+    "units",
+}
 
 # Classes of the same name in two files of a package. A digest does not tell them apart, and need not: they are parts of
 # tables that are printed, of verification runs, studies and searches, never of a scene or of the options of a body.

@@ -18,8 +18,8 @@ from kanefe.imports.abaqus_elements import OTHER, Elements
 from kanefe.imports.abaqus_input import Keyword, deck_keywords
 from kanefe.imports.abaqus_members import element_rows, node_rows, shown_name
 from kanefe.imports.abaqus_nodes import line_of
-from kanefe.imports.abaqus_parts import Part, parts_of
-from kanefe.imports.abaqus_sets import NamedSet, Piece, key_of
+from kanefe.imports.abaqus_parts import DeckPart, parts_of
+from kanefe.imports.abaqus_sets import NamedSet, SetPiece, key_of
 from kanefe.imports.node_table import rows_of
 from kanefe_fem.mesh.abaqus_surfaces import face_corners, section_sets, surfaces
 from kanefe_fem.mesh.checks import MeshWarning
@@ -69,7 +69,7 @@ def read_abaqus_mesh(path: Path, trusted: bool) -> Mesh:
     )
 
 
-def _cells(parts: Sequence[Part]) -> dict[str, _Cells]:
+def _cells(parts: Sequence[DeckPart]) -> dict[str, _Cells]:
     """Return the cells of each kind, by rows of the nodes of all parts."""
     found: dict[str, list[_Cells]] = {}
     first_node = first_element = 0
@@ -84,7 +84,7 @@ def _cells(parts: Sequence[Part]) -> dict[str, _Cells]:
     return {kind: _Cells(*map(np.concatenate, zip(*some, strict=True))) for kind, some in found.items()}
 
 
-def _known(some: Elements, part: Part) -> np.ndarray:
+def _known(some: Elements, part: DeckPart) -> np.ndarray:
     """Return the rows (m, k) of the nodes of elements among those of their part."""
     rows = rows_of(some.nodes, part.labels)
     if (rows < 0).any():
@@ -97,7 +97,7 @@ def _known(some: Elements, part: Part) -> np.ndarray:
     return rows
 
 
-def _no_cells(parts: Sequence[Part]) -> dict[str, int]:
+def _no_cells(parts: Sequence[DeckPart]) -> dict[str, int]:
     """Return the types of elements that are no cells: name -> first line."""
     found: dict[str, int] = {}
     for part in parts:
@@ -107,7 +107,7 @@ def _no_cells(parts: Sequence[Part]) -> dict[str, int]:
     return found
 
 
-def _point_sets(parts: Sequence[Part], told: list[str]) -> dict[str, np.ndarray]:
+def _point_sets(parts: Sequence[DeckPart], told: list[str]) -> dict[str, np.ndarray]:
     """Return the rows of the nodes of each set that has some."""
     found: dict[str, np.ndarray] = {}
     for part in parts:
@@ -119,7 +119,7 @@ def _point_sets(parts: Sequence[Part], told: list[str]) -> dict[str, np.ndarray]
     return found
 
 
-def _groups(parts: Sequence[Part], cells: dict[str, _Cells], told: list[str]) -> list[Group]:
+def _groups(parts: Sequence[DeckPart], cells: dict[str, _Cells], told: list[str]) -> list[Group]:
     """Return the element sets; of solids those of sections only, where there are any."""
     kinds = list(cells)
     is_solid = [dimension_of(kind) == 3 for kind in kinds]
@@ -143,7 +143,7 @@ def _groups(parts: Sequence[Part], cells: dict[str, _Cells], told: list[str]) ->
     ]
 
 
-def _facets(parts: Sequence[Part], cells: dict[str, _Cells], told: list[str]) -> dict[str, list[Cells]]:
+def _facets(parts: Sequence[DeckPart], cells: dict[str, _Cells], told: list[str]) -> dict[str, list[Cells]]:
     """Return the surfaces that are faces of solid elements, and tell of others."""
     facets: dict[str, list[Cells]] = {}
     for part in parts:
@@ -175,7 +175,7 @@ def _facets(parts: Sequence[Part], cells: dict[str, _Cells], told: list[str]) ->
     return facets
 
 
-def _faces_of(part: Part, text: str, block: Keyword, at: int) -> list[Piece]:
+def _faces_of(part: DeckPart, text: str, block: Keyword, at: int) -> list[SetPiece]:
     """Return the elements that a line of a surface names: a set, or a label, perhaps of an instance."""
     sets = part.element_sets
     found = sets.named(text)
@@ -185,4 +185,4 @@ def _faces_of(part: Part, text: str, block: Keyword, at: int) -> list[Piece]:
     of, _, bare = key_of(text).rpartition(".")
     if not bare.isdigit() or (of and of not in sets.others):
         raise block.refused(f"has no element set {text!r}. Remedy: check the names of its sets", at)
-    return [Piece(np.array([int(bare)]), block, at, of)]
+    return [SetPiece(np.array([int(bare)]), block, at, of)]
