@@ -19,6 +19,7 @@ from kanefe.errors import MeshError, outside
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import is_supported, quadrature, row_numbers, shape
 from kanefe.fe_model.skin import skin
+from kanefe_fem.mesh.jacobians import folded_inside
 
 if TYPE_CHECKING:
     from kanefe_fem.mesh.mesh import Mesh
@@ -212,7 +213,10 @@ def oriented(mesh: Mesh) -> Mesh:
 
 
 def jacobian_range(mesh: Mesh, block: Cells) -> tuple[np.ndarray, np.ndarray]:
-    """Return the least and greatest Jacobian over the nodes of each cell, relative to its longest side."""
+    """Return the least and greatest Jacobian over the nodes of each cell, relative to its longest side.
+
+    Those of a cell that folds between its nodes have both signs; of a pyramid points of quadrature are taken.
+    """
     element = shape(block.kind)
     d = element.dimension
     coordinates = mesh.nodes[block.nodes][:, :, :d]
@@ -227,6 +231,12 @@ def jacobian_range(mesh: Mesh, block: Cells) -> tuple[np.ndarray, np.ndarray]:
         jacobian = np.linalg.det(np.swapaxes(coordinates, 1, 2) @ gradient) / size
         jacobian[np.abs(jacobian) < DEGENERATE] = 0.0
         low, high = np.minimum(low, jacobian), np.maximum(high, jacobian)
+    if element.corner_kind != "pyramid" and not (element.is_simplex and element.order == 1):
+        same = np.flatnonzero((low > 0.0) | (high < 0.0))
+        scaled = coordinates[same] / (size[same] ** (1.0 / d))[:, None, None]
+        scaled[high[same] < 0.0, :, 0] *= -1.0  # mirrored
+        folded = same[folded_inside(block.kind, scaled, DEGENERATE)]
+        low[folded], high[folded] = np.minimum(low[folded], -DEGENERATE), np.maximum(high[folded], DEGENERATE)
     return low, high
 
 
