@@ -2,13 +2,14 @@
 
 Errors of positions are what the tolerance allows; those of forces are these times stiffnesses, and how large they are
 depends on what the method does with modes that its steps pass over. A second run from a stored state tells: within a
-few of its smaller steps stiff modes have their forces, while positions have hardly had time to differ.
+few of its smaller steps stiff modes have their forces, while positions have hardly had time to differ. Parts are looked
+at where the run starts, at even distances, and where forces are rougher than in all of these.
 """
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -35,14 +36,23 @@ PARTS = 5
 LEAST_STEPS = 6.0
 """Least length of a part, in mean steps of the run, where it has many: stiff modes need some to settle."""
 
+ROUGH_PARTS = 2
+"""Largest number of parts beside these, where forces are rougher than in all of them."""
+
+MOST_LOOKS = 20
+"""Number of outputs that are tried for them: an event may be near."""
+
 SETTLED = 0.4
 """Time from the start of a part after which its forces are compared, relative to its length."""
 
 LEAST_SHARE, LARGEST_SHARE = 0.02, 0.1
 """Least and largest length of a part, relative to the run: with outputs farther apart it would cost as much as one."""
 
-MOST_STEPS = 0.3
+MOST_STEPS = 0.5
 """Largest number of steps of all parts, relative to that of the run."""
+
+FEWEST_STEPS = 40
+"""Number of steps that a part has at least."""
 
 PROMISED = 100.0
 """Error of a force, relative to rtol and the largest force of its channel, above which a warning is issued."""
@@ -66,6 +76,8 @@ class ForceError(NamedTuple):
         Estimated: largest difference to parts of the run that were run again with a hundredth of its tolerance.
     largest : float
         Largest size in the run.
+    is_least : bool
+        Whether parts were left since they took too many steps, so that it may be larger.
     """
 
     quantity: str
@@ -74,6 +86,7 @@ class ForceError(NamedTuple):
     unit: str
     error: float
     largest: float
+    is_least: bool = False
 
     @property
     def share(self) -> float:
@@ -82,7 +95,8 @@ class ForceError(NamedTuple):
 
     def __str__(self) -> str:
         size = f"{self.error:.2g} {self.unit}, {self.share:.1g} of the largest"
-        return f"{self.part} in {self.quantity} {self.name!r} has an error of about {size}"
+        about = "at least" if self.is_least else "about"
+        return f"{self.part} in {self.quantity} {self.name!r} has an error of {about} {size}"
 
 
 class PartOfRun(NamedTuple):
@@ -103,16 +117,14 @@ def force_errors(channels: RunChannels) -> tuple[ForceError, ...]:
     """
     if why := obstacle(channels):
         raise ModelError(f"the errors of forces are not estimated: {why}")
-    rows, again = _again(channels)
-    sizes, errors = dict(_forces(channels)), dict(_forces(again))
-    length, found = scene_length(channels.model), []
+    sizes = _forces_that_count(channels)
     largest = {key: float(np.linalg.norm(force, axis=1).max()) for key, force in sizes.items()}
-    arms = {"N": 1.0, "N m": length}  # and the power of a drive of poses is compared with itself alone
-    top = max((largest[key] / arms[key[3]] for key in largest if key[3] in arms), default=0.0)
-    for key, force in sizes.items():
-        if largest[key] > NOTHING * top * arms.get(key[3], 0.0):
-            error = float(np.linalg.norm(errors[key] - force[rows], axis=1).max())
-            found.append(ForceError(*key, error, largest[key]))
+    parts = _parts(channels)
+    parts += _rough_parts(channels, parts, _roughness(channels.times, sizes.values()))
+    rows, again, is_whole = _again(channels, parts)
+    errors = dict(_forces(again))
+    off = {key: float(np.linalg.norm(errors[key] - force[rows], axis=1).max()) for key, force in sizes.items()}
+    found = [ForceError(*key, off[key], largest[key], not is_whole) for key in sizes]
     return tuple(sorted(found, key=lambda one: -one.share))
 
 
@@ -164,33 +176,85 @@ def obstacle(channels: RunChannels) -> str:
 
 
 def _parts(channels: RunChannels) -> list[PartOfRun]:
-    """Return the parts that are run again, at even distances up to the end; none with an event in it."""
-    times, told = channels.times, channels.statistics
-    span = float(times[-1] - times[0])
-    least = max(min(LEAST_STEPS / max(told["steps"], 1), 0.5 * LARGEST_SHARE), LEAST_SHARE) * span
-    happened = np.sort(np.concatenate((np.zeros(0), *channels.events.values())))
-    found = []
-    for number in range(PARTS):
-        last = round((len(times) - 1) * (number + 1) / PARTS)
-        first = int(np.searchsorted(times, times[last] - least * (1.0 - 1e-9), side="right")) - 1
-        if first < 0 or first == last or times[last] - times[first] > LARGEST_SHARE * span:
-            continue
-        if np.searchsorted(happened, times[first]) != np.searchsorted(happened, times[last], side="right"):
-            continue
-        settled = times[first] + SETTLED * (times[last] - times[first])
-        found.append(PartOfRun(first, min(int(np.searchsorted(times, settled)), last), last))
+    """Return the parts that are run again: from the start, and at even distances up to the end."""
+    ends = (round((len(channels.times) - 1) * (number + 1) / PARTS) for number in range(PARTS))
+    found = [part for last in ends if (part := _part_to(channels, last)) is not None]
+    if found:
+        last = found[0].last - found[0].first
+        if (first := _part_to(channels, last)) is not None and first.first == 0:
+            found.append(first._replace(compared=1))  # what it begins with is exact
     return found
 
 
-def _again(channels: RunChannels) -> tuple[np.ndarray, RunChannels]:
-    """Return the numbers of output times that were reached again, and the channels of these."""
+def _part_to(channels: RunChannels, last: int) -> PartOfRun | None:
+    """Return the part that ends at the output of a number; None if there is none, or an event in it."""
+    times, told = channels.times, channels.statistics
+    span = float(times[-1] - times[0])
+    least = max(min(LEAST_STEPS / max(told["steps"], 1), 0.5 * LARGEST_SHARE), LEAST_SHARE) * span
+    first = int(np.searchsorted(times, times[last] - least * (1.0 - 1e-9), side="right")) - 1
+    if first < 0 or first == last or times[last] - times[first] > LARGEST_SHARE * span:
+        return None
+    happened = np.sort(np.concatenate((np.zeros(0), *channels.events.values())))
+    if np.searchsorted(happened, times[first]) != np.searchsorted(happened, times[last], side="right"):
+        return None
+    settled = times[first] + SETTLED * (times[last] - times[first])
+    return PartOfRun(first, min(int(np.searchsorted(times, settled)), last), last)
+
+
+def _roughness(times: np.ndarray, forces: Iterable[np.ndarray]) -> np.ndarray:
+    """Return for each output by how much a force is off the cubic through its neighbours, relative to its largest.
+
+    What a method leaves in stiff modes changes from step to step, and shows so where forces change less: of the largest
+    of all channels, shape (T,).
+    """
+    found = np.zeros(len(times))
+    if len(times) < 5:
+        return found
+    beside = [times[:-4], times[1:-3], times[3:-1], times[4:]]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        weights = [
+            np.prod([(times[2:-2] - other) / (one - other) for other in beside if other is not one], axis=0)
+            for one in beside
+        ]
+        for force in forces:
+            largest = np.linalg.norm(force, axis=1).max(initial=0.0)
+            cubic = sum(
+                w[:, None] * x for w, x in zip(weights, (force[:-4], force[1:-3], force[3:-1], force[4:]), strict=True)
+            )
+            off = np.linalg.norm(force[2:-2] - cubic, axis=1) / largest
+            found[2:-2] = np.maximum(found[2:-2], np.where(off < np.inf, off, 0.0))
+    return found
+
+
+def _rough_parts(channels: RunChannels, parts: Sequence[PartOfRun], rough: np.ndarray) -> list[PartOfRun]:
+    """Return parts about the outputs with the roughest forces, where they are rougher than in the parts given."""
+    found: list[PartOfRun] = []
+    seen = max((float(rough[part.compared : part.last + 1].max()) for part in parts), default=0.0)
+    left = rough.copy()
+    for _ in range(MOST_LOOKS):
+        at = int(left.argmax())
+        if left[at] <= seen or len(found) == ROUGH_PARTS:
+            break
+        behind = _part_to(channels, at)
+        length = 0 if behind is None else at - behind.first
+        # about in the middle of what is compared
+        part = _part_to(channels, min(at + round(0.5 * (1.0 - SETTLED) * length), len(rough) - 1))
+        if part is not None and part.compared <= at:
+            found.append(part)
+            left[part.compared : part.last + 1] = 0.0
+        left[at] = 0.0
+    return found
+
+
+def _again(channels: RunChannels, parts: Sequence[PartOfRun]) -> tuple[np.ndarray, RunChannels, bool]:
+    """Return the numbers of output times that were reached again, the channels of these, and whether all were."""
     model, times, told = channels.model, channels.times, channels.statistics
     rows: list[int] = []
     states = [np.zeros((0, channels.states.shape[1] + 2))]
-    parts = _parts(channels)
-    most = max(int(MOST_STEPS * told["steps"] / len(parts)), 30)
-    stepper = _stepper(channels)
-    for part in parts:
+    left = max(int(MOST_STEPS * told["steps"]), FEWEST_STEPS * len(parts))
+    stepper, is_whole = _stepper(channels), True
+    # the start last, with what the others have left: something may settle there
+    for number, part in enumerate(sorted(parts, key=lambda part: part.first == 0)):
         y = np.concatenate((channels.states[part.first], [0.0, 0.0]))
         wanted = times[part.first + 1 : part.last + 1]
         reached = np.empty((len(wanted), len(y)))
@@ -198,10 +262,14 @@ def _again(channels: RunChannels) -> tuple[np.ndarray, RunChannels]:
         # as long as those of the run: what its stiff modes do beside the rest is to be damped, not followed
         stepper.reals[NEXT_STEP] = (times[-1] - times[0]) / max(told["steps"], 1)
         stepper.aim(float(wanted[-1]))
+        before = stepper.step_count
         try:
-            passed = stepper.integrate_through(wanted, reached, most)
+            passed = stepper.integrate_through(wanted, reached, left // (len(parts) - number))
         except KanefeError:
-            continue
+            passed = 0
+        finally:
+            left -= stepper.step_count - before
+        is_whole = is_whole and passed == len(wanted)
         skipped = part.compared - part.first - 1
         rows += range(part.compared, part.first + 1 + passed)
         states.append(reached[skipped:passed] if passed > skipped else reached[:0])
@@ -211,7 +279,7 @@ def _again(channels: RunChannels) -> tuple[np.ndarray, RunChannels]:
             f"{MOST_STEPS:.0%} of its steps. Remedy: compare with a run with a smaller rtol"
         )
     at, found = np.array(rows, dtype=int), np.concatenate(states)
-    return at, RunChannels(model, Trajectory.of_states(model, times[at], found, statistics={}))
+    return at, RunChannels(model, Trajectory.of_states(model, times[at], found, statistics={})), is_whole
 
 
 def _stepper(channels: RunChannels) -> KernelStepper:
@@ -227,6 +295,15 @@ def _stepper(channels: RunChannels) -> KernelStepper:
         if isinstance(made, KernelStepper):
             return made
     raise ModelError("the errors of forces are not estimated: no method serves the scene for it")
+
+
+def _forces_that_count(channels: RunChannels) -> dict[tuple[str, str, str, str], np.ndarray]:
+    """Return the vectors of force of `_forces` that are more than round-off."""
+    sizes, length = dict(_forces(channels)), scene_length(channels.model)
+    largest = {key: float(np.linalg.norm(force, axis=1).max()) for key, force in sizes.items()}
+    arms = {"N": 1.0, "N m": length}  # and the power of a drive of poses is compared with itself alone
+    top = max((largest[key] / arms[key[3]] for key in largest if key[3] in arms), default=0.0)
+    return {key: force for key, force in sizes.items() if largest[key] > NOTHING * top * arms.get(key[3], 0.0)}
 
 
 def _forces(channels: RunChannels) -> Iterator[tuple[tuple[str, str, str, str], np.ndarray]]:

@@ -11,6 +11,8 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.integrate.methods.elastic_speeds import elastic_speeds
+from kanefe.tree.scales import coordinate_moves
 from kanefe_fem import Material, Rectangle, beam_body, straight_beam
 
 RATE, RADIUS, ROD = 40.0, 0.1, 0.35
@@ -124,3 +126,23 @@ def test_a_run_of_which_no_part_goes_again_is_read_without_an_estimate(monkeypat
     assert np.isfinite(found.loop_force("pin")).all()
     with pytest.raises(kf.ModelError, match="no part of the run could be run again"):
         found.force_errors()
+
+
+@pytest.mark.parametrize("output", [3, 70, 131])
+def test_an_error_between_the_parts_at_even_distances_is_seen(output: int) -> None:
+    """At the start, and in the middle between two parts; of the fastest mode, at one time."""
+    found = run(method="radau5", rtol=1e-6)
+    model = found.run.model
+    fastest = next(at for _, at, speed in coordinate_moves(model) if speed == elastic_speeds(model)[-1])
+    found.run.states = found.run.states.copy()
+    found.run.states[output, fastest] += 1e-9 * ROD  # of which its frequency makes 0.2 % of the largest force
+    error = found.force_errors()[0]
+    assert error.share > 1e-3  # without it: below 1e-4, see above
+
+
+def test_parts_that_take_too_many_steps_are_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = run(method="radau5", rtol=1e-6)
+    assert "error of about" in str(found.force_errors()[0])
+    monkeypatch.setattr("kanefe.results.force_errors.MOST_STEPS", 0.0)
+    monkeypatch.setattr("kanefe.results.force_errors.FEWEST_STEPS", 12)
+    assert "error of at least" in str(found.force_errors()[0])
