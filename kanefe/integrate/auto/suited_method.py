@@ -16,7 +16,14 @@ from kanefe.integrate.auto.abrupt_forces import (
     explicit_serves_stops,
     rate_at_stops,
 )
-from kanefe.integrate.auto.cost import LEAST_OF_RADAU, explicit_work, radau_work, sampled_work, steps_of_radau
+from kanefe.integrate.auto.cost import (
+    LEAST_OF_RADAU,
+    evaluation,
+    explicit_work,
+    radau_work,
+    sampled_work,
+    steps_of_radau,
+)
 from kanefe.integrate.auto.explicit_rates import look_at_state, rate_of_functions
 from kanefe.integrate.auto.rivals import EXPLICIT, FEWER_STAGES, rivals_of, why_left_out
 from kanefe.integrate.auto.stiffest_rate import stiffest_rate
@@ -71,6 +78,12 @@ MANY_SAMPLES = 50.0
 """Number of controller samples from which Radau's method needs too many Jacobians, and steps of the explicit method end
 at samples more often than for their error."""
 
+EVALUATIONS_INSTEAD = 26.0
+"""Evaluations of the extrapolation in the time of a step of Radau's method, at tolerances below `LOOSE_RTOL`: two to
+six of its steps, of 13 to 18 evaluations each, in drawn linkages of flexible bodies."""
+
+STIFF_FORCES = "its steps tell forces of stiff modes less exactly"
+
 STOPS = "stops"
 
 LEAST_MOTION, FEWEST_STEPS = 0.02, 500.0
@@ -97,6 +110,8 @@ class SuitedMethod(NamedTuple):
         Methods that the run tries in its place.
     left_out : dict of str to str, or None
         Why others are not tried, by their names.
+    unfit : str
+        Why the extrapolation is not tried, although it serves the scene.
     """
 
     name: str
@@ -108,6 +123,7 @@ class SuitedMethod(NamedTuple):
     changes: Changes | None = None
     rivals: tuple[str, ...] = ()
     left_out: dict[str, str] | None = None
+    unfit: str = ""
 
 
 class Candidates(NamedTuple):
@@ -154,7 +170,11 @@ def candidates(model: Model, start: float, stop: float, rtol: float | None, atol
             return _of_route(model, own)
         taken = found.choose()
         rivals = rivals_of(model, found.names, taken.name)
+        if taken.unfit:
+            rivals = tuple(name for name in rivals if name != "extrapolation")
         left_out = why_left_out(model, found.others, taken.name, (taken.then, *rivals))
+        if taken.unfit:
+            left_out["extrapolation"] = taken.unfit
         return taken._replace(rivals=rivals, left_out=left_out)
 
     return Candidates(found.names, choose)
@@ -291,7 +311,10 @@ def _by_vibrations(
     if largest * (1.0 - (rtol or 0.0)) <= (UNSEEN if undamped == math.inf else UNSEEN_UNDAMPED) * atol:
         seen = ""
     followed = _followed(dynamics, (start, stop), rtol, undamped, seen, changes)
+    unfit = "" if is_loose or not _tells_forces_by_radau(model) else STIFF_FORCES
     if not followed and undamped == math.inf:
+        if unfit:
+            return SuitedMethod("radau5", f"{reason}, and forces are more exact by its steps", unfit=unfit)
         return SuitedMethod("extrapolation", reason)
     # where it is handed over, something vibrates whose radians are steps
     least = LEAST_OF_RADAU if followed else (stop - start) * undamped
@@ -301,7 +324,14 @@ def _by_vibrations(
     reason += f", and {followed}{_without_damping(model)}"
     if undamped == math.inf and model.free_count > MOST_SPEEDS:
         return SuitedMethod("extrapolation", f"{reason}, and {model.free_count} speeds are too many for radau5")
-    return SuitedMethod(name, reason)
+    return SuitedMethod(name, reason, unfit=unfit if name == "radau5" else "")
+
+
+def _tells_forces_by_radau(model: Model) -> bool:
+    """Return whether Radau's method tells forces of flexible bodies better for no more work, at tight tolerances."""
+    is_flexible = any(body.flexible is not None for body in model.bodies)
+    is_served = is_flexible and bool(serving(model, "radau5"))
+    return is_served and radau_work(model, 1.0) <= EVALUATIONS_INSTEAD * evaluation(model)
 
 
 def _followed(
