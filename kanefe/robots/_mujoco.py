@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from kanefe.errors import FileError, MissingDependency
+from kanefe.errors import FileError, KanefeError, MissingDependency
 
 _UNUSED = (
     "keys",
@@ -33,6 +33,15 @@ _FROM_FILES = "meshes", "hfields", "skins", "flexes", "plugins"
 _OF_SHAPES = ("materials", "textures")
 """Elements of shapes only."""
 
+_OF_JOINTS = "qpos", "qvel", "mpos", "mquat"
+"""Attributes of a keyframe for joints and mocap bodies."""
+
+_OF_ACTUATORS = "ctrl", "act"
+"""Attributes of a keyframe for actuators."""
+
+_OF_FLEXES = ("plastic",)
+"""Attributes of a keyframe for flexes."""
+
 SILENT = {"keys": "keyframes", "sensors": "sensors", "cameras": "cameras", "lights": "lights", "skins": "skins"}
 """Names in `RobotScene.not_taken` of elements that would not change the motion."""
 
@@ -57,15 +66,27 @@ class CompiledRobot(NamedTuple):
         Kind, as the parser calls it -> names of its elements.
     shapes : list of str
         Bodies that have shapes; "world" for the ground.
+    key : int, optional
+        Number in the model of the keyframe that is asked for.
+    controls : list of str
+        What that sets of actuators: "ctrl" and "act", where they are not zero.
     """
 
     model: Any
     named: dict[str, list[str]]
     shapes: list[str]
+    key: int | None
+    controls: list[str]
 
 
-def compiled(path: Path) -> CompiledRobot:
+def compiled(path: Path, find_key: Callable[[list[str]], int] | None = None) -> CompiledRobot:
     """Return the model of a file without unsupported elements; meshes are read only if inertia needs them.
+
+    Parameters
+    ----------
+    path : Path
+    find_key : callable, optional
+        Names of keyframes -> the number of the one to keep, which then has to be valid.
 
     Raises
     ------
@@ -79,16 +100,28 @@ def compiled(path: Path) -> CompiledRobot:
         spec = _parsed(path, mujoco)
         named = {kind: [element.name or "unnamed" for element in getattr(spec, kind, ())] for kind in _UNUSED}
         shapes = list(dict.fromkeys(geom.parent.name or "unnamed" for geom in spec.geoms))
+        key = None if find_key is None else find_key([key.name for key in spec.keys])
+        controls: list[str] = []
+        sizes: dict[str, int] = {}
+        if key is not None:
+            controls = [what for what in _OF_ACTUATORS if any(getattr(spec.keys[key], what))]
+            sizes = {what: len(getattr(spec.keys[key], what)) for what in _OF_JOINTS}
+            del named["keys"][key]
         others = _equalities_left(spec, mujoco)
         named["equalities"] = [equality.name or "unnamed" for equality in others]
         _delete(spec, others)
         if not _needs_files(spec):
             with suppress(ValueError, mujoco.FatalError):  # of what is not read: without that it may be right
-                return CompiledRobot(spec.compile(), named, shapes)
+                model = spec.compile()
+                return CompiledRobot(_with_whole_key(model, sizes, path), named, shapes, key, controls)
             spec = _parsed(path, mujoco)
             _delete(spec, _equalities_left(spec, mujoco))
+        if key is not None:
+            for what in (*_OF_ACTUATORS, *_OF_FLEXES):
+                setattr(spec.keys[key], what, [])
         for kind in _UNUSED:
-            _delete(spec, getattr(spec, kind, ()))
+            kept = key if kind == "keys" else None
+            _delete(spec, [element for i, element in enumerate(getattr(spec, kind, ())) if i != kept])
         _delete(spec, list(_shapes_without_mass(spec, mujoco)))
         for marked in (*spec.geoms, *spec.sites, *spec.meshes):
             marked.material = ""
@@ -96,7 +129,10 @@ def compiled(path: Path) -> CompiledRobot:
             _delete(spec, getattr(spec, kind))
         used = {geom.meshname for geom in spec.geoms} | {geom.hfieldname for geom in spec.geoms}
         _delete(spec, [mesh for mesh in (*spec.meshes, *spec.hfields) if mesh.name not in used])
-        return CompiledRobot(spec.compile(), named, shapes)
+        model = _with_whole_key(spec.compile(), sizes, path)
+        return CompiledRobot(model, named, shapes, None if key is None else 0, controls)
+    except KanefeError:
+        raise
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
         remedy = "check the file"
         if "opening file" in str(error):
@@ -133,6 +169,18 @@ def _shapes_without_mass(spec: Any, mujoco: Any) -> Iterator[Any]:
         is_ground = body.name == "world" and body is spec.bodies[0]
         if is_ground or (body.explicitinertial and not from_shapes):
             yield from body.geoms
+
+
+def _with_whole_key(model: Any, sizes: dict[str, int], path: Path) -> Any:
+    """Return a model; raise a FileError where its keyframe has too few numbers, which the parser fills up silently."""
+    right = {"qpos": model.nq, "qvel": model.nv, "mpos": 3 * model.nmocap, "mquat": 4 * model.nmocap}
+    for what, size in sizes.items():
+        if size not in (0, right[what]):
+            raise FileError(
+                f"{what} of the keyframe of {path} has {size} numbers, and the model has {right[what]}. Remedy: "
+                f"give {right[what]} numbers, or none for the start of the file"
+            )
+    return model
 
 
 def _delete(spec: Any, elements: Any) -> None:

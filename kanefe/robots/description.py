@@ -146,6 +146,9 @@ class Choices:
         Whether springs, dampers and friction of the file act.
     limit_stiffness, limit_damping : float
         Of stops at the limits, N/m and N s/m, or N m/rad and N m s/rad; without stiffness limits are ignored.
+    guesses, speeds : mapping of str to sequence of float
+        Near what coordinates joints start that are not in `positions`, and near what speeds: those of a keyframe, m,
+        rad, Euler parameters, and 1/s.
     limited : list of str
         Joints with stops.
     coupled : dict of str to float
@@ -156,6 +159,8 @@ class Choices:
     forces: bool
     limit_stiffness: float | None
     limit_damping: float
+    guesses: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    speeds: Mapping[str, Sequence[float]] = field(default_factory=dict)
     limited: list[str] = field(default_factory=list)
     coupled: dict[str, float] = field(default_factory=dict)
 
@@ -218,19 +223,33 @@ class Choices:
         """Return where a joint with one coordinate starts: as given, or near where couplings or the file put it."""
         return self.one(name) if name in self.positions else Guess(self.coupled.get(name, usual))
 
+    def speed(self, name: str) -> Guess | None:
+        """Return near what speed a joint with one coordinate starts, rad/s or m/s."""
+        return Guess(self.speeds[name][0]) if name in self.speeds else None
+
     def free(self, name: str, usual: Sequence[float] | None = None) -> Free:
         """Return a free joint at its start: position, and Euler parameters, scalar first."""
         if name in self.positions:
             usual = self.several(name, 7).tolist()
+            self._check_orientation(name, usual[3:])
+        rates = self.speeds.get(name)
+        speeds = {} if rates is None else {"velocity": Guess(rates[:3]), "angular_velocity": Guess(rates[3:])}
+        if name in self.guesses and name not in self.positions:
+            near = self.guesses[name]
+            return Free(position=Guess(near[:3]), orientation=Guess(near[3:]), **speeds)
         if usual is None:
-            return Free()
-        return Free(position=tuple(usual[:3]), orientation=self._orientation(name, usual[3:]))
+            return Free(**speeds)
+        return Free(position=tuple(usual[:3]), orientation=tuple(usual[3:]), **speeds)
 
     def ball(self, name: str) -> Spherical:
         """Return a spherical joint at its start."""
-        if name not in self.positions:
-            return Spherical()
-        return Spherical(orientation=self._orientation(name, self.several(name, 4).tolist()))
+        speed = Guess(self.speeds[name]) if name in self.speeds else None
+        if name in self.positions:
+            given = self.several(name, 4).tolist()
+            self._check_orientation(name, given)
+            return Spherical(orientation=tuple(given), angular_velocity=speed)
+        near = Guess(self.guesses[name]) if name in self.guesses else None
+        return Spherical(orientation=near, angular_velocity=speed)
 
     def planar(self, name: str, forces: Sequence[CoordinateForce | None]) -> Planar:
         """Return a planar joint at its start."""
@@ -245,10 +264,9 @@ class Choices:
             self.several(name, 0)
         return Fixed()
 
-    def _orientation(self, name: str, e: Sequence[float]) -> tuple[float, ...]:
+    def _check_orientation(self, name: str, e: Sequence[float]) -> None:
         if not any(e):
             raise ModelError(f"positions: the Euler parameters of joint {name!r} are all zero. Remedy: 1, 0, 0, 0")
-        return tuple(e)
 
     def coordinate_force(
         self,

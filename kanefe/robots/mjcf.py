@@ -18,6 +18,7 @@ from kanefe.robots.description import Choices, Closure, Coupling, Ends, LinkJoin
 from kanefe.robots.flexible_link import FlexibleLink
 from kanefe.robots.joint_forces import AxisForces, Coefficients, PoseForces, is_linear_law
 from kanefe.robots.mjcf_flags import ACTUATION, CONTACT, EQUALITY, SLEEP, apply_flags, switched_off
+from kanefe.robots.mjcf_keys import number_of, record_what_is_left, start_at
 from kanefe.robots.pose import Pose
 from kanefe.robots.scene import RobotScene, scene_of
 from kanefe.storage.files import regular_file
@@ -32,13 +33,14 @@ OFF_BY = {"actuators": ACTUATION, "equalities": EQUALITY}
 """Kind of elements that are not read -> the flag that switches them off."""
 
 
-@checked("path", "limit_stiffness", "limit_damping", "joint_forces")
+@checked("path", "key", "limit_stiffness", "limit_damping", "joint_forces")
 def read_mjcf(
     path: str | Path,
     *,
     gravity: Sequence[float] | None = None,
     flexible: Mapping[str, FlexibleBody | FlexibleLink] | None = None,
     positions: Mapping[str, float | Sequence[float]] | None = None,
+    key: str | int | None = None,
     limit_stiffness: float | None = None,
     limit_damping: float = 0.0,
     joint_forces: bool = True,
@@ -58,6 +60,10 @@ def read_mjcf(
     path : str or Path
     gravity : array_like, shape (3,), optional
         m/s2; default: that of the file.
+    key : str or int, optional
+        Keyframe at which the scene starts, by name or MuJoCo's number: coordinates and speeds of joints, places of
+        mocap bodies. `positions` change single joints of it, and what equalities hold moves near it as they need. Its
+        `ctrl` and `act` are named in `not_taken`, because actuators are not read.
     flexible, positions, limit_stiffness, limit_damping, joint_forces
         As for `read_urdf`. Bodies and joints without a name are called "body 3" and "joint 2", by MuJoCo's numbers.
 
@@ -69,9 +75,9 @@ def read_mjcf(
     Raises
     ------
     FileError
-        If the file is missing, or MuJoCo's parser refuses it.
+        If the file is missing, MuJoCo's parser refuses it, or the keyframe has too few numbers.
     ModelError
-        If a named body or joint does not exist, or a flexible body does not fit.
+        If a named body, joint or keyframe does not exist, or a flexible body does not fit.
     MissingDependency
         Without mujoco.
 
@@ -85,13 +91,14 @@ def read_mjcf(
     ``scene = kf.read_mjcf("ant.xml", positions={"hip_1": 0.3})``
     """
     source = regular_file(path)
-    file = _mujoco.compiled(source)
+    file = _mujoco.compiled(source, None if key is None else lambda names: number_of(key, names, source))
     model = file.model
     apply_flags(model)
-    choices = Choices({} if positions is None else positions, joint_forces, limit_stiffness, limit_damping)
     robot = Robot(source.stem)
     _record_not_taken(file, robot.not_taken)
     names = _Names(model)
+    start = () if file.key is None else start_at(model, file.key, names.joints)
+    choices = Choices({} if positions is None else positions, joint_forces, limit_stiffness, limit_damping, *start)
     if unknown := sorted(set(choices.positions) - set(names.joints)):
         raise ModelError(
             f"positions: {source} has no joint {unknown[0]!r}. It has: {', '.join(names.joints) or 'none'}"
@@ -100,9 +107,7 @@ def read_mjcf(
         raise ModelError(f"{source} has no bodies")
     for number in range(model.neq):
         _add_equality(model, names, number, robot)
-    usual = {
-        names.joints[i]: float(model.qpos0[model.jnt_qposadr[i]]) for i in range(model.njnt) if _has_axis(model, i)
-    }
+    usual = {name: _usual(model, i, choices, name) for i, name in enumerate(names.joints) if _has_axis(model, i)}
     choices.take_couplings(robot.couplings, usual)
     for body in range(1, model.nbody):
         robot.links.append(_link(file, names, body, choices, robot.not_taken))
@@ -125,6 +130,8 @@ class _Names:
 def _record_not_taken(file: _mujoco.CompiledRobot, not_taken: NotTaken) -> None:
     """Record the elements that are not read; those that the flags of the file switch off do not act."""
     off = switched_off(file.model)
+    if file.key is not None:
+        record_what_is_left(file.model, file.key, [] if off & ACTUATION else file.controls, not_taken)
     for kind, name in _mujoco.SILENT.items():
         for element in file.named[kind]:
             not_taken.add_silent(name, element)
@@ -223,6 +230,11 @@ def _has_axis(model: Any, number: int) -> bool:
     return int(model.jnt_type[number]) in (SLIDE, HINGE)
 
 
+def _usual(model: Any, number: int, choices: Choices, name: str) -> float:
+    """Return where the keyframe or the file puts a hinge or a slide."""
+    return float(choices.guesses[name][0] if name in choices.guesses else model.qpos0[model.jnt_qposadr[number]])
+
+
 def _along_axis(
     model: Any, number: int, name: str, choices: Choices, not_taken: NotTaken
 ) -> tuple[Joint, AxisForces | None]:
@@ -246,7 +258,8 @@ def _along_axis(
     )
     kind = Revolute if model.jnt_type[number] == HINGE else Prismatic
     axis = tuple(model.jnt_axis[number].tolist())
-    return kind(axis, position=choices.start(name, float(model.qpos0[place])), forces=forces), more
+    start = choices.start(name, _usual(model, number, choices, name))
+    return kind(axis, position=start, speed=choices.speed(name), forces=forces), more
 
 
 def _pose_forces(model: Any, number: int, name: str, choices: Choices, not_taken: NotTaken) -> PoseForces | None:

@@ -126,6 +126,7 @@ files(
     gravity=None,
     flexible=None,
     positions=None,
+    key=None,
     limit_stiffness=None,
     limit_damping=0.0,
     joint_forces=True,
