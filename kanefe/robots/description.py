@@ -11,6 +11,7 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers, shaped_numbers
 from kanefe.joints import CoordinateForce, Fixed, Free, Guess, Joint, Planar, Spherical
+from kanefe.robots.compensation import Handed
 from kanefe.robots.joint_forces import AxisForces, Coefficients, JointForces, PoseForces, is_linear_law
 from kanefe.robots.pose import Pose
 
@@ -131,6 +132,7 @@ class Robot:
     links: list[RobotLink] = field(default_factory=list)
     couplings: list[Coupling] = field(default_factory=list)
     closures: list[Closure] = field(default_factory=list)
+    handed: list[Handed] = field(default_factory=list)
     not_taken: NotTaken = field(default_factory=NotTaken)
 
 

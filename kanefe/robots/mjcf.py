@@ -14,6 +14,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import axis_rotation, rotation_matrix
 from kanefe.joints import Fixed, Joint, Prismatic, Revolute, Spherical
 from kanefe.robots import _mujoco
+from kanefe.robots.compensation import Handed
 from kanefe.robots.description import Choices, Closure, Coupling, Ends, LinkJoint, NotTaken, Robot, RobotLink
 from kanefe.robots.flexible_link import FlexibleLink
 from kanefe.robots.joint_forces import AxisForces, Coefficients, PoseForces, is_linear_law
@@ -111,6 +112,7 @@ def read_mjcf(
     choices.take_couplings(robot.couplings, usual)
     for body in range(1, model.nbody):
         robot.links.append(_link(file, names, body, choices, robot.not_taken))
+    _add_handed(file, names, robot)
     choices.check_limits(source)
     return scene_of(robot, tuple(model.opt.gravity.tolist()) if gravity is None else gravity, flexible)
 
@@ -166,22 +168,47 @@ def _link(file: _mujoco.CompiledRobot, names: _Names, body: int, choices: Choice
 
 
 def _compensation(file: _mujoco.CompiledRobot, body: int, name: str, not_taken: NotTaken) -> float:
-    """Return the part of the weight of a body that is compensated.
+    """Return the part of the weight of a body that is compensated, before hinges and slides clamp what they hand on.
 
     Without a positive one in the whole model, MuJoCo leaves out negative ones too. What joints hand to their actuators
-    is lost without actuators, and clamped by `actuatorfrcrange`: it is taken where all joints that feel it agree.
+    is lost without actuators.
     """
     model, compensation = file.model, float(file.model.body_gravcomp[body])
     if not compensation or model.body_gravcomp.max() <= 0.0:
         return 0.0
     joints = _joints_below(model, body)
     handed = [joint for joint in joints if model.jnt_actgravcomp[joint]]
-    acts = bool(file.named["actuators"]) and not switched_off(model) & ACTUATION
-    if not handed or (acts and not any(model.jnt_actfrclimited[joint] for joint in handed)):
+    if not handed or _actuators_act(file):
         return compensation
-    if acts or len(handed) < len(joints):
-        not_taken.add_acting("compensation of gravity by actuators", name)
+    if len(handed) < len(joints) and all(_has_axis(model, joint) for joint in handed):
+        return compensation
+    if len(handed) < len(joints):
+        not_taken.add_acting("compensation of gravity by actuators of free and ball joints", name)
     return 0.0
+
+
+def _actuators_act(file: _mujoco.CompiledRobot) -> bool:
+    """Return whether compensation that is handed to actuators reaches the joints."""
+    return bool(file.named["actuators"]) and not switched_off(file.model) & ACTUATION
+
+
+def _add_handed(file: _mujoco.CompiledRobot, names: _Names, robot: Robot) -> None:
+    """Add the hinges and slides that hand compensation to actuators that clamp it or are not there."""
+    model, acts = file.model, _actuators_act(file)
+    for joint, name in enumerate(names.joints):
+        if not model.jnt_actgravcomp[joint] or not _has_axis(model, joint):
+            continue
+        if acts and not model.jnt_actfrclimited[joint]:
+            continue
+        lifted = tuple(
+            (link.name, tuple(link.center.tolist()), link.compensation * link.mass)
+            for body, link in enumerate(robot.links, start=1)
+            if link.compensation and joint in _joints_below(model, body)
+        )
+        low, high = model.jnt_actfrcrange[joint].tolist() if acts else (0.0, 0.0)
+        turns = int(model.jnt_type[joint]) == HINGE
+        if lifted:
+            robot.handed.append(Handed(name, model.jnt_axis[joint].copy(), turns, low, high, lifted))
 
 
 def _joints_below(model: Any, body: int) -> list[int]:

@@ -84,6 +84,12 @@ def scene_of(
         _add_link(scene, link, replaced, taken)
         if link.compensation not in (0.0, 1.0):
             _compensate(scene, link, link.name in replaced, robot.not_taken)
+    for handed in robot.handed:
+        child = scene.joints[handed.joint]
+        if replaced.keys() & {child, *(body for body, _, _ in handed.lifted)}:
+            robot.not_taken.add_acting("range of compensation by actuators at flexible links", handed.joint)
+        else:
+            handed.put_on(scene, child)
     for coupling in robot.couplings:
         bodies: dict[Frame | tuple[Frame, int], float] = {
             scene.body(scene.joints[joint]): c for joint, c in coupling.coefficients.items()

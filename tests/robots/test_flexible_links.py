@@ -89,3 +89,15 @@ def test_what_does_not_fit_is_refused() -> None:
 def test_a_body_of_another_mass_is_told() -> None:
     with pytest.warns(LinkMassWarning, match=r"'upper_arm' has 2.5 kg in the file, the body in its place 6.55"):
         read(flexible={"upper_arm": beam(0.35, 7800.0)})
+
+
+@pytest.mark.mjcf
+def test_a_range_of_compensation_at_a_flexible_link_is_named(tmp_path: Path) -> None:
+    (tmp_path / "arm.xml").write_text(
+        """<mujoco><worldbody><body name="arm" gravcomp="1">
+        <joint name="j" axis="0 1 0" actuatorgravcomp="true" actuatorfrcrange="-1 1"/>
+        <inertial pos=".17 0 0" mass="2" diaginertia=".1 .1 .1"/></body></worldbody>
+        <actuator><motor joint="j"/></actuator></mujoco>"""
+    )
+    with pytest.warns(NotTakenWarning, match="range of compensation by actuators at flexible links: j"):
+        kf.read_mjcf(tmp_path / "arm.xml", flexible={"arm": beam(0.35)})

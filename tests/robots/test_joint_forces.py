@@ -83,13 +83,29 @@ def test_compensation_by_actuators_acts_where_there_are_some(more: str, tmp_path
     compare(written(tmp_path, HANDED.format("", INERTIAL), more))
 
 
+INSIDE = f"""<body pos=".3 .1 0" gravcomp="1.5"><joint type="slide" axis="1 2 3" ref=".1" pos=".1 0 .2" SECOND/>
+<joint axis="1 0 1" pos=".1 .2 0" ref="20"/>{INERTIAL}</body>"""
+RANGES = 'actuatorfrcrange="-1 1"', 'actuatorfrcrange="-.2 40"', ""
+
+
 @mjcf
-@pytest.mark.parametrize("limited", [True, False])
-def test_compensation_that_is_clamped_or_in_part_is_named(limited: bool, tmp_path: Path) -> None:
-    inside = INERTIAL if limited else f"<joint axis='0 0 1'/>{INERTIAL}"
-    bodies = HANDED.format('actuatorfrcrange="-1 1"' if limited else "", inside)
-    with pytest.warns(NotTakenWarning, match="compensation of gravity by actuators: a"):
-        kf.read_mjcf(written(tmp_path, bodies, MOTOR if limited else ""))
+@pytest.mark.filterwarnings("ignore::kanefe.robots.scene.NotTakenWarning")
+@pytest.mark.parametrize("more", ["", MOTOR, MOTOR + OFF])
+@pytest.mark.parametrize("first", RANGES)
+@pytest.mark.parametrize("second", ['actuatorgravcomp="true" actuatorfrcrange="-3 3"', 'actuatorfrcrange="-3 3"'])
+def test_compensation_is_clamped_to_the_range_of_actuators(first: str, second: str, more: str, tmp_path: Path) -> None:
+    path = written(tmp_path, HANDED.format(first, INERTIAL + INSIDE.replace("SECOND", second)), more)
+    compare(path)
+    assert not any("compensation" in kind for kind in kf.read_mjcf(path).not_taken)
+
+
+@mjcf
+def test_compensation_that_free_and_ball_joints_hand_on_is_named_where_others_do_not(tmp_path: Path) -> None:
+    inner = f"<body name='b' gravcomp='1'><joint axis='0 0 1'/>{INERTIAL}</body>"
+    ball = f"<body name='a' gravcomp='1'><joint type='ball' actuatorgravcomp='true'/>{INERTIAL}{inner}</body>"
+    with pytest.warns(NotTakenWarning, match="compensation of gravity by actuators of free and ball joints: b"):
+        kf.read_mjcf(written(tmp_path, ball))
+    compare(written(tmp_path, ball.replace(inner, "")))
 
 
 @mjcf
