@@ -9,6 +9,9 @@ from typing import Any, NamedTuple
 
 from kanefe.errors import FileError, KanefeError, MissingDependency
 
+OLDEST = 4
+"""First number of the oldest version of MuJoCo that is read with."""
+
 _UNUSED = (
     "keys",
     "sensors",
@@ -116,12 +119,19 @@ def compiled(path: Path, find_key: Callable[[list[str]], int] | None = None) -> 
                 return CompiledRobot(_with_whole_key(model, sizes, path), named, shapes, key, controls)
             spec = _parsed(path, mujoco)
             _delete(spec, _equalities_left(spec, mujoco))
+        points = _points_of_flexes(spec, mujoco)
+        if key is not None and points:
+            raise FileError(
+                f"{path} has flexes, of whose points its keyframes have numbers too, and these are not read. Remedy: "
+                "give the start of joints by positions"
+            )
         if key is not None:
             for what in (*_OF_ACTUATORS, *_OF_FLEXES):
                 setattr(spec.keys[key], what, [])
         for kind in _UNUSED:
             kept = key if kind == "keys" else None
             _delete(spec, [element for i, element in enumerate(getattr(spec, kind, ())) if i != kept])
+        _delete(spec, points)
         _delete(spec, list(_shapes_without_mass(spec, mujoco)))
         for marked in (*spec.geoms, *spec.sites, *spec.meshes):
             marked.material = ""
@@ -151,6 +161,19 @@ def _equalities_left(spec: Any, mujoco: Any) -> list[Any]:
     kind = mujoco.mjtEq
     taken = kind.mjEQ_CONNECT, kind.mjEQ_WELD, kind.mjEQ_JOINT
     return [held for held in spec.equalities if held.type not in taken]
+
+
+def _points_of_flexes(spec: Any, mujoco: Any) -> list[Any]:
+    """Return the bodies that are no more than a point of a flex: they slide, and have neither shapes nor children."""
+    names = {name for flex in spec.flexes for name in (*flex.vertbody, *flex.nodebody)}
+    return [
+        body
+        for body in (spec.body(name) for name in sorted(names))
+        if body is not None
+        and len(body.joints)
+        and all(joint.type == mujoco.mjtJoint.mjJNT_SLIDE for joint in body.joints)
+        and not (len(body.geoms) or len(body.bodies) or len(body.sites))
+    ]
 
 
 def _needs_files(spec: Any) -> bool:
@@ -194,4 +217,7 @@ def _import_mujoco() -> Any:
     except ImportError as problem:  # mujoco itself, or what it needs in turn
         missing = (problem.name or "mujoco").partition(".")[0]
         raise MissingDependency(missing, "read_mjcf", "pip install 'kanefe[robots]'") from problem
+    if int(mujoco.__version__.partition(".")[0]) < OLDEST:  # without polynomials of springs and dampers
+        wanted = f"mujoco {OLDEST}.0 or newer ({mujoco.__version__} is here)"
+        raise MissingDependency(wanted, "read_mjcf", "pip install -U 'kanefe[robots]'")
     return mujoco

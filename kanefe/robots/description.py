@@ -234,14 +234,14 @@ class Choices:
         if name in self.positions:
             usual = self.several(name, 7).tolist()
             self._check_orientation(name, usual[3:])
-        rates = self.speeds.get(name)
-        speeds = {} if rates is None else {"velocity": Guess(rates[:3]), "angular_velocity": Guess(rates[3:])}
+        rates = self.speeds.get(name, (0.0,) * 6)
+        speeds = Guess(rates[:3]), Guess(rates[3:])
         if name in self.guesses and name not in self.positions:
             near = self.guesses[name]
-            return Free(position=Guess(near[:3]), orientation=Guess(near[3:]), **speeds)
+            return Free(Guess(near[:3]), Guess(near[3:]), *speeds)
         if usual is None:
-            return Free(**speeds)
-        return Free(position=tuple(usual[:3]), orientation=tuple(usual[3:]), **speeds)
+            return Free(None, None, *speeds)
+        return Free(tuple(usual[:3]), tuple(usual[3:]), *speeds)
 
     def ball(self, name: str) -> Spherical:
         """Return a spherical joint at its start."""

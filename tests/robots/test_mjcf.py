@@ -225,6 +225,21 @@ def test_equalities_that_are_off_or_of_other_kinds_are_named(tmp_path: Path) -> 
     assert scene.not_taken["equalities that are off"] == ("loose",)
 
 
+def test_flexes_are_left_out_with_their_points(tmp_path: Path) -> None:
+    """Loose points would fall; the body to which they are pinned stays."""
+    arm = '<body name="arm"><joint axis="0 1 0"/><inertial pos=".1 0 0" mass="1" diaginertia=".1 .1 .1"/>{}</body>'
+    cloth = """<flexcomp name="cloth" type="grid" count="3 3 3" spacing=".1 .1 .1" mass="1" dim="3" radius=".01" {}>
+    <pin id="0 1"/></flexcomp>"""
+    keys = '</worldbody><keyframe><key name="home"/></keyframe></mujoco>'
+    for dof in ("", 'dof="radial"', 'dof="trilinear"'):
+        path = write(tmp_path, f"<mujoco><worldbody>{arm.format(cloth.format(dof))}{keys}")
+        with pytest.warns(NotTakenWarning, match="flexes: cloth"):
+            scene = kf.read_mjcf(path)
+        assert [entry.name for entry in scene._entries] == ["arm"]
+        with pytest.raises(kf.FileError, match="has flexes, of whose points its keyframes have numbers too"):
+            kf.read_mjcf(path, key="home")
+
+
 def test_bad_files_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "machine.xml"
     with pytest.raises(kf.FileError, match="there is no file"):
@@ -238,6 +253,12 @@ def test_bad_files_are_refused(tmp_path: Path) -> None:
         path.write_text(text, encoding="utf-8")
         with pytest.raises(kf.KanefeError, match=message):
             kf.read_mjcf(path)
+
+
+def test_an_older_mujoco_is_named_with_its_version(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(importlib.import_module("mujoco"), "__version__", "3.10.2")
+    with pytest.raises(kf.MissingDependency, match=r"needs mujoco 4\.0 or newer \(3\.10\.2 is here\)"):
+        kf.read_mjcf(write(tmp_path, MACHINE))
 
 
 def test_inertia_from_a_mesh_that_is_missing_is_asked_for(tmp_path: Path) -> None:
