@@ -4,8 +4,9 @@
     python tests/benchmarks/robots.py --reference    # writes tests/robots/pinocchio.json anew
 
 makes an environment of its own for Pinocchio and the robots. Each robot is in a state at random, without damping and
-friction in joints, which Pinocchio does not have; those that mimic others keep to it in both. Trees of MJCF
-drawn at random follow, without contacts, against `mj_forward` of MuJoCo.
+friction in joints, which Pinocchio does not have; those that mimic others keep to it in both. 300 models of MJCF
+drawn at random follow, without contacts, against `mj_forward` of MuJoCo; where equalities hold, which MuJoCo makes
+compliant, against its own inertia, forces and Jacobians under the constraint.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(1, str(Path(__file__).resolve().parents[1] / "shared"))
 
+import numpy as np
+
 from benchmarks.command_line import parser, run
 from benchmarks.drawn_mjcf import difference as difference_to_mujoco
 from benchmarks.goals import Figure, Goal
@@ -27,7 +30,7 @@ from benchmarks.peer_process import Peers, peer_python
 SERVER = Path(__file__).with_name("peer_pinocchio.py")
 OWN = Path(__file__).resolve().parents[1] / "robots"
 SAME = Goal("accelerations of {} robots, largest difference to Pinocchio's, relative", 1e-10)
-DRAWN = Goal("accelerations of {} trees drawn at random, largest difference to MuJoCo's, relative", 1e-10)
+DRAWN = Goal("accelerations of {} models drawn at random, largest difference to MuJoCo's, relative", 1e-9)
 
 
 def arguments() -> argparse.Namespace:
@@ -70,12 +73,15 @@ def measured(options: argparse.Namespace) -> list[Figure]:
                 print(f"{label}: not read: {refusal}".replace(str(path), path.name))
                 continue
             print(f"{label}: {len(asked['positions'])} joints, {errors[-1]:.1e}")
-    drawn = [difference_to_mujoco(seed) for seed in range(12 if options.quick else 100)]
-    return [_figure(SAME, errors), _figure(DRAWN, drawn)]
+    drawn = [difference_to_mujoco(seed) for seed in range(12 if options.quick else 300)]
+    compared = [error for error in drawn if error is not None]
+    named = f"{len(drawn) - len(compared)} more have parts that the reader names as not taken"
+    return [_figure(SAME, errors), _figure(DRAWN, compared, named)]
 
 
-def _figure(goal: Goal, errors: list[float]) -> Figure:
-    return Goal(goal.what.format(len(errors)), goal.limit).figure(max(errors, default=float("nan")))
+def _figure(goal: Goal, errors: list[float], remark: str = "") -> Figure:
+    largest = np.max(errors) if errors else np.nan  # of numpy, for which NaN is the largest
+    return Goal(goal.what.format(len(errors)), goal.limit).figure(largest, remark)
 
 
 def write_reference(options: argparse.Namespace) -> None:
