@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from kanefe.errors import ModelError
 from kanefe.robots.description import NotTaken
 
@@ -30,8 +32,11 @@ def number_of(key: str | int, names: Sequence[str], source: object) -> int:
 def start_at(model: Any, key: int, names: Sequence[str]) -> tuple[dict[str, list[float]], dict[str, list[float]]]:
     """Return coordinates and speeds of each joint at a keyframe, in MuJoCo's order: m, rad, Euler parameters, and 1/s.
 
-    Mocap bodies, which rest, are moved to where it puts them.
+    Mocap bodies, which rest, are moved to where it puts them. A number that is not finite raises a ModelError.
     """
+    for what in ("qpos", "qvel", "mpos", "mquat"):
+        if not np.isfinite(getattr(model, f"key_{what}")[key]).all():
+            raise ModelError(f"key: {what} of the keyframe has a number that is not finite. Remedy: correct the file")
     for body, mocap in enumerate(model.body_mocapid.tolist()):
         if mocap >= 0:
             model.body_pos[body] = model.key_mpos[key].reshape(-1, 3)[mocap]

@@ -98,6 +98,8 @@ def test_an_unknown_keyframe_is_refused_with_those_that_there_are(tmp_path: Path
         kf.read_mjcf(written(tmp_path, f"<mujoco><worldbody><body>{INERTIAL}</body></worldbody></mujoco>"), key=0)
     with pytest.raises(kf.ModelError, match="key"):
         kf.read_mjcf(path, key=True)
+    with pytest.raises(kf.ModelError, match="qvel of the keyframe has a number that is not finite"):
+        read(written(tmp_path, OTHER=f'<key name="wrong" qvel="{"nan " * 11}"/>'), key="wrong")
     for what, count in (("qpos", 13), ("qvel", 11), ("mpos", 3), ("mquat", 4)):
         with pytest.raises(kf.FileError, match=f"{what} of the keyframe of .* 2 numbers, and the model has {count}"):
             kf.read_mjcf(written(tmp_path, OTHER=f'<key name="wrong" {what}="1 2"/>'), key="wrong")
