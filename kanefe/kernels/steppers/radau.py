@@ -306,6 +306,7 @@ def advance_radau(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, 
             return _ask_node(integers, reals, vectors, table, 0)
         if outcome == DIVERGED:
             reals[RATE_OF_CONVERGENCE] = np.inf
+            integers[WAS_REJECTED] = 1  # the error of what is left would ask for a step that fails again
             return _try_again(integers, reals, vectors, table, share)
         if integers[IS_FIXED]:
             return _finish(integers, reals, vectors)

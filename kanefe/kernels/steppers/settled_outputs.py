@@ -2,8 +2,8 @@
 
 Within the tolerance of a state a stiff mode has any force: ``K e`` is large however small its error e. What the mode
 does is known all the same: over a step it follows the rest, with the accelerations a of the polynomial of the step. A
-step of Euler's implicit method for the difference to these, as long as the step h, leaves slow motions as they are and
-divides the errors of stiff modes by ``1 + (omega h)^2``:
+step of Euler's implicit method for the difference to these, with an h of some steps of the run, leaves slow motions as
+they are and divides the errors of stiff modes by ``1 + (omega h)^2``:
 
     (M + h^2 K) x = F + h^2 K a,    elastic coordinates moved by h^2 (x - a).
 
@@ -66,6 +66,10 @@ NOT_SETTLED, IS_SETTLING, IS_ASKED, IS_MOVED = range(4)
 PROMISED = 10.0
 """Error of a state that a run promises, relative to what its tolerance allows a step. Fixed steps have no tolerance."""
 
+SETTLED_OVER = 3.0
+"""Length h of Euler's step, in steps of the run: between the nodes of a step its polynomial misses modes of a radian a
+step by more than its accelerations are wrong; a longer one takes from slow vibrations what the state knows."""
+
 DIFFERENCE = 1e-3
 """Time over which the polynomial is differentiated, in steps: truncation is then its square, and round-off over it."""
 
@@ -109,7 +113,7 @@ def go_on(run: Run, vectors: np.ndarray) -> int:
             integers[STORED] = stored
             await_output(run)
             if integers[SETTLES] != NOT_SETTLED and stored > first:
-                integers[WAITING], reals[SHARE_STIFFNESS] = stored - first, reals[STEP] ** 2
+                integers[WAITING], reals[SHARE_STIFFNESS] = stored - first, (SETTLED_OVER * reals[STEP]) ** 2
                 if integers[HAS_LOOPS]:
                     return SETTLE
                 continue
@@ -121,15 +125,15 @@ def go_on(run: Run, vectors: np.ndarray) -> int:
 def _ask_settled(run: Run, vectors: np.ndarray) -> int:
     """Ask for the evaluation of the first output that waits, its loops closed, with pushes by its accelerations."""
     integers, reals, number = run.integers, run.reals, run.integers[STORED] - run.integers[WAITING]
-    t, h, n = run.times[number], reals[STEP], integers[COORDINATES]
+    t, h, n, square = run.times[number], reals[STEP], integers[COORDINATES], reals[SHARE_STIFFNESS]
     before, behind = vectors[AT], vectors[SLOPE]
     run.interpolate(integers, reals, vectors, run.table, t - DIFFERENCE * h, before)
     run.interpolate(integers, reals, vectors, run.table, t + DIFFERENCE * h, behind)
     for i in range(n, n + integers[SPEEDS]):
         change = (behind[i] - before[i]) / (2.0 * DIFFERENCE)
-        vectors[DAMPING_DIRECTION, i], vectors[STIFFNESS_DIRECTION, i] = 0.0, h * change
+        vectors[DAMPING_DIRECTION, i], vectors[STIFFNESS_DIRECTION, i] = 0.0, square / h * change
     copy(run.states[number], vectors[AT])
-    reals[TIME_AT], reals[SHARE_DAMPING], reals[SHARE_STIFFNESS] = t, 0.0, h * h
+    reals[TIME_AT], reals[SHARE_DAMPING] = t, 0.0
     integers[SETTLES] = IS_ASKED
     integers[EVALUATIONS] += 1
     return IMPLICIT
@@ -144,7 +148,7 @@ def _take_settled(run: Run, vectors: np.ndarray) -> None:
     """
     integers, reals, n = run.integers, run.reals, run.integers[COORDINATES]
     state = run.states[integers[STORED] - integers[WAITING]]
-    pushed, square, farthest = vectors[STIFFNESS_DIRECTION], reals[STEP] ** 2, 0.0
+    pushed, square, farthest = vectors[STIFFNESS_DIRECTION], reals[SHARE_STIFFNESS], 0.0
     for is_moved in range(2):
         for row in range(integers[MAP_SIZE]):
             kind, at, i = integers[MAP + 3 * row], integers[MAP + 3 * row + 1], n + integers[MAP + 3 * row + 2]

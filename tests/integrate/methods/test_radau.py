@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from benchmarks.force_errors import drawn
 from kanefe.errors import SimulationWarning
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.radau5 import METHOD, radau_iia
@@ -243,3 +244,10 @@ def test_factors_from_the_last_solve_and_stay_sparse(kind: type) -> None:
         singular[:, number] = 0.0
         assert not factorise_from_last(singular, pivots, border)
         assert np.all((pivots >= 0) & (pivots < size))  # `solve_from_last` stays within its memory
+
+
+def test_a_step_for_which_the_iteration_diverged_is_not_tried_at_once_again() -> None:
+    """In a loop in space, where errors would allow steps for which it diverges: two tries failed for each step."""
+    scene, seconds, _ = drawn(11)
+    found = scene.simulate((0.0, 0.25 * seconds), method="radau5", rtol=1e-4).statistics
+    assert found["rejected"] < found["steps"]
