@@ -178,7 +178,7 @@ class OrderNInstant:
     @cached_property
     def _margins(self) -> ContactMargins:
         self._evaluate(None)
-        forces, gaps = self._look.workspace.multipliers.copy(), self._kept().exerted.met[:, MET.gap].copy()
+        forces = self._look.workspace.multipliers.copy()
         forces = forces[self._route.loops.rows[:, KIND_OF] == CONTACT_ROW].reshape(-1, 3)
         model, found = self._route.model, ContactMargins({}, {}, {}, {})
         z = self._route.parts(self._y)[2]
@@ -187,7 +187,7 @@ class OrderNInstant:
             for i, status in enumerate(contact.status(own)):
                 key, (normal, *friction) = (number, i), forces[first + i].tolist()
                 if status == OPEN:
-                    found.gaps[key] = float(gaps[first + i])
+                    found.gaps[key] = contact.left_of_gap(self.meeting(key), own, i)
                     continue
                 found.normals[key] = normal
                 if status == STICKS:

@@ -33,7 +33,8 @@ REPORTED_EVENTS = "touch", "lift", "slip", "stick", "rest"
 REPORTED_CHANGES, EACH = 3, 7
 """Numbers of internal states of a contact (the path slid, the work of friction, and the energy that impacts have taken
 between the bodies that touch) and of each of its contact points: its status; the point of the surface where it sticks,
-or its direction of slip, whose length is the speed (m/s) up to which it is kept; and the rate of the latter."""
+or its direction of slip, whose length is the speed (m/s) up to which it is kept, or first the depth from which an open
+one left (m); and the rate of the direction."""
 
 TOO_DEEP = 1e-6
 """Initial depth that is refused, m: a smaller one is closed like a loop."""
@@ -181,6 +182,10 @@ class RigidContact(Load):
         """Return where a point sticks, or in which direction it slips and up to which speed, in axes of the surface."""
         at = REPORTED_CHANGES + EACH * i + 1
         return z[at : at + 3]
+
+    def left_of_gap(self, found: Meeting, z: Vector, i: int) -> float:
+        """Return the gap of an open point above where it left the surface, which it has touched a little deep, m."""
+        return found.gap + float(z[REPORTED_CHANGES + EACH * i + 1])
 
     def with_status(self, z: Vector, i: int, status: int, kept: Vector, rate: Vector | float = 0.0) -> None:
         """Write the status of a point, and its kept values with their rate, to the internal states of the contact."""

@@ -144,12 +144,14 @@ class StepsChecked:
 def _broken(model: ModelData, t: float, y: Vector, entered: float) -> str:
     """Return which law a contact breaks at a state; empty if none does."""
     from kanefe.contact.rigid.rigid_contact import STICKS
+    from kanefe.kane.constraints import meetings
     from kanefe.kane.rigid_contacts.contact_forces import margins, probe_forces
     from kanefe.kane.state import State
 
     size = model.coordinate_count + model.free_count + model.state_count
     state = State(model, t, *model.parts(y[:size]))
-    for (number, _), gap in margins(state).gaps.items():
+    for number, i in margins(state).gaps:
+        gap = meetings(state)[number][i].gap  # also of one that left from as deep
         if gap < -entered * scene_length(model):
             return f"{model.rigid_contact(number).title} is penetrated by {-gap:.3g} m"
     forces = probe_forces(state)

@@ -140,9 +140,9 @@ class ContactMargins(NamedTuple):
     Attributes
     ----------
     gaps, normals, slip_margins, slips : dict of (int, int) to float
-        Gap of what is open (m), normal force of what touches (N), what friction could hold beyond what it does of what
-        sticks (N), and speed in the direction of the slip of what slips (m/s); by the number of the contact among the
-        rigid ones, and of the probe in it.
+        Gap of what is open, above where it left (m), normal force of what touches (N), what friction could hold beyond
+        what it does of what sticks (N), and speed in the direction of the slip of what slips (m/s); by the number of
+        the contact among the rigid ones, and of the probe in it.
     """
 
     gaps: dict[tuple[int, int], float]
@@ -159,7 +159,7 @@ def margins(state: State) -> ContactMargins:
         contact, z = state.model.rigid_contact(number), state.load_states(load)
         for i, status in enumerate(contact.status(z)):
             if status == OPEN:
-                found.gaps[number, i] = met[i].gap
+                found.gaps[number, i] = contact.left_of_gap(met[i], z, i)
             elif status == SLIPS and contact.friction is not None:
                 surface = motion_in_N(state, contact.ends[0])
                 found.slips[number, i] = contact.left_of_slip(met[i], contact.kept(z, i), surface)

@@ -17,6 +17,7 @@ from kanefe.contact.contact_events import of_point
 from kanefe.contact.rigid.rigid_contact import AT_REST, OPEN, SLIPS, STICKS, TAKEN, RigidContact
 from kanefe.errors import SimulationError, SimulationWarning, outside
 from kanefe.frames import Matrix, Vector
+from kanefe.kane.rigid_contacts.contact_forces import ContactMargins
 from kanefe.kane.rigid_contacts.drawn_in import drawn_in, jammed
 from kanefe.kane.rigid_contacts.impact_laws import ImpactProblem, impact
 from kanefe.kane.rigid_contacts.instant import InstantAt, Key, LiteralInstant, blur_of_place
@@ -163,7 +164,7 @@ class _Event(StickOrSlip):
         super().__init__(model, t, y, span, stop, at)
         self.kind, self.rtol = kind, rtol
         self.before = {key: self._contact(key).status(self._own(key))[key[1]] for key in self.met}
-        self.concerned = self._past()
+        self.concerned, self.lifted = self._past()
         self.keys = [
             key
             for key, one in self.met.items()
@@ -173,10 +174,13 @@ class _Event(StickOrSlip):
         self.points: list[PointChange] = []
         self.told = ToldImpacts()
 
-    def _past(self) -> set[Key]:
-        """Return the contact points that the event concerns."""
+    def _past(self) -> tuple[set[Key], set[Key]]:
+        """Return the contact points that the event concerns, and those of them that it lets go.
+
+        A point whose friction is used up since nothing presses it lifts, at the tip of its cone.
+        """
         if self.kind == START:
-            return set()
+            return set(), set()
         found = self.instant.margins()
         values = {
             TOUCH: found.gaps,
@@ -186,10 +190,22 @@ class _Event(StickOrSlip):
         }[self.kind]
         least = max(min(values.values(), default=0.0), 0.0)
         if self.kind == TOUCH:
-            return {key for key, value in values.items() if value <= least + self._near(key)}
+            return {key for key, value in values.items() if value <= least + self._near(key)}, set()
         forces = max((abs(x) for x in found.normals.values()), default=0.0)
         scale = float(np.abs(self.u).max(initial=0.0)) if self.kind == STICK else forces
-        return {key for key, value in values.items() if value <= least + NEAR * scale}
+        concerned = {key for key, value in values.items() if value <= least + NEAR * scale}
+        if self.kind == LIFT:
+            return concerned, concerned
+        if self.kind == STICK:
+            return concerned, set()
+        return concerned, {key for key in concerned if self._is_at_tip(key, found, NEAR * forces)}
+
+    def _is_at_tip(self, key: Key, found: ContactMargins, noise: float) -> bool:
+        """Return whether nothing presses a point that sticks, and nothing rubs there."""
+        normal = found.normals[key]
+        # friction that is beyond its limit by the noise, and by how far a root is
+        rubs = self._contact(key).static * normal - found.slip_margins[key]
+        return normal <= noise and rubs <= 2.0 * noise
 
     def _near(self, key: Key) -> float:
         """Return the gap up to which a point takes part, m."""
@@ -224,8 +240,7 @@ class _Event(StickOrSlip):
 
     def _closed(self, rates: Vector, still: Vector) -> np.ndarray:
         closed = rates[::3] <= still
-        if self.kind == LIFT:
-            closed &= [key not in self.concerned for key in self.keys]
+        closed &= [key not in self.lifted for key in self.keys]
         return np.asarray(closed)
 
     def _drawn_in(self, G: Matrix, rates: Vector, still: Vector) -> Vector:
@@ -291,10 +306,15 @@ class _Event(StickOrSlip):
             if statuses[k] == SLIPS:
                 speed = max(AT_REST, self.slow[k] if self._is_at_rest(k, rates) else 0.0)
                 along, rate = speed * kept[k] @ met.axes[1:] @ self._surfaces[key[0]], speed * turning[k]
+            if statuses[k] == OPEN:
+                along = np.array((max(-met.gap, 0.0), 0.0, 0.0))
             if statuses[k] == STICKS:
                 was = self.before[key] == STICKS
                 along = contact.kept(self._own(key), key[1]) if was else met.place
             contact.with_status(self._own(key), key[1], statuses[k], along, rate)
+        for key in self.met.keys() - set(self.keys):
+            kept = self._contact(key).kept(self._own(key), key[1])
+            kept[0] = min(kept[0], max(-self.met[key].gap, 0.0))
 
     def _stopped(self, G: Matrix, rates: Vector, closed: np.ndarray) -> Vector:
         """Take the round-off from the speeds of what is closed, and from those of what does not slip."""

@@ -13,7 +13,7 @@ from kanefe.kane.constraints import meetings
 from kanefe.kane.rigid_contacts.contact_forces import ContactMargins, margins, probe_jacobian
 from kanefe.kane.rigid_contacts.impulses import unit_responses
 from kanefe.kane.state import State
-from kanefe.kernels.impacts.tolerances import DEEPER, ROUND_OFF_OF_FORCES, ROUND_OFF_OF_GAPS, STILL, STOPPED
+from kanefe.kernels.impacts.tolerances import ACCEPTED, DEEPER, ROUND_OFF_OF_FORCES, ROUND_OFF_OF_GAPS, STOPPED
 from kanefe.tree.model_data import ModelData
 
 if TYPE_CHECKING:
@@ -78,11 +78,11 @@ def blurs(instant: ContactInstant, length: float) -> ContactMargins:
         Of what moves in the scene, m.
     """
     found = instant.margins()
-    least, no_gap = ROUND_OFF_OF_FORCES * max(map(abs, found.normals.values()), default=0.0), ROUND_OFF_OF_GAPS * length
+    largest, no_gap = max(map(abs, found.normals.values()), default=0.0), ROUND_OFF_OF_GAPS * length
     return ContactMargins(
-        {key: max(no_gap, _blur_of_gap(gap, instant, key)) for key, gap in found.gaps.items()},
-        dict.fromkeys(found.normals, least),
-        dict.fromkeys(found.slip_margins, least),
+        {key: max(no_gap, blur_of_place(instant.meeting(key))) for key in found.gaps},
+        {key: _blur_of_force(margin, largest) for key, margin in found.normals.items()},
+        {key: _blur_of_force(margin, largest) for key, margin in found.slip_margins.items()},
         {key: _blur_of_slip(STOPPED * instant.speed(key), instant.meeting(key)) for key in found.slips},
     )
 
@@ -92,11 +92,10 @@ def blur_of_place(met: Meeting) -> float:
     return ROUND_OFF_OF_GAPS * float(np.linalg.norm(met.point))
 
 
-def _blur_of_gap(gap: float, instant: ContactInstant, key: Key) -> float:
-    """Return from how deep an open point leaves: as deep as the moment of its impact was missed, or round-off, m."""
-    met = instant.meeting(key)
-    is_left = gap < 0.0 and met.rates[0] >= -STILL * instant.speed(key)
-    return max(DEEPER * -gap if is_left else 0.0, blur_of_place(met))
+def _blur_of_force(margin: float, largest: float) -> float:
+    """Return how far below zero a margin is round-off, or what has been decided with it does not see, N."""
+    is_accepted = -ACCEPTED * largest <= margin < 0.0
+    return max(ROUND_OFF_OF_FORCES * largest, DEEPER * -margin if is_accepted else 0.0)
 
 
 def _blur_of_slip(rest: float, met: Meeting) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 
 from kanefe.contact.rigid.cone import Cones, solved
 from kanefe.contact.rigid.rigid_contact import OPEN, SLIPS, STICKS, RigidContact
+from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.rigid_contacts.contact_forces import paradox
 from kanefe.kane.rigid_contacts.instant import ContactInstant, InstantAt, Key
@@ -172,7 +173,7 @@ class StickOrSlip:
         self._check_paradox(problem, active)
         x = solved(problem)
         if x is None:
-            raise paradox(*self._named(active[0]), self.t)
+            raise self._no_forces(problem, active)
         return x
 
     def _check_paradox(self, problem: Cones, active: list[int]) -> None:
@@ -182,6 +183,19 @@ class StickOrSlip:
                 own = float(row[3 * at] - problem.mu[at] * (row[3 * at + 1 : 3 * at + 3] @ slip))
                 if own <= NOT_DETERMINED * row[3 * at]:
                     raise paradox(*self._named(active[at]), self.t)
+
+    def _no_forces(self, problem: Cones, active: list[int]) -> SimulationError:
+        """Return the error of several points at once, none of which has Painleve's paradox by itself."""
+        names = sorted({self._named(i)[0].title for i in active})
+        slips = sorted({self._named(i)[0].title for at, i in enumerate(active) if not np.isnan(problem.slips[at, 0])})
+        why = (
+            f" with which {', '.join(slips)} goes on to slip: there are none, or several, where friction presses what "
+            "slips into its surfaces more than the forces of all together can hold it out (Painleve's paradox)"
+        )
+        return SimulationError(
+            f"at t = {self.t:.6g} s no forces of {', '.join(names)} were found{why if slips else ''}. "
+            "Remedy: less friction, or compliant contacts, kanefe.HuntCrossley(...)"
+        )
 
     def _named(self, number: int) -> tuple[RigidContact, int]:
         key = self.keys[number]

@@ -14,7 +14,7 @@ from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.constraints.contact_shares import is_head, least_margins, share_otherwise
 from kanefe.kernels.constraints.least_forces import share_forces
 from kanefe.kernels.constraints.loop_tables import LIVE, Loops, UnitResponses, unit_responses_in
-from kanefe.kernels.contact.rigid_points import HAS_FRICTION, MET, is_closed, is_slipping, left_of_slip, meet
+from kanefe.kernels.contact.rigid_points import HAS_FRICTION, is_closed, is_slipping, left_of_gap, left_of_slip, meet
 
 FAR = 1.0
 """Value of a margin of what cannot happen, m, N or m/s."""
@@ -109,7 +109,7 @@ def _put_margins(looked: Looked, loops: Loops, gravity: np.ndarray, y: np.ndarra
     for p in range(len(points.places)):
         if not is_closed(points, p, z):
             meet(points, p, gravity, looked.work, kept.exerted.met)
-            gap = min(gap, kept.exerted.met[p, MET.gap])
+            gap = min(gap, left_of_gap(points, p, z, kept.exerted.met))
             continue
         touches = True
         if is_slipping(points, p, z) and points.places[p, HAS_FRICTION] != 0:

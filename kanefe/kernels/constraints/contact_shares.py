@@ -16,8 +16,10 @@ from kanefe.kernels.constraints.loop_tables import DIRECTION, KIND_OF, LIVE, POI
 from kanefe.kernels.contact.falling import AT
 from kanefe.kernels.contact.rigid_points import OF_POINT, is_closed, is_slipping
 
-MOST_ROUNDS, ROOM = 2000, 1e-3
-"""Largest number of steps; margin that is looked for, relative to the largest force: the search ends at half of it."""
+MOST_ROUNDS, ROOMS = 2000, (1e-3, 1e-6, 1e-9)
+"""Largest number of steps of each search; margins that are looked for one after the other, relative to the largest
+force: a search ends at half of its own. Where there is no room so large, a compromise of least squares can be below
+zero, by part of that room, though other forces are not."""
 
 
 @kernel
@@ -54,11 +56,24 @@ def share_otherwise(loops: Loops, z: np.ndarray, multipliers: np.ndarray, kept: 
         steepest = max(steepest, kept.scale[j] ** 2)
         largest = max(largest, abs(multipliers[j]))
         kept.rest[a] = multipliers[j] / kept.scale[j]
-    room, slope = ROOM * largest, kept.column
+    for share in ROOMS:
+        if _descend(loops, z, share * largest, 1.0 / steepest, multipliers, kept):
+            return
+        normal, slip = least_margins(loops, z, multipliers)
+        if min(normal, slip) < -share * largest:  # more is missing than the room: there are none
+            return
+
+
+@kernel
+def _descend(
+    loops: Loops, z: np.ndarray, room: float, step: float, multipliers: np.ndarray, kept: UnitResponses
+) -> bool:
+    """Change the multipliers until the margins are half of what is looked for; return whether they are."""
+    n, rank, slope = int(kept.told[LIVE]), int(kept.told[RANK]), kept.column
     for k in range(MOST_ROUNDS):
         normal, slip = least_margins(loops, z, multipliers)
         if min(normal, slip) >= 0.5 * room:
-            return
+            return True
         kept.plain[:] = 0.0
         for j in range(len(loops.rows)):
             if is_head(loops, j, z):
@@ -69,9 +84,10 @@ def share_otherwise(loops: Loops, z: np.ndarray, multipliers: np.ndarray, kept: 
         leave_spare(kept.L, slope, n, rank, kept.order, kept.inverses, kept.spare)
         for a in range(n):
             j = int(kept.live[a])
-            reached = multipliers[j] / kept.scale[j] - slope[a] / steepest
+            reached = multipliers[j] / kept.scale[j] - step * slope[a]
             multipliers[j] = kept.scale[j] * (reached + k / (k + 3.0) * (reached - kept.rest[a]))
             kept.rest[a] = reached
+    return False
 
 
 @inlined

@@ -279,6 +279,12 @@ def slip_direction(
 
 
 @inlined
+def left_of_gap(points: RigidPoints, p: int, z: np.ndarray, met: np.ndarray) -> Any:
+    """Return the gap of an open point above where it left the surface: see `RigidContact.left_of_gap`."""
+    return met[p, MET.gap] + z[points.places[p, STATUS] + KEPT]
+
+
+@inlined
 def left_of_slip(points: RigidPoints, p: int, z: np.ndarray, work: np.ndarray, met: np.ndarray) -> Any:
     """Return what is zero where a slip ends or has turned too far: see `RigidContact.left_of_slip`."""
     a, b = kept_along(points, p, z, work, met)

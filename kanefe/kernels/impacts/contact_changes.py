@@ -23,6 +23,7 @@ from kanefe.kernels.contact.rigid_points import (
     OF_POINT,
     STATUS,
     TELLS,
+    RigidPoints,
 )
 from kanefe.kernels.impacts.contact_questions import (
     BEGINS_SLIP,
@@ -57,6 +58,7 @@ from kanefe.kernels.impacts.decision import (
     BEFORE,
     IS_CLOSED,
     IS_CONCERNED,
+    IS_LIFTED,
     IS_STRUCK,
     IS_TAKING,
     MARGINS_NOW,
@@ -80,9 +82,10 @@ from kanefe.kernels.impacts.decision import (
     Decision,
     look,
 )
-from kanefe.kernels.impacts.impulses import is_at_rest, stop, strike
+from kanefe.kernels.impacts.impulses import HOLDING, is_at_rest, stop, strike
 from kanefe.kernels.impacts.stick_or_slip import on_surface, put_statuses
 from kanefe.kernels.impacts.tolerances import (
+    ACCEPTED,
     BEGINNING,
     CROWDED,
     DEEPER,
@@ -129,29 +132,33 @@ def _put_blurs(asking: Asking, decision: Decision, asked: np.ndarray, y: np.ndar
     found, largest, asks = decision.margins, 0.0, 0
     for p in range(len(found)):
         largest = max(largest, abs(found[p, ON_NORMAL]) if found[p, ON_NORMAL] < np.inf else 0.0)
-        flags[IS_TAKING, p] = found[p, ON_LEFT] < np.inf or found[p, ON_GAP] < 0.0
+        flags[IS_TAKING, p] = found[p, ON_LEFT] < np.inf
         if flags[IS_TAKING, p] != 0:
             flags[TAKES, asks] = p
             asks += 1
     if asks > 0 and not look(asking, decision, POINTS_NOW, asked[WHEN], asks):
         return False
     for p in range(len(found)):
-        gap, rate, size = found[p, ON_GAP], now.met[p, MET.rates], now.sizes[p]
-        if gap < np.inf:
-            # what has been decided to be open leaves from as deep as the moment of its impact was missed
-            deep = DEEPER * -gap if gap < 0.0 and rate >= -STILL * size else 0.0
-            least = max(ROUND_OFF_OF_GAPS * asked[LENGTH], _blur_of_place(now.met, p))
-            asked[BLUR] = max(asked[BLUR], max(least, deep))
+        if found[p, ON_GAP] < np.inf:
+            asked[BLUR] = max(asked[BLUR], max(ROUND_OFF_OF_GAPS * asked[LENGTH], _blur_of_place(now.met, p)))
+        lift, slip = BLUR + LIFT - TOUCH, BLUR + SLIP - TOUCH
         if found[p, ON_NORMAL] < np.inf:
-            asked[BLUR + LIFT - TOUCH] = ROUND_OFF_OF_FORCES * largest
+            asked[lift] = max(asked[lift], _blur_of_force(found[p, ON_NORMAL], largest))
         if found[p, ON_SLIP] < np.inf:
-            asked[BLUR + SLIP - TOUCH] = ROUND_OFF_OF_FORCES * largest
+            asked[slip] = max(asked[slip], _blur_of_force(found[p, ON_SLIP], largest))
         if found[p, ON_LEFT] < np.inf:
-            rest = STOPPED * size
+            rest = STOPPED * now.sizes[p]
             # of a speed v against the slip, 3/2 v is left; for a slipping point the sign is known
             if np.hypot(now.met[p, MET.rates + 1], now.met[p, MET.rates + 2]) <= rest:
                 asked[BLUR + STICK - TOUCH] = max(asked[BLUR + STICK - TOUCH], 1.5 * rest)
     return True
+
+
+@inlined
+def _blur_of_force(margin: float, largest: float) -> float:
+    """Return how far below zero a margin is round-off, or what has been decided with it does not see, N."""
+    is_accepted = -ACCEPTED * largest <= margin < 0.0
+    return max(ROUND_OFF_OF_FORCES * largest, -DEEPER * margin if is_accepted else 0.0)
 
 
 @kernel
@@ -163,7 +170,7 @@ def _change(asking: Asking, decision: Decision, asked: np.ndarray, y: np.ndarray
     u, span = y[asking.first_state - decision.motion.shape[1] : asking.first_state], asked[RUN_SPAN]
     if not look(asking, decision, MARGINS_NOW, t, 0):
         return False
-    count = _select(decision, asked, u)
+    count = _select(asking.points, decision, asked, u)
     if count == 0:
         return True
     if not look(asking, decision, POINTS_NOW, t, count):
@@ -195,8 +202,7 @@ def _change(asking: Asking, decision: Decision, asked: np.ndarray, y: np.ndarray
         _tell_of_impact(asking, decision, count, asked, reports)
     for a in range(count):
         p = flags[TAKES, a]
-        lifts = what == LIFT and flags[IS_CONCERNED, p] != 0
-        flags[IS_CLOSED, p] = vectors[RATES_OF_POINTS, 3 * p] <= speeds[NOT_MOVING, p] and not lifts
+        flags[IS_CLOSED, p] = vectors[RATES_OF_POINTS, 3 * p] <= speeds[NOT_MOVING, p] and flags[IS_LIFTED, p] == 0
     # of a run that goes on beyond the end that it assumed nothing is known
     is_stale, event = strikes, (t, y, span, asked[RUN_END] if asked[RUN_END] >= t else np.inf)
     while True:
@@ -214,8 +220,11 @@ def _change(asking: Asking, decision: Decision, asked: np.ndarray, y: np.ndarray
 
 
 @kernel
-def _select(decision: Decision, asked: np.ndarray, u: np.ndarray) -> int:
-    """Write which points the event concerns and which take part; return how many these are."""
+def _select(points: RigidPoints, decision: Decision, asked: np.ndarray, u: np.ndarray) -> int:
+    """Write which points the event concerns, lets go, and which take part; return how many these are.
+
+    A point whose friction is used up since nothing presses it lifts, at the tip of its cone.
+    """
     flags = decision.flags
     what, margins, count = int(asked[WHAT]), decision.margins, 0
     column, least, scale = max(what - TOUCH, 0), np.inf, 0.0
@@ -231,8 +240,15 @@ def _select(decision: Decision, asked: np.ndarray, u: np.ndarray) -> int:
         near = NEAR * asked[LENGTH] + _blur_of_place(decision.now.met, p)
         limit = least + (near if what == TOUCH else NEAR * scale)
         flags[IS_CONCERNED, p] = what != START and margins[p, column] <= limit
-        touches = what == TOUCH and flags[IS_CONCERNED, p] != 0
-        flags[IS_TAKING, p] = flags[BEFORE, p] != OPEN or margins[p, ON_GAP] <= near or touches
+        lifts = what == LIFT
+        if what == SLIP and flags[IS_CONCERNED, p] != 0:
+            normal, noise = margins[p, ON_NORMAL], NEAR * scale
+            rubs = points.numbers[p, HOLDING] * normal - margins[p, ON_SLIP]
+            # friction that is beyond its limit by the noise, and by how far a root is
+            lifts = normal <= noise and rubs <= 2.0 * noise
+        flags[IS_LIFTED, p] = flags[IS_CONCERNED, p] != 0 and lifts
+        touches, gap = what == TOUCH and flags[IS_CONCERNED, p] != 0, decision.now.met[p, MET.gap]
+        flags[IS_TAKING, p] = flags[BEFORE, p] != OPEN or gap <= near or touches
         if flags[IS_TAKING, p] != 0:
             flags[TAKES, count] = p
             count += 1
@@ -272,8 +288,12 @@ def _let_rest(asking: Asking, decision: Decision, count: int, asked: np.ndarray,
 
 @kernel
 def _write(asking: Asking, decision: Decision, count: int, z: np.ndarray) -> None:
-    """Write the status of each point that takes part, and what it keeps."""
+    """Write the status of each point that takes part, and what it keeps; of other ones from how deep they leave."""
     flags, directions = decision.flags, decision.directions
+    for p in range(len(asking.points.places)):
+        if flags[IS_TAKING, p] == 0:
+            at = asking.points.places[p, STATUS] + KEPT
+            z[at] = min(z[at], max(-decision.now.met[p, MET.gap], 0.0))
     for a in range(count):
         p = flags[TAKES, a]
         at, after = asking.points.places[p, STATUS], flags[AFTER, p]
@@ -288,6 +308,8 @@ def _write(asking: Asking, decision: Decision, count: int, z: np.ndarray) -> Non
         elif not is_same:
             for c in range(3):
                 z[at + KEPT + c] = decision.now.met[p, MET.place + c] if after == STICKS else 0.0
+            if after == OPEN:
+                z[at + KEPT] = max(-decision.now.met[p, MET.gap], 0.0)
 
 
 @kernel

@@ -75,13 +75,13 @@ class Moment(NamedTuple):
     sizes: Reals
 
 
-TAKES, ACTIVE, BEFORE, AFTER, IS_TAKING, IS_CONCERNED, IS_STRUCK, IS_CLOSED, BEGINS, IS_NEW = range(10)
-GROUP, TOLD_OF_POISSON, TOLD_OF_ORDER = range(10, 13)
+TAKES, ACTIVE, BEFORE, AFTER, IS_TAKING, IS_CONCERNED, IS_LIFTED, IS_STRUCK, IS_CLOSED, BEGINS, IS_NEW = range(11)
+GROUP, TOLD_OF_POISSON, TOLD_OF_ORDER = range(11, 14)
 """Rows of `Decision.flags`: numbers of the points that take part, and of those of them that are closed, in order;
-status before and after; whether a point takes part, is one that the event concerns, was struck, is closed; whether an
-active one begins to slip, in this event and in this round; the least point of those whose impulses move each other;
-whether the impact of a point was Poisson's, and depends on the order of several."""
-FLAGS = 13
+status before and after; whether a point takes part, is one that the event concerns, is let go by it, was struck, is
+closed; whether an active one begins to slip, in this event and in this round; the least point of those whose impulses
+move each other; whether the impact of a point was Poisson's, and depends on the order of several."""
+FLAGS = 14
 
 NOT_MOVING, AT_REST_BELOW, SLOW = range(3)
 """Rows of `Decision.speeds`: below which a point does not move along the normal, does not slip, and slips in the

@@ -25,12 +25,12 @@ from kanefe.kernels.constraints.loop_tables import (
 from kanefe.kernels.contact.falling import AT
 from kanefe.kernels.contact.rigid_points import (
     HAS_FRICTION,
-    MET,
     OF_POINT,
     ON_SURFACE,
     STATUS,
     is_closed,
     is_slipping,
+    left_of_gap,
     left_of_slip,
     meet,
 )
@@ -174,7 +174,7 @@ def _put_margins(scene: ContactScene, decision: Decision, y: np.ndarray) -> None
         decision.flags[BEFORE, p] = OPEN
         if not is_closed(points, p, z):
             meet(points, p, scene.tables.gravity, looked.work, kept.exerted.met)
-            row[ON_GAP] = kept.exerted.met[p, MET.gap]
+            row[ON_GAP] = left_of_gap(points, p, z, kept.exerted.met)
         else:
             row[ON_NORMAL] = normal
             decision.flags[BEFORE, p] = SLIPS if is_slipping(points, p, z) else STICKS

@@ -6,9 +6,6 @@ ROUND_OFF_OF_GAPS = 1e-14
 """Gap, relative to the length of what moves and to the distance of a point from the origin, below which its sign is
 round-off. The lowest bounces that are resolved are a hundred times as high."""
 
-DEEPER = 10.0
-"""Depth up to which a separating point has not come back, in multiples of the depth at which it separates."""
-
 ROUND_OFF_OF_FORCES = 1e-9
 """Force relative to the largest below which its sign is round-off: the residual to which the complementarity problem is
 solved."""
@@ -43,6 +40,11 @@ short enough. That direction is known to first order in time, and so the speed t
 HOLDS = 1.0 - ROUND_OFF_OF_FORCES
 """Fraction of the holding friction from which the accelerations an instant later decide whether it continues to hold.
 """
+
+ACCEPTED, DEEPER = 1e-7, 10.0
+"""Force, relative to the largest, up to which a margin that an event leaves below zero is what its decision does not
+see; and by how much it has to grow until it is looked at again. Margins are those of constraints, decisions solve a
+complementarity problem: where both differ by round-off, one event would follow the other at the same moment."""
 
 AHEAD = 1e-9, 1e-8, 1e-7, 1e-6, 1e-5
 """Instants after an event, relative to the span, at which the accelerations are evaluated if those at the event are at
