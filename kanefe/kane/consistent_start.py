@@ -129,8 +129,10 @@ def _consistent_speeds(model: ModelData, t: float, q: Vector, u: Vector) -> Vect
 
 def _are_held(model: ModelData, rows: Rates, full: Vector, tolerance: float) -> bool:
     """Return whether all rows are held at speeds, relative to what they could be at speeds of such size."""
-    rest = np.zeros(rows.J.shape[1])  # 1e-16 rad/s
-    rest[: model.free_count] = ROUND_OFF * displacement_scales(model)
+    n, scales = model.free_count, displacement_scales(model)
+    fastest = max(1.0, float(np.max(np.abs(full[:n]) / scales, initial=0.0)))
+    rest = np.zeros(rows.J.shape[1])
+    rest[:n] = n * ROUND_OFF * fastest * scales  # a solution for all speeds leaves round-off of each in every other
     allowed = tolerance * rows.sizes(full[: rows.J.shape[1]]) + rows.sizes(rest)
     return bool(np.all(np.abs(rows.open_rates(full)) <= allowed))
 

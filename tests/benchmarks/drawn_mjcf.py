@@ -131,13 +131,13 @@ def difference(seed: int) -> float | None:
             scene = kf.read_mjcf(path)
     if not set(scene.not_taken) <= EXPECTED:
         return None
-    state, held = _state(peer, np.random.default_rng(seed))
+    state, held = state_of(peer, np.random.default_rng(seed))
     right = accelerations(peer, state, held)
     ours = scene.freeze().rhs(0.0, np.concatenate((state.qpos, state.qvel)))[peer.nq : peer.nq + peer.nv]
     return float(abs(ours - right).max() / max(1.0, abs(right).max()))
 
 
-def _state(peer: Any, rng: np.random.Generator) -> tuple[Any, Held]:
+def state_of(peer: Any, rng: np.random.Generator) -> tuple[Any, Held]:
     """Return a state at random that keeps to the equalities, and what holds it: with loops in the initial pose."""
     import mujoco
 
