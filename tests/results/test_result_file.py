@@ -112,6 +112,7 @@ def test_names_of_any_group_and_a_long_provenance_survive(tmp_path):
 
     class Renamed:
         times, statistics, has_forces, loops, loads, surfaces = result.times, result.statistics, True, (), {}, ()
+        gears: ClassVar[dict[str, tuple[str, ...]]] = {}
         points: ClassVar[dict[str, int]] = {}
         records: ClassVar[dict[str, object]] = {}
         status, events = result.status, {"floor": np.array([0.5])}

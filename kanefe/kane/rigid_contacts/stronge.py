@@ -76,7 +76,9 @@ class _Impact:
             rests = slip <= IMPACT_ENDS
             x = self._rubbed(slip, rests)
             c, a = self.G[0, 0] + self.G[0, 1:] @ x, self.G[1:, 0] + self.G[1:, 1:] @ x
-            if self.is_loading and self.v[0] >= 0.0 and c >= 0.0:
+            # where loading ends with a slip, as in what moves in one way alone, round-off decides which is first
+            is_over = self.is_loading and self.v[0] >= 0.0 and c >= 0.0
+            if is_over and (self.stored <= self.kept or self._turned(False)):
                 return unit * self.p
             across = 0.0 if rests else abs(self.v[1] * a[1] - self.v[2] * a[0]) / slip
             if self.rubs.holding == 0.0 or across <= STRAIGHT_SLIP * (1.0 + float(np.abs(a).sum())):

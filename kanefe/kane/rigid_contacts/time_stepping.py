@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.contact.rigid.rigid_contact import AT_REST, EACH, OPEN, REPORTED_CHANGES, SLIPS, STICKS
+from kanefe.contact.rigid.rigid_contact import AT_REST, OPEN, REPORTED_CHANGES, SLIPS, STICKS, TAKEN
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations
@@ -72,7 +72,7 @@ def stepped(model: ModelData, t: float, y: Vector, h: float) -> Stepped:
     q, u, z = (part.copy() for part in model.parts(y))
     for load in model.rigid_contacts:
         where = model.load_states[load]
-        z[where.start + REPORTED_CHANGES : where.stop : EACH] = OPEN
+        z[where.start + REPORTED_CHANGES : where.stop] = OPEN  # also from how deep a point left, and its slip: none
     z_open = z.copy()
     mid, n = t + 0.5 * h, model.free_count
     q_mid = model.advance(q, 0.5 * h * u)
@@ -152,6 +152,7 @@ def _write(
         own = z[where]
         slip = float(np.linalg.norm(after[rows][1:]))
         own[1] -= float(push[1:] @ mean[rows][1:])
+        own[TAKEN] -= float(push[0] * mean[rows][0])
         own[0] += contact.probes[i][1].share * slip * h
         if after[3 * k] > still:  # it has bounced
             continue

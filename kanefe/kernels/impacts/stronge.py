@@ -71,7 +71,12 @@ def strike_one(
         c, a1, a2 = A[0] + A[1] * x1 + A[2] * x2, A[1] + A[3] * x1 + A[4] * x2, A[2] + A[4] * x1 + A[5] * x2
         unit_impulse = size / unit
         if loads and v0 >= 0.0 and c >= 0.0:
-            return True, unit_impulse * p0, unit_impulse * p1, unit_impulse * p2
+            # where loading ends with a slip, as in what moves in one way alone, round-off decides which is first
+            is_pressed = stored > kept
+            if is_pressed:
+                v0, loads, stored = 0.0, False, kept + e * e * (stored - kept)
+            if not is_pressed or stored <= 0.0:
+                return True, unit_impulse * p0, unit_impulse * p1, unit_impulse * p2
         across = 0.0 if rests else abs(v1 * a2 - v2 * a1) / slip
         if holding == 0.0 or across <= STRAIGHT_SLIP * (1.0 + abs(a1) + abs(a2)):
             slowing = 0.0 if rests or holding == 0.0 else (a1 * v1 + a2 * v2) / slip

@@ -36,6 +36,7 @@ from kanefe.kernels.contact.rigid_points import (
     OF_POINT,
     SLIP,
     STATUS,
+    TAKEN,
     WORK,
 )
 from kanefe.kernels.evaluation.bending import watch_bends
@@ -155,7 +156,8 @@ def _step(scene: ImpactScene, decision: Decision, march: March, h: float) -> int
     t, size = march.reals[TIME] + 0.5 * h, len(y)
     copy(before, y)
     for p in range(len(points.places)):
-        y[last + points.places[p, STATUS]] = OPEN
+        own = last + points.places[p, STATUS]
+        y[own : own + KEPT_RATE + 3] = OPEN  # also from how deep a point left, and its slip: none
     copy(y, at)
     advance(scene.tables, scene.flexible, y[:first], y[first:last], 0.5 * h, at[:first])
     if not (look(asking, decision, MARGINS_NOW, t, 0) and _is_regular(looked)):
@@ -276,10 +278,10 @@ def _put_statuses(scene: ImpactScene, decision: Decision, march: March, count: i
         after = vectors[AFTER_STEP, 3 * a : 3 * a + 3]
         slip, contact, at = np.hypot(after[1], after[2]), last + own[FIRST_STATE], last + own[STATUS]
         y[contact + WORK] -= rubbed
+        y[contact + TAKEN] -= taken - rubbed
         y[contact + SLIP] += points.numbers[p, OF_POINT.share] * slip * h
         if after[0] > still:  # it has bounced
             continue
-        y[at + KEPT_RATE : at + KEPT_RATE + 3] = 0.0
         if own[HAS_FRICTION] != 0 and slip <= still:
             y[at] = STICKS
             copy(now.met[p, MET.place : int(MET.place) + 3], y[at + KEPT : at + KEPT + 3])

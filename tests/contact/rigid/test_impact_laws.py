@@ -78,6 +78,18 @@ def drawn(seed: int, count: int = 1) -> tuple[np.ndarray, np.ndarray, np.random.
     return B @ B.T, rates, rng
 
 
+def test_what_moves_in_one_way_alone_bounces_though_its_slip_ends_with_its_approach():
+    """Both end at one instant. Friction adds mu |g| to the slope of the approach and takes it from that of the bounce."""
+    rng, e, mu = np.random.default_rng(0), 0.4, 0.2
+    for _ in range(200):
+        g = np.array((1.0, *rng.uniform(-1.0, 1.0, 2)))
+        v, rubs = rng.uniform(1e-3, 1.0), mu * np.hypot(*g[1:])
+        p = struck(np.outer(g, g), -v * g, e, Rubs(lambda _: mu, mu))
+        assert p is not None
+        # energy stored v^2 / (2 c1), of which e^2 = v'^2 v^-2 c1 / c2 comes back; round-off over the slip at the turn
+        assert g @ p - v == pytest.approx(e * v * np.sqrt((1.0 - rubs) / (1.0 + rubs)), rel=1e-9)
+
+
 def test_an_impact_takes_energy_within_the_cone_and_ends_by_what_it_has_stored():
     """Of contacts in space: a plain sum over small impulses leads to the same."""
     for seed in range(6):
