@@ -26,7 +26,7 @@ from kanefe.kernels.algebra.vectors import (
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import IntegerRows, RealRows, Reals
 from kanefe.kernels.contact.contact_shapes import PLANE, distance, normal_rate
-from kanefe.kernels.contact.falling import STEADY_NUMBERS, steady_coefficient
+from kanefe.kernels.contact.falling import AT, STEADY_NUMBERS, steady_coefficient
 from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.layout import Y, Z
 from kanefe.kernels.loads.markers import MARKER_NUMBERS, axes_of, lever_of, motion_of
@@ -89,6 +89,8 @@ class PointConstants(NamedTuple):
 
 
 OF_POINT = places(PointConstants, point=3, axis=3, belt=3)
+HOLDING = int(OF_POINT.friction) + int(AT.holding)
+"""Where the largest coefficient is with which a point sticks."""
 POINT_CONSTANTS = int(OF_POINT.friction) + STEADY_NUMBERS
 
 

@@ -15,6 +15,7 @@ from kanefe.kernels.contact.rigid_points import (
     AT_REST,
     CONTACT,
     HAS_FRICTION,
+    HOLDING,
     KEPT,
     KEPT_RATE,
     LAW,
@@ -82,7 +83,7 @@ from kanefe.kernels.impacts.decision import (
     Decision,
     look,
 )
-from kanefe.kernels.impacts.impulses import HOLDING, is_at_rest, stop, strike
+from kanefe.kernels.impacts.impulses import is_at_rest, stop, strike
 from kanefe.kernels.impacts.stick_or_slip import on_surface, put_statuses
 from kanefe.kernels.impacts.tolerances import (
     ACCEPTED,

@@ -14,6 +14,7 @@ from kanefe.kernels.contact.rigid_points import (
     DISTRIBUTING,
     FIRST_STATE,
     HAS_FRICTION,
+    HOLDING,
     LAW,
     NEWTON,
     OF_POINT,
@@ -40,7 +41,7 @@ from kanefe.kernels.impacts.decision import (
     X,
     solve,
 )
-from kanefe.kernels.impacts.stronge import HOLDING, strike_one
+from kanefe.kernels.impacts.stronge import strike_one
 from kanefe.kernels.impacts.tolerances import (
     ADDED,
     APART,

@@ -7,8 +7,6 @@ from typing import NamedTuple
 from kanefe.kernels.compiler.arrays import Integers, RealRows, Reals
 from kanefe.kernels.constraints.contact_margins import Looked
 from kanefe.kernels.constraints.loop_tables import Loops
-from kanefe.kernels.contact.falling import AT
-from kanefe.kernels.contact.rigid_points import OF_POINT
 from kanefe.kernels.events.closing_call import ClosingCall
 from kanefe.kernels.impacts.decision import Asking
 from kanefe.kernels.layout import FlexibleTables, Tables
@@ -50,8 +48,6 @@ BEFORE_STEP, REMAINDER, FREELY, AFTER_STEP, IMPULSE = range(5)
 """Rows of the vectors of closed points: rates at the middle of a step with its first speeds, m/s, and what is left of
 their rates without accelerations, m/s2; what they become without impulses, and with them, m/s; impulses, N s."""
 VECTORS = 5
-
-HOLDING = int(OF_POINT.friction) + int(AT.holding)
 
 
 class ImpactScene(NamedTuple):

@@ -8,13 +8,12 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.contact.rigid_points import HAS_FRICTION, OF_POINT
+from kanefe.kernels.contact.rigid_points import HAS_FRICTION, HOLDING, OF_POINT
 from kanefe.kernels.impacts.cones import LEAST, MU, largest_of, residual
 from kanefe.kernels.impacts.decision import ACTIVE, IS_NEW, TAKES, Decision, X, solve
 from kanefe.kernels.impacts.march import (
     BEFORE_STEP,
     FREELY,
-    HOLDING,
     IMPULSE,
     OWN_LOWERED,
     OWN_RESIDUAL,

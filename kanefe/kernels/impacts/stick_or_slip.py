@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import Numbers, copy, matrix, plus, rotated_back, times, vector
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.falling import steady_coefficient
-from kanefe.kernels.contact.rigid_points import HAS_FRICTION, MET, OF_POINT
+from kanefe.kernels.contact.rigid_points import HAS_FRICTION, HOLDING, MET, OF_POINT
 from kanefe.kernels.impacts.cones import LEAST, MU, ConeMemory, is_given, largest_of
 from kanefe.kernels.impacts.decision import (
     ACCELERATIONS,
@@ -38,7 +38,6 @@ from kanefe.kernels.impacts.decision import (
     solve,
 )
 from kanefe.kernels.impacts.impulses import is_at_rest, put_active
-from kanefe.kernels.impacts.stronge import HOLDING
 from kanefe.kernels.impacts.tolerances import AHEAD, HOLDS, NOT_DETERMINED, ROUND_OFF_OF_FORCES
 
 Ahead = tuple[float, np.ndarray, float, float]

@@ -6,11 +6,9 @@ import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.contact.falling import AT, steady_coefficient
-from kanefe.kernels.contact.rigid_points import OF_POINT
+from kanefe.kernels.contact.falling import steady_coefficient
+from kanefe.kernels.contact.rigid_points import HOLDING, OF_POINT
 from kanefe.kernels.impacts.tolerances import BRANCHES, IMPACT_ENDS, STRAIGHT_SLIP, WEAK
-
-HOLDING = int(OF_POINT.friction) + int(AT.holding)
 
 OF_NORMAL, OF_SIZE, OF_ANGLE, OF_P, OF_STORED = 0, 1, 2, 3, 6
 """Places of a slip that turns: normal speed, logarithm and angle of the slip, three impulses, stored energy."""

@@ -79,7 +79,7 @@ def drawn(seed: int, count: int = 1) -> tuple[np.ndarray, np.ndarray, np.random.
 
 
 def test_what_moves_in_one_way_alone_bounces_though_its_slip_ends_with_its_approach():
-    """Both end at one instant. Friction adds mu |g| to the slope of the approach and takes it from that of the bounce."""
+    """Both end at one instant; friction makes the slope of the approach more by mu |g|, and that of the bounce less."""
     rng, e, mu = np.random.default_rng(0), 0.4, 0.2
     for _ in range(200):
         g = np.array((1.0, *rng.uniform(-1.0, 1.0, 2)))
