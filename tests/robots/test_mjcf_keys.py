@@ -88,7 +88,10 @@ def test_what_a_keyframe_sets_of_actuators_is_named(tmp_path: Path) -> None:
     assert "actuators at the keyframe" not in read(written(tmp_path, ASSET=off), key="home").not_taken
 
 
-def test_an_unknown_keyframe_is_refused_with_those_that_there_are(tmp_path: Path) -> None:
+def test_an_unknown_keyframe_is_refused_with_those_that_there_are(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes its log into the working directory
     path = written(tmp_path)
     known = re.escape("0 ('rest'), 1 ('home'), 2 (without a name)")
     for key in ("hom", "", 3, -1):

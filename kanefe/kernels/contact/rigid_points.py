@@ -90,7 +90,7 @@ class PointConstants(NamedTuple):
 
 OF_POINT = places(PointConstants, point=3, axis=3, belt=3)
 HOLDING = int(OF_POINT.friction) + int(AT.holding)
-"""Where the largest coefficient is with which a point sticks."""
+"""Index of the largest coefficient with which a point sticks, among its constants."""
 POINT_CONSTANTS = int(OF_POINT.friction) + STEADY_NUMBERS
 
 
