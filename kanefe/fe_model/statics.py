@@ -16,9 +16,10 @@ import scipy.sparse as sp
 
 from kanefe.errors import ModelError, SingularStiffness
 from kanefe.fe_model.factorise import Factorisation, Factorise, NothingInside, factor_interior
-from kanefe.fe_model.model import FiniteElementModel
+from kanefe.fe_model.model import ROTATIONS, FiniteElementModel
 from kanefe.fe_model.progress import stage
 from kanefe.fe_model.ties import InterfaceTies
+from kanefe.frames import Vector
 
 
 class StaticProblem:
@@ -65,6 +66,24 @@ class StaticProblem:
     def interior_mass(self) -> sp.csc_matrix:
         """M of the interior."""
         return self.mass[: self.ties.interior_count, : self.ties.interior_count].T
+
+    @cached_property
+    def largest_masses(self) -> Vector:
+        """Mass that a unit of each tied coordinate moves at most, kg and kg m2: what has next to none of it has none.
+
+        Rotations are compared with translations over the size of the body, so that its units and size do not count;
+        generalised coordinates with their own.
+        """
+        model = self.model
+        size = float(np.ptp(model.nodes, axis=0).max()) or 1.0
+        squares = np.tile(np.where(np.isin(model.components, ROTATIONS), size**2, 1.0), len(model.nodes))
+        inner = self.ties.transformation[: model.nodal_size, : self.ties.interior_count]
+        frames = [component for tie in self.ties.ties for component in tie.components]
+        lengths = np.concatenate((inner.power(2).T @ squares, np.where(np.array(frames) < 3, 1.0, size**2)))
+        masses, moving = self.mass.diagonal(), lengths > 0.0
+        found = (masses[moving] / lengths[moving]).max(initial=0.0) * lengths
+        found[~moving] = masses[~moving]
+        return np.where(found > 0.0, found, found.max(initial=0.0) or 1.0)
 
     @cached_property
     def held_interior(self) -> np.ndarray:
@@ -126,7 +145,8 @@ class StaticProblem:
             return np.zeros((self.size, 0)), np.zeros((self.size, 0))
         about = self.model.nodes.mean(axis=0)
         motions = self.ties.coordinates(self.model.rigid_modes(about=about))
-        size = np.linalg.norm(motions, axis=0)
+        weights = np.sqrt(self.largest_masses)[:, None]
+        size = np.linalg.norm(weights * motions, axis=0)
         kept = size > 1e-12 * size.max()
         motions = motions[:, kept] / size[kept]
         gram = motions.T @ (self.mass @ motions)
@@ -136,9 +156,9 @@ class StaticProblem:
         massive = motions @ (scale[:, None] * vectors[:, kept] / np.sqrt(squares[kept]))
         directions = scale[:, None] * vectors[:, ~kept]
         others = motions @ (directions / np.linalg.norm(directions, axis=0))
-        size = np.linalg.norm(others, axis=0)  # nodes on a line do not define the rotation about it: zero
-        moving = size > 1e-6
-        return np.asarray(massive), np.asarray(others[:, moving] / size[moving])
+        # nodes on a line do not define the rotation about it: zero
+        others = others[:, np.linalg.norm(weights * others, axis=0) > 1e-6]
+        return np.asarray(massive), np.asarray(others / np.linalg.norm(others, axis=0))
 
     def relieved(self, f: np.ndarray) -> np.ndarray:
         """Return loads (tied, m) of a floating body balanced by the inertia of its rigid motion; others unchanged."""
@@ -199,7 +219,7 @@ class StaticProblem:
 
 
 NO_MASS = 1e-18
-"""Mass along a rigid motion, relative to the largest and to the square of the motion, below which it counts as zero."""
+"""Mass of a coordinate or a rigid motion, relative to the largest, below which it counts as zero."""
 
 SHIFT = 1e-9
 """Fraction of its diagonal that is added to a singular K so that it can be factored."""

@@ -105,19 +105,20 @@ def flexible_body(
             )
         return unreduced_body(model, problem, damping, factorise, started)
     K, M = problem.stiffness, problem.mass
+    R, largest = problem.rigid_modes, problem.largest_masses
     if reduction is None:
         identity = np.eye(K.shape[0])
         free, fixed = np.delete(identity, ties.fixed, axis=1), identity[:, ties.fixed]
         massless = free[:, :0]
         moving = np.delete(np.arange(K.shape[0]), ties.fixed)
-        if rigid_count or has_massless(M[moving][:, moving]):
-            free, massless = modes_by_mass(free, K, M, problem.rigid_modes)
+        if rigid_count or has_massless(M[moving][:, moving], largest[moving]):
+            free, massless = modes_by_mass(free, K, M, R, largest)
             if not rigid_count:
                 tell_of_frames_without_inertia(problem, free)
         record: dict[str, Any] = {"method": "None", "kept": free.shape[1]}
     else:
         chosen = reduction.basis(problem)
-        free, massless = modes_by_mass(chosen.columns, K, M, problem.rigid_modes)
+        free, massless = modes_by_mass(chosen.columns, K, M, R, largest)
         record = reduction_record(reduction, problem, chosen, free)
         fixed = problem.constraint_modes[:, ties.fixed - ties.interior_count]
     lost = tell_massless(problem, massless, statics=reduction is not None)

@@ -61,7 +61,8 @@ class Enriched(Options):
     def basis(self, problem: StaticProblem) -> Basis:
         """Return the modes of the basis, and the residual shapes."""
         chosen = self.reduction.basis(problem)
-        modes = orthonormal_modes(chosen.columns, problem.stiffness, problem.mass, problem.rigid_modes)
+        matrices = problem.stiffness, problem.mass, problem.rigid_modes, problem.largest_masses
+        modes = orthonormal_modes(chosen.columns, *matrices)
         residual = residual_shapes(problem, modes, some_groups(problem, self.loads))
         kept = {name: value for name, value in chosen.record.items() if name != "error_estimate"}
         return Basis(np.hstack((modes, residual)), {**kept, "residual_shapes": residual.shape[1]})

@@ -74,9 +74,12 @@ def residual_shapes(problem: StaticProblem, modes: np.ndarray, groups: Sequence[
     forces = np.hstack([group.forces for group in groups])
     solved = problem.solve(np.hstack((problem.mass @ modes, forces)))
     of_modes = modes - squares * solved[:, : modes.shape[1]]
-    of_loads = normalised(solved[:, modes.shape[1] :], problem.mass)
+    of_loads = normalised(solved[:, modes.shape[1] :], problem.mass, problem.largest_masses)
     return orthonormal_columns(
-        np.hstack((of_modes, of_loads)), problem.mass, against=np.hstack((problem.rigid_modes, modes))
+        np.hstack((of_modes, of_loads)),
+        problem.mass,
+        np.hstack((problem.rigid_modes, modes)),
+        problem.largest_masses,
     )
 
 

@@ -86,7 +86,8 @@ class Krylov(Options):
             solve = _solver(problem, frequency)
             block = solve(forces)
             for step in range(int(self.order)):
-                block = orthonormal_columns(normalised(block, problem.mass), problem.mass, np.hstack((R, span)))
+                block = normalised(block, problem.mass, problem.largest_masses)
+                block = orthonormal_columns(block, problem.mass, np.hstack((R, span)), problem.largest_masses)
                 span = np.hstack((span, block))
                 if step + 1 < self.order and block.shape[1]:
                     block = solve(problem.mass @ block)

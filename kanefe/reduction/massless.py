@@ -14,7 +14,8 @@ import scipy.linalg
 import scipy.sparse as sp
 
 from kanefe.errors import AccuracyWarning, outside
-from kanefe.fe_model.statics import StaticProblem
+from kanefe.fe_model.statics import NO_MASS, StaticProblem
+from kanefe.frames import Vector
 from kanefe.reduction.orthonormal import stiff_and_free
 
 NOTEWORTHY = 0.01
@@ -24,10 +25,10 @@ SINGULAR = 1e-13
 """Smallest eigenvalue of a mass matrix with a unit diagonal, up to which some motion counts as massless."""
 
 
-def has_massless(M: sp.csr_matrix) -> bool:
-    """Return whether some motion has no mass, for small matrices."""
+def has_massless(M: sp.csr_matrix, largest: Vector) -> bool:
+    """Return whether some motion has no mass, for small matrices and the largest mass of each coordinate."""
     masses = M.diagonal()
-    if masses.min(initial=np.inf) <= 1e-18 * masses.max(initial=0.0):
+    if np.any(masses <= NO_MASS * largest):
         return True
     scale = 1.0 / np.sqrt(masses)
     return bool(scipy.linalg.eigvalsh(M.toarray() * np.outer(scale, scale))[0] < SINGULAR)
@@ -59,7 +60,8 @@ def tell_massless(problem: StaticProblem, massless: np.ndarray, *, statics: bool
     if not len(rows):
         return {}
     if statics:
-        massless = stiff_and_free(np.hstack((massless, _static_shapes_without_mass(problem))), problem.stiffness)[1]
+        massless = np.hstack((massless, _static_shapes_without_mass(problem)))
+        massless = stiff_and_free(massless, problem.stiffness, problem.largest_masses)[1]
     if not massless.shape[1]:
         return {}
     forces = np.zeros((problem.size, len(rows)))
@@ -90,7 +92,7 @@ def _static_shapes_without_mass(problem: StaticProblem) -> np.ndarray:
     """Return static shapes of motions of the released interface components that have no mass."""
     shapes = problem.constraint_modes[:, problem.released - problem.ties.interior_count]
     gram = shapes.T @ (problem.mass @ shapes)
-    scale = 1.0 / np.sqrt(np.maximum(gram.diagonal(), 1e-18 * problem.mass.diagonal().max()))
+    scale = 1.0 / np.sqrt(np.maximum(gram.diagonal(), NO_MASS * problem.largest_masses[problem.released]))
     squares, vectors = scipy.linalg.eigh(gram * np.outer(scale, scale))
     return np.asarray(shapes @ (scale[:, None] * vectors[:, squares < SINGULAR]))
 

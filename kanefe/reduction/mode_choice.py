@@ -174,13 +174,14 @@ class _Search:
         groups: Sequence[LoadGroup],
         up_to_frequency: float,
     ) -> None:
-        M = problem.mass
+        M, largest = problem.mass, problem.largest_masses
         self.problem, self.modes, self.squares = problem, modes, squares
-        rich = orthonormal_columns(normalised(np.hstack((modes, given, statics)), M), M, problem.rigid_modes)
+        columns = normalised(np.hstack((modes, given, statics)), M, largest)
+        rich = orthonormal_columns(columns, M, problem.rigid_modes, largest)
         self.rich = ResponseModel.of_basis(problem, rich, groups, up_to_frequency)
         self.boundary = rich[problem.boundary]
         weighted = (M @ rich).T
-        self.given, self.normal = weighted @ normalised(given, M), weighted @ modes
+        self.given, self.normal = weighted @ normalised(given, M, largest), weighted @ modes
         self.has_load_vectors = given.shape[1] > len(problem.released)
 
     def error(self, chosen: np.ndarray) -> dict[str, Any]:

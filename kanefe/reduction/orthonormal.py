@@ -14,6 +14,7 @@ import scipy.linalg
 import scipy.sparse as sp
 
 from kanefe.errors import ModelError
+from kanefe.frames import Vector
 
 DEPENDENT = 1e-9
 """Part of a column outside the span of the others, relative to it, below which it counts as dependent."""
@@ -22,7 +23,8 @@ MOVES = 1e-6
 """Part of a motion that is left once all that has mass is taken out, relative to the largest, from which it counts."""
 
 NO_MASS = 1e-14
-"""Mass of a motion, relative to the largest of M and to its square, up to which it has none: above round-off."""
+"""Mass of a motion, relative to that by the largest masses of its coordinates, up to which it has none: above
+round-off."""
 
 NO_STIFFNESS = 1e-12
 """Energy of a motion without mass, relative to others, below which it has none: a rigid motion about a straight bar."""
@@ -47,14 +49,14 @@ class Orthonormal(NamedTuple):
 
 
 def orthonormal_modes(
-    columns: np.ndarray, K: sp.csr_matrix, M: sp.csr_matrix, rigid_modes: np.ndarray | None = None
+    columns: np.ndarray, K: sp.csr_matrix, M: sp.csr_matrix, rigid_modes: np.ndarray, largest: Vector
 ) -> np.ndarray:
     """Return the modes of `modes_by_mass` alone, shape (tied, k)."""
-    return modes_by_mass(columns, K, M, rigid_modes).modes
+    return modes_by_mass(columns, K, M, rigid_modes, largest).modes
 
 
 def modes_by_mass(
-    columns: np.ndarray, K: sp.csr_matrix, M: sp.csr_matrix, rigid_modes: np.ndarray | None = None
+    columns: np.ndarray, K: sp.csr_matrix, M: sp.csr_matrix, rigid_modes: np.ndarray, largest: Vector
 ) -> Orthonormal:
     """Return M-orthonormal modes of (K, M) in the span of columns, without the rigid ones of a floating body.
 
@@ -66,18 +68,20 @@ def modes_by_mass(
     columns : ndarray, shape (tied, m)
         Of any scale; zero and dependent ones are left out.
     K, M : csr_matrix, shape (tied, tied)
-    rigid_modes : ndarray, shape (tied, r), optional
+    rigid_modes : ndarray, shape (tied, r)
         M-orthonormal rigid motions, which are removed.
+    largest : ndarray, shape (tied,)
+        Largest mass of each coordinate: `StaticProblem.largest_masses`.
 
     Raises
     ------
     ModelError
         If a column is not finite, no column has mass, or the stiffness resists rigid motions or leaves others free.
     """
-    R = np.zeros((len(columns), 0)) if rigid_modes is None else rigid_modes
-    massive, none = _by_mass(columns, M)
-    basis, rest = _orthonormal(massive, M, R)
-    free, massless = stiff_and_free(np.hstack((none, rest)), K)
+    R = rigid_modes
+    massive, none = _by_mass(columns, M, largest)
+    basis, rest = _orthonormal(massive, M, R, largest)
+    free, massless = stiff_and_free(np.hstack((none, rest)), K, largest)
     if basis.shape[1] == 0:
         if massless.shape[1] or (free.shape[1] and not R.shape[1]):
             raise _massless()
@@ -95,7 +99,7 @@ def modes_by_mass(
     if R.shape[1]:
         # eigenvalues below the round-off of the entries of K and M count as zero
         masses = M.diagonal()
-        massive_rows = masses > 1e-12 * masses.max()  # rotations have no mass in lumped matrices
+        massive_rows = masses > 1e-12 * largest  # rotations have no mass in lumped matrices
         noise = 1e-14 * float(np.max(K.diagonal()[massive_rows] / masses[massive_rows]))
         rigid = float(abs(np.einsum("ij,ij->j", R, K @ R)).max())
         if rigid > 1e-6 * squares[0] or squares[0] < noise:
@@ -110,12 +114,16 @@ def modes_by_mass(
     return Orthonormal(np.asarray(modes @ (1.5 * np.eye(modes.shape[1]) - 0.5 * modes.T @ (M @ modes))), massless)
 
 
-def stiff_and_free(motions: np.ndarray, K: sp.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
-    """Return the span of motions without mass as orthonormal columns: those without stiffness, and the others."""
+def stiff_and_free(motions: np.ndarray, K: sp.csr_matrix, largest: Vector) -> tuple[np.ndarray, np.ndarray]:
+    """Return the span of motions without mass as independent columns: those without stiffness, and the others.
+
+    `largest` is that of `modes_by_mass`.
+    """
     if not motions.shape[1]:
         return motions, motions
-    span, sizes, _ = np.linalg.svd(motions, full_matrices=False)
-    span = span[:, sizes > MOVES * sizes[0]]
+    scale = np.sqrt(largest)[:, None]
+    span, sizes, _ = np.linalg.svd(scale * motions, full_matrices=False)
+    span = span[:, sizes > MOVES * sizes[0]] / scale
     diagonal = np.maximum(np.einsum("ij,ij->j", span, K @ span), 0.0)
     scale = 1.0 / np.sqrt(np.maximum(diagonal, 1e-300 + NO_STIFFNESS * diagonal.max()))
     stiffness = span.T @ (K @ span) * np.outer(scale, scale)
@@ -125,29 +133,29 @@ def stiff_and_free(motions: np.ndarray, K: sp.csr_matrix) -> tuple[np.ndarray, n
     return turned[:, ~is_stiff], turned[:, is_stiff]
 
 
-def normalised(columns: np.ndarray, M: sp.csr_matrix) -> np.ndarray:
-    """Return columns of unit M-norm, without those that are zero or have no mass.
+def normalised(columns: np.ndarray, M: sp.csr_matrix, largest: Vector) -> np.ndarray:
+    """Return columns of unit M-norm, without those that are zero or have no mass: see `modes_by_mass`.
 
     Raises
     ------
     ModelError
         If a column is not finite.
     """
-    return _by_mass(columns, M)[0]
+    return _by_mass(columns, M, largest)[0]
 
 
-def _by_mass(columns: np.ndarray, M: sp.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
+def _by_mass(columns: np.ndarray, M: sp.csr_matrix, largest: Vector) -> tuple[np.ndarray, np.ndarray]:
     """Return columns of unit M-norm, and those without mass; zero ones are left out."""
     if not np.all(np.isfinite(columns)):
         raise ModelError("the columns of the reduction are not finite. Remedy: check its loads and the matrices")
-    largest = abs(columns).max(axis=0, initial=0.0)
-    columns = columns[:, largest > 0.0] / largest[largest > 0.0]  # so that squares do not overflow
+    sizes = abs(columns).max(axis=0, initial=0.0)
+    columns = columns[:, sizes > 0.0] / sizes[sizes > 0.0]  # so that squares do not overflow
     squares = np.einsum("ij,ij->j", columns, M @ columns)
-    has_mass = squares > NO_MASS * M.diagonal().max(initial=0.0) * np.einsum("ij,ij->j", columns, columns)
+    has_mass = squares > NO_MASS * (largest @ columns**2)
     return np.asarray(columns[:, has_mass] / np.sqrt(squares[has_mass])), columns[:, ~has_mass]
 
 
-def orthonormal_columns(columns: np.ndarray, M: sp.csr_matrix, against: np.ndarray | None = None) -> np.ndarray:
+def orthonormal_columns(columns: np.ndarray, M: sp.csr_matrix, against: np.ndarray, largest: Vector) -> np.ndarray:
     """Return an M-orthonormal basis of the part of columns outside the span of others.
 
     Parameters
@@ -155,37 +163,40 @@ def orthonormal_columns(columns: np.ndarray, M: sp.csr_matrix, against: np.ndarr
     columns : ndarray, shape (n, m)
         With M-norms of the order of 1: a part below `DEPENDENT` is neglected, and so is what has no mass.
     M : csr_matrix, shape (n, n)
-    against : ndarray, shape (n, r), optional
+    against : ndarray, shape (n, r)
         M-orthonormal columns.
+    largest : ndarray, shape (n,)
+        That of `modes_by_mass`.
 
     Returns
     -------
     ndarray, shape (n, k), k <= m
         M-orthogonal to `against`.
     """
-    return _orthonormal(columns, M, np.zeros((len(columns), 0)) if against is None else against)[0]
+    return _orthonormal(columns, M, against, largest)[0]
 
 
-def _orthonormal(columns: np.ndarray, M: sp.csr_matrix, against: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _orthonormal(
+    columns: np.ndarray, M: sp.csr_matrix, against: np.ndarray, largest: Vector
+) -> tuple[np.ndarray, np.ndarray]:
     """Return that basis, and the motions without mass that are left of the columns."""
     span = [(against, M @ against)] if against.shape[1] else []
     found: list[np.ndarray] = []
-    extent = np.linalg.norm(columns, axis=0).max(initial=0.0)
+    extent = np.sqrt((largest @ columns**2).max(initial=0.0))
     left, scale = columns, 1.0
     rest = [np.zeros((len(columns), 0))]
-    floor = NO_MASS * M.diagonal().max(initial=0.0)
     while left.shape[1]:
         left = _apart_from(span, left)
         squares, vectors = scipy.linalg.eigh(left.T @ (M @ left))
         left = left @ vectors
-        extents = np.einsum("ij,ij->j", left, left)
-        massless = squares <= floor * extents
+        extents = largest @ left**2
+        massless = squares <= NO_MASS * extents
         rest.append(left[:, massless & (np.sqrt(extents) * scale > MOVES * extent)])
         left, norms = left[:, ~massless], np.sqrt(squares[~massless])
-        largest = norms.max(initial=0.0)
-        if largest * scale < DEPENDENT:
+        longest = norms.max(initial=0.0)
+        if longest * scale < DEPENDENT:
             break
-        apart = norms > WELL_APART * largest
+        apart = norms > WELL_APART * longest
         block = left[:, apart] / norms[apart]
         for _ in range(2):
             block = _apart_from(span, block)
@@ -194,8 +205,8 @@ def _orthonormal(columns: np.ndarray, M: sp.csr_matrix, against: np.ndarray) -> 
             block, weighted = block @ turn, weighted @ turn
         span.append((block, weighted))
         found.append(block)
-        scale *= WELL_APART * largest
-        left = left[:, ~apart] / (WELL_APART * largest)
+        scale *= WELL_APART * longest
+        left = left[:, ~apart] / (WELL_APART * longest)
     return np.hstack([np.zeros((len(columns), 0)), *found]), np.hstack(rest)
 
 

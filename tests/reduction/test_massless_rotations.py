@@ -135,3 +135,20 @@ def test_a_superelement_without_rotary_inertia(interfaces: dict[str, str]) -> No
 def test_more_modes_than_masses_are_refused() -> None:
     with pytest.raises(ModelError, match=r"only 24 degrees of freedom have mass|fewer modes"):
         kf.flexible_body(lumped(8), {"root": "clamped"}, reduction=kf.CraigBampton(modes=30))
+
+
+@pytest.mark.parametrize("ends", [{}, {"root": "clamped", "tip": "rigid"}], ids=["floating", "clamped"])
+@pytest.mark.filterwarnings("ignore::kanefe.errors.AccuracyWarning", "ignore::kanefe.errors.UnitWarning")
+def test_what_has_mass_does_not_depend_on_the_size_of_a_body(ends: dict[str, str]) -> None:
+    beam = lumped(8)
+
+    def frequencies(size: float) -> np.ndarray:
+        """With lengths times the size, and moduli times its square."""
+        scale = sp.diags(np.tile(np.repeat((1.0, size), 3), len(beam.nodes)) * size**1.5).tocsr()
+        mass, stiffness = scale @ beam.mass @ scale, scale @ beam.stiffness @ scale
+        groups = {"root": 0, "tip": 8}
+        one = kf.model_from_matrices(mass, stiffness, size * beam.nodes, components=beam.components, groups=groups)
+        return kf.flexible_body(one, ends, reduction=kf.CraigBampton(modes=5)).frequencies
+
+    # K has a condition of 1e6
+    assert frequencies(1e-6) == pytest.approx(frequencies(1.0), rel=1e-8)

@@ -75,14 +75,14 @@ def test_directions_are_told_apart_beyond_the_root_of_round_off() -> None:
     rng = np.random.default_rng(1)
     a, b = rng.standard_normal((2, problem.size))
     a[problem.fixed] = b[problem.fixed] = 0.0
-    K, M = problem.stiffness, problem.mass
-    near = orthonormal_modes(np.column_stack((a, a + 1e-7 * b)), K, M)
-    far = orthonormal_modes(np.column_stack((a, b)), K, M)
+    M, of = problem.mass, (problem.stiffness, problem.mass, problem.rigid_modes, problem.largest_masses)
+    near = orthonormal_modes(np.column_stack((a, a + 1e-7 * b)), *of)
+    far = orthonormal_modes(np.column_stack((a, b)), *of)
     assert near.shape[1] == 2
     # b is known to the 1e-16 / 1e-7 that the subtraction leaves of it
     angles = scipy.linalg.svdvals(far.T @ (M @ near))
     assert angles == pytest.approx(np.ones(2), abs=1e-7)
-    assert orthonormal_modes(np.column_stack((a, a + 1e-12 * b)), K, M).shape[1] == 1
+    assert orthonormal_modes(np.column_stack((a, a + 1e-12 * b)), *of).shape[1] == 1
 
 
 def test_columns_that_are_not_finite_are_refused() -> None:

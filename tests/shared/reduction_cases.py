@@ -29,7 +29,7 @@ def problem_of(model: kf.FiniteElementModel, interfaces: dict) -> StaticProblem:
 def tied_modes(problem: StaticProblem, reduction: Any) -> np.ndarray:
     """Return the M-orthonormal modes of a reduction in tied coordinates, shape (tied, k)."""
     columns = reduction.basis(problem).columns
-    return orthonormal_modes(columns, problem.stiffness, problem.mass, problem.rigid_modes)
+    return orthonormal_modes(columns, problem.stiffness, problem.mass, problem.rigid_modes, problem.largest_masses)
 
 
 def pendulum_beam(elements: int = 8) -> tuple[kf.FiniteElementModel, dict, float]:

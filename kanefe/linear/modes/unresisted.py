@@ -18,7 +18,6 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg
 
-from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.linear.imbalance import force_sizes
 from kanefe.linear.modes.eigenpairs import rate_weights
@@ -36,6 +35,9 @@ its frequency is round-off of the highest."""
 
 ALIKE = 1e-6
 """Position of a unit motion that counts as zero, and rate of its positions below which it is at rest."""
+
+STATELESS = 1e-10
+"""Size of the states of a scaled null vector of unit size that is round-off."""
 
 SCALINGS, EVEN = 30, 0.1
 """Largest number of rounds of scaling rows and columns, and deviation of their largest entries from one that is
@@ -115,7 +117,7 @@ def unresisted_around(points: Sequence[SmallMotions], matrices: np.ndarray, rate
         null = _null_space(np.hstack((X - 1j * T * turns, T @ found)), wider, weights, NOTHING[is_exact])
         if null.shape[1] <= found.shape[1]:
             return found.shape[1]
-        found = _within(null, weights)
+        found = _by_weight(null, weights)
 
 
 def unresisted(small: SmallMotions, A: Matrix) -> Unresisted:
@@ -134,7 +136,7 @@ def unresisted(small: SmallMotions, A: Matrix) -> Unresisted:
         null = _null_space(np.hstack((sums.X, sums.T @ found)), wider, weights, NOTHING[small.derivatives.is_exact])
         if null.shape[1] <= found.shape[1]:  # each space contains the one before; a smaller one is round-off
             break
-        found = _within(null, weights)
+        found = _by_weight(null, weights)
     return _led(found, (weights[:p] / sums.rates)[:, None] * (A[:p] @ found), weights)
 
 
@@ -180,22 +182,18 @@ def _of_loads(small: SmallMotions, Z: Matrix, N: Matrix) -> Matrix:
     return np.outer(forces, np.concatenate((of_places, of_speeds / fastest if fastest else 0.0 * of_speeds)))
 
 
-def _within(null: Matrix, weights: Vector) -> Matrix:
-    """Return a space of motions, orthonormal by weight, of no more than there are states; else a SimulationError.
+def _by_weight(space: Matrix, weights: Vector) -> Matrix:
+    """Return a space of motions, orthonormal by weight.
 
     Without weights its parts would differ by powers of the units, and more motions within it would be lost.
     """
-    if null.shape[1] > len(weights):
-        raise SimulationError(
-            "small motions are lost in the round-off of the forces. Remedy: check loads, stiffnesses and masses for "
-            "great numbers, and their units"
-        )
-    return np.asarray(np.linalg.qr(weights[:, None] * null)[0] / weights[:, None])
+    return np.asarray(np.linalg.qr(weights[:, None] * space)[0] / weights[:, None])
 
 
 def _null_space(X: Matrix, sizes: Matrix, weights: Vector, tolerance: float) -> Matrix:
-    """Return the states of a basis of the null space of a matrix of sums with terms of known sizes, (states, k).
+    """Return a basis of the states of the null space of a matrix of sums with terms of known sizes, (states, k).
 
+    Null vectors without states are of rows where terms much larger than all others leave no more than their round-off.
     The first columns are of states of given weights, from which the scaling begins: it is not unique.
     """
     columns = np.ones(X.shape[1])
@@ -215,4 +213,5 @@ def _null_space(X: Matrix, sizes: Matrix, weights: Vector, tolerance: float) -> 
     refuse_overflow("the state matrix", sizes, scaled)
     _, values, right = np.linalg.svd(scaled)
     rank = int(np.count_nonzero(values > tolerance))
-    return np.asarray(columns[:, None] * right[rank:].conj().T)[: len(weights)]
+    space, values, _ = np.linalg.svd(right[rank:, : len(weights)].conj().T, full_matrices=False)
+    return np.asarray(columns[: len(weights), None] * space[:, values > STATELESS])

@@ -42,9 +42,12 @@ def test_a_cantilever_bent_far_is_told(load: float) -> None:
     _, rotation, reach, place, time, displacement, _ = result.statistics["bending"]
     tip = result.deflection("beam", "tip")
     row = int(np.argmin(np.abs(result.times - time)))
-    assert rotation == pytest.approx(np.linalg.norm(tip[:, 3:], axis=1).max(), rel=1e-12)
+    largest = np.linalg.norm(tip[:, 3:], axis=1).max()
+    assert rotation >= largest * (1.0 - 1e-12)
+    # it may be at a step, within 0.5 ms of an output: there a vibration of 52 rad/s has lost (52 * 5e-4)^2 / 2
+    assert rotation == pytest.approx(largest, rel=4e-4)
     assert (reach, place) == (0.2, "interface 'tip'")
-    assert displacement == pytest.approx(np.linalg.norm(tip[row, :3]), rel=1e-9)
+    assert displacement == pytest.approx(np.linalg.norm(tip[row, :3]), rel=4e-4)
     with pytest.warns(kf.AccuracyWarning, match="beyond its valid range"):
         found = kf.equilibrium(cantilever(load))
     assert found.bending is not None
