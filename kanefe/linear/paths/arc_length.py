@@ -13,7 +13,7 @@ import numpy as np
 from kanefe.errors import KanefeError
 from kanefe.frames import Vector
 from kanefe.linear.paths.loaded_scene import Balance, LoadedScene, Tangent
-from kanefe.linear.paths.spectrum import Spectrum
+from kanefe.linear.paths.spectrum import MotionSpectrum
 
 MOST_CORRECTIONS, PATIENCE = 10, 60
 """Largest number of Newton's corrections of one step, and of one beside a branch point, where each only halves the
@@ -83,7 +83,7 @@ class Stop:
         return self.balance.negative
 
     @property
-    def spectrum(self) -> Spectrum:
+    def spectrum(self) -> MotionSpectrum:
         """Of the small motions."""
         return self.balance.spectrum
 

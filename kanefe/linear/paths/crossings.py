@@ -14,7 +14,7 @@ import numpy as np
 
 from kanefe.linear.paths.arc_length import Stop, stepped
 from kanefe.linear.paths.loaded_scene import Balance, LoadedScene, Tangent
-from kanefe.linear.paths.spectrum import Spectrum
+from kanefe.linear.paths.spectrum import MotionSpectrum
 from kanefe.linear.paths.zeros import interpolated_zero, smooth_zero, zero
 
 Kind = Literal["limit", "branch", "flutter"]
@@ -120,7 +120,7 @@ def _without_potential(scene: LoadedScene, begin: Stop, b: Stop) -> list[Crossin
     return sorted(found, key=lambda crossing: crossing.stop.step)
 
 
-def _is_mixed(a: Spectrum, b: Spectrum) -> bool:
+def _is_mixed(a: MotionSpectrum, b: MotionSpectrum) -> bool:
     """Return whether more than one thing happens between two stops, as what is linear between them tells."""
     pairs = list(pairwise([a, *(a.between(b, share) for share in SHARES), b]))
     odd = sum(one.is_inverted != other.is_inverted for one, other in pairs)

@@ -21,7 +21,7 @@ from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
 from kanefe.linear.equilibrium.balance import closed
 from kanefe.linear.equilibrium.stiffness import stiffness_of
-from kanefe.linear.paths.spectrum import Spectrum
+from kanefe.linear.paths.spectrum import MotionSpectrum
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.stability.raised_loads import scaled_model
 from kanefe.linear.tangents import large_tangents
@@ -269,12 +269,12 @@ class Balance:
         return self.spectrum.unstable
 
     @cached_property
-    def spectrum(self) -> Spectrum:
+    def spectrum(self) -> MotionSpectrum:
         """The small motions."""
         if not self._is_damped:
-            return Spectrum(self.H, None, self.along)
+            return MotionSpectrum(self.H, None, self.along)
         by_speed = self.small.along_speeds.ddu[self.small.speeds.leading]
-        return Spectrum(self.H, -self._weight @ by_speed @ self._reduced[1].T, self.along)
+        return MotionSpectrum(self.H, -self._weight @ by_speed @ self._reduced[1].T, self.along)
 
     @cached_property
     def _is_damped(self) -> bool:

@@ -24,7 +24,7 @@ LARGEST = 700.0
 
 
 @dataclass(frozen=True, eq=False)
-class Spectrum:
+class MotionSpectrum:
     """The motions of ``p'' + D p' + H p = 0``; D is None without damping.
 
     Attributes
@@ -41,7 +41,7 @@ class Spectrum:
     D: Matrix | None
     along: Matrix
 
-    def between(self, other: Spectrum, share: float) -> Spectrum:
+    def between(self, other: MotionSpectrum, share: float) -> MotionSpectrum:
         """Return what is linear between this spectrum (share 0) and another one (1)."""
         # the coordinates of each are any of unit mass: those of the other one in terms of these
         Q = np.linalg.lstsq(other.along, self.along, rcond=None)[0]
@@ -50,7 +50,7 @@ class Spectrum:
             return np.asarray((1.0 - share) * one + share * np.linalg.solve(Q, another @ Q))
 
         D = None if self.D is None or other.D is None else mixed(self.D, other.D)
-        return Spectrum(mixed(self.H, other.H), D, self.along)
+        return MotionSpectrum(mixed(self.H, other.H), D, self.along)
 
     @cached_property
     def rates(self) -> Vector:
@@ -77,7 +77,7 @@ class Spectrum:
         """Whether the determinant of the stiffness is negative."""
         return bool(np.linalg.slogdet(self.H)[0] < 0.0)
 
-    def determinant(self, unit: Spectrum) -> float:
+    def determinant(self, unit: MotionSpectrum) -> float:
         """Return the determinant of the stiffness relative to the size of that of another one."""
         (sign, size), (_, one) = np.linalg.slogdet(self.H), np.linalg.slogdet(unit.H)
         return float(sign * np.exp(min(size - one, LARGEST)))
