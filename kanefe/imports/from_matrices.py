@@ -295,7 +295,10 @@ def _lagrange_field(M: sp.csr_matrix, points: np.ndarray, components: tuple[str,
     scalar = sum((M[a::width][:, a::width] for a in places[1:]), M[places[0] :: width][:, places[0] :: width])
     scalar = scalar / len(places)
     selected = sp.diags([float(c in TRANSLATIONS) for c in components])
-    if abs(M - sp.kron(scalar, selected, format="csr")).max() > ROUND_OFF * abs(scalar).max():
+    size = float(np.ptp(points, axis=0).max()) or 1.0
+    per_length = sp.diags(np.tile([1.0 if c in TRANSLATIONS else 1.0 / size for c in components], len(points)))
+    others = per_length @ (M - sp.kron(scalar, selected, format="csr")) @ per_length
+    if abs(others).max() > ROUND_OFF * abs(scalar).max():
         return None
     chosen = sp.csr_matrix([[float(c == axis) for c in components] for axis in TRANSLATIONS])
     interpolation = sp.kron(sp.identity(len(points)), chosen, format="csr")

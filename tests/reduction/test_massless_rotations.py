@@ -138,9 +138,11 @@ def test_more_modes_than_masses_are_refused() -> None:
 
 
 @pytest.mark.parametrize("ends", [{}, {"root": "clamped", "tip": "rigid"}], ids=["floating", "clamped"])
+@pytest.mark.parametrize("about_axis", [0.0, 1e-4])
 @pytest.mark.filterwarnings("ignore::kanefe.errors.AccuracyWarning", "ignore::kanefe.errors.UnitWarning")
-def test_what_has_mass_does_not_depend_on_the_size_of_a_body(ends: dict[str, str]) -> None:
-    beam = lumped(8)
+@pytest.mark.filterwarnings("ignore::kanefe.imports.from_matrices.NodalFormWarning")
+def test_what_has_mass_does_not_depend_on_the_size_of_a_body(ends: dict[str, str], about_axis: float) -> None:
+    beam = lumped(8, about_axis)
 
     def frequencies(size: float) -> np.ndarray:
         """With lengths times the size, and moduli times its square."""
