@@ -109,12 +109,13 @@ def unresisted_around(points: Sequence[SmallMotions], matrices: np.ndarray, rate
     T, X = (hill_matrix(np.fft.fft(each, axis=0) / len(points), 0.0, reach) for each in (Ts, Xs))
     sizes, masses = np.max([each.sizes for each in sums], axis=0), np.abs(Ts).max(axis=0)
     sizes, masses = (np.tile(each, (2 * reach + 1, 2 * reach + 1)) for each in (sizes, masses))
-    weights = np.tile(np.max([each.weights for each in sums], axis=0), 2 * reach + 1)
+    weights, p = np.max([each.weights for each in sums], axis=0), sums[0].p
+    weights, equations = (np.tile(each, 2 * reach + 1) for each in (weights, _of_equations(weights, p)))
     found = np.zeros((len(turns), 0))
     is_exact = all(small.derivatives.is_exact for small in points)
     while True:
         wider = np.hstack((sizes + masses * np.abs(turns), masses @ np.abs(found)))
-        null = _null_space(np.hstack((X - 1j * T * turns, T @ found)), wider, weights, NOTHING[is_exact])
+        null = _null_space(np.hstack((X - 1j * T * turns, T @ found)), wider, weights, equations, NOTHING[is_exact])
         if null.shape[1] <= found.shape[1]:
             return found.shape[1]
         found = _by_weight(null, weights)
@@ -131,9 +132,10 @@ def unresisted(small: SmallMotions, A: Matrix) -> Unresisted:
     """
     sums = _sums(small, A)
     p, weights, found = sums.p, sums.weights, np.zeros((len(A), 0))
+    equations, nothing = _of_equations(weights, p), NOTHING[small.derivatives.is_exact]
     while True:
         wider = np.hstack((sums.sizes, np.abs(sums.T) @ np.abs(found)))
-        null = _null_space(np.hstack((sums.X, sums.T @ found)), wider, weights, NOTHING[small.derivatives.is_exact])
+        null = _null_space(np.hstack((sums.X, sums.T @ found)), wider, weights, equations, nothing)
         if null.shape[1] <= found.shape[1]:  # each space contains the one before; a smaller one is round-off
             break
         found = _by_weight(null, weights)
@@ -190,16 +192,24 @@ def _by_weight(space: Matrix, weights: Vector) -> Matrix:
     return np.asarray(np.linalg.qr(weights[:, None] * space)[0] / weights[:, None])
 
 
-def _null_space(X: Matrix, sizes: Matrix, weights: Vector, tolerance: float) -> Matrix:
+def _of_equations(weights: Vector, p: int) -> Vector:
+    """Return weights of ``T dx/dt = X x`` from those of the states: the same for p positions, inverse for speeds."""
+    return np.concatenate((weights[:p], 1.0 / weights[p:]))
+
+
+def _null_space(X: Matrix, sizes: Matrix, weights: Vector, equations: Vector, tolerance: float) -> Matrix:
     """Return a basis of the states of the null space of a matrix of sums with terms of known sizes, (states, k).
 
     Null vectors without states are of rows where terms much larger than all others leave no more than their round-off.
-    The first columns are of states of given weights, from which the scaling begins: it is not unique.
+    The first columns are of states. The scaling is not unique: it begins with the weights of these and of the
+    equations, in which soft motions stand out as they do in frequencies.
     """
     columns = np.ones(X.shape[1])
     columns[: len(weights)] = 1.0 / weights
-    largest = (sizes * columns).max(axis=1, initial=0.0)
-    rows = 1.0 / np.where(largest > 0.0, largest, 1.0)
+    largest = equations * (sizes * columns).max(axis=1, initial=0.0)
+    # a row with larger terms than these is round-off alone
+    top = (equations[:, None] * np.abs(X) * columns).max(initial=0.0) / tolerance
+    rows = equations * np.minimum(1.0, top / np.where(largest > 0.0, largest, 1.0))
     for _ in range(SCALINGS):
         scaled = rows[:, None] * sizes * columns
         by_row, by_column = (

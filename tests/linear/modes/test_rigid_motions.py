@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from good_scenes import beam
 from kanefe_fem import Material, SolidCircle, beam_body
 from kanefe_fem.beams.body import beam_model
 from linear_scenes import GRAVITY
@@ -87,3 +88,19 @@ def test_a_slow_growth_beside_fast_modes_is_seen() -> None:
     modes = kf.linearise(scene).modes()
     assert not modes.is_stable
     assert modes.eigenvalues[modes.grows].real == pytest.approx(0.1, rel=1e-6)
+
+
+# level it is not in equilibrium, and its few modes miss its deformation
+@pytest.mark.filterwarnings("ignore::kanefe.linear.unsettled.UnsettledWarning", "ignore::kanefe.errors.AccuracyWarning")
+def test_a_soft_motion_is_not_lost_beside_a_free_body() -> None:
+    def found(*, beside: bool) -> kf.Modes:
+        made = kf.System(gravity=(0.0, -9.81, 0.0))
+        made.add_flexible_body("beam", beam(), joint=kf.Revolute("z"))
+        if beside:
+            made.add_rigid_body("slide", 1.0, 0.1, joint=kf.Prismatic("x"))
+        return kf.linearise(made).modes()
+
+    alone, both = found(beside=False), found(beside=True)
+    # level, only its axial stretch by its weight resists: 5e-7 of the highest frequency, whose square is 3e-13
+    assert list(both.is_rigid) == [True] + [False] * 9
+    assert both.frequencies[1:] == pytest.approx(alone.frequencies, rel=1e-3)
