@@ -57,6 +57,7 @@ def test_options_of_a_source_end_with_it(source: str, tmp_path: Path) -> None:
 
 def test_units_of_step_are_not_those_of_an_earlier_source(tmp_path: Path) -> None:
     with session() as gmsh:
+        gmsh.option.setString("Geometry.OCCTargetUnit", "MM")  # else that of what was read before, also in writing
         gmsh.model.occ.addBox(0, 0, 0, 100, 60, 10)
         gmsh.model.occ.synchronize()
         gmsh.write(str(tmp_path / "plate.step"))
