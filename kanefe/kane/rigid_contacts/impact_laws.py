@@ -102,14 +102,14 @@ def impact(problem: ImpactProblem, rates: Vector) -> Impact | None:
     return found
 
 
-def coupled(G: Matrix) -> list[list[int]]:
-    """Return the groups of contacts whose impulses move each other, in order."""
+def coupled(G: Matrix, apart: float = APART) -> list[list[int]]:
+    """Return the groups of contacts whose impulses move each other by more than a share of what they do, in order."""
     k = len(G) // 3
     sizes = np.abs(G).reshape(k, 3, k, 3).max(axis=(1, 3))
     own = np.sqrt(np.diag(sizes))
     labels = np.arange(k)
     for _ in range(k):
-        meets = sizes > APART * np.outer(own, own)
+        meets = sizes > apart * np.outer(own, own)
         new = np.where(meets, labels[None], k).min(axis=1, initial=k)
         new = np.minimum(new, labels)
         if np.array_equal(new, labels):

@@ -11,17 +11,14 @@ whose work then is that of Coulomb's friction.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from kanefe.contact.rigid.cone import Cones, residual, solved
 from kanefe.frames import Matrix, Vector
-from kanefe.kernels.impacts.tolerances import ROUND_OFF_OF_FORCES
-
-HALVINGS = 20
-"""Number of times that the interval of a share is halved: it is known to a millionth."""
+from kanefe.kane.rigid_contacts.impact_laws import coupled, rows_of
+from kanefe.kernels.impacts.tolerances import HALVINGS, ROUND_OFF_OF_FORCES
 
 
 class Struck(NamedTuple):
@@ -54,8 +51,8 @@ def struck(G: Matrix, before: Vector, freely: Vector, mu: Vector, restitution: V
     mu, restitution : ndarray, shape (k,)
     """
     impulses, left, lowered = np.zeros(len(before)), 0.0, 0
-    for members in _islands(G):
-        rows = (3 * members[:, None] + np.arange(3)).ravel()
+    for members in coupled(G, apart=0.0):
+        rows = rows_of(members)
         part = _Island(G[np.ix_(rows, rows)], before[rows], freely[rows], mu[members], restitution[members])
         found = part.struck()
         if found is None:
@@ -63,21 +60,6 @@ def struck(G: Matrix, before: Vector, freely: Vector, mu: Vector, restitution: V
         impulses[rows] = found.impulses
         left, lowered = max(left, found.residual), lowered + found.lowered
     return Struck(impulses, left, lowered)
-
-
-def _islands(G: Matrix) -> Iterator[np.ndarray]:
-    """Yield the numbers of contacts that move each other, group by group."""
-    k = len(G) // 3
-    moves = (G.reshape(k, 3, k, 3) != 0.0).any(axis=(1, 3))
-    left = np.ones(k, dtype=bool)
-    while left.any():
-        group = np.zeros(k, dtype=bool)
-        grown = np.arange(k) == int(np.argmax(left))
-        while (grown & ~group).any():
-            group |= grown
-            grown = moves[group].any(axis=0)
-        left &= ~group
-        yield np.flatnonzero(group)
 
 
 class _Island(NamedTuple):

@@ -14,7 +14,7 @@ import numpy as np
 
 from kanefe.kernels.algebra.vectors import Numbers, dot, minus, plus, put_three, three, times
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.impacts.tolerances import ROUND_OFF_OF_FORCES
+from kanefe.kernels.impacts.tolerances import HALVINGS, ROUND_OFF_OF_FORCES
 
 NORMAL, ARMS, OTHER_ARMS, SPINS, OTHER_SPINS, LIGHTNESS, IMPULSE, BESIDE = 0, 9, 18, 27, 36, 45, 47, 50
 INVERSE_NORMAL, INVERSE_ALONG, BEFORE, SPEED, CONTACT_SIZE = 53, 54, 55, 58, 59
@@ -52,7 +52,7 @@ the restitution they begin to make energy."""
 
 SUMS = 5
 
-CLOSE_SHARES = 0.5**20
+CLOSE_SHARES = 0.5**HALVINGS
 """Length of an interval of shares that is not halved any more, relative to the whole one."""
 
 Speeds = tuple[Numbers, Numbers, Numbers, Numbers]

@@ -20,10 +20,7 @@ from kanefe.kernels.impacts.march import (
     ImpactScene,
     March,
 )
-from kanefe.kernels.impacts.tolerances import ROUND_OFF_OF_FORCES
-
-HALVINGS = 20
-"""Number of times that the interval of a share of the restitution is halved: it is known to a millionth."""
+from kanefe.kernels.impacts.tolerances import HALVINGS, ROUND_OFF_OF_FORCES
 
 
 @kernel

@@ -84,6 +84,9 @@ angle by which a slip may turn, rad, or logarithm of its growth."""
 APART = 1e-12
 """Response of a contact to an impulse at another, relative to those to their own, below which they are not coupled."""
 
+HALVINGS = 20
+"""Number of times that the interval of a share of the restitution is halved: it is known to a millionth."""
+
 ADDED = 1e-9
 """Energy that an impact gives, relative to what its impulses exchange, above which it is no round-off."""
 
