@@ -12,7 +12,7 @@ import numpy as np
 from kanefe.errors import FileError, ModelError, outside
 from kanefe.imports.abaqus_cards import check_places, unknown
 from kanefe.imports.abaqus_input import Keyword, deck_keywords
-from kanefe.imports.abaqus_members import node_rows, several, shown_name
+from kanefe.imports.abaqus_members import rows_of_node_sets, several
 from kanefe.imports.abaqus_parts import DeckPart, parts_of
 from kanefe.imports.abaqus_sets import key_of
 from kanefe.imports.coordinate_systems import CoordinateSystem, axes_at, right_handed
@@ -64,7 +64,8 @@ def job_of(path: Path, trusted: bool) -> Job:
     if not len(rows):
         raise FileError(f"{path} has no *NODE. Remedy: give the input file of the job that wrote the matrices")
     told = [line for part in parts for line in part.told]
-    sets = _sets(parts, rows[:, 0].astype(np.int64), told)
+    labels = rows[:, 0].astype(np.int64)
+    sets = {name: np.unique(labels[own]) for name, own in rows_of_node_sets(parts, told).items()}
     nodes = NodeTable.of_rows(rows, str(path), sets)
     told += [f"{name} (line {at}) is not known, and left out" for name, at in unknown(blocks).items()]
     if told:
@@ -73,18 +74,6 @@ def job_of(path: Path, trusted: bool) -> Job:
     turned = nodes if axes is None else NodeTable(nodes.labels, nodes.points, nodes.sets, axes)
     is_local = axes is not None and any(block.options.get("GLOBAL", "").upper() == "NO" for block in blocks)
     return Job(nodes, turned, _used(parts, nodes.labels), is_local)
-
-
-def _sets(parts: Sequence[DeckPart], labels: np.ndarray, told: list[str]) -> dict[str, np.ndarray]:
-    """Return the labels of the nodes of each set that has some."""
-    sets: dict[str, np.ndarray] = {}
-    for part in parts:
-        for named in part.node_sets.by_key.values():
-            rows, more = node_rows(parts, part, named)
-            told += more
-            if len(rows):
-                sets[shown_name(parts, part, named, of_nodes=True)] = np.unique(labels[rows])
-    return sets
 
 
 def _used(parts: Sequence[DeckPart], labels: np.ndarray) -> np.ndarray:

@@ -31,6 +31,18 @@ def node_rows(parts: Sequence[DeckPart], part: DeckPart, named: NamedSet) -> tup
     return np.unique(np.concatenate(found)), told
 
 
+def rows_of_node_sets(parts: Sequence[DeckPart], told: list[str]) -> dict[str, np.ndarray]:
+    """Return the rows, as `node_rows`, of each set of nodes that has some, by its name; add what is to be told."""
+    found: dict[str, np.ndarray] = {}
+    for part in parts:
+        for named in part.node_sets.by_key.values():
+            rows, more = node_rows(parts, part, named)
+            told += more
+            if len(rows):
+                found[shown_name(parts, part, named, of_nodes=True)] = rows
+    return found
+
+
 def element_rows(parts: Sequence[DeckPart], part: DeckPart, named: NamedSet) -> tuple[np.ndarray, list[str]]:
     """Return the rows of a set of elements among those of all parts, and what is to be told of it; see `node_rows`."""
     found, told = [np.zeros(0, dtype=np.int64)], []

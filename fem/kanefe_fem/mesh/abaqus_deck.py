@@ -16,7 +16,7 @@ from kanefe.fe_model.skin import facet_of
 from kanefe.imports.abaqus_cards import adding, check_places, unknown
 from kanefe.imports.abaqus_elements import OTHER, Elements
 from kanefe.imports.abaqus_input import Keyword, deck_keywords
-from kanefe.imports.abaqus_members import element_rows, node_rows, shown_name
+from kanefe.imports.abaqus_members import element_rows, rows_of_node_sets, shown_name
 from kanefe.imports.abaqus_nodes import line_of
 from kanefe.imports.abaqus_parts import DeckPart, parts_of
 from kanefe.imports.abaqus_sets import NamedSet, SetPiece, key_of
@@ -52,7 +52,7 @@ def read_abaqus_mesh(path: Path, trusted: bool) -> Mesh:
     told = [line for part in parts for line in part.told]
     cells = _cells(parts)
     found = [(kind, some.nodes) for kind, some in cells.items()]
-    points = _point_sets(parts, told)
+    points = rows_of_node_sets(parts, told)
     groups, facets = _groups(parts, cells, told), _facets(parts, cells, told)
     warn_of_unread(path, adding(keywords) | _no_cells(parts))
     told += [f"{name} (line {at}) is not known, and left out" for name, at in unknown(keywords).items()]
@@ -104,18 +104,6 @@ def _no_cells(parts: Sequence[DeckPart]) -> dict[str, int]:
         for some in part.elements:
             if some.kind == OTHER:
                 found.setdefault(f"*ELEMENT of type {some.block.options['TYPE']}", some.block.at)
-    return found
-
-
-def _point_sets(parts: Sequence[DeckPart], told: list[str]) -> dict[str, np.ndarray]:
-    """Return the rows of the nodes of each set that has some."""
-    found: dict[str, np.ndarray] = {}
-    for part in parts:
-        for named in part.node_sets.by_key.values():
-            rows, more = node_rows(parts, part, named)
-            told += more
-            if len(rows):
-                found[shown_name(parts, part, named, of_nodes=True)] = rows
     return found
 
 
