@@ -86,6 +86,12 @@ OF_SCENE = ENERGIES | MOMENTA
 QUANTITIES: Mapping[str, Quantity] = (
     MOTIONS | CENTRES | JOINTS | DRIVES | LOOPS | GEARS | LOADS | POINTS | MODES | INTERFACES | OF_SCENE
 )
+WITH_OWN_NAMES = ("joint_coordinates", "joint_speeds", *DRIVES, *GEARS, *LOADS, *POINTS)
+"""Quantities whose columns have names of their own: of the joint, the gear or the load."""
+
+OF_CONNECTIONS = LOOPS | GEARS | LOADS | POINTS
+"""Quantities of loops, gears, loads and contacts by their names, and not of bodies."""
+
 FORCES = ("joint_reaction", "driving_force", "coupling_force", "loop_force", "gear_force")
 """Quantities that need the residuals of the equations."""
 
@@ -114,7 +120,7 @@ def resolved_parts(
         return ((label, reduced if is_orthonormal else full, tuple(f"{i}" for i in range(count))),)
     if quantity in DRIVES and len(columns) == 1:
         return ((label, _force_unit(columns[0]), ()),)
-    if quantity not in ("joint_coordinates", "joint_speeds", *DRIVES, *GEARS, *LOADS, *POINTS):
+    if quantity not in WITH_OWN_NAMES:
         return parts
     groups: list[tuple[str, list[str]]] = []
     for column in columns:

@@ -9,15 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.errors import ModelError, did_you_mean
-from kanefe.results.quantities import DRIVES, GEARS, LOADS, LOOPS, OF_SCENE, POINTS, QUANTITIES
+from kanefe.results.quantities import OF_CONNECTIONS, OF_SCENE, QUANTITIES, WITH_OWN_NAMES
 from kanefe.results.quantity_reader import QuantityReader
 from kanefe.scene.targets import Named, asked_for
 
 Parts = tuple[tuple[str, str, tuple[str, ...]], ...]
 """Label, unit and column names of the columns of a quantity, see `kanefe.results.quantities.resolved_parts`."""
-
-WITH_OWN_NAMES = ("joint_coordinates", "joint_speeds", *DRIVES, *GEARS, *LOADS, *POINTS)
-"""Quantities whose columns have names of their own: of the joint or the load."""
 
 
 class Channel(NamedTuple):
@@ -114,8 +111,7 @@ def channel_of(
 def _place(what: str, place: str) -> tuple[str, str, str]:
     if what in OF_SCENE and place:
         raise ModelError(f"{what} is that of the whole scene, not of {place!r}")
-    is_whole = what in LOADS or what in LOOPS or what in GEARS or what in POINTS
-    of, _, interface = (place, "", "") if is_whole else place.partition("/")
+    of, _, interface = (place, "", "") if what in OF_CONNECTIONS else place.partition("/")
     return what, of, interface
 
 
