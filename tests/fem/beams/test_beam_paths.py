@@ -50,14 +50,20 @@ def test_a_column_under_a_following_force_flutters_as_becks():
     assert path.flutter_points[0].factor / EI == pytest.approx(20.05, rel=2e-3)
 
 
-@pytest.mark.filterwarnings("error")
-@pytest.mark.parametrize(("functions", "is_coarse"), [(3, True), (10, False)])
-def test_a_rest_tells_how_well_the_functions_of_an_exact_beam_show_it(functions, is_coarse):
-    """Under P L^2 / EI = 10 the curvature falls from its largest value to zero: three functions are too few."""
+def pulled_across(functions):
+    """Return a clamped beam with a tip force P across it, P L^2 / EI = 10."""
     scene = kf.System()
     section = Section.from_stiffness(EA=1.0, EI_z=1.0, rho_A=1.0)
     beam = exact_beam(1.0, section, planar=True, basis=functions)
     scene.add_force(scene.add_flexible_body("beam", beam).interface("tip"), (0, 10.0, 0))
+    return scene
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(("functions", "is_coarse"), [(3, True), (10, False)])
+def test_a_rest_tells_how_well_the_functions_of_an_exact_beam_show_it(functions, is_coarse):
+    """Under P L^2 / EI = 10 the curvature falls from its largest value to zero: three functions are too few."""
+    scene = pulled_across(functions)
     if is_coarse:
         with pytest.warns(
             AccuracyWarning, match="equilibrium: strains of 'beam': the last functions move it by .*basis="
@@ -74,10 +80,7 @@ def test_a_rest_tells_how_well_the_functions_of_an_exact_beam_show_it(functions,
 @pytest.mark.parametrize(("functions", "is_coarse"), [(3, True), (10, False)])
 def test_a_path_is_warned_once_of_too_few_functions_at_its_worst_point(functions, is_coarse):
     """Under P L^2 / EI = 10, as the rest above."""
-    scene = kf.System()
-    section = Section.from_stiffness(EA=1.0, EI_z=1.0, rho_A=1.0)
-    beam = exact_beam(1.0, section, planar=True, basis=functions)
-    scene.add_force(scene.add_flexible_body("beam", beam).interface("tip"), (0, 10.0, 0))
+    scene = pulled_across(functions)
     if not is_coarse:
         assert kf.equilibrium_path(scene, longest=0.3).is_whole
         return
