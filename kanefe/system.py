@@ -11,9 +11,10 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.bodies.slopes import SlopeMeasure, slope_measure
+from kanefe.equations.given_state import slack_time
 from kanefe.equations.model import Model
 from kanefe.equations.planar_inertia import check_planar_inertias
-from kanefe.equations.start import model_at_start
+from kanefe.equations.start import model_at_start, scene_model
 from kanefe.scene.constraints import ConstraintMethods
 from kanefe.scene.contacts import ContactMethods
 from kanefe.scene.field_loads import FieldLoadMethods
@@ -110,7 +111,7 @@ class System(SegmentMethods, ContactMethods, FieldLoadMethods, ConstraintMethods
     def freeze(self, t: float = 0.0, start: Start = None) -> Model:
         """Return the immutable model of the scene. Afterwards additions are possible only to a `copy` of it.
 
-        Its start is made consistent with loop joints and couplers: see `kanefe.equations.start.model_at_start`. Springs
+        Its start is made consistent with loop joints and couplers: see `kanefe.equations.start.scene_model`. Springs
         without a rest length are slack there.
 
         Parameters
@@ -137,6 +138,19 @@ class System(SegmentMethods, ContactMethods, FieldLoadMethods, ConstraintMethods
         if start is None and self._kept is not None and self._kept[0] == t and not self._kept[1].has_functions:
             warn_of_loads_that_do_not_stiffen(self._kept[1])
             return self._kept[1]
+        model = model_at_start(self._scene_model(slack_time(start, t)), t, start)
+        check_planar_inertias(model, t)
+        warn_of_loads_that_do_not_stiffen(model)
+        self.is_frozen = True
+        if start is None:
+            self._kept = t, model  # not reused with functions of the user, which may change
+        return model
+
+    def _scene_model(self, t: float) -> Model:
+        """Return the model from which all starts are made, with springs that are slack at time t (s)."""
+        kept = self._unstarted
+        if self.is_frozen and kept is not None and kept.slack_time == t and not kept.has_functions:
+            return kept
         data = build_model(
             self._entries,
             self.gravity,
@@ -145,13 +159,8 @@ class System(SegmentMethods, ContactMethods, FieldLoadMethods, ConstraintMethods
             self._controllers,
             self._surfaces_on_markers(),
         )
-        model = model_at_start(data, self._loads, t, start)
-        check_planar_inertias(model, t)
-        warn_of_loads_that_do_not_stiffen(model)
-        self.is_frozen = True
-        if start is None:
-            self._kept = t, model  # not reused with functions of the user, which may change
-        return model
+        self._unstarted = scene_model(data, self._loads, t)
+        return self._unstarted
 
     @checked
     def start_report(self, t: float = 0.0) -> StartReport:

@@ -43,7 +43,7 @@ def knows_states(model: Model, start: object) -> bool:
     """Return whether a state contains all internal states of a model, so that none is taken from the model's start."""
     if isinstance(start, AtOneTime):
         return set(model.internal_names()) <= set(start.model.internal_names())
-    return numbers(start).shape == (len(model.state_names),)
+    return numbers(start).shape == model.initial_state.shape
 
 
 def given_state(model: Model, t: object, start: object, what: str) -> tuple[float, Vector]:
@@ -61,10 +61,9 @@ def given_state(model: Model, t: object, start: object, what: str) -> tuple[floa
     if time.shape != () or not np.isfinite(time):
         raise ModelError(f"t of {what} must be a finite time in s, not {t!r}")
     y = _vector(model, start, what)
-    names = model.state_names
     if not np.all(np.isfinite(y)):
         worst = int(np.flatnonzero(~np.isfinite(y))[0])
-        raise ModelError(f"start of {what} is not finite: {names[worst]} is {y[worst]}")
+        raise ModelError(f"start of {what} is not finite: {model.state_names[worst]} is {y[worst]}")
     q, u, z = model.parts(y)
     rotations = [(body.coordinates, body.joint.rotation_at) for body in model.bodies]
     if not all(np.any(q[at[first : first + 4]]) for at, first in rotations if first is not None):
@@ -80,7 +79,6 @@ def _vector(model: Model, start: object, what: str) -> Vector:
     if isinstance(start, AtOneTime):
         return _by_name(model, start, what)
     y = numbers(start).astype(float)
-    names = model.state_names
     if not y.shape:
         raise ModelError(
             f"start of {what} must be a state at one time, not a {type(start).__name__}. Remedy: result.at(t), "
@@ -88,7 +86,8 @@ def _vector(model: Model, start: object, what: str) -> Vector:
         )
     if y.shape == (model.coordinate_count + model.free_count,):
         return np.concatenate((y, model.initial_states))
-    if y.shape != (len(names),):
+    if y.shape != model.initial_state.shape:
+        names = model.state_names
         raise ModelError(
             f"start of {what} has shape {y.shape}, and this model has {len(names)} entries: "
             f"{', '.join(names[:4])}{' ...' if len(names) > 4 else ''}. Remedy: model.initial_state, an Equilibrium, "

@@ -6,7 +6,7 @@ No method changes the model, so that several threads may call them.
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.tree.model_data import QUADRATURES, ModelData
 from kanefe.tree.model_outputs import FrameKinematics, MechanicalEnergy
+from kanefe.tree.scales import length_of_parts
 
 if TYPE_CHECKING:
     from kanefe.kane.constraint_report import ConstraintReport
@@ -50,7 +51,17 @@ class Model(ModelData):
         """The way to evaluate the equations, chosen for the scene; see its `name` and `reason`."""
         from kanefe.equations.routes import route_of
 
-        return route_of(self)
+        before: Route | None = self.of_scene.get("route")
+        found = route_of(self) if before is None else before.started_otherwise(self)
+        self.of_scene["route"] = found  # the next one has also what this one makes on demand
+        return found
+
+    def with_start(self, q: Vector, u: Vector, z: Vector) -> Model:
+        """Return the model with another start; what does not depend on it is shared, as the tables of its route."""
+        other = replace(self, initial_coordinates=q, initial_speeds=u, initial_states=z)
+        if length_of_parts(self) > 0.0:  # else the size of the scene follows from its start
+            vars(other)["of_scene"] = self.of_scene
+        return other
 
     @cached_property
     def has_functions(self) -> bool:

@@ -7,6 +7,9 @@ import numpy as np
 from kanefe.bodies.rigid import NO_MOMENT
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
+from kanefe.frames import Vector
+from kanefe.tree.model_data import ModelData
+from kanefe.tree.scales import kept_of_scene
 
 TURNS = 1e-9
 """Fraction of a unit angular velocity across the axis that counts as zero: round-off of the axes of joints is below it.
@@ -15,12 +18,7 @@ TURNS = 1e-9
 
 def check_planar_inertias(model: Model, t: float) -> None:
     """Raise a ModelError if a body with inertia about only one axis can rotate about others, at time t (s)."""
-    planar = []
-    for number, body in enumerate(model.bodies):
-        if body.rigid is not None and not body.rigid.is_as_given:
-            moments, axes = np.linalg.eigh(body.rigid.inertia)
-            if moments[2] > 0.0 and moments[1] <= NO_MOMENT * moments[2]:
-                planar.append((number, axes[:, 2]))
+    planar = planar_bodies(model)
     if not planar:
         return
     state = model.route.view(t, model.initial_state)
@@ -31,3 +29,15 @@ def check_planar_inertias(model: Model, t: float) -> None:
                 f"body {model.bodies[number].name!r} has inertia about {np.round(axis, 6).tolist()} alone, as no body "
                 "in space has, and can turn about other axes. Remedy: its inertia about all three"
             )
+
+
+@kept_of_scene
+def planar_bodies(model: ModelData) -> list[tuple[int, Vector]]:
+    """Return the numbers of the bodies with inertia about one axis alone, and these axes in their frames."""
+    found = []
+    for number, body in enumerate(model.bodies):
+        if body.rigid is not None and not body.rigid.is_as_given:
+            moments, axes = np.linalg.eigh(body.rigid.inertia)
+            if moments[2] > 0.0 and moments[1] <= NO_MOMENT * moments[2]:
+                found.append((number, axes[:, 2]))
+    return found

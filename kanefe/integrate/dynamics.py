@@ -85,7 +85,7 @@ class Dynamics:
         pass on the energy of all modes, so that modes are as large as their energy is, not as far as they move: times
         `looseness`, by which the absolute tolerance is below the usual one for the sake of other components.
         """
-        found = state_scales(self.model)
+        found = state_scales(self.model).copy()
         if any(load.acts_at_once for load in self.model.loads):
             found[-QUADRATURES:] = np.maximum(found[-QUADRATURES:], self.model.energy(t, y[:-QUADRATURES]).kinetic)
             shares = looseness / np.maximum(modal_frequencies(self.model), looseness)  # 1 of joints, whose are zero

@@ -114,7 +114,9 @@ def checked_span(t_span: tuple[float, float]) -> tuple[float, float]:
     try:
         start, stop = t_span if _are_floats(t_span) else map(float, numbers(t_span))
     except (TypeError, ValueError) as error:
-        raise ModelError(f"t_span must be two times in s, such as (0.0, 5.0), not {t_span!r}") from error
+        count = np.size(t_span)
+        what = repr(t_span) if count < 3 else f"{count}. Remedy: output_times= for those to be stored"
+        raise ModelError(f"t_span must be two times in s, such as (0.0, 5.0), not {what}") from error
     if not (math.isfinite(start) and math.isfinite(stop) and stop > start):
         raise ModelError(f"t_span {t_span!r} must run forward: two finite times, the end after the start")
     return start, stop

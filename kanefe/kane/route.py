@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -36,6 +36,13 @@ class LiteralRoute:
         self.model, self.obstacles = model, obstacles
         self.reason = " and ".join(map(str, obstacles)) or "asked for"
         self._found: tuple[float, Vector] | None = None
+
+    def started_otherwise(self, model: ModelData) -> Self:
+        """Return the route of a model that differs in its start alone."""
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        other.model, other._found = model, None
+        return other
 
     def lacks(self, form: Form) -> str:
         """Return why there are no sweeps and no substructures."""

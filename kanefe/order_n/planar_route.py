@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 from kanefe.kernels.compiler.entries import LATER
 from kanefe.kernels.planar.evaluation import evaluate_planar, planar_workspace_size
@@ -11,6 +11,7 @@ from kanefe.kernels.planar.layout import PlanarTables
 from kanefe.order_n.rates_kernel import RatesKernel
 from kanefe.order_n.route import OrderN
 from kanefe.order_n.tables.planar_tables import floats_in_plane
+from kanefe.tree.model_data import ModelData
 
 
 class PlanarRoute(OrderN):
@@ -36,6 +37,12 @@ class PlanarRoute(OrderN):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return PlanarRoute, (self.spatial, self.planar)
+
+    def started_otherwise(self, model: ModelData) -> Self:
+        """Return the route of a model that differs in its start alone, with the same tables and kernels."""
+        other = super().started_otherwise(model)
+        other.spatial = self.spatial.started_otherwise(model)
+        return other
 
     def _rates_kernel(self, is_implicit: bool, is_balanced: bool = False) -> RatesKernel:
         """Return the kernel of the plane, or that of space for what the plane has not."""

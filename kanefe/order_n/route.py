@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn, Self
 
 import numpy as np
 
@@ -101,6 +101,12 @@ class OrderN(LiteralRoute):
 
     def __reduce__(self) -> tuple[Any, ...]:
         return OrderN, (self.model,)  # tables have addresses, which are those of a process
+
+    def started_otherwise(self, model: ModelData) -> Self:
+        """Return the route of a model that differs in its start alone, with the same tables and kernels."""
+        other = super().started_otherwise(model)
+        other._looks = threading.local()
+        return other
 
     def lacks(self, form: Form) -> str:
         """Return why there are no substructures."""

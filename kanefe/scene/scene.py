@@ -218,6 +218,7 @@ class Scene:
         self._controllers: list[Controller] = []
         self._segmented: dict[str, SegmentedBody] = {}
         self._kept: tuple[float, Any] | None = None
+        self._unstarted: Any = None
         self.is_frozen = False
 
     @property
@@ -252,11 +253,11 @@ class Scene:
             if isinstance(value, (list, dict)):
                 setattr(other, name, value.copy())
         other._entries = [entry.copied() for entry in self._entries]
-        other.is_frozen, other._kept = False, None
+        other.is_frozen, other._kept, other._unstarted = False, None, None
         return other
 
     def __getstate__(self) -> dict[str, Any]:
-        return vars(self) | {"_kept": None}
+        return vars(self) | {"_kept": None, "_unstarted": None}
 
     @checked("name")
     def body(self, name: str) -> RigidBody | FlexibleMember:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -124,6 +124,11 @@ class ModelData(PickledByFields):
     def is_constrained(self) -> bool:
         """Whether there are constraints or rigid contacts."""
         return bool(self.constraints) or bool(self.rigid_contacts)
+
+    @cached_property
+    def of_scene(self) -> dict[object, Any]:
+        """What was found of the scene whatever its start is: shared by models that differ in their start alone."""
+        return {}
 
     @cached_property
     def looks(self) -> dict[tuple[int, float, float], Matrix]:

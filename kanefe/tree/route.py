@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from enum import Enum
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self
 
 import numpy as np
 
@@ -302,6 +302,10 @@ class Route(Evaluates, Protocol):
     @property
     def is_constant(self) -> bool:
         """See above."""
+        ...
+
+    def started_otherwise(self, model: ModelData) -> Self:
+        """Return the route of a model that differs from this one's in its start alone."""
         ...
 
     def lacks(self, form: Form) -> str:

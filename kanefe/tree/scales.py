@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import wraps
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -29,16 +29,16 @@ def largest_extent(body: FlexibleBody) -> float:
 
 
 def kept_of_scene(measure: Callable[[ModelData], Size]) -> Callable[[ModelData], Size]:
-    """Cache a measure for each frozen scene; arrays are read-only."""
-    found: WeakKeyDictionary[ModelData, Size] = WeakKeyDictionary()
+    """Cache a measure for each frozen scene, whatever its start is; arrays are read-only."""
 
     @wraps(measure)
     def kept(model: ModelData) -> Size:
-        if model not in found:
-            size = found[model] = measure(model)
+        found = model.of_scene
+        if measure not in found:
+            size = found[measure] = measure(model)
             if isinstance(size, np.ndarray):
                 size.flags.writeable = False
-        return found[model]
+        return cast("Size", found[measure])
 
     return kept
 
@@ -48,12 +48,19 @@ def scene_length(model: ModelData) -> float:
     return own_length(model) or 1.0
 
 
-@kept_of_scene
 def own_length(model: ModelData) -> float:
-    """Return a length of the scene in m: the largest of its flexible bodies and offsets.
+    """Return a length of the scene in m: `length_of_parts`, or else the largest joint displacement at the start.
 
-    If there are none, it is the radius of gyration of the bodies, or else the largest joint displacement at the start;
-    0 if nothing has a size.
+    It is 0 if nothing has a size.
+    """
+    return length_of_parts(model) or _distance_at_start(model)
+
+
+@kept_of_scene
+def length_of_parts(model: ModelData) -> float:
+    """Return a length in m that does not depend on the start: the largest of flexible bodies and offsets.
+
+    If there are none, it is the radius of gyration of the bodies; 0 if they have none.
     """
     lengths = [largest_extent(b.flexible.body) for b in model.bodies if b.flexible]
     lengths += [float(np.linalg.norm(b.p_PoFo_P)) for b in model.bodies]
@@ -61,7 +68,7 @@ def own_length(model: ModelData) -> float:
     lengths += [float(np.linalg.norm(m.point)) for c in model.constraints for m in (c.a, c.b) if m is not None]
     lengths += [float(np.linalg.norm(m.point)) for load in model.loads for m in load.ends if m.body >= 0]
     largest = max(lengths, default=0.0)
-    return largest or _radius_of_gyration(model) or _distance_at_start(model)
+    return largest or _radius_of_gyration(model)
 
 
 @kept_of_scene
@@ -201,6 +208,7 @@ def modal_frequencies(model: ModelData) -> Vector:
     return frequencies
 
 
+@kept_of_scene
 def state_scales(model: ModelData) -> Vector:
     """Return a large value of each component of (q, u, z, quadratures).
 

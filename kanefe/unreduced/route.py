@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Self
 
 import numpy as np
 
@@ -99,6 +99,10 @@ class UnreducedRoute(LiteralRoute):
         self.small = self.condensed.small
         self.factorisations = 0
         self.evaluations = 0
+
+    def started_otherwise(self, model: ModelData) -> Self:
+        """Return a route of its own: the condensed twin begins where the model does."""
+        return type(self)(model)
 
     def lacks(self, form: Form) -> str:
         """Return why only the form of substructures is available."""

@@ -7,6 +7,8 @@ import pytest
 
 import kanefe as kf
 from bouncing_scenes import bouncing_ball, swinging_rod
+from kanefe.order_n.tables.scene_tables import TableBuilder
+from kanefe.tree.scales import displacement_scales
 from loop_scenes import four_bar
 
 NUMBERS = "coordinates", "speeds", "internal", "dissipated", "work"
@@ -98,3 +100,41 @@ def test_what_may_be_otherwise_the_next_time_is_not_kept():
         assert found.run.model.set_ups == {}
         at = np.interp(found.events["passes"][0], found.times, found.joint_coordinates("rod")[:, 0])
         assert at == pytest.approx(level, abs=1e-5)  # straight between outputs of 1 ms: a h^2 / 8 = 2e-6
+
+
+@pytest.mark.parametrize("make", [bouncing_ball, swinging_rod, four_bar])
+def test_a_given_start_is_run_as_in_a_scene_of_its_own(make):
+    scene = make()
+    starts = [scene.simulate((0.0, 0.2)).at(t) for t in (0.1, 0.2)]
+    for start in (*starts, None, starts[0]):
+        assert is_same(scene.simulate((0.0, 0.3), start=start), make().simulate((0.0, 0.3), start=start))
+
+
+def test_starts_of_one_scene_share_their_tables(monkeypatch):
+    made = []
+    monkeypatch.setattr("kanefe.order_n.route.TableBuilder", lambda model: made.append(1) or TableBuilder(model))
+    scene = four_bar()
+    for start in [scene.simulate((0.0, 0.2)).at(t) for t in (0.1, 0.2)]:
+        scene.simulate((0.0, 0.1), start=start)
+    scene.freeze(0.0, start)
+    assert len(made) == 1
+
+
+def test_starts_of_a_scene_with_functions_do_not_share():
+    scene = kf.System()
+    height = 1.0
+    drive = kf.Motion(lambda t: height, lambda t: 0.0, lambda t: 0.0)
+    carriage = scene.add_rigid_body("carriage", 1.0, 0.1, joint=kf.Prismatic("z", motion=drive))
+    scene.add_rigid_body("rod", 1.0, 0.1, com=(0.5, 0, 0), parent=carriage, joint=kf.Revolute("y"))
+    scene.add_spring("slack at the start", scene.ground, carriage, stiffness=100.0)
+    start = scene.freeze().initial_state
+    for place in (1.0, 2.0):
+        height = place  # where the drive stands from now on
+        assert not scene.simulate((0.0, 0.1), start=start).load_force("slack at the start").any()
+
+
+def test_the_size_of_points_on_slides_is_that_of_their_start():
+    scene = kf.System()
+    scene.add_rigid_body("point", 1.0, joint=kf.Prismatic("x", position=0.0))
+    for place in (2.0, 5.0, 0.0):
+        assert displacement_scales(scene.freeze(0.0, np.array([place, 0.0]))) == [place or 1.0]
