@@ -177,6 +177,14 @@ def _rows(size: int, path: Path, what: str, job: Job) -> np.ndarray:
                 f"{names} names rows twice, as CalculiX does for shells and beams, whose rows are those of solids. "
                 "Remedy: mesh the body with solids"
             )
+        own = np.setdiff1d(freedoms[:, 0], job.nodes.labels)
+        if len(own):
+            raise ModelError(
+                f"{names} has rows of nodes that the input file does not have: {own[0]}"
+                f"{f' to {own[-1]}' if len(own) > 1 else ''} ({len(own)} in all). CalculiX makes such nodes for the "
+                "incompatible modes of C3D8I, and for the rotations of *RIGID BODY and *COUPLING. Remedy: C3D8, C3D20 "
+                "or C3D10 elements, and interfaces of kanefe in place of those constraints"
+            )
         return freedoms
     fits = [
         (labels, size // len(labels))
@@ -185,9 +193,10 @@ def _rows(size: int, path: Path, what: str, job: Job) -> np.ndarray:
     ]
     if len(fits) != 1:
         remedy = f"the file {names.name} beside it" if path.suffix.lower() in CALCULIX else "FORMAT=MATRIX INPUT"
+        of_elements = f", {len(job.used)} of them of elements," if len(job.used) < len(job.nodes.labels) else ""
         raise ModelError(
-            f"the {what} matrix in {path} has {size} rows for {len(job.nodes.labels)} nodes, {len(job.used)} of them "
-            f"of elements, and no labels that would identify them. Remedy: {remedy}"
+            f"the {what} matrix in {path} has {size} rows for {len(job.nodes.labels)} nodes{of_elements} and no labels "
+            f"that would identify them. Remedy: {remedy}, or the input file with its elements, whose nodes have rows"
         )
     labels, width = fits[0]
     return np.array([(label, number) for label in labels for number in range(1, width + 1)])
