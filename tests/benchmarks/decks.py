@@ -3,7 +3,8 @@
     python tests/benchmarks/decks.py [--json FILE] [--quick]
 
 CalculiX (Debian: `apt install calculix-ccx`) runs each drawn deck; nodes, sets and masses of what `read_mesh` makes of
-it are compared with its own.
+it are compared with its own. Places of grid points of drawn bulk data are compared with those of pyNastran, for which
+an environment is made; it loses CP of GRDSET, which the deck that it reads therefore has at each point.
 """
 
 from __future__ import annotations
@@ -21,9 +22,15 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks.clocks import seconds
 from benchmarks.command_line import parser, run
 from benchmarks.goals import Figure, Goal
+from benchmarks.peer_process import NoPeers, Peers, peer_python
 
 UNLIKE = Goal("input files of {} drawn at random whose nodes, sets or masses differ from CalculiX's", 0)
+PLACES = Goal(
+    "2000 grid points in systems in systems, drawn {} times: largest distance from pyNastran's, relative", 1e-12
+)
 TIME = Goal("time to read a deck of {} nodes, {}, relative to meshio's", 1.0)
+
+NASTRAN = Path(__file__).with_name("peer_nastran.py")
 
 SIDE, QUICK_SIDE = 46, 15
 """Number of nodes along each edge of the cube of a deck that is timed."""
@@ -39,7 +46,8 @@ def measured(options: argparse.Namespace) -> list[Figure]:
     """Return the figures: decks that differ, and times."""
     return [
         _unlike(range(10 if options.quick else 100)),
-        *(_time(which, QUICK_SIDE if options.quick else SIDE) for which in (".inp", ".bdf")),
+        _places(options, range(2 if options.quick else 10)),
+        *(_time(which, QUICK_SIDE if options.quick else SIDE) for which in (".inp", ".bdf", ".bdf in free fields")),
     ]
 
 
@@ -91,19 +99,50 @@ def difference(seed: int) -> str:
     return "" if abs(mass - answer.mass) <= SAME * answer.mass else f"mass: {mass} kg, and {answer.mass} kg"
 
 
-def _time(suffix: str, side: int) -> Figure:
+def _places(options: argparse.Namespace, seeds: range) -> Figure:
+    """Return the largest distance of points from where pyNastran has them, in sizes of what all have."""
+    import numpy as np
+    import platformdirs
+
+    from benchmarks.drawn_bulk_data import bulk_of
+    from kanefe.imports.bulk_data import bulk_cards
+    from kanefe.imports.grid_points import grid_points
+
+    goal = Goal(PLACES.what.format(len(seeds)), PLACES.limit)
+    folder = options.env or Path(platformdirs.user_cache_dir("kanefe")) / "nastran"
+    try:
+        python = peer_python(folder, ("pyNastran==1.4.1", "setuptools<81"), "import pyNastran.bdf.bdf")
+    except NoPeers as reason:
+        return goal.skipped(str(reason))
+    found = []
+    with Peers(python, NASTRAN) as peers, tempfile.TemporaryDirectory() as drawn:
+        path = Path(drawn) / "a.bdf"
+        for seed in seeds:
+            path.write_text(bulk_of(seed), encoding="ascii")
+            ours = grid_points(bulk_cards(path))
+            path.write_text(bulk_of(seed, explicit=True), encoding="ascii")
+            answer = peers.ask("places", path=str(path))
+            theirs = np.array(answer["places"])[np.argsort(answer["labels"])]
+            points = ours.points[np.argsort(ours.labels)]
+            if not np.array_equal(np.sort(ours.labels), np.sort(answer["labels"])):
+                raise RuntimeError(f"pyNastran has other grid points in the deck {seed}")
+            found.append(np.abs(points - theirs).max() / np.abs(theirs).max())
+    return goal.figure(max(found))
+
+
+def _time(which: str, side: int) -> Figure:
     import numpy as np
 
     from kanefe_fem import read_mesh
 
-    goal = Goal(TIME.what.format(side**3, suffix), TIME.limit)
+    goal, suffix = Goal(TIME.what.format(side**3, which), TIME.limit), which.partition(" ")[0]
     try:
         import meshio
     except ImportError:
         return goal.skipped("there is no meshio")
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"cube{suffix}"
-        path.write_text(cube(side, suffix), encoding="ascii")
+        path.write_text(cube(side, which), encoding="ascii")
         mesh = read_mesh(path)
         theirs = meshio.read(path)
         if not np.allclose(theirs.points, mesh.nodes) or len(theirs.cells[0].data) != mesh.cell_count:
@@ -121,7 +160,7 @@ def _parsed(path: Path) -> object:
     return read_abaqus_mesh(path, False) if path.suffix == ".inp" else read_nastran_mesh(path, {})
 
 
-def cube(side: int, suffix: str) -> str:
+def cube(side: int, which: str) -> str:
     """Return a deck of bricks with so many nodes along each edge, as programs write it."""
     import numpy as np
 
@@ -129,10 +168,17 @@ def cube(side: int, suffix: str) -> str:
     first = (np.indices((side - 1,) * 3).reshape(3, -1).T @ (side**2, side, 1)) + 1
     offsets = np.array(((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)))
     cells = first[:, None] + (offsets @ (side**2, side, 1))[None]
-    if suffix == ".inp":
+    if which == ".inp":
         places = [f"{i:7d}, {x:13.6g}, {y:13.6g}, {z:13.6g}" for i, (x, y, z) in enumerate(nodes.tolist(), 1)]
         bricks = [f"{i}, " + ", ".join(map(str, row)) for i, row in enumerate(cells.tolist(), 1)]
         return "\n".join(["*HEADING", "*NODE", *places, "*ELEMENT, TYPE=C3D8R, ELSET=ALL", *bricks, ""])
+    if "free" in which:
+        places = [f"GRID,{i},,{x:.6g},{y:.6g},{z:.6g}" for i, (x, y, z) in enumerate(nodes.tolist(), 1)]
+        bricks = [
+            f"CHEXA,{i},1,{','.join(map(str, row[:6]))},+\n+,{row[6]},{row[7]}"
+            for i, row in enumerate(cells.tolist(), 1)
+        ]
+        return "\n".join(["BEGIN BULK", *places, *bricks, "ENDDATA", ""])
     places = [f"GRID    {i:8d}        {x:8.4f}{y:8.4f}{z:8.4f}" for i, (x, y, z) in enumerate(nodes.tolist(), 1)]
     bricks = []
     for i, row in enumerate(cells.tolist(), 1):
