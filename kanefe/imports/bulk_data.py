@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 from kanefe.errors import FileError
-from kanefe.imports.card import LARGE, LINE, SMALL, Card, split
+from kanefe.imports.card import FREE, LARGE, LINE, SMALL, Card, split
 from kanefe.imports.included import DeckFile
 from kanefe.imports.text import number as as_number
 
-_BLANK = ("",) * 8
+_COMMAS = tuple("," * count for count in range(LINE // SMALL + 1))
 
 _FIRST = {word: (word[0], word[0].lower(), " ", "\t") for word in ("INCLUDE", "BEGIN", "ENDDATA")}
 """First characters of lines with these words."""
@@ -25,6 +26,14 @@ _RAISED = re.compile(r"\*\(?([^()]+)\)?")  # the field of the card before, raise
 
 _Line = tuple[str, str, int]
 """Text of a line without its comment, name of the file, and number of the line in it."""
+
+
+class _Head(NamedTuple):
+    """Name that begins a line, in upper case, the width of its columns, and whether a card begins there."""
+
+    name: str
+    width: int
+    is_card: bool
 
 
 def bulk_cards(path: Path, *, trusted: bool = False, reader: str = "read_nastran") -> list[Card]:
@@ -48,40 +57,46 @@ def bulk_cards(path: Path, *, trusted: bool = False, reader: str = "read_nastran
     """
     found: list[Card] = []
     mark = ""
-    names: dict[str, tuple[str, int]] = {}  # name and width of columns, by the eight characters that begin a line
+    columns: dict[str, _Head] = {}  # by the eight characters that begin a line
+    free: dict[str, _Head] = {}  # by what is before its first comma
     for line in _bulk(_lines(DeckFile(path, path, trusted, reader))):
         text, file, at = line
-        fields: tuple[str, ...] | None = None
-        body: str | None = None
-        if "," in text:
-            name, fields, mark_of_next = _free(line)
-            width = SMALL
+        begin, comma, rest = text.partition(",")
+        if comma:
+            head = free.get(begin) or free.setdefault(begin, _head(begin))
+            name, width, is_card = head
+            rest = rest.rstrip(", ")
+            left_out = LINE // width - rest.count(",")
+            body, next_mark = (rest + _COMMAS[left_out], "") if left_out > 0 else _marked(rest, left_out, line)
+            width = FREE
         else:
             text = text.expandtabs(8) if "\t" in text else text
-            head, body = text[:8], text[8:72].ljust(LINE)
-            mark_of_next = text[72:80].strip().upper() if len(text) > 72 else ""
-            known = names.get(head)
-            if known is not None:
-                found.append(Card(known[0], None, file, at, body, known[1]))
-                mark = mark_of_next
-                continue
-            name, width = head.strip().upper(), LARGE if "*" in head else SMALL
-            if name[:1].isalpha():
-                names[head] = name.rstrip("*"), width
-        if name == "" or name[0] in "+*":
+            begin, body = text[:8], text[8:72].ljust(LINE)
+            next_mark = text[72:80].strip().upper() if len(text) > 72 else ""
+            head = columns.get(begin) or columns.setdefault(begin, _head(begin))
+            name, width, is_card = head
+        if is_card:
+            found.append(Card(name, None, file, at, body, width))
+        elif name[:1] == "=":
+            _repeat(found, name, split(body, width), line)
+        else:
             own, named = name.lstrip("+*"), mark.lstrip("+*")
             if not found or (own and named and own != named):
                 raise FileError(
                     f"{file} goes on with {name or 'a blank field'!r} (line {at}), which the line before does not "
                     "name. Remedy: continuations behind their cards"
                 )
-            found[-1].go_on(fields, body, width)
-        elif name[0] == "=":
-            _repeat(found, name, fields or split(body or "", width), line)
-        else:
-            found.append(Card(name.rstrip("*"), fields, file, at, body, width))
-        mark = mark_of_next
+            found[-1].go_on(body, width)
+        mark = next_mark
     return found
+
+
+def _head(begin: str) -> _Head:
+    """Return what the first field of a line says."""
+    name = begin.strip().upper()
+    width = LARGE if "*" in name and name[0] != "=" else SMALL
+    is_card = name[:1] not in ("", "+", "*", "=")
+    return _Head(name.rstrip("*") if is_card else name, width, is_card)
 
 
 def _lines(file: DeckFile) -> Iterator[_Line]:
@@ -124,19 +139,16 @@ def _bulk(lines: Iterator[_Line]) -> Iterator[_Line]:
         raise FileError(f"{begins[1]} has no ENDDATA: it ends where more should follow. Remedy: write the whole deck")
 
 
-def _free(line: _Line) -> tuple[str, tuple[str, ...], str]:
-    """Return name, fields and mark of continuation of a line of free fields; those that are left out are blank."""
-    text, file, at = line
-    name, *fields = [part.strip() for part in text.rstrip(", ").split(",")]
-    most = 4 if "*" in name and name[:1] != "=" else 8
-    if len(fields) <= most:
-        return name.upper(), (*fields, *_BLANK[: most - len(fields)]), ""
-    if len(fields) > most + 1:
+def _marked(rest: str, left_out: int, line: _Line) -> tuple[str, str]:
+    """Return the fields of a line that has all, each with a comma behind it, and the mark of its continuation."""
+    if left_out < 0:
+        most = rest.count(",") + left_out
         raise FileError(
-            f"{file} has {len(fields)} fields in line {at}, where {most} and a continuation are possible. Remedy: "
-            "several lines"
+            f"{line[1]} has {rest.count(',') + 1} fields in line {line[2]}, where {most} and a continuation are "
+            "possible. Remedy: several lines"
         )
-    return name.upper(), tuple(fields[:most]), fields[most].upper()
+    fields, _, mark = rest.rpartition(",")
+    return fields + ",", mark.strip().upper()
 
 
 def _repeat(found: list[Card], name: str, fields: tuple[str, ...], line: _Line) -> None:

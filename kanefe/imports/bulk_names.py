@@ -1,10 +1,49 @@
-"""Names of Nastran's bulk data that are no part of a mesh: properties, materials, loads, supports and cases."""
+"""Names of Nastran's bulk data: elements, and what is no part of a mesh: properties, materials, loads, supports."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
 from kanefe.imports.card import Card
+
+ELEMENTS: dict[str, tuple[str, ...]] = {
+    "CTETRA": ("tetra", "tetra10"),
+    "CPYRAM": ("pyramid", "pyramid13"),
+    "CPYRA": ("pyramid", "pyramid13"),
+    "CPENTA": ("wedge", "wedge15"),
+    "CHEXA": ("hexahedron", "hexahedron20"),
+    "CTRIA3": ("triangle",),
+    "CTRIAR": ("triangle",),
+    "CTRIA6": ("triangle6",),
+    "CQUAD4": ("quad",),
+    "CQUADR": ("quad",),
+    "CQUAD8": ("quad8",),
+    "CSHEAR": ("quad",),
+    "CROD": ("line",),
+    "CTUBE": ("line",),
+    "CBAR": ("line",),
+    "CBEAM": ("line",),
+    "CBUSH": ("line",),
+    "CGAP": ("line",),
+}
+"""Cards of elements that are read, and the kinds of cells that they are, by their number of nodes."""
+
+UNREAD_ELEMENTS = (
+    *("CBEND", "CBEAM3", "CONROD", "CBUSH1D", "CBUSH2D", "CWELD", "CFAST"),
+    *("CQUAD", "CQUAD9", "CQUADX", "CQUADX4", "CQUADX8", "CTRIAX", "CTRIAX6", "CTRAX3", "CTRAX6"),
+    *("CHEXA1", "CHEXA2", "CTETRA4", "CHEXCZ", "CPENTCZ", "CIFHEX", "CIFPENT", "CIFQDX", "CSEAM"),
+    *("CIHEX1", "CIHEX2", "CQUAD1", "CTRSHL", "CRAC2D", "CRAC3D", "CHACAB", "CHACBR", "CAABSF"),
+    *("CPLSTN3", "CPLSTN4", "CPLSTN6", "CPLSTN8", "CPLSTS3", "CPLSTS4", "CPLSTS6", "CPLSTS8"),
+)
+"""Cards of elements that would be cells and are not read."""
+
+OTHERS = (
+    *("CONM1", "CONM2", "CMASS1", "CMASS2", "CMASS3", "CMASS4", "CELAS1", "CELAS2", "CELAS3", "CELAS4"),
+    *("CDAMP1", "CDAMP2", "CDAMP3", "CDAMP4", "CVISC", "RBE1", "RBE2", "RBE3", "RBAR", "RROD", "RJOINT", "RSPLINE"),
+    *("RSSCON", "RTRPLT", "RTRPLT1", "RBAR1", "MPC", "DMIG", "GENEL", "SPOINT", "CDAMP5", "RELEASE"),
+    *("NSM", "NSM1", "NSMADD", "NSML", "NSML1"),
+)
+"""Cards that change mass or stiffness and are no part of a mesh."""
 
 _NAMES = """
 PSOLID PSHELL PCOMP PCOMPG PCOMPLS PLSOLID PLPLANE PSHEAR PROD PTUBE PBAR PBARL PBEAM PBEAML PBEND PBUSH PBUSHT
@@ -21,23 +60,22 @@ DCONADD DOPTPRM DEQATN DTABLE DLINK TOPVAR DVGRID DVCREL1 BCTABLE BCBODY BSURF B
 BCONP BLSEG BFRIC BGSET BGADD BGPARM BOLT AERO AEROS CAERO1 SPLINE1 SPLINE2 SPLINE4 FLUTTER FLFACT MKAERO1 MKAERO2
 GUST TRIM AESTAT AESURF AELIST AEFACT CONV CONVM PCONV RADBC RADM QBDY1 QBDY2 QBDY3 QHBDY QVOL CHBDYE CHBDYG CHBDYP
 PHBDY VIEW VIEW3D DTI DMI DMIAX TF EPOINT NOLIN1 NOLIN2 NOLIN3 NOLIN4 VCEV ECHOON ECHOOFF DUMMY ROTORG ROTORD RGYRO
-UNBALNC RSPINT RSPINR MONPNT1 PBUSH2D
+UNBALNC RSPINT RSPINR MONPNT1 PBUSH2D ACMODL ACPLNW ACSRCE AECOMP AECOMPL AELINK AEPARM AESURFS AMLREG BCPARA BCRPARA
+BCTPARA BOLTFOR BOLTLD BOLTSEQ CAERO2 CAERO3 CAERO4 CAERO5 CBARAO CLOAD CSSCHD DDVAL DIVERG DMIJ DMIJI DMIK DMNCON
+DSCREEN DVCREL2 DVMREL2 DVTREL1 FORCEAX FREQ1 FREQ2 FREQ3 FREQ4 FREQ5 GMSPC GROUP LOADCYH LOADCYN MAT3D MATCID MATDMG
+MATEV MATPOR MICPNT MODTRAK MONDSP1 MONPNT2 MONPNT3 PAABSF PACABS PACBAR PBCOMP PBEAM3 PBMSECT PBRSECT PCOMPS PCONEAX
+PCONVM PDAMP5 PIHEX PMIC PPLANE PQUAD1 PRAC2D PRAC3D PRESAX PSET PTRSHL PVAL QVECT RADCAV RADLST RADMTX RADSET RANDT1
+SEBSET1 SECSET1 SELABEL SELOAD SENQSET SEQGP SEQSEP SESUP SPCAX SPLINE3 SPLINE5 SPLINE6 SPLINE7 TABLEH1 TABLEHT TEMPAX
+TEMPB3 TRIM2 TSTEP1 SEBNDRY SEELT SEEXCLD
 """
 
 LEFT = frozenset(_NAMES.split())
 """Cards that are no part of a mesh."""
 
 
-def unknown(cards: Iterable[Card], known: Iterable[str]) -> str:
-    """Return a line on cards that are not known, with the first line of each name; "" if there are none.
-
-    Parameters
-    ----------
-    cards : iterable of Card
-    known : iterable of str
-        Names that are read, or told otherwise.
-    """
-    names = LEFT.union(known)
+def unknown(cards: Iterable[Card]) -> str:
+    """Return a line on cards that are not known, with the first line of each name; "" if there are none."""
+    names = LEFT.union(ELEMENTS, UNREAD_ELEMENTS, OTHERS)
     found: dict[str, int] = {}
     for card in cards:
         if card.name not in names:

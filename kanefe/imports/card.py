@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -16,12 +17,19 @@ from kanefe.imports.text import plain_numbers
 SMALL, LARGE = 8, 16
 """Numbers of characters of small and of large fields."""
 
+FREE = 0
+"""Width of fields that commas separate."""
+
 LINE = 64
 """Number of characters of the fields of a line."""
 
 _NO_LETTER = re.compile(r"(?<=[\d.])(?=[-+]\d)")  # 1.5-3 is 1.5e-3
 
 _WHOLE = b"0123456789+-, "
+
+_IS_PART = np.isin(np.arange(256), list(_WHOLE), invert=True)  # of a number that is not whole, by its character
+
+_BLANK, _COMMA, _ZERO = b" ,0"
 
 
 class Card:
@@ -36,9 +44,9 @@ class Card:
     at : int
         Number of its line in it.
     body : str or None
-        Its fields in columns, of whole lines; None: they are free, or of several widths.
+        Its fields in columns, of whole lines, or each with a comma behind it; None: they are of several widths.
     width : int
-        Of its columns.
+        Of its columns, or `FREE`.
     """
 
     __slots__ = ("_fields", "at", "body", "file", "name", "width")
@@ -66,12 +74,19 @@ class Card:
             self._fields = split(self.body or "", self.width)
         return self._fields
 
-    def go_on(self, fields: tuple[str, ...] | None, body: str | None, width: int) -> None:
-        """Add the fields of a line that continues it, or its columns."""
-        if self.body is None or body is None or width != self.width:
-            self._fields, self.body = self.fields + (split(body or "", width) if fields is None else fields), None
+    def go_on(self, body: str, width: int) -> None:
+        """Add the fields of a line that continues it."""
+        if self.body is None or width != self.width:
+            self._fields, self.body = self.fields + split(body, width), None
         else:
             self._fields, self.body = None, self.body + body
+
+    @property
+    def count(self) -> int:
+        """Number of its fields, of whole lines."""
+        if self.body is None:
+            return len(self.fields)
+        return self.body.count(",") if self.width == FREE else len(self.body) // self.width
 
     def field(self, number: int) -> str:
         """Return a field, counted from 2 as in manuals; "" if it was left out."""
@@ -114,7 +129,9 @@ class Card:
 
 
 def split(body: str, width: int) -> tuple[str, ...]:
-    """Return the fields of columns."""
+    """Return the fields of columns, or of a text with a comma behind each."""
+    if width == FREE:
+        return tuple([field.strip() for field in body.split(",")[:-1]])
     return tuple([body[i : i + width].strip() for i in range(0, len(body), width)])
 
 
@@ -125,71 +142,116 @@ class CardColumns(NamedTuple):
     is_blank: np.ndarray
 
 
-def longest(cards: Sequence[Card]) -> int:
-    """Return how many fields the longest card has, of whole lines."""
-    return max(len(card.body) // card.width if card.body is not None else len(card.fields) for card in cards)
+class CardTable:
+    """Fields of many cards at once."""
+
+    def __init__(self, cards: Sequence[Card]) -> None:
+        self.cards = cards
+
+    @cached_property
+    def counts(self) -> list[int]:
+        """How many fields each card has, of whole lines."""
+        return [card.count for card in self.cards]
+
+    def refuse_more(self, most: int) -> None:
+        """Refuse cards that go on behind the fields that they have: a FileError with the line.
+
+        A line that was lost leaves its continuation to the card before.
+        """
+        if max(self.counts, default=0) <= most:
+            return
+        for card in self.cards:
+            if any(card.fields[most:]):
+                raise card.refused(
+                    f"goes on behind its {most} fields. Remedy: check that the lines before are complete"
+                )
+
+    def wholes(self, first: int, count: int) -> CardColumns:
+        """Return whole numbers of some fields, counted from 2; a FileError names field and line if one is none."""
+        found = self._at_once(first - 2, count, is_whole=True)
+        if found is not None:
+            return CardColumns(found[0].astype(np.int64), found[1])
+        fields = range(first, first + count)
+        is_blank = np.array([[not card.field(i) for i in fields] for card in self.cards], dtype=bool)
+        rows = [[card.whole(i) if card.field(i) else 0 for i in fields] for card in self.cards]
+        return CardColumns(np.array(rows, dtype=np.int64).reshape(-1, count), is_blank.reshape(-1, count))
+
+    def numbers(self, first: int, count: int) -> np.ndarray:
+        """Return numbers of some fields (n, k), 0 where one is left out; see `wholes`."""
+        found = self._at_once(first - 2, count, is_whole=False)
+        if found is not None:
+            return found[0]
+        return np.array([card.numbers(first, count) for card in self.cards]).reshape(-1, count)
+
+    def _at_once(self, begin: int, count: int, is_whole: bool) -> tuple[np.ndarray, np.ndarray] | None:
+        """Return numbers of fields and which are blank; None where they are not plain, which the slow way tells."""
+        if not self.cards or self._bodies is None:
+            return None
+        bodies, width = self._bodies
+        if width == FREE:
+            return self._separated(begin, count, is_whole)
+        text = "".join([body[begin * width : (begin + count) * width].ljust(count * width) for body in bodies])
+        codes = np.frombuffer(text.encode("latin-1"), dtype=np.uint8).reshape(len(bodies), count, width)
+        is_blank = (codes == _BLANK).all(axis=2)
+        table = np.full((len(bodies), count, width + 1), _COMMA, dtype=np.uint8)
+        table[:, :, :width] = codes
+        table[is_blank, 0] = _ZERO
+        plain = table.tobytes()[:-1]
+        if is_whole and plain.translate(None, _WHOLE):
+            return None
+        values = _plain(plain.decode("latin-1"), is_blank.size)
+        return None if values is None else (values.reshape(-1, count), is_blank)
+
+    def _separated(self, begin: int, count: int, is_whole: bool) -> tuple[np.ndarray, np.ndarray] | None:
+        if self._fields is None:
+            return None
+        whole = [np.zeros((len(self.cards), count), dtype=some.dtype) for some in self._fields]
+        for wanted, some in zip(whole, self._fields, strict=True):
+            there = some[:, begin : begin + count]
+            wanted[:, : there.shape[1]] = there
+        values, is_given, is_part = whole
+        return None if is_whole and is_part.any() else (values, ~is_given)
+
+    @cached_property
+    def _bodies(self) -> tuple[list[str], int] | None:
+        """Fields of all cards, and their width; None: there are several."""
+        bodies = [card.body for card in self.cards if card.body is not None]
+        width = self.cards[0].width
+        is_one = len(bodies) == len(self.cards) and all(card.width == width for card in self.cards)
+        return (bodies, width) if is_one else None
+
+    @cached_property
+    def _fields(self) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+        """Free fields of all cards (n, k): numbers, which are given, and which of them are not whole."""
+        if self._bodies is None:
+            return None
+        bodies, most = self._bodies[0], max(self.counts)
+        if min(self.counts) < most:
+            bodies = [body + "," * (most - count) for body, count in zip(bodies, self.counts, strict=True)]
+        text = "".join(bodies).lstrip()
+        for apart, joined in ((", ", ","), (" ,", ",")):
+            while apart in text:
+                text = text.replace(apart, joined)
+        codes = np.frombuffer(text.encode("latin-1"), dtype=np.uint8).copy()
+        commas = np.flatnonzero(codes == _COMMA)
+        is_given = np.diff(commas, prepend=-1) > 1
+        column = np.arange(len(commas)) % most
+        longest = int(column[is_given].max(initial=-1)) + 1
+        is_kept = column < longest
+        is_part = np.zeros(len(commas), dtype=bool)
+        is_part[np.searchsorted(commas, np.flatnonzero(_IS_PART[codes]))] = True
+        codes[commas[~is_kept]] = 0
+        plain = np.insert(codes, commas[is_kept & ~is_given], _ZERO).tobytes().translate(None, b"\0")
+        values = _plain(plain[:-1].decode("latin-1"), int(is_kept.sum()))
+        if values is None:
+            return None
+        given, part = (some[is_kept].reshape(-1, longest) for some in (is_given, is_part))
+        return values.reshape(-1, longest), given, part
 
 
-def refuse_more(cards: Sequence[Card], most: int) -> None:
-    """Refuse cards that go on behind the fields that they have: a FileError with the line.
-
-    A line that was lost leaves its continuation to the card before.
-    """
-    for card in cards:
-        if (len(card.body) > most * card.width if card.body is not None else len(card.fields) > most) and any(
-            card.fields[most:]
-        ):
-            raise card.refused(f"goes on behind its {most} fields. Remedy: check that the lines before are complete")
-
-
-def wholes(cards: Sequence[Card], first: int, count: int) -> CardColumns:
-    """Return whole numbers of some fields of cards, counted from 2; a FileError names field and line if one is none."""
-    found = _at_once(cards, first, count, is_whole=True)
-    if found is not None:
-        return CardColumns(found[0].astype(np.int64), found[1])
-    fields = range(first, first + count)
-    is_blank = np.array([[not card.field(i) for i in fields] for card in cards], dtype=bool).reshape(-1, count)
-    rows = [[card.whole(i) if card.field(i) else 0 for i in fields] for card in cards]
-    return CardColumns(np.array(rows, dtype=np.int64).reshape(-1, count), is_blank)
-
-
-def numbers(cards: Sequence[Card], first: int, count: int) -> np.ndarray:
-    """Return numbers of some fields of cards (n, k), 0 where one is left out; see `wholes`."""
-    found = _at_once(cards, first, count, is_whole=False)
-    if found is not None:
-        return found[0]
-    return np.array([card.numbers(first, count) for card in cards]).reshape(-1, count)
-
-
-def _at_once(cards: Sequence[Card], first: int, count: int, is_whole: bool) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return numbers of fields and which are blank; None where they are not plain, which the slow way tells."""
-    begin, end = first - 2, first - 2 + count
-    bodies = [card.body for card in cards]
-    widths = {card.width for card in cards}
-    if len(widths) == 1 and None not in bodies:
-        plain, is_blank = _columns(bodies, begin, end, widths.pop())
-    else:
-        rows = [card.fields[begin:end] for card in cards]
-        flat = [text for row in rows for text in (*row, *[""] * (count - len(row)))]
-        plain, is_blank = ",".join([text or "0" for text in flat]), np.array([not text for text in flat], dtype=bool)
-    if is_whole and plain.encode("latin-1").translate(None, _WHOLE):
-        return None
-    values = plain_numbers(plain, " , ")
-    if values is None and not is_whole:
-        values = plain_numbers(_NO_LETTER.sub("E", plain.upper().replace("D", "E")), " , ")
-    if values is None or values.size != is_blank.size:
-        return None
-    return values.reshape(-1, count), is_blank.reshape(-1, count)
-
-
-def _columns(bodies: Sequence[str | None], begin: int, end: int, width: int) -> tuple[str, np.ndarray]:
-    """Return the text of columns with commas between, 0 for blanks, and which are blank (n, k)."""
-    text = "".join(
-        [body[begin * width : end * width].ljust((end - begin) * width) for body in bodies if body is not None]
-    )
-    codes = np.frombuffer(text.encode("latin-1"), dtype=np.uint8).reshape(len(bodies), end - begin, width)
-    is_blank = (codes == ord(" ")).all(axis=2)
-    table = np.full((len(bodies), end - begin, width + 1), ord(","), dtype=np.uint8)
-    table[:, :, :width] = codes
-    table[is_blank, 0] = ord("0")
-    return table.tobytes()[:-1].decode("latin-1"), is_blank
+def _plain(text: str, count: int) -> np.ndarray | None:
+    """Return so many numbers with commas between; None where they are not plain."""
+    values = plain_numbers(text, " , ")
+    if values is None:
+        values = plain_numbers(_NO_LETTER.sub("E", text.upper().replace("D", "E")), " , ")
+    return values if values is not None and values.size == count else None

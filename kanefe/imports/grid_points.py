@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.errors import FileError
-from kanefe.imports.card import Card, numbers, refuse_more, wholes
+from kanefe.imports.card import Card, CardTable
 from kanefe.imports.coordinate_systems import BASIC, CoordinateSystem, axes_at, in_basic, right_handed
 
 CP, CD = 3, 7
@@ -23,8 +23,10 @@ PLACES = ("CORD1R", "CORD1C", "CORD1S", "CORD2R", "CORD2C", "CORD2S")
 UNREAD = (
     *("CORD1RX", "CORD2RX", "CORD3C", "CORD3G", "CORD3R", "CORD3S", "GMCORD", "GRIDA", "GRIDB", "GRIDF", "GRIDS"),
     *("GMBC", "GMSURF", "GMCURV", "FEFACE", "FEEDGE", "POINT", "EGRID", "GRIDG", "CGEN"),
+    *("AXIC", "AXIF", "RINGAX", "RINGFL", "POINTAX", "CCONEAX", "CYAX", "CYJOIN"),
+    *("CSUPER", "CSUPEXT", "SEBULK", "SECONCT", "SELOC", "SEMPLN"),
 )
-"""Cards that place or make nodes, and are not read."""
+"""Cards that place or make nodes, or parts of a body, and are not read."""
 
 
 class GridPoints(NamedTuple):
@@ -75,26 +77,29 @@ def grid_points(cards: Iterable[Card]) -> GridPoints:
                             "one of them"
                         )
         elif card.name in UNREAD:
-            raise card.refused("places nodes in a way that is not read. Remedy: write all points in the basic system")
-    by_label = _once(grids)
-    return _placed(by_label, _Systems(by_label, systems, usual), usual)
+            raise card.refused(
+                "places nodes in a way that is not read. Remedy: one deck with all points in systems CORD1 and CORD2"
+            )
+    by_label, table = _once(grids)
+    return _placed(by_label, table, _Systems(by_label, systems, usual), usual)
 
 
-def _once(grids: list[Card]) -> dict[int, Card]:
-    """Return cards by label; those that say the same as one before are left out."""
-    refuse_more(grids, FIELDS)
-    labels = wholes(grids, 2, 1)
+def _once(grids: list[Card]) -> tuple[dict[int, Card], CardTable]:
+    """Return cards by label, and their table; those that say the same as one before are left out."""
+    table = CardTable(grids)
+    table.refuse_more(FIELDS)
+    labels = table.wholes(2, 1)
     if labels.is_blank.any():
         grids[int(np.flatnonzero(labels.is_blank[:, 0])[0])].whole(2)
     found = dict(zip(labels.values[:, 0].tolist(), grids, strict=True))
     if len(found) == len(grids):
-        return found
+        return found, table
     found = {}
     for label, card in zip(labels.values[:, 0].tolist(), grids, strict=True):
         known = found.setdefault(label, card)
         if known is not card and _entries(known) != _entries(card):
             raise FileError(f"{card.file} has grid point {label} twice (line {card.at}). Remedy: one of them")
-    return found
+    return found, CardTable(list(found.values()))
 
 
 def _entries(card: Card) -> tuple[object, ...]:
@@ -157,28 +162,27 @@ def _through(card: Card, corners: list[np.ndarray]) -> CoordinateSystem:
     return CoordinateSystem(card.name[5], origin, axes[:, [1, 2, 0]])
 
 
-def _placed(grids: Mapping[int, Card], systems: _Systems, usual: Card | None) -> GridPoints:
+def _placed(grids: Mapping[int, Card], table: CardTable, systems: _Systems, usual: Card | None) -> GridPoints:
     """Return the points of cards in basic coordinates, and the axes of their displacements."""
-    cards = list(grids.values())
-    given = numbers(cards, 4, 3)
+    given = table.numbers(4, 3)
     points, axes, is_turned = np.zeros_like(given), np.zeros((len(given), 3, 3)), False
-    for system, rows in _by_system(cards, CP, systems, usual):
+    for system, rows in _by_system(table, CP, systems, usual):
         points[rows] = in_basic(system, given[rows])
-    for system, rows in _by_system(cards, CD, systems, usual):
+    for system, rows in _by_system(table, CD, systems, usual):
         axes[rows] = axes_at(system, points[rows])
         is_turned = is_turned or system is not BASIC
     return GridPoints(np.array(list(grids), dtype=np.int64), points, axes if is_turned else None)
 
 
 def _by_system(
-    cards: list[Card], number: int, systems: _Systems, usual: Card | None
+    table: CardTable, number: int, systems: _Systems, usual: Card | None
 ) -> Iterator[tuple[CoordinateSystem, np.ndarray]]:
     """Yield each system that a field of grid points names, and the rows of those points."""
-    own = wholes(cards, number, 1)
+    own = table.wholes(number, 1)
     default = usual.whole(number) if usual is not None and usual.field(number) else 0
     named = np.where(own.is_blank, default, own.values)[:, 0]
     if number == CD:
         named[named == -1] = 0  # a point of a fluid has no axes
     for which in np.unique(named):
         rows = np.flatnonzero(named == which)
-        yield systems.of(int(which), cards[rows[0]]), rows
+        yield systems.of(int(which), table.cards[rows[0]]), rows

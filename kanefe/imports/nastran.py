@@ -11,6 +11,7 @@ SPOINT and EXTRN, which identify the rows; or, as of MYSTRAN (SOL 31), with rows
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Unpack
@@ -19,13 +20,15 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.arguments import checked
-from kanefe.errors import FileError, ModelError
+from kanefe.errors import FileError, ModelError, outside
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.imports import _pyyeti
 from kanefe.imports.bulk_data import bulk_cards
+from kanefe.imports.bulk_names import unknown
 from kanefe.imports.card import Card
 from kanefe.imports.direct_matrices import direct_matrices
 from kanefe.imports.grid_points import grid_points
+from kanefe.imports.included import DeckWarning
 from kanefe.imports.labelled import LabelledMatrix, model_of_labelled, with_generalised
 from kanefe.imports.node_table import NodeTable
 from kanefe.imports.output4 import is_output4, output4_matrices
@@ -108,6 +111,8 @@ def read_nastran(
     -----
     AccuracyWarning
         If the deck has rigid elements, of which its matrices know nothing.
+    DeckWarning
+        If the deck has cards that are not known.
 
     Examples
     --------
@@ -124,6 +129,13 @@ def read_nastran(
     """
     cards = bulk_cards(Path(bulk), trusted=trusted, reader="read_nastran")
     order, table = _nodes(cards, Path(bulk))
+    more = unknown(cards)
+    if more:
+        warnings.warn(
+            f"{Path(bulk).name} has cards that are not known, and left out: {more}. Remedy: check their names",
+            DeckWarning,
+            stacklevel=outside(),
+        )
     files = [Path(p) for p in ((matrices,) if isinstance(matrices, (str, Path)) else matrices)]
     found: dict[str, LabelledMatrix | sp.csr_matrix] = {}
     for path in files:

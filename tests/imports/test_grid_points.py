@@ -168,6 +168,7 @@ def test_included_files_are_found_beside_the_deck_and_beside_their_own(tmp_path:
         (["CORD1R,5,1,2,3", "GRID,1", "GRID,4,5"], r"placed by grid point 2, which is not there"),
         (["GRDSET,,5", "GRDSET,,6"], r"GRDSET twice \(line 2\)"),
         (["CORD3G,5,4", "GRID,1,5"], r"CORD3G 5 \(line 1\) places nodes in a way that is not read"),
+        (["GRID,1", "SEMPLN,5,PLANE,1,2,3"], r"SEMPLN 5 \(line 2\) places nodes in a way that is not read"),
         (["GRID,1", "GRID,1,,1."], r"grid point 1 twice \(line 2\)"),
         (["=,*1"], r"begins line 1 with '=', and no card is before it that is repeated"),
         (["GRID,1,,1.", "=4"], r"repeats what was not raised before \(line 2\)"),

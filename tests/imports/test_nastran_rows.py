@@ -14,6 +14,7 @@ import import_writers as write
 import kanefe as kf
 from kanefe.errors import AccuracyWarning, ModelError
 from kanefe.imports.from_matrices import NodalFormWarning
+from kanefe.imports.included import DeckWarning
 from scenes import lattice_model
 from steel_beams import steel_beam
 
@@ -116,6 +117,13 @@ def rigid_job(folder: Path, mass: float = 0.0) -> tuple[Path, Path]:
     pair["MGG"][:3, :3] = mass * np.eye(3)
     bulk = write.nastran_bulk(folder / "arm.bdf", SOLID.nodes, labels, cards)
     return bulk, write.output4(folder / "arm.OU1", pair)
+
+
+def test_cards_that_are_not_known_are_named(tmp_path: Path) -> None:
+    K, M = craig_bampton()
+    paths = job(tmp_path, {"KXX": K, "MXX": M}, f"{SUPORT}\nGRIT, 99\nPARAM, POST, -1\nGRIT, 98")
+    with pytest.warns(DeckWarning, match=r"bar\.bdf has cards that are not known, and left out: GRIT \(line 3\)\. Rem"):
+        assert read(*paths).generalised == MODES
 
 
 def test_grid_points_of_rigid_elements_are_named(tmp_path: Path) -> None:

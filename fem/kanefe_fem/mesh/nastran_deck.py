@@ -11,8 +11,8 @@ import numpy as np
 from kanefe.errors import FileError, outside
 from kanefe.fe_model.shapes import node_count
 from kanefe.imports.bulk_data import bulk_cards
-from kanefe.imports.bulk_names import unknown
-from kanefe.imports.card import Card, longest, refuse_more, wholes
+from kanefe.imports.bulk_names import ELEMENTS, OTHERS, UNREAD_ELEMENTS, unknown
+from kanefe.imports.card import Card, CardTable
 from kanefe.imports.grid_points import grid_points
 from kanefe.imports.node_table import rows_of
 from kanefe_fem.mesh.checks import MeshWarning
@@ -23,43 +23,6 @@ _MIDS_LAST = {  # Nastran has mid-side nodes of the bottom, the sides and the to
     "hexahedron20": (*range(12), *range(16, 20), *range(12, 16)),
     "wedge15": (*range(9), *range(12, 15), *range(9, 12)),
 }
-
-ELEMENTS: dict[str, tuple[str, ...]] = {
-    "CTETRA": ("tetra", "tetra10"),
-    "CPYRAM": ("pyramid", "pyramid13"),
-    "CPYRA": ("pyramid", "pyramid13"),
-    "CPENTA": ("wedge", "wedge15"),
-    "CHEXA": ("hexahedron", "hexahedron20"),
-    "CTRIA3": ("triangle",),
-    "CTRIAR": ("triangle",),
-    "CTRIA6": ("triangle6",),
-    "CQUAD4": ("quad",),
-    "CQUADR": ("quad",),
-    "CQUAD8": ("quad8",),
-    "CSHEAR": ("quad",),
-    "CROD": ("line",),
-    "CTUBE": ("line",),
-    "CBAR": ("line",),
-    "CBEAM": ("line",),
-    "CBUSH": ("line",),
-    "CGAP": ("line",),
-}
-"""Cards of elements that are read, and the kinds of cells that they are, by their number of nodes."""
-
-UNREAD = (
-    *("CBEND", "CBEAM3", "CONROD", "CBUSH1D", "CBUSH2D", "CWELD", "CFAST"),
-    *("CQUAD", "CQUAD9", "CQUADX", "CQUADX4", "CQUADX8", "CTRIAX", "CTRIAX6", "CTRAX3", "CTRAX6"),
-    *("CHEXA1", "CHEXA2", "CTETRA4", "CHEXCZ", "CPENTCZ", "CIFHEX", "CIFPENT", "CIFQDX", "CSEAM"),
-    *("CPLSTN3", "CPLSTN4", "CPLSTN6", "CPLSTN8", "CPLSTS3", "CPLSTS4", "CPLSTS6", "CPLSTS8"),
-)
-"""Cards of elements that would be cells and are not read."""
-
-OTHERS = (
-    *("CONM1", "CONM2", "CMASS1", "CMASS2", "CMASS3", "CMASS4", "CELAS1", "CELAS2", "CELAS3", "CELAS4"),
-    *("CDAMP1", "CDAMP2", "CDAMP3", "CDAMP4", "CVISC", "RBE1", "RBE2", "RBE3", "RBAR", "RROD", "RJOINT", "RSPLINE"),
-    *("RSSCON", "RTRPLT", "MPC", "DMIG", "GENEL", "SPOINT"),
-)
-"""Cards that change mass or stiffness and are no part of a mesh."""
 
 _COUNTS = {name: {node_count(kind): kind for kind in kinds} for name, kinds in ELEMENTS.items()}
 
@@ -82,13 +45,13 @@ def read_nastran_mesh(path: Path, names: Mapping[int, str], trusted: bool = Fals
             elements.setdefault(card.name, []).append(card)
         elif card.name in OTHERS:
             others.setdefault(card.name, card.at)
-        elif card.name in UNREAD:
+        elif card.name in UNREAD_ELEMENTS:
             raise FileError(
                 f"{card.file} has an element {card.name} (line {card.at}), which is not read. Remedy: mesh the part "
                 f"with {', '.join(ELEMENTS)}"
             )
     warn_of_unread(path, others)
-    more = unknown(cards, (*ELEMENTS, *OTHERS))
+    more = unknown(cards)
     if more:
         warnings.warn(
             f"{path.name} has cards that are not known, and left out: {more}. Remedy: check their names",
@@ -99,22 +62,24 @@ def read_nastran_mesh(path: Path, names: Mapping[int, str], trusted: bool = Fals
     blocks: list[Block] = []
     properties: list[np.ndarray] = []
     for some in elements.values():
-        for kind, own, nodes in _cells(some):
+        for kind, own, nodes, numbers in _cells(some):
             blocks.append((kind, _rows(nodes, grids.labels, own)))
-            given = wholes(own, 2, 2)
-            properties.append(np.where(given.is_blank[:, 1], given.values[:, 0], given.values[:, 1]))
+            properties.append(numbers)
     return grouped_mesh(
         path, grids.points, blocks, _groups(blocks, properties, names), {}, reader="kanefe, Nastran deck"
     )
 
 
-def _cells(cards: list[Card]) -> Iterator[tuple[str, list[Card], np.ndarray]]:
-    """Yield each kind of cell that elements of one name are, those elements, and labels of nodes in VTK's order."""
-    counts = _COUNTS[cards[0].name]
+def _cells(cards: list[Card]) -> Iterator[tuple[str, list[Card], np.ndarray, np.ndarray]]:
+    """Yield each kind of cell that elements of one name are, and of those elements cards, nodes and properties.
+
+    Nodes are labels in VTK's order; the number of a property that is left out is that of its element.
+    """
+    counts, table = _COUNTS[cards[0].name], CardTable(cards)
     if all(dimension_of(kind) == 3 for kind in counts.values()):
-        refuse_more(cards, 2 + max(counts))
-    most = max(min(max(counts), longest(cards) - 2), 1)
-    nodes = wholes(cards, 4, most).values
+        table.refuse_more(2 + max(counts))
+    most = max(min(max(counts), max(table.counts) - 2), 1)
+    nodes = table.wholes(4, most).values
     has = nodes != 0
     count = most - np.argmax(has[:, ::-1], axis=1)
     is_whole = np.isin(count, list(counts)) & (has.sum(axis=1) == count)
@@ -125,11 +90,20 @@ def _cells(cards: list[Card]) -> Iterator[tuple[str, list[Card], np.ndarray]]:
             f"{card.file}: {card.name} {card.field(2)} has {has[row].sum()} nodes (line {card.at}), where "
             f"{' or '.join(map(str, counts))} are read. Remedy: write all nodes of each element"
         )
-    for number in np.unique(count):
+    given = table.wholes(2, 2)
+    properties = np.where(given.is_blank[:, 1], given.values[:, 0], given.values[:, 1])
+    if (count == most).all():
+        yield counts[most], cards, _in_order(nodes, counts[most]), properties
+        return
+    for number in np.unique(count).tolist():
         rows = np.flatnonzero(count == number)
-        kind = counts[int(number)]
-        order = _MIDS_LAST.get(kind, tuple(range(number)))
-        yield kind, [cards[row] for row in rows], nodes[rows][:, list(order)]
+        own = _in_order(nodes[rows, :number], counts[number])
+        yield counts[number], [cards[row] for row in rows], own, properties[rows]
+
+
+def _in_order(nodes: np.ndarray, kind: str) -> np.ndarray:
+    """Return the nodes of cells in VTK's order."""
+    return nodes[:, list(_MIDS_LAST[kind])] if kind in _MIDS_LAST else nodes
 
 
 def _rows(nodes: np.ndarray, labels: np.ndarray, cards: list[Card]) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -157,6 +158,25 @@ def test_points_of_many_cards_are_read_at_once_and_one_by_one(point: tuple[str, 
     for last in (CUBE[7], "GRID,8,,0.,1.,1."):
         mesh = read_mesh(deck(tmp_path, CUBE[0], card, *CUBE[2:7], last, *MARKED))
         np.testing.assert_array_equal(mesh.nodes, CORNERS)
+
+
+@pytest.mark.parametrize(
+    "line", ["GRID,2,,1.", "GRID, 2 ,, +1 ,0,", "grid,2,0,10.-1", "GRID,2,,1.D0 , -0.", "GRID*,2,,.1E1"]
+)
+def test_free_fields_of_many_cards_are_read_at_once_and_one_by_one(line: str, tmp_path: Path) -> None:
+    """A point in columns makes all of them be read one by one."""
+    points = [f"GRID,{i},,{x},{y},{z}" for i, (x, y, z) in enumerate(CORNERS, 1)]
+    for last in (points[7], CUBE[7]):
+        mesh = read_mesh(deck(tmp_path, points[0], line, *points[2:7], last, "CHEXA, 1,,1,2,3,4,5 ,6,+", "+,7,8"))
+        np.testing.assert_array_equal(mesh.nodes, CORNERS)
+        assert list(mesh.cells) == ["1"]  # a property that is left out has the number of the element
+
+
+@pytest.mark.parametrize("field", ["1.5", "x", "1 2"])
+def test_a_free_field_that_is_no_whole_number_is_told(field: str, tmp_path: Path) -> None:
+    lines = [*CUBE, "CHEXA,1,1,1,2,3,4,5,6,+", f"+,7,{field}"]
+    with pytest.raises(FileError, match=rf"field 11 of CHEXA .* is '{re.escape(field)}', and should be a whole number"):
+        read_mesh(deck(tmp_path, *lines))
 
 
 def test_properties_of_shells_are_groups_of_facets(tmp_path: Path) -> None:
