@@ -29,6 +29,7 @@ from kanefe_fem.mesh.mesh import WHOLE_BODY, Mesh
 from kanefe_fem.mesh.msh_file import REMEDY, check_complete, msh_version, named_groups
 from kanefe_fem.mesh.partitions import own_entities, refuse_piece
 from kanefe_fem.mesh.sagitta import sagitta
+from kanefe_fem.mesh.step_unit import own_unit
 from kanefe_fem.mesh.unfolded import unfolded
 
 _KINDS = {
@@ -75,7 +76,7 @@ def read(path: Path, order: int | None, trusted: bool = False) -> Mesh:
         check_complete(path)
     build = _build_function(path) if suffix == ".py" else None
     script = path.read_text(encoding="utf-8", errors="replace") if suffix == ".geo" else ""
-    with _to_merge(path, trusted) as merged, _LOCK, _session() as gmsh, kept_options(gmsh, script):
+    with _to_merge(path, trusted) as merged, _LOCK, _session() as gmsh, _unit(gmsh, suffix), kept_options(gmsh, script):
         try:
             if build is not None:
                 build(gmsh)
@@ -99,6 +100,11 @@ def read(path: Path, order: int | None, trusted: bool = False) -> Mesh:
         if suffix == ".msh" or mesh.dimension == 1:
             return mesh
         return unfolded(mesh) if mesh.order == 2 else replace(mesh, sagitta=sagitta(gmsh))
+
+
+def _unit(gmsh: Any, suffix: str) -> contextlib.AbstractContextManager[None]:
+    """Return what keeps the unit of imported geometry; a mesh has none."""
+    return contextlib.nullcontext() if suffix == ".msh" else own_unit(gmsh)
 
 
 @contextlib.contextmanager

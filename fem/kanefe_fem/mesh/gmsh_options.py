@@ -14,11 +14,7 @@ _ASSIGNED = re.compile(r"^\s*([A-Z]\w*\.[A-Z]\w*(?:\.\w+)?)\s*[-+*/]?=", re.MULT
 
 @contextlib.contextmanager
 def kept_options(gmsh: Any, script: str) -> Iterator[None]:
-    """Put the options back that the commands of a script, or calls of ``gmsh.option.set...``, change meanwhile.
-
-    Units of imported geometry are those of gmsh, mm, whatever was set before: OpenCASCADE keeps them from one session
-    of gmsh to the next.
-    """
+    """Put the options back that the commands of a script, or calls of ``gmsh.option.set...``, change meanwhile."""
     found: dict[tuple[str, str], Any] = {}
     setters = {name: getattr(gmsh.option, name) for name in _setters() if hasattr(gmsh.option, name)}
 
@@ -34,8 +30,6 @@ def kept_options(gmsh: Any, script: str) -> Iterator[None]:
 
         return recorded
 
-    remember("String", "Geometry.OCCTargetUnit")
-    setters["setString"]("Geometry.OCCTargetUnit", "MM")
     for option in dict.fromkeys(_ASSIGNED.findall(script)):
         for kind in _KINDS:
             remember(kind, option.replace("Color.", "") if kind == "Color" else option)
