@@ -27,7 +27,7 @@ from kanefe_fem.mesh.geo_commands import harmless_script, refuse_options
 from kanefe_fem.mesh.gmsh_options import kept_options
 from kanefe_fem.mesh.mesh import WHOLE_BODY, Mesh
 from kanefe_fem.mesh.msh_file import REMEDY, check_complete, msh_version, named_groups
-from kanefe_fem.mesh.partitions import own_entities, refuse_piece
+from kanefe_fem.mesh.partitions import ghost_count, own_entities, refuse_parts_of_format_2, refuse_piece
 from kanefe_fem.mesh.sagitta import sagitta
 from kanefe_fem.mesh.step_unit import own_unit
 from kanefe_fem.mesh.unfolded import unfolded
@@ -77,6 +77,8 @@ def read(path: Path, order: int | None, trusted: bool = False) -> Mesh:
     build = _build_function(path) if suffix == ".py" else None
     script = path.read_text(encoding="utf-8", errors="replace") if suffix == ".geo" else ""
     with _to_merge(path, trusted) as merged, _LOCK, _session() as gmsh, _unit(gmsh, suffix), kept_options(gmsh, script):
+        if suffix == ".msh":
+            refuse_parts_of_format_2(_version(gmsh), path)
         try:
             if build is not None:
                 build(gmsh)
@@ -282,6 +284,7 @@ def _extract(gmsh: Any, path: Path) -> Mesh:
     if dimension == 0:
         raise MeshError(f"{source} has no elements. Remedy: mesh the geometry, and save all elements of its groups")
     refuse_piece(gmsh, dimension, path)
+    ghosts = ghost_count(gmsh, dimension)
     is_version_2 = path.suffix.lower() == ".msh" and msh_version(path).startswith("2")
     file = _Source(source, is_version_2, named_groups(path) if is_version_2 else {})
     groups = {d: _physical_groups(gmsh, d, d == dimension > 1, file) for d in range(4)}
@@ -310,7 +313,7 @@ def _extract(gmsh: Any, path: Path) -> Mesh:
         lines=blocks(1) or (_lines_without_group(gmsh, numbers, source) if dimension == 1 else {}),
         points=points,
         source=source,
-        provenance={"reader": f"gmsh {_version(gmsh)}"},
+        provenance={"reader": f"gmsh {_version(gmsh)}", **({"ghost cells left out": str(ghosts)} if ghosts else {})},
     )
 
 

@@ -123,8 +123,7 @@ def check_complete(path: Path) -> None:
         if re.search(rb"\$End\w+\s*\Z", tail) is None:
             raise FileError(f"{path.name} is truncated: it ends inside a section. {REMEDY}")
         _check_names(path, data)
-        one = re.match(rb"\$MeshFormat\s+[0-9.]+\s+1[^\n]*\n(.{4})", data[:200], re.DOTALL)  # if it is binary
-        order = "" if one is None else "<" if one[1] == b"\1\0\0\0" else ">"
+        order = _byte_order(data[:200])
         if version != "4.1" and order and nodes_as != b"Nodes":
             raise FileError(f"{path.name} has parametric nodes in binary. {REMEDY}, without Mesh.SaveParametric")
         if version != "4.1":
@@ -134,12 +133,35 @@ def check_complete(path: Path) -> None:
             _check_numbers(path, nodes, elements)
 
 
+def _byte_order(head: bytes) -> str:
+    """Return the order of bytes of a binary file by its beginning, "" of a text."""
+    one = re.match(rb"\$MeshFormat\s+[0-9.]+\s+1[^\n]*\n(.{4})", head, re.DOTALL)
+    return "" if one is None else "<" if one[1] == b"\1\0\0\0" else ">"
+
+
 def msh_version(path: Path) -> str:
     """Return the version in the head of a .msh file, "" if it has none."""
     with path.open("rb") as stream:
         # gmsh runs a file that does not begin with exactly these letters as a script
         head = re.match(rb"\$MeshFormat\s+([0-9.]+)\s+[01]\s", stream.read(200))
     return head.group(1).decode() if head else ""
+
+
+def has_parts(path: Path) -> bool:
+    """Return whether elements of a complete file of format 2 are in parts of a partitioned mesh: their third tag."""
+    content = path.read_bytes()
+    head, _, rows = content[content.find(b"$Elements") :].partition(b"\n")[2].partition(b"\n")
+    order, at, count = _byte_order(content[:200]), 0, int(head)
+    if not order:
+        words = (row.split() for row in rows.split(b"\n", count)[:count])
+        return any(int(row[2]) > 2 and row[5] != b"0" for row in words)
+    while count > 0:
+        kind, size, tags = np.frombuffer(rows, f"{order}i4", 3, at).tolist()
+        if tags > 2:
+            return True
+        at += 12 + 4 * size * (1 + tags + NODES_OF.get(kind, 0))
+        count -= size if kind in NODES_OF else count
+    return False
 
 
 def named_groups(path: Path) -> dict[tuple[int, int], str]:
