@@ -215,7 +215,7 @@ def oriented(mesh: Mesh) -> Mesh:
 def jacobian_range(mesh: Mesh, block: Cells) -> tuple[np.ndarray, np.ndarray]:
     """Return the least and greatest Jacobian over the nodes of each cell, relative to its longest side.
 
-    Those of a cell that folds between its nodes have both signs; of a pyramid points of quadrature are taken.
+    Those of a cell that folds between its nodes have both signs; of a pyramid points of quadrature are taken for nodes.
     """
     element = shape(block.kind)
     d = element.dimension
@@ -231,7 +231,7 @@ def jacobian_range(mesh: Mesh, block: Cells) -> tuple[np.ndarray, np.ndarray]:
         jacobian = np.linalg.det(np.swapaxes(coordinates, 1, 2) @ gradient) / size
         jacobian[np.abs(jacobian) < DEGENERATE] = 0.0
         low, high = np.minimum(low, jacobian), np.maximum(high, jacobian)
-    if element.corner_kind != "pyramid" and not (element.is_simplex and element.order == 1):
+    if not (element.is_simplex and element.order == 1):
         same = np.flatnonzero((low > 0.0) | (high < 0.0))
         scaled = coordinates[same] / (size[same] ** (1.0 / d))[:, None, None]
         scaled[high[same] < 0.0, :, 0] *= -1.0  # mirrored

@@ -1,10 +1,10 @@
 """Bounds of the Jacobian inside cells: a polynomial that is positive at nodes may be negative between them.
 
 The determinant is a polynomial, whose Bernstein coefficients bound it (convex hull), and whose coefficients at corners
-are its values there. Where the coefficients leave open whether it is positive, the cell is cut into halves, along one
-edge after the other, until they or a value at a corner decide
-(Johnen, Remacle and Geuzaine 2013, "Geometrical validity of
-curvilinear finite elements").
+are its values there. That of a pyramid is one on the cube that collapses to it, x = a (1 - z), y = b (1 - z): each of
+its functions x^i y^j z^k / (1 - z)^m has m < i + j, so that no gradient has (1 - z) below. Where the coefficients leave
+open whether it is positive, the cell is cut into halves, along one edge after the other, until they or a value at a
+corner decide (Johnen, Remacle and Geuzaine 2013, "Geometrical validity of curvilinear finite elements").
 """
 
 from __future__ import annotations
@@ -53,7 +53,6 @@ def folded_inside(kind: str, coordinates: np.ndarray, least: float) -> np.ndarra
     Parameters
     ----------
     kind : str
-        Any shape but pyramids, whose determinant is no polynomial.
     coordinates : ndarray, shape (cells, nodes, d)
         Relative to the size of each cell.
     least : float
@@ -96,7 +95,20 @@ def _factors(kind: str) -> list[tuple[int, int]]:
         return [(d, d * (p - 1))]
     if element.corner_kind == "wedge":
         return [(2, 3 * p - 2), (1, 3 * p - 1)]
+    if element.corner_kind == "pyramid":
+        return [(1, degree) for degree in _degrees_on_cube(element.exponents)]
     return [(1, d * p - 1)] * d
+
+
+def _degrees_on_cube(exponents: np.ndarray) -> list[int]:
+    """Return the degrees in a, b and z of the determinant of a pyramid: the sums of those of its three gradients."""
+    i, j, k, m = exponents.T
+    in_z = k + i + j - m - 1  # of each gradient
+    found = np.zeros(3, dtype=int)
+    for lowered, is_there in (((1, 0), i > 0), ((0, 1), j > 0), ((0, 0), (k > 0) | (m > 0))):
+        of_gradient = np.stack((i - lowered[0], j - lowered[1], in_z))[:, is_there]
+        found += of_gradient.max(axis=1)
+    return found.tolist()
 
 
 @cache
@@ -105,10 +117,18 @@ def _basis(kind: str) -> _Basis:
     indices = [_exponents(dimension, degree) for dimension, degree in factors]
     lattices = [index / max(degree, 1) for index, (_, degree) in zip(indices, factors, strict=True)]
     if any(degree == 0 for _, degree in factors):
-        lattices = [np.full_like(lattice, 1.0 / lattice.shape[1]) for lattice in lattices]
+        lattices = [
+            lattice if degree else np.full_like(lattice, 1.0 / lattice.shape[1])
+            for lattice, (_, degree) in zip(lattices, factors, strict=True)
+        ]
+    is_pyramid = shape(kind).corner_kind == "pyramid"
+    if is_pyramid:
+        lattices[2] = _below_apex(lattices[2])
     inverses = [np.linalg.inv(_bernstein(index, lattice)) for index, lattice in zip(indices, lattices, strict=True)]
     halves = []
     for number, (index, lattice, inverse) in enumerate(zip(indices, lattices, inverses, strict=True)):
+        if len(index) == 1:  # constant along this factor
+            continue
         for i, j in itertools.combinations(range(lattice.shape[1]), 2):
             pair = []
             for keep, move in ((i, j), (j, i)):
@@ -118,10 +138,18 @@ def _basis(kind: str) -> _Basis:
                 whole = [own if n == number else np.eye(len(x)) for n, x in enumerate(indices)]
                 pair.append(_product(whole))
             halves.append((pair[0], pair[1]))
-    corners = [np.isclose(lattice.max(axis=1), 1.0) for lattice in lattices]
+    corners = [index.max(axis=1) == degree for index, (_, degree) in zip(indices, factors, strict=True)]
     is_corner = np.array([all(at) for at in itertools.product(*corners)])
     places = np.array([np.concatenate([b[1:] for b in at]) for at in itertools.product(*lattices)])
+    if is_pyramid:
+        places[:, :2] = (2.0 * places[:, :2] - 1.0) * (1.0 - places[:, 2:])
     return _Basis(places, _product(inverses), np.flatnonzero(is_corner), tuple(halves))
+
+
+def _below_apex(lattice: np.ndarray) -> np.ndarray:
+    """Return heights that determine a polynomial like those given, without the apex, where gradients have no limit."""
+    height = lattice[:, 1] * len(lattice) / (len(lattice) + 1)
+    return np.column_stack((1.0 - height, height))
 
 
 def _product(matrices: Sequence[np.ndarray]) -> np.ndarray:
