@@ -23,6 +23,7 @@ from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import row_numbers, shape
 from kanefe.storage.watched import long_work
 from kanefe_fem.mesh.checks import MeshWarning, refuse_shape
+from kanefe_fem.mesh.claimed_counts import check_all_read
 from kanefe_fem.mesh.geo_commands import harmless_script, refuse_options
 from kanefe_fem.mesh.gmsh_options import kept_options
 from kanefe_fem.mesh.mesh import WHOLE_BODY, Mesh
@@ -284,6 +285,7 @@ def _extract(gmsh: Any, path: Path) -> Mesh:
     if dimension == 0:
         raise MeshError(f"{source} has no elements. Remedy: mesh the geometry, and save all elements of its groups")
     refuse_piece(gmsh, dimension, path)
+    check_all_read(path, len(nodes), sum(len(ids) for d in range(4) for _, ids in _elements(gmsh, d)))
     ghosts = ghost_count(gmsh, dimension)
     is_version_2 = path.suffix.lower() == ".msh" and msh_version(path).startswith("2")
     file = _Source(source, is_version_2, named_groups(path) if is_version_2 else {})

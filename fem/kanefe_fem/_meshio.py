@@ -6,13 +6,15 @@ import contextlib
 import io
 import re
 import tempfile
+import warnings
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from kanefe.errors import FileError, KanefeError, MissingDependency
+from kanefe.errors import FileError, KanefeError, MissingDependency, outside
+from kanefe_fem.mesh.checks import MeshWarning
 from kanefe_fem.mesh.claimed_counts import check_counts
 from kanefe_fem.mesh.grouped import Group, dimension_of, grouped_mesh
 from kanefe_fem.mesh.mesh import Mesh
@@ -49,6 +51,9 @@ _VTU_VERSION = re.compile(rb"<VTKFile\b[^>]*\bversion\s*=\s*[\"'](2\.\d)[\"']")
 
 MARKERS = "su2:tag"
 """Name of the cell data with the numbers of markers of SU2."""
+
+NAMES_OF_MARKERS = "does not support tags of string type"
+"""Part of what meshio says of SU2, whose names of markers are read apart."""
 
 READS_AT_END = 1000
 """Number of reads at the end of a file above which its reader is in an endless loop."""
@@ -101,18 +106,31 @@ def _mesh_of(raw: Any, path: Path, names: Mapping[int, str]) -> Mesh:
 
 
 def _read(path: Path) -> Any:
-    """Return meshio's mesh; catch the exit of the process and the output by which meshio reports some errors."""
+    """Return meshio's mesh; catch the exit of the process and the output by which meshio reports errors.
+
+    What it leaves out it tells on the terminal only: that is a warning here.
+    """
     meshio = _import_meshio()
     printed = io.StringIO()
     try:
         with _readable(path) as copy, contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
-            return meshio.read(copy)
+            raw = meshio.read(copy)
     except (Exception, SystemExit) as problem:  # meshio's readers raise any exception for damaged files
         reason = str(problem) if str(problem) not in ("", "1") else " ".join(printed.getvalue().split())
+        reason = f"it does not know {problem}" if isinstance(problem, KeyError) else reason
         raise FileError(
             f"meshio cannot read {path.name}: {reason or type(problem).__name__}. Remedy: check that the file is "
             "complete and its suffix right; formats are .vtu, .vtk, .xdmf, .med, ..."
         ) from problem
+    told = [" ".join(line.split()) for line in printed.getvalue().split("Warning:")]
+    said = "; ".join(line.rstrip(".") for line in told if line and NAMES_OF_MARKERS not in line)
+    if said:
+        warnings.warn(
+            f"{path.name}: meshio says: {said}. Remedy: check what is missing in the mesh",
+            MeshWarning,
+            stacklevel=outside(),
+        )
+    return raw
 
 
 def _import_meshio() -> Any:

@@ -11,6 +11,7 @@ import numpy as np
 from kanefe.errors import MeshError, outside
 from kanefe.fe_model.model import Cells
 from kanefe_fem.mesh.checks import MeshWarning
+from kanefe_fem.mesh.claimed_counts import check_all_read
 from kanefe_fem.mesh.mesh import WHOLE_BODY, Mesh
 
 Block = tuple[str, np.ndarray]
@@ -63,9 +64,12 @@ def grouped_mesh(
 
     Raises
     ------
+    FileError
+        If the file states another number of cells.
     MeshError
         If it has no cells.
     """
+    check_all_read(path, len(nodes), sum(len(ids) for _, ids in blocks))
     if not blocks:
         raise MeshError(f"{path.name} has no cells. Remedy: mesh the geometry before saving it")
     dimension = max(dimension_of(kind) for kind, _ in blocks)

@@ -147,6 +147,20 @@ def msh_version(path: Path) -> str:
     return head.group(1).decode() if head else ""
 
 
+def stated_counts(path: Path) -> tuple[int, int]:
+    """Return the numbers of nodes and elements that a complete file states."""
+    content = path.read_bytes()
+    is_parametric = content.find(b"$ParametricNodes") >= 0
+    is_4, order, found = msh_version(path) == "4.1", _byte_order(content[:200]), []
+    for name in (b"$ParametricNodes" if is_parametric else b"$Nodes", b"$Elements"):
+        section = content[content.find(name) :].partition(b"\n")[2]
+        if is_4 and order:
+            found.append(Head(*_Binary(section[:32], order).numbers(0, 4)).size)
+        else:
+            found.append(int(section.split(None, 4)[1 if is_4 else 0]))
+    return found[0], found[1]
+
+
 def has_parts(path: Path) -> bool:
     """Return whether elements of a complete file of format 2 are in parts of a partitioned mesh: their third tag."""
     content = path.read_bytes()
