@@ -21,6 +21,7 @@ from kanefe.errors import AccuracyWarning, ModelError, UnitWarning, outside
 from kanefe.fe_model.factorise import Factorise, splu_factorise
 from kanefe.fe_model.grounded import GroundSprings, ground_springs
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
+from kanefe.imports.alike_masses import check_alike
 from kanefe.imports.mass_properties import ROUND_OFF, check_moments, mass_properties
 
 STATED = 1e-3
@@ -117,7 +118,8 @@ def self_check(
     UnitWarning
         If waves would run slower than 1 m/s or faster than 100 km/s through the elements.
     AccuracyWarning
-        If weak springs to ground hold rotations of nodes, or few entries of M differ between directions.
+        If weak springs to ground hold rotations of nodes, few entries of M differ between directions, or one is missing
+        between two nodes that others in their direction have.
 
     Examples
     --------
@@ -132,6 +134,7 @@ def self_check(
     springs = ground_springs(model)
     residual, count = _check_rigid_motions(model, springs)
     check_moments(model)
+    check_alike(model)
     _check_one_piece(model)
     zeros = _check_zero_modes(model, count, factorise, springs)
     speed = wave_speed(model)
