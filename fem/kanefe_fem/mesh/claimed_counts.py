@@ -20,6 +20,9 @@ from kanefe_fem.mesh.named_files import xml_elements
 LONGEST_HEAD = 1 << 16
 """Largest size of the header of a .ply file, bytes."""
 
+STL_HEAD, STL_TRIANGLE = 84, 50
+"""Sizes of the head and of a triangle of a binary .stl file, bytes."""
+
 MEDIT = rb"Edges|Triangles|Quadrilaterals|Tetrahedra|Prisms|Pyramids|Hexahedra|Hexaedra"
 """Keywords of cells in files of Medit."""
 
@@ -88,6 +91,10 @@ def _limits(path: Path) -> Iterator[tuple[str, int, int]]:
     if suffix == ".ply":
         for name, count in _ply_elements(path):
             yield name, count, path.stat().st_size  # each takes a byte at least
+    elif suffix == ".stl":
+        triangles = _stl_head(path)
+        if triangles is not None:
+            yield "triangles", triangles, (path.stat().st_size - STL_HEAD) // STL_TRIANGLE
     elif suffix == ".xml":
         for tag in ("vertices", "cells"):
             for element in xml_elements(path, tag):
@@ -151,11 +158,17 @@ def _medit(path: Path) -> Counts:
 
 
 def _stl(path: Path) -> Counts:
-    content = path.read_bytes()
-    count = int.from_bytes(content[80:84], "little")
-    if len(content) == 84 + 50 * count:
-        return Counts(None, count)
-    return Counts(None, len(re.findall(rb"^\s*facet\s+normal", content, re.MULTILINE | re.IGNORECASE)))
+    triangles = _stl_head(path)
+    if triangles is None:
+        triangles = len(re.findall(rb"^\s*facet\s+normal", path.read_bytes(), re.MULTILINE | re.IGNORECASE))
+    return Counts(None, triangles)
+
+
+def _stl_head(path: Path) -> int | None:
+    """Return the number of triangles in the head of a binary file; None of a text."""
+    with path.open("rb") as file:
+        head = file.read(STL_HEAD + STL_TRIANGLE)
+    return int.from_bytes(head[80:84], "little") if b"\0" in head and len(head) >= STL_HEAD else None
 
 
 def _off(path: Path) -> Counts:

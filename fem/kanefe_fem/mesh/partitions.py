@@ -10,7 +10,7 @@ from kanefe_fem.mesh.msh_file import has_parts, msh_version
 
 SECTION = b"$PartitionedEntities"
 
-READS_PARTS = (4, 9)
+READS_PARTS = (4, 12)
 """First version of gmsh that reads its own partitioned meshes of format 2.2: 4.8 ends the process on some."""
 
 

@@ -61,6 +61,14 @@ def test_other_counts_are_refused_or_told(name: str, options: dict[str, object],
             check_all_read(path, 5, 4)
 
 
+def test_a_binary_stl_with_fewer_triangles_than_it_states_is_refused(tmp_path: Path) -> None:
+    """As gmsh 4.15 writes it of quadrilaterals of second order; meshio takes it for a text."""
+    path = written(tmp_path, "a.stl", binary=True)
+    path.write_bytes(path.read_bytes()[:-100])
+    with pytest.raises(FileError, match=r"a\.stl claims 4 of triangles, and has 2 at most"):
+        read_mesh(path)
+
+
 def test_formats_without_counts_are_as_they_are_read(tmp_path: Path) -> None:
     check_all_read(written(tmp_path, "a.bdf"), 1, 1)
 
