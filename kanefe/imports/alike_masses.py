@@ -17,7 +17,7 @@ LOST = 2
 """Number of entries between two nodes that differ, as one that was lost, or two that were swapped."""
 
 DENSE = 0.5
-"""Share of all pairs of nodes that a matrix couples, above which it is condensed: zeros in it are no pattern."""
+"""Number of pairs of nodes that a matrix couples, relative to all, above which it is condensed, without a pattern."""
 
 
 def check_alike(model: FiniteElementModel) -> None:

@@ -18,7 +18,7 @@ SMALL, LARGE = 8, 16
 """Numbers of characters of small and of large fields."""
 
 FREE = 0
-"""Width of fields that commas separate."""
+"""Number in place of the width of fields that commas separate."""
 
 LINE = 64
 """Number of characters of the fields of a line."""

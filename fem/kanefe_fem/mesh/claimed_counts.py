@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from kanefe.errors import FileError, outside
 from kanefe_fem.mesh.checks import MeshWarning
-from kanefe_fem.mesh.msh_file import stated_counts
+from kanefe_fem.mesh.msh_file import has_parts, msh_version, stated_counts
 from kanefe_fem.mesh.named_files import xml_elements
 
 LONGEST_HEAD = 1 << 16
@@ -192,7 +192,9 @@ def _tetgen(path: Path) -> Counts:
 
 
 def _msh(path: Path) -> Counts:
-    return Counts(*stated_counts(path))
+    nodes, cells = stated_counts(path)
+    # gmsh makes copies of facets between parts when it reads format 2
+    return Counts(nodes, None if msh_version(path).startswith("2") and has_parts(path) else cells)
 
 
 _STATED: dict[str, Callable[[Path], Counts]] = {
@@ -210,4 +212,4 @@ _STATED: dict[str, Callable[[Path], Counts]] = {
     ".node": _tetgen,
     ".ele": _tetgen,
 }
-"""What reads the counts of a format that states them."""
+"""Functions that read the counts which a format states, by its suffix."""
