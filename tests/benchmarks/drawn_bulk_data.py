@@ -15,6 +15,9 @@ FIRST_CORNER = 900_001
 BY_GRIDS = 0.4
 """Share of systems that grid points place (CORD1)."""
 
+FORMS = ("small", "large", "free")
+"""Forms of fields."""
+
 WIDTHS = {"small": 8, "large": 16}
 
 
@@ -27,8 +30,12 @@ class _Placed(NamedTuple):
 
 
 def bulk_of(seed: int, explicit: bool = False) -> str:
-    """Return a deck; if `explicit`, without GRDSET, whose systems then stand on all points that name none."""
+    """Return a deck; if `explicit`, without GRDSET, whose systems then stand on all points that name none.
+
+    Of four seeds one has cards of all forms of fields, the others have one form each.
+    """
     rng = np.random.default_rng(seed)
+    forms = FORMS if seed % 4 == 0 else FORMS[seed % 4 - 1 : seed % 4]
     placed = {0: _Placed("R", np.zeros(3), np.eye(3))}
     lines: list[list[str]] = []
     usual = [int(x) for x in rng.integers(1, SYSTEMS + 1, 2)]
@@ -39,21 +46,21 @@ def bulk_of(seed: int, explicit: bool = False) -> str:
         corners = origin, origin + rng.uniform(0.5, 2) * A[:, 2], origin + A @ (rng.uniform(0.5, 2), 0, rng.normal())
         if rng.random() < BY_GRIDS:
             labels = [FIRST_CORNER + 3 * number + i for i in range(3)]
-            lines.append(_written(f"CORD1{kind}", [number, *labels], rng))
+            lines.append(_written(f"CORD1{kind}", [number, *labels], rng, forms))
             for label, corner in zip(labels, corners, strict=True):
                 turn = usual[1] if explicit else None
-                lines.append(_written("GRID", [label, parent, *_seen_from(placed[parent], corner), turn], rng))
+                lines.append(_written("GRID", [label, parent, *_seen_from(placed[parent], corner), turn], rng, forms))
         else:
             seen = [x for corner in corners for x in _seen_from(placed[parent], corner)]
-            lines.append(_written(f"CORD2{kind}", [number, parent, *seen], rng))
+            lines.append(_written(f"CORD2{kind}", [number, parent, *seen], rng, forms))
         placed[number] = _Placed(kind, origin, A)
     for label in (rng.permutation(GRIDS) + 1).tolist():
         named = [int(x) if rng.random() < 0.8 else None for x in rng.integers(0, SYSTEMS + 1, 2)]
         within, turned_by = (usual[i] if x is None else x for i, x in enumerate(named))
         seen = _seen_from(placed[within], rng.uniform(-5, 5, 3))
         own = (within, turned_by) if explicit else named
-        lines.append(_written("GRID", [label, own[0], *seen, own[1]], rng))
-    grdset = _written("GRDSET", [None, usual[0], None, None, None, usual[1]], rng)
+        lines.append(_written("GRID", [label, own[0], *seen, own[1]], rng, forms))
+    grdset = _written("GRDSET", [None, usual[0], None, None, None, usual[1]], rng, forms)
     lines.append(["$"] if explicit else grdset)
     order = rng.permutation(len(lines))
     return "\n".join(["CEND", "BEGIN BULK", *(line for i in order for line in lines[i]), "ENDDATA", ""])
@@ -71,9 +78,11 @@ def _seen_from(system: _Placed, point: np.ndarray) -> list[float]:
     return [far, float(np.degrees(np.arccos(z / far))), around]
 
 
-def _written(name: str, fields: list[float | int | None], rng: np.random.Generator) -> list[str]:
+def _written(
+    name: str, fields: list[float | int | None], rng: np.random.Generator, forms: tuple[str, ...]
+) -> list[str]:
     """Return the lines of a card in one of the forms of fields."""
-    form = str(rng.choice(("small", "large", "free")))
+    form = str(rng.choice(forms))
     size = 16 if form == "free" else WIDTHS[form]
     texts = ["" if x is None else str(x) if isinstance(x, int) else _real(x, size, rng) for x in fields]
     most = 4 if form == "large" else 8

@@ -24,10 +24,12 @@ def test_calculix_has_the_same_nodes_sets_and_masses(seed: int) -> None:
     assert difference(seed) == ""
 
 
-def test_what_grdset_says_may_stand_at_each_point(tmp_path: Path) -> None:
+@pytest.mark.parametrize("seed", [0, 3])
+def test_what_grdset_says_may_stand_at_each_point(seed: int, tmp_path: Path) -> None:
+    """In fields of all forms, and in free ones alone."""
     found = []
     for explicit in (False, True):
-        (tmp_path / "a.bdf").write_text(bulk_of(3, explicit))
+        (tmp_path / "a.bdf").write_text(bulk_of(seed, explicit))
         found.append(grid_points(bulk_cards(tmp_path / "a.bdf")))
     for ours, theirs in zip(*found, strict=True):
         np.testing.assert_array_equal(ours, theirs)
