@@ -29,6 +29,10 @@ GROUP_DATA = (
     "MaterialID",
     "CellEntityIds",
     "Label",
+    "tetgen:ref",
+    "netgen:index",
+    "avsucd:material",
+    "ugrid:ref",
 )
 """Names of integer cell data with the numbers of groups, in order of precedence."""
 
@@ -99,7 +103,7 @@ def _mesh_of(raw: Any, path: Path, names: Mapping[int, str]) -> Mesh:
         _groups_from_sets(raw)
         or _groups_from_families(raw)
         or _groups_from_markers(raw, path)
-        or _groups_from_data(raw, names),
+        or _groups_from_data(raw, names, path),
         points | _point_families(raw),
         reader=f"meshio {_import_meshio().__version__}",
     )
@@ -242,17 +246,18 @@ def _groups_from_markers(raw: Any, path: Path) -> list[Group]:
     ]
 
 
-def _groups_from_data(raw: Any, names: Mapping[int, str]) -> list[Group]:
+def _groups_from_data(raw: Any, names: Mapping[int, str], path: Path) -> list[Group]:
     """Return (name, rows of each block) from integer cell data."""
     key = next((name for name in GROUP_DATA if name in raw.cell_data), None)
     if key is None:
+        _warn_of_other_numbers(raw, path)
         return []
     data = [np.asarray(values).reshape(-1).astype(np.int64) for values in raw.cell_data[key]]
     known = {(int(tag), int(d)): name for name, (tag, d) in _field_data(raw)}
     groups: list[Group] = []
     for number in np.unique(np.concatenate(data)):
-        if key == "gmsh:physical" and number == 0:
-            continue  # no group in gmsh
+        if key in ("gmsh:physical", "ugrid:ref") and number == 0:
+            continue  # no group there
         for dimension in sorted({dimension_of(block.type) for block in raw.cells}):
             name = known.get((int(number), dimension)) or names.get(int(number)) or str(number)
             rows = [
@@ -261,6 +266,20 @@ def _groups_from_data(raw: Any, names: Mapping[int, str]) -> list[Group]:
             ]
             groups.append((name, rows))
     return groups
+
+
+def _warn_of_other_numbers(raw: Any, path: Path) -> None:
+    """Warn of cell data that may be the numbers of groups: whole numbers that some cells share and not all."""
+    for name, data in raw.cell_data.items():
+        values = np.concatenate([np.asarray(part) for part in data]) if data else np.zeros(0)
+        is_whole = values.ndim == 1 and np.issubdtype(values.dtype, np.integer)
+        if is_whole and 1 < len(np.unique(values)) < len(values):
+            warnings.warn(
+                f"{path.name} has whole numbers {name!r} of its cells, which are not taken for groups. Remedy: none, "
+                "if they are others; else 'group' as their name",
+                MeshWarning,
+                stacklevel=outside(),
+            )
 
 
 def _field_data(raw: Any) -> list[tuple[str, tuple[int, int]]]:

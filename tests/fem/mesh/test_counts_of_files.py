@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from fem_meshes import box
@@ -94,3 +95,15 @@ def test_an_unknown_shape_is_called_so(tmp_path: Path) -> None:
     (tmp_path / "a.su2").write_text(TETRA.format(4, "").replace("\n10 ", "\n24 "))
     with pytest.raises(FileError, match=r"meshio cannot read a\.su2: it does not know 24"):
         read_mesh(tmp_path / "a.su2")
+
+
+@pytest.mark.parametrize(("name", "is_group"), [("group", True), ("tetgen:ref", True), ("domain", False)])
+def test_whole_numbers_of_cells_are_groups_or_told(name: str, is_group: bool, tmp_path: Path) -> None:
+    cells, numbers = BAR.cells["bar"][0].nodes, np.array((3, 3, 4, 4))
+    path = tmp_path / "a.vtu"
+    meshio.Mesh(BAR.nodes, [("hexahedron", cells)], cell_data={name: [numbers]}).write(path)
+    if is_group:
+        assert list(read_mesh(path).cells) == ["3", "4"]
+        return
+    with pytest.warns(MeshWarning, match=r"a\.vtu has whole numbers 'domain' of its cells, which are not taken for gr"):
+        assert list(read_mesh(path).cells) == ["body"]
