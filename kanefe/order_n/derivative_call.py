@@ -34,7 +34,7 @@ class DerivativeCall:
     def __init__(self, scene: tuple[Any, ...], memory_size: int, size: int, driven: int, inputs: int) -> None:
         self.drives, self.inputs = np.empty((driven, 3)), np.empty(inputs)
         self.vectors, memory = np.empty((2, size), dtype=complex), np.empty(memory_size, dtype=complex)
-        arguments = False, 0.0, 0.0, 0.0, *scene, self.drives, self.inputs, self.vectors, memory
+        arguments = False, False, 0.0, 0.0, 0.0, *scene, self.drives, self.inputs, self.vectors, memory
         self.evaluation = evaluate.bound(*arguments, is_complex=True).prepared()
         self._bound = derivatives.bound(self.evaluation.for_kernels(), self.vectors, LATER, LATER, is_complex=True)
 

@@ -478,7 +478,8 @@ class OrderN(LiteralRoute):
     def kernel_in_space(self) -> RatesKernel:
         """The kernel that evaluates the rates in space."""
         scene = self.tables, self.flexible, self.between, self.loops
-        return self._kernel_of(evaluate.bound(LATER, LATER, LATER, LATER, *scene, *(LATER,) * 4), self.memory_size)
+        evaluation = evaluate.bound(LATER, False, *(LATER,) * 3, *scene, *(LATER,) * 4)
+        return self._kernel_of(evaluation, self.memory_size)
 
     def _kernel_of(self, evaluation: Bound, memory_size: int) -> RatesKernel:
         """Return a kernel of rates."""

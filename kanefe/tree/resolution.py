@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kanefe.bodies.exact.doubt import doubt
 from kanefe.frames import Matrix, Vector
 from kanefe.tree.model_data import ModelData
 
@@ -20,7 +21,7 @@ class Resolution(NamedTuple):
     ----------
     body : str
     doubt : float
-        Displacement by the last two functions of its strains, and error of the quadrature of places, m.
+        Displacement by the last two functions of its strains, and errors of the quadratures of turns and places, m.
     length : float
         Of the beam, m.
     time : float
@@ -39,7 +40,8 @@ class Resolution(NamedTuple):
 
     def __str__(self) -> str:
         share = self.doubt / self.length
-        return f"of {self.body!r}: the last functions move it by {self.doubt:.2g} m at most, {share:.1g} of its length"
+        what = "the last functions, and errors of quadrature, move it"
+        return f"of {self.body!r}: {what} by {self.doubt:.2g} m at most, {share:.1g} of its length"
 
     @property
     def remark(self) -> str:
@@ -56,6 +58,8 @@ def worst_resolution(model: ModelData, times: Vector, coordinates: Matrix) -> Re
         etas, stiffness = coordinates[:, body.flexible.eta], np.diag(body.flexible.body.stiffness)
         if not line.last.any() or not np.all(np.isfinite(etas)):
             continue
-        row = int(np.argmax(np.square(etas[:, line.last]) @ stiffness[line.last]))
-        found.append(Resolution(body.name, line.doubt(etas[row]), float(line.lengths.sum()), float(times[row])))
+        energies = np.square(etas) * stiffness
+        # where the last functions do most, and where the beam turns most
+        for row in {int(np.argmax(energies[:, which].sum(axis=1))) for which in (line.last, slice(None))}:
+            found.append(Resolution(body.name, doubt(line, etas[row]), float(line.lengths.sum()), float(times[row])))
     return max(found, key=lambda one: one.doubt / one.length, default=None)

@@ -15,7 +15,6 @@ accelerations are the derivatives of this map, not approximations of their own, 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -131,21 +130,6 @@ class BeamLine(PickledByFields):
         """Return which station is the end of a cell; -1: the root."""
         return (cell + 1) * (len(self.points) + 1)
 
-    def doubt(self, eta: Vector) -> float:
-        """Return how far the last functions move a section in a state, and the error of the quadrature of places, m.
-
-        The coefficients of smooth strains fall with the degree, so that functions that are left out move sections by
-        less than the last ones that are there. The quadrature has the error of P Gauss points for ``exp(i theta x)``,
-        theta the turn of a cell: ``theta^2P (P!)^4 / ((2 P + 1) (2 P)!^3)``.
-        """
-        found, P = self.motion(eta, np.zeros_like(eta)), len(self.points)
-        moved = np.linalg.norm(found.V[:, :, self.last] @ eta[self.last], axis=1).max()
-        turns = np.linalg.norm(self.turn_rest + self._columns[0] @ eta, axis=-1)[:, :, 0].sum(axis=1)
-        scale = 4.0 * math.lgamma(P + 1) - 3.0 * math.lgamma(2 * P + 1) - np.log(2 * P + 1)
-        with np.errstate(divide="ignore"):
-            errors = np.exp(np.minimum(2 * P * np.log(turns) + scale, 0.0))
-        return float(moved + self.lengths @ errors)
-
     @cached_property
     def _columns(self) -> tuple[np.ndarray, np.ndarray]:
         """Twist and curvature in all steps (C, P + 1, 3, 3, k); stretch and shear at Gauss points (C, P, 3, k)."""
@@ -158,42 +142,64 @@ class BeamLine(PickledByFields):
                 about[:, :, :, strain - 3, j] = self.turn_values[:, :, :, j]
         return about, along
 
+    @property
+    def marks(self) -> np.ndarray:
+        """Ends of the steps from station to station of a cell, over its length, (P + 2,)."""
+        return np.concatenate(([0.0], self.points, [1.0]))
+
+    def turn_vectors(self, eta: Matrix) -> np.ndarray:
+        """Return the vectors of the Magnus expansions of all steps at many states eta (T, k), (T, C, P + 1, 3, 3)."""
+        return np.asarray(self.turn_rest + np.tensordot(eta, self._columns[0], axes=(1, -1)))
+
+    def turns_within(self, eta: Matrix, step: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
+        """Return the turns of parts of steps of every cell, (T, C, s, 3, 3), at many states eta (T, k).
+
+        The curvature at rest within a step is the quadratic function that its Magnus expansion has.
+
+        Parameters
+        ----------
+        step : ndarray of int, shape (s,)
+            Of a cell.
+        low, high : ndarray, shape (s,)
+            Ends of the part, over the length of the cell.
+        """
+        part, marks = high - low, self.marks
+        length = np.diff(marks)[step]
+        share = (part / length)[:, None]
+        a1, a2, a3 = np.moveaxis(self.turn_rest[:, step], -2, 0)
+        u = ((0.5 * (low + high) - marks[step]) / length - 0.5)[:, None]  # middle of the part, from that of the step
+        rest = np.array((share * (a1 + u * a2 + u**2 * a3), share**2 * (a2 + 2.0 * u * a3), share**3 * a3))
+        within = self.through((low + THREE_POINTS[0][:, None] * part).ravel()) @ self.strains(eta)[..., 3:]
+        bent = np.moveaxis(within.reshape(len(eta), len(self.lengths), 3, len(part), 3), 2, 0)
+        a = rest[:, None] + magnus_vectors(1.0, *THREE_POINTS, bent) * (self.lengths[:, None] * part)[..., None]
+        return turns_of_vectors(magnus(np.moveaxis(a, 0, -2))[0])
+
     def places(self, eta: Matrix) -> tuple[np.ndarray, np.ndarray]:
         """Return axes (T, n, 3, 3) and places (T, n, 3), m, of all stations in G at many states eta (T, k)."""
-        about, along = self._columns
+        return self.placed(eta, turns_of_vectors(magnus(self.turn_vectors(eta))[0]))
+
+    def placed(self, eta: Matrix, turns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the same from the turns of all steps, (T, C, P + 1, 3, 3)."""
         (C, P, _), T = self.values.shape, len(eta)
-        turns = turns_of_vectors(magnus(self.turn_rest + np.tensordot(eta, about, axes=(1, -1)))[0])
         A, p = np.empty((T, self.node_count, 3, 3)), np.empty((T, self.node_count, 3))
         A[:, 0], p[:, 0] = self.axes, 0.0
         for n, turn in enumerate(np.moveaxis(turns.reshape(T, C * (P + 1), 3, 3), 1, 0)):
             A[:, n + 1] = A[:, n] @ turn
-        t = np.squeeze(A[:, self.gauss_nodes] @ (ALONG + np.tensordot(eta, along, axes=(1, -1)))[..., None], -1)
+        t = np.squeeze(A[:, self.gauss_nodes] @ (ALONG + self.strains(eta)[..., :3])[..., None], -1)
         for c, h in enumerate(self.lengths):
             start = c * (P + 1)
             p[:, start + 1 : start + P + 2] = p[:, start, None] + h * (self.integration @ t[:, c])
         return A, p
 
     def within(self, eta: Matrix, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return axes (T, C, s, 3, 3) and places (T, C, s, 3), m, in G at x (s,) of every cell over its length.
-
-        The curvature at rest within a step is the quadratic function that its Magnus expansion has.
-        """
-        marks = np.concatenate(([0.0], self.points, [1.0]))
+        """Return axes (T, C, s, 3, 3) and places (T, C, s, 3), m, in G at x (s,) of every cell over its length."""
+        marks = self.marks
         step = np.clip(np.searchsorted(marks, x, side="right") - 1, 0, len(self.points))
-        share = ((x - marks[step]) / np.diff(marks)[step])[:, None]
-        a1, a2, a3 = np.moveaxis(self.turn_rest[:, step], -2, 0)
-        u = 0.5 * (share - 1.0)  # middle of the part, from that of the step
-        rest = np.array((share * (a1 + u * a2 + u**2 * a3), share**2 * (a2 + 2.0 * u * a3), share**3 * a3))
-        part = x - marks[step]
-        within = self.through((marks[step] + THREE_POINTS[0][:, None] * part).ravel()) @ self.strains(eta)[..., 3:]
-        bent = np.moveaxis(within.reshape(len(eta), len(self.lengths), 3, len(x), 3), 2, 0)
-        a = rest[:, None] + magnus_vectors(1.0, *THREE_POINTS, bent) * (self.lengths[:, None] * part)[..., None]
         A, p = self.places(eta)
         first = (len(self.points) + 1) * np.arange(len(self.lengths))
         along = np.squeeze(A[:, self.gauss_nodes] @ (ALONG + self.strains(eta)[..., :3])[..., None], -1)
         moved = self.lengths[:, None, None] * (integrals_to(x, self.points, self.weights) @ along)
-        turns = turns_of_vectors(magnus(np.moveaxis(a, 0, -2))[0])
-        return A[:, first[:, None] + step] @ turns, p[:, first, None] + moved
+        return A[:, first[:, None] + step] @ self.turns_within(eta, step, marks[step], x), p[:, first, None] + moved
 
     @cached_property
     def at_rest(self) -> tuple[np.ndarray, np.ndarray]:

@@ -11,7 +11,7 @@ from kanefe.kernels.compiler.arrays import Prepared, RealRows, ValueRows
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.compiler.signatures import COMPLEX
-from kanefe.kernels.evaluation.evaluation import DONE_AS
+from kanefe.kernels.evaluation.evaluation import DONE_AS, KEEPS
 from kanefe.kernels.steppers.step_commands import AT, SLOPE
 
 COMPLEX_STEP = 1e-30
@@ -29,6 +29,7 @@ def derivatives(evaluation: Prepared, vectors: ValueRows, directions: RealRows, 
         direction = directions[row]
         for i in range(len(at)):
             at[i] = complex(at[i].real, COMPLEX_STEP * direction[i])
+        evaluation.places[KEEPS] = row > 0  # a direction changes a few bodies
         call_address(evaluation.address, (evaluation.places, evaluation.numbers))
         if evaluation.numbers[DONE_AS] < 0.0:
             return False

@@ -62,7 +62,7 @@ from kanefe.kernels.sweeps.elastic import span, total
 from kanefe.kernels.sweeps.implicit import stiffen_joints, stiffen_modes
 from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.inward import sweep_inward
-from kanefe.kernels.sweeps.outward import sweep_outward
+from kanefe.kernels.sweeps.outward import sweep_outward_again
 from kanefe.kernels.sweeps.unit_mass import scale_beams
 
 
@@ -162,13 +162,14 @@ def parts_of(tables: Tables | PlanarTables, vectors: np.ndarray) -> Parts:
 
 
 # Of a prepared call of `evaluate` and `evaluate_planar`: its place, and its numbers with what is returned
-IS_IMPLICIT = 0
+IS_IMPLICIT, KEEPS = 0, 1  # the second of `evaluate` alone
 AT_TIME, SHARE_OF_DAMPING, SHARE_OF_STIFFNESS, DONE_AS, LEAST_PIVOT = range(5)
 
 
 @entry(REAL, COMPLEX)
 def evaluate(
     is_implicit: bool,
+    keeps: bool,
     t: float,
     share_damping: float,
     share_stiffness: float,
@@ -187,6 +188,9 @@ def evaluate(
     ----------
     is_implicit : bool
         Whether the evaluation is linearly implicit.
+    keeps : bool
+        Whether the memory is of the last evaluation of the scene, so that what is as before need not be computed again;
+        not in a linearly implicit evaluation.
     t : float
         Time, s.
     share_damping, share_stiffness : float
@@ -215,7 +219,7 @@ def evaluate(
     workspace, shares = workspace_in(memory, tables, flexible, between, loops), (share_damping, share_stiffness)
     parts = parts_of(tables, vectors)
     is_regular, pivot = put_rates(
-        tables, flexible, between, loops, drives, t, inputs, vectors, parts, is_implicit, shares, workspace
+        tables, flexible, between, loops, drives, t, inputs, vectors, parts, is_implicit, keeps, shares, workspace
     )
     weakest = min(1.0, pivot)
     if not is_regular:
@@ -235,6 +239,7 @@ def put_rates(
     vectors: np.ndarray,
     parts: Parts,
     is_implicit: bool,
+    keeps: bool,
     shares: tuple[float, float],
     workspace: Workspace,
 ) -> tuple[bool, Any]:
@@ -243,7 +248,7 @@ def put_rates(
     q, u, z, du, dz, powers = parts
 
     rates_of_coordinates(tables, flexible, q, u, vectors[SLOPE])
-    sweep_outward(tables, flexible, drives, q, u, work, modal)
+    sweep_outward_again(tables, flexible, drives, q, u, keeps and not is_implicit, work, modal)
     set_inertia(tables, flexible, work, modal)
 
     applied[:] = 0.0

@@ -64,7 +64,9 @@ def set_exact(flexible: FlexibleTables, f: int, i: int, work: np.ndarray, modal:
     a, alpha = rotated_back(G, vector(work, i, Z)), rotated_back(G, vector(work, i, Y))
     zero = 0.0 * G[0]
     coupling[:, :] = zero
-    at.mass[:, :] = zero
+    is_kept = at.kept[0] != 0.0  # with the factors of the mass
+    if not is_kept:
+        at.mass[:, :] = zero
     _resist(flexible, body, beam, eta, deta, p)
     mass = 0.0
     first, force, moment = (zero, zero, zero), (zero, zero, zero), (zero, zero, zero)
@@ -103,10 +105,12 @@ def set_exact(flexible: FlexibleTables, f: int, i: int, work: np.ndarray, modal:
         rows = at.motions[6 * node : 6 * node + 6]
         if body[EXACT_IN_PLANE]:
             _couple_in_plane(rows, m, arm, r, inertia, pull, plus(cross(arm, pull), twist), p, coupling, at.rows)
-            _add_mass_in_plane(rows, at.rows, at.mass)
+            if not is_kept:
+                _add_mass_in_plane(rows, at.rows, at.mass)
         else:
             _couple(rows, m, arm, r, inertia, pull, plus(cross(arm, pull), twist), p, coupling, at.rows)
-            _add_mass(rows, at.rows, at.mass)
+            if not is_kept:
+                _add_mass(rows, at.rows, at.mass)
     put_inertia(
         work, i, mass, rotated(G, first), congruent(G, (xx, xy, xz, yy, yz, zz)), rotated(G, force), rotated(G, moment)
     )

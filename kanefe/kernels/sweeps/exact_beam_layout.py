@@ -68,6 +68,8 @@ class BeamWork(NamedTuple):
         Workspace.
     mass : ndarray, shape (k, k)
         M in its lower half, or L.
+    kept : ndarray, shape (1,)
+        Whether motions and mass are those of the last evaluation: not zero.
     """
 
     sections: np.ndarray
@@ -76,6 +78,7 @@ class BeamWork(NamedTuple):
     slope_motions: np.ndarray
     rows: np.ndarray
     mass: np.ndarray
+    kept: np.ndarray
 
 
 @inlined
@@ -104,7 +107,7 @@ def beam_in(flexible: FlexibleTables, body: np.ndarray) -> Beam:
 def beam_work_size(k: int, cells: int, points: int) -> int:
     """Return how many numbers the work of a beam takes."""
     n = 1 + cells * (points + 1)
-    return n * (SECTION + 6 * k) + points * (9 + 3 * k) + 6 * k + k * k
+    return n * (SECTION + 6 * k) + points * (9 + 3 * k) + 6 * k + k * k + 1
 
 
 @inlined
@@ -117,13 +120,15 @@ def beam_work_in(body: np.ndarray, modal: np.ndarray) -> BeamWork:
     slope_motions = slopes + 9 * P
     rows = slope_motions + 3 * P * k
     mass = rows + 6 * k
+    kept = mass + k * k
     return BeamWork(
         modal[body[EXACT_WORK] : motions].reshape(n, SECTION),
         modal[motions:slopes].reshape(6 * n, k),
         modal[slopes:slope_motions].reshape(9, P),
         modal[slope_motions:rows].reshape(3 * P, k),
         modal[rows:mass].reshape(6, k),
-        modal[mass : mass + k * k].reshape(k, k),
+        modal[mass:kept].reshape(k, k),
+        modal[kept : kept + 1],
     )
 
 

@@ -23,6 +23,9 @@ from kanefe.kernels.algebra.vectors import (
 )
 from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
 from kanefe.kernels.layout import (
+    COUNT,
+    DETA,
+    ETA,
     EXACT_CELLS,
     EXACT_IN_PLANE,
     EXACT_POINTS,
@@ -52,14 +55,32 @@ from kanefe.kernels.sweeps.turning_steps import turn_of_step
 
 
 @kernel
-def move_sections(flexible: FlexibleTables, f: int, modal: np.ndarray) -> None:
-    """Write how all sections of a beam move, seen from G (Eq. 22, 24-26 for sections that turn far)."""
+def is_as_before(flexible: FlexibleTables, f: int, q: np.ndarray, u: np.ndarray, modal: np.ndarray) -> bool:
+    """Return whether the coordinates of a beam and their rates are those in the modal work."""
+    body = flexible.bodies[f]
+    eta, deta = modal[span(body, WORK_ETA)], modal[span(body, WORK_DETA)]
+    is_same = True
+    for j in range(body[COUNT]):
+        is_same = is_same and q[body[ETA] + j] == eta[j] and u[body[DETA] + j] == deta[j]
+    return is_same
+
+
+@kernel
+def move_sections(flexible: FlexibleTables, f: int, is_kept: bool, modal: np.ndarray) -> None:
+    """Write how all sections of a beam move, seen from G (Eq. 22, 24-26 for sections that turn far).
+
+    With `is_kept` that is there, as is the mass, from the last evaluation.
+    """
     body = flexible.bodies[f]
     C, P, in_plane = body[EXACT_CELLS], body[EXACT_POINTS], body[EXACT_IN_PLANE] > 0
     moving = 2 if in_plane else 3
     beam, at = beam_in(flexible, body), beam_work_in(body, modal)
     eta, deta = modal[span(body, WORK_ETA)], modal[span(body, WORK_DETA)]
     zero = 0.0 * eta[0]
+    at.kept[0] = zero
+    if is_kept:
+        at.kept[0] = zero + 1.0
+        return
     at.sections[0, :] = zero
     for i in range(9):
         at.sections[0, AXES_AT + i] = zero + beam.head[ROOT + i]

@@ -68,7 +68,7 @@ from kanefe.kernels.layout import (
     Z,
 )
 from kanefe.kernels.sweeps.elastic import modal_state, project, span, transposed_product
-from kanefe.kernels.sweeps.exact_beams import move_sections, section_motion
+from kanefe.kernels.sweeps.exact_beams import is_as_before, move_sections, section_motion
 from kanefe.kernels.sweeps.link_motion import given_motion, motion_along
 from kanefe.kernels.sweeps.slopes import slope_motion
 
@@ -112,6 +112,24 @@ def sweep_outward(
     modal: np.ndarray,
 ) -> None:
     """Write pose, velocity and remainder accelerations of all links, and the state of the modes."""
+    sweep_outward_again(tables, flexible, drives, q, u, False, work, modal)
+
+
+@kernel
+def sweep_outward_again(
+    tables: Tables,
+    flexible: FlexibleTables,
+    drives: np.ndarray,
+    q: np.ndarray,
+    u: np.ndarray,
+    keeps: bool,
+    work: np.ndarray,
+    modal: np.ndarray,
+) -> None:
+    """Do what `sweep_outward` does; with `keeps`, `modal` is of the last evaluation of a scene.
+
+    Beams whose coordinates have not changed then keep the motion of their sections, and their mass.
+    """
     work[0, 0] = 0.0
     zero = work[0, 0]  # of the type of the state, real or complex
     identity = (zero + 1.0, zero, zero, zero, zero + 1.0, zero, zero, zero, zero + 1.0)
@@ -172,9 +190,11 @@ def sweep_outward(
         put(work, i, Z, remainder)
         put(work, i, Y, turn)
         if rows[i, FLEXIBLE] >= 0:
+            is_exact = flexible.bodies[rows[i, FLEXIBLE], EXACT] >= 0
+            is_kept = keeps and is_exact and is_as_before(flexible, rows[i, FLEXIBLE], q, u, modal)
             modal_state(flexible, rows[i, FLEXIBLE], q, u, modal)
-            if flexible.bodies[rows[i, FLEXIBLE], EXACT] >= 0:
-                move_sections(flexible, rows[i, FLEXIBLE], modal)
+            if is_exact:
+                move_sections(flexible, rows[i, FLEXIBLE], is_kept, modal)
 
 
 @inlined

@@ -23,10 +23,11 @@ def scale_beams(flexible: FlexibleTables, modal: np.ndarray) -> None:
             continue
         at, k = beam_work_in(body, modal), body[COUNT]
         L = at.mass
-        for i in range(k):
-            for j in range(i):
-                L[i, j] = (L[i, j] - total(L[i, :j], L[j, :j])) / L[j, j]
-            L[i, i] = np.sqrt(L[i, i] - total(L[i, :i], L[i, :i]))
+        if at.kept[0] == 0.0:
+            for i in range(k):
+                for j in range(i):
+                    L[i, j] = (L[i, j] - total(L[i, :j], L[j, :j])) / L[j, j]
+                L[i, i] = np.sqrt(L[i, i] - total(L[i, :i], L[i, :i]))
         _divide(L, modal[span(body, WORK_FORCE)])
         coupling = modal[coupling_span(body)].reshape(6, k)
         for a in range(6):

@@ -134,6 +134,11 @@ class BalanceSearch:
             raise SimulationError(self._advice(imbalance, *state))
         return settled
 
+    def polished(self) -> tuple[Vector, Vector]:
+        """Return the balance next to where the search begins, stable or not; that of `run` if it is not so near."""
+        state, imbalance = self._iterate(self._closed(self.q, self.u), settles=False)
+        return state if imbalance.ratio <= self._accepted else self.run()
+
     def unbowed(self) -> tuple[Vector, Vector] | None:
         """Return q and u in balance except for the unbalance of a rotor near a critical speed, whose bow is unbounded.
 

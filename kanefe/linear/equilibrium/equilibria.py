@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 MOST_ROUNDS, SAME_LOADS = 30, 1e-10
 """Largest number of searches, each under the joint loads of the previous one, and the relative change of these loads at
 which they end."""
+
+Settle: TypeAlias = Callable[[BalanceSearch], tuple[Vector, Vector]]
+"""Function that returns q and u in balance by a search."""
 
 LOST = 1e-6
 """Imbalance at a later time above which the equilibrium is lost; rotating coordinates have more round-off."""
@@ -92,7 +95,8 @@ def equilibrium(
     -----
     AccuracyWarning
         If the modes of a body miss much of its deformation by gravity, spin or tractions, if it is bent beyond the
-        limit of its kinematics, or if the last functions of an exact beam move it by more than 1 % of its length.
+        limit of its kinematics, or if the last functions of an exact beam and its quadratures move it by more than
+        1 % of its length.
     OtherRestWarning
         If contacts that touched at the start have lifted, or the rest is close to tipping off the least loaded ones.
 
@@ -153,7 +157,7 @@ def balanced(
     may_part = any(load.may_part for load in model.loads) and _has_initial_load_states(model)
     settle = BalanceSearch.run if may_part or model.rigid_contacts else _beside_or_settled
 
-    def search_from(model: Model, q: Vector) -> Found:
+    def search_from(model: Model, q: Vector, settle: Settle = settle) -> Found:
         return _under_its_loads(model, time, q, u, found, held, slack, settle)
 
     if model.rigid_contacts:
@@ -223,8 +227,8 @@ def _on_contacts(
     return found_or_fallen(lambda q: search(resting(q), q), led, lambda: model, t, q, u)
 
 
-def _found_or_raised(model: Model, t: float, q: Vector, u: Vector, search: Callable[[Model, Vector], Found]) -> Found:
-    """Return a balance from coordinates, or else from those to which the loads lead that are raised from zero."""
+def _found_or_raised(model: Model, t: float, q: Vector, u: Vector, search: Callable[..., Found]) -> Found:
+    """Return a balance from coordinates, or else the one to which the loads lead that are raised from zero."""
     try:
         return search(model, q)
     except SimulationError:
@@ -236,7 +240,7 @@ def _found_or_raised(model: Model, t: float, q: Vector, u: Vector, search: Calla
         led = raised_to(model, t, q)
         if led is None:
             raise
-        return search(model, led)
+        return search(model, led, BalanceSearch.polished)
 
 
 def _under_its_loads(
@@ -247,7 +251,7 @@ def _under_its_loads(
     found: np.ndarray,
     held: tuple[str, ...],
     slack: float,
-    settle: Callable[[BalanceSearch], tuple[Vector, Vector]],
+    settle: Settle,
 ) -> tuple[Model, BalanceSearch, tuple[Vector, Vector]]:
     """Return an equilibrium with consistent joint loads for friction, and the search that found it."""
     for _ in range(MOST_ROUNDS):

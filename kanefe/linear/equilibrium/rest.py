@@ -83,7 +83,11 @@ class Equilibrium(Instant):
 
     @property
     def resolution(self) -> Resolution | None:
-        """How far the last functions of a beam that bends far move it: of the beam where this is most of its length."""
+        """How far last functions and quadratures move a beam that bends far: that with the most over its length.
+
+        By itself: what forces that change with the shape add to it is not estimated, which may be several times as much
+        in a soft scene.
+        """
         return worst_resolution(self.model, np.array([self.time]), self.q[None])
 
     @cached_property

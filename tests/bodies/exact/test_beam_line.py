@@ -9,6 +9,8 @@ from scipy.integrate import solve_ivp
 import kanefe as kf
 import kanefe_fem as fem
 from exact_lines import random_beam
+from kanefe.bodies.exact.beam_line import BeamLine
+from kanefe.bodies.exact.doubt import doubt
 from kanefe.frames import skew
 
 STEP = 1e-5
@@ -99,6 +101,23 @@ def test_a_line_in_space_solves_its_equations() -> None:
         errors.append(np.abs(np.concatenate((found.p[-1], found.A[-1].ravel())) - end).max())
     assert errors[0] < 1e-6
     assert errors[1] < errors[0] / 32.0
+
+
+@pytest.mark.parametrize("turns", [2.0, 4.0])
+def test_the_error_of_turns_is_told(turns: float) -> None:
+    """A curve in space of several turns, by long steps: its last functions are zero, and places have 12 points."""
+    q = np.zeros(24)
+    q[:2], q[8:10], q[16:18] = (2.0, 1.5), (0.7 * turns, 2.0), (turns * np.pi, -3.0)
+
+    def of(pieces: int) -> BeamLine:
+        places = {f"at {i}": 2.0 * i / pieces for i in range(1, pieces)} | {"tip": 2.0}
+        return fem.exact_beam(2.0, ROUND, basis=8, interfaces=places).line
+
+    one, many = of(1), of(8)
+    error = float(np.linalg.norm(one.motion(q, 0.0 * q).p[-1] - many.motion(q, 0.0 * q).p[-1]))
+    assert error > 1e-6
+    # that of half the steps is 2^-6 of it, so that their difference is nearly all; elsewhere it may be larger
+    assert 0.9 * error < doubt(one, q) < 10.0 * error
 
 
 def test_mass_and_inertia_of_a_rod() -> None:

@@ -18,6 +18,7 @@ from kanefe.bodies.exact.beam import ExactBeam
 from kanefe.equations.model import Model
 from kanefe.kane.route import LiteralRoute
 from kanefe.kane.tangents import constant_tangents
+from kanefe.tree.model_data import QUADRATURES
 
 T = 0.37
 SAME = 1e-10
@@ -153,6 +154,30 @@ def test_routes_agree_with_a_loop_through_the_beam(theory: str) -> None:
     # in a run the beam bends and stays closed
     state = scene.simulate((0.0, 0.2), rtol=1e-8, progress=False).at(0.2)
     assert_same(scene.freeze(0.2, start=state), seed=None)
+
+
+def test_derivatives_of_a_chain_do_not_depend_on_their_order() -> None:
+    """A beam that a direction does not change keeps its sections: nothing is kept of one that changes."""
+    scene = kf.System(gravity=(0.3, 1.0, -9.81))
+    rng, carrier = np.random.default_rng(4), scene.ground
+    for number, planar in enumerate((False, True, False)):
+        beam = random_beam(number, "shear-deformable", "mixed")
+        if planar:
+            section = fem.Section.from_stiffness(EA=300.0, EI_z=4.0, rho_A=1.0, rho_I=(1e-2, 2e-2))
+            beam = fem.exact_beam(1.0, section, planar=True, basis=2)
+        eta, rates = rng.normal(size=(2, beam.free_count))
+        member = scene.add_flexible_body(
+            f"beam {number}", beam, parent=carrier, joint=kf.Revolute("y"), modal_coordinates=eta, modal_speeds=rates
+        )
+        carrier = member.interface("tip")
+    model = scene.freeze()
+    assert_derivatives(model, model.initial_state)
+    y = np.concatenate((model.initial_state, np.zeros(QUADRATURES)))
+    directions = np.eye(len(y))
+    alone = np.vstack([model.route.partial_derivatives(T, y, row[None]) for row in directions])
+    for order in (np.arange(len(y)), rng.permutation(len(y))):
+        found = model.route.partial_derivatives(T, y, directions[order])
+        np.testing.assert_array_equal(found, alone[order])
 
 
 def assert_same(model: Model, seed: int | None) -> None:

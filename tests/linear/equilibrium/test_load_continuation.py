@@ -8,6 +8,7 @@ import pytest
 import kanefe as kf
 from kanefe.errors import SimulationError
 from kanefe.linear.equilibrium import load_continuation
+from kanefe.linear.equilibrium.balance import BalanceSearch
 from kanefe.linear.paths import loaded_scene
 from kanefe_fem import Section, exact_beam
 
@@ -46,6 +47,18 @@ def test_the_path_leads_to_the_rest_that_newton_finds() -> None:
     led = load_continuation.raised_to(model, 0.0, model.initial_coordinates)
     assert abs(found.q[0]) > 0.5
     assert led == pytest.approx(found.q, abs=1e-9)
+
+
+def test_the_rest_at_the_end_of_a_path_is_kept_if_it_is_unstable() -> None:
+    """A search for a stable one would lead a rod that nearly stands on its hinge to where it hangs."""
+    scene = kf.System(gravity=(0, 0, -9.81))
+    scene.add_rigid_body("rod", 1.0, 0.1, com=(0, 0, 0.25), joint=kf.Revolute("y"))
+    model = scene.freeze()
+    near = np.array([1e-3])
+    search = BalanceSearch(model, 0.0, near, np.zeros(1), np.zeros(0, dtype=int), ())
+    assert search.polished()[0] == pytest.approx(0.0, abs=1e-9)
+    assert search.iterations < 5
+    assert abs(np.cos(search.run()[0]) + 1.0) < 1e-9
 
 
 def test_a_path_that_ends_leads_nowhere(monkeypatch: pytest.MonkeyPatch) -> None:
