@@ -13,6 +13,7 @@ from typing import Literal
 import numpy as np
 
 from kanefe.linear.paths.arc_length import Stop, stepped
+from kanefe.linear.paths.dips import parted
 from kanefe.linear.paths.loaded_scene import Balance, LoadedScene, Tangent
 from kanefe.linear.paths.spectrum import MotionSpectrum
 from kanefe.linear.paths.zeros import interpolated_zero, smooth_zero, zero
@@ -36,39 +37,63 @@ at."""
 
 @dataclass(frozen=True, eq=False)
 class Crossing:
-    """A critical point on a path: its kind, the stop there, and the number of stiffnesses that vanish."""
+    """A critical point on a path: its kind, the stop there, and the number of stiffnesses that vanish.
+
+    `before` is the number of growing motions before it: at the point itself the sign of a zero is chance.
+    """
 
     kind: Kind
     stop: Stop
     count: int = 1
+    before: int = 0
 
 
 def crossings(scene: LoadedScene, a: Stop, b: Stop) -> list[Crossing] | None:
     """Return the critical points on the step from a to b, in order; None if the step is too long to tell them apart."""
     begin = replace(a, origin=a, step=0.0)
     if not (a.balance.is_symmetric and b.balance.is_symmetric):
-        return _without_potential(scene, begin, b)
-    turns = _turns(a, b)
-    numbers = range(min(a.negative, b.negative), max(a.negative, b.negative))
+        return _counted(scene, begin, _without_potential(scene, begin, b))
+    found: list[Crossing] = []
+    for low, high in pairwise(parted(scene, begin, b)):
+        part = _with_potential(scene, low, high, b.step)
+        if part is None:
+            return None
+        found += [replace(one, stop=_on_the_way(scene, a, b, one.stop)) for one in part]
+    return _counted(scene, begin, found)
+
+
+def _counted(scene: LoadedScene, begin: Stop, found: list[Crossing]) -> list[Crossing]:
+    """Return critical points with the numbers of growing motions before them."""
+    ends = [begin, *(crossing.stop for crossing in found)]
+    counts = [begin.unstable] if found else []
+    for low, high in pairwise(ends[1:]):
+        counts.append(stepped(scene, begin, 0.5 * (low.step + high.step)).unstable)
+    return [replace(crossing, before=before) for crossing, before in zip(found, counts, strict=True)]
+
+
+def _with_potential(scene: LoadedScene, low: Stop, high: Stop, step: float) -> list[Crossing] | None:
+    """Return the critical points between two stops of a step of which each stiffness passes zero once."""
+    turns = _turns(low, high)
+    numbers = range(min(low.negative, high.negative), max(low.negative, high.negative))
     if turns and not numbers:
-        crest = smooth_zero(scene, begin, b, _factor_turns, b.step)
-        least = (_least(crest.balance), min(_least(a.balance), _least(b.balance)))
+        crest = smooth_zero(scene, low, high, _factor_turns, step)
+        least = (_least(crest.balance), min(_least(low.balance), _least(high.balance)))
         # another path that crosses where this one turns: the stiffness touches zero
         return [Crossing("branch", crest)] if least[0] <= TOUCHES * least[1] else None
-    zeros = [_vanishes(scene, begin, b, number, turns=turns) for number in numbers]
+    zeros = [_vanishes(scene, low, high, number, step, turns=turns) for number in numbers]
     zeros.sort(key=lambda stop: stop.step)
     limit = None
     if turns:
-        at = zero(scene, begin, b, _factor_turns, b.step).step if len(zeros) > 1 else zeros[0].step
+        at = zero(scene, low, high, _factor_turns, step).step if len(zeros) > 1 else zeros[0].step
         limit = min(zeros, key=lambda stop: abs(stop.step - at))
     found: list[Crossing] = []
     for stop in zeros:
         kind: Kind = "limit" if stop is limit else "branch"
         last = found[-1] if found else None
-        if last and last.kind == kind and stop.step - last.stop.step <= TOGETHER * b.step:
+        if last and last.kind == kind and stop.step - last.stop.step <= TOGETHER * step:
             found[-1] = replace(last, count=last.count + 1)
         else:
-            found.append(Crossing(kind, _on_the_way(scene, a, b, stop)))
+            found.append(Crossing(kind, stop))
     return found
 
 
@@ -82,10 +107,10 @@ def _factor_turns(stop: Stop) -> float:
     return stop.ahead.factor
 
 
-def _vanishes(scene: LoadedScene, begin: Stop, b: Stop, number: int, *, turns: bool) -> Stop:
-    """Return the stop on a step at which a stiffness vanishes, by its number from the smallest."""
+def _vanishes(scene: LoadedScene, low: Stop, high: Stop, number: int, step: float, *, turns: bool) -> Stop:
+    """Return the stop between two others at which a stiffness vanishes, by its number from the smallest."""
     search = zero if turns else smooth_zero
-    return search(scene, begin, b, lambda stop: float(stop.balance.stiffnesses[number]), b.step)
+    return search(scene, low, high, lambda stop: float(stop.balance.stiffnesses[number]), step)
 
 
 def _without_potential(scene: LoadedScene, begin: Stop, b: Stop) -> list[Crossing]:

@@ -93,10 +93,9 @@ class EquilibriumPath:
         self.ended, self.is_whole, self._found = found.ended, found.is_whole, found.found
         self._traced = found
         self.factors: Vector = np.array([stop.factor for stop in found.stops])
-        # at a critical point the sign of a zero is chance: what holds before it is stated
         self.unstable = np.array([stop.balance.unstable for stop in found.stops])
-        for number, _ in found.found:
-            self.unstable[number] = self.unstable[number - 1]
+        for number, crossing in found.found:
+            self.unstable[number] = crossing.before
 
     def __len__(self) -> int:
         return len(self._stops)

@@ -253,6 +253,51 @@ def test_all_that_happens_on_one_long_step_without_potential_is_told(bars_of, ro
     assert path.unstable[-1] == 2 * len(bars_of) + len(rod_of)
 
 
+def slider_on_rod(stiffness: float) -> kf.System:
+    """Return a rod on a hinge with a spring, which a load on a slider makes unstable where this is at half its height.
+
+    Under p times the load the slider, on a spring of 4 along the rod, is at 1 - p/4: the stiffness about the hinge is
+    that of its spring less ``p (1 - p / 4)``.
+    """
+    scene = kf.System()
+    hinge = kf.Revolute("y", forces=kf.CoordinateForce(stiffness=stiffness))
+    body = scene.add_rigid_body("rod", 1.0, 0.1, joint=hinge)
+    spring = kf.CoordinateForce(stiffness=4.0)
+    slider = scene.add_rigid_body("slider", 1.0, 0.1, parent=body, at=(0, 0, 1), joint=kf.Prismatic("z", forces=spring))
+    scene.add_force(slider, (0, 0, -1))
+    return scene
+
+
+@pytest.mark.parametrize("below", [0.01, 1e-4])
+@pytest.mark.parametrize("longest", [0.3, 1.0])
+def test_a_stiffness_that_falls_through_zero_and_comes_back_on_one_step_is_told(below, longest):
+    path = kf.equilibrium_path(slider_on_rod(1.0 - below), to=4.0, down_to=0.0, longest=longest)
+    exact = 2.0 + np.array((-2, 2)) * np.sqrt(below)
+    assert [point.factor for point in path.branch_points] == pytest.approx(exact, rel=BRANCHES)
+    at = [point.number for point in path.branch_points]
+    assert path.unstable[at].tolist() == [0, 1]
+    assert (path.unstable[at[1] + 1 :] == 0).all()
+
+
+def test_a_stiffness_that_comes_near_zero_has_no_branch():
+    path = kf.equilibrium_path(slider_on_rod(1.0 + 1e-4), to=4.0, down_to=0.0, longest=1.0)
+    assert not path.critical_points
+    assert not path.unstable.any()
+
+
+def test_between_two_branch_points_of_one_step_one_motion_grows():
+    scene = kf.System()
+    for name, stiffness in (("first", 1.0), ("second", 1.01)):
+        hinge = kf.Revolute("y", forces=kf.CoordinateForce(stiffness=stiffness))
+        body = scene.add_rigid_body(name, 1.0, 0.1, com=(0, 0, 0.5), joint=hinge)
+        scene.add_force(body, (0, 0, -1), point=(0, 0, 1))
+    path = kf.equilibrium_path(scene, to=2.0, longest=1.0)
+    assert [point.factor for point in path.branch_points] == pytest.approx([1.0, 1.01], rel=BRANCHES)
+    first, second = (point.number for point in path.branch_points)
+    assert second == first + 1  # they are on one step
+    assert path.unstable[[first, second, second + 1]].tolist() == [0, 1, 2]
+
+
 def test_a_force_that_follows_in_part_has_branches_of_an_unsymmetric_stiffness():
     """The share s follows: det K = 1 - (1 - s)(3 p - p^2), without a potential."""
     share = 0.1
