@@ -131,8 +131,10 @@ class Linearisation(StateSpace):
         return h2_norm(channels_of(self, output, input))
 
     @checked
-    def margins(self, output: str | None = None, input: str | None = None, *, gain: float = 1.0) -> Margins:
-        """Return the margins of the loop ``input = -gain output``, with their frequencies.
+    def margins(
+        self, output: str | None = None, input: str | None = None, *, gain: float = 1.0, controller: Any = None
+    ) -> Margins:
+        """Return the margins of the loop ``input = -gain controller(output)``, with their frequencies.
 
         By the response itself at all frequencies where it can turn, between its poles: no polynomials.
 
@@ -142,20 +144,24 @@ class Linearisation(StateSpace):
             One of `output_names` and of `input_names`, with or without the unit; not needed if there is only one.
         gain : float
             Unit of the input per unit of the output.
+        controller : tuple of array_like, optional
+            ``A, B, C, D`` of one with states, ``dx/dt = A x + B output``, ``C x + D output``, or what has them, such as
+            `control.StateSpace`; default: none but the gain. Sampled ones: `kanefe.sampled_loop`.
 
         Raises
         ------
         ModelError
-            If there is no such name, several and none is named, or a motion is undamped.
+            If there is no such name, several and none is named, the controller is none, or a motion is undamped.
 
         Examples
         --------
         ``print(small.margins("position arm/tip y", "force arm/tip y", gain=2e3))``
         """
+        from kanefe.linear.controllers import in_series
         from kanefe.linear.input_to_output import channels_of, margins
 
         self._warn_of_change("margins")
-        return margins(channels_of(self, output, input), gain)
+        return margins(in_series(channels_of(self, output, input), controller), gain)
 
     @checked
     def to_control(self, *, modal: bool = False) -> Any:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import scipy.integrate
+import scipy.signal
 
 import kanefe as kf
 from kanefe.errors import ModelError
@@ -111,6 +112,68 @@ def test_margins_are_those_of_the_polynomials_of_a_small_system(gain):
         at = 2j * np.pi * found.phase_frequency
         size = abs(np.polyval(N, at) / np.polyval(D, at))
         assert size == pytest.approx(1.0, rel=1e-8)
+
+
+LAG = 0.02
+"""Time constant of each of two lags in a row, s."""
+
+TWO_LAGS = ([[-1.0 / LAG, 0.0], [1.0 / LAG, -1.0 / LAG]], [[1.0 / LAG], [0.0]], [[0.0, 1.0]], [[0.0]])
+
+
+def test_a_controller_with_states_is_part_of_the_loop():
+    """``g / (2 s (1 + T s)^2)``: the phase is -180 degrees at 1/T, where the size is g T / 4."""
+    rigid = kf.linearise(oscillator(0.0, 0.0), inputs="force a x", outputs="velocity a x")
+    g = 30.0
+    found = rigid.margins(gain=g, controller=TWO_LAGS)
+    assert found.gain == pytest.approx(4.0 / (g * LAG), rel=1e-9)
+    assert found.gain_frequency == pytest.approx(1.0 / (2.0 * np.pi * LAG), rel=1e-9)
+    w = 2.0 * np.pi * found.phase_frequency
+    assert g / (2.0 * w * (1.0 + (LAG * w) ** 2)) == pytest.approx(1.0, rel=1e-9)
+    assert found.phase == pytest.approx(np.pi / 2.0 - 2.0 * np.arctan(LAG * w), rel=1e-9)
+    assert found.is_stable
+    assert not rigid.margins(gain=1.01 * g * found.gain, controller=TWO_LAGS).is_stable
+    # a constant one is a gain, and states in other units are the same
+    assert str(rigid.margins(controller=([], [], [], [[g]]))) == str(rigid.margins(gain=g))
+    A, B, C, D = (np.array(part) for part in TWO_LAGS)
+    units = np.array((1e9, 1e-6))
+    other = (A * units[:, None] / units, B * units[:, None], C / units, D)
+    assert rigid.margins(gain=g, controller=other).gain == pytest.approx(found.gain, rel=1e-9)
+
+
+def test_a_controller_with_an_integral_has_the_margins_of_its_closed_loop():
+    """PI control of the second of two masses: with the gain margin the closed loop is on the verge."""
+    small = kf.linearise(two_masses(), inputs="force a x", outputs="position b x")
+    proportional, integral = 2.0, 3.0
+    found = small.margins(controller=([[0.0]], [[1.0]], [[integral]], [[proportional]]))
+
+    def closed(factor: float) -> np.ndarray:
+        b, c = small.B, small.C
+        return np.linalg.eigvals(
+            np.block([[small.A - factor * proportional * b @ c, -factor * integral * b], [c, np.zeros((1, 1))]])
+        )
+
+    assert found.is_stable == bool(np.all(closed(1.0).real < 0.0))
+    verge = closed(found.gain)
+    at = np.argmin(abs(verge.real))
+    assert abs(verge[at].real) < 1e-6
+    assert abs(verge[at].imag) == pytest.approx(2.0 * np.pi * found.gain_frequency, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("controller", "said"),
+    [
+        (3.0, "float is no controller"),
+        (([[1.0]], [[1.0]], [[1.0]]), "tuple is no controller"),
+        (([["a"]], [[1.0]], [[1.0]], [[0.0]]), "are no numbers"),
+        (([[-1.0]], [[1.0, 2.0]], [[1.0]], [[0.0]]), r"one input and one output: .* not \(1, 1\), \(1, 2\)"),
+        (([[np.nan]], [[1.0]], [[1.0]], [[0.0]]), "must be finite"),
+        (scipy.signal.StateSpace([[0.5]], [[1.0]], [[1.0]], [[0.0]], dt=0.01), r"is sampled \(dt = 0.01 s\)"),
+    ],
+)
+def test_what_is_no_controller_is_named(controller, said):
+    rigid = kf.linearise(oscillator(0.0, 0.0), inputs="force a x", outputs="velocity a x")
+    with pytest.raises(ModelError, match=f"margins: .*{said}.* Remedy: "):
+        rigid.margins(controller=controller)
 
 
 def test_margins_name_what_they_lack():

@@ -169,7 +169,7 @@ on("kanefe.EquilibriumPath.read", path, quantity="position", name="rod", interfa
 on("kanefe.Equilibrium.linearise", lambda: kf.equilibrium(hanging()), inputs=None, outputs=None)
 on("kanefe.Linearisation.frequency_response", linear, frequencies=[1.0, 2.0])
 on("kanefe.Linearisation.h2_norm", linear, output=None, input=None)
-on("kanefe.Linearisation.margins", both_ways, output=None, input=None, gain=1.0)
+on("kanefe.Linearisation.margins", both_ways, output=None, input=None, gain=1.0, controller=None)
 on("kanefe.Linearisation.to_control", linear, modal=False)
 on("kanefe.Linearisation.moved", linear, x=[0.1, 0.0])
 on("kanefe.Linearisation.to_fmu", linear, path="l.fmu", fmi="2.0")
