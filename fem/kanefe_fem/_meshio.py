@@ -36,6 +36,9 @@ GROUP_DATA = (
 )
 """Names of integer cell data with the numbers of groups, in order of precedence."""
 
+COLOURS = ("red", "green", "blue", "alpha")
+"""Names of cell data of .ply files that are no groups."""
+
 QUADRATIC = {"wedge15": 3, "pyramid13": 3}
 """Dimensions of shapes that meshio knows but for these."""
 
@@ -273,7 +276,7 @@ def _warn_of_other_numbers(raw: Any, path: Path) -> None:
     for name, data in raw.cell_data.items():
         values = np.concatenate([np.asarray(part) for part in data]) if data else np.zeros(0)
         is_whole = values.ndim == 1 and np.issubdtype(values.dtype, np.integer)
-        if is_whole and 1 < len(np.unique(values)) < len(values):
+        if is_whole and name not in COLOURS and 1 < len(np.unique(values)) < len(values):
             warnings.warn(
                 f"{path.name} has whole numbers {name!r} of its cells, which are not taken for groups. Remedy: none, "
                 "if they are others; else 'group' as their name",
