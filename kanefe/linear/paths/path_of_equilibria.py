@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kanefe.arguments import checked
-from kanefe.errors import ModelError
+from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.linear.equilibrium.rest import Equilibrium
 from kanefe.linear.imbalance import imbalance_of
 from kanefe.linear.modes.mode_shapes import Shapes
-from kanefe.linear.paths.arc_length import Stop
+from kanefe.linear.paths.arc_length import PathLost, Stop
 from kanefe.linear.paths.crossings import Crossing, Kind
 from kanefe.linear.paths.loaded_scene import LoadedScene
 from kanefe.linear.paths.path_settings import Settings, settings_of
@@ -157,6 +157,8 @@ class EquilibriumPath:
         ------
         ModelError
             If the path does not pass the factor so often.
+        SimulationError
+            If the equilibrium is not found: another path is near.
         """
         gaps = self.factors - factor
         gaps[np.abs(gaps) <= DIGITS * float(np.abs(self.factors).max())] = 0.0  # where the path was led to a factor
@@ -172,7 +174,14 @@ class EquilibriumPath:
             return self._equilibrium(self._stops[i])
         if gaps[i + 1] == 0.0:
             return self._equilibrium(self._stops[i + 1])
-        return self._equilibrium(crossing_of_factor(self.loaded, self._stops[i], self._stops[i + 1], factor))
+        try:
+            found = crossing_of_factor(self.loaded, self._stops[i], self._stops[i + 1], factor)
+        except PathLost as lost:
+            raise SimulationError(
+                f"the path has no equilibrium at factor {factor:g} between its points {i} and {i + 1}: {lost}. Remedy: "
+                "a path with a shorter longest="
+            ) from lost
+        return self._equilibrium(found)
 
     @checked
     def read(self, quantity: str, name: str = "", interface: str | None = None, of: str | None = None) -> np.ndarray:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import brentq
 
-from kanefe.linear.paths.arc_length import Stop, stepped
+from kanefe.linear.paths.arc_length import SETTLED, PathLost, Stop, stepped
 from kanefe.linear.paths.continuity import check_continuity
 from kanefe.linear.paths.loaded_scene import LoadedScene
 
@@ -60,6 +60,16 @@ def interpolated_zero(scene: LoadedScene, near: Stop, function: Callable[[Stop],
 
 
 def crossing_of_factor(scene: LoadedScene, a: Stop, b: Stop, factor: float) -> Stop:
-    """Return the stop between a stop and one that it led to at which the loads have a factor."""
-    low = replace(a, origin=a, step=0.0) if b.origin is a or b.origin is None else a
-    return zero(scene, low, b, lambda stop: stop.factor - factor, b.step)
+    """Return the stop between two stops of one step, or a stop and one that it led to, at which loads have a factor.
+
+    Raises
+    ------
+    PathLost
+        If it is not found: the factor jumps in between, from one path to another.
+    """
+    leads = b.origin is None or b.origin.balance is a.balance  # what was found on the step is of a copy of its origin
+    low = replace(a, origin=a, step=0.0) if leads else a
+    found = zero(scene, low, b, lambda stop: stop.factor - factor, b.step)
+    if abs(found.factor - factor) > SETTLED * scene.span:
+        raise PathLost("the factor jumps from one path to another")
+    return found

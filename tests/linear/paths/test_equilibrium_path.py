@@ -2,13 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 import kanefe as kf
-from kanefe.errors import AccuracyWarning, ModelError, SimulationWarning
+from kanefe.errors import AccuracyWarning, ModelError, SimulationError, SimulationWarning
 from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.linear.paths import arc_length, crossings, zeros
 from kanefe.reduction import flexible_body
@@ -92,6 +93,13 @@ def test_a_factor_is_solved_for_wherever_the_path_passes_it():
     pair = [float(path.at(near * limit, i).position("node")[1]) for i in range(2)]
     assert truss_load(np.array(pair)) == pytest.approx(np.full(2, near * limit), rel=SOLVED)
     assert 0.0 < pair[0] - pair[1] < 1e-4
+
+
+def test_a_factor_that_jumps_is_told(monkeypatch):
+    path = kf.equilibrium_path(truss(), to=4.0)
+    monkeypatch.setattr(zeros, "brentq", lambda value, low, high, **_: low if value(low) else high)
+    with pytest.raises(SimulationError, match=r"no equilibrium at factor 1 .* Remedy: a path with a shorter longest="):
+        path.at(1.0)
 
 
 def test_points_are_equilibria_with_the_loads_of_their_factor():
@@ -251,6 +259,15 @@ def test_all_that_happens_on_one_long_step_without_potential_is_told(bars_of, ro
     assert [point.factor for point in found] == pytest.approx(sorted(exact), rel=1e-9)
     assert sum(point.tangents.shape[1] for point in found) == len(rod_of)
     assert path.unstable[-1] == 2 * len(bars_of) + len(rod_of)
+
+
+def test_between_points_of_one_step_the_equilibrium_is_that_of_the_factor():
+    """What is found on a part of a step is of a copy of the point where it begins."""
+    path = kf.equilibrium_path(side_by_side((1.0, 1.02)), to=4.5, longest=0.2)
+    for low, high in pairwise(path.factors):
+        for factor in low + np.array((0.1, 0.5, 0.9)) * (high - low):
+            direct = kf.linearise(path.loaded.model_at(float(factor))).A
+            assert path.at(float(factor)).linearise().A == pytest.approx(direct, abs=1e-9)
 
 
 def slider_on_rod(stiffness: float) -> kf.System:
