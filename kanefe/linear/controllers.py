@@ -35,7 +35,7 @@ def _matrices(controller: Any) -> tuple[Matrix, Matrix, Matrix, Matrix]:
             f"margins: the controller is sampled (dt = {controller.dt!r} s), and margins are of continuous ones. "
             "Remedy: add_controller and kanefe.sampled_loop, whose poles tell whether the loop is stable"
         )
-    given = [getattr(controller, name, None) for name in "ABCD"]
+    given: list[Any] = [getattr(controller, name, None) for name in "ABCD"]
     if any(part is None for part in given):
         if not isinstance(controller, (tuple, list)) or len(controller) != 4:
             raise ModelError(f"margins: {type(controller).__name__} is no controller. {WANTED}")

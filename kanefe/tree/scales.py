@@ -51,9 +51,9 @@ def scene_length(model: ModelData) -> float:
 def own_length(model: ModelData) -> float:
     """Return a length of the scene in m: `length_of_parts`, or else the largest joint displacement at the start.
 
-    It is 0 if nothing has a size.
+    Without one it is the largest displacement of a limit or of a spring at rest; 0 if nothing has a size.
     """
-    return length_of_parts(model) or _distance_at_start(model)
+    return length_of_parts(model) or _distance_at_start(model) or _distance_of_laws(model)
 
 
 @kept_of_scene
@@ -123,6 +123,15 @@ def _distance_at_start(model: ModelData) -> float:
             if ranges[speed] == 0.0:
                 distances.append(abs(float(model.initial_coordinates[at])))
     return max(distances)
+
+
+def _distance_of_laws(model: ModelData) -> float:
+    found = [0.0]
+    for body in model.bodies:
+        for unit, law in zip(body.joint.units, body.joint.coordinate_forces, strict=False):
+            if law is not None and unit != "rad":
+                found += [abs(x) for x in (*law.limits, law.rest) if x is not None and math.isfinite(x)]
+    return max(found)
 
 
 def joint_scales(model: ModelData, length: float) -> np.ndarray:

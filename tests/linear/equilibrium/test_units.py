@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -12,47 +11,12 @@ import pytest
 import kanefe as kf
 from kanefe import shapes
 from kanefe_fem import Material, Rectangle, beam_body, exact_beam, straight_beam
-
-SAME = 1e-9
-"""Difference of places over a metre, and of axes: round-off of the forces over the stiffness."""
-
+from other_units import DOWN, OTHERS, SAME, SI, Units, places
 
 pytestmark = [
     pytest.mark.filterwarnings("ignore::kanefe.errors.UnitWarning"),
     pytest.mark.filterwarnings("ignore::kanefe.errors.AccuracyWarning"),  # the linear leaves bend far
 ]
-
-
-class Units(NamedTuple):
-    """How many units of length and of mass a metre and a kilogram have; the second stays."""
-
-    m: float
-    kg: float
-
-    @property
-    def newton(self) -> float:
-        return self.kg * self.m
-
-    @property
-    def inertia(self) -> float:
-        return self.kg * self.m**2
-
-    @property
-    def pascal(self) -> float:
-        return self.kg / self.m
-
-    def system(self, *gravity: float) -> kf.System:
-        return kf.System(gravity=tuple(self.m * g for g in gravity))
-
-    def at(self, *place: float) -> tuple[float, ...]:
-        return tuple(self.m * x for x in place)
-
-    def body(self, scene: kf.System, name: str, mass: float, inertia: float, com: tuple[float, ...], **options: object):
-        return scene.add_rigid_body(name, self.kg * mass, self.inertia * inertia, com=self.at(*com), **options)
-
-
-SI, OTHERS = Units(1.0, 1.0), (Units(1e3, 1e-3), Units(1e6, 1.0), Units(1e-6, 1e-18))
-DOWN = (0.0, 0.0, -9.81)
 
 
 def ball(of: Units) -> kf.Equilibrium:
@@ -297,16 +261,6 @@ SCENES: tuple[Callable[[Units], kf.Equilibrium], ...] = (
     *(linear_stage, stiffened_stage, exact_stage, stretching_stage, blade, coiled),
     *(doors, on_ropes, on_bushings, geared, followed, in_a_trough),
 )
-
-
-def places(found: kf.Equilibrium, of: Units) -> np.ndarray:
-    """Return where the centre, or the tip, of each body is in m, and its rotation."""
-    rows = []
-    for body in found.model.bodies:
-        for interface in (None,) if body.flexible is None else (None, "tip"):
-            place, rotation = found.position(body.name, interface), found.rotation(body.name, interface)
-            rows.append(np.append(place / of.m, rotation))
-    return np.array(rows)
 
 
 @cache
