@@ -8,7 +8,7 @@ not given cannot close the loops, given ones move too, as little as they can, be
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -114,13 +114,15 @@ def _consistent_speeds(model: ModelData, t: float, q: Vector, u: Vector) -> Vect
         return u
     nearly = [u]
     for groups in _movable(model, speeds=True):
-        found = u
-        for _ in range(REFINEMENTS):
-            opened = rows.open_rates(model.all_speeds(t, found))
-            found = found + _least_step(state, own, opened, groups)
-            if _are_held(model, rows, model.all_speeds(t, found), HELD_RATE):
-                return found
-        nearly.append(found)
+        # in tall towers of loops, inertia differs so much that rows are lost in round-off of its metric
+        for metric in (_metric, _size):
+            found = u
+            for _ in range(REFINEMENTS):
+                opened = rows.open_rates(model.all_speeds(t, found))
+                found = found + _least_step(state, own, opened, groups, metric=metric)
+                if _are_held(model, rows, model.all_speeds(t, found), HELD_RATE):
+                    return found
+            nearly.append(found)
     for found in nearly:
         if _are_held(model, rows, model.all_speeds(t, found), OPEN_RATE):
             return found
@@ -170,7 +172,14 @@ def _bend(state: State) -> Vector:
     return found
 
 
-def _least_step(state: State, rows: Rates, opened: Vector, groups: Groups, strain: Vector | None = None) -> Vector:
+def _least_step(
+    state: State,
+    rows: Rates,
+    opened: Vector,
+    groups: Groups,
+    strain: Vector | None = None,
+    metric: Callable[[State, np.ndarray], Matrix] | None = None,
+) -> Vector:
     """Return the displacement of the free speeds, or the change of them, that takes away what is open.
 
     Each group takes what those before it cannot: joints with the least kinetic energy, elastic coordinates with the
@@ -186,8 +195,11 @@ def _least_step(state: State, rows: Rates, opened: Vector, groups: Groups, strai
         Which of the free speeds may change; what moves most readily is first.
     strain : ndarray, shape (free,), optional
         Elastic forces before: the energy of all strain after the step is then the least, and not that of the step.
+    metric : function (state, columns) -> ndarray, optional
+        What displacements cost instead.
     """
     model, n = state.model, state.model.free_count
+    cost = metric or _metric
     strain = np.zeros(n) if strain is None else strain
     sizes, step = displacement_scales(model), np.zeros(n)
     columns = np.concatenate(groups)
@@ -202,10 +214,10 @@ def _least_step(state: State, rows: Rates, opened: Vector, groups: Groups, strai
             (left**2).T @ (scale[:, None] ** 2 * rows.reach[:, own]),
             np.zeros(left.shape[1]),
         )
-        solver = constrained_solver(model, _metric(state, own), theirs)
+        solver = constrained_solver(model, cost(state, own), theirs)
         step[own] = solver.solve(-strain[own], left.T @ (scale * (opened + rows.J @ step)))[0]
     first = groups[0]
-    solver = constrained_solver(model, _metric(state, first), rows.over(first))
+    solver = constrained_solver(model, cost(state, first), rows.over(first))
     step[first] = solver.solve(-strain[first], opened + rows.J @ step)[0]
     return step
 
@@ -223,6 +235,11 @@ def _metric(state: State, own: np.ndarray) -> Matrix:
     M = mass_matrix(state)[block]
     lowest = _lowest_square(model, own)
     return elastic_stiffness(model)[block] + SOFT * lowest * M if lowest else M
+
+
+def _size(state: State, own: np.ndarray) -> Matrix:
+    """Return the metric of the sizes of displacements."""
+    return np.diag(displacement_scales(state.model)[own] ** -2.0)
 
 
 def _why_moving(state: State, rows: Rates, u: Vector) -> str:

@@ -17,7 +17,7 @@ from kanefe.kane.loop_closure import project_positions, project_speeds
 from kanefe.kane.reactions import joint_reactions, loop_forces
 from kanefe.kane.state import State
 from kanefe.scene.scene import Frame
-from loop_scenes import four_bar, marker_place, parallelogram, spatial_loop
+from loop_scenes import four_bar, four_bars, marker_place, parallelogram, spatial_loop
 from scenes import derivatives, lattice_body, random_inertia
 
 
@@ -368,3 +368,10 @@ def test_loop_forces_are_saved(tmp_path):
     with pytest.raises(kf.ModelError, match=r"no loop joint called 'pun'\. It has: pin$"):
         result.loop_force("pun")
     result.plot("loop_force", path=tmp_path / "loop.png")
+
+
+def test_a_tower_of_loops_starts_with_the_speeds_that_are_given():
+    """Bars at its foot move all of it: their inertia is a million times that of the last."""
+    model = four_bars(60, "one on the other").freeze()
+    # cranks turn with 1 rad/s and bars the other way, as in parallelograms; loops are closed to 1e-10 of such speeds
+    np.testing.assert_allclose(np.abs(model.initial_speeds), 1.0, rtol=0, atol=1e-9)
