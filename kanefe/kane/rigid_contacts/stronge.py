@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
-from kanefe.kernels.impacts.tolerances import BRANCHES, CLOSELY, IMPACT_ENDS, STRAIGHT_SLIP, TURNS_AT, WEAK
+from kanefe.kernels.impacts.tolerances import BRANCHES, CLOSELY, IMPACT_ENDS, SETTLED, STRAIGHT_SLIP, TURNS_AT, WEAK
 
 
 class Rubs(NamedTuple):
@@ -156,10 +156,16 @@ class _Impact:
         def stops(_: float, y: Vector) -> float:
             return float(y[1] - np.log(IMPACT_ENDS))
 
+        error = SETTLED * self.rtol * (1.0 + mu) * float(np.abs(G).sum())
+
+        def settles(_: float, y: Vector) -> float:
+            return abs(float(rates(_, y)[2])) - error
+
         ends.terminal = turns.terminal = stops.terminal = True  # type: ignore[attr-defined]
+        settles.terminal, settles.direction = True, -1.0  # type: ignore[attr-defined]
         turns.direction, ends.direction = (1.0 if self.is_loading else -1.0), -1.0  # type: ignore[attr-defined]
         start = np.array((self.v[0], np.log(slip), np.arctan2(self.v[2], self.v[1]), *self.p, self.stored))
-        events = [stops, turns] if self.is_loading else [stops, turns, ends]
+        events = [settles, stops, turns] if self.is_loading else [settles, stops, turns, ends]
         run = solve_ivp(rates, (0.0, TURNS_AT), start, "DOP853", events=events, rtol=self.rtol, atol=0.01 * self.rtol)
         if run.status != 1:
             return None
@@ -167,9 +173,19 @@ class _Impact:
         self.p, self.stored = y[3:6].copy(), float(y[6])
         self.v = self.first + G @ self.p
         if len(run.t_events[0]):
+            # it goes on in the direction to which it is bound; where nothing is left of its rates, nothing ends it
+            changes, speed, across = rates(0.0, y), float(np.exp(y[1])), np.array((-np.sin(y[2]), np.cos(y[2])))
+            slope = -changes[1] - mu * across @ G[1:, 1:] @ across
+            if slope < 0.0:  # a step of Newton's method
+                changes = rates(0.0, y - changes[2] / slope * np.eye(len(y))[2])
+            c, slowing = changes[0] / speed, float(changes[1])
+            if max(abs(c), abs(slowing)) <= error:
+                return None
+            return self._straight(c, changes[4:6] / speed, speed, slowing)
+        if len(run.t_events[1]):
             self.v[1:] = 0.0
             return False
-        return self._turned(len(run.t_events[-1]) > 0 and not self.is_loading and not len(run.t_events[1]))
+        return self._turned(len(run.t_events[-1]) > 0 and not self.is_loading and not len(run.t_events[2]))
 
 
 def held_by(G: Matrix, mu: float) -> tuple[Vector, bool]:

@@ -8,7 +8,7 @@ from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.falling import steady_coefficient
 from kanefe.kernels.contact.rigid_points import HOLDING, OF_POINT
-from kanefe.kernels.impacts.tolerances import BRANCHES, IMPACT_ENDS, STRAIGHT_SLIP, WEAK
+from kanefe.kernels.impacts.tolerances import BRANCHES, IMPACT_ENDS, SETTLED, STRAIGHT_SLIP, WEAK
 
 OF_NORMAL, OF_SIZE, OF_ANGLE, OF_P, OF_STORED = 0, 1, 2, 3, 6
 """Places of a slip that turns: normal speed, logarithm and angle of the slip, three impulses, stored energy."""
@@ -78,20 +78,12 @@ def strike_one(
         across = 0.0 if rests else abs(v1 * a2 - v2 * a1) / slip
         if holding == 0.0 or across <= STRAIGHT_SLIP * (1.0 + abs(a1) + abs(a2)):
             slowing = 0.0 if rests or holding == 0.0 else (a1 * v1 + a2 * v2) / slip
-            to_stop, to_turn, is_end = slip / -slowing if slowing < 0.0 else np.inf, np.inf, False
-            if loads:
-                to_turn = -v0 / c if c > 0.0 else np.inf
-            else:
-                root = v0 * v0 + 2.0 * c * stored
-                is_end = root >= 0.0
-                to_turn = 2.0 * stored / (v0 + np.sqrt(root)) if is_end else -v0 / c
-            step = min(to_stop, to_turn)
-            if not step < np.inf:
+            step, found, stops = _straight(loads, v0, c, stored, slip, slowing)
+            if found == FAILS:
                 return False, 0.0, 0.0, 0.0
             p0, p1, p2 = p0 + step, p1 + step * x1, p2 + step * x2
             stored -= step * (v0 + 0.5 * c * step)
-            found = STOPS if to_stop < to_turn else ENDS if is_end else TURNS
-            stops = is_held or to_stop <= to_turn
+            stops = is_held or stops
         else:
             state = work[STATE]
             state[OF_NORMAL], state[OF_SIZE], state[OF_ANGLE] = v0, np.log(slip), np.arctan2(v2, v1)
@@ -145,6 +137,49 @@ def _held_by(A: Six, mu: float) -> tuple[bool, float, float]:
     return is_held, x * free1 - y * free2, y * free1 + x * free2
 
 
+@inlined
+def _straight(loads: bool, v: float, c: float, stored: float, slip: float, slowing: float) -> tuple[float, int, bool]:
+    """Return the impulse up to the end of a slip in one direction, what that is, and whether the slip stops there."""
+    to_stop, to_turn, is_end = slip / -slowing if slowing < 0.0 else np.inf, np.inf, False
+    if loads:
+        to_turn = -v / c if c > 0.0 else np.inf
+    else:
+        root = v * v + 2.0 * c * stored
+        is_end = root >= 0.0
+        to_turn = 2.0 * stored / (v + np.sqrt(root)) if is_end else -v / c
+    found = STOPS if to_stop < to_turn else ENDS if is_end else TURNS
+    step = min(to_stop, to_turn)
+    return step, found if step < np.inf else FAILS, to_stop <= to_turn
+
+
+@kernel
+def _settled(A: Six, mu: float, loads: bool, closely: float, work: np.ndarray) -> int:
+    """Follow a slip that no longer turns to what ends it, if it does not: of its steps there could be any number.
+
+    Where what is left of its rates is their error, as of a point that moves along one line alone, nothing ends it.
+    """
+    state, rates = work[STATE], work[0]
+    _put_rates(A, mu, state, rates)
+    error = SETTLED * closely * (1.0 + mu) * (A[0] + abs(A[1]) + abs(A[2]) + A[3] + 2.0 * abs(A[4]) + A[5])
+    if abs(rates[OF_ANGLE]) > error:
+        return GOES_ON
+    x, z = np.cos(state[OF_ANGLE]), np.sin(state[OF_ANGLE])
+    slope = -rates[OF_SIZE] - mu * (A[3] * z * z - 2.0 * A[4] * x * z + A[5] * x * x)
+    if slope < 0.0:  # to where it is bound: a step of Newton's method
+        state[OF_ANGLE] -= rates[OF_ANGLE] / slope
+        _put_rates(A, mu, state, rates)
+    slip = np.exp(state[OF_SIZE])
+    c, slowing = rates[OF_NORMAL] / slip, rates[OF_SIZE]
+    if abs(c) <= error and abs(slowing) <= error:
+        return FAILS
+    step, found, _ = _straight(loads, state[OF_NORMAL], c, state[OF_STORED], slip, slowing)
+    if found != FAILS:
+        state[OF_STORED] -= step * (state[OF_NORMAL] + 0.5 * c * step)
+        for i in range(3):
+            state[OF_P + i] += step * rates[OF_P + i] / slip
+    return found
+
+
 @kernel
 def _turn(A: Six, mu: float, loads: bool, closely: float, work: np.ndarray) -> int:
     """Follow a slip that turns to what ends it, in steps of Dormand and Prince; return what that is."""
@@ -167,6 +202,8 @@ def _turn(A: Six, mu: float, loads: bool, closely: float, work: np.ndarray) -> i
             _step(A, mu, high, work)
             found = _passed(tried, loads)
         copy(tried, state)
+        if found == GOES_ON:
+            found = _settled(A, mu, loads, closely, work)
         if found != GOES_ON:
             return found
         h *= min(5.0, 0.9 * max(error, 1e-10) ** -0.2)

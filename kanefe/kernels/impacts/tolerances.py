@@ -77,6 +77,10 @@ STRAIGHT_SLIP, WEAK = 1e-13, 1e-13
 """Rate across a slip, relative to what the impulse does, below which it keeps its direction; and eigenvalue, relative
 to what a normal impulse does, below which a contact does not move in its direction. Both are round-off."""
 
+SETTLED = 10.0
+"""Rate at which a slip turns, relative to what the impulse could do and to the error of a step, below which it keeps
+its direction from there on: steps leave it no better known."""
+
 BRANCHES, TURNS_AT = 50, 1e6
 """Largest number of changes between slip, stick, loading and unloading in an impact, of which theory allows a few; and
 angle by which a slip may turn, rad, or logarithm of its growth."""

@@ -254,3 +254,20 @@ def test_what_friction_draws_in_is_stopped_by_an_impact_without_collision():
     np.testing.assert_allclose(met.rates, 0.0, atol=1e-12)
     assert model.parts(y)[2][2] > 0.0  # which took energy
     np.testing.assert_allclose(model.literal.start(0.0), y, rtol=0, atol=1e-9)
+
+
+def test_a_point_that_moves_along_one_line_is_drawn_in_without_end():
+    """Its slip turns until friction takes away all that the impulse does: that no impulse ends it is known at once."""
+    along = np.array((1.0, 16.5, -21.9))
+    assert struck(np.outer(along, along), np.array((-0.45, -0.98, -1.0)), 0.5, Rubs(lambda _: 0.3, 0.3)) is None
+
+
+def test_a_slip_that_no_longer_turns_goes_straight_to_its_end():
+    """It comes back the way it went, nearly, and hardly grows: in steps that its turns allow it would take seconds."""
+    mu, c, g, aside = 0.02, 1e3, 20.001, 1e-3
+    G, before = np.array([[1.0, 0.0, g], [0.0, c, 0.0], [g, 0.0, c]]), np.array((-1.0, aside, -1.0))
+    found = struck(G, before, 0.0, Rubs(lambda _: mu, mu))
+    there = 1.0 / (g + mu * c)  # impulse in which a slip against the second direction ends
+    back = (1.0 - there * (1.0 + mu * g)) / (1.0 - mu * g)  # and one along it, up to where nothing approaches
+    # what is aside of it turns it on a way a thousandth as long
+    np.testing.assert_allclose(found, (there + back, 0.0, mu * (there - back)), rtol=0, atol=1e-2 * aside)
