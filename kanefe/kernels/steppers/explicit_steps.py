@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
 from kanefe.kernels.compiler.arrays import ADVANCE, INTERPOLATE
 from kanefe.kernels.compiler.entries import pointer
 from kanefe.kernels.steppers.step_commands import (
@@ -88,9 +88,21 @@ def weigh(vectors: np.ndarray, weights: np.ndarray, count: int, h: float, out: n
     for j in range(count):
         weight = h * weights[1 + j]
         if weight != 0.0:
-            rate = vectors[FIRST_RATE + j]
-            for i in range(len(out)):
-                out[i] += weight * rate[i]
+            _add(vectors[FIRST_RATE + j], weight, out)
+
+
+@vector_kernel
+def _add(rate: np.ndarray, weight: float, out: np.ndarray) -> None:
+    """Add so many times a rate."""
+    for i in range(len(out)):
+        out[i] += weight * rate[i]
+
+
+@vector_kernel
+def _go_from(old: np.ndarray, new: np.ndarray, share: float, out: np.ndarray) -> None:
+    """Write what is a share of the way from one state to another."""
+    for i in range(len(out)):
+        out[i] = old[i] + share * (new[i] - old[i])
 
 
 @kernel
@@ -231,23 +243,23 @@ def interpolate_explicitly(
     A polynomial that meets state and rate at both ends, and further rows of the table (Hairer, Norsett & Wanner,
     Solving Ordinary Differential Equations I, 1993, II.6).
     """
-    new = vectors[NEW]
     if t == reals[TIME]:
         copy(vectors[STATE], out)
         return
     h = reals[STEP]
     x = (t - reals[TIME_OLD]) / h
+    left = 1.0 - x
     stages, extra, rows = integers[STAGES], integers[EXTRA], integers[DENSE]
     first = stages + 1 + extra + integers[ESTIMATES]
-    old, start, end = vectors[STATE_OLD], vectors[FIRST_RATE], vectors[FIRST_RATE + stages]
-    out[:] = 0.0
-    # ((... d2) x + d1) (1 - x) + ..., x and 1 - x in turn
-    for row in range(rows - 1, -1, -1):
-        weigh(vectors, table[first + row], stages + 1 + extra, h, out)
-        factor = 1.0 - x if row % 2 == 0 else x
-        for i in range(len(out)):
-            out[i] *= factor
-    for i in range(len(out)):
-        step = new[i] - old[i]
-        cubic = (2.0 * step - h * (end[i] + start[i]) + out[i]) * x
-        out[i] = old[i] + x * (step + (1.0 - x) * (h * start[i] - step + cubic))
+    _go_from(vectors[STATE_OLD], vectors[NEW], x * x * (1.0 + 2.0 * left), out)
+    for j in range(stages + 1 + extra):
+        weight = 0.0
+        for row in range(rows - 1, -1, -1):  # ((... d2) x + d1) (1 - x) + ..., x and 1 - x in turn
+            weight = (weight + table[first + row, 1 + j]) * (left if row % 2 == 0 else x)
+        weight *= x * x * left
+        if j == 0:
+            weight += x * left * left
+        elif j == stages:
+            weight -= x * x * left
+        if weight != 0.0:
+            _add(vectors[FIRST_RATE + j], h * weight, out)

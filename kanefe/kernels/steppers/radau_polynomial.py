@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
 from kanefe.kernels.compiler.arrays import INTERPOLATE
 from kanefe.kernels.compiler.entries import pointer
 from kanefe.kernels.steppers.step_commands import (
@@ -67,10 +67,15 @@ def interpolate_radau(
         return
     x = (t - reals[TIME_OLD]) / reals[POLYNOMIAL_STEP]
     a, b, c = weight(table, 0, x), weight(table, 1, x), weight(table, 2, x)
-    for i in range(len(out)):
-        change = a * vectors[POLYNOMIAL, i] + b * vectors[POLYNOMIAL + 1, i] + c * vectors[POLYNOMIAL + 2, i]
-        out[i] = vectors[STATE_OLD, i] + change
+    _go_along(vectors[STATE_OLD], vectors[POLYNOMIAL : POLYNOMIAL + STAGES], a, b, c, out)
     normalise(integers, out)
+
+
+@vector_kernel
+def _go_along(old: np.ndarray, rows: np.ndarray, a: float, b: float, c: float, out: np.ndarray) -> None:
+    """Write a state and so many times three changes of it."""
+    for i in range(len(out)):
+        out[i] = old[i] + (a * rows[0, i] + b * rows[1, i] + c * rows[2, i])
 
 
 @kernel
