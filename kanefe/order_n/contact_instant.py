@@ -162,6 +162,10 @@ class OrderNInstant:
 
     def accelerations(self) -> Vector:
         """Return du."""
+        return self._free
+
+    @cached_property
+    def _free(self) -> Vector:
         self._evaluate(OPEN)
         q, u, _ = self._route.parts(self._y)
         return self._look.vectors[SLOPE][len(q) : len(q) + len(u)].copy()
@@ -169,6 +173,13 @@ class OrderNInstant:
     def speed(self, key: Key) -> float:
         """Return the sum of the speeds with which a contact point moves."""
         full = np.concatenate((self._route.parts(self._y)[1], self._found.drives[:, 1]))
+        return self._moved(key, full)
+
+    def acceleration(self, key: Key) -> float:
+        """Return the sum of the accelerations of a contact point."""
+        return self._moved(key, np.concatenate((self.accelerations(), self._found.drives[:, 2])))
+
+    def _moved(self, key: Key, full: Vector) -> float:
         return float(np.abs(self._found.J[self._rows([key])]).max(axis=0) @ np.abs(full))
 
     def margins(self) -> ContactMargins:

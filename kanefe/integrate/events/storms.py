@@ -14,8 +14,8 @@ def without_end(event: Event, what: str) -> StepFailure:
     if isinstance(event, ContactChange):
         return StepFailure(
             f"{', '.join(event.titles) or event.name}: {event.kind} {what}: {WITHOUT_END}",
-            "a smaller rtol, another restitution, method='moreau-jean', whose steps go over impacts, or a contact that "
-            "yields, kanefe.HuntCrossley(...)",
+            "a smaller rtol, another restitution, method='moreau-jean' with step=1e-3, whose steps go over impacts, or "
+            "a contact that yields, kanefe.HuntCrossley(...)",
         )
     return StepFailure(
         f"event {event.name!r} {what}: {WITHOUT_END}",

@@ -5,17 +5,22 @@ contact in. If it is pressed in without force too, ``b_N < 0``, there is no forc
 same way: they are pressed in until friction has stopped the slip, the faster the stiffer they are (F. Genot & B.
 Brogliato, Eur. J. Mech. A/Solids 18 (1999) 653-677; A. Champneys & P. Varkonyi, IMA J. Appl. Math. 81 (2016) 538-588).
 That is an impact by Stronge's law which begins without approach. Where ``b_N >= 0`` the contact may as well open, and
-what happens depends on how it came there; so it does where other closed contacts take part.
+what happens depends on how it came there.
+
+Where several contacts are closed and no forces of all together let the slips go on, they have Poisson's impact, as
+several always do: that to which the impulses of ever shorter times come, ``v + h b + G p`` in complementarity with p as
+h goes to zero (D. E. Stewart, Arch. Ration. Mech. Anal. 145 (1998) 215-260), and the second part that it leads to.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from kanefe.contact.rigid.cone import Cones, solved
 from kanefe.frames import Vector
-from kanefe.kane.rigid_contacts.impact_laws import ImpactProblem, coupled, rows_of
+from kanefe.kane.rigid_contacts.impact_laws import ImpactProblem, coupled, pressed, rows_of
 from kanefe.kane.rigid_contacts.stronge import Rubs, struck
-from kanefe.kernels.impacts.tolerances import NOT_DETERMINED, ROUND_OFF_OF_FORCES
+from kanefe.kernels.impacts.tolerances import NOT_DETERMINED, ROUND_OFF_OF_FORCES, SHORTEST
 
 
 def jammed(problem: ImpactProblem, rates: Vector, slips: np.ndarray, closed: np.ndarray) -> list[int]:
@@ -64,4 +69,25 @@ def drawn_in(problem: ImpactProblem, rates: Vector, b: Vector, i: int) -> Vector
         return None
     impulses = np.zeros(len(rates))
     impulses[rows] = own
+    return impulses
+
+
+def drawn_in_together(problem: ImpactProblem, rates: Vector, b: Vector) -> Vector | None:
+    """Return the impulses (3 k,) of several contacts that friction draws in, N s; None where there are none.
+
+    Parameters
+    ----------
+    problem : ImpactProblem
+    rates, b : ndarray, shape (3 k,)
+        m/s, and accelerations without contact forces, m/s2.
+    """
+    k, largest = len(problem.contacts), float(np.abs(b).max())
+    if largest == 0.0:
+        return None
+    moved = rates + SHORTEST * float(np.abs(rates).max()) / largest * b
+    mu, none = np.array([contact.static for contact in problem.contacts]), np.full((k, 2), np.nan)
+    first = solved(Cones(problem.G, moved, mu, np.zeros(k), none))
+    impulses = None if first is None else pressed(problem, rates, np.ones(k, dtype=bool), first)
+    if impulses is None or np.abs(problem.G @ impulses).max() <= SHORTEST * np.abs(rates).max():
+        return None  # what forces do in that time, which need no impact
     return impulses

@@ -132,39 +132,41 @@ def _together(problem: ImpactProblem, rates: Vector, rtol: float = CLOSELY) -> t
         return None if found is None else (found, False)
     is_poisson = np.array([law != NEWTON for law in laws])
     for again in (False, True):
-        found = _pressed(problem, rates, is_poisson | again)
+        found = pressed(problem, rates, is_poisson | again)
         if found is not None:
             return found, again
     return None
 
 
-def _pressed(problem: ImpactProblem, rates: Vector, is_poisson: np.ndarray) -> Vector | None:
-    """Return the impulses of several contacts at once."""
+def pressed(
+    problem: ImpactProblem, rates: Vector, is_poisson: np.ndarray, first: Vector | None = None
+) -> Vector | None:
+    """Return the impulses of several contacts at once; `first` is a guess of those that press them together."""
     G = problem.G
     e = np.array([contact.law.restitution for contact in problem.contacts])
     mu = np.array([contact.static for contact in problem.contacts])
     none = np.full((len(e), 2), np.nan)
     b = rates.copy()
     b[::3] += np.where(is_poisson, 0.0, e) * np.minimum(rates[::3], 0.0)
-    pressed = solved(Cones(G, b, mu, np.zeros(len(mu)), none))
-    if pressed is None:
+    together = solved(Cones(G, b, mu, np.zeros(len(mu)), none), first)
+    if together is None:
         return None
-    least = np.where(is_poisson, e * pressed[::3], 0.0)
+    least = np.where(is_poisson, e * together[::3], 0.0)
     if not least.any():
-        return pressed
+        return together
     # the second part of Poisson's impact; contacts by Newton's law keep what they have come to
-    after = rates + G @ pressed
+    after = rates + G @ together
     after[::3] += np.where(is_poisson, 0.0, e * np.minimum(rates[::3], 0.0))
     more = solved(Cones(G, after, mu, least, none))
     if more is None:
         return None
-    return pressed + (_share(G, rates, pressed, more) if is_poisson.all() else 1.0) * more
+    return together + (_share(G, rates, together, more) if is_poisson.all() else 1.0) * more
 
 
-def _share(G: Matrix, rates: Vector, pressed: Vector, more: Vector) -> float:
+def _share(G: Matrix, rates: Vector, together: Vector, more: Vector) -> float:
     """Return the largest share of a second part of impulses with which the whole gives no energy."""
-    gone = float(pressed @ (rates + 0.5 * G @ pressed))
-    linear, squared = float(more @ (rates + G @ pressed)), 0.5 * float(more @ G @ more)
+    gone = float(together @ (rates + 0.5 * G @ together))
+    linear, squared = float(more @ (rates + G @ together)), 0.5 * float(more @ G @ more)
     if gone + linear + squared <= ADDED * float(np.abs(more) @ np.abs(rates)) or squared <= 0.0:
         return 1.0
     gone = min(gone, 0.0)

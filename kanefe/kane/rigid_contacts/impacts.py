@@ -18,10 +18,10 @@ from kanefe.contact.rigid.rigid_contact import AT_REST, OPEN, SLIPS, STICKS, TAK
 from kanefe.errors import SimulationError, SimulationWarning, outside
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.rigid_contacts.contact_forces import ContactMargins
-from kanefe.kane.rigid_contacts.drawn_in import drawn_in, jammed
+from kanefe.kane.rigid_contacts.drawn_in import drawn_in, drawn_in_together, jammed
 from kanefe.kane.rigid_contacts.impact_laws import ImpactProblem, impact
 from kanefe.kane.rigid_contacts.instant import InstantAt, Key, LiteralInstant, blur_of_place
-from kanefe.kane.rigid_contacts.stick_or_slip import StickOrSlip
+from kanefe.kane.rigid_contacts.stick_or_slip import NoForces, StickOrSlip
 from kanefe.kernels.impacts.tolerances import (
     BEGINNING,
     CLOSE,
@@ -233,7 +233,7 @@ class _Event(StickOrSlip):
             rates = rates + G @ impulses
             still = np.maximum(still, STRUCK * (np.abs(G) @ np.abs(impulses))[::3])
         rates = self._drawn_in(G, rates, still)
-        self._decide(G, rates, self._closed(rates, still))
+        self._decide(G, rates, still)
         self._tell()
         titles = sorted({self._contact(key).title for key in self.concerned})
         return Changed(self.u, self.z, self.happened, self.points, titles, self.told)
@@ -254,13 +254,17 @@ class _Event(StickOrSlip):
             return rates
         for i in jammed(problem, rates, slips, closed):
             impulses = drawn_in(problem, rates, self._now().problem(self.keys)[1], i)
-            if impulses is None:
-                continue
-            after = rates + G @ impulses
-            self._own(self.keys[i])[TAKEN] -= 0.5 * float(impulses @ (rates + after))
-            self.u = self.u + self.instant.respond(self.keys, impulses)
-            rates = after
+            if impulses is not None:
+                rates = self._moved(G, rates, impulses)
         return rates
+
+    def _moved(self, G: Matrix, rates: Vector, impulses: Vector) -> Vector:
+        """Take in the impulses of an impact without collision; return the rates after it."""
+        after = rates + G @ impulses
+        for key, energy in zip(self.keys, 0.5 * (impulses * (rates + after)).reshape(-1, 3).sum(axis=1), strict=True):
+            self._own(key)[TAKEN] -= energy
+        self.u = self.u + self.instant.respond(self.keys, impulses)
+        return after
 
     def _impulses(self, G: Matrix, rates: Vector, still: Vector) -> Vector:
         """Return the impulses of an impact, (3 k,), with their energies in the states of the contacts."""
@@ -281,14 +285,27 @@ class _Event(StickOrSlip):
             self.told.adding.append((self.t, tuple(adding), float(found.energies[list(found.adding)].sum())))
         return found.impulses
 
-    def _decide(self, G: Matrix, rates: Vector, closed: np.ndarray) -> None:
+    def _decide(self, G: Matrix, rates: Vector, still: Vector) -> None:
         """Write the new status of each contact point by the accelerations; bounces too fast to resolve are at rest.
 
-        Each round closes a probe more, so that they end.
+        Each round closes a probe more, so that they end; or it is an impact of what friction draws in, of which there
+        are not more.
         """
+        closed, impacts = self._closed(rates, still), 0
         while True:
             rates = self._stopped(G, rates, closed)
-            y, statuses, kept, turning = self._forces(rates, closed)
+            try:
+                y, statuses, kept, turning = self._forces(rates, closed)
+            except NoForces:
+                problem = ImpactProblem(G, [self._contact(key) for key in self.keys], still)
+                together = drawn_in_together(problem, rates, self._now().problem(self.keys)[1])
+                impacts += 1
+                if together is None or impacts > len(self.keys):
+                    raise
+                rates = self._moved(G, rates, together)
+                still = np.maximum(still, STRUCK * (np.abs(G) @ np.abs(together))[::3])
+                closed = self._closed(rates, still)
+                continue
             resting = [
                 k
                 for k, key in enumerate(self.keys)

@@ -13,7 +13,14 @@ from kanefe.kane.constraints import meetings
 from kanefe.kane.rigid_contacts.contact_forces import ContactMargins, margins, probe_jacobian
 from kanefe.kane.rigid_contacts.impulses import unit_responses
 from kanefe.kane.state import State
-from kanefe.kernels.impacts.tolerances import ACCEPTED, DEEPER, ROUND_OFF_OF_FORCES, ROUND_OFF_OF_GAPS, STOPPED
+from kanefe.kernels.impacts.tolerances import (
+    ACCEPTED,
+    DEEPER,
+    ROUND_OFF_OF_ACCELERATIONS,
+    ROUND_OFF_OF_FORCES,
+    ROUND_OFF_OF_GAPS,
+    STOPPED,
+)
 from kanefe.tree.model_data import ModelData
 
 if TYPE_CHECKING:
@@ -59,6 +66,10 @@ class ContactInstant(Protocol):
         """Return the sum of the speeds with which a contact point moves by each of the speeds of the scene, m/s."""
         ...
 
+    def acceleration(self, key: Key) -> float:
+        """Return the sum of the accelerations that a contact point has by each of the speeds of the scene, m/s2."""
+        ...
+
     def margins(self) -> ContactMargins:
         """Return how far what touches is from its next event."""
         ...
@@ -85,6 +96,15 @@ def blurs(instant: ContactInstant, length: float) -> ContactMargins:
         {key: _blur_of_force(margin, largest) for key, margin in found.slip_margins.items()},
         {key: _blur_of_slip(STOPPED * instant.speed(key), instant.meeting(key)) for key in found.slips},
     )
+
+
+def noise_of_forces(instant: ContactInstant, keys: Sequence[Key]) -> float:
+    """Return below what normal forces at some contact points are round-off of accelerations, N."""
+    if not keys:
+        return 0.0
+    moved = instant.problem(keys)[0].diagonal()[::3]
+    noise = [ROUND_OFF_OF_ACCELERATIONS * instant.acceleration(key) for key in keys]
+    return max((one / by for one, by in zip(noise, moved, strict=True) if by > 0.0), default=0.0)
 
 
 def blur_of_place(met: Meeting) -> float:
@@ -154,6 +174,12 @@ class LiteralInstant:
         """Return the sum of the speeds with which a contact point moves."""
         moved = np.abs(probe_jacobian(self._free, *key)).max(axis=0)
         return float(moved @ np.abs(self._free.full[: len(moved)]))
+
+    def acceleration(self, key: Key) -> float:
+        """Return the sum of the accelerations of a contact point."""
+        moved = np.abs(probe_jacobian(self._free, *key)).max(axis=0)
+        rates = np.concatenate((self.accelerations(), self._free.driven_rates))
+        return float(moved @ np.abs(rates))
 
     def margins(self) -> ContactMargins:
         """Return how far what touches is from its next event."""

@@ -12,9 +12,13 @@ from kanefe.contact.rigid.rigid_contact import OPEN, SLIPS, STICKS, RigidContact
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.rigid_contacts.contact_forces import paradox
-from kanefe.kane.rigid_contacts.instant import ContactInstant, InstantAt, Key
+from kanefe.kane.rigid_contacts.instant import ContactInstant, InstantAt, Key, noise_of_forces
 from kanefe.kernels.impacts.tolerances import AHEAD, HOLDS, NOT_DETERMINED, ROUND_OFF_OF_FORCES
 from kanefe.tree.model_data import ModelData
+
+
+class NoForces(SimulationError):
+    """No forces of several contacts let their slips go on."""
 
 
 class StickOrSlip:
@@ -87,8 +91,10 @@ class StickOrSlip:
                 speed = float(np.linalg.norm(along))
                 slips[at], mu[at] = along / speed, contact.friction_at(speed)
         problem = Cones(G[np.ix_(rows, rows)], b[rows], mu, np.zeros(len(active)), slips)
+        noise = noise_of_forces(now, [self.keys[i] for i in active])
         while True:
             x = self._followed(problem, begins, active)
+            x = x if np.abs(x).max(initial=0.0) > noise else np.zeros(len(x))
             new = _slipping(problem, x) or self._slipping_soon(problem, x, now, active)
             if not new:
                 break
@@ -99,8 +105,9 @@ class StickOrSlip:
         forces = np.zeros(3 * k)
         forces[rows] = x
         statuses, kept, turning = [OPEN] * k, np.zeros((k, 2)), self._turning(problem, x, now, begins, active)
-        biggest, y = float(np.abs(x).max(initial=0.0)), b + G @ forces
-        least = ROUND_OFF_OF_FORCES * float(np.abs(b).max(initial=0.0)) if biggest > 0.0 else -1.0
+        biggest, moved = float(np.abs(x).max(initial=0.0)), G @ forces
+        # by what forces do, not by b: holding what would move by more takes a pull that counts among them
+        y, least = b + moved, ROUND_OFF_OF_FORCES * float(np.abs(moved).max()) if biggest > 0.0 else -1.0
         for at, i in enumerate(active):
             is_slip = not np.isnan(problem.slips[at, 0])
             # what others carry for it stays closed where it would not move either
@@ -170,29 +177,22 @@ class StickOrSlip:
                 size = float(np.linalg.norm(friction))
                 if size > 0.0:
                     problem.slips[at] = -friction / size
-        self._check_paradox(problem, active)
-        x = solved(problem)
-        if x is None:
+        x, drawn = solved(problem), _drawn_in(problem)
+        if x is None and (not drawn or len(active) > 1):
             raise self._no_forces(problem, active)
+        if x is None or drawn:
+            raise paradox(*self._named(active[drawn[0]]), self.t)
         return x
 
-    def _check_paradox(self, problem: Cones, active: list[int]) -> None:
-        for at, slip in enumerate(problem.slips):
-            if not np.isnan(slip[0]):
-                row = problem.G[3 * at]
-                own = float(row[3 * at] - problem.mu[at] * (row[3 * at + 1 : 3 * at + 3] @ slip))
-                if own <= NOT_DETERMINED * row[3 * at]:
-                    raise paradox(*self._named(active[at]), self.t)
-
-    def _no_forces(self, problem: Cones, active: list[int]) -> SimulationError:
-        """Return the error of several points at once, none of which has Painleve's paradox by itself."""
+    def _no_forces(self, problem: Cones, active: list[int]) -> NoForces:
+        """Return the error of several points at once."""
         names = sorted({self._named(i)[0].title for i in active})
         slips = sorted({self._named(i)[0].title for at, i in enumerate(active) if not np.isnan(problem.slips[at, 0])})
         why = (
             f" with which {', '.join(slips)} goes on to slip: there are none, or several, where friction presses what "
             "slips into its surfaces more than the forces of all together can hold it out (Painleve's paradox)"
         )
-        return SimulationError(
+        return NoForces(
             f"at t = {self.t:.6g} s no forces of {', '.join(names)} were found{why if slips else ''}. "
             "Remedy: less friction, or compliant contacts, kanefe.HuntCrossley(...)"
         )
@@ -200,6 +200,17 @@ class StickOrSlip:
     def _named(self, number: int) -> tuple[RigidContact, int]:
         key = self.keys[number]
         return self._contact(key), key[1]
+
+
+def _drawn_in(problem: Cones) -> list[int]:
+    """Return the slipping contacts that a force presses in by itself: Painleve's paradox."""
+    found = []
+    for at, slip in enumerate(problem.slips):
+        row = problem.G[3 * at]
+        own = row[3 * at] - problem.mu[at] * (row[3 * at + 1 : 3 * at + 3] @ slip)
+        if own <= NOT_DETERMINED * row[3 * at]:  # not so of what may stick: NaN
+            found.append(at)
+    return found
 
 
 def _at_limit(problem: Cones, x: Vector) -> set[int]:
@@ -216,7 +227,7 @@ def _at_limit(problem: Cones, x: Vector) -> set[int]:
 
 def _slipping(problem: Cones, x: Vector) -> dict[int, Vector]:
     """Return the directions of the accelerations of what should stick and does not, by its number."""
-    y = problem.G @ x + problem.b
-    least = ROUND_OFF_OF_FORCES * float(np.abs(problem.b).max(initial=0.0))
+    moved = problem.G @ x
+    y, least = moved + problem.b, ROUND_OFF_OF_FORCES * float(np.abs(moved).max(initial=0.0))
     found = {at: y[3 * at + 1 : 3 * at + 3] for at in sorted(_at_limit(problem, x))}
     return {at: along / np.linalg.norm(along) for at, along in found.items() if np.linalg.norm(along) > least}

@@ -65,6 +65,8 @@ class Moment(NamedTuple):
         Accelerations of the free speeds that unit forces add.
     sizes : ndarray, shape (points,)
         Sum of the speeds with which a point moves by each of the speeds of the scene, m/s.
+    accelerated : ndarray, shape (points,)
+        Sum of the accelerations that it has by each of them while all hold, m/s2.
     """
 
     met: RealRows
@@ -73,6 +75,7 @@ class Moment(NamedTuple):
     b: Reals
     responses: RealRows
     sizes: Reals
+    accelerated: Reals
 
 
 TAKES, ACTIVE, BEFORE, AFTER, IS_TAKING, IS_CONCERNED, IS_LIFTED, IS_STRUCK, IS_CLOSED, BEGINS, IS_NEW = range(11)
@@ -144,7 +147,7 @@ def decision_of(points: int, free: int, size: int) -> Decision:
 
     def moment() -> Moment:
         met, axes = np.zeros((points, MET_NUMBERS)), np.zeros((points, 9))
-        return Moment(met, axes, np.zeros((n, n)), np.zeros(n), np.zeros((n, free)), np.zeros(points))
+        return Moment(met, axes, np.zeros((n, n)), np.zeros(n), np.zeros((n, free)), *np.zeros((2, points)))
 
     return Decision(
         now=moment(),

@@ -192,6 +192,7 @@ def _put_moment(scene: ContactScene, flags: np.ndarray, count: int, u: np.ndarra
     loops, looked, free = scene.loops, scene.looked, moment.responses.shape[1]
     kept = unit_responses_in(looked.holding, loops, looked.speeds)
     first = len(loops.rows) - 3 * len(loops.points.places)
+    du = looked.vectors[SLOPE, looked.first_state - free : looked.first_state]
     for a in range(count):
         p = flags[TAKES, a]
         copy(kept.exerted.met[p], moment.met[p])
@@ -208,18 +209,19 @@ def _put_moment(scene: ContactScene, flags: np.ndarray, count: int, u: np.ndarra
                 for k in range(3 * q, min(3 * q + 3, i + 1)):
                     moves = kept.scale[j] != 0.0 and kept.scale[first + k] != 0.0
                     moment.G[i, k] = moment.G[k, i] = kept.A[j, first + k] if moves else 0.0
-        moment.sizes[p] = _size(kept, first + 3 * p, u, looked.drives, free)
+        moment.sizes[p] = _moved(kept, first + 3 * p, u, looked.drives, 1, free)
+        moment.accelerated[p] = _moved(kept, first + 3 * p, du, looked.drives, 2, free)
     if has_loops(loops, kept):
         _hold_loops(loops, kept, flags, count, moment)
 
 
 @inlined
-def _size(kept: UnitResponses, j: int, u: np.ndarray, drives: np.ndarray, free: int) -> float:
-    """Return the sum of the speeds with which the point of three rows moves."""
+def _moved(kept: UnitResponses, j: int, u: np.ndarray, drives: np.ndarray, rate: int, free: int) -> float:
+    """Return the sum of the speeds with which the point of three rows moves, or of its accelerations (rate 1, 2)."""
     total = 0.0
     for c in range(free + len(drives)):
         largest = max(abs(kept.J[j, c]), max(abs(kept.J[j + 1, c]), abs(kept.J[j + 2, c])))
-        total += largest * abs(u[c] if c < free else drives[c - free, 1])
+        total += largest * abs(u[c] if c < free else drives[c - free, rate])
     return total
 
 

@@ -38,7 +38,13 @@ from kanefe.kernels.impacts.decision import (
     solve,
 )
 from kanefe.kernels.impacts.impulses import is_at_rest, put_active
-from kanefe.kernels.impacts.tolerances import AHEAD, HOLDS, NOT_DETERMINED, ROUND_OFF_OF_FORCES
+from kanefe.kernels.impacts.tolerances import (
+    AHEAD,
+    HOLDS,
+    NOT_DETERMINED,
+    ROUND_OFF_OF_ACCELERATIONS,
+    ROUND_OFF_OF_FORCES,
+)
 
 Ahead = tuple[float, np.ndarray, float, float]
 """Time and state of an event, span and end of the run."""
@@ -99,16 +105,16 @@ def _put_found(decision: Decision, count: int, k: int) -> None:
     """Write the accelerations by the forces that were found, and what they say of each point."""
     flags, vectors = decision.flags, decision.vectors
     now, x, y, problem = decision.now, vectors[X], vectors[ACCELERATIONS], decision.problem
-    largest, biggest = 0.0, largest_of(x, 3 * k)
+    largest, biggest = 0.0, largest_of(x, 3 * k)  # by what forces do: to hold what moves more takes a pull that counts
     for a in range(count):
         p = flags[TAKES, a]
         flags[AFTER, p] = OPEN
         for i in range(3 * p, 3 * p + 3):
             y[i] = now.b[i]
-            largest = max(largest, abs(now.b[i]))
             for b in range(k):
                 for j in range(3):
                     y[i] += now.G[i, 3 * flags[ACTIVE, b] + j] * x[3 * b + j]
+            largest = max(largest, abs(y[i] - now.b[i]))
     least = ROUND_OFF_OF_FORCES * largest if biggest > 0.0 else -1.0
     for a in range(k):
         p, slips = flags[ACTIVE, a], is_given(problem, a)
@@ -134,7 +140,13 @@ def _find_slipping(cones: ConeMemory, k: int, x: np.ndarray, decision: Decision)
     """Write which contacts should stick and do not, and along what their accelerations are; return if there are any."""
     flags, directions = decision.flags, decision.directions
     n, biggest, found = 3 * k, largest_of(x, 3 * k), False
-    least = ROUND_OFF_OF_FORCES * largest_of(cones.b, n)
+    largest = 0.0
+    for i in range(n):
+        moved = 0.0
+        for j in range(n):
+            moved += cones.G[i, j] * x[j]
+        largest = max(largest, abs(moved))
+    least = ROUND_OFF_OF_FORCES * largest
     for a in range(k):
         flags[IS_NEW, a] = 0
         if not _is_at_limit(cones, a, x, biggest):
@@ -285,4 +297,13 @@ def _follow(asking: Asking, decision: Decision, k: int) -> bool:
             rubbed = row[at + 1] * problem.slips[a, 0] + row[at + 2] * problem.slips[a, 1]
             if row[at] - problem.of_each[MU, a] * rubbed <= NOT_DETERMINED * row[at]:
                 return False
-    return solve(asking, False, k, X, False)
+    if not solve(asking, False, k, X, False):
+        return False
+    x, noise = vectors[X], 0.0
+    for a in range(k):
+        own = decision.now.G[3 * flags[ACTIVE, a], 3 * flags[ACTIVE, a]]
+        if own > 0.0:
+            noise = max(noise, ROUND_OFF_OF_ACCELERATIONS * decision.now.accelerated[flags[ACTIVE, a]] / own)
+    if largest_of(x, 3 * k) <= noise:  # what falls freely presses on nothing
+        x[: 3 * k] = 0.0
+    return True

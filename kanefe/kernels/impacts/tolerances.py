@@ -10,6 +10,11 @@ ROUND_OFF_OF_FORCES = 1e-9
 """Force relative to the largest below which its sign is round-off: the residual to which the complementarity problem is
 solved."""
 
+ROUND_OFF_OF_ACCELERATIONS = 1e-12
+"""Acceleration of a contact point, relative to the sum of those by each of the speeds of the scene, below which its
+sign is round-off; and so is the force that would give it. What falls freely presses on nothing, though its forces have
+a largest one."""
+
 STOPPED = 1e-7
 """Slip speed, relative to the speeds with which a contact point moves, below which it does not slip and its
 acceleration decides. Up to this speed, by `kanefe.kernels.contact.rigid_points.STRAIGHT`, the direction of an ending
@@ -84,6 +89,10 @@ its direction from there on: steps leave it no better known."""
 BRANCHES, TURNS_AT = 50, 1e6
 """Largest number of changes between slip, stick, loading and unloading in an impact, of which theory allows a few; and
 angle by which a slip may turn, rad, or logarithm of its growth."""
+
+SHORTEST = 1e-9
+"""Change of the rates by accelerations, relative to the largest, in the time in which an impact without collision is
+looked for."""
 
 APART = 1e-12
 """Response of a contact to an impulse at another, relative to those to their own, below which they are not coupled."""

@@ -271,3 +271,30 @@ def test_a_slip_that_no_longer_turns_goes_straight_to_its_end():
     back = (1.0 - there * (1.0 + mu * g)) / (1.0 - mu * g)  # and one along it, up to where nothing approaches
     # what is aside of it turns it on a way a thousandth as long
     np.testing.assert_allclose(found, (there + back, 0.0, mu * (there - back)), rtol=0, atol=1e-2 * aside)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.4])
+def test_feet_that_friction_draws_in_are_stopped_by_an_impact_of_all(restitution):
+    """A heavy table top, high on light legs, slides: its front foot sticks at once, and it goes on about that."""
+    height, half, radius, mass = 1.0, 0.1, 0.1, 2.0
+    scene = kf.System(gravity=(0, 0, -9.81))
+    floor = scene.add_surface("floor", scene.ground, shapes.Plane("z"))
+    start = kf.Free(position=(0, 0, height), velocity=(1.0, 0, 0))
+    table = scene.add_rigid_body("table", mass, mass * radius**2, joint=start)
+    feet = [table.frame(at=(x, 0, -height)) for x in (half, -half)]
+    scene.add_contact("feet", feet, floor, normal=kf.Rigid(restitution), friction=kf.Coulomb(0.6))
+    model = scene.freeze()
+    _, u, _ = model.parts(model.route.start(0.0))
+    # what turns about the foot keeps its momentum about it; then e of the impulse that lets go, within its friction
+    square = radius**2 + height**2 + half**2
+    stopped = np.array((height, 0, half)) * height / square
+    moved, turn = u[:3], u[3:]
+    taken = 0.5 * mass * (1.0 - moved @ moved - radius**2 * turn @ turn)
+    assert taken >= -1e-12
+    if restitution == 0.0:
+        np.testing.assert_allclose(moved, stopped, rtol=0, atol=1e-9)  # m/s; the time in which the impact is looked for
+        np.testing.assert_allclose(turn, (0, height / square, 0), rtol=0, atol=1e-9)
+    else:
+        pressed = mass * (stopped - (1.0, 0, 0))
+        np.testing.assert_allclose(mass * moved[2], (1.0 + restitution) * pressed[2], rtol=1e-9)
+    np.testing.assert_allclose(model.literal.start(0.0), model.route.start(0.0), rtol=0, atol=1e-9)

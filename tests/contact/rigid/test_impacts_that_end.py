@@ -11,7 +11,7 @@ from kanefe.checks.verification.woodpecker import CASES, toy
 from kanefe.contact.rigid.cone import Cones, residual, solved
 from kanefe.integrate.events.contact_changes import ContactChange, LastLook
 from kanefe.integrate.events.storms import without_end
-from robustness.rocking import cam, rocking_block, tossed_cube
+from robustness.rocking import cam, rocking_block, stack, tossed_cube
 
 ENDLESS = (-0.308124961857349, 0.043934921306949, 0.144379563125173, -0.791631275300168, -0.121571254882793)
 ENDLESS += (0.032861951071738, -0.597879959627860, 1.179133295729506, -0.387746582418233, -0.022533470793785)
@@ -55,6 +55,32 @@ def test_random_ones_finish(build):
     for seed in range(3):
         scene, end = build(seed)
         assert scene.simulate((0.0, end), output_step=end).status.is_finished, seed
+
+
+@pytest.mark.parametrize(("seed", "end"), [(8, 0.05), (30, 0.12), (45, 0.08)])
+def test_stacks_that_are_thrown_up_go_on(seed, end):
+    """Their blocks press on each other with nothing but round-off."""
+    scene, _ = stack(seed)
+    assert scene.simulate((0.0, end), output_step=end).status.is_finished
+
+
+def test_what_falls_freely_is_held_and_let_go_by_the_least_of_forces():
+    """Springs of 10 nN pull one body onto another and push a third off it, which thereby leaves at 1e-9 of gravity."""
+    scene = kf.System(gravity=(0, 0, -9.81))
+    floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
+    below = scene.add_rigid_body("below", 1.0, 0.01, joint=kf.Prismatic("z", speed=1.0))
+    top = scene.add_surface("top", below, kf.shapes.Plane("z"))
+    scene.add_contact("thrown", below, floor, normal=kf.Rigid(), friction=kf.Coulomb(0.5))
+    for name, pushed in (("pulled", -1e-8), ("pushed", 1e-8)):
+        spring = kf.CoordinateForce(stiffness=1e-3, rest=pushed / 1e-3)
+        body = scene.add_rigid_body(name, 1.0, 0.01, parent=below, joint=kf.Prismatic("z", forces=spring))
+        scene.add_contact(name, body, top, normal=kf.Rigid(), friction=kf.Coulomb(0.5))
+    result = scene.simulate((0.0, 0.1))
+    assert result.status.is_finished
+    off = result.position("pushed")[-1, 2] - result.position("below")[-1, 2]
+    # two bodies below it take their share of 10 nN: its acceleration is 1.5 of force over mass (m)
+    assert off == pytest.approx(0.5 * 1.5e-8 * 0.1**2, rel=1e-3)
+    assert abs(result.position("pulled")[-1, 2] - result.position("below")[-1, 2]) < 1e-15
 
 
 def corners(seed: int) -> Cones:
