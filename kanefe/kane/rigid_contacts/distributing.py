@@ -16,21 +16,15 @@ import numpy as np
 
 from kanefe.contact.rigid.rigid_contact import RigidContact
 from kanefe.frames import Matrix, Vector
-
-STEP = 0.005
-"""Step relative to the time of the stiffest contact on the lightest mass; leapfrog's error is a 24th of its square."""
-
-LEAST_RESTITUTION = 0.1
-"""Restitution relative to 1, as which smaller ones count: a hundredth of the energy. What parts takes shorter steps."""
-
-MOST_STEPS = 400_000
-"""Largest number of steps: a few thousand are common."""
-
-HELD, MOST_SWEEPS = 1e-8, 1000
-"""Change of the friction of a sweep, relative to the normal forces, up to which it is found; and most of them."""
-
-OVER = 1e-9
-"""Approach relative to the rates before below which an impact is over."""
+from kanefe.kernels.impacts.tolerances import (
+    HELD,
+    LEAST_RESTITUTION,
+    MOST_SHARING_STEPS,
+    MOST_SWEEPS,
+    NEARLY_HELD,
+    OVER,
+    SHARING_STEP,
+)
 
 
 def distributed(G: Matrix, rates: Vector, contacts: Sequence[RigidContact]) -> Vector | None:
@@ -57,11 +51,11 @@ def distributed(G: Matrix, rates: Vector, contacts: Sequence[RigidContact]) -> V
 def _followed(G: Matrix, rates: Vector, e: Vector, k: Vector, n: Vector, mu: Vector) -> Vector | None:
     x, force, p, v = np.zeros(len(e)), np.zeros(len(rates)), np.zeros(len(rates)), rates.copy()
     slower, friction = 1.0 / e**2, _Friction(G, mu)
-    for _ in range(MOST_STEPS):
+    for _ in range(MOST_SHARING_STEPS):
         parts = v[::3] > 0.0
         if not x.any() and v[::3].min() >= -OVER:
             return p
-        h = STEP * float(e[parts & (x > 0.0)].min(initial=1.0))
+        h = SHARING_STEP * float(e[parts & (x > 0.0)].min(initial=1.0))
         x = _moved(x, v[::3], slower, 0.5 * h)
         force[::3] = k * x**n
         if not friction.put(v, h, force):
@@ -93,6 +87,7 @@ class _Friction:
         if not self._rows:
             return True
         largest, moved = float(force[::3].max()), v + h * self._G @ force
+        worst = np.inf
         for _ in range(MOST_SWEEPS):
             worst = 0.0
             for i, own, stiffest in self._rows:
@@ -104,7 +99,7 @@ class _Friction:
                 worst = max(worst, abs(float(change[0])), abs(float(change[1])))
             if worst <= HELD * largest:
                 return True
-        return False
+        return worst <= NEARLY_HELD * largest
 
 
 def _without_gain(G: Matrix, rates: Vector, p: Vector) -> Vector:

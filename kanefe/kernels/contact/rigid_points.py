@@ -72,6 +72,8 @@ class PointConstants(NamedTuple):
     Attributes
     ----------
     restitution : float
+    stiffness, exponent : float
+        Of an impact that contacts share by them.
     belt : ndarray, shape (3,)
         Velocity of the surface in its axes, m/s.
     friction : ndarray
@@ -84,6 +86,8 @@ class PointConstants(NamedTuple):
     axis: Any
     share: Any
     restitution: Any
+    stiffness: Any
+    exponent: Any
     belt: Any
     friction: Any
 

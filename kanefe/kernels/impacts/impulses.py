@@ -41,6 +41,7 @@ from kanefe.kernels.impacts.decision import (
     X,
     solve,
 )
+from kanefe.kernels.impacts.distributing import distribute
 from kanefe.kernels.impacts.stronge import strike_one
 from kanefe.kernels.impacts.tolerances import (
     ADDED,
@@ -91,7 +92,7 @@ def put_active(decision: Decision, k: int) -> None:
 def strike(asking: Asking, decision: Decision, count: int, u: np.ndarray, z: np.ndarray) -> bool:
     """Change free speeds, rates and energies of contacts by the impulses of an impact; return whether there are some.
 
-    What has to be told with numbers, or has contacts that distribute an impact, is left to Python.
+    What has to be told with numbers is left to Python.
     """
     flags, vectors, speeds, now = decision.flags, decision.vectors, decision.speeds, decision.now
     rates, forces, places = vectors[RATES_OF_POINTS], vectors[FORCES], asking.points.places
@@ -116,7 +117,7 @@ def strike(asking: Asking, decision: Decision, count: int, u: np.ndarray, z: np.
             copy(vectors[OTHER][3 * b : 3 * b + 3], forces[3 * flags[ACTIVE, b] : 3 * flags[ACTIVE, b] + 3])
         if _gives_energy(decision, count, p):
             return False
-        depends = k > 1 and _depends_on_order(asking, decision, count, p)
+        depends = k > 1 and not _shares(asking, decision, k) and _depends_on_order(asking, decision, count, p)
         for b in range(count):
             q = flags[TAKES, b]
             if flags[GROUP, q] == p:
@@ -139,6 +140,15 @@ def strike(asking: Asking, decision: Decision, count: int, u: np.ndarray, z: np.
         speeds[NOT_MOVING, p] = max(speeds[NOT_MOVING, p], STRUCK * size)
         z[places[p, FIRST_STATE] + TAKEN] += taken
     return True
+
+
+@kernel
+def _shares(asking: Asking, decision: Decision, k: int) -> bool:
+    """Return whether any of k active points distributes its impacts."""
+    found = False
+    for a in range(k):
+        found = found or asking.points.places[decision.flags[ACTIVE, a], LAW] == DISTRIBUTING
+    return found
 
 
 @kernel
@@ -256,10 +266,10 @@ def _press_together(asking: Asking, decision: Decision, k: int, rates: np.ndarra
         pressed = decision.vectors[OTHER]
         pressed[0], pressed[1], pressed[2] = first, second, third
         return is_found, False
-    for a in range(k):
-        if points.places[decision.flags[ACTIVE, a], LAW] == DISTRIBUTING:
-            return False, False
     put_active(decision, k)
+    if _shares(asking, decision, k):
+        pressed = decision.vectors[OTHER]
+        return distribute(points, decision.flags[ACTIVE], k, rates, decision.problem, pressed), False
     if _press(asking, decision, k, rates, False):
         return True, False
     return _press(asking, decision, k, rates, True), True

@@ -110,6 +110,21 @@ IN_TURN, STILL_IN_TURN = 60, 1e-6
 """Largest number of impacts of one contact after the other that stand for one of several; and approach, relative to
 their rates, below which none follows."""
 
+SHARING_STEP, MOST_SHARING_STEPS = 0.005, 400_000
+"""Step of an impact that contacts share by their compliance, relative to the time of the stiffest one on the lightest
+mass: leapfrog's error is a 24th of its square; and largest number of steps, of which a few thousand are common."""
+
+LEAST_RESTITUTION = 0.1
+"""Restitution relative to 1, as which smaller ones count there: a hundredth of the energy. What parts takes shorter
+steps."""
+
+HELD, NEARLY_HELD, MOST_SWEEPS = 1e-8, 1e-6, 1000
+"""Change of the friction of a sweep there, relative to the normal forces, up to which it is found; up to which it is
+taken after the most sweeps; and how many these are."""
+
+OVER = 1e-9
+"""Approach relative to the rates before below which such an impact is over."""
+
 JUMPS = 0.01
 """Change of a rate, relative to the largest before an impact, from which it counts that contacts struck together and
 not one after the other."""

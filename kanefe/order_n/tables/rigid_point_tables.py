@@ -38,7 +38,8 @@ def rigid_points(builder: FrameOffsets) -> RigidPoints:
             friction = contact.friction
             steady = SteadyNumbers(0.0, 0.0) if friction is None else friction.steady
             own = probe.point, probe.radius, probe.ring, probe.axis, probe.share
-            numbers.append(flat(PointConstants(*own, contact.law.restitution, contact.belt, steady)))
+            law = contact.law.restitution, contact.law.stiffness, contact.law.exponent
+            numbers.append(flat(PointConstants(*own, *law, contact.belt, steady)))
         shapes += [float(contact.shape.kind), *contact.shape.numbers.tolist()]
     return RigidPoints(
         places=np.array(places, dtype=np.int64).reshape(-1, POINT_INTEGERS),

@@ -14,6 +14,9 @@ from kanefe.kane.rigid_contacts import impact_laws
 from kanefe.kane.rigid_contacts.distributing import distributed
 from kanefe.kane.rigid_contacts.impact_laws import ImpactProblem, coupled, impact
 from kanefe.kane.rigid_contacts.stronge import Rubs, held_by, struck
+from kanefe.kernels.impacts.contact_questions import START
+from kanefe.order_n.contact_changing import ContactChanger
+from kanefe.tree.scales import moving_length
 
 GAINS = {72: 79.05, 17: 12.74}
 """Kinetic energy after over that before of scenes of `pendulum` by Newton's law (Kane & Levinson's problem)."""
@@ -298,3 +301,18 @@ def test_feet_that_friction_draws_in_are_stopped_by_an_impact_of_all(restitution
         pressed = mass * (stopped - (1.0, 0, 0))
         np.testing.assert_allclose(mass * moved[2], (1.0 + restitution) * pressed[2], rtol=1e-9)
     np.testing.assert_allclose(model.literal.start(0.0), model.route.start(0.0), rtol=0, atol=1e-9)
+
+
+def test_an_impact_that_feet_share_is_that_of_the_literal_route():
+    """Four feet of unlike stiffness, exponent and restitution strike with friction; compiled code decides it alone."""
+    scene = kf.System(gravity=(0, 0, -9.81))
+    floor = scene.add_surface("floor", scene.ground, shapes.Plane("z"))
+    start = kf.Free(position=(0, 0, 0.1), velocity=(0.5, 0.2, -1.0), angular_velocity=(0.3, -0.2, 0.4))
+    table = scene.add_rigid_body("table", 2.0, (0.02, 0.03, 0.04), joint=start)
+    for i, (x, y) in enumerate([(0.2, 0.2), (-0.2, 0.2), (0.2, -0.2), (-0.2, -0.2)]):
+        law = kf.Rigid(0.2 * i, "distributing", stiffness=1.0 + i, exponent=1.0 + 0.2 * i)
+        scene.add_contact(f"{i}", table.frame(at=(x, y, -0.1)), floor, normal=law, friction=kf.Coulomb(0.3))
+    model = scene.freeze()
+    assert ContactChanger(model.route).ask(START, 0.0, model.initial_state, 1.0, 1.0, 1e-6, moving_length(model))
+    # some thousand steps, the same in both; the friction of each is found to 1e-8
+    np.testing.assert_allclose(model.route.start(0.0), model.literal.start(0.0), rtol=0, atol=1e-6)
