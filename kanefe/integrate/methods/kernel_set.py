@@ -59,6 +59,9 @@ class Kernels:
     settles_outputs : bool
         Whether stiff modes are settled in outputs: see `kanefe.kernels.steppers.settled_outputs`. Its steps may be long
         beside their periods, and its polynomial has the accelerations.
+    scales_with_forces : bool
+        Whether errors of modes are measured against the forces of their bodies, beside positions: see
+        `kanefe.kernels.steppers.force_scales`.
     of_tolerance : function
         The estimate that a step may have, for a relative tolerance.
     prepare : function (memory), optional
@@ -86,6 +89,7 @@ class Kernels:
     takes_directions: bool = False
     keeps_balance: bool = False
     settles_outputs: bool = False
+    scales_with_forces: bool = False
     of_tolerance: Callable[[float], float] = float
     prepare: Callable[[Memory], None] | None = None
     restart_share: float = 0.1

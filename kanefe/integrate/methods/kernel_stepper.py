@@ -25,6 +25,7 @@ from kanefe.integrate.step_times import StepTimes
 from kanefe.integrate.stepper import BESIDE, LEAST_STEPS, Unconverged, beyond
 from kanefe.kernels.compiler.entries import LATER, Bound
 from kanefe.kernels.events.kinks import step_again
+from kanefe.kernels.steppers.force_scales import put_force_scales
 from kanefe.kernels.steppers.settled_outputs import IS_SETTLING, NOT_SETTLED, next_command
 from kanefe.kernels.steppers.step_commands import (
     AT,
@@ -45,8 +46,10 @@ from kanefe.kernels.steppers.step_commands import (
     JACOBIAN,
     JACOBIAN_ROW,
     JACOBIANS,
+    LARGE,
     LARGEST,
     LARGEST_OF_DRIVES,
+    LEAST_ALLOWED,
     LOCKED_SPEEDS,
     LONGEST_RESTART,
     LOOKS_FOR_JUMPS,
@@ -54,6 +57,7 @@ from kanefe.kernels.steppers.step_commands import (
     MAP_SIZE,
     NEXT_OUTPUT,
     NEXT_STEP,
+    OF_FORCES,
     PROJECT,
     RATES,
     REACH,
@@ -80,6 +84,7 @@ from kanefe.kernels.steppers.step_commands import (
     TIME_OF_SHORTEST,
     TIME_OLD,
     TO_EVENT,
+    UNIT,
     WAITING,
     WANTS_DENSE,
     WEAKEST,
@@ -91,7 +96,7 @@ from kanefe.kernels.steppers.step_commands import (
 from kanefe.loads.valued_load import UnfitValue
 from kanefe.tree.model_data import QUADRATURES
 from kanefe.tree.route import MethodNeeds
-from kanefe.tree.scales import coordinate_moves
+from kanefe.tree.scales import coordinate_moves, displacement_scales
 
 if TYPE_CHECKING:
     from kanefe.integrate.sampling import Sampler
@@ -108,6 +113,9 @@ advance."""
 OF_STEPS = ("steps", "rejected", "evaluations"), [STEPS, REJECTED, EVALUATIONS]
 OF_JACOBIANS = (*OF_STEPS[0], "factorisations", "jacobians"), [*OF_STEPS[1], FACTORISATIONS, JACOBIANS]
 """Names in the statistics and places among the integers of what is counted, without and with Jacobians."""
+
+LEAST_MODE = 1e-13
+"""Least error that is allowed along a mode, relative to what moves its body by its size: hundreds of round-offs."""
 
 NO_CLUSTER = 1e-3
 """Length of a step after rejections, relative to the longest so far, below which they have clustered: across a jump a
@@ -198,10 +206,28 @@ class KernelStepper:
             rtol,
             atol * dynamics.scales(start, self.vectors[STATE], control.looseness),
         )
+        self._scale_modes(control.rtol)
         if kernels.prepare is not None:
             kernels.prepare(self)
         if kernels.first_step is not None and control.step is None:
             reals[NEXT_STEP] = kernels.first_step(self)
+
+    def _scale_modes(self, rtol: float) -> None:
+        """Let modes be followed relative to the forces of their bodies, where the method does so."""
+        model, vectors, n = self.dynamics.model, self.vectors, self.dynamics.model.coordinate_count
+        vectors[LARGE] = vectors[SCALE]
+        if self.integers[IS_FIXED] or not self._kernels.scales_with_forces:
+            return
+        displacements = displacement_scales(model)
+        bodies = [body.flexible.speeds for body in model.bodies if body.flexible is not None]
+        of_speeds = {speed: k + 1 for k, speeds in enumerate(bodies) for speed in range(speeds.start, speeds.stop)}
+        for turns, at, speed in coordinate_moves(model):
+            if not turns and speed in of_speeds:
+                vectors[UNIT, at], vectors[UNIT, n + speed] = 1.0 / displacements[speed], of_speeds[speed]
+                least = min(LEAST_MODE * displacements[speed] / vectors[LARGE, at], 1.0)
+                vectors[SCALE, [at, n + speed]] = least * vectors[LARGE, [at, n + speed]]
+        self.reals[[OF_FORCES, LEAST_ALLOWED]] = rtol, LEAST_MODE
+        put_force_scales(self.integers, self.reals, vectors)
 
     @property
     def t(self) -> float:

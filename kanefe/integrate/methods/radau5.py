@@ -68,6 +68,7 @@ def _kernels() -> Kernels:
         of_tolerance=of_order_three,
         prepare=_follow_states,
         settles_outputs=True,
+        scales_with_forces=True,
         restart_share=0.0,  # vibrations may begin there
     )
 

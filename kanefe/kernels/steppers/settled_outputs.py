@@ -20,6 +20,7 @@ from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import RealRows
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.evaluation.bending import watch_bends
+from kanefe.kernels.steppers.force_scales import put_force_scales
 from kanefe.kernels.steppers.step_commands import (
     ACCEPTED,
     AT,
@@ -32,11 +33,12 @@ from kanefe.kernels.steppers.step_commands import (
     HAS_LOOPS,
     IMPLICIT,
     IS_FIXED,
+    LARGE,
     LOOKS_FOR_JUMPS,
     MAP,
     MAP_SIZE,
+    OF_FORCES,
     RELATIVE,
-    SCALE,
     SETTLE,
     SETTLES,
     SHARE_DAMPING,
@@ -104,6 +106,8 @@ def go_on(run: Run, vectors: np.ndarray) -> int:
                 look_at_clock(clock, True)
             if integers[BENDS] > 0:  # where the step began: what it went past an event with has not been
                 watch_bends(integers[integers[BENDS] :], reals, reals[TIME_OLD], vectors[STATE_OLD])
+            if reals[OF_FORCES] > 0.0:
+                put_force_scales(integers, reals, vectors)
             if integers[LOOKS_FOR_JUMPS] > 0:
                 watch_steps(integers, reals, vectors)
             first = stored = integers[STORED]
@@ -157,7 +161,7 @@ def _take_settled(run: Run, vectors: np.ndarray) -> None:
                 if is_moved == 1:
                     state[at] += change
                     continue
-                allowed = PROMISED * (vectors[SCALE, at] + reals[RELATIVE] * abs(state[at]))
+                allowed = PROMISED * (vectors[LARGE, at] + reals[RELATIVE] * abs(state[at]))
                 farthest = max(farthest, abs(change) / allowed if abs(change) < np.inf else np.inf)
         if farthest > 1.0 and not (integers[IS_FIXED] and farthest < np.inf):
             break

@@ -106,7 +106,10 @@ LONGEST_RESTART = 40  # the longest first step after an event
 # Of the accepted step that was the shortest of all relative to the longest before it, after others were rejected there:
 # that share, and its start, whose state is in the row AT_SHORTEST; and the longest step, and the rejected ones, so far
 SHORTEST_SHARE, TIME_OF_SHORTEST, LONGEST, REJECTED_SO_FAR = range(41, 45)
-REALS_OF_METHOD = 45
+# What is allowed along modes, relative to the largest force, 0 where that is not asked; and the least, relative to what
+# moves a body by its size: see `kanefe.kernels.steppers.force_scales`
+OF_FORCES, LEAST_ALLOWED = range(45, 47)
+REALS_OF_METHOD = 47
 
 # From the place BREAKPOINTS on in `reals`, where it is not 0: the place of the next breakpoint, that of the last at
 # which steps have to end, how many these are at a time, the rejected steps at the last look; then 0, or the place of
@@ -121,9 +124,12 @@ PIECES_OF_FREE_STEP = 4.0  # steps that want more pieces of a table than these p
 # of a row, or 0; and the rows: see `kanefe.integrate.locked_speeds`
 
 # Rows of `vectors`, each of the length of a state (q, u, dissipated energy, work). ELASTIC is 1 at the speeds of modes
-# of bodies, whose coordinates are settled
+# of bodies, whose coordinates are settled. LARGE is SCALE for positions. UNIT is for modes one over a coordinate that
+# moves their body by its size, and at their speeds the number of the body, from 1 on; LARGEST_FORCES at the first
+# coordinate of each body the square of its largest force
 AT, SLOPE, DAMPING_DIRECTION, STIFFNESS_DIRECTION, STATE, STATE_OLD, SCALE, AT_SHORTEST, ELASTIC = range(9)
-ROWS_OF_METHOD = 9
+LARGE, UNIT, LARGEST_FORCES = range(9, 12)
+ROWS_OF_METHOD = 12
 RIGID = ROWS_OF_METHOD  # with BALANCE six rows: speeds of the rigid motions of the scene, about its centre of mass
 
 

@@ -62,8 +62,9 @@ def test_the_error_follows_the_tolerance(scene: str) -> None:
     tolerances = np.array([1e-4, 1e-6, 1e-8])
     runs = [integrate(model, (0.0, 1.0), method="radau5", rtol=r, output_times=times) for r in tolerances]
     errors = np.array([abs(run.coordinates - exact).max() for run in runs])
-    # neither larger nor much smaller: what a step may have is that of an estimate of order 3, not of the step itself
-    assert np.all((0.01 * tolerances < errors) & (errors < 10.0 * tolerances))
+    # neither larger nor much smaller: what a step may have is that of an estimate of order 3, not of the step itself;
+    # of the soft arm, whose modes are followed as their forces ask for, some thousandths
+    assert np.all((0.001 * tolerances < errors) & (errors < 10.0 * tolerances))
     # steps as rtol^(2/3 / 4), errors as h^5: a hundredth of rtol is 1 / 46 of the error
     assert np.all((0.001 * errors[:-1] < errors[1:]) & (errors[1:] < 0.1 * errors[:-1]))
 
