@@ -142,13 +142,13 @@ class Result(Reader):
         rtol. The error is the largest difference to these: what stiffness makes of the errors that rtol allows, and not
         how far the motion itself has strayed since the start of the run. Of scenes with flexible bodies it is
         estimated when a force is first read; ``print(result)`` and ``result.statistics["force_error"]`` have the worst,
-        and an `AccuracyWarning` is issued where that of a force that is read is above 100 rtol of its largest value.
+        or ``"force_error_unknown"`` why there is none, and an `AccuracyWarning` is issued where that of a force that is
+        read is above 100 rtol of its largest value.
 
         Raises
         ------
         ModelError
-            If there is no estimate: of a file, fixed steps, controllers, rigid contacts, unreduced bodies, or outputs
-            too far apart.
+            If there is no estimate: of a file, controllers, rigid contacts, unreduced bodies, or outputs too far apart.
 
         Examples
         --------

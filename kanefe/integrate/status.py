@@ -189,8 +189,11 @@ def summary(status: RunStatus, statistics: Mapping[str, Any], events: Mapping[st
         unfit = f", more than fits rtol {rtol:g}" if share > fits else ""
         lines.append(f"  energy  balance {missing:+.3g} J at the end, {share:.2g} of what moved{unfit}")
     if "force_error" in statistics:
-        quantity, name, part, error, largest = statistics["force_error"]
-        lines.append(f"  forces  error about {error / largest:.1g} of the largest, of {part} in {quantity} {name!r}")
+        quantity, name, part, error, largest, is_least = statistics["force_error"]
+        size = f"{'at least' if is_least else 'about'} {error / largest:.1g}"
+        lines.append(f"  forces  error {size} of the largest, of {part} in {quantity} {name!r}")
+    if "force_error_unknown" in statistics:
+        lines.append(f"  forces  {statistics['force_error_unknown']}")
     if "bending" in statistics:
         bending = Bending(*statistics["bending"])
         lines.append(f"  bending {bending}{', beyond its valid range' if bending.is_too_far else ''}")

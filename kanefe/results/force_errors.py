@@ -17,18 +17,20 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import AccuracyWarning, KanefeError, ModelError, outside
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.integrate.methods.elastic_speeds import elastic_speeds
 from kanefe.integrate.methods.kernel_stepper import KernelStepper
 from kanefe.integrate.methods.table import row_for, serving
 from kanefe.integrate.stepper import ATOL_SHARE, StepControl
 from kanefe.integrate.trajectory import Trajectory
-from kanefe.kernels.steppers.step_commands import NEXT_STEP
+from kanefe.kernels.steppers.step_commands import LARGE, NEXT_STEP, OF_FORCES, SCALE
 from kanefe.results.channels import RunChannels
 from kanefe.results.quantities import resolved_parts
 from kanefe.tree.scales import scene_length
 
 TIGHTER = 0.01
 """Tolerance of the parts that are run again, relative to that of the run."""
+
+RTOL_OF_FIXED = 1e-6
+"""Relative tolerance of parts of a run with fixed steps, which has none itself."""
 
 PARTS = 5
 """Number of parts of a run that are run again."""
@@ -60,6 +62,8 @@ PROMISED = 100.0
 MOST_SPEEDS = 60
 """Number of speeds up to which parts are run by Radau's method, whose matrices have as many rows."""
 
+WITHOUT, BY_HAND = "the errors of forces are not estimated", "result.force_errors() does so"
+
 NOTHING = 1e-9
 """Size of a force or moment, relative to the largest of the scene, below which it is round-off."""
 
@@ -77,7 +81,8 @@ class ForceError(NamedTuple):
     largest : float
         Largest size in the run.
     is_least : bool
-        Whether parts were left since they took too many steps, so that it may be larger.
+        Whether it may be larger: parts were left since they took too many steps, or loads have states, such as what
+        sticks, which keep errors from before a part.
     """
 
     quantity: str
@@ -116,7 +121,7 @@ def force_errors(channels: RunChannels) -> tuple[ForceError, ...]:
         If there is no estimate; the message says why.
     """
     if why := obstacle(channels):
-        raise ModelError(f"the errors of forces are not estimated: {why}")
+        raise ModelError(f"{WITHOUT}: {why}")
     sizes = _forces_that_count(channels)
     largest = {key: float(np.linalg.norm(force, axis=1).max()) for key, force in sizes.items()}
     parts = _parts(channels)
@@ -124,24 +129,30 @@ def force_errors(channels: RunChannels) -> tuple[ForceError, ...]:
     rows, again, is_whole = _again(channels, parts)
     errors = dict(_forces(again))
     off = {key: float(np.linalg.norm(errors[key] - force[rows], axis=1).max()) for key, force in sizes.items()}
-    found = [ForceError(*key, off[key], largest[key], not is_whole) for key in sizes]
+    # where something sticks, its force keeps the errors of all that has been
+    is_least = not is_whole or channels.model.state_count > 0
+    found = [ForceError(*key, off[key], largest[key], is_least) for key in sizes]
     return tuple(sorted(found, key=lambda one: -one.share))
 
 
 def estimated_unasked(channels: RunChannels) -> tuple[ForceError, ...]:
-    """Return the same for a run with elastic modes, whose statistics get the first of them; nothing of other runs.
+    """Return the same for a run with elastic modes, whose statistics get the first of them, or why there is none.
 
-    Nor of runs that call functions of the user from Python, which would be called again.
+    None of runs that call functions of the user from Python, which would be called again; and of runs without elastic
+    modes nothing is said.
     """
-    model = channels.model
-    if "rtol" not in channels.statistics or not len(elastic_speeds(model)) or not model.route.is_autonomous:
+    model, told = channels.model, channels.statistics
+    if "steps" not in told or not any(body.flexible is not None for body in model.bodies):
         return ()
     try:
+        if not model.route.is_autonomous:
+            raise ModelError(f"{WITHOUT} unasked: functions in Python would be called again. Remedy: {BY_HAND}")
         found = force_errors(channels)
-    except KanefeError:
+    except KanefeError as error:
+        told["force_error_unknown"] = str(error)
         return ()
     if found:
-        channels.statistics["force_error"] = [*found[0][:3], found[0].error, found[0].largest]
+        told["force_error"] = [*found[0][:3], found[0].error, found[0].largest, found[0].is_least]
     return found
 
 
@@ -149,7 +160,7 @@ def warn_of_error(channels: RunChannels, errors: Sequence[ForceError], quantity:
     """Warn if the error of a channel, or of one of which the force at an interface is a sum, is more than promised."""
     told = channels.statistics
     of_channel = [one for one in errors if quantity == "coupling_force" or one[:2] == (quantity, name)]
-    if not of_channel or of_channel[0].share <= PROMISED * told["rtol"]:
+    if not of_channel or "rtol" not in told or of_channel[0].share <= PROMISED * told["rtol"]:
         return
     other = "" if told["method"] == "radau5" else "method='radau5', or "
     warnings.warn(
@@ -165,8 +176,8 @@ def obstacle(channels: RunChannels) -> str:
     model, told = channels.model, channels.statistics
     if channels.status.kind == "failed":
         return "the run has failed. Remedy: that of its status"
-    if "rtol" not in told:
-        return "its steps are fixed, or it is no run. Remedy: compare with a run with half the step"
+    if "steps" not in told:
+        return "these are states of no run. Remedy: simulate"
     if model.controllers or model.rigid_contacts or model.has_unreduced:
         what = "controllers" if model.controllers else "rigid contacts" if model.rigid_contacts else "unreduced bodies"
         return f"parts of runs with {what} cannot be run again. Remedy: compare with a run with a smaller rtol"
@@ -259,7 +270,7 @@ def _again(channels: RunChannels, parts: Sequence[PartOfRun]) -> tuple[np.ndarra
         wanted = times[part.first + 1 : part.last + 1]
         reached = np.empty((len(wanted), len(y)))
         stepper.restart(float(times[part.first]), y)
-        # as long as those of the run: what its stiff modes do beside the rest is to be damped, not followed
+        # as long as those of the run, with which stiff modes are damped
         stepper.reals[NEXT_STEP] = (times[-1] - times[0]) / max(told["steps"], 1)
         stepper.aim(float(wanted[-1]))
         before = stepper.step_count
@@ -275,7 +286,7 @@ def _again(channels: RunChannels, parts: Sequence[PartOfRun]) -> tuple[np.ndarra
         states.append(reached[skipped:passed] if passed > skipped else reached[:0])
     if not rows:
         raise ModelError(
-            "the errors of forces are not estimated: no part of the run could be run again within "
+            f"{WITHOUT}: no part of the run could be run again within "
             f"{MOST_STEPS:.0%} of its steps. Remedy: compare with a run with a smaller rtol"
         )
     at, found = np.array(rows, dtype=int), np.concatenate(states)
@@ -289,21 +300,28 @@ def _stepper(channels: RunChannels) -> KernelStepper:
     names = ["radau5", "extrapolation"] if model.free_count <= MOST_SPEEDS or not own else [*own, "radau5"]
     for name in serving(model, *names):
         row = row_for(model, name)
-        rtol = max(TIGHTER * told["rtol"], row.least_rtol)
+        rtol = max(TIGHTER * told["rtol"] if "rtol" in told else RTOL_OF_FIXED, row.least_rtol)
         control = StepControl(rtol, ATOL_SHARE * rtol, None)
         made = row.make(Dynamics(model), float(channels.times[0]), float(channels.times[-1]), control)
         if isinstance(made, KernelStepper):
+            # what stiff modes do beside the rest is to be damped, not followed
+            made.reals[OF_FORCES], made.vectors[SCALE] = 0.0, made.vectors[LARGE]
             return made
-    raise ModelError("the errors of forces are not estimated: no method serves the scene for it")
+    raise ModelError(f"{WITHOUT}: no method serves the scene for it")
 
 
 def _forces_that_count(channels: RunChannels) -> dict[tuple[str, str, str, str], np.ndarray]:
-    """Return the vectors of force of `_forces` that are more than round-off."""
+    """Return the vectors of force of `_forces` that are more than round-off, and than errors promised beside them."""
     sizes, length = dict(_forces(channels)), scene_length(channels.model)
     largest = {key: float(np.linalg.norm(force, axis=1).max()) for key, force in sizes.items()}
     arms = {"N": 1.0, "N m": length}  # and the power of a drive of poses is compared with itself alone
-    top = max((largest[key] / arms[key[3]] for key in largest if key[3] in arms), default=0.0)
-    return {key: force for key, force in sizes.items() if largest[key] > NOTHING * top * arms.get(key[3], 0.0)}
+    sizes_of = {key: largest[key] / arms[key[3]] for key in largest if key[3] in arms}
+    top = max(sizes_of.values(), default=0.0)
+    least = dict.fromkeys(sizes, NOTHING * top)
+    for key in sizes_of:  # a moment of nothing beside a force, as in a plane, or the other way round
+        of_one = max(size for other, size in sizes_of.items() if other[:2] == key[:2])
+        least[key] = max(least[key], min(PROMISED * channels.statistics.get("rtol", RTOL_OF_FIXED), 0.01) * of_one)
+    return {key: force for key, force in sizes.items() if largest[key] > least[key] * arms.get(key[3], 0.0)}
 
 
 def _forces(channels: RunChannels) -> Iterator[tuple[tuple[str, str, str, str], np.ndarray]]:

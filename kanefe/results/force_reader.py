@@ -30,7 +30,7 @@ class ForceReader(QuantityReader):
     def read(self, quantity: str, name: str = "", interface: str | None = None, of: str | None = None) -> np.ndarray:
         """Return any quantity by its name: see `QuantityReader.read`; warn of a force with a large error, once."""
         found = super().read(quantity, name, interface, of)
-        if quantity in FORCES and self.run is not None and (key := (quantity, name)) not in self._told:
+        if quantity in (*FORCES, "load") and self.run is not None and (key := (quantity, name)) not in self._told:
             self._told.add(key)
             if self._force_errors:
                 from kanefe.results.force_errors import warn_of_error
@@ -45,8 +45,8 @@ class ForceReader(QuantityReader):
 
     @cached_property
     def _force_errors(self) -> tuple[ForceError, ...]:
-        """Estimated errors of forces, where they are estimated without being asked for."""
-        if self.run is None or "rtol" not in self.statistics:
+        """Errors of forces, where they are estimated without being asked for; else the statistics say why not."""
+        if self.run is None:
             return ()
         from kanefe.results.force_errors import estimated_unasked
 

@@ -6,6 +6,7 @@ import math
 import warnings
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -40,13 +41,15 @@ def swing() -> kf.Motion:
     ).compiled()
 
 
-def slider_crank() -> kf.System:
+def slider_crank(pull: Any = None) -> kf.System:
     """Return a crank that drives a slider by a flexible rod, from its dead centre."""
     scene = kf.System()
     crank = scene.add_rigid_body("crank", 0.5, 1e-3, joint=kf.Revolute("z", motion=swing()))
     bar = scene.add_flexible_body("rod", rod(), parent=crank, at=(RADIUS, 0, 0), joint=kf.Revolute("z"))
     slider = scene.add_rigid_body("slider", 2.0, joint=kf.Prismatic("x", position=RADIUS + ROD))
     scene.add_loop_joint("pin", kf.Revolute("z"), bar.interface("tip"), slider)
+    if pull is not None:
+        scene.add_force(slider, pull)
     return scene
 
 
@@ -98,7 +101,7 @@ def test_forces_as_good_as_promised_come_without_one() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         found.loop_force("pin")
-    error, largest = found.statistics["force_error"][3:]
+    error, largest, _ = found.statistics["force_error"][3:]
     assert 0.0 < error < 1e-4 * largest
 
 
@@ -113,11 +116,25 @@ def test_the_error_is_kept_with_a_saved_result(tmp_path: Path) -> None:
 
 
 def test_what_has_no_estimate_says_why() -> None:
-    with pytest.raises(kf.ModelError, match="its steps are fixed"):
-        run(method="extrapolation", step=TURN / 400).force_errors()
+    """When it is asked for, and in what is printed once a force was read: there is no silence about errors."""
     far = slider_crank().simulate((0.0, 2.0 * TURN), output_step=0.4 * TURN, method="radau5")
     with pytest.raises(kf.ModelError, match="outputs are too far apart"):
         far.force_errors()
+    far.loop_force("pin")
+    assert "the errors of forces are not estimated: its outputs are too far apart" in str(far)
+    called = slider_crank(lambda t: (1.0, 0.0, 0.0)).simulate(
+        (0.0, 0.2 * TURN), output_step=0.01 * TURN, method="radau5", rtol=1e-4
+    )
+    called.loop_force("pin")
+    assert "not estimated unasked: functions in Python would be called again" in str(called)
+
+
+def test_fixed_steps_have_an_estimate() -> None:
+    """A tenth of the times is looked at, as above; the largest error is at the start, which is among them."""
+    found = run(method="radau5", step=TURN / 100)
+    right = np.linalg.norm(found.loop_force("pin")[:, :3] - right_force(), axis=1).max()
+    assert 0.1 * right < estimated(found) < 3.0 * right
+    assert "forces  error" in str(found)
 
 
 def test_a_run_of_which_no_part_goes_again_is_read_without_an_estimate(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -146,3 +163,5 @@ def test_parts_that_take_too_many_steps_are_told(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("kanefe.results.force_errors.MOST_STEPS", 0.0)
     monkeypatch.setattr("kanefe.results.force_errors.FEWEST_STEPS", 12)
     assert "error of at least" in str(found.force_errors()[0])
+    found.loop_force("pin")
+    assert "forces  error at least" in str(found)
