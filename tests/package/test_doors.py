@@ -35,6 +35,8 @@ DOORS = {
         "kanefe/kernels/compiler/_numba_loops.py",
         "kanefe/kernels/compiler/_numba_passes.py",
         "kanefe/kernels/compiler/_numba_pointers.py",
+        "kanefe/kernels/compiler/_numba_records.py",
+        "kanefe/kernels/compiler/_numba_tensors.py",
         "kanefe/kernels/compiler/_numba_values.py",
         "kanefe/kernels/compiler/_numba_objects.py",
         "kanefe/kernels/compiler/_numba_functions.py",

@@ -18,6 +18,7 @@ from types import FunctionType
 from typing import Any, TypeVar
 
 from kanefe.errors import MissingDependency
+from kanefe.kernels.values.records import Record, Rows
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -115,6 +116,7 @@ def law_by_address(in_python: Function) -> Function:
 
 _seen: dict[str, dict[str, Any]] = {}
 _dispatchers: dict[Callable[..., Any], Any] = {}
+_kinds: set[type[Any]] = set()
 
 
 def _seen_by(module: str) -> dict[str, Any]:
@@ -126,7 +128,22 @@ def _seen_by(module: str) -> dict[str, Any]:
                 seen[name] = dispatcher(value)
             elif hasattr(value, "calls_by_address"):
                 seen[name] = value.calls_by_address()
+            elif isinstance(value, type) and issubclass(value, (Record, Rows)):
+                add_kind(value)
     return _seen[module]
+
+
+def add_kind(kind: type[Any]) -> None:
+    """Have compiled code know a kind of records, or of rows of them."""
+    from kanefe.kernels.compiler._numba_records import add_record, add_rows
+
+    if kind in _kinds:
+        return
+    _kinds.add(kind)
+    if issubclass(kind, Record):
+        add_record(kind)
+    elif hasattr(kind, "record"):
+        add_rows(kind)
 
 
 def seeing_compiled(function: Callable[..., Any]) -> FunctionType:
@@ -137,6 +154,8 @@ def seeing_compiled(function: Callable[..., Any]) -> FunctionType:
 def dispatcher(function: Callable[..., Any]) -> Any:
     """Return the compiled form of a kernel; it is compiled for the types that it is called with."""
     import numba
+
+    from kanefe.kernels.compiler import _numba_tensors  # noqa: F401 - numba knows values by it
 
     copy = seeing_compiled(function)  # other kernels first, of which one may be this
     if function not in _dispatchers:

@@ -133,17 +133,23 @@ def add_division() -> None:
 
 
 def _divide(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-    """Return a / b (R. L. Smith 1962, Algorithm 116): by the larger part of b."""
     kind = signature.return_type
     a, b = (context.make_complex(builder, kind, value=value) for value in arguments)
-    size = builder.module.declare_intrinsic("llvm.fabs", (b.real.type,))
-    is_turned = builder.fcmp_ordered("<", builder.call(size, (b.real,)), builder.call(size, (b.imag,)))
-    x, y = (builder.select(is_turned, *pair) for pair in ((a.imag, a.real), (a.real, a.imag)))
-    large, small = (builder.select(is_turned, *pair) for pair in ((b.imag, b.real), (b.real, b.imag)))
+    found = context.make_complex(builder, kind)
+    found.real, found.imag = quotient(builder, a.real, a.imag, b.real, b.imag)
+    return found._getvalue()
+
+
+def quotient(builder: Any, a: Any, b: Any, c: Any, d: Any) -> tuple[Any, Any]:
+    """Return both parts of (a + i b) / (c + i d), by the larger part of c and d (R. L. Smith 1962, Algorithm 116)."""
+    size = builder.module.declare_intrinsic("llvm.fabs", (c.type,))
+    is_turned = builder.fcmp_ordered("<", builder.call(size, (c,)), builder.call(size, (d,)))
+    x, y = (builder.select(is_turned, *pair) for pair in ((b, a), (a, b)))
+    large, small = (builder.select(is_turned, *pair) for pair in ((d, c), (c, d)))
     ratio = builder.fdiv(small, large)
     denominator = builder.fadd(large, builder.fmul(small, ratio))
-    found = context.make_complex(builder, kind)
-    found.real = builder.fdiv(builder.fadd(x, builder.fmul(y, ratio)), denominator)
     imaginary = builder.fdiv(builder.fsub(y, builder.fmul(x, ratio)), denominator)
-    found.imag = builder.select(is_turned, builder.fneg(imaginary), imaginary)
-    return found._getvalue()
+    return (
+        builder.fdiv(builder.fadd(x, builder.fmul(y, ratio)), denominator),
+        builder.select(is_turned, builder.fneg(imaginary), imaginary),
+    )

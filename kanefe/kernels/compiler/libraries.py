@@ -55,21 +55,25 @@ LEAST_SECONDS = 0.8
 IMPORT = b"\nfrom kanefe.kernels"
 
 ALWAYS = tuple(
-    f"compiler/{name}.py"
+    f"{name}.py"
     for name in (
-        "_numba",
-        "_numba_alone",
-        "_numba_arrays",
-        "_numba_calls",
-        "_numba_change",
-        "_numba_loops",
-        "_numba_module",
-        "_numba_objects",
-        "_numba_passes",
-        "_numba_pointers",
-        "_numba_values",
-        "arrays",
-        "signatures",
+        "compiler/_numba",
+        "compiler/_numba_alone",
+        "compiler/_numba_arrays",
+        "compiler/_numba_calls",
+        "compiler/_numba_change",
+        "compiler/_numba_loops",
+        "compiler/_numba_module",
+        "compiler/_numba_objects",
+        "compiler/_numba_passes",
+        "compiler/_numba_pointers",
+        "compiler/_numba_records",
+        "compiler/_numba_tensors",
+        "compiler/_numba_values",
+        "compiler/arrays",
+        "compiler/signatures",
+        "values/records",
+        "values/tensors",
     )
 )
 """Files of kernels on which every library depends."""

@@ -1,0 +1,394 @@
+"""Records: rows of arrays whose numbers have names.
+
+    class Hinge(Record):
+        parent: int                                # whole numbers, in a row of the array of integers
+        axis: Vector                               # numbers and values, in a row of the array of numbers
+        inertia: float
+
+    class Hinges(Rows[Hinge]):
+        "The hinges of a scene."
+
+    hinges = Hinges(integers, numbers)             # the arrays stay what they are: a record is a view
+    hinges[0].inertia += dot(hinges[0].axis, hinges[1].axis)
+
+A field is an int, bool, IntEnum, float, value (`kanefe.kernels.values.tensors`) or another record, or ``Annotated`` by
+a part: some `Columns` of the row, or what lies elsewhere, in a long array that is called a pool, an `Array` or `Many`
+values. Where these begin says an integer, a `Start`; the parts that follow it lie there one behind the other:
+
+    k: int
+    start: Annotated[int, Start("pool")]
+    stiffness: Annotated[np.ndarray, Array("k", "k")]
+    shapes: Annotated[Values, Many(Vector, "k")]
+
+Numbers and pools may be real or complex.
+
+A record of another kind on the same memory is made of a record: ``Wheel(hinge)``.
+"""
+
+from __future__ import annotations
+
+import enum
+import inspect
+import math
+import re
+from collections.abc import Callable, Iterator
+from typing import Any, ClassVar, Generic, NamedTuple, TypeVar, get_args
+
+import numpy as np
+
+from kanefe.kernels.values.tensors import KINDS, Value
+
+INTEGERS, NUMBERS = "integers", "numbers"
+"""Names of the arrays that have a row for each record."""
+
+
+class Part:
+    """What a record has of an array besides single numbers and values."""
+
+
+class Columns(Part):
+    """Some numbers of the record's own row, as an array.
+
+    Parameters
+    ----------
+    count : int
+    """
+
+    def __init__(self, count: int) -> None:
+        self.count = count
+
+
+class Start(Part):
+    """Where parts that follow it begin in a pool.
+
+    Parameters
+    ----------
+    pool : str
+        Name of the pool.
+    """
+
+    def __init__(self, pool: str = "pool") -> None:
+        self.pool = pool
+
+
+Whole = Callable[[str], Any]
+"""Gives an int of a record by its name."""
+
+
+class Length(NamedTuple):
+    """A length of a part: a factor times an int of the record, or times 1."""
+
+    factor: int
+    field: str | None
+
+    def of(self, whole: Whole) -> Any:
+        """Return it for a record, whose ints are given by name."""
+        return self.factor * whole(self.field) if self.field else self.factor
+
+
+class Array(Part):
+    """Numbers of a pool.
+
+    Parameters
+    ----------
+    *shape : int or str
+        Lengths of the axes: numbers, names of ints of the record, or multiples of these, as "6k".
+    """
+
+    def __init__(self, *shape: int | str) -> None:
+        self.shape = [_length(one) for one in shape]
+        self.start, self.pool, self.before = "", "", tuple[Array, ...]()
+
+    def lie_behind(self, start: str, pool: str, before: tuple[Array, ...]) -> None:
+        """Place it in a pool, behind others that begin where an int of the record says."""
+        self.start, self.pool, self.before = start, pool, before
+
+    def place(self, whole: Whole) -> Any:
+        """Return where it begins in the pool."""
+        return sum((part.size(whole) for part in self.before), whole(self.start))
+
+    def lengths(self, whole: Whole) -> list[Any]:
+        """Return the lengths of the axes."""
+        return [one.of(whole) for one in self.shape]
+
+    def size(self, whole: Whole) -> Any:
+        """Return how many numbers it has."""
+        return math.prod(self.lengths(whole))
+
+    def view(self, numbers: np.ndarray, whole: Whole) -> Any:
+        """Return it, of its numbers."""
+        return numbers.reshape(self.lengths(whole))
+
+
+class Many(Array):
+    """Values of a kind, component by component: first all x, then all y.
+
+    Parameters
+    ----------
+    kind : type
+    count : int or str
+        How many.
+    """
+
+    def __init__(self, kind: type[Value], count: int | str) -> None:
+        super().__init__(count)
+        self.kind = kind
+
+    def size(self, whole: Whole) -> Any:
+        """Return how many numbers it has."""
+        return self.kind.count * super().size(whole)
+
+    def view(self, numbers: np.ndarray, whole: Whole) -> Values:
+        """Return it, of its numbers."""
+        return Values(numbers, self.kind)
+
+
+class One(Array):
+    """A number, or a value, of a pool.
+
+    Parameters
+    ----------
+    kind : type
+    """
+
+    def __init__(self, kind: type[float] | type[Value]) -> None:
+        super().__init__(1 if kind is float else kind.count)  # type: ignore[union-attr]
+        self.kind = kind
+
+    def view(self, numbers: np.ndarray, whole: Whole) -> Any:
+        """Return it, of its numbers."""
+        return numbers[0] if self.kind is float else self.kind(*numbers)
+
+
+def _length(text: int | str) -> Length:
+    if isinstance(text, int):
+        return Length(text, None)
+    found = re.fullmatch(r"(\d*)([A-Za-z_]\w*)", text)
+    if found is None:
+        raise TypeError(f"{text!r} is no length: wanted is a number, the name of an int, or a multiple as '6k'")
+    return Length(int(found[1] or 1), found[2])
+
+
+class Values:
+    """Values of a kind in an array.
+
+    Parameters
+    ----------
+    numbers : ndarray, shape (c n,)
+        Component by component.
+    kind : type
+
+    Attributes
+    ----------
+    numbers : ndarray
+    """
+
+    def __init__(self, numbers: np.ndarray, kind: type[Value]) -> None:
+        self.numbers, self._kind, self._components = numbers, kind, numbers.reshape(kind.count, -1)
+
+    def __len__(self) -> int:
+        return self._components.shape[1]
+
+    def __getitem__(self, i: int) -> Any:
+        return self._kind(*self._components[:, i])
+
+    def __setitem__(self, i: int, value: Value) -> None:
+        if type(value) is not self._kind:
+            raise TypeError(f"a {self._kind.__name__} is wanted, not a {type(value).__name__}")
+        self._components[:, i] = value.numbers
+
+
+class Field:
+    """A named place in a record.
+
+    Attributes
+    ----------
+    name : str
+    kind : type or Part
+        What it is declared as.
+    integer_at, number_at : int
+        Its first column among the integers and the numbers.
+    integers, numbers : int
+        How many columns it has there.
+    """
+
+    def __init__(self, name: str, kind: Any, owner: str) -> None:
+        self.name, self.kind = name, kind
+        self.integer_at = self.number_at = self.integers = self.numbers = 0
+        self.is_whole = kind is int or kind is bool or _is(kind, enum.IntEnum) or isinstance(kind, Start)
+        if self.is_whole:
+            self.integers = 1
+        elif _is(kind, Record):
+            self.integers, self.numbers = kind.integer_count, kind.number_count
+        elif kind is float or kind in KINDS or isinstance(kind, Columns):
+            self.numbers = 1 if kind is float else kind.count
+        elif not isinstance(kind, Array):
+            raise TypeError(f"{owner}.{name}: {getattr(kind, '__name__', kind)} can be no field of a record")
+
+    def __get__(self, record: Record | None, owner: type | None = None) -> Any:
+        if record is None:
+            return self
+        memory, kind = record._memory, self.kind
+        if self.is_whole:
+            found = int(memory[INTEGERS][self.integer_at])
+            return found if isinstance(kind, Start) else kind(found)
+        if isinstance(kind, Array):
+            whole = record.__getattribute__
+            at = kind.place(whole)
+            return kind.view(memory[kind.pool][at : at + kind.size(whole)], whole)
+        if _is(kind, Record):
+            return made_of(kind, self._inside(memory))
+        numbers = memory[NUMBERS][self.number_at : self.number_at + self.numbers]
+        return numbers if isinstance(kind, Columns) else numbers[0] if kind is float else kind(*numbers)
+
+    def _inside(self, memory: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Return the memory of the record that it is."""
+        own = dict(memory)
+        for name, at, count in ((INTEGERS, self.integer_at, self.integers), (NUMBERS, self.number_at, self.numbers)):
+            if count:
+                own[name] = own[name][at : at + count]
+        return own
+
+    def __set__(self, record: Record, value: Any) -> None:
+        memory, kind = record._memory, self.kind
+        if self.is_whole:
+            memory[INTEGERS][self.integer_at] = value
+        elif kind is float:
+            memory[NUMBERS][self.number_at] = value
+        elif kind not in KINDS:
+            raise AttributeError(f"{type(record).__name__}.{self.name} has parts: write these")
+        elif type(value) is not kind:
+            raise TypeError(f"{type(record).__name__}.{self.name} is a {kind.__name__}, not a {type(value).__name__}")
+        else:
+            memory[NUMBERS][self.number_at : self.number_at + self.numbers] = value.numbers
+
+
+def _is(kind: Any, of: type) -> bool:
+    return isinstance(kind, type) and issubclass(kind, of)
+
+
+class Record:
+    """A row of arrays. Subclasses declare fields, whose places follow; those of a record's subclass come after its own.
+
+    Parameters
+    ----------
+    of : Record
+        Whose memory it is.
+    """
+
+    __slots__ = ("_memory",)
+    _memory: dict[str, np.ndarray]
+    fields: ClassVar[dict[str, Field]] = {}
+    integer_count: ClassVar[int] = 0
+    number_count: ClassVar[int] = 0
+    memories: ClassVar[tuple[str, ...]] = ()
+
+    def __init_subclass__(cls) -> None:
+        cls.fields = dict(cls.fields)
+        start, pool, parts = "", "", tuple[Array, ...]()
+        for name, hint in inspect.get_annotations(cls, eval_str=True).items():
+            kind = hint.__metadata__[0] if hasattr(hint, "__metadata__") else hint
+            if hasattr(Record, name):
+                raise TypeError(f"{cls.__name__}.{name}: records themselves have something of this name")
+            cls.fields[name] = field = Field(name, kind, cls.__name__)
+            field.integer_at, field.number_at = cls.integer_count, cls.number_count
+            cls.integer_count += field.integers
+            cls.number_count += field.numbers
+            setattr(cls, name, field)
+            if isinstance(kind, Start):
+                start, pool, parts = name, kind.pool, ()
+            elif isinstance(kind, Array):
+                if not start:
+                    raise TypeError(f"{cls.__name__}.{name}: no Start before it says where it begins")
+                kind.lie_behind(start, pool, parts)
+                parts = (*parts, kind)
+        cls.memories = _memories_of(cls)
+
+    def __init__(self, of: Record) -> None:
+        missing = [name for name in self.memories if name not in of._memory]
+        if missing:
+            raise TypeError(f"a {type(of).__name__} has no {missing[0]}, which a {type(self).__name__} wants")
+        self._memory = of._memory
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name != "_memory" and name not in self.fields:
+            raise AttributeError(lacks(type(self), name))
+        object.__setattr__(self, name, value)
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(lacks(type(self), name))
+
+    def __repr__(self) -> str:
+        lines = [f"  {name} = {getattr(self, name)!r}" for name in self.fields]
+        return "\n".join([type(self).__name__, *lines])
+
+
+R = TypeVar("R", bound=Record)
+
+
+def _memories_of(record: type[Record]) -> tuple[str, ...]:
+    """Return the names of the arrays that a record has fields in: integers, numbers, and pools as they come."""
+    kinds = [field.kind for field in record.fields.values()]
+    pools = [name for kind in kinds if isinstance(kind, Start) for name in (kind.pool,)]
+    pools += [name for kind in kinds if _is(kind, Record) for name in kind.memories if name not in (INTEGERS, NUMBERS)]
+    in_rows = ((INTEGERS, record.integer_count), (NUMBERS, record.number_count))
+    return (*(name for name, count in in_rows if count), *dict.fromkeys(pools))
+
+
+def made_of(record: type[R], memory: dict[str, np.ndarray]) -> R:
+    """Return a record on a memory."""
+    made = record.__new__(record)
+    made._memory = memory
+    return made
+
+
+def lacks(record: type[Record], name: str) -> str:
+    """Return what is said of a field that a record has not."""
+    return f"a {record.__name__} has no {name!r}; it has {', '.join(record.fields)}"
+
+
+def column(record: type[Record], name: str) -> int:
+    """Return the first column of a field, in the array that has it."""
+    field = record.fields[name]
+    return field.integer_at if field.is_whole else field.number_at
+
+
+def room(record: type[Record], start: str, **whole: int) -> int:
+    """Return how many numbers the parts behind a Start have, of ints by name."""
+    parts = [field.kind for field in record.fields.values() if isinstance(field.kind, Array)]
+    return sum(part.size(whole.__getitem__) for part in parts if part.start == start)
+
+
+class Rows(Generic[R]):
+    """All records of a kind in arrays. Subclasses say which: ``class Links(Rows[Link])``.
+
+    Parameters
+    ----------
+    *arrays : ndarray
+        Those that the record has fields in: of integers and of numbers, a row for each record and at least as many
+        columns as it needs, and its pools.
+    """
+
+    record: type[R]
+
+    def __init_subclass__(cls) -> None:
+        (cls.record,) = get_args(cls.__orig_bases__[0])  # type: ignore[attr-defined]
+
+    def __init__(self, *arrays: np.ndarray) -> None:
+        names = self.record.memories
+        if len(arrays) != len(names):
+            raise TypeError(f"{type(self).__name__} are made of {', '.join(names)}, not of {len(arrays)} arrays")
+        self._arrays = dict(zip(names, arrays, strict=True))
+        self._in_rows = [name for name in names if name in (INTEGERS, NUMBERS)]
+
+    def __len__(self) -> int:
+        return len(self._arrays[self._in_rows[0]])
+
+    def __getitem__(self, i: int) -> R:
+        memory = dict(self._arrays)
+        for name in self._in_rows:
+            memory[name] = memory[name][i]
+        return made_of(self.record, memory)
+
+    def __iter__(self) -> Iterator[R]:
+        return (self[i] for i in range(len(self)))
