@@ -6,7 +6,7 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.compiler.entries import LATER, Call
-from kanefe.kernels.constraints.held_sweeps import scale_of_rows
+from kanefe.kernels.constraints.holding import scale_of_rows
 from kanefe.kernels.constraints.loop_tables import Loops
 from kanefe.kernels.evaluation.evaluation import workspace_in
 from kanefe.kernels.evaluation.force_tables import WIDTH, force_memory_size

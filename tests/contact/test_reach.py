@@ -117,8 +117,8 @@ def near_loads(model, y: np.ndarray) -> int:
     """Return how many loads are evaluated at a state, as the kernels find them."""
     route = model.route
     q, u, _ = route.parts(y)
-    work, out = np.zeros((len(route.tables.rows), WORK)), np.zeros(reach_size(route.between.reach))
-    sweep_outward(route.tables, None, np.zeros((0, 3)), q, u, work, np.zeros(0))
+    work, out = np.zeros((len(route.tables.rows) + 1, WORK)), np.zeros(reach_size(route.between.reach))
+    sweep_outward(route.tables, route.flexible, np.zeros((0, 3)), q, u, work, np.zeros(0))
     find_near(route.between.reach, None, work, np.zeros(0), out)
     at = nearness_at(route.between.reach)
     return int((out[at : at + len(route.between.loads)] > 0.0).sum())

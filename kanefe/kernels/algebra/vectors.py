@@ -11,8 +11,27 @@ from typing import Any
 import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.values.tensors import Matrix, Vector
 
 Numbers = tuple[Any, ...]
+
+
+@inlined
+def as_vector(a: Numbers) -> Vector:
+    """Return three numbers as a value."""
+    return Vector(a[0], a[1], a[2])
+
+
+@inlined
+def as_matrix(A: Numbers) -> Matrix:
+    """Return nine numbers as a value."""
+    return Matrix(A[0], A[1], A[2], A[3], A[4], A[5], A[6], A[7], A[8])
+
+
+@inlined
+def numbers_of(a: Vector) -> Numbers:
+    """Return a value as three numbers."""
+    return a.x, a.y, a.z
 
 
 @inlined
@@ -70,17 +89,6 @@ def put(array: np.ndarray, i: int, at: int, values: Numbers) -> None:
 
 
 @inlined
-def put_symmetric(array: np.ndarray, i: int, at: int, values: Numbers) -> None:
-    """Write a symmetric matrix."""
-    array[i, at] = values[0]
-    array[i, at + 1] = values[1]
-    array[i, at + 2] = values[2]
-    array[i, at + 3] = values[3]
-    array[i, at + 4] = values[4]
-    array[i, at + 5] = values[5]
-
-
-@inlined
 def put_matrix(array: np.ndarray, i: int, at: int, values: Numbers) -> None:
     """Write a matrix."""
     array[i, at] = values[0]
@@ -100,31 +108,6 @@ def accumulate(array: np.ndarray, i: int, at: int, values: Numbers) -> None:
     array[i, at] += values[0]
     array[i, at + 1] += values[1]
     array[i, at + 2] += values[2]
-
-
-@inlined
-def accumulate_symmetric(array: np.ndarray, i: int, at: int, values: Numbers) -> None:
-    """Add a symmetric matrix."""
-    array[i, at] += values[0]
-    array[i, at + 1] += values[1]
-    array[i, at + 2] += values[2]
-    array[i, at + 3] += values[3]
-    array[i, at + 4] += values[4]
-    array[i, at + 5] += values[5]
-
-
-@inlined
-def accumulate_matrix(array: np.ndarray, i: int, at: int, values: Numbers) -> None:
-    """Add a matrix."""
-    array[i, at] += values[0]
-    array[i, at + 1] += values[1]
-    array[i, at + 2] += values[2]
-    array[i, at + 3] += values[3]
-    array[i, at + 4] += values[4]
-    array[i, at + 5] += values[5]
-    array[i, at + 6] += values[6]
-    array[i, at + 7] += values[7]
-    array[i, at + 8] += values[8]
 
 
 @inlined
@@ -251,16 +234,6 @@ def skew_product(a: Numbers, B: Numbers) -> Numbers:
 
 
 @inlined
-def product_skew(B: Numbers, a: Numbers) -> Numbers:
-    """Return B a~: minus the cross product of a with every row."""
-    return (
-        B[1] * a[2] - B[2] * a[1], B[2] * a[0] - B[0] * a[2], B[0] * a[1] - B[1] * a[0],
-        B[4] * a[2] - B[5] * a[1], B[5] * a[0] - B[3] * a[2], B[3] * a[1] - B[4] * a[0],
-        B[7] * a[2] - B[8] * a[1], B[8] * a[0] - B[6] * a[2], B[6] * a[1] - B[7] * a[0],
-    )  # fmt: skip
-
-
-@inlined
 def symmetric_inverse(S: Numbers) -> Numbers:
     """Return S^-1 of a symmetric matrix by its cofactors; infinite where S is singular."""
     c0 = S[3] * S[5] - S[4] * S[4]
@@ -294,16 +267,6 @@ def rotation(q: np.ndarray, at: int) -> Numbers:
         s * (e1 * e2 + e0 * e3), 1.0 - s * (e1 * e1 + e3 * e3), s * (e2 * e3 - e0 * e1),
         s * (e1 * e3 - e0 * e2), s * (e2 * e3 + e0 * e1), 1.0 - s * (e1 * e1 + e2 * e2),
     )  # fmt: skip
-
-
-@inlined
-def put_euler_rates(rates: np.ndarray, at: int, q: np.ndarray, w: Numbers) -> None:
-    """Write the rates of Euler parameters from the angular velocity in the moving frame."""
-    e0, e1, e2, e3 = q[at], q[at + 1], q[at + 2], q[at + 3]
-    rates[at] = -0.5 * (e1 * w[0] + e2 * w[1] + e3 * w[2])
-    rates[at + 1] = 0.5 * (e0 * w[0] + e2 * w[2] - e3 * w[1])
-    rates[at + 2] = 0.5 * (e0 * w[1] + e3 * w[0] - e1 * w[2])
-    rates[at + 3] = 0.5 * (e0 * w[2] + e1 * w[1] - e2 * w[0])
 
 
 @inlined

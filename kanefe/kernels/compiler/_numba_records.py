@@ -338,13 +338,10 @@ class _Length(AbstractTemplate):  # type: ignore[misc]
 
 
 @lower_builtin(len, RowsType)
-def _row_count(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-    return builder.extract_value(arguments[0], len(sig.args[0].record.memories))
-
-
 @lower_builtin(len, ManyType)
-def _value_count(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-    return builder.extract_value(arguments[0], 1)
+def _count(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+    kind = sig.args[0]
+    return builder.extract_value(arguments[0], len(kind.record.memories) if isinstance(kind, RowsType) else 1)
 
 
 def add_record(kind: type[Record]) -> None:

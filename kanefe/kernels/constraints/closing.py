@@ -16,11 +16,7 @@ from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.constraints.held_sweeps import (
-    sweep_accelerations_held,
-    sweep_forces_inward_held,
-    sweep_inward_held,
-)
+from kanefe.kernels.constraints.holding import Held
 from kanefe.kernels.constraints.loop_factors import LoopFactors, factors_size, loop_factors_in
 from kanefe.kernels.constraints.loop_tables import (
     HOLDS_PLACE,
@@ -33,6 +29,11 @@ from kanefe.kernels.constraints.loop_tables import (
 from kanefe.kernels.constraints.openings import openings, rate_of_row, size_of_rate
 from kanefe.kernels.constraints.row_wrenches import clear_all_forces, write_rows
 from kanefe.kernels.constraints.tolerances import LARGEST_ITERATIONS, LARGEST_OPENING, MOST_HALVINGS, TOLERANCE
+from kanefe.kernels.constraints.tree_sweeps import (
+    sweep_accelerations,
+    sweep_forces_inward,
+    sweep_inward,
+)
 from kanefe.kernels.layout import (
     BORDER_SIZE,
     COORDINATES,
@@ -43,6 +44,7 @@ from kanefe.kernels.layout import (
     WORK,
     FlexibleTables,
     Tables,
+    work_size,
 )
 from kanefe.kernels.sweeps.advance import advance
 from kanefe.kernels.sweeps.implicit import stiffen_joints, stiffen_modes
@@ -104,7 +106,7 @@ def close_size(tables: Tables, flexible: FlexibleTables, loops: Loops) -> int:
     """Return how many numbers the workspace of `close` has."""
     m, n = len(loops.rows), tables.sizes[SPEEDS] + tables.sizes[DRIVES]
     size = factors_size(loops) + 2 * n + 3 * m + 2 * (tables.sizes[SPEEDS] + tables.sizes[COORDINATES])
-    return size + wrenches_size(loops) + WORK * len(tables.rows) + flexible.sizes[MODAL_SIZE]
+    return size + wrenches_size(loops) + work_size(tables) + flexible.sizes[MODAL_SIZE]
 
 
 @inlined
@@ -113,7 +115,7 @@ def _closing_in(workspace: np.ndarray, tables: Tables, loops: Loops, n: int) -> 
     rows, rest = workspace[2 * n : 2 * n + 3 * m], workspace[2 * n + 3 * m :]
     places, exerted = rest[2 * count : 2 * (count + coordinates)], rest[2 * (count + coordinates) :]
     work = exerted[wrenches_size(loops) :]
-    size = WORK * len(tables.rows)
+    size = work_size(tables)
     return Closing(
         workspace[:n],
         workspace[n : 2 * n],
@@ -125,7 +127,7 @@ def _closing_in(workspace: np.ndarray, tables: Tables, loops: Loops, n: int) -> 
         places[:coordinates],
         places[coordinates:],
         wrenches_in(exerted, loops),
-        work[:size].reshape(len(tables.rows), WORK),
+        work[:size].reshape(-1, WORK),
         work[size:],
     )
 
@@ -185,7 +187,7 @@ def close(
             if weakest == 0.0:
                 return WITHOUT_INERTIA, 0.0
             is_factored, is_here, is_swept = True, True, False
-        _move(loops, tables, flexible, share_stiffness, work, modal, border, at, kept)
+        _move(loops, tables, flexible, share_stiffness, z, work, modal, border, at, kept)
         shrink = 1.0
         for i in range(count):
             shrink = max(shrink, abs(at.step[i]) / loops.moves[i])
@@ -233,7 +235,7 @@ def close(
             at.residuals[j] = 0.0
             if holds(loops, j, z):
                 at.residuals[j] = rate_of_row(loops, j, drives, at.work, at.exerted, at.speeds)
-        _move(loops, tables, flexible, share_stiffness, work, modal, border, at, kept)
+        _move(loops, tables, flexible, share_stiffness, z, work, modal, border, at, kept)
         for i in range(count):
             at.speeds[i] -= at.step[i]
     copy(at.place, q)
@@ -275,7 +277,7 @@ def close_state(
     """
     n, m, k = tables.sizes[COORDINATES], tables.sizes[SPEEDS], tables.sizes[STATES]
     modes, borders = flexible.sizes[MODAL_SIZE], flexible.sizes[BORDER_SIZE]
-    rows = WORK * len(tables.rows)
+    rows = work_size(tables)
     return close(
         tables,
         flexible,
@@ -294,7 +296,7 @@ def close_state(
 
 def closing_memory_size(tables: Tables, flexible: FlexibleTables, loops: Loops) -> int:
     """Return how many numbers the memory of `close_state` has."""
-    size = WORK * len(tables.rows) + int(flexible.sizes[MODAL_SIZE] + flexible.sizes[BORDER_SIZE])
+    size = work_size(tables) + int(flexible.sizes[MODAL_SIZE] + flexible.sizes[BORDER_SIZE])
     return size + int(close_size(tables, flexible, loops))
 
 
@@ -326,22 +328,8 @@ def _eliminate(
         stiffen_joints(tables, 0.0, share_stiffness, none, none, at.place, u, at.applied, at.added)
         stiffen_modes(flexible, 0.0, share_stiffness, none, none, modal)
     scale_beams(flexible, modal)
-    is_regular, weakest = sweep_inward_held(
-        loops,
-        tables,
-        flexible,
-        z,
-        at.applied,
-        work,
-        modal,
-        border,
-        is_implicit,
-        at.added,
-        places_only,
-        tolerance,
-        kept,
-        at.multipliers,
-    )
+    held = Held(loops, kept, at.multipliers, z, places_only, tolerance)
+    is_regular, weakest = sweep_inward(tables, flexible, at.applied, work, modal, border, is_implicit, at.added, held)
     return weakest if is_regular else 0.0
 
 
@@ -351,6 +339,7 @@ def _move(
     tables: Tables,
     flexible: FlexibleTables,
     share_stiffness: float,
+    z: np.ndarray,
     work: np.ndarray,
     modal: np.ndarray,
     border: np.ndarray,
@@ -361,9 +350,6 @@ def _move(
     is_implicit = share_stiffness > 0.0
     copy(at.residuals, kept.rest)
     clear_all_forces(tables, flexible, at.applied, work, modal)
-    sweep_forces_inward_held(
-        loops, tables, flexible, at.applied, work, modal, border, is_implicit, kept, at.multipliers
-    )
-    sweep_accelerations_held(
-        loops, tables, flexible, at.applied, work, modal, border, is_implicit, kept, at.multipliers, at.step
-    )
+    held = Held(loops, kept, at.multipliers, z, False, 0.0)
+    sweep_forces_inward(tables, flexible, at.applied, work, modal, border, is_implicit, held)
+    sweep_accelerations(tables, flexible, at.applied, work, modal, border, is_implicit, held, at.step)

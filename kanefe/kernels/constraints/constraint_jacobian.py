@@ -8,6 +8,7 @@ import numpy as np
 
 from kanefe.kernels.algebra.vectors import Numbers, cross, dot, matrix, plus, rotated_back, vector
 from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.joints.on_arrays import partials
 from kanefe.kernels.layout import (
     BASIS,
     BENT,
@@ -28,7 +29,6 @@ from kanefe.kernels.layout import (
     R,
     Tables,
 )
-from kanefe.kernels.sweeps.link_motion import partials
 
 
 @kernel

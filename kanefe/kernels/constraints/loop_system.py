@@ -1,7 +1,7 @@
 """The system of the multipliers of loops by the ways of their rows: what loops have in common, and nothing else.
 
 A wrench on its way inward leaves at each joint, and at the modes of each body, a force that is given way to. With
-``k`` that force, ``D`` the inertia that `kanefe.kernels.sweeps.inward` has eliminated there, and ``e = D^-1 k``,
+``k`` that force, ``D`` the inertia that the sweep inward has eliminated there, and ``e = D^-1 k``,
 
     J_i M^-1 J_j^T = sum of k_i e_j over all joints and modes that both rows visit,
 

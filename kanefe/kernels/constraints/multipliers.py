@@ -4,7 +4,7 @@ With du_0 of the tree alone and x_j its answer to row j, ``A lambda = -(J du_0 +
 ``du = du_0 + sum lambda_j x_j``, where ``A_ij = J_i x_j``. A row that rubs acts along another direction than it holds,
 and points in contact share forces that are not determined: all of A counts. A sweep of forces alone costs less than
 half of an evaluation, so that m rows cost some m/2 evaluations and a system of m unknowns. Rows that depend on others
-drop out. Scenes without rigid contacts do with less: `kanefe.kernels.constraints.held_sweeps`.
+drop out. Scenes without rigid contacts do with less: `kanefe.kernels.constraints.holding`.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ from kanefe.kernels.constraints.loop_tables import (
     unit_responses_in,
 )
 from kanefe.kernels.constraints.row_wrenches import along_row, clear_all_forces, push_row, write_rows
+from kanefe.kernels.constraints.tree_sweeps import sweep_accelerations, sweep_forces_inward
 from kanefe.kernels.layout import FlexibleTables, Tables
-from kanefe.kernels.sweeps.accelerations import put_driving_forces, sweep_accelerations
-from kanefe.kernels.sweeps.inward import sweep_forces_inward
+from kanefe.kernels.sweeps.driving_forces import put_driving_forces
 
 
 @kernel
@@ -156,13 +156,13 @@ def respond_to_rows(
         if is_rubbed:
             clear_all_forces(tables, flexible, applied, work, modal)
             push_row(loops, tables, flexible, j, 1.0, False, kept.exerted, applied, work, modal)
-            sweep_forces_inward(tables, flexible, applied, work, modal, border, is_implicit)
-            sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, response)
+            sweep_forces_inward(tables, flexible, applied, work, modal, border, is_implicit, None)
+            sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, None, response)
             kept.plain[j] = along_row(loops, j, work, kept.exerted.wrenches, response)
         clear_all_forces(tables, flexible, applied, work, modal)
         push_row(loops, tables, flexible, j, 1.0, is_rubbed, kept.exerted, applied, work, modal)
-        sweep_forces_inward(tables, flexible, applied, work, modal, border, is_implicit)
-        sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, response)
+        sweep_forces_inward(tables, flexible, applied, work, modal, border, is_implicit, None)
+        sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, None, response)
         if driven > 0:
             put_driving_forces(tables, applied, work, kept.unit_responses[j, count:])
         for i in range(0 if is_skew else j, m):
@@ -207,5 +207,5 @@ def respond_to_multipliers(
     for j in range(len(loops.rows)):
         if multipliers[j] != 0.0:
             push_row(loops, tables, flexible, j, multipliers[j], True, kept.exerted, applied, work, modal)
-    sweep_forces_inward(tables, flexible, applied, work, modal, border, is_implicit)
-    sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, kept.reach[:count])
+    sweep_forces_inward(tables, flexible, applied, work, modal, border, is_implicit, None)
+    sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, None, kept.reach[:count])

@@ -14,6 +14,7 @@ from kanefe.kernels.algebra.vectors import (
     dot,
     matrix,
     minus,
+    numbers_of,
     plus,
     put,
     put_three,
@@ -22,11 +23,13 @@ from kanefe.kernels.algebra.vectors import (
     times,
     vector,
 )
+from kanefe.kernels.bodies import BorderedBodies
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.constraints.constraint_rows import COUPLER_ROW
 from kanefe.kernels.constraints.loop_factors import FORCE_AT_END, LEVER, MOMENT_AT_END, TURN, LoopFactors, modes_size
 from kanefe.kernels.constraints.loop_tables import FIRST_TERM, KIND_OF, LEAST_SHARE, ROW_A, TERM_COUNT, Loops
 from kanefe.kernels.constraints.row_paths import OF_JOINT, OF_MODES, VISITED
+from kanefe.kernels.joints.on_arrays import moved_freely, partials, through_axis, through_ball
 from kanefe.kernels.layout import (
     BASIS,
     BENT,
@@ -50,10 +53,7 @@ from kanefe.kernels.layout import (
 )
 from kanefe.kernels.loads.markers import lever_of
 from kanefe.kernels.loads.point_and_field_loads import share_of_modes, wrench_on_slopes
-from kanefe.kernels.sweeps.border import border_in
-from kanefe.kernels.sweeps.elastic import coupling_span, total
-from kanefe.kernels.sweeps.inward import moved_freely, through_axis, through_ball
-from kanefe.kernels.sweeps.link_motion import partials
+from kanefe.kernels.sweeps.elastic import total
 from kanefe.kernels.sweeps.modal_elimination import push_through_modes, scale, subtract
 
 
@@ -152,9 +152,9 @@ def put_visits(
                 reach += shift * shift * along + turn_size * turn_size * across
             continue
         if kind == SPHERICAL:
-            turning, force, torque = through_ball(i, times(0.0, moment), force, moment, work)
+            turning, force = through_ball(i, force, moment, work)
             put_three(numbers, at, turning)
-            moment = torque
+            moment = times(0.0, moment)
             if moves:
                 size = loops.extents[rows[i, SPEED]]
                 own += size * size * dot(twist, twist)
@@ -270,17 +270,17 @@ def _give_way(
     k, n, G = body[COUNT], 6 * body[CARRIED_COUNT], matrix(work, body[ROW], R)
     p, x, rest = numbers[at : at + k], numbers[at + k : at + 2 * k], numbers[at + 2 * k : at + 2 * k + 3 * n]
     on, moved, held = rest[:n], rest[n : 2 * n], rest[2 * n :]
-    parts, own = border_in(border, body), 0.0 * work[0, R]
+    parts, own = BorderedBodies(flexible.bodies, flexible.pool, modal, border)[f], 0.0 * work[0, R]
     for d in range(k):
         own += (loops.extents[body[DETA] + d] * p[d]) ** 2
     scale(body, p.reshape(1, k), modal, is_implicit)
     copy(p, x)
     for c in range(n):
         subtract(parts.basis[c], on[c], x)
-    a, b = push_through_modes(modal[coupling_span(body)].reshape(6, k), parts, p, on, moved, held)
+    a, b = push_through_modes(parts, p, on, moved, held)
     copy(p, x)
     for c in range(n):
         subtract(parts.basis[c], held[c], x)
     for c in range(n):
         moved[c] = total(parts.basis[c], x)
-    return rotated(G, a), rotated(G, b), own
+    return rotated(G, numbers_of(a)), rotated(G, numbers_of(b)), own

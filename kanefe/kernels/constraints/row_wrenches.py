@@ -33,6 +33,7 @@ from kanefe.kernels.loads.markers import lever_of
 from kanefe.kernels.loads.point_and_field_loads import push
 from kanefe.kernels.sweeps.body_inertia import clear_forces
 from kanefe.kernels.sweeps.elastic import span
+from kanefe.kernels.tree import Frames
 
 
 @kernel
@@ -179,7 +180,7 @@ def clear_all_forces(
 ) -> None:
     """Write no forces on rows, modes and joints."""
     for i in range(len(tables.rows)):
-        clear_forces(work, i)
+        clear_forces(Frames(work)[i])
     for f in range(len(flexible.bodies)):
         modal[span(flexible.bodies[f], WORK_FORCE)][:] = 0.0
     applied[:] = 0.0

@@ -56,7 +56,7 @@ from kanefe.kernels.contact.granular_impulses import (
     speeds,
 )
 from kanefe.kernels.force_elements.bushing import nine
-from kanefe.kernels.sweeps.advance import put_turned
+from kanefe.kernels.joints.ball import put_turned
 
 MASS, INERTIA, INVERSE, BODY_SIZE = 0, 1, 10, 19
 """Columns of bodies: mass in kg, then matrices in the body's axes."""

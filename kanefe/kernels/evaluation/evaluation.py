@@ -6,40 +6,34 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import put_euler_rates, three
 from kanefe.kernels.compiler._numba import expanded, inlined
 from kanefe.kernels.compiler.arrays import RealRows, Reals, ValueRows, Values
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.compiler.signatures import COMPLEX, REAL
 from kanefe.kernels.constraints.contact_rates import put_contact_rates
-from kanefe.kernels.constraints.held_sweeps import hold_size, sweep_accelerations_held, sweep_inward_held
+from kanefe.kernels.constraints.holding import Held, hold_size
 from kanefe.kernels.constraints.loop_factors import loop_factors_in
 from kanefe.kernels.constraints.loop_tables import Loops, unit_responses_in
 from kanefe.kernels.constraints.multipliers import hold, respond_to_multipliers
 from kanefe.kernels.constraints.row_wrenches import write_rows
+from kanefe.kernels.constraints.tree_sweeps import sweep_accelerations, sweep_inward
+from kanefe.kernels.joints.by_kind import put_coordinate_rates
 from kanefe.kernels.layout import (
     BORDER_SIZE,
-    COORDINATE,
     COORDINATES,
     COUNT,
     DAMPING,
     DETA,
-    DRIVE,
     DRIVES,
     ETA,
-    FIXED,
-    FREE,
-    GIVEN,
-    KIND,
     MODAL_SIZE,
-    SPEED,
     SPEEDS,
-    SPHERICAL,
     STATES,
     WORK,
     WORK_DETA,
     FlexibleTables,
     Tables,
+    work_size,
 )
 from kanefe.kernels.loads.joint_forces import add_joint_forces
 from kanefe.kernels.loads.joint_reactions import REACTION, add_reactions, follow_reactions
@@ -57,13 +51,13 @@ from kanefe.kernels.steppers.step_commands import (
     STIFFNESS_DIRECTION,
     is_finite,
 )
-from kanefe.kernels.sweeps.accelerations import put_driving_forces, sweep_accelerations
+from kanefe.kernels.sweeps.driving_forces import put_driving_forces
 from kanefe.kernels.sweeps.elastic import span, total
 from kanefe.kernels.sweeps.implicit import stiffen_joints, stiffen_modes
 from kanefe.kernels.sweeps.inertia import set_inertia
-from kanefe.kernels.sweeps.inward import sweep_inward
 from kanefe.kernels.sweeps.outward import sweep_outward_again
 from kanefe.kernels.sweeps.unit_mass import scale_beams
+from kanefe.kernels.tree import Links
 
 
 class Workspace(NamedTuple):
@@ -73,7 +67,7 @@ class Workspace(NamedTuple):
     ----------
     work : ndarray, shape (rows, WORK)
     modal, border : ndarray
-        Of flexible bodies: see `kanefe.kernels.layout` and `kanefe.kernels.sweeps.border`.
+        Of flexible bodies: see `kanefe.kernels.bodies`.
     applied, added : ndarray, shape (free + driven,)
         Generalised forces at the joints, and inertia that a linearly implicit evaluation adds along them.
     driving : ndarray, shape (driven,)
@@ -128,7 +122,7 @@ def workspace_size(
 ) -> int:
     """Return how many numbers the workspace of a scene has."""
     speeds = int(tables.sizes[SPEEDS] + tables.sizes[DRIVES])
-    size = WORK * len(tables.rows) + 2 * speeds + int(tables.sizes[DRIVES])
+    size = work_size(tables) + 2 * speeds + int(tables.sizes[DRIVES])
     size += int(flexible.sizes[MODAL_SIZE] + flexible.sizes[BORDER_SIZE])
     m = len(loops.rows)
     of_loads = int(between.workspace_size[WHOLE]) + REACTION * len(between.bearings)
@@ -140,7 +134,7 @@ def workspace_in(
     memory: np.ndarray, tables: Tables, flexible: FlexibleTables, between: LoadsBetween, loops: Loops
 ) -> Workspace:
     """Return the parts of a memory of `workspace_size`."""
-    rows, driven = WORK * len(tables.rows), tables.sizes[DRIVES]
+    rows, driven = work_size(tables), tables.sizes[DRIVES]
     speeds, m = tables.sizes[SPEEDS] + driven, len(loops.rows)
     holds, modes, borders = hold_size(loops, speeds), flexible.sizes[MODAL_SIZE], flexible.sizes[BORDER_SIZE]
     work, rest = memory[:rows].reshape(-1, WORK), memory[rows:]
@@ -279,15 +273,12 @@ def put_rates(
         write_rows(loops, tables.gravity, drives, z, len(u), work, kept.exerted)
         for j in range(len(loops.rows)):
             kept.rest[j] = -kept.exerted.remainders[j]
-        is_regular, pivot = sweep_inward_held(
-            loops, tables, flexible, z, applied, work, modal, border, is_implicit, added, False, 0.0, kept, multipliers
-        )
-        sweep_accelerations_held(
-            loops, tables, flexible, applied, work, modal, border, is_implicit, kept, multipliers, du
-        )
+        held = Held(loops, kept, multipliers, z, False, 0.0)
+        is_regular, pivot = sweep_inward(tables, flexible, applied, work, modal, border, is_implicit, added, held)
+        sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, held, du)
     else:
-        is_regular, pivot = sweep_inward(tables, flexible, applied, work, modal, border, is_implicit, added), 1.0
-        sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, du)
+        is_regular, pivot = sweep_inward(tables, flexible, applied, work, modal, border, is_implicit, added, None)
+        sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, None, du)
     if len(driving) > 0:
         put_driving_forces(tables, applied, work, driving)
     if len(reactions) > 0:
@@ -328,17 +319,9 @@ def rates_of_coordinates(
     tables: Tables, flexible: FlexibleTables, q: np.ndarray, u: np.ndarray, rates: np.ndarray
 ) -> None:
     """Write dq/dt."""
-    rows = tables.rows
-    for i in range(len(rows)):
-        kind, at, speed = rows[i, KIND], rows[i, COORDINATE], rows[i, SPEED]
-        if FIXED < kind <= GIVEN:
-            if rows[i, DRIVE] < 0:
-                rates[at] = u[speed]
-        elif kind == SPHERICAL:
-            put_euler_rates(rates, at, q, three(u, speed))
-        elif kind == FREE:
-            rates[at], rates[at + 1], rates[at + 2] = u[speed], u[speed + 1], u[speed + 2]
-            put_euler_rates(rates, at + 3, q, three(u, speed + 3))
+    links = Links(tables.rows, tables.geometry)
+    for i in range(len(links)):
+        put_coordinate_rates(links[i], q, u, rates)
     for f in range(len(flexible.bodies)):
         at, speed = flexible.bodies[f, ETA], flexible.bodies[f, DETA]
         for j in range(flexible.bodies[f, COUNT]):

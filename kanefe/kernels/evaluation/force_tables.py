@@ -9,7 +9,7 @@ import numpy as np
 from kanefe.kernels.compiler._numba import expanded
 from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
 from kanefe.kernels.constraints.loop_tables import Loops, wrenches_size
-from kanefe.kernels.layout import DRIVES, MODAL_SIZE, SPEEDS, STATES, WORK, FlexibleTables, Tables
+from kanefe.kernels.layout import DRIVES, MODAL_SIZE, SPEEDS, STATES, WORK, FlexibleTables, Tables, work_size
 from kanefe.kernels.loads.loads_layout import WHOLE, LoadsBetween
 
 WRENCH = 6
@@ -115,7 +115,7 @@ def force_memory_size(
     modes = int(flexible.sizes[MODAL_SIZE])
     driven, c = int(tables.sizes[DRIVES]), len(forces.components)
     speeds = int(tables.sizes[SPEEDS]) + driven
-    size = 2 * (WORK * len(tables.rows) + modes) + speeds + int(tables.sizes[STATES]) + 3 * driven
+    size = 2 * (work_size(tables) + modes) + speeds + int(tables.sizes[STATES]) + 3 * driven
     of_loads = 3 * len(between.rows) + int(between.workspace_size[WHOLE])
     return size + of_loads + c * (2 + c) + wrenches_size(loops)
 
@@ -130,7 +130,7 @@ def force_workspace(
     forces: ForceTables,
 ) -> ForceWorkspace:
     """Return the parts of a memory of `force_memory_size`."""
-    rows, driven, c = WORK * len(tables.rows), tables.sizes[DRIVES], len(forces.components)
+    rows, driven, c = work_size(tables), tables.sizes[DRIVES], len(forces.components)
     speeds, states, modes, ends = (
         tables.sizes[SPEEDS] + driven,
         tables.sizes[STATES],

@@ -9,21 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import (
-    accumulate,
-    copy,
-    cross,
-    dot,
-    matrix,
-    plus,
-    put,
-    rotated,
-    rotated_back,
-    symmetric,
-    symmetric_times,
-    three,
-    vector,
-)
+from kanefe.kernels.algebra.vectors import copy, put, three
+from kanefe.kernels.bodies import ModalBodies
 from kanefe.kernels.compiler._numba import expanded, inlined, kernel
 from kanefe.kernels.compiler.arrays import Integers, Prepared, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
@@ -52,29 +39,13 @@ from kanefe.kernels.evaluation.force_tables import (
 from kanefe.kernels.evaluation.told_contacts import tell_contacts
 from kanefe.kernels.evaluation.told_forces import hold_components, tell_gears, tell_joints, tell_loops, tell_parts
 from kanefe.kernels.force_elements.places import END_NUMBERS, WRENCHES, P
+from kanefe.kernels.joints.by_kind import partials
+from kanefe.kernels.joints.handing import hand_force_inward
 from kanefe.kernels.layout import (
     COORDINATES,
-    COUNT,
-    DRIVE,
-    FLEXIBLE,
-    FORCE,
-    INTERFACE,
-    KIND,
-    MASS,
-    MOMENT,
-    OFFSET,
-    OMEGA,
-    PARENT,
-    SPEED,
     SPEEDS,
     STATES,
-    VELOCITY,
-    WORK_DETA,
     FlexibleTables,
-    H,
-    J,
-    M,
-    R,
     Tables,
 )
 from kanefe.kernels.loads.joint_forces import add_joint_forces
@@ -84,10 +55,11 @@ from kanefe.kernels.loads.point_and_field_loads import add_field_loads, add_poin
 from kanefe.kernels.loads.points import gather_points, push_points
 from kanefe.kernels.loads.reach import find_near, nearness_at
 from kanefe.kernels.steppers.step_commands import AT, RATES, SLOPE
-from kanefe.kernels.sweeps.elastic import coupling_span, project, span
+from kanefe.kernels.sweeps.elastic import combination
 from kanefe.kernels.sweeps.inertia import set_inertia
-from kanefe.kernels.sweeps.link_motion import partials
 from kanefe.kernels.sweeps.outward import sweep_outward
+from kanefe.kernels.tree import Frames, Kind, Links
+from kanefe.kernels.values.tensors import dot
 
 
 @entry()
@@ -309,29 +281,29 @@ def add_inertia_forces(
     modal_rates: np.ndarray,
 ) -> None:
     """Add what du needs to the forces of all rows; velocities of `moving` are accelerations (Eq. 15, 16)."""
-    for i in range(len(tables.rows)):
-        f = tables.rows[i, FLEXIBLE]
-        if tables.rows[i, KIND] == INTERFACE or (f < 0 and tables.geometry[i, MASS] == 0.0):
+    links, frames, moves = Links(tables.rows, tables.geometry), Frames(work), Frames(moving)
+    bodies = ModalBodies(flexible.bodies, flexible.pool, modal)
+    rates = ModalBodies(flexible.bodies, flexible.pool, modal_rates)
+    for i in range(len(links)):
+        link, frame, moved = links[i], frames[i], moves[i]
+        if link.kind == Kind.INTERFACE or (link.flexible < 0 and link.mass == 0.0):
             continue
-        a, alpha, h = vector(moving, i, VELOCITY), vector(moving, i, OMEGA), matrix(work, i, H)
-        accumulate(work, i, FORCE, plus(symmetric_times(symmetric(work, i, M), a), rotated(h, alpha)))
-        accumulate(work, i, MOMENT, plus(rotated_back(h, a), symmetric_times(symmetric(work, i, J), alpha)))
-        if f >= 0 and flexible.bodies[f, COUNT] > 0:
-            body, G = flexible.bodies[f], matrix(work, i, R)
-            coupling, ddeta = modal[coupling_span(body)].reshape(6, body[COUNT]), modal_rates[span(body, WORK_DETA)]
-            accumulate(work, i, FORCE, rotated(G, project(coupling, 0, ddeta)))
-            accumulate(work, i, MOMENT, rotated(G, project(coupling, 3, ddeta)))
+        frame.f += frame.M @ moved.v + frame.H @ moved.w
+        frame.n += frame.H.T @ moved.v + frame.J @ moved.w
+        if link.flexible >= 0 and bodies[link.flexible].k > 0:
+            body, ddeta, G = bodies[link.flexible], rates[link.flexible].deta, frame.R
+            frame.f += G @ combination(body.linear, ddeta)
+            frame.n += G @ combination(body.angular, ddeta)
 
 
 @kernel
 def sum_inward(tables: Tables, applied: np.ndarray, work: np.ndarray, driving: np.ndarray) -> None:
     """Hand the forces that rows need to what carries them, and write what drives give beyond what is applied."""
-    rows, geometry = tables.rows, tables.geometry
-    for i in range(len(rows) - 1, -1, -1):
-        force, moment, parent = vector(work, i, FORCE), vector(work, i, MOMENT), rows[i, PARENT]
-        if rows[i, DRIVE] >= 0:
-            v, w = partials(rows, geometry, i, work)
-            driving[rows[i, DRIVE]] = dot(v, force) + dot(w, moment) - applied[rows[i, SPEED]]
-        if parent >= 0:
-            accumulate(work, parent, FORCE, force)
-            accumulate(work, parent, MOMENT, plus(moment, cross(vector(work, i, OFFSET), force)))
+    links, frames = Links(tables.rows, tables.geometry), Frames(work)
+    for i in range(len(links) - 1, -1, -1):
+        link, frame = links[i], frames[i]
+        if link.drive >= 0:
+            v, w = partials(link, frame)
+            driving[link.drive] = dot(v, frame.f) + dot(w, frame.n) - applied[link.speed]
+        if link.parent >= 0:
+            hand_force_inward(frames[link.parent], frame.r, frame.f, frame.n)

@@ -10,59 +10,30 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import (
-    Numbers,
-    copy,
-    cross,
-    dot,
-    matrix,
-    plus,
-    rotated,
-    rotated_back,
-    symmetric,
-    symmetric_times,
-    transposed,
-    vector,
-)
+from kanefe.kernels.algebra.vectors import copy
+from kanefe.kernels.bodies import ModalBodies, ModalBody
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.joints.by_kind import partials
+from kanefe.kernels.joints.handing import hand_inward
+from kanefe.kernels.joints.motion import put_three
 from kanefe.kernels.layout import (
-    BASIS,
-    BENT,
-    CARRIED,
-    CARRIED_COUNT,
     COORDINATES,
     COUNT,
-    DETA,
-    EXACT,
-    FIXED,
-    FLEXIBLE,
-    FREE,
-    GIVEN,
-    INTERFACE,
-    KIND,
     MODAL_SIZE,
-    OFFSET,
-    PARENT,
-    SPEED,
     SPEEDS,
-    TANGENT,
-    TRANSFORM,
     WORK,
     FlexibleTables,
-    H,
-    J,
-    M,
-    R,
     Tables,
+    work_size,
 )
-from kanefe.kernels.sweeps.body_inertia import hand_inward
-from kanefe.kernels.sweeps.elastic import coupling_span, total
+from kanefe.kernels.sweeps.elastic import total
 from kanefe.kernels.sweeps.exact_beam_layout import beam_work_in
 from kanefe.kernels.sweeps.inertia import set_inertia
-from kanefe.kernels.sweeps.link_motion import fixed_axes, partials
 from kanefe.kernels.sweeps.outward import sweep_outward
+from kanefe.kernels.tree import Frame, Frames, InterfaceFrame, InterfaceLink, Kind, Link, Links
+from kanefe.kernels.values.tensors import ZERO, Matrix, Vector, cross, dot
 
 
 @entry()
@@ -78,199 +49,187 @@ def put_masses(
     found : ndarray, shape (free + driven, free + driven)
     memory : ndarray, shape (`masses_memory_size`,)
     """
-    rows, n, size = tables.rows, tables.sizes[COORDINATES], WORK * len(tables.rows)
+    n, size = tables.sizes[COORDINATES], work_size(tables)
     work, rest = memory[:size].reshape(-1, WORK), memory[size:]
     modal, column = rest[: flexible.sizes[MODAL_SIZE]], rest[flexible.sizes[MODAL_SIZE] :]
     sweep_outward(tables, flexible, drives, y[:n], y[n : n + tables.sizes[SPEEDS]], work, modal)
     set_inertia(tables, flexible, work, modal)
     found[:, :] = 0.0
-    zero = (0.0, 0.0, 0.0)
-    for i in range(len(rows) - 1, -1, -1):
-        if rows[i, KIND] != INTERFACE:
-            if rows[i, FLEXIBLE] >= 0:
-                _put_modes(tables, flexible, i, work, modal, found)
-            _put_joint(tables, flexible, i, work, modal, found)
-        if rows[i, PARENT] >= 0:
-            m, h, j = symmetric(work, i, M), matrix(work, i, H), symmetric(work, i, J)
-            hand_inward(work, rows[i, PARENT], vector(work, i, OFFSET), m, h, j, zero, zero)
-    for f in range(len(flexible.bodies)):
-        body = flexible.bodies[f]
-        if body[TRANSFORM] >= 0:
-            k, at, first = body[COUNT], body[TRANSFORM], body[DETA]
-            transform = flexible.pool[at : at + k * k].reshape(k, k)
-            _transform_columns(found, first, transform, column[:k])
-            _transform_rows(found, first, transform, column[:k])
+    links, frames = Links(tables.rows, tables.geometry), Frames(work)
+    for i in range(len(links) - 1, -1, -1):
+        link, frame = links[i], frames[i]
+        if link.kind != Kind.INTERFACE:
+            if link.flexible >= 0:
+                _put_modes(links, flexible, i, frames, modal, found)
+            _put_joint(links, flexible, i, frames, modal, found)
+        if link.parent >= 0:
+            hand_inward(frames[link.parent], frame.r, frame.M, frame.H, frame.J, ZERO, ZERO)
+    bodies = ModalBodies(flexible.bodies, flexible.pool, modal)
+    for f in range(len(bodies)):
+        body = bodies[f]
+        if body.transform >= 0:
+            _transform_columns(found, body.first_deta, body.to_modes, column[: body.k])
+            _transform_rows(found, body.first_deta, body.to_modes, column[: body.k])
 
 
 @kernel
 def _put_joint(
-    tables: Tables, flexible: FlexibleTables, i: int, work: np.ndarray, modal: np.ndarray, found: np.ndarray
+    links: Links, flexible: FlexibleTables, i: int, frames: Frames, modal: np.ndarray, found: np.ndarray
 ) -> None:
     """Write the columns of the joint of a link."""
-    kind, speed, none = tables.rows[i, KIND], tables.rows[i, SPEED], (0.0, 0.0, 0.0)
-    if kind == FIXED:
+    link, frame = links[i], frames[i]
+    speed = link.speed
+    if link.kind == Kind.FIXED:
         return
-    if kind <= GIVEN:
-        v, w = partials(tables.rows, tables.geometry, i, work)
-        _put_motion(tables, flexible, i, v, w, speed, work, modal, found)
-        return
-    if kind == FREE:
-        axes = fixed_axes(tables, i, work)
+    if link.kind == Kind.SPHERICAL or link.kind == Kind.FREE:
+        if link.kind == Kind.FREE:
+            axes = frames[link.parent].R @ link.axes
+            for c in range(3):
+                _put_motion(links, flexible, i, _column(axes, c), ZERO, speed + c, frames, modal, found)
+            speed += 3
         for c in range(3):
-            _put_motion(tables, flexible, i, _column(axes, c), none, speed + c, work, modal, found)
-        speed += 3
-    axes = matrix(work, i, R)
-    for c in range(3):
-        _put_motion(tables, flexible, i, none, _column(axes, c), speed + c, work, modal, found)
+            _put_motion(links, flexible, i, ZERO, _column(frame.R, c), speed + c, frames, modal, found)
+        return
+    v, w = partials(link, frame)
+    _put_motion(links, flexible, i, v, w, speed, frames, modal, found)
 
 
 @inlined
-def _column(A: Numbers, c: int) -> Numbers:
-    """Return a column of a 3 x 3 matrix."""
-    B = transposed(A)
-    return (B[0], B[1], B[2]) if c == 0 else ((B[3], B[4], B[5]) if c == 1 else (B[6], B[7], B[8]))
+def _column(A: Matrix, c: int) -> Vector:
+    """Return a column of a matrix."""
+    return A.x if c == 0 else (A.y if c == 1 else A.z)
 
 
 @kernel
 def _put_motion(
-    tables: Tables,
+    links: Links,
     flexible: FlexibleTables,
     i: int,
-    v: Numbers,
-    w: Numbers,
+    v: Vector,
+    w: Vector,
     speed: int,
-    work: np.ndarray,
+    frames: Frames,
     modal: np.ndarray,
     found: np.ndarray,
 ) -> None:
     """Write the column of a speed with which a link, and all that it carries, moves as one rigid body."""
-    force, moment = _wrench(i, v, w, work)
-    _hand_to_ground(tables, flexible, i, force, moment, speed, work, modal, found)
+    f, n = _wrench(frames[i], v, w)
+    _hand_to_ground(links, flexible, i, f, n, speed, frames, modal, found)
 
 
 @inlined
-def _wrench(i: int, v: Numbers, w: Numbers, work: np.ndarray) -> tuple[Numbers, Numbers]:
+def _wrench(frame: Frame, v: Vector, w: Vector) -> tuple[Vector, Vector]:
     """Return the wrench that accelerations of a row need, about its origin."""
-    h = matrix(work, i, H)
-    force = plus(symmetric_times(symmetric(work, i, M), v), rotated(h, w))
-    return force, plus(rotated_back(h, v), symmetric_times(symmetric(work, i, J), w))
+    return frame.M @ v + frame.H @ w, frame.H.T @ v + frame.J @ w
 
 
 @kernel
 def _put_modes(
-    tables: Tables, flexible: FlexibleTables, i: int, work: np.ndarray, modal: np.ndarray, found: np.ndarray
+    links: Links, flexible: FlexibleTables, i: int, frames: Frames, modal: np.ndarray, found: np.ndarray
 ) -> None:
     """Write the columns of the modes of a flexible body: of unit mass, with what their interfaces carry."""
-    rows, body = tables.rows, flexible.bodies[tables.rows[i, FLEXIBLE]]
-    k, first = body[COUNT], body[DETA]
+    body, G = ModalBodies(flexible.bodies, flexible.pool, modal)[links[i].flexible], frames[i].R
+    k, first, linear, angular = body.k, body.first_deta, body.linear, body.angular
     if k == 0:
         return
-    G, coupling = matrix(work, i, R), modal[coupling_span(body)].reshape(6, k)
     for j in range(k):
-        if body[EXACT] < 0:
+        if body.exact < 0:
             found[first + j, first + j] += 1.0
         else:
-            mass = beam_work_in(body, modal).mass
+            mass = beam_work_in(flexible.bodies[links[i].flexible], modal).mass
             found[first + j, first + j] += mass[j, j]
             for other in range(j):
                 found[first + j, first + other] += mass[j, other]
                 found[first + other, first + j] += mass[j, other]
-        force = rotated(G, (coupling[0, j], coupling[1, j], coupling[2, j]))
-        moment = rotated(G, (coupling[3, j], coupling[4, j], coupling[5, j]))
-        for c in range(body[CARRIED], body[CARRIED] + body[CARRIED_COUNT]):
-            row = flexible.carrying[c]
-            v, w = _moved_by_mode(flexible, rows, row, body, j, work, modal)
-            own, turning = _wrench(row, rotated(G, v), rotated(G, w), work)
-            _add_to_modes(flexible, rows, row, body, G, own, turning, first + j, work, modal, found)
-            force = plus(force, own)
-            moment = plus(moment, plus(turning, cross(vector(work, row, OFFSET), own)))
-        _hand_to_ground(tables, flexible, i, force, moment, first + j, work, modal, found)
+        f, n = G @ linear[j], G @ angular[j]
+        for c in range(body.carried, body.carried + body.carried_count):
+            link, frame = InterfaceLink(links[flexible.carrying[c]]), frames[flexible.carrying[c]]
+            v, w = _moved_by_mode(flexible, link, frame, k, j, modal)
+            own, turning = _wrench(frame, G @ v, G @ w)
+            _add_to_modes(flexible, link, frame, body, G, own, turning, first + j, modal, found)
+            f += own
+            n += turning + cross(frame.r, own)
+        _hand_to_ground(links, flexible, i, f, n, first + j, frames, modal, found)
 
 
 @inlined
 def _moved_by_mode(
-    flexible: FlexibleTables, rows: np.ndarray, row: int, body: np.ndarray, j: int, work: np.ndarray, modal: np.ndarray
-) -> tuple[Numbers, Numbers]:
+    flexible: FlexibleTables, link: InterfaceLink, frame: Frame, k: int, j: int, modal: np.ndarray
+) -> tuple[Vector, Vector]:
     """Return velocity and angular velocity of an interface by the rate of a mode, in G."""
-    k, at, bent = body[COUNT], rows[row, BASIS], rows[row, BENT]
     # one name for both, since `modal` is real here
-    if bent < 0:
-        basis = flexible.pool[at : at + 6 * k].reshape(6, k)
+    if link.bent < 0:
+        basis = flexible.pool[link.basis : link.basis + 6 * k].reshape(6, k)
     else:
-        basis = modal[bent : bent + 6 * k].reshape(6, k)
-    turn = rotated(matrix(work, row, TANGENT), (basis[3, j], basis[4, j], basis[5, j]))
-    return (basis[0, j], basis[1, j], basis[2, j]), turn
+        basis = modal[link.bent : link.bent + 6 * k].reshape(6, k)
+    turn = InterfaceFrame(frame).tangent @ Vector(basis[3, j], basis[4, j], basis[5, j])
+    return Vector(basis[0, j], basis[1, j], basis[2, j]), turn
 
 
 @kernel
 def _add_to_modes(
     flexible: FlexibleTables,
-    rows: np.ndarray,
-    row: int,
-    body: np.ndarray,
-    G: Numbers,
-    force: Numbers,
-    moment: Numbers,
+    link: InterfaceLink,
+    frame: Frame,
+    body: ModalBody,
+    G: Matrix,
+    f: Vector,
+    n: Vector,
     column: int,
-    work: np.ndarray,
     modal: np.ndarray,
     found: np.ndarray,
 ) -> None:
     """Add what a wrench on an interface, in N, does on the modes of its body."""
-    own, turning = rotated_back(G, force), rotated_back(G, moment)
-    for j in range(body[COUNT]):
-        v, w = _moved_by_mode(flexible, rows, row, body, j, work, modal)
-        found[body[DETA] + j, column] += dot(v, own) + dot(w, turning)
+    own, turning = G.T @ f, G.T @ n
+    for j in range(body.k):
+        v, w = _moved_by_mode(flexible, link, frame, body.k, j, modal)
+        found[body.first_deta + j, column] += dot(v, own) + dot(w, turning)
 
 
 @kernel
 def _hand_to_ground(
-    tables: Tables,
+    links: Links,
     flexible: FlexibleTables,
     i: int,
-    force: Numbers,
-    moment: Numbers,
+    f: Vector,
+    n: Vector,
     column: int,
-    work: np.ndarray,
+    frames: Frames,
     modal: np.ndarray,
     found: np.ndarray,
 ) -> None:
     """Write what a wrench on a link does along all speeds between the link and the ground, and the same as a row."""
-    rows = tables.rows
     while i >= 0:
-        if rows[i, KIND] == INTERFACE:
-            body = flexible.bodies[rows[rows[i, PARENT], FLEXIBLE]]
-            first, count = body[DETA], body[COUNT]
-            G = matrix(work, rows[i, PARENT], R)
-            _add_to_modes(flexible, rows, i, body, G, force, moment, column, work, modal, found)
+        link, frame = links[i], frames[i]
+        parent = frames[link.parent]
+        if link.kind == Kind.INTERFACE:
+            body = ModalBodies(flexible.bodies, flexible.pool, modal)[link.flexible]
+            first, count = body.first_deta, body.k
+            _add_to_modes(flexible, InterfaceLink(link), frame, body, parent.R, f, n, column, modal, found)
         else:
-            first, count = rows[i, SPEED], _add_to_joint(tables, i, force, moment, column, work, found)
+            first, count = link.speed, _add_to_joint(link, frame, parent, f, n, column, found)
         for s in range(first, first + count):
             found[column, s] = found[s, column]
-        moment = plus(moment, cross(vector(work, i, OFFSET), force))
-        i = rows[i, PARENT]
+        n += cross(frame.r, f)
+        i = link.parent
 
 
 @inlined
-def _add_to_joint(
-    tables: Tables, i: int, force: Numbers, moment: Numbers, column: int, work: np.ndarray, found: np.ndarray
-) -> int:
+def _add_to_joint(link: Link, frame: Frame, parent: Frame, f: Vector, n: Vector, column: int, found: np.ndarray) -> int:
     """Write what a wrench on a link does along the speeds of its joint; return how many these are."""
-    kind, speed = tables.rows[i, KIND], tables.rows[i, SPEED]
-    if kind == FIXED:
+    kind, speed, along = link.kind, link.speed, found[:, column]
+    if kind == Kind.FIXED:
         return 0
-    if kind <= GIVEN:
-        v, w = partials(tables.rows, tables.geometry, i, work)
-        found[speed, column] = dot(v, force) + dot(w, moment)
-        return 1
-    count = 0
-    if kind == FREE:
-        along = rotated_back(fixed_axes(tables, i, work), force)
-        found[speed, column], found[speed + 1, column], found[speed + 2, column] = along
-        count = 3
-    about, at = rotated_back(matrix(work, i, R), moment), speed + count
-    found[at, column], found[at + 1, column], found[at + 2, column] = about
-    return count + 3
+    if kind == Kind.SPHERICAL:
+        put_three(along, speed, frame.R.T @ n)
+        return 3
+    if kind == Kind.FREE:
+        put_three(along, speed, link.axes.T @ (parent.R.T @ f))
+        put_three(along, speed + 3, frame.R.T @ n)
+        return 6
+    v, w = partials(link, frame)
+    along[speed] = dot(v, f) + dot(w, n)
+    return 1
 
 
 @kernel
@@ -295,4 +254,4 @@ def _transform_rows(found: np.ndarray, first: int, transform: np.ndarray, row: n
 
 def masses_memory_size(tables: Tables, flexible: FlexibleTables) -> int:
     """Return how many numbers the memory of `put_masses` has."""
-    return WORK * len(tables.rows) + int(flexible.sizes[MODAL_SIZE] + flexible.bodies[:, COUNT].max(initial=0))
+    return work_size(tables) + int(flexible.sizes[MODAL_SIZE] + flexible.bodies[:, COUNT].max(initial=0))

@@ -8,55 +8,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import (
-    Numbers,
-    cross,
-    dot,
-    matrix,
-    minus,
-    plus,
-    put_three,
-    rotated,
-    rotated_back,
-    symmetric,
-    symmetric_times,
-    three,
-    times,
-    vector,
-)
+from kanefe.kernels.bodies import ModalBodies, ModalBody
 from kanefe.kernels.compiler._numba import expanded, inlined, kernel
 from kanefe.kernels.compiler.arrays import Integers, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.joints.motion import put_three, three
 from kanefe.kernels.layout import (
-    AXES,
     COORDINATES,
-    COUNT,
-    EXACT,
-    FLEXIBLE,
-    FREE,
-    HAS_GRAVITY,
-    INTERFACE,
-    KIND,
     MODAL_SIZE,
-    OMEGA,
-    PARENT,
-    POOL,
-    POOL_STIFFNESS,
-    POSITION,
-    ROTOR,
-    SPEED,
     SPEEDS,
     STATES,
-    VELOCITY,
     WORK,
-    WORK_DETA,
-    WORK_ETA,
     FlexibleTables,
-    H,
-    J,
-    M,
-    R,
     Tables,
+    work_size,
 )
 from kanefe.kernels.loads.coordinate_law import coordinate_potential
 from kanefe.kernels.loads.loads_between import potential_between
@@ -75,10 +40,13 @@ from kanefe.kernels.steppers.step_commands import (
     SPIN,
     TOTAL_MASS,
 )
-from kanefe.kernels.sweeps.elastic import coupling_span, project, span
+from kanefe.kernels.sweeps.body_inertia import first_moment
+from kanefe.kernels.sweeps.elastic import combination
 from kanefe.kernels.sweeps.exact_beam_inertia import energies_of_beam
 from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward
+from kanefe.kernels.tree import Frame, Frames, Kind, Link, Links
+from kanefe.kernels.values.tensors import NO_INERTIA, ZERO, Vector, cross, diagonal, dot, outer, symmetric
 
 BALANCE_NUMBERS = 9
 """Number of values per state: see `balances_of_states`."""
@@ -102,57 +70,62 @@ def _energies(
     """Sweep a state; return kinetic, elastic and gravity energy, and the sum of the sizes of the latter two's parts."""
     sweep_outward(tables, flexible, drives, q, u, work, modal)
     set_inertia(tables, flexible, work, modal)
-    kinetic, weight = 0.0, 0.0
+    links, frames, bodies = Links(tables.rows, tables.geometry), Frames(work), bodies_of(flexible, modal)
+    kinetic, weight, gravity = 0.0, 0.0, three(tables.gravity, 0)
     elastic = _joint_energy(tables, drives, q)
     elastic += potential_between(between, flexible, t, inputs, z, drives, q, u, work, modal, acting)
     size = abs(elastic)
-    for i in range(len(tables.rows)):
-        mass, c, v, w, momentum, spin = _momenta_of_row(tables, flexible, i, work, modal)
-        kinetic += 0.5 * (dot(v, momentum) + dot(w, spin))
-        if tables.rows[i, KIND] != INTERFACE and tables.rows[i, FLEXIBLE] >= 0:
-            of_modes, strain = _modal_energies(flexible, tables.rows[i, FLEXIBLE], v, w, matrix(work, i, R), modal)
+    for i in range(len(links)):
+        link, frame = links[i], frames[i]
+        momentum, spin = _momenta_of_row(link, frame, bodies)
+        kinetic += 0.5 * (dot(frame.v, momentum) + dot(frame.w, spin))
+        if has_modes(link):
+            of_modes, strain = _modal_energies(flexible, link.flexible, bodies[link.flexible], frame, modal)
             kinetic += of_modes
             elastic += strain
             size += strain
-        if tables.rows[i, HAS_GRAVITY]:
-            fall = dot(three(tables.gravity, 0), plus(times(mass, vector(work, i, POSITION)), c))
+        if link.has_gravity:
+            fall = dot(gravity, frame.M @ frame.p + first_moment(frame))
             weight -= fall
             size += abs(fall)
     return kinetic, elastic, weight, size
 
 
 @inlined
-def _momenta_of_row(
-    tables: Tables, flexible: FlexibleTables, i: int, work: np.ndarray, modal: np.ndarray
-) -> tuple[float, Numbers, Numbers, Numbers, Numbers, Numbers]:
-    """Return mass, first moment, v, w, momentum and angular momentum of a row about its origin, without rotors."""
-    h, v, w = matrix(work, i, H), vector(work, i, VELOCITY), vector(work, i, OMEGA)
-    mass, c = work[i, M], (h[5], h[6], h[1])
-    momentum = plus(times(mass, v), cross(w, c))
-    spin = plus(cross(c, v), symmetric_times(symmetric(work, i, J), w))
-    if tables.rows[i, KIND] != INTERFACE and tables.rows[i, FLEXIBLE] >= 0:
-        body, G = flexible.bodies[tables.rows[i, FLEXIBLE]], matrix(work, i, R)
-        coupling, deta = modal[coupling_span(body)].reshape(6, body[COUNT]), modal[span(body, WORK_DETA)]
-        momentum = plus(momentum, rotated(G, project(coupling, 0, deta)))
-        spin = plus(spin, rotated(G, project(coupling, 3, deta)))
-    return mass, c, v, w, momentum, spin
+def bodies_of(flexible: FlexibleTables, modal: np.ndarray) -> ModalBodies:
+    """Return the flexible bodies of a scene."""
+    return ModalBodies(flexible.bodies, flexible.pool, modal)
+
+
+@inlined
+def has_modes(link: Link) -> bool:
+    """Return whether the body of a row is a flexible one."""
+    return link.kind != Kind.INTERFACE and link.flexible >= 0
+
+
+@inlined
+def _momenta_of_row(link: Link, frame: Frame, bodies: ModalBodies) -> tuple[Vector, Vector]:
+    """Return momentum and angular momentum of a row about its origin, without rotors."""
+    momentum, spin = frame.M @ frame.v + frame.H @ frame.w, frame.H.T @ frame.v + frame.J @ frame.w
+    if has_modes(link):
+        body, G = bodies[link.flexible], frame.R
+        momentum += G @ combination(body.linear, body.deta)
+        spin += G @ combination(body.angular, body.deta)
+    return momentum, spin
 
 
 @kernel
 def _modal_energies(
-    flexible: FlexibleTables, f: int, v: Numbers, w: Numbers, G: Numbers, modal: np.ndarray
+    flexible: FlexibleTables, f: int, body: ModalBody, frame: Frame, modal: np.ndarray
 ) -> tuple[float, float]:
     """Return the kinetic energy of the modes, beyond their share in the momenta, and their strain energy."""
-    body = flexible.bodies[f]
-    eta, deta = modal[span(body, WORK_ETA)], modal[span(body, WORK_DETA)]
-    coupling = modal[coupling_span(body)].reshape(6, body[COUNT])
-    stiffness = flexible.pool[body[POOL] + POOL_STIFFNESS :]
-    carried = dot(rotated_back(G, v), project(coupling, 0, deta)) + dot(rotated_back(G, w), project(coupling, 3, deta))
-    if body[EXACT] >= 0:
-        own, strain = energies_of_beam(flexible, body, eta, deta, modal)
+    eta, deta, stiffness, back = body.eta, body.deta, body.stiffness, frame.R.T
+    carried = dot(back @ frame.v, combination(body.linear, deta)) + dot(back @ frame.w, combination(body.angular, deta))
+    if body.exact >= 0:
+        own, strain = energies_of_beam(flexible, flexible.bodies[f], eta, deta, modal)
         return 0.5 * (carried + own), strain
     own = strain = 0.0
-    for j in range(body[COUNT]):
+    for j in range(body.k):
         own += deta[j] * deta[j]
         strain += 0.5 * stiffness[j] * eta[j] * eta[j]
     return 0.5 * (carried + own), strain
@@ -174,36 +147,32 @@ def _put_momenta(
     tables: Tables, flexible: FlexibleTables, work: np.ndarray, modal: np.ndarray, reals: np.ndarray
 ) -> None:
     """Write mass, centre of mass, momenta about it, and the inertia about it as of one rigid body."""
-    none, origin = (0.0, 0.0, 0.0), vector(work, 0, POSITION)
-    total, first, momentum = 0.0, none, none  # moments about a place in the scene: it may be far from N's origin
-    for i in range(len(tables.rows)):
-        mass, c, _, _, own, _ = _momenta_of_row(tables, flexible, i, work, modal)
-        total += mass
-        first = plus(first, plus(times(mass, minus(vector(work, i, POSITION), origin)), c))
-        momentum = plus(momentum, own)
-    centre = times(1.0 / total, first)
-    spin, rotors = none, none
-    xx = xy = xz = yy = yz = zz = 0.0
-    for i in range(len(tables.rows)):
-        mass, c, _, _, own, own_spin = _momenta_of_row(tables, flexible, i, work, modal)
-        r, j = minus(minus(vector(work, i, POSITION), origin), centre), symmetric(work, i, J)
-        spin = plus(spin, plus(own_spin, cross(r, own)))
-        if tables.rows[i, KIND] != INTERFACE:
-            rotors = plus(rotors, rotated(matrix(work, i, R), vector(tables.geometry, i, ROTOR)))
-        about = mass * dot(r, r) + 2.0 * dot(r, c)
-        xx += j[0] + about - mass * r[0] * r[0] - 2.0 * r[0] * c[0]
-        xy += j[1] - mass * r[0] * r[1] - r[0] * c[1] - r[1] * c[0]
-        xz += j[2] - mass * r[0] * r[2] - r[0] * c[2] - r[2] * c[0]
-        yy += j[3] + about - mass * r[1] * r[1] - 2.0 * r[1] * c[1]
-        yz += j[4] - mass * r[1] * r[2] - r[1] * c[2] - r[2] * c[1]
-        zz += j[5] + about - mass * r[2] * r[2] - 2.0 * r[2] * c[2]
+    links, frames, bodies = Links(tables.rows, tables.geometry), Frames(work), bodies_of(flexible, modal)
+    origin = frames[0].p  # moments about a place in the scene: it may be far from N's origin
+    total, first, momentum = 0.0, ZERO, ZERO
+    for i in range(len(links)):
+        frame = frames[i]
+        own, _ = _momenta_of_row(links[i], frame, bodies)
+        total += frame.M.full.x.x
+        first += frame.M @ (frame.p - origin) + first_moment(frame)
+        momentum += own
+    centre = (1.0 / total) * first
+    spin, rotors, locked = ZERO, ZERO, NO_INERTIA
+    for i in range(len(links)):
+        link, frame = links[i], frames[i]
+        own, own_spin = _momenta_of_row(link, frame, bodies)
+        r, c = frame.p - origin - centre, first_moment(frame)
+        first, spin = frame.M @ r + c, spin + own_spin + cross(r, own)
+        if link.kind != Kind.INTERFACE:
+            rotors += frame.R @ link.rotor
+        locked += frame.J + diagonal(dot(r, first + c)) - symmetric(outer(r, first) + outer(c, r))
     reals[TOTAL_MASS] = total
-    put_three(reals, CENTRE, plus(origin, centre))
+    put_three(reals, CENTRE, origin + centre)
     put_three(reals, MOMENTUM, momentum)
-    put_three(reals, SPIN, plus(spin, rotors))
+    put_three(reals, SPIN, spin + rotors)
     put_three(reals, ROTORS, rotors)
-    put_three(reals, LOCKED, (xx, xy, xz))
-    put_three(reals, LOCKED + 3, (yy, yz, zz))
+    put_three(reals, LOCKED, locked.full.x)
+    put_three(reals, LOCKED + 3, Vector(locked.full.y.y, locked.full.y.z, locked.full.z.z))
 
 
 @kernel
@@ -214,17 +183,17 @@ def _put_rigid_motions(
     n = tables.sizes[COORDINATES]
     for k in range(6):
         vectors[RIGID + k, :] = 0.0
-    centre = three(reals, CENTRE)
-    for i in range(len(tables.rows)):
-        if tables.rows[i, KIND] != FREE or tables.rows[i, PARENT] >= 0:
+    centre, links, frames = three(reals, CENTRE), Links(tables.rows, tables.geometry), Frames(work)
+    for i in range(len(links)):
+        link, frame = links[i], frames[i]
+        if link.kind != Kind.FREE or link.parent >= 0:
             continue
-        speed, fixed, axes = n + tables.rows[i, SPEED], matrix(tables.geometry, i, AXES), matrix(work, i, R)
-        r = minus(vector(work, i, POSITION), centre)
+        speed, r = n + link.speed, frame.p - centre
         for k in range(3):
-            along = (1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
-            put_three(vectors[RIGID + k], speed, rotated_back(fixed, along))
-            put_three(vectors[RIGID + 3 + k], speed, rotated_back(fixed, cross(along, r)))
-            put_three(vectors[RIGID + 3 + k], speed + 3, rotated_back(axes, along))
+            along = Vector(1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
+            put_three(vectors[RIGID + k], speed, link.axes.T @ along)
+            put_three(vectors[RIGID + 3 + k], speed, link.axes.T @ cross(along, r))
+            put_three(vectors[RIGID + 3 + k], speed + 3, frame.R.T @ along)
 
 
 # Of a prepared call of `balance`: its number
@@ -316,20 +285,22 @@ def balances_of_states(
 @kernel
 def _momenta_about_origin(
     tables: Tables, flexible: FlexibleTables, work: np.ndarray, modal: np.ndarray
-) -> tuple[Numbers, Numbers]:
+) -> tuple[Vector, Vector]:
     """Return linear momentum, and angular momentum about N's origin with that of rotors."""
-    momentum, spin = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-    for i in range(len(tables.rows)):
-        _, _, _, _, own, own_spin = _momenta_of_row(tables, flexible, i, work, modal)
-        momentum = plus(momentum, own)
-        spin = plus(spin, plus(own_spin, cross(vector(work, i, POSITION), own)))
-        if tables.rows[i, KIND] != INTERFACE:
-            spin = plus(spin, rotated(matrix(work, i, R), vector(tables.geometry, i, ROTOR)))
+    links, frames, bodies = Links(tables.rows, tables.geometry), Frames(work), bodies_of(flexible, modal)
+    momentum, spin = ZERO, ZERO
+    for i in range(len(links)):
+        link, frame = links[i], frames[i]
+        own, own_spin = _momenta_of_row(link, frame, bodies)
+        momentum += own
+        spin += own_spin + cross(frame.p, own)
+        if link.kind != Kind.INTERFACE:
+            spin += frame.R @ link.rotor
     return momentum, spin
 
 
 @expanded
 def _own(tables: Tables, flexible: FlexibleTables, memory: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the parts of a memory for rows, modes and loads between frames."""
-    rows, modes = WORK * len(tables.rows), flexible.sizes[MODAL_SIZE]
+    rows, modes = work_size(tables), flexible.sizes[MODAL_SIZE]
     return memory[:rows].reshape(-1, WORK), memory[rows : rows + modes], memory[rows + modes :]

@@ -21,6 +21,7 @@ from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.constraints.constraint_jacobian import walk_inward
 from kanefe.kernels.constraints.loop_tables import Loops
 from kanefe.kernels.constraints.row_wrenches import clear_all_forces
+from kanefe.kernels.constraints.tree_sweeps import sweep_accelerations, sweep_forces_inward
 from kanefe.kernels.evaluation.evaluation import Workspace, parts_of, workspace_in
 from kanefe.kernels.force_elements.places import WRENCH
 from kanefe.kernels.layout import (
@@ -64,9 +65,7 @@ from kanefe.kernels.steppers.step_commands import (
     SHARE_STIFFNESS,
     TIME_AT,
 )
-from kanefe.kernels.sweeps.accelerations import sweep_accelerations
 from kanefe.kernels.sweeps.elastic import total
-from kanefe.kernels.sweeps.inward import sweep_forces_inward
 
 NEGLIGIBLE = 1e-12
 """Fraction of the largest tangent of a load below which what is left of them is round-off."""
@@ -151,8 +150,8 @@ def _respond(
         elif row >= 0:
             lever = lever_of(between.markers, end, row, work)
             push(tables.rows, flexible, row, force, plus(moment, cross(lever, force)), work, modal)
-    sweep_forces_inward(tables, flexible, applied, work, modal, workspace.border, True)
-    sweep_accelerations(tables, flexible, applied, work, modal, workspace.border, True, du)
+    sweep_forces_inward(tables, flexible, applied, work, modal, workspace.border, True, None)
+    sweep_accelerations(tables, flexible, applied, work, modal, workspace.border, True, None, du)
 
 
 @kernel

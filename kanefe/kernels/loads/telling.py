@@ -5,7 +5,7 @@ from __future__ import annotations
 from kanefe.kernels.compiler.arrays import Integers, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.force_elements.places import END_NUMBERS
-from kanefe.kernels.layout import COORDINATES, MODAL_SIZE, SPEEDS, STATES, WORK, FlexibleTables, Tables
+from kanefe.kernels.layout import COORDINATES, MODAL_SIZE, SPEEDS, STATES, WORK, FlexibleTables, Tables, work_size
 from kanefe.kernels.loads.loads_between import evaluate_load
 from kanefe.kernels.loads.loads_layout import END_COUNT, TEAM, WHOLE, LoadsBetween, place_of_load
 from kanefe.kernels.loads.points import gather_points
@@ -41,7 +41,7 @@ def tell_states(
     found : ndarray, shape (T, outputs)
     memory : ndarray, shape (`telling_memory_size`,)
     """
-    size = WORK * len(tables.rows)
+    size = work_size(tables)
     work, rest = memory[:size].reshape(-1, WORK), memory[size:]
     modes = len(rest) - between.workspace_size[WHOLE]
     modal, acting = rest[:modes], rest[modes:]
@@ -64,4 +64,4 @@ def tell_states(
 def telling_memory_size(tables: Tables, flexible: FlexibleTables, between: LoadsBetween) -> int:
     """Return how many numbers the memory of `tell_states` has."""
     modes = int(flexible.sizes[MODAL_SIZE])
-    return WORK * len(tables.rows) + modes + int(between.workspace_size[WHOLE])
+    return work_size(tables) + modes + int(between.workspace_size[WHOLE])

@@ -10,7 +10,7 @@ from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.contact.broad_phase import BALL
 from kanefe.kernels.force_elements.places import END_NUMBERS
-from kanefe.kernels.layout import COORDINATES, MODAL_SIZE, SPEEDS, STATES, WORK, FlexibleTables, Tables
+from kanefe.kernels.layout import COORDINATES, MODAL_SIZE, SPEEDS, STATES, WORK, FlexibleTables, Tables, work_size
 from kanefe.kernels.loads.loads_between import evaluate_load
 from kanefe.kernels.loads.loads_layout import (
     CHANGES,
@@ -87,7 +87,7 @@ def watch_states(
         Written: above zero for loads that were looked at, whose values are no estimates.
     """
     loads = len(between.loads)
-    size = WORK * len(tables.rows)
+    size = work_size(tables)
     work, rest = memory[:size].reshape(-1, WORK), memory[size:]
     modes = len(rest) - between.workspace_size[WHOLE] - path_size(between)
     modal, acting, paths = (
@@ -209,4 +209,4 @@ def path_size(between: LoadsBetween) -> int:
 def watch_memory_size(tables: Tables, flexible: FlexibleTables, between: LoadsBetween) -> int:
     """Return how many numbers the memory of `watch_states` has."""
     modes = int(flexible.sizes[MODAL_SIZE])
-    return WORK * len(tables.rows) + modes + int(between.workspace_size[WHOLE] + path_size(between))
+    return work_size(tables) + modes + int(between.workspace_size[WHOLE] + path_size(between))

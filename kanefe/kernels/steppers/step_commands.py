@@ -16,7 +16,7 @@ from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
 from kanefe.kernels.compiler.arrays import Advance, Integers, Interpolate, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.sweeps.advance import put_turned
+from kanefe.kernels.joints.ball import put_turned
 from kanefe.kernels.sweeps.elastic import total
 
 # Commands

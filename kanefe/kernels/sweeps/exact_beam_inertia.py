@@ -9,6 +9,7 @@ import numpy as np
 
 from kanefe.kernels.algebra.vectors import (
     Numbers,
+    as_vector,
     congruent,
     cross,
     dot,
@@ -49,6 +50,9 @@ from kanefe.kernels.sweeps.exact_beam_layout import (
     beam_in,
     beam_work_in,
 )
+from kanefe.kernels.tree import Frames
+from kanefe.kernels.values.tensors import Symmetric
+from kanefe.kernels.values.tensors import congruent as of_axes
 
 
 @kernel
@@ -111,9 +115,10 @@ def set_exact(flexible: FlexibleTables, f: int, i: int, work: np.ndarray, modal:
             _couple(rows, m, arm, r, inertia, pull, plus(cross(arm, pull), twist), p, coupling, at.rows)
             if not is_kept:
                 _add_mass(rows, at.rows, at.mass)
-    put_inertia(
-        work, i, mass, rotated(G, first), congruent(G, (xx, xy, xz, yy, yz, zz)), rotated(G, force), rotated(G, moment)
-    )
+    frame = Frames(work)[i]
+    J = of_axes(frame.R, Symmetric(xx, xy, xz, yy, yz, zz))
+    push, turn = frame.R @ as_vector(force), frame.R @ as_vector(moment)
+    put_inertia(frame, mass, frame.R @ as_vector(first), J, push, turn)
 
 
 @inlined

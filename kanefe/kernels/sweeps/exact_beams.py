@@ -216,13 +216,13 @@ def _integrate(start: np.ndarray, h: float, weights: np.ndarray, rows: np.ndarra
 
 @inlined
 def section_motion(
-    body: np.ndarray, station: int, at_rest: Numbers, modal: np.ndarray
+    body: np.ndarray, station: int, modal: np.ndarray
 ) -> tuple[Numbers, Numbers, Numbers, Numbers, Numbers, Numbers]:
     """Return place, axes, velocity, angular velocity and remainder accelerations of a section seen from G."""
     at = beam_work_in(body, modal)
     return (
         vector(at.sections, station, PLACE_AT),
-        product(matrix(at.sections, station, AXES_AT), at_rest),
+        matrix(at.sections, station, AXES_AT),
         vector(at.sections, station, V_AT),
         vector(at.sections, station, W_AT),
         vector(at.sections, station, Z_AT),

@@ -10,25 +10,12 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
+from kanefe.kernels.bodies import ModalBodies
 from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.layout import (
-    COUNT,
-    DAMPING,
-    DETA,
-    EXACT,
-    MODAL,
-    POOL,
-    POOL_STIFFNESS,
-    TRANSFORM,
-    WORK_FORCE,
-    WORK_PRODUCTS,
-    WORK_SCALE,
-    FlexibleTables,
-    Tables,
-)
+from kanefe.kernels.layout import FlexibleTables, Tables
 from kanefe.kernels.loads.coordinate_law import coordinate_slopes
 from kanefe.kernels.planar.layout import PlanarTables
-from kanefe.kernels.sweeps.elastic import coupling_span, span, transposed_product
+from kanefe.kernels.sweeps.elastic import transposed_product
 from kanefe.kernels.sweeps.exact_beam_inertia import stiffen_beam
 
 
@@ -42,36 +29,33 @@ def stiffen_modes(
     modal: np.ndarray,
 ) -> None:
     """Scale forces and coupling of all modes by ``1 / sqrt(d)``, after adding directional products, over the speeds."""
-    for f in range(len(flexible.bodies)):
-        body = flexible.bodies[f]
-        k, speed = body[COUNT], body[DETA]
-        if body[EXACT] >= 0:
-            here = slice(speed, speed + k)
+    bodies = ModalBodies(flexible.bodies, flexible.pool, modal)
+    for f in range(len(bodies)):
+        body = bodies[f]
+        k, speed = body.k, body.first_deta
+        here = slice(speed, speed + k)
+        if body.exact >= 0:
             stiffen_beam(
                 flexible, f, share_damping, share_stiffness, damping_direction[here], stiffness_direction[here], modal
             )
             continue
-        p, scale = modal[span(body, WORK_FORCE)], modal[span(body, WORK_SCALE)]
-        coupling = modal[coupling_span(body)].reshape(6, k)
-        workspace = modal[body[MODAL] + WORK_PRODUCTS * k : body[MODAL] + (WORK_PRODUCTS + 2) * k]
-        of_damping, of_stiffness = workspace[:k], workspace[k:]
-        if body[TRANSFORM] < 0:
-            copy(damping_direction[speed : speed + k], of_damping)
-            copy(stiffness_direction[speed : speed + k], of_stiffness)
+        workspace = body.even.numbers
+        of_damping, of_stiffness = workspace[:k], workspace[k : 2 * k]
+        if body.transform < 0:
+            copy(damping_direction[here], of_damping)
+            copy(stiffness_direction[here], of_stiffness)
         else:
-            transform = flexible.pool[body[TRANSFORM] : body[TRANSFORM] + k * k].reshape(k, k)
-            transposed_product(transform, 0, damping_direction[speed : speed + k], of_damping)
-            transposed_product(transform, 0, stiffness_direction[speed : speed + k], of_stiffness)
-        diagonal = flexible.pool[body[POOL] + POOL_STIFFNESS :]
+            transposed_product(body.to_modes, 0, damping_direction[here], of_damping)
+            transposed_product(body.to_modes, 0, stiffness_direction[here], of_stiffness)
+        p, scale, linear, angular, stiffness = body.p, body.scale, body.linear, body.angular, body.stiffness
         for j in range(k):
-            stiffness, damping = diagonal[j], 0.0
-            if body[DAMPING] >= 0:
-                damping = flexible.pool[body[DAMPING] + j * k + j]
-            s = 1.0 / np.sqrt(1.0 + share_damping * damping + share_stiffness * stiffness)
+            damping = 0.0
+            if body.damped >= 0:
+                damping = body.damping[j, j]
+            s = 1.0 / np.sqrt(1.0 + share_damping * damping + share_stiffness * stiffness[j])
             scale[j] = s
-            p[j] = s * (p[j] + damping * of_damping[j] + stiffness * of_stiffness[j])
-            for c in range(6):
-                coupling[c, j] *= s
+            p[j] = s * (p[j] + damping * of_damping[j] + stiffness[j] * of_stiffness[j])
+            linear[j], angular[j] = s * linear[j], s * angular[j]
 
 
 @kernel

@@ -2,83 +2,57 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import Numbers, accumulate, cross, matrix, rotated_back, symmetric, times, vector
+from kanefe.kernels.bodies import ModalBodies, ModalBody
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.layout import (
-    COUNT,
-    EXACT,
-    FIRST,
-    FLEXIBLE,
-    FORCE,
-    HAS_GRAVITY,
-    INTERFACE,
-    KIND,
-    MASS,
-    MOMENT,
-    POOL,
-    POOL_MASS,
-    ROTOR,
-    SECOND,
-    WORK_FORCE,
-    FlexibleTables,
-    H,
-    R,
-    Tables,
-)
-from kanefe.kernels.sweeps.body_inertia import clear, set_rigid
-from kanefe.kernels.sweeps.elastic import coupling_span, set_flexible, set_stiff, span
+from kanefe.kernels.joints.motion import three
+from kanefe.kernels.layout import FlexibleTables, Tables
+from kanefe.kernels.sweeps.body_inertia import clear, first_moment, put_rigid
+from kanefe.kernels.sweeps.elastic import set_flexible, set_stiff
 from kanefe.kernels.sweeps.exact_beam_inertia import set_exact
+from kanefe.kernels.tree import Frame, Frames, Kind, Links
+from kanefe.kernels.values.tensors import Vector, cross, dot
 
 
 @kernel
 def set_inertia(tables: Tables, flexible: FlexibleTables, work: np.ndarray, modal: np.ndarray) -> None:
     """Write inertia, force and moment of all rows: those of their bodies alone."""
-    rows, geometry, gravity = tables.rows, tables.geometry, tables.gravity
-    for i in range(len(rows)):
-        if rows[i, KIND] != INTERFACE and rows[i, FLEXIBLE] >= 0:
-            f = rows[i, FLEXIBLE]
-            if flexible.bodies[f, EXACT] >= 0:
-                set_exact(flexible, f, i, work, modal)
-            elif flexible.bodies[f, COUNT] > 0:
-                set_flexible(flexible, f, i, work, modal)
+    links, frames, fall = Links(tables.rows, tables.geometry), Frames(work), three(tables.gravity, 0)
+    bodies = ModalBodies(flexible.bodies, flexible.pool, modal)
+    for i in range(len(links)):
+        link, frame = links[i], frames[i]
+        if link.kind != Kind.INTERFACE and link.flexible >= 0:
+            body = bodies[link.flexible]
+            if body.exact >= 0:
+                set_exact(flexible, link.flexible, i, work, modal)
+            elif body.k > 0:
+                set_flexible(body, frame)
             else:
-                set_stiff(flexible, f, i, work)
-            if not rows[i, HAS_GRAVITY]:
-                _lift(flexible, f, i, work, modal, gravity)
-        elif geometry[i, MASS] == 0.0:
-            clear(work, i)
+                set_stiff(body, frame)
+            if not link.has_gravity:
+                _lift(body, frame, fall)
+        elif link.mass == 0.0:
+            clear(frame)
         else:
-            set_rigid(
-                work,
-                i,
-                geometry[i, MASS],
-                vector(geometry, i, FIRST),
-                symmetric(geometry, i, SECOND),
-                vector(geometry, i, ROTOR),
-            )
-            if not rows[i, HAS_GRAVITY]:
-                h = matrix(work, i, H)
-                _take_gravity_off(work, i, geometry[i, MASS], (h[5], h[6], h[1]), gravity)
+            put_rigid(frame, link.mass, link.first, link.second, link.rotor)
+            if not link.has_gravity:
+                _take_gravity_off(frame, link.mass, fall)
 
 
 @inlined
-def _take_gravity_off(work: np.ndarray, i: int, mass: float, c: Numbers, gravity: np.ndarray) -> None:
+def _take_gravity_off(frame: Frame, mass: Any, fall: Vector) -> None:
     """Undo gravity, which is part of Z, for a body without gravity."""
-    g = (gravity[0], gravity[1], gravity[2])
-    accumulate(work, i, FORCE, times(mass, g))
-    accumulate(work, i, MOMENT, cross(c, g))
+    frame.f += mass * fall
+    frame.n += cross(first_moment(frame), fall)
 
 
 @kernel
-def _lift(flexible: FlexibleTables, f: int, i: int, work: np.ndarray, modal: np.ndarray, gravity: np.ndarray) -> None:
+def _lift(body: ModalBody, frame: Frame, fall: Vector) -> None:
     """Undo gravity for a flexible body without gravity."""
-    body = flexible.bodies[f]
-    h = matrix(work, i, H)
-    _take_gravity_off(work, i, flexible.pool[body[POOL] + POOL_MASS], (h[5], h[6], h[1]), gravity)
-    g = rotated_back(matrix(work, i, R), (gravity[0], gravity[1], gravity[2]))
-    p = modal[span(body, WORK_FORCE)]
-    coupling = modal[coupling_span(body)].reshape(6, body[COUNT])
+    _take_gravity_off(frame, body.mass, fall)
+    g, p, linear = frame.R.T @ fall, body.p, body.linear
     for j in range(len(p)):
-        p[j] -= g[0] * coupling[0, j] + g[1] * coupling[1, j] + g[2] * coupling[2, j]
+        p[j] -= dot(g, linear[j])

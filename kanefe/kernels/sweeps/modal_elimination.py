@@ -17,331 +17,297 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels.algebra.lu import factorise, solve, solve_columns
-from kanefe.kernels.algebra.vectors import (
-    Numbers,
-    accumulate,
-    accumulate_matrix,
-    accumulate_symmetric,
+from kanefe.kernels.bodies import BorderedBodies, BorderedBody, ModalBody
+from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
+from kanefe.kernels.joints.handing import hand_force_inward, hand_inward
+from kanefe.kernels.joints.motion import put_three, three
+from kanefe.kernels.layout import EXACT, WORK_SCALE, FlexibleTables
+from kanefe.kernels.sweeps.elastic import combination, span, total, transposed_product
+from kanefe.kernels.sweeps.unit_mass import from_unit_mass, to_unit_mass
+from kanefe.kernels.tree import Frame, Frames, InterfaceFrame, InterfaceLink, Link, Links
+from kanefe.kernels.values.tensors import (
+    NO_INERTIA,
+    NO_MATRIX,
+    ZERO,
+    Matrix,
+    Symmetric,
+    Vector,
     congruent,
     cross,
     dot,
-    matrix,
-    plus,
-    product,
-    put,
-    put_three,
-    rotated,
-    rotated_back,
-    symmetric,
-    three,
-    times,
-    transposed,
-    vector,
+    outer,
+    square,
 )
-from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
-from kanefe.kernels.layout import (
-    ACCELERATION,
-    ALPHA,
-    BASIS,
-    BENT,
-    CARRIED,
-    CARRIED_COUNT,
-    COUNT,
-    DETA,
-    EXACT,
-    FORCE,
-    MOMENT,
-    OFFSET,
-    ROW,
-    TANGENT,
-    TRANSFORM,
-    WORK_DDETA,
-    WORK_FORCE,
-    WORK_SCALE,
-    FlexibleTables,
-    H,
-    J,
-    M,
-    R,
-)
-from kanefe.kernels.sweeps.body_inertia import hand_inward
-from kanefe.kernels.sweeps.border import Border, border_in
-from kanefe.kernels.sweeps.elastic import coupling_span, project, span, total, transposed_product
-from kanefe.kernels.sweeps.unit_mass import from_unit_mass, to_unit_mass
 
 
 @kernel
 def eliminate_modes(
-    rows: np.ndarray,
+    links: Links,
     flexible: FlexibleTables,
     f: int,
-    work: np.ndarray,
+    frames: Frames,
     modal: np.ndarray,
     border: np.ndarray,
     is_implicit: bool,
 ) -> None:
     """Take the modes of a body out of the articulated inertia of its link; scaled ones in an implicit sweep."""
-    body = flexible.bodies[f]
-    if body[COUNT] == 0:
-        _hand_over_stiffly(flexible, body, work)
+    body = BorderedBodies(flexible.bodies, flexible.pool, modal, border)[f]
+    frame, count = frames[body.link], body.carried_count
+    if body.k == 0:  # its interfaces are fixed in G
+        for c in range(count):
+            moved = frames[flexible.carrying[body.carried + c]]
+            hand_inward(frame, moved.r, moved.M, moved.H, moved.J, moved.f, moved.n)
         return
-    link = body[ROW]
-    G = matrix(work, link, R)
-    coupling, p = modal[coupling_span(body)].reshape(6, body[COUNT]), modal[span(body, WORK_FORCE)]
-    parts = border_in(border, body)
-    _put_change_by_modes(coupling, p, parts)
-    if body[CARRIED_COUNT] > 0:
-        _gather_carried(rows, flexible, body, G, work, modal, coupling, is_implicit, parts)
-        _put_in_series(p, parts)
-        _add_change_by_carried(parts)
-    _change_link(work, link, G, parts)
-
-
-@inlined
-def _put_change_by_modes(coupling: np.ndarray, p: np.ndarray, parts: Border) -> None:
-    """Write what the modes alone do to the inertia and the force of G: -C C^T and C p."""
-    zero = 0.0 * p[0]
-    for a in range(6):
-        parts.push[a] = total(coupling[a], p)
-        for b in range(a, 6):
-            parts.change[a, b] = zero - total(coupling[a], coupling[b])
-
-
-@inlined
-def _gather_carried(
-    rows: np.ndarray,
-    flexible: FlexibleTables,
-    body: np.ndarray,
-    G: Numbers,
-    work: np.ndarray,
-    modal: np.ndarray,
-    coupling: np.ndarray,
-    is_implicit: bool,
-    parts: Border,
-) -> None:
-    """Write B, H, A and f of the interfaces that carry something, in G."""
-    k, back = body[COUNT], transposed(G)
-    for c in range(body[CARRIED_COUNT]):
-        i = flexible.carrying[body[CARRIED] + c]
-        T, placed = matrix(work, i, TANGENT), parts.basis[6 * c : 6 * c + 6]
-        at, bent = rows[i, BASIS], rows[i, BENT]
-        if bent < 0:
-            _place_basis(flexible.pool[at : at + 6 * k].reshape(6, k), T, placed)
-        else:
-            _place_basis(modal[bent : bent + 6 * k].reshape(6, k), T, placed)
-        scale(body, placed, modal, is_implicit)
-        r = rotated(back, vector(work, i, OFFSET))
-        block = parts.lever[6 * c : 6 * c + 6]
-        for a in range(6):
-            for b in range(6):
-                block[a, b] = -total(parts.basis[6 * c + a], coupling[b])
-            block[a, a] += 1.0
-        block[0, 4] += r[2]
-        block[0, 5] -= r[1]
-        block[1, 3] -= r[2]
-        block[1, 5] += r[0]
-        block[2, 3] += r[1]
-        block[2, 4] -= r[0]
-        m, j = congruent(back, symmetric(work, i, M)), congruent(back, symmetric(work, i, J))
-        h = product(product(back, matrix(work, i, H)), G)
-        _put_block(parts.inertia[6 * c : 6 * c + 6], m, h, j)
-        force, moment = rotated(back, vector(work, i, FORCE)), rotated(back, vector(work, i, MOMENT))
-        put_three(parts.force, 6 * c, force)
-        put_three(parts.force, 6 * c + 3, moment)
-
-
-@inlined
-def _put_in_series(p: np.ndarray, parts: Border) -> None:
-    """Write A' H, y_0 and the factors of 1 + A B B^T: what is carried, in series with the compliance of the modes."""
-    n = len(parts.force)
-    for a in range(n):
-        for b in range(a + 1):
-            parts.gram[a, b] = parts.gram[b, a] = total(parts.basis[a], parts.basis[b])
-        parts.column[a] = total(parts.basis[a], p)
-    for first in range(0, n, 6):
-        motion, lever = parts.gram[first : first + 6], parts.lever[first : first + 6]
-        for a in range(first, first + 6):
-            row = parts.inertia[a]
-            transposed_product(motion, 0, row, parts.factors[a])
-            transposed_product(lever, 0, row, parts.series[a])
-            parts.factors[a, a] += 1.0
-            parts.held[a] = parts.force[a] + total(row, parts.column[first : first + 6])
-    factorise(parts.factors, parts.pivots)
-    solve(parts.factors, parts.pivots, parts.held)
-    solve_columns(parts.factors, parts.pivots, parts.series)
-
-
-@inlined
-def _add_change_by_carried(parts: Border) -> None:
-    """Add what the carried interfaces do to the inertia and the force of G: H^T A' H and H^T y_0."""
-    for i in range(len(parts.held)):
-        lever, series = parts.lever[i], parts.series[i]
-        for a in range(6):
-            parts.push[a] += lever[a] * parts.held[i]
-            for b in range(a, 6):
-                parts.change[a, b] += lever[a] * series[b]
-
-
-@inlined
-def _change_link(work: np.ndarray, link: int, G: Numbers, parts: Border) -> None:
-    """Add the change of inertia and force, in G, to those of the link, in N."""
-    c, push = parts.change, parts.push
-    h = (c[0, 3], c[0, 4], c[0, 5], c[1, 3], c[1, 4], c[1, 5], c[2, 3], c[2, 4], c[2, 5])
-    accumulate_symmetric(work, link, M, congruent(G, (c[0, 0], c[0, 1], c[0, 2], c[1, 1], c[1, 2], c[2, 2])))
-    accumulate_matrix(work, link, H, product(product(G, h), transposed(G)))
-    accumulate_symmetric(work, link, J, congruent(G, (c[3, 3], c[3, 4], c[3, 5], c[4, 4], c[4, 5], c[5, 5])))
-    accumulate(work, link, FORCE, rotated(G, (push[0], push[1], push[2])))
-    accumulate(work, link, MOMENT, rotated(G, (push[3], push[4], push[5])))
+    G = frame.R
+    M, f_of_G = _translations_give_way(body)
+    J, n_of_G = _rotations_give_way(body)
+    H = _coupling_gives_way(body)
+    if count > 0:
+        for c in range(count):
+            i = flexible.carrying[body.carried + c]
+            _gather(flexible, f, body, c, links[i], frames[i], G, modal, is_implicit)
+        _put_in_series(body)
+        M, H, J, f_of_G, n_of_G = _with_carried(body, M, H, J, f_of_G, n_of_G)
+    frame.M += congruent(G, M)
+    frame.H += G @ H @ G.T
+    frame.J += congruent(G, J)
+    frame.f += G @ f_of_G
+    frame.n += G @ n_of_G
 
 
 @vector_kernel
-def _place_basis(raw: np.ndarray, T: Numbers, basis: np.ndarray) -> None:
+def _translations_give_way(body: ModalBody) -> tuple[Symmetric, Vector]:
+    """Return what the modes alone do to mass and force of G: the parts of -C C^T and C p."""
+    M, f, linear, p = NO_INERTIA, ZERO, body.linear, body.p
+    for i in range(len(p)):
+        M -= square(linear[i], linear[i])
+        f += p[i] * linear[i]
+    return M, f
+
+
+@vector_kernel
+def _rotations_give_way(body: ModalBody) -> tuple[Symmetric, Vector]:
+    """Return what they do to inertia and moment."""
+    J, n, angular, p = NO_INERTIA, ZERO, body.angular, body.p
+    for i in range(len(p)):
+        J -= square(angular[i], angular[i])
+        n += p[i] * angular[i]
+    return J, n
+
+
+@vector_kernel
+def _coupling_gives_way(body: ModalBody) -> Matrix:
+    """Return what they do to the coupling of both."""
+    H, linear, angular = NO_MATRIX, body.linear, body.angular
+    for i in range(len(linear)):
+        H -= outer(linear[i], angular[i])
+    return H
+
+
+@inlined
+def _gather(
+    flexible: FlexibleTables,
+    f: int,
+    body: BorderedBody,
+    c: int,
+    link: Link,
+    frame: Frame,
+    G: Matrix,
+    modal: np.ndarray,
+    is_implicit: bool,
+) -> None:
+    """Write B, H, A and f of an interface that carries something, in G."""
+    k, own, at, back = body.k, InterfaceLink(link), 6 * c, G.T
+    basis, lever, inertia = body.basis[at : at + 6], body.lever[at : at + 6], body.inertia[at : at + 6]
+    T = InterfaceFrame(frame).tangent
+    if own.bent < 0:
+        _place_basis(flexible.pool[own.basis : own.basis + 6 * k].reshape(6, k), T, basis)
+    else:
+        _place_basis(modal[own.bent : own.bent + 6 * k].reshape(6, k), T, basis)
+    scale(flexible.bodies[f], basis, modal, is_implicit)
+    r = back @ frame.r
+    for a in range(6):
+        put_three(lever[a], 0, -combination(body.linear, basis[a]))
+        put_three(lever[a], 3, -combination(body.angular, basis[a]))
+        lever[a, a] += 1.0
+    lever[0, 4] += r.z
+    lever[0, 5] -= r.y
+    lever[1, 3] -= r.z
+    lever[1, 5] += r.x
+    lever[2, 3] += r.y
+    lever[2, 4] -= r.x
+    _put_block(inertia, congruent(back, frame.M), back @ frame.H @ G, congruent(back, frame.J))
+    put_three(body.force, at, back @ frame.f)
+    put_three(body.force, at + 3, back @ frame.n)
+
+
+@inlined
+def _put_in_series(body: BorderedBody) -> None:
+    """Write A' H, y_0 and the factors of 1 + A B B^T: what is carried, in series with the compliance of the modes."""
+    basis, gram, column, lever, inertia = body.basis, body.gram, body.column, body.lever, body.inertia
+    factors, series, held, force, p = body.factors, body.series, body.held, body.force, body.p
+    n = len(held)
+    for a in range(n):
+        for b in range(a + 1):
+            gram[a, b] = gram[b, a] = total(basis[a], basis[b])
+        column[a] = total(basis[a], p)
+    for first in range(0, n, 6):
+        motion, levers = gram[first : first + 6], lever[first : first + 6]
+        for a in range(first, first + 6):
+            row = inertia[a]
+            transposed_product(motion, 0, row, factors[a])
+            transposed_product(levers, 0, row, series[a])
+            factors[a, a] += 1.0
+            held[a] = force[a] + total(row, column[first : first + 6])
+    factorise(factors, body.pivots)
+    solve(factors, body.pivots, held)
+    solve_columns(factors, body.pivots, series)
+
+
+@inlined
+def _with_carried(
+    body: BorderedBody, M: Symmetric, H: Matrix, J: Symmetric, f: Vector, n: Vector
+) -> tuple[Symmetric, Matrix, Symmetric, Vector, Vector]:
+    """Add what the carried interfaces do to inertia and force of G: H^T A' H and H^T y_0."""
+    lever, series, held = body.lever, body.series, body.held
+    for i in range(len(held)):
+        linear, angular = three(lever[i], 0), three(lever[i], 3)
+        by_a, by_alpha = three(series[i], 0), three(series[i], 3)
+        M += square(linear, by_a)
+        H += outer(linear, by_alpha)
+        J += square(angular, by_alpha)
+        f += held[i] * linear
+        n += held[i] * angular
+    return M, H, J, f, n
+
+
+@vector_kernel
+def _place_basis(raw: np.ndarray, T: Matrix, basis: np.ndarray) -> None:
     """Write the motion of an interface from the modes: translation, and the turn that the slopes make."""
     for i in range(raw.shape[1]):
-        basis[0, i] = raw[0, i]
-        basis[1, i] = raw[1, i]
-        basis[2, i] = raw[2, i]
-        basis[3, i] = T[0] * raw[3, i] + T[1] * raw[4, i] + T[2] * raw[5, i]
-        basis[4, i] = T[3] * raw[3, i] + T[4] * raw[4, i] + T[5] * raw[5, i]
-        basis[5, i] = T[6] * raw[3, i] + T[7] * raw[4, i] + T[8] * raw[5, i]
+        turn = T @ Vector(raw[3, i], raw[4, i], raw[5, i])
+        basis[0, i], basis[1, i], basis[2, i] = raw[0, i], raw[1, i], raw[2, i]
+        basis[3, i], basis[4, i], basis[5, i] = turn.x, turn.y, turn.z
 
 
 @kernel
-def _put_block(A: np.ndarray, m: Numbers, h: Numbers, j: Numbers) -> None:
+def _put_block(A: np.ndarray, M: Symmetric, H: Matrix, J: Symmetric) -> None:
     """Write a 6 x 6 matrix of three 3 x 3 ones."""
-    A[0, 0], A[0, 1], A[0, 2] = m[0], m[1], m[2]
-    A[1, 0], A[1, 1], A[1, 2] = m[1], m[3], m[4]
-    A[2, 0], A[2, 1], A[2, 2] = m[2], m[4], m[5]
-    for a in range(3):
-        for b in range(3):
-            A[a, 3 + b] = A[3 + b, a] = h[3 * a + b]
-    A[3, 3], A[3, 4], A[3, 5] = j[0], j[1], j[2]
-    A[4, 3], A[4, 4], A[4, 5] = j[1], j[3], j[4]
-    A[5, 3], A[5, 4], A[5, 5] = j[2], j[4], j[5]
+    m, back, j = M.full, H.T, J.full
+    _put_column(A, 0, m.x, back.x)
+    _put_column(A, 1, m.y, back.y)
+    _put_column(A, 2, m.z, back.z)
+    _put_column(A, 3, H.x, j.x)
+    _put_column(A, 4, H.y, j.y)
+    _put_column(A, 5, H.z, j.z)
+
+
+@inlined
+def _put_column(A: np.ndarray, i: int, a: Vector, b: Vector) -> None:
+    """Write a column of six numbers."""
+    A[0, i], A[1, i], A[2, i], A[3, i], A[4, i], A[5, i] = a.x, a.y, a.z, b.x, b.y, b.z
 
 
 @kernel
 def eliminate_modal_forces(
-    flexible: FlexibleTables, f: int, work: np.ndarray, modal: np.ndarray, border: np.ndarray, is_implicit: bool
+    flexible: FlexibleTables, f: int, frames: Frames, modal: np.ndarray, border: np.ndarray, is_implicit: bool
 ) -> None:
     """Hand other forces on the modes, and on what the body carries, to its link: the border is there already."""
-    body = flexible.bodies[f]
-    k, carried, link = body[COUNT], body[CARRIED_COUNT], body[ROW]
+    body = BorderedBodies(flexible.bodies, flexible.pool, modal, border)[f]
+    k, count, frame = body.k, body.carried_count, frames[body.link]
     if k == 0:
-        for c in range(carried):
-            i = flexible.carrying[body[CARRIED] + c]
-            force = vector(work, i, FORCE)
-            accumulate(work, link, FORCE, force)
-            accumulate(work, link, MOMENT, plus(vector(work, i, MOMENT), cross(vector(work, i, OFFSET), force)))
+        for c in range(count):
+            moved = frames[flexible.carrying[body.carried + c]]
+            hand_force_inward(frame, moved.r, moved.f, moved.n)
         return
-    G = matrix(work, link, R)
-    coupling, p = modal[coupling_span(body)].reshape(6, body[COUNT]), modal[span(body, WORK_FORCE)]
-    scale(body, p.reshape(1, k), modal, is_implicit)
-    parts = border_in(border, body)
-    for c in range(carried):
-        i = flexible.carrying[body[CARRIED] + c]
-        put_three(parts.column, 6 * c, rotated_back(G, vector(work, i, FORCE)))
-        put_three(parts.column, 6 * c + 3, rotated_back(G, vector(work, i, MOMENT)))
-    a, b = push_through_modes(coupling, parts, p, parts.column, parts.column, parts.held)
-    accumulate(work, link, FORCE, rotated(G, a))
-    accumulate(work, link, MOMENT, rotated(G, b))
+    G, p, column = frame.R, body.p, body.column
+    scale(flexible.bodies[f], p.reshape(1, k), modal, is_implicit)
+    for c in range(count):
+        moved = frames[flexible.carrying[body.carried + c]]
+        put_three(column, 6 * c, G.T @ moved.f)
+        put_three(column, 6 * c + 3, G.T @ moved.n)
+    push, turn = push_through_modes(body, p, column, column, body.held)
+    frame.f += G @ push
+    frame.n += G @ turn
 
 
 @inlined
 def push_through_modes(
-    coupling: np.ndarray, parts: Border, p: np.ndarray, on: np.ndarray, moved: np.ndarray, held: np.ndarray
-) -> tuple[Numbers, Numbers]:
+    body: BorderedBody, p: np.ndarray, on: np.ndarray, moved: np.ndarray, held: np.ndarray
+) -> tuple[Vector, Vector]:
     """Return what G feels of forces p on the modes and `on` on what they carry; write y_0 to `held`, B p to `moved`.
 
     Each of these is (n,); `moved` may be `on`, which is lost then.
     """
-    a, b = project(coupling, 0, p), project(coupling, 3, p)
+    basis, inertia, lever = body.basis, body.inertia, body.lever
+    a, b = combination(body.linear, p), combination(body.angular, p)
     for i in range(len(held)):
         held[i] = on[i]
-        moved[i] = total(parts.basis[i], p)
+        moved[i] = total(basis[i], p)
     for i in range(len(held)):
         first = i - i % 6
-        held[i] += total(parts.inertia[i], moved[first : first + 6])
-    solve(parts.factors, parts.pivots, held)
+        held[i] += total(inertia[i], moved[first : first + 6])
+    solve(body.factors, body.pivots, held)
     for i in range(len(held)):
-        a = plus(a, times(held[i], three(parts.lever[i], 0)))
-        b = plus(b, times(held[i], three(parts.lever[i], 3)))
+        a += held[i] * three(lever[i], 0)
+        b += held[i] * three(lever[i], 3)
     return a, b
-
-
-@inlined
-def _hand_over_stiffly(flexible: FlexibleTables, body: np.ndarray, work: np.ndarray) -> None:
-    """Hand what a body without modes carries to its link: its interfaces are fixed in G."""
-    for c in range(body[CARRIED_COUNT]):
-        i = flexible.carrying[body[CARRIED] + c]
-        hand_inward(
-            work,
-            body[ROW],
-            vector(work, i, OFFSET),
-            symmetric(work, i, M),
-            matrix(work, i, H),
-            symmetric(work, i, J),
-            vector(work, i, FORCE),
-            vector(work, i, MOMENT),
-        )
 
 
 @kernel
 def modal_accelerations(
     flexible: FlexibleTables,
     f: int,
-    work: np.ndarray,
+    frames: Frames,
     modal: np.ndarray,
     border: np.ndarray,
     is_implicit: bool,
     du: np.ndarray,
 ) -> None:
     """Write ddeta of a body, and the share of du in the motion of its carrying interfaces."""
-    body = flexible.bodies[f]
-    k, carried, speed = body[COUNT], body[CARRIED_COUNT], body[DETA]
-    link = body[ROW]
-    G = matrix(work, link, R)
-    linear, angular = vector(work, link, ACCELERATION), vector(work, link, ALPHA)
-    a, alpha = rotated_back(G, linear), rotated_back(G, angular)
+    body = BorderedBodies(flexible.bodies, flexible.pool, modal, border)[f]
+    k, count, speed, frame = body.k, body.carried_count, body.first_deta, frames[body.link]
+    G, x = frame.R, body.x
     if k == 0:
-        zero = 0.0 * a[0]
-        none = zero, zero, zero
-        for c in range(carried):
-            _carry(work, flexible.carrying[body[CARRIED] + c], G, linear, angular, none, none)
+        for c in range(count):
+            _carry(frame, frames[flexible.carrying[body.carried + c]], ZERO, ZERO)
         return
-    coupling, p = modal[coupling_span(body)].reshape(6, body[COUNT]), modal[span(body, WORK_FORCE)]
-    x = modal[span(body, WORK_DDETA)]
-    _response(coupling, p, a, alpha, x)
-    if carried > 0:
-        parts = border_in(border, body)
-        basis = parts.basis
-        for i in range(6 * carried):
-            series = parts.series[i]
-            y = parts.held[i] + dot(three(series, 0), a) + dot(three(series, 3), alpha)
+    a, alpha = G.T @ frame.a, G.T @ frame.alpha
+    _respond(body, a, alpha)
+    if count > 0:
+        basis, series, held = body.basis, body.series, body.held
+        for i in range(6 * count):
+            y = held[i] + dot(three(series[i], 0), a) + dot(three(series[i], 3), alpha)
             subtract(basis[i], y, x)
-        for c in range(carried):
-            shift = total(basis[6 * c], x), total(basis[6 * c + 1], x), total(basis[6 * c + 2], x)
-            turn = total(basis[6 * c + 3], x), total(basis[6 * c + 4], x), total(basis[6 * c + 5], x)
-            _carry(work, flexible.carrying[body[CARRIED] + c], G, linear, angular, shift, turn)
-    if body[EXACT] >= 0:
-        from_unit_mass(body, x, modal)
+        for c in range(count):
+            at = 6 * c
+            shift = Vector(total(basis[at], x), total(basis[at + 1], x), total(basis[at + 2], x))
+            turn = Vector(total(basis[at + 3], x), total(basis[at + 4], x), total(basis[at + 5], x))
+            _carry(frame, frames[flexible.carrying[body.carried + c]], shift, turn)
+    if body.exact >= 0:
+        from_unit_mass(flexible.bodies[f], x, modal)
     elif is_implicit:
-        scale_rows(x.reshape(1, k), modal[span(body, WORK_SCALE)])
-    if body[TRANSFORM] < 0:
+        scale_rows(x.reshape(1, k), body.scale)
+    if body.transform < 0:
         for j in range(k):
             du[speed + j] = x[j]
     else:
-        at = body[TRANSFORM] + k * k
-        transposed_product(flexible.pool[at : at + k * k].reshape(k, k), 0, x, du[speed : speed + k])
+        transposed_product(body.from_modes, 0, x, du[speed : speed + k])
 
 
 @inlined
-def _carry(
-    work: np.ndarray, i: int, G: Numbers, linear: Numbers, angular: Numbers, shift: Numbers, turn: Numbers
-) -> None:
+def _carry(frame: Frame, moved: Frame, shift: Vector, turn: Vector) -> None:
     """Write the share of du in the motion of an interface: with G, and in G from the modes."""
-    put(work, i, ACCELERATION, plus(plus(linear, cross(angular, vector(work, i, OFFSET))), rotated(G, shift)))
-    put(work, i, ALPHA, plus(angular, rotated(G, turn)))
+    moved.a = frame.a + cross(frame.alpha, moved.r) + frame.R @ shift
+    moved.alpha = frame.alpha + frame.R @ turn
+
+
+@vector_kernel
+def _respond(body: ModalBody, a: Vector, alpha: Vector) -> None:
+    """Write the accelerations of the modes with what they carry left out."""
+    x, p, linear, angular = body.x, body.p, body.linear, body.angular
+    for i in range(len(x)):
+        x[i] = p[i] - dot(a, linear[i]) - dot(alpha, angular[i])
 
 
 @inlined
@@ -359,19 +325,6 @@ def scale_rows(rows: np.ndarray, scale: np.ndarray) -> None:
     for a in range(rows.shape[0]):
         for i in range(rows.shape[1]):
             rows[a, i] *= scale[i]
-
-
-@vector_kernel
-def _response(coupling: np.ndarray, p: np.ndarray, a: Numbers, alpha: Numbers, x: np.ndarray) -> None:
-    for i in range(len(x)):
-        x[i] = p[i] - (
-            a[0] * coupling[0, i]
-            + a[1] * coupling[1, i]
-            + a[2] * coupling[2, i]
-            + alpha[0] * coupling[3, i]
-            + alpha[1] * coupling[4, i]
-            + alpha[2] * coupling[5, i]
-        )
 
 
 @vector_kernel

@@ -295,3 +295,5 @@ FUNCTIONS: tuple[Callable[..., Any], ...] = (
 
 IDENTITY = Matrix(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
 ZERO = Vector(0.0, 0.0, 0.0)
+NO_MATRIX = Matrix(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+NO_INERTIA = Symmetric(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

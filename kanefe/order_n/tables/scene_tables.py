@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
+from kanefe.kernels.bodies import BorderedBody, ModalBody
 from kanefe.kernels.compiler.addresses import addresses
 from kanefe.kernels.layout import (
     ABOUT,
@@ -47,7 +48,6 @@ from kanefe.kernels.layout import (
     KIND,
     MASS,
     MODAL,
-    MODAL_WORK,
     PARENT,
     PLACE,
     POOL,
@@ -66,8 +66,8 @@ from kanefe.kernels.layout import (
     Tables,
 )
 from kanefe.kernels.links.places import SIGNATURE
-from kanefe.kernels.sweeps.border import border_size
 from kanefe.kernels.sweeps.exact_beam_layout import beam_work_size, motion_of_section
+from kanefe.kernels.values.records import room
 from kanefe.order_n.tables.exact_beam_tables import beam_numbers, constants_of_beam
 from kanefe.order_n.tables.frame_offsets import FrameOffset, FrameOffsets
 from kanefe.order_n.tables.load_tables import attached_interfaces, joint_force_tables, point_load_tables
@@ -240,14 +240,15 @@ class TableBuilder(FrameOffsets):
             integers[TRANSFORM] = self._pool.add(*modes.transform)
         if modes.damping is not None:
             integers[DAMPING] = self._pool.add(modes.damping)
-        integers[MODAL] = self._modal_space(MODAL_WORK * k)
+        integers[MODAL] = self._modal_space(room(ModalBody, "work", k=k))
         if line is not None:
             integers[EXACT] = self._pool.add(*beam_numbers(line, terms.body.stiffness))
             integers[EXACT_CELLS], integers[EXACT_POINTS] = len(line.lengths), len(line.points)
             integers[EXACT_IN_PLANE] = line.is_in_plane
             integers[EXACT_WORK] = self._modal_space(beam_work_size(k, len(line.lengths), len(line.points)))
         if modes.quadratic is not None:
-            integers[QUADRATIC], integers[QUADRATIC_WORK] = self._pool.add(modes.quadratic), self._modal_space(9 * k)
+            integers[QUADRATIC] = self._pool.add(modes.quadratic)
+            integers[QUADRATIC_WORK] = self._modal_space(room(ModalBody, "bending", k=k))
         flexible = len(self._bodies)
         self.modes[number], self.flexible_numbers[number] = modes, flexible
         self._integers[row][FLEXIBLE] = flexible
@@ -272,7 +273,7 @@ class TableBuilder(FrameOffsets):
                 self._carrying.append(at)
         integers[CARRIED_COUNT] = len(self._carrying) - integers[CARRIED]
         integers[BORDER] = self._border
-        self._border += border_size(k, int(integers[CARRIED_COUNT]))
+        self._border += room(BorderedBody, "border", k=k, carried_count=int(integers[CARRIED_COUNT]))
         for load in body.field_loads:
             constants = self._pool.add(*modes.of_field(load, k))
             quadratic, bending, bent = load.pattern.quadratic_first, -1, -1

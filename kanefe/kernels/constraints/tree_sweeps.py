@@ -1,0 +1,132 @@
+"""The sweeps of the tree, and of the loops that it holds: inward over inertias and forces, outward over accelerations.
+
+Inward, each body's own speeds, elastic and of its joint, are eliminated from its articulated inertia. The row's parent
+sees ``force = M a + H alpha + f`` and ``moment = H^T a + J alpha + n`` with a and alpha the share of du in the parent's
+acceleration. (Featherstone 1983 for rigid bodies; the elastic border: `eliminate_modes`; loops: `holding`.)
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.constraints.holding import Held, close_at, exert_at, hold_at
+from kanefe.kernels.joints.by_kind import accelerate, eliminate, hand_across, hand_through
+from kanefe.kernels.joints.handing import hand_force_inward
+from kanefe.kernels.layout import FlexibleTables, Tables
+from kanefe.kernels.sweeps.modal_elimination import eliminate_modal_forces, eliminate_modes, modal_accelerations
+from kanefe.kernels.tree import Frames, Kind, Links
+
+GROUND = -1
+"""Number of the row of the ground, which carries loops too."""
+
+
+@kernel
+def sweep_inward(
+    tables: Tables,
+    flexible: FlexibleTables,
+    applied: np.ndarray,
+    work: np.ndarray,
+    modal: np.ndarray,
+    border: np.ndarray,
+    is_implicit: bool,
+    added: np.ndarray,
+    held: Held | None,
+) -> tuple[bool, Any]:
+    """Eliminate all rows, children before parents, and loops where they close.
+
+    Parameters
+    ----------
+    applied : ndarray, shape (free + driven,)
+        Generalised forces at the joints.
+    is_implicit : bool
+        Whether the modes are scaled and `added` counts, see `kanefe.kernels.sweeps.implicit`.
+    added : ndarray, shape (free + driven,)
+        Inertia added along the joints.
+    held : Held or None
+        None: of the tree alone.
+
+    Returns
+    -------
+    is_regular : bool
+        Whether every joint has inertia along it.
+    weakest : float
+        The least pivot of loops that counts, of the largest.
+    """
+    links, frames, is_regular, weakest, largest = Links(tables.rows, tables.geometry), Frames(work), True, np.inf, 0.0
+    for i in range(len(links) - 1, -1, -1):
+        link, frame = links[i], frames[i]
+        is_link = link.kind != Kind.INTERFACE  # the body of an interface takes what it carries
+        if is_link and link.flexible >= 0:
+            eliminate_modes(links, flexible, link.flexible, frames, modal, border, is_implicit)
+        if held is not None:
+            least, most = close_at(held, tables, flexible, i, applied, work, modal, border, is_implicit)
+            weakest, largest = min(weakest, least), max(largest, most)
+        if is_link:
+            is_regular = eliminate(link, frame, applied, is_implicit, added) and is_regular
+            if link.parent >= 0:
+                hand_across(link, frame, frames[link.parent], applied)
+    if held is not None:
+        least, most = close_at(held, tables, flexible, GROUND, applied, work, modal, border, is_implicit)
+        weakest, largest = min(weakest, least), max(largest, most)
+    return is_regular, min(1.0, weakest / largest) if largest > 0.0 else 1.0
+
+
+@kernel
+def sweep_forces_inward(
+    tables: Tables,
+    flexible: FlexibleTables,
+    applied: np.ndarray,
+    work: np.ndarray,
+    modal: np.ndarray,
+    border: np.ndarray,
+    is_implicit: bool,
+    held: Held | None,
+) -> None:
+    """Hand other forces inward, and other needs of loops, over what `sweep_inward` has left."""
+    links, frames = Links(tables.rows, tables.geometry), Frames(work)
+    for i in range(len(links) - 1, -1, -1):
+        link, frame = links[i], frames[i]
+        is_link = link.kind != Kind.INTERFACE
+        if is_link and link.flexible >= 0:
+            eliminate_modal_forces(flexible, link.flexible, frames, modal, border, is_implicit)
+        if held is not None:
+            hold_at(held, tables, flexible, i, applied, work, modal)
+        if is_link:
+            f, n = hand_through(link, frame, applied)
+            if link.parent >= 0:
+                hand_force_inward(frames[link.parent], frame.r, f, n)
+    if held is not None:
+        hold_at(held, tables, flexible, GROUND, applied, work, modal)
+
+
+@kernel
+def sweep_accelerations(
+    tables: Tables,
+    flexible: FlexibleTables,
+    applied: np.ndarray,
+    work: np.ndarray,
+    modal: np.ndarray,
+    border: np.ndarray,
+    is_implicit: bool,
+    held: Held | None,
+    du: np.ndarray,
+) -> None:
+    """Write du of the free speeds (Eq. 18), the share of du in the acceleration of every row, and the multipliers.
+
+    What links need from their parents counts the multipliers then. `applied` has what couplers exert on drives.
+    """
+    links, frames = Links(tables.rows, tables.geometry), Frames(work)
+    if held is not None:
+        exert_at(held, tables, flexible, GROUND, len(du), applied, work, modal, border)
+    for i in range(len(links)):
+        link = links[i]
+        is_link = link.kind != Kind.INTERFACE  # the body of an interface has written its acceleration
+        if is_link:
+            accelerate(link, frames[i], frames[link.parent], applied, du)
+        if held is not None:
+            exert_at(held, tables, flexible, i, len(du), applied, work, modal, border)
+        if is_link and link.flexible >= 0:
+            modal_accelerations(flexible, link.flexible, frames, modal, border, is_implicit, du)

@@ -1,0 +1,202 @@
+"""The table of the kinds of links: what each does in the sweeps.
+
+A link without a joint, FIXED, and a driven coordinate are passed by: they have no speed to eliminate.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.joints.axis import (
+    acceleration_along,
+    across_axis,
+    eliminate_along,
+    force_along,
+    motion_along,
+    move_axis,
+)
+from kanefe.kernels.joints.ball import (
+    accelerate_ball,
+    across_ball,
+    eliminate_ball,
+    force_through_ball,
+    move_ball,
+    put_euler_rates,
+    put_turned,
+)
+from kanefe.kernels.joints.free import accelerate_free, eliminate_free, move_free
+from kanefe.kernels.joints.given import move_given
+from kanefe.kernels.joints.handing import hand_inward
+from kanefe.kernels.joints.motion import put_motion, three
+from kanefe.kernels.joints.revolute import eliminate_revolute, move_revolute
+from kanefe.kernels.tree import AxisFrame, BallFrame, Frame, FreeFrame, GivenFrame, Kind, Link
+from kanefe.kernels.values.tensors import NO_INERTIA, NO_MATRIX, ZERO, Vector, cross, dot
+
+
+@inlined
+def partials(link: Link, frame: Frame) -> tuple[Vector, Vector]:
+    """Return the partial velocity of the origin and the partial angular velocity of a link of one coordinate, in N."""
+    if link.kind == Kind.GIVEN:
+        given = GivenFrame(frame)
+        v, w = given.partial_v, given.partial_w
+    else:
+        v, w = link.along * frame.R.z, link.about * frame.R.z
+    return v, w
+
+
+@inlined
+def move(
+    link: Link, numbers: np.ndarray, frame: Frame, parent: Frame, drives: np.ndarray, q: np.ndarray, u: np.ndarray
+) -> None:
+    """Write the motion of a link. `numbers`: constants of given links."""
+    R, r, kind = parent.R @ link.axes, parent.R @ link.place, link.kind
+    if kind == Kind.REVOLUTE:
+        frame.R, spin, twist = move_revolute(link, R, drives, q, u)
+        put_motion(frame, parent, r, ZERO, spin, ZERO, twist)
+    elif kind == Kind.AXIS:
+        frame.R, arm, slide, spin, pull, twist = move_axis(link, R, drives, q, u)
+        put_motion(frame, parent, r + arm, slide, spin, pull, twist)
+    elif kind == Kind.SPHERICAL:
+        frame.R, spin = move_ball(link, R, q, u)
+        put_motion(frame, parent, r, ZERO, spin, ZERO, ZERO)
+    elif kind == Kind.FREE:
+        frame.R, arm, slide, spin = move_free(link, R, q, u)
+        put_motion(frame, parent, r + arm, slide, spin, ZERO, ZERO)
+    elif kind == Kind.GIVEN:
+        position, rate, acceleration = motion_along(link, drives, q, u)
+        frame.R, arm, slide, spin, pull, twist = move_given(link, numbers, frame, R, position, rate, acceleration)
+        put_motion(frame, parent, r + arm, slide, spin, pull, twist)
+    else:
+        frame.R = R
+        put_motion(frame, parent, r, ZERO, ZERO, ZERO, ZERO)
+
+
+@inlined
+def eliminate(link: Link, frame: Frame, applied: np.ndarray, is_implicit: bool, added: np.ndarray) -> bool:
+    """Write what the acceleration of the joint of a link follows from; return whether its speeds have inertia."""
+    kind, is_regular = link.kind, True
+    if kind == Kind.SPHERICAL:
+        is_regular = eliminate_ball(BallFrame(frame))
+    elif kind == Kind.FREE:
+        is_regular = eliminate_free(FreeFrame(frame))
+    elif kind != Kind.FIXED and link.drive < 0:
+        along, speed = AxisFrame(frame), link.speed
+        resists = added[speed] if is_implicit else 0.0
+        if kind == Kind.REVOLUTE:
+            is_regular = eliminate_revolute(along, applied[speed], resists)
+        else:
+            v, w = partials(link, frame)
+            is_regular = eliminate_along(along, v, w, applied[speed], resists)
+    return is_regular
+
+
+@inlined
+def hand_across(link: Link, frame: Frame, parent: Frame, applied: np.ndarray) -> None:
+    """Add inertia and force of a link to its parent, as this feels them across the joint, which gives way."""
+    kind = link.kind
+    if kind == Kind.SPHERICAL:
+        M, f, n = across_ball(link, BallFrame(frame), applied)
+        hand_inward(parent, frame.r, M, NO_MATRIX, NO_INERTIA, f, n)
+    elif kind != Kind.FREE:
+        M, H, J, f, n = frame.M, frame.H, frame.J, frame.f, frame.n
+        if kind != Kind.FIXED and link.drive < 0:
+            M, H, J, f, n = across_axis(AxisFrame(frame))
+        hand_inward(parent, frame.r, M, H, J, f, n)
+
+
+@inlined
+def hand_through(link: Link, frame: Frame, applied: np.ndarray) -> tuple[Vector, Vector]:
+    """Return the force and moment that the parent is to feel of those of a link, whose joint gives way."""
+    kind, f, n = link.kind, frame.f, frame.n
+    if kind == Kind.SPHERICAL:
+        torque = frame.R @ three(applied, link.speed)
+        _, f = force_through_ball(BallFrame(frame), torque, f, n)
+        n = torque
+    elif kind == Kind.FREE:
+        f, n = ZERO, ZERO
+    elif kind != Kind.FIXED and link.drive < 0:
+        along = AxisFrame(frame)
+        v, w = partials(link, frame)
+        rest, f, n = force_along(along, v, w, applied[link.speed], f, n)
+        along.rest = rest
+    return f, n
+
+
+@inlined
+def accelerate(link: Link, frame: Frame, parent: Frame, applied: np.ndarray, du: np.ndarray) -> None:
+    """Write du of the joint of a link, and its share in the accelerations of the link."""
+    kind, alpha = link.kind, parent.alpha
+    a = parent.a + cross(alpha, frame.r)  # as if it was fixed
+    if kind == Kind.SPHERICAL:
+        alpha = accelerate_ball(link, BallFrame(frame), a, alpha, applied, du)
+    elif kind == Kind.FREE:
+        a, alpha = accelerate_free(link, FreeFrame(frame), parent.R @ link.axes, a, alpha, applied, du)
+    elif kind != Kind.FIXED and link.drive < 0:
+        rate = acceleration_along(AxisFrame(frame), a, alpha)
+        du[link.speed] = rate
+        if kind == Kind.REVOLUTE:
+            alpha = alpha + rate * frame.R.z
+        else:
+            v, w = partials(link, frame)
+            a, alpha = a + rate * v, alpha + rate * w
+    frame.a, frame.alpha = a, alpha
+
+
+@inlined
+def answer_along(link: Link, frame: Frame, parent: Frame, applied: np.ndarray, numbers: np.ndarray, at: int) -> Any:
+    """Return what the forces on a link give of the acceleration along a row of a loop, by what its joint answers to it.
+
+    Parameters
+    ----------
+    numbers : ndarray
+        From `at` on: acceleration of the joint, angular acceleration of a ball, both of a free body.
+    """
+    kind, speed = link.kind, link.speed
+    if kind == Kind.SPHERICAL:
+        along = dot(three(numbers, at), frame.n - frame.R @ three(applied, speed))
+    elif kind == Kind.FREE:
+        f = frame.f - parent.R @ (link.axes @ three(applied, speed))
+        n = frame.n - frame.R @ three(applied, speed + 3)
+        along = -(dot(three(numbers, at), f) + dot(three(numbers, at + 3), n))
+    else:
+        own = AxisFrame(frame)
+        along = numbers[at] * own.rest / own.pivot
+    return along
+
+
+@inlined
+def answer_further(link: Link, frame: Frame, multiplier: Any, numbers: np.ndarray, at: int) -> None:
+    """Add what a multiplier gives of the acceleration along a coordinate; forces that were added say it of others."""
+    if link.kind != Kind.SPHERICAL and link.kind != Kind.FREE:
+        AxisFrame(frame).rest += multiplier * numbers[at]
+
+
+@inlined
+def put_coordinate_rates(link: Link, q: np.ndarray, u: np.ndarray, rates: np.ndarray) -> None:
+    """Write dq/dt of the joint of a link."""
+    kind, at, speed = link.kind, link.coordinate, link.speed
+    if kind == Kind.SPHERICAL:
+        put_euler_rates(rates, at, q, three(u, speed))
+    elif kind == Kind.FREE:
+        for c in range(3):
+            rates[at + c] = u[speed + c]
+        put_euler_rates(rates, at + 3, q, three(u, speed + 3))
+    elif kind != Kind.FIXED and kind != Kind.INTERFACE and link.drive < 0:
+        rates[at] = u[speed]
+
+
+@inlined
+def advance_joint(link: Link, q: np.ndarray, step: np.ndarray, share: Any, moved: np.ndarray) -> None:
+    """Write the coordinates of the joint of a link, moved by a share of a step."""
+    kind, at, speed = link.kind, link.coordinate, link.speed
+    if kind == Kind.SPHERICAL:
+        put_turned(moved, at, q, share * step[speed], share * step[speed + 1], share * step[speed + 2])
+    elif kind == Kind.FREE:
+        for c in range(3):
+            moved[at + c] = q[at + c] + share * step[speed + c]
+        put_turned(moved, at + 3, q, share * step[speed + 3], share * step[speed + 4], share * step[speed + 5])
+    elif kind != Kind.FIXED and kind != Kind.INTERFACE and link.drive < 0:
+        moved[at] = q[at] + share * step[speed]

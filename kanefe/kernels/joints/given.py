@@ -1,0 +1,45 @@
+"""Links of one coordinate whose motion a C function gives (`kanefe.kernels.links`)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler.calls import call_address
+from kanefe.kernels.tree import Frame, FunctionFrame, FunctionMotion, GivenFrame, GivenLink, Link
+from kanefe.kernels.values.tensors import Matrix, Vector
+
+
+@kernel
+def move_given(
+    link: Link, numbers: np.ndarray, frame: Frame, R: Matrix, position: Any, rate: Any, acceleration: Any
+) -> tuple[Matrix, Vector, Vector, Vector, Vector, Vector]:
+    """Write the partial velocities; return axes, arm, velocity, turning and the rests of both rates (Eq. 13-16).
+
+    Parameters
+    ----------
+    numbers : ndarray
+        Constants of all given links.
+    R : Matrix
+        Axes of the joint's fixed frame, to N.
+    position, rate, acceleration : number
+        See `kanefe.kernels.joints.axis.motion_along`.
+    """
+    own, called, found = GivenLink(link), FunctionFrame(frame), FunctionMotion(frame)
+    called.coordinate[0] = position
+    called.written[:] = 0.0
+    address = own.complex_function if np.iscomplexobj(called.written) else own.function
+    call_address(address, (numbers[own.first_number :], called.coordinate, called.written))
+    v, w, given = R @ found.by_v, R @ found.by_w, GivenFrame(frame)
+    given.partial_v, given.partial_w = v, w
+    square = rate * rate
+    return (
+        R @ found.turned,
+        R @ found.position,
+        rate * v,
+        rate * w,
+        square * (R @ found.by_v_rate) + acceleration * v,
+        square * (R @ found.by_w_rate) + acceleration * w,
+    )

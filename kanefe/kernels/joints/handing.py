@@ -1,0 +1,27 @@
+"""Inertia and force of a link come to its parent: by a shift alone, since all is in N."""
+
+from __future__ import annotations
+
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.tree import Frame
+from kanefe.kernels.values.tensors import Matrix, Symmetric, Vector, cross, skew, symmetric
+
+
+@inlined
+def hand_inward(parent: Frame, r: Vector, M: Symmetric, H: Matrix, J: Symmetric, f: Vector, n: Vector) -> None:
+    """Add inertia and force about a point at r from the parent's origin to the parent.
+
+    H' = H - M r~,   J' = J - H^T r~ + r~ H'
+    """
+    shifted = H - M @ skew(r)
+    parent.M += M
+    parent.H += shifted
+    parent.J += J + symmetric(skew(r) @ shifted - H.T @ skew(r))
+    hand_force_inward(parent, r, f, n)
+
+
+@inlined
+def hand_force_inward(parent: Frame, r: Vector, f: Vector, n: Vector) -> None:
+    """Add a force and a moment at r from the parent's origin to the parent."""
+    parent.f += f
+    parent.n += n + cross(r, f)

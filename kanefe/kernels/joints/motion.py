@@ -1,0 +1,65 @@
+"""Numbers of joints in lists of coordinates, speeds and forces, and what joints of all kinds share."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.tree import Motion
+from kanefe.kernels.values.tensors import Matrix, Symmetric, Vector, cross, rotation
+
+ROUND_OFF = 1e-14
+"""Inertia along another direction, relative to the largest inertia of a body, below which it is round-off and counts as
+zero."""
+
+
+@inlined
+def three(x: np.ndarray, at: int) -> Vector:
+    """Read a vector of a list."""
+    return Vector(x[at], x[at + 1], x[at + 2])
+
+
+@inlined
+def six(x: np.ndarray, at: int) -> Symmetric:
+    """Read a symmetric matrix of a list."""
+    return Symmetric(x[at], x[at + 1], x[at + 2], x[at + 3], x[at + 4], x[at + 5])
+
+
+@inlined
+def put_three(x: np.ndarray, at: int, a: Vector) -> None:
+    """Write a vector to a list."""
+    x[at], x[at + 1], x[at + 2] = a.x, a.y, a.z
+
+
+@inlined
+def orientation(q: np.ndarray, at: int) -> Matrix:
+    """Return the rotation matrix of Euler parameters (Eq. 6)."""
+    return rotation(q[at], q[at + 1], q[at + 2], q[at + 3])
+
+
+@inlined
+def has_inverse(S: Symmetric, inverse: Symmetric) -> bool:
+    """Return whether inertias along all directions are above the round-off of the largest: by the two traces."""
+    spread = (S.trace * inverse.trace).real
+    return 0.0 < spread < 1.0 / ROUND_OFF  # also false for what is not a number
+
+
+@inlined
+def put_motion(
+    frame: Motion, parent: Motion, r: Vector, slide: Vector, spin: Vector, pull: Vector, twist: Vector
+) -> None:
+    """Write position and motion of a row by that of its parent and that relative to it (Eq. 13-16, 22-26).
+
+    Parameters
+    ----------
+    r, slide, spin : Vector
+        Arm from the parent's origin, velocity and angular velocity relative to the parent, in N.
+    pull, twist : Vector
+        What the rates of these two have with du = 0.
+    """
+    w, Y = parent.w, parent.Y
+    swing = cross(w, r)
+    frame.r, frame.p = r, parent.p + r
+    frame.v, frame.w = parent.v + swing + slide, w + spin
+    frame.Z = parent.Z + cross(Y, r) + cross(w, swing + 2.0 * slide) + pull
+    frame.Y = Y + cross(w, spin) + twist

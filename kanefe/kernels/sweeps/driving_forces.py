@@ -1,0 +1,25 @@
+"""The forces that drives need, by the accelerations of all rows."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.joints.by_kind import partials
+from kanefe.kernels.layout import Tables
+from kanefe.kernels.tree import Frames, Links
+from kanefe.kernels.values.tensors import dot
+
+
+@kernel
+def put_driving_forces(tables: Tables, applied: np.ndarray, work: np.ndarray, forces: np.ndarray) -> None:
+    """Write the forces that driven coordinates need beyond what is applied to them."""
+    links, frames = Links(tables.rows, tables.geometry), Frames(work)
+    for i in range(len(links)):
+        link, frame = links[i], frames[i]
+        if link.drive < 0:
+            continue
+        v, w = partials(link, frame)
+        f = frame.f + frame.M @ frame.a + frame.H @ frame.alpha
+        n = frame.n + frame.H.T @ frame.a + frame.J @ frame.alpha
+        forces[link.drive] = dot(v, f) + dot(w, n) - applied[link.speed]
