@@ -203,9 +203,11 @@ def _correct(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table
     iteration = integers[ITERATION]
     integers[ITERATION] += 1
     enough = max(1e-14 / reals[RELATIVE], min(0.03, np.sqrt(reals[RELATIVE])))
-    if iteration > 0:
+    # what a jump of held drives does to stiff parts may push others once, by matrices of before: that tells no rate
+    first = 2 if integers[IS_FIRST] == HELD_JUMPS and not integers[IS_FRESH] else 1
+    if iteration >= first:
         ratio = size / reals[CORRECTION]
-        rate = ratio if iteration == 1 else np.sqrt(ratio * reals[RATIO])
+        rate = ratio if iteration == first else np.sqrt(ratio * reals[RATIO])
         reals[RATIO], reals[RATE_OF_CONVERGENCE] = ratio, rate
         if not rate < 0.99:
             return DIVERGED, 0.5
