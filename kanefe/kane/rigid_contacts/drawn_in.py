@@ -22,6 +22,9 @@ from kanefe.kane.rigid_contacts.impact_laws import ImpactProblem, coupled, press
 from kanefe.kane.rigid_contacts.stronge import Rubs, struck
 from kanefe.kernels.impacts.tolerances import NOT_DETERMINED, ROUND_OFF_OF_FORCES, SHORTEST
 
+BEYOND = 100.0
+"""Change of rates in that time, relative to what accelerations without contacts make, from which it is an impact."""
+
 
 def jammed(problem: ImpactProblem, rates: Vector, slips: np.ndarray, closed: np.ndarray) -> list[int]:
     """Return the contacts that slip, each alone in its group, and that a force would press in.
@@ -84,10 +87,10 @@ def drawn_in_together(problem: ImpactProblem, rates: Vector, b: Vector) -> Vecto
     k, largest = len(problem.contacts), float(np.abs(b).max())
     if largest == 0.0:
         return None
-    moved = rates + SHORTEST * float(np.abs(rates).max()) / largest * b
+    least = SHORTEST * float(np.abs(rates).max())
     mu, none = np.array([contact.static for contact in problem.contacts]), np.full((k, 2), np.nan)
-    first = solved(Cones(problem.G, moved, mu, np.zeros(k), none))
-    impulses = None if first is None else pressed(problem, rates, np.ones(k, dtype=bool), first)
-    if impulses is None or np.abs(problem.G @ impulses).max() <= SHORTEST * np.abs(rates).max():
+    first = solved(Cones(problem.G, rates + least / largest * b, mu, np.zeros(k), none))
+    if first is None or np.abs(problem.G @ first).max() <= BEYOND * least:
         return None  # what forces do in that time, which need no impact
-    return impulses
+    impulses = pressed(problem, rates, np.ones(k, dtype=bool), first)
+    return first if impulses is None or np.abs(problem.G @ impulses).max() <= least else impulses
