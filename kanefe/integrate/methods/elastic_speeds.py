@@ -1,11 +1,18 @@
-"""Which coordinates of a scene are settled in outputs: see `kanefe.kernels.steppers.settled_outputs`."""
+"""Which coordinates of a scene are settled in outputs, and of which bodies vibrations fade.
+
+See `kanefe.kernels.steppers.settled_outputs` and `kanefe.kernels.steppers.force_scales`.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 
+from kanefe.bodies.flexible import FlexibleBody
 from kanefe.equations.model import Model
 from kanefe.tree.route import Form
+
+LEAST_DAMPING = 0.005
+"""Damping ratio of a mode from which a vibration is followed: it has faded to a ten-thousandth in 9 / 0.005 radians."""
 
 
 def elastic_speeds(model: Model) -> np.ndarray:
@@ -21,3 +28,10 @@ def elastic_speeds(model: Model) -> np.ndarray:
             found.append(np.arange(model.free_count)[body.flexible.speeds])
     of_all = np.concatenate(found)
     return of_all[of_all < model.free_count]
+
+
+def is_damped(body: FlexibleBody) -> bool:
+    """Return whether the vibrations of all modes of a body fade within some thousand radians."""
+    k = body.free_count
+    K, C, M = (np.diag(X)[:k] for X in (body.stiffness, body.damping, body.moments.elastic_mass))
+    return bool(np.all(C >= 2.0 * LEAST_DAMPING * np.sqrt(np.maximum(K, 0.0) * M)))

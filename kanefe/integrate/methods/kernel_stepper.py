@@ -15,7 +15,7 @@ from kanefe.frames import Vector
 from kanefe.integrate.breakpoints import breakpoints_of, changes_of
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.locked_speeds import locked_speeds
-from kanefe.integrate.methods.elastic_speeds import elastic_speeds
+from kanefe.integrate.methods.elastic_speeds import elastic_speeds, is_damped
 from kanefe.integrate.methods.kernel_set import Kernels
 from kanefe.integrate.methods.method import LEAST_RTOL
 from kanefe.integrate.methods.step_failures import step_failure
@@ -213,13 +213,16 @@ class KernelStepper:
             reals[NEXT_STEP] = kernels.first_step(self)
 
     def _scale_modes(self, rtol: float) -> None:
-        """Let modes be followed relative to the forces of their bodies, where the method does so."""
+        """Let modes be followed relative to the forces of their bodies, where the method does so.
+
+        Not of bodies whose vibrations hardly fade, which all would be followed to the end of the run.
+        """
         model, vectors, n = self.dynamics.model, self.vectors, self.dynamics.model.coordinate_count
         vectors[LARGE] = vectors[SCALE]
         if self.integers[IS_FIXED] or not self._kernels.scales_with_forces:
             return
         displacements = displacement_scales(model)
-        bodies = [body.flexible.speeds for body in model.bodies if body.flexible is not None]
+        bodies = [body.flexible.speeds for body in model.bodies if body.flexible and is_damped(body.flexible.body)]
         of_speeds = {speed: k + 1 for k, speeds in enumerate(bodies) for speed in range(speeds.start, speeds.stop)}
         for turns, at, speed in coordinate_moves(model):
             if not turns and speed in of_speeds:
