@@ -289,7 +289,7 @@ def _by_vibrations(
     They are those of the start, and those that begin where functions of the time change at once.
     """
     model, (start, stop) = dynamics.model, span
-    is_loose = _is_loose(rtol)
+    is_loose, by_radau = _is_loose(rtol), _tells_forces_by_radau(model)
     if is_loose and all_damped(model):
         return SuitedMethod("extrapolation", reason)
     found = vibrations(dynamics, start, stop - start)
@@ -301,7 +301,9 @@ def _by_vibrations(
         is_more = lasts and explicit < sampled_work(model, (stop - start) / every)
         return SuitedMethod("dop853" if is_more else "extrapolation", reason)
     undamped = float(found.frequencies[found.ratios < LEAST_DAMPING].min(initial=math.inf))
-    if is_loose and undamped == math.inf:
+    # of loops also at loose tolerances: what pins do to modes is in their accelerations
+    unfit = STIFF_FORCES if by_radau and (not is_loose or (rtol is not None and model.constraints)) else ""
+    if is_loose and undamped == math.inf and not unfit:
         return SuitedMethod("extrapolation", reason)
     largest, seen = float(found.sizes.max(initial=0.0)), "at the start"
     if len(changes.ends):
@@ -311,7 +313,6 @@ def _by_vibrations(
     if largest * (1.0 - (rtol or 0.0)) <= (UNSEEN if undamped == math.inf else UNSEEN_UNDAMPED) * atol:
         seen = ""
     followed = _followed(dynamics, (start, stop), rtol, undamped, seen, changes)
-    unfit = "" if is_loose or not _tells_forces_by_radau(model) else STIFF_FORCES
     if not followed and undamped == math.inf:
         if unfit:
             return SuitedMethod("radau5", f"{reason}, and forces are more exact by its steps", unfit=unfit)
