@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, fields
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,6 +32,7 @@ from kanefe.results.quantities import (
     OF_SCENE,
     POINTS,
 )
+from kanefe.results.quantity_reader import QuantityReader
 from kanefe.results.reader import Reader
 from kanefe.results.recorded import Recorded
 from kanefe.results.surface_outline import SurfaceOutline
@@ -96,7 +98,6 @@ def save_result(result: Reader, path: str | Path, *, forces: bool = True) -> Non
         "format": FORMAT,
         "version": VERSION,
         "units": "SI: m, kg, s, N, rad; each dataset names its own",
-        "statistics": dict(result.statistics),
         "status": asdict(result.status),
         "events": {name: times.tolist() for name, times in result.events.items()},
         "bodies": [_described(shape) for shape in shapes],
@@ -134,13 +135,16 @@ def save_result(result: Reader, path: str | Path, *, forces: bool = True) -> Non
         arrays[f"lines/{i}/points"] = (line.points, "m")
         arrays[f"lines/{i}/states"] = (line.states, "1")
     keys = _saved(shapes, result, forces and result.has_forces)
+    # without forces their errors, which are told beside them, are not asked for
+    read = result.read if forces else partial(QuantityReader.read, result)
     for quantity, body, interface in long_work(f"reading the channels for {path.name}", keys):
         unit = result.units(quantity, body) if body else result.units(quantity)
-        arrays[_location(quantity, body, interface)] = (result.read(quantity, body, interface or None), unit)
+        arrays[_location(quantity, body, interface)] = (read(quantity, body, interface or None), unit)
         if quantity == PARTED:
             for part in _stored_parts(result.neighbours(body, interface)):
                 where = _location(quantity, body, interface, part)
                 arrays[where] = (result.read(quantity, body, interface, part), unit)
+    header["statistics"] = dict(result.statistics)  # with the error of forces, which were read just now
     data = encode(header, arrays)
     write_whole(path, lambda file: file.write(data))
 
