@@ -352,6 +352,8 @@ class FlexibleBody(PickledByFields):
     @checked
     def node_velocities(self, eta: np.ndarray, deta: np.ndarray) -> np.ndarray:
         """Return the velocity of every node in G, shape (n, 3) in m/s, from the free coordinates and their rates."""
+        for name, value in (("eta", eta), ("deta", deta)):
+            shaped_numbers(value, (self.free_count,), f"{name} of the free coordinates of this body")
         return self.node_displacements(deta)
 
     def report(self) -> Report:

@@ -176,8 +176,8 @@ class CoordinateForce:
                 raise ModelError(f"{name} without friction does nothing. Remedy: give friction")
         if self.static_friction is not None and self.static_friction < self.friction:
             raise ModelError(
-                f"static_friction, {self.static_friction:g}, is below friction, {self.friction:g}. Remedy: the larger "
-                "as static_friction"
+                f"static_friction, {float(self.static_friction):g}, is below friction, {float(self.friction):g}. "
+                "Remedy: the larger as static_friction"
             )
 
     def _finite(self, name: str) -> bool:

@@ -108,7 +108,9 @@ class JointFriction:
             if value.shape != () or not np.isfinite(value) or value <= 0.0:
                 raise ModelError(f"{name} of JointFriction must be one number, finite and > 0, not {given!r}")
         if self.static is not None and self.static < self.mu:
-            raise ModelError(f"static of JointFriction, {self.static:g}, is below mu, {self.mu:g}. Remedy: the larger")
+            raise ModelError(
+                f"static of JointFriction, {float(self.static):g}, is below mu, {float(self.mu):g}. Remedy: the larger"
+            )
         if self.stribeck_speed is not None and (self.static or 0.0) <= self.mu:
             raise ModelError("stribeck_speed of JointFriction needs a `static` above mu to fall from")
         plain_numbers(self)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence, Set
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -59,7 +59,7 @@ class Record:
             raise ModelError("a record without channels. Remedy: at least one, such as 'position arm x'")
         if self.step is not None and not (is_finite_number(self.step) and self.step > 0):
             raise ModelError(f"step of a record must be above zero s, not {self.step!r}")
-        is_list = isinstance(self.at, Collection) and not isinstance(self.at, Mapping)
+        is_list = isinstance(self.at, Collection) and not isinstance(self.at, (Mapping, Set))
         if not is_list or any(not isinstance(name, str) for name in self.events):
             raise ModelError(f"at of a record must be names of events, not {self.at!r}")
         if self.events and self.step is not None:

@@ -124,7 +124,12 @@ class LoadMethods(Scene):
         label = f"the torque on {target.label}"
         torque = with_reads(self._entries, torque, label)
         if not (callable(torque) and callback(torque, label)[1]):
-            sample = numbers(torque(0.0) if callable(torque) else torque)
+            try:
+                given = torque(0.0) if callable(torque) else torque
+            except Exception as error:
+                error.add_note(f"the function of {label} at t = 0 s")
+                raise
+            sample = numbers(given)
             if sample.shape == () and target.interface_frame is None:
                 self._add_motor(target, torque, 0, label, is_single=True)
                 return

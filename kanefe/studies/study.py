@@ -156,6 +156,11 @@ class Study:
 
         distributions = {name: value for name, value in parameters.items() if hasattr(value, "ppf")}
         grid = {name: value for name, value in parameters.items() if name not in distributions}
+        if parameters and not distributions:
+            raise ModelError(
+                f"none of the parameters {', '.join(map(repr, parameters))} is a distribution to sample. Remedy: one "
+                "of scipy.stats, such as norm(10.0, 0.5)"
+            )
         rows, record = sampled_rows(distributions, samples, sampling, sampling_seed)
         study = cls(build, outputs, table=rows, duration=duration, rtol=rtol, simulate=simulate, **grid)
         study._sampling = record

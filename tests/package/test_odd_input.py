@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -42,6 +43,18 @@ FOUND = {
     "no path": (lambda: kf.load_result(""), "it is a folder"),
     "a beam without end": (lambda: call_of("kanefe_fem.exact_beam", length=1e200), "is not finite"),
     "nodes without end": (lambda: call_of("kanefe.model_from_matrices", nodes=FAR), "overflow"),
+    "a friction that is a fraction": (lambda: kf.LuGre(1e5, 300.0, 0.4, Fraction("0.5"), 0.1, 0.1), "coulomb = 0.5"),
+    "names of events in a set": (lambda: kf.Record("position a", at={"a"}), "at of a record"),
+    "spans without end": (lambda: kf.BSpline(2, 10**400), "10000 at most"),
+    "nothing to sample": (lambda: kf.Study.sampled(call_of, (), 4, length=3.0), "none of the parameters 'length'"),
+    "coordinates that are not used": (
+        lambda: call_of("kanefe.FlexibleBody.node_velocities", eta=np.zeros(3)),
+        "eta of the free coordinates",
+    ),
+    "a class for a torque": (
+        lambda: call_of("kanefe.System.add_torque", torque=kf.Wind),
+        "the function of the torque on 'one'",
+    ),
     "a branch of three": (lambda: call_of("kanefe.equilibrium_path (scene)", branch=(1, 2, 3)), "branch must be"),
 }
 """Bare errors of Python and numpy that draws found, and what is said instead."""

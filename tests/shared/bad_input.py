@@ -192,7 +192,7 @@ SAME = {
     "array": (is_row, np.array),
     "path": (lambda good: isinstance(good, Path), str),
     "mapping": (lambda good: isinstance(good, dict), MappingProxyType),
-    "object called": (lambda good: isinstance(good, FunctionType), Called),
+    "object called": (lambda good: isinstance(good, FunctionType) and not hasattr(good, "is_compiled"), Called),
 }
 """Other forms of good values, which are good too: of which, and how they are made."""
 

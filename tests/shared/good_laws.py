@@ -123,4 +123,11 @@ call(
     flat_area=0.0,
     density=1.2,
 )
-call("kanefe.compiled", kf.compiled, function=lambda t, reads: -reads[0], reads="joint_speeds hub", memory=0)
+
+
+def opposed(t: float, reads: np.ndarray) -> float:
+    return -reads[0]
+
+
+opposed.is_compiled = True  # objects that are called are not
+call("kanefe.compiled", kf.compiled, function=opposed, reads="joint_speeds hub", memory=0)

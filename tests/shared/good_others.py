@@ -78,7 +78,7 @@ CALLS["kanefe.fatigue.damage"] = Call(
 )
 on("kanefe.fatigue.SNCurve.life", lambda: CURVE, amplitude=200e6)
 on("kanefe.fatigue.Cycles.histogram", lambda: kf.fatigue.count_cycles(STRESS), bins=8)
-on("kanefe.Study.table", study, store="store")
+files("kanefe.Study.table", study().table, store="store")
 
 
 def turned(heading_deg: float, seed: int) -> kf.System:

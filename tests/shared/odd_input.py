@@ -150,7 +150,8 @@ FORMS: dict[str, tuple[Callable[[Any], bool], Callable[[Any], Any]]] = {
 STRANGE = {
     kind: fits
     for fits, kinds in (
-        (r"\bAny\b|object", ("date", "day", "NotImplemented", "Ellipsis", "complex numbers", "in a dict")),
+        (r"\bAny\b|object", ("date", "day", "NotImplemented", "Ellipsis", "complex numbers")),
+        (r"\bAny\b|object|Mapping", ("in a dict",)),
         (r"\bAny\b|object|bool", ("bools", "bool of numpy")),
         (r"\bAny\b|object|\btype\b|Callable|Load\b|Law|Quantity|Function", ("class of kanefe", "lambda")),
         (TEXT + "|Axis|Frames", ("text of numpy",)),
@@ -230,7 +231,8 @@ def judged(name: str, made: Any, draw: random.Random) -> tuple[dict[str, str], s
     if len(str(error)) > MOST_LETTERS:
         return kinds, "ENDLESS WORDS", "call", str(error)
     cases = [Case(name, one, kind) for one, (kind, _) in replaced.items()]
-    if not any(names_it(str(error), function, case, replaced[case.argument][1]) for case in cases):
+    words = "\n".join((str(error), *getattr(error, "__notes__", ())))
+    if not any(names_it(words, function, case, replaced[case.argument][1]) for case in cases):
         return kinds, "UNNAMED", "call", str(error)
     return kinds, "clear", "call", str(error)
 

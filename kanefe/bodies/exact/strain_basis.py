@@ -12,6 +12,9 @@ from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.storage.scipy_later import scipy
 
+MOST_SPANS = 10_000
+"""Between knots: a matrix of so many functions takes 0.8 GB."""
+
 
 class StrainBasis(ABC):
     """Functions of the arc length over the length of the beam, x in [0, 1]."""
@@ -107,8 +110,8 @@ class BSpline(StrainBasis):
         if not isinstance(self.degree, (int, np.integer)) or isinstance(self.degree, bool) or self.degree < 0:
             raise ModelError(f"BSpline: degree = {self.degree!r} must be a whole number, 0 or more")
         if isinstance(self.knots, (int, np.integer)):
-            if isinstance(self.knots, bool) or self.knots < 1:
-                raise ModelError(f"BSpline: knots = {self.knots!r} spans: at least 1 is needed")
+            if isinstance(self.knots, bool) or not 1 <= self.knots <= MOST_SPANS:
+                raise ModelError(f"BSpline: knots = {self.knots!r} spans: at least 1 is needed, {MOST_SPANS} at most")
             inner = np.linspace(0.0, 1.0, self.knots + 1)[1:-1]
         else:
             inner = numbers(self.knots)

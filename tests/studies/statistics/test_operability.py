@@ -220,7 +220,7 @@ def test_a_study_is_sampled() -> None:
         ({"samples": 0}, "samples must be a whole number above zero"),
         ({"sampling": "dice"}, "there is no sampling 'dice'. Remedy: latin hypercube, sobol"),
         ({"sampling_seed": -1}, "sampling_seed must be a whole number"),
-        ({"length": 1.0}, "there is no distribution to sample"),
+        ({"length": 1.0}, "none of the parameters .length., .angle. is a distribution to sample"),
     ],
 )
 def test_bad_samplings_are_refused(options: Any, message: str) -> None:

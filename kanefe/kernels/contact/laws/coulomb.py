@@ -151,7 +151,9 @@ class Coulomb(AnchoredFriction):
         if self.stiffness == 0.0 or self.damping == 0.0:
             raise ModelError("stiffness and damping of Coulomb must be > 0: they hold a sticking point")
         if self.static is not None and self.static < mu.max():
-            raise ModelError(f"static of Coulomb, {self.static:g}, is below mu, {mu.max():g}. Remedy: exchange them")
+            raise ModelError(
+                f"static of Coulomb, {float(self.static):g}, is below mu, {mu.max():g}. Remedy: exchange them"
+            )
         if self.static is not None and mu.shape == (2,):
             raise ModelError("Coulomb takes either `static` or two coefficients. Remedy: one coefficient")
         if self.stribeck_speed and not self.has_memory:

@@ -103,7 +103,7 @@ class LuGre(FrictionLaw):
         check_numbers(self, "sigma2")
         static = numbers(self.static)
         if static.shape != () or not self.coulomb <= static < math.inf:
-            raise ModelError(f"static of LuGre must be a number of at least coulomb = {self.coulomb:g}")
+            raise ModelError(f"static of LuGre must be a number of at least coulomb = {float(self.coulomb):g}")
         plain_numbers(self)
 
     @property

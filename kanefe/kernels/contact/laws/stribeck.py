@@ -122,8 +122,8 @@ class Stribeck(AnchoredFriction):
             raise ModelError("stiffness and damping of Stribeck must be > 0: they hold a sticking point")
         if not self.breakaway > self.mu:
             raise ModelError(
-                f"breakaway of Stribeck, {self.breakaway:g}, must be above mu, {self.mu:g}. Remedy: the larger, or "
-                "Coulomb(mu)"
+                f"breakaway of Stribeck, {float(self.breakaway):g}, must be above mu, {float(self.mu):g}. Remedy: "
+                "the larger, or Coulomb(mu)"
             )
         plain_numbers(self)
 
