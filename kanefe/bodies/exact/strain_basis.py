@@ -13,7 +13,7 @@ from kanefe.frames import numbers
 from kanefe.storage.scipy_later import scipy
 
 MOST_SPANS = 10_000
-"""Between knots: a matrix of so many functions takes 0.8 GB."""
+"""Largest number of spans between knots: a matrix of so many functions takes 0.8 GB."""
 
 
 class StrainBasis(ABC):
