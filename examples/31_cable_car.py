@@ -90,5 +90,5 @@ out = Path("out")
 out.mkdir(exist_ok=True)
 figure.savefig(out / "cable_car.png", dpi=120)
 
-# What the winch, springs, weights and dampers exchange is in balance, to some ten millionths of what is hoisted.
-checked = (lost, 0.0, 1e-2)  # J
+# What the winch, springs, weights and dampers exchange is in balance, to rtol of what the winch does, 14 kJ.
+checked = (lost, 0.0, 1.4)  # J
