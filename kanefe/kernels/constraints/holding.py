@@ -67,7 +67,14 @@ class Held(NamedTuple):
     tolerance: float
 
 
-@kernel
+@inlined
+def carries_loops(held: Held, i: int) -> bool:
+    """Return whether loops close at a row, -1 the ground."""
+    places = held.loops.paths.places
+    return places[i + 2] > places[i + 1]
+
+
+@inlined
 def close_at(
     held: Held,
     tables: Tables,
@@ -82,14 +89,12 @@ def close_at(
     """Eliminate the loops that a row carries, -1 the ground; return the least and the largest pivot."""
     loops, kept = held.loops, held.kept
     begin, end = loops.paths.places[i + 1], loops.paths.places[i + 2]
-    least, most = np.inf, 0.0
-    if end > begin:
-        tolerance = max(held.tolerance, loops.limits[RANK_TOLERANCE])
-        put_loop_system(loops, tables, flexible, i, held.z, held.places_only, work, modal, border, is_implicit, kept)
-        least, most = factor_envelope(kept.system, tolerance, begin, end)
-        if i >= 0:
-            _add_inertia(loops, i, work, kept)
-        hold_at(held, tables, flexible, i, applied, work, modal)
+    tolerance = max(held.tolerance, loops.limits[RANK_TOLERANCE])
+    put_loop_system(loops, tables, flexible, i, held.z, held.places_only, work, modal, border, is_implicit, kept)
+    least, most = factor_envelope(kept.system, tolerance, begin, end)
+    if i >= 0:
+        _add_inertia(loops, i, work, kept)
+    hold_at(held, tables, flexible, i, applied, work, modal)
     return least, most
 
 
@@ -110,7 +115,7 @@ def _add_inertia(loops: Loops, i: int, work: np.ndarray, kept: LoopFactors) -> N
         frame.J += square(moment, by_alpha)
 
 
-@kernel
+@inlined
 def hold_at(
     held: Held,
     tables: Tables,
@@ -124,8 +129,6 @@ def hold_at(
     loops, kept, multipliers = held.loops, held.kept, held.multipliers
     paths, frame = loops.paths, Frames(work)[i]
     begin, end = paths.places[i + 1], paths.places[i + 2]
-    if end == begin:
-        return
     for place in range(begin, end):
         j = paths.order[place]
         kept.right[j, 0] = 0.0
@@ -181,7 +184,7 @@ def _modal_acceleration(
     return along
 
 
-@kernel
+@inlined
 def exert_at(
     held: Held,
     tables: Tables,

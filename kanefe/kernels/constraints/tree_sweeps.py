@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.constraints.holding import Held, close_at, exert_at, hold_at
+from kanefe.kernels.constraints.holding import Held, carries_loops, close_at, exert_at, hold_at
 from kanefe.kernels.joints.by_kind import accelerate, eliminate, hand_across, hand_through
 from kanefe.kernels.joints.handing import hand_force_inward
 from kanefe.kernels.layout import FlexibleTables, Tables
@@ -56,21 +56,18 @@ def sweep_inward(
         The least pivot of loops that counts, of the largest.
     """
     links, frames, is_regular, weakest, largest = Links(tables.rows, tables.geometry), Frames(work), True, np.inf, 0.0
-    for i in range(len(links) - 1, -1, -1):
-        link, frame = links[i], frames[i]
-        is_link = link.kind != Kind.INTERFACE  # the body of an interface takes what it carries
-        if is_link and link.flexible >= 0:
-            eliminate_modes(links, flexible, link.flexible, frames, modal, border, is_implicit)
-        if held is not None:
+    for i in range(len(links) - 1, GROUND - 1, -1):
+        is_link = i > GROUND and links[i].kind != Kind.INTERFACE  # the body of an interface takes what it carries
+        if is_link and links[i].flexible >= 0:
+            eliminate_modes(links, flexible, links[i].flexible, frames, modal, border, is_implicit)
+        if held is not None and carries_loops(held, i):
             least, most = close_at(held, tables, flexible, i, applied, work, modal, border, is_implicit)
             weakest, largest = min(weakest, least), max(largest, most)
         if is_link:
+            link, frame = links[i], frames[i]
             is_regular = eliminate(link, frame, applied, is_implicit, added) and is_regular
-            if link.parent >= 0:
+            if link.parent > GROUND:
                 hand_across(link, frame, frames[link.parent], applied)
-    if held is not None:
-        least, most = close_at(held, tables, flexible, GROUND, applied, work, modal, border, is_implicit)
-        weakest, largest = min(weakest, least), max(largest, most)
     return is_regular, min(1.0, weakest / largest) if largest > 0.0 else 1.0
 
 
@@ -87,19 +84,17 @@ def sweep_forces_inward(
 ) -> None:
     """Hand other forces inward, and other needs of loops, over what `sweep_inward` has left."""
     links, frames = Links(tables.rows, tables.geometry), Frames(work)
-    for i in range(len(links) - 1, -1, -1):
-        link, frame = links[i], frames[i]
-        is_link = link.kind != Kind.INTERFACE
-        if is_link and link.flexible >= 0:
-            eliminate_modal_forces(flexible, link.flexible, frames, modal, border, is_implicit)
-        if held is not None:
+    for i in range(len(links) - 1, GROUND - 1, -1):
+        is_link = i > GROUND and links[i].kind != Kind.INTERFACE
+        if is_link and links[i].flexible >= 0:
+            eliminate_modal_forces(flexible, links[i].flexible, frames, modal, border, is_implicit)
+        if held is not None and carries_loops(held, i):
             hold_at(held, tables, flexible, i, applied, work, modal)
         if is_link:
+            link, frame = links[i], frames[i]
             f, n = hand_through(link, frame, applied)
-            if link.parent >= 0:
+            if link.parent > GROUND:
                 hand_force_inward(frames[link.parent], frame.r, f, n)
-    if held is not None:
-        hold_at(held, tables, flexible, GROUND, applied, work, modal)
 
 
 @kernel
@@ -119,14 +114,11 @@ def sweep_accelerations(
     What links need from their parents counts the multipliers then. `applied` has what couplers exert on drives.
     """
     links, frames = Links(tables.rows, tables.geometry), Frames(work)
-    if held is not None:
-        exert_at(held, tables, flexible, GROUND, len(du), applied, work, modal, border)
-    for i in range(len(links)):
-        link = links[i]
-        is_link = link.kind != Kind.INTERFACE  # the body of an interface has written its acceleration
+    for i in range(GROUND, len(links)):
+        is_link = i > GROUND and links[i].kind != Kind.INTERFACE  # its body has accelerated an interface
         if is_link:
-            accelerate(link, frames[i], frames[link.parent], applied, du)
+            accelerate(links[i], frames[i], frames[links[i].parent], applied, du)
         if held is not None:
             exert_at(held, tables, flexible, i, len(du), applied, work, modal, border)
-        if is_link and link.flexible >= 0:
-            modal_accelerations(flexible, link.flexible, frames, modal, border, is_implicit, du)
+        if is_link and links[i].flexible >= 0:
+            modal_accelerations(flexible, links[i].flexible, frames, modal, border, is_implicit, du)
