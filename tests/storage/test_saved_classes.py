@@ -64,8 +64,10 @@ WORDS_OF_WARNINGS = {
 }
 
 # Classes of the same name in two files of a package. A digest does not tell them apart, and need not: they are parts of
-# tables that are printed, of verification runs, studies and searches, never of a scene or of the options of a body.
+# tables that are printed, of verification runs, studies and searches, never of a scene or of the options of a body; and
+# records of kernels, which have the names of what they stand for.
 SHARED_NAMES = {"Case", "Entry", "Held", "Output", "Row", "Scene", "Table", "Tangent"}
+SHARED_NAMES |= {"Columns", "Frame", "InterfaceFrame", "Kind", "Link", "Motion", "Part", "Record", "Rows"}
 
 PLACES = {**SAVED_CLASSES, **{f"{word} warning": place for word, place in WARNINGS.items()}}
 

@@ -215,11 +215,12 @@ class KernelStepper:
     def _scale_modes(self, rtol: float) -> None:
         """Let modes be followed relative to the forces of their bodies, where the method does so.
 
-        Not of bodies whose vibrations hardly fade, which all would be followed to the end of the run.
+        Not of bodies whose vibrations hardly fade, which all would be followed to the end of the run, nor where
+        controllers sample, each of whose jumps would have them followed anew.
         """
         model, vectors, n = self.dynamics.model, self.vectors, self.dynamics.model.coordinate_count
         vectors[LARGE] = vectors[SCALE]
-        if self.integers[IS_FIXED] or not self._kernels.scales_with_forces:
+        if self.integers[IS_FIXED] or model.controllers or not self._kernels.scales_with_forces:
             return
         displacements = displacement_scales(model)
         bodies = [body.flexible.speeds for body in model.bodies if body.flexible and is_damped(body.flexible.body)]
