@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.compiler._numba import in_vectors, inlined
 
 # pi / 2 in three parts, so that the multiple of it that is taken off loses nothing
 QUARTER, QUARTER_REST, QUARTER_LAST = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
 
 
+@in_vectors
 @inlined
 def put_cosines(angles: np.ndarray, cosines: np.ndarray, sines: np.ndarray) -> None:
     """Write the cosines and sines of real angles: right to 4e-16 up to 1e6 rad, to the last bit of the angle beyond.

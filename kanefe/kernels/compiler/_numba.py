@@ -91,7 +91,13 @@ def expanded(function: Function) -> Function:
 
 def vector_kernel(function: Function) -> Function:
     """Mark a function of long sums whose order may change, so that they use vector instructions."""
-    return _marked(function, {"fastmath": RELAXED | {"reassoc"}, "forceinline": True, **INNER})
+    return in_vectors(_marked(function, {"fastmath": RELAXED | {"reassoc"}, "forceinline": True, **INNER}))
+
+
+def in_vectors(function: Function) -> Function:
+    """Mark a function of loops whose passes do not depend on each other, so that they use vector instructions."""
+    function.has_vectors = True  # type: ignore[attr-defined]
+    return function
 
 
 def _marked(function: Function, options: dict[str, Any]) -> Function:
@@ -165,9 +171,9 @@ def dispatcher(function: Callable[..., Any]) -> Any:
 
 
 def vector_dispatchers() -> Iterator[Any]:
-    """Yield the compiled forms of kernels of long sums, so far."""
+    """Yield the compiled forms of kernels that use vector instructions, so far."""
     for function, made in _dispatchers.items():
-        if "reassoc" in getattr(function, "kernel_options", {}).get("fastmath", ()):
+        if hasattr(function, "has_vectors"):
             yield made
 
 

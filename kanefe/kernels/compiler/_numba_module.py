@@ -1,9 +1,9 @@
 """One module of all functions of a library: each kernel is in it once, whoever calls it, and is optimised once.
 
-Only kernels of long sums (`kanefe.kernels.compiler._numba.vector_kernel`) use vector instructions: they are optimised
-by themselves, with the vectorisers, before they are laid into those that call them. The rest, which is algebra of three
-components and short loops, is optimised without vectorisers and without unrolling of loops: that takes half the time,
-gives two thirds of the code, and runs as fast or faster.
+Only kernels of long sums, and of many alike, use vector instructions (`vector_kernel`, `in_vectors` of `_numba`): they
+are optimised by themselves, with the vectorisers, before they are laid into those that call them. The rest, which is
+algebra of three components and short loops, is optimised without vectorisers and without unrolling of loops: that takes
+half the time, gives two thirds of the code, and runs as fast or faster.
 """
 
 from __future__ import annotations
@@ -161,7 +161,7 @@ class _Work:
 
 
 def _with_vectors(library: Any) -> Any:
-    """Return the module of a kernel of long sums, optimised with vector instructions."""
+    """Return the module of such a kernel, optimised with vector instructions."""
     own, *called = _reached([library])
     module = binding.parse_bitcode(own._final_module.as_bitcode())
     names = {one.name for one in module.functions if not one.is_declaration}
