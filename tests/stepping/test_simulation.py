@@ -171,7 +171,7 @@ def test_a_step_that_fails_leaves_all_as_it_was() -> None:
 
 def test_steps_with_the_same_inputs_do_not_begin_anew() -> None:
     """A method that begins anew evaluates once more; Radau's keeps its Jacobian where a held value jumps."""
-    held, changed = (arm().start(inputs="motor hub", method="radau5") for _ in range(2))
+    held, changed = (arm().start(inputs="motor hub", method="radau5", rtol=1e-2) for _ in range(2))
     for k in range(10):
         held.step(DT, {"motor hub": 0.0})
         changed.step(DT, {"motor hub": 1e-9 * (k % 2)})

@@ -319,8 +319,13 @@ class Record:
         raise AttributeError(lacks(type(self), name))
 
     def __repr__(self) -> str:
-        lines = [f"  {name} = {getattr(self, name)!r}" for name in self.fields]
+        lines = [f"  {name} = {plain(getattr(self, name))!r}" for name in self.fields]
         return "\n".join([type(self).__name__, *lines])
+
+
+def plain(value: Any) -> Any:
+    """Return a number of numpy as one of Python, whose text is the number alone."""
+    return value.item() if isinstance(value, np.generic) else value
 
 
 R = TypeVar("R", bound=Record)

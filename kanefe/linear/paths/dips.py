@@ -44,8 +44,12 @@ def parted(scene: LoadedScene, begin: Stop, end: Stop) -> list[Stop]:
 
 
 def _nearest_to_zero(scene: LoadedScene, low: Stop, high: Stop) -> float | None:
-    """Return at which share between two stops a stiffness comes nearest to zero; None if it does not come near."""
-    if low.negative != high.negative:
+    """Return at which share between two stops a stiffness comes nearest to zero; None if it does not come near.
+
+    Nor where the factor turns: there a stiffness that only touches zero is another path's, and round-off is its sign.
+    """
+    turns = (low.ahead.factor < 0.0) != (high.ahead.factor < 0.0)
+    if low.negative != high.negative or turns:
         return None
     count, negative = len(low.balance.stiffnesses), low.negative
     length, found = high.step - low.step, None

@@ -137,13 +137,13 @@ def bar_on_a_rail(of: Units) -> kf.Equilibrium:
 
 
 def hull_on_a_plane(of: Units) -> kf.Equilibrium:
-    """A lopsided pyramid that lies on its four lowest corners."""
+    """A lopsided pyramid that lies on its four lowest corners: which of them friction holds would be chance."""
     scene = of.system(*DOWN)
     corners = of.m * np.array(((0, 0, 0), (1, 0, 0), (1, 0.8, 0), (0, 0.7, 0), (0.4, 0.3, 0.5)))
-    hull = of.body(scene, "hull", 3.0, 0.2, (0.4, 0.3, 0.1), joint=kf.Free(position=of.at(0, 0, 1e-3)))
+    slider = of.body(scene, "slider", 0.1, 0.01, (0, 0, 0), joint=kf.Prismatic("z", position=1e-3 * of.m))
+    hull = of.body(scene, "hull", 3.0, 0.2, (0.4, 0.3, 0.1), parent=slider, joint=kf.Universal("x", "y"))
     skin = scene.add_surface("skin", hull, shapes.Convex(corners))
-    law, friction = kf.KelvinVoigt(1e4 * of.kg, 50.0 * of.kg), kf.Coulomb(0.5, stiffness=1e4 * of.kg)
-    scene.add_contact("c", skin, floor(scene), normal=law, friction=friction)
+    scene.add_contact("c", skin, floor(scene), normal=kf.KelvinVoigt(1e4 * of.kg, 50.0 * of.kg))
     return kf.equilibrium(scene)
 
 
