@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable
 
+from kanefe.errors import outside
 from kanefe.imports.card import Card
 
 ELEMENTS: dict[str, tuple[str, ...]] = {
@@ -73,11 +75,17 @@ LEFT = frozenset(_NAMES.split())
 """Cards that are no part of a mesh."""
 
 
-def unknown(cards: Iterable[Card]) -> str:
-    """Return a line on cards that are not known, with the first line of each name; "" if there are none."""
+def warn_of_unknown(name: str, cards: Iterable[Card], kind: type[Warning]) -> None:
+    """Warn of cards of a deck that are not known, with the first line of each."""
     names = LEFT.union(ELEMENTS, UNREAD_ELEMENTS, OTHERS)
     found: dict[str, int] = {}
     for card in cards:
         if card.name not in names:
             found.setdefault(card.name, card.at)
-    return ", ".join(f"{name} (line {at})" for name, at in found.items())
+    if found:
+        more = ", ".join(f"{card} (line {at})" for card, at in found.items())
+        warnings.warn(
+            f"{name} has cards that are not known, and left out: {more}. Remedy: check their names",
+            kind,
+            stacklevel=outside(),
+        )

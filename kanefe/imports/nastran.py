@@ -11,7 +11,6 @@ SPOINT and EXTRN, which identify the rows; or, as of MYSTRAN (SOL 31), with rows
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Unpack
@@ -20,11 +19,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.arguments import checked
-from kanefe.errors import FileError, ModelError, outside
+from kanefe.errors import FileError, ModelError
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.imports import _pyyeti
 from kanefe.imports.bulk_data import bulk_cards
-from kanefe.imports.bulk_names import unknown
+from kanefe.imports.bulk_names import warn_of_unknown
 from kanefe.imports.card import Card
 from kanefe.imports.direct_matrices import direct_matrices
 from kanefe.imports.grid_points import grid_points
@@ -129,13 +128,7 @@ def read_nastran(
     """
     cards = bulk_cards(Path(bulk), trusted=trusted, reader="read_nastran")
     order, table = _nodes(cards, Path(bulk))
-    more = unknown(cards)
-    if more:
-        warnings.warn(
-            f"{Path(bulk).name} has cards that are not known, and left out: {more}. Remedy: check their names",
-            DeckWarning,
-            stacklevel=outside(),
-        )
+    warn_of_unknown(Path(bulk).name, cards, DeckWarning)
     files = [Path(p) for p in ((matrices,) if isinstance(matrices, (str, Path)) else matrices)]
     found: dict[str, LabelledMatrix | sp.csr_matrix] = {}
     for path in files:

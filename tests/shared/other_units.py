@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -52,3 +54,12 @@ def places(found: kf.Equilibrium, of: Units) -> np.ndarray:
             place, rotation = found.position(body.name, interface), found.rotation(body.name, interface)
             rows.append(np.append(place / of.m, rotation))
     return np.array(rows)
+
+
+@cache
+def in_si(scene: Callable[[Units], kf.Equilibrium]) -> np.ndarray:
+    return places(scene(SI), SI)
+
+
+def assert_same_as_in_si(scene: Callable[[Units], kf.Equilibrium], of: Units) -> None:
+    np.testing.assert_allclose(places(scene(of), of), in_si(scene), rtol=0, atol=SAME)

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 
-from kanefe.errors import FileError, outside
+from kanefe.errors import FileError
 from kanefe.fe_model.shapes import node_count
 from kanefe.imports.bulk_data import bulk_cards
-from kanefe.imports.bulk_names import ELEMENTS, OTHERS, UNREAD_ELEMENTS, unknown
+from kanefe.imports.bulk_names import ELEMENTS, OTHERS, UNREAD_ELEMENTS, warn_of_unknown
 from kanefe.imports.card import Card, CardTable
 from kanefe.imports.grid_points import grid_points
 from kanefe.imports.node_table import rows_of
@@ -51,13 +50,7 @@ def read_nastran_mesh(path: Path, names: Mapping[int, str], trusted: bool = Fals
                 f"with {', '.join(ELEMENTS)}"
             )
     warn_of_unread(path, others)
-    more = unknown(cards)
-    if more:
-        warnings.warn(
-            f"{path.name} has cards that are not known, and left out: {more}. Remedy: check their names",
-            MeshWarning,
-            stacklevel=outside(),
-        )
+    warn_of_unknown(path.name, cards, MeshWarning)
     grids = grid_points(cards)
     blocks: list[Block] = []
     properties: list[np.ndarray] = []

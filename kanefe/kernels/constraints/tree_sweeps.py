@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.constraints.holding import Held, carries_loops, close_at, exert_at, hold_at
 from kanefe.kernels.joints.by_kind import accelerate, eliminate, hand_across, hand_through
 from kanefe.kernels.joints.handing import hand_force_inward
@@ -21,6 +21,12 @@ from kanefe.kernels.tree import Frames, Kind, Links
 
 GROUND = -1
 """Number of the row of the ground, which carries loops too."""
+
+
+@inlined
+def is_link_at(links: Links, i: int) -> bool:
+    """Return whether a row has a joint: not the ground, nor an interface, whose body moves what it carries."""
+    return i > GROUND and links[i].kind != Kind.INTERFACE
 
 
 @kernel
@@ -57,7 +63,7 @@ def sweep_inward(
     """
     links, frames, is_regular, weakest, largest = Links(tables.rows, tables.geometry), Frames(work), True, np.inf, 0.0
     for i in range(len(links) - 1, GROUND - 1, -1):
-        is_link = i > GROUND and links[i].kind != Kind.INTERFACE  # the body of an interface takes what it carries
+        is_link = is_link_at(links, i)
         if is_link and links[i].flexible >= 0:
             eliminate_modes(links, flexible, links[i].flexible, frames, modal, border, is_implicit)
         if held is not None and carries_loops(held, i):
@@ -85,7 +91,7 @@ def sweep_forces_inward(
     """Hand other forces inward, and other needs of loops, over what `sweep_inward` has left."""
     links, frames = Links(tables.rows, tables.geometry), Frames(work)
     for i in range(len(links) - 1, GROUND - 1, -1):
-        is_link = i > GROUND and links[i].kind != Kind.INTERFACE
+        is_link = is_link_at(links, i)
         if is_link and links[i].flexible >= 0:
             eliminate_modal_forces(flexible, links[i].flexible, frames, modal, border, is_implicit)
         if held is not None and carries_loops(held, i):
@@ -115,7 +121,7 @@ def sweep_accelerations(
     """
     links, frames = Links(tables.rows, tables.geometry), Frames(work)
     for i in range(GROUND, len(links)):
-        is_link = i > GROUND and links[i].kind != Kind.INTERFACE  # its body has accelerated an interface
+        is_link = is_link_at(links, i)
         if is_link:
             accelerate(links[i], frames[i], frames[links[i].parent], applied, du)
         if held is not None:

@@ -25,6 +25,7 @@ from kanefe.kernels.layout import EXACT, WORK_SCALE, FlexibleTables
 from kanefe.kernels.sweeps.elastic import combination, span, total, transposed_product
 from kanefe.kernels.sweeps.unit_mass import from_unit_mass, to_unit_mass
 from kanefe.kernels.tree import Frame, Frames, InterfaceFrame, InterfaceLink, Link, Links
+from kanefe.kernels.values.records import Values
 from kanefe.kernels.values.tensors import (
     NO_INERTIA,
     NO_MATRIX,
@@ -59,8 +60,8 @@ def eliminate_modes(
             hand_inward(frame, moved.r, moved.M, moved.H, moved.J, moved.f, moved.n)
         return
     G = frame.R
-    M, f_of_G = _translations_give_way(body)
-    J, n_of_G = _rotations_give_way(body)
+    M, f_of_G = _modes_give_way(body.linear, body.p)
+    J, n_of_G = _modes_give_way(body.angular, body.p)
     H = _coupling_gives_way(body)
     if count > 0:
         for c in range(count):
@@ -76,23 +77,13 @@ def eliminate_modes(
 
 
 @vector_kernel
-def _translations_give_way(body: ModalBody) -> tuple[Symmetric, Vector]:
-    """Return what the modes alone do to mass and force of G: the parts of -C C^T and C p."""
-    M, f, linear, p = NO_INERTIA, ZERO, body.linear, body.p
+def _modes_give_way(momenta: Values, p: np.ndarray) -> tuple[Symmetric, Vector]:
+    """Return what the modes alone do to mass and force of G, or inertia and moment: the parts of -C C^T and C p."""
+    inertia, force = NO_INERTIA, ZERO
     for i in range(len(p)):
-        M -= square(linear[i], linear[i])
-        f += p[i] * linear[i]
-    return M, f
-
-
-@vector_kernel
-def _rotations_give_way(body: ModalBody) -> tuple[Symmetric, Vector]:
-    """Return what they do to inertia and moment."""
-    J, n, angular, p = NO_INERTIA, ZERO, body.angular, body.p
-    for i in range(len(p)):
-        J -= square(angular[i], angular[i])
-        n += p[i] * angular[i]
-    return J, n
+        inertia -= square(momenta[i], momenta[i])
+        force += p[i] * momenta[i]
+    return inertia, force
 
 
 @vector_kernel

@@ -93,6 +93,11 @@ class Stop:
         return self.balance.unstable
 
 
+def turns_between(a: Stop, b: Stop) -> bool:
+    """Return whether the factor rises at one of two stops and falls at the other."""
+    return (a.ahead.factor < 0.0) != (b.ahead.factor < 0.0)
+
+
 def corrected(scene: LoadedScene, q: Vector, factor: float, row: Tangent, most: float) -> tuple[Balance, float]:
     """Return the balance across a direction from a guess, and the length of the corrections.
 

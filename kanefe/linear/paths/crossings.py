@@ -12,7 +12,7 @@ from typing import Literal
 
 import numpy as np
 
-from kanefe.linear.paths.arc_length import Stop, stepped
+from kanefe.linear.paths.arc_length import Stop, stepped, turns_between
 from kanefe.linear.paths.dips import parted
 from kanefe.linear.paths.loaded_scene import Balance, LoadedScene, Tangent
 from kanefe.linear.paths.spectrum import MotionSpectrum
@@ -73,7 +73,7 @@ def _counted(scene: LoadedScene, begin: Stop, found: list[Crossing]) -> list[Cro
 
 def _with_potential(scene: LoadedScene, low: Stop, high: Stop, step: float) -> list[Crossing] | None:
     """Return the critical points between two stops of a step of which each stiffness passes zero once."""
-    turns = _turns(low, high)
+    turns = turns_between(low, high)
     numbers = range(min(low.negative, high.negative), max(low.negative, high.negative))
     if turns and not numbers:
         crest = smooth_zero(scene, low, high, _factor_turns, step)
@@ -95,11 +95,6 @@ def _with_potential(scene: LoadedScene, low: Stop, high: Stop, step: float) -> l
         else:
             found.append(Crossing(kind, stop))
     return found
-
-
-def _turns(a: Stop, b: Stop) -> bool:
-    """Return whether the factor rises at one of two stops and falls at the other."""
-    return (a.ahead.factor < 0.0) != (b.ahead.factor < 0.0)
 
 
 def _factor_turns(stop: Stop) -> float:
@@ -126,7 +121,7 @@ def _without_potential(scene: LoadedScene, begin: Stop, b: Stop) -> list[Crossin
         length = (high.step - low.step) / b.step
         is_odd = low.spectrum.is_inverted != high.spectrum.is_inverted
         more, oscillating = high.unstable - low.unstable, high.spectrum.oscillating - low.spectrum.oscillating
-        turns, change = _turns(low, high), abs(more)
+        turns, change = turns_between(low, high), abs(more)
         flutters = change > 1 and more * oscillating > 0
         is_one = change <= 1 if is_odd else not turns and (change <= 1 or (change == 2 and flutters))
         finest = FINEST if is_one else ONSET if flutters else TOGETHER

@@ -6,12 +6,14 @@ the path, foresees how near to zero they come. Where that is near, the path is l
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kanefe.frames import Vector
-from kanefe.linear.paths.arc_length import Stop, stepped
+from kanefe.linear.paths.arc_length import Stop, stepped, turns_between
 
 if TYPE_CHECKING:
     from kanefe.linear.paths.loaded_scene import LoadedScene
@@ -32,10 +34,11 @@ the square of it."""
 
 def parted(scene: LoadedScene, begin: Stop, end: Stop) -> list[Stop]:
     """Return a step as stops in order, between which no stiffness is foreseen to pass zero and come back."""
+    slopes = cache(partial(_slopes, scene))
     done, rest = [begin], [end]
     while rest:
         low, high = done[-1], rest[-1]
-        at = _nearest_to_zero(scene, low, high) if high.step - low.step > FINEST * end.step else None
+        at = _nearest_to_zero(slopes, low, high) if high.step - low.step > FINEST * end.step else None
         if at is None:
             done.append(rest.pop())
         else:
@@ -43,13 +46,12 @@ def parted(scene: LoadedScene, begin: Stop, end: Stop) -> list[Stop]:
     return done
 
 
-def _nearest_to_zero(scene: LoadedScene, low: Stop, high: Stop) -> float | None:
+def _nearest_to_zero(slopes_at: Callable[[Stop], dict[int, float]], low: Stop, high: Stop) -> float | None:
     """Return at which share between two stops a stiffness comes nearest to zero; None if it does not come near.
 
     Nor where the factor turns: there a stiffness that only touches zero is another path's, and round-off is its sign.
     """
-    turns = (low.ahead.factor < 0.0) != (high.ahead.factor < 0.0)
-    if low.negative != high.negative or turns:
+    if low.negative != high.negative or turns_between(low, high):
         return None
     count, negative = len(low.balance.stiffnesses), low.negative
     length, found = high.step - low.step, None
@@ -57,7 +59,7 @@ def _nearest_to_zero(scene: LoadedScene, low: Stop, high: Stop) -> float | None:
         side = -1.0 if number < negative else 1.0
         ends = side * np.array([stop.balance.stiffnesses[number] for stop in (low, high)])
         least = NEAR * float(ends.min())
-        slopes = side * length * np.array([_slopes(scene, stop)[number] for stop in (low, high)])
+        slopes = side * length * np.array([slopes_at(stop)[number] for stop in (low, high)])
         if slopes[0] >= 0.0 or slopes[1] <= 0.0:  # it falls or rises all the way
             continue
         share, value = _lowest(ends, slopes)
@@ -82,10 +84,7 @@ def _slopes(scene: LoadedScene, stop: Stop) -> dict[int, float]:
 
     By differences of forces: ``phi^T dH/ds phi`` of the shape phi of each, of unit mass.
     """
-    known: dict[int, float] | None = stop.__dict__.get("_slopes")
-    if known is not None:
-        return known
-    balance, known = stop.balance, {}
+    balance, found = stop.balance, {}
     shapes = np.linalg.eigh(0.5 * (balance.H + balance.H.T))[1]
     ahead = BESIDE / scene.largest(stop.ahead)
     for number in range(max(stop.negative - NEAREST, 0), min(stop.negative + NEAREST, shapes.shape[1])):
@@ -97,6 +96,5 @@ def _slopes(scene: LoadedScene, stop: Stop) -> dict[int, float]:
                 q = scene.moved(stop.q, a * ahead * stop.ahead.z + b * aside * z)
                 forces = balance.forces_beside(q, stop.factor + a * ahead * stop.ahead.factor)
                 total -= a * b * float(shapes[:, number] @ forces)
-        known[number] = total / (4.0 * ahead * aside)
-    stop.__dict__["_slopes"] = known
-    return known
+        found[number] = total / (4.0 * ahead * aside)
+    return found

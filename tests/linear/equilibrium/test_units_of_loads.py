@@ -11,7 +11,7 @@ import pytest
 import kanefe as kf
 from kanefe import shapes
 from kanefe_fem import Material, Rectangle, beam_body, straight_beam
-from other_units import DOWN, OTHERS, SAME, SI, Units, places
+from other_units import DOWN, OTHERS, Units, assert_same_as_in_si
 
 pytestmark = pytest.mark.filterwarnings("ignore::kanefe.errors.UnitWarning")
 
@@ -219,12 +219,7 @@ SCENES: tuple[Callable[[Units], kf.Equilibrium], ...] = (
 )
 
 
-@cache
-def in_si(scene: Callable[[Units], kf.Equilibrium]) -> np.ndarray:
-    return places(scene(SI), SI)
-
-
 @pytest.mark.parametrize("scene", SCENES, ids=lambda scene: scene.__name__)
 @pytest.mark.parametrize("of", OTHERS, ids=["mm, t", "um", "a million times as small"])
 def test_the_equilibrium_is_the_same_in_other_units(scene: Callable[[Units], kf.Equilibrium], of: Units) -> None:
-    np.testing.assert_allclose(places(scene(of), of), in_si(scene), rtol=0, atol=SAME)
+    assert_same_as_in_si(scene, of)
