@@ -345,13 +345,15 @@ def _count(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
 
 
 def add_record(kind: type[Record]) -> None:
-    """Have compiled code take a record for one of another kind, ``kind(record)``."""
+    """Have compiled code make records of those of another kind, ``kind(record)``, and of arrays of their own."""
 
     class Template(AbstractTemplate):  # type: ignore[misc]
         key = kind
 
         def generic(self, args: Any, kws: Any) -> Any:
             """Return the signature for types of arguments."""
+            if len(args) == len(kind.memories) and all(getattr(one, "layout", "") == "C" for one in args):
+                return signature(RecordType(kind, tuple(one.dtype for one in args)), *args)
             if len(args) != 1 or args[0].__class__ is not RecordType:
                 raise TypingError(f"a {kind.__name__} is made of a record, not of {', '.join(map(str, args))}")
             own = args[0].record.memories
@@ -361,6 +363,12 @@ def add_record(kind: type[Record]) -> None:
             return signature(RecordType(kind, tuple(args[0].scalar(name) for name in kind.memories)), *args)
 
     infer_global(kind)(Template)
+
+    @lower_builtin(kind, types.VarArg(types.Array))
+    def build_of_arrays(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+        arrays = zip(sig.args, arguments, strict=True)
+        parts = [context.make_array(one)(context, builder, array).data for one, array in arrays]
+        return _structure(context, builder, sig.return_type, parts)
 
     @lower_builtin(kind, RecordType)
     def build(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:

@@ -22,7 +22,9 @@ values. Where these begin says an integer, a `Start`; the parts that follow it l
 
 Numbers and pools may be real or complex.
 
-A record of another kind on the same memory is made of a record: ``Wheel(hinge)``.
+A record of another kind on the same memory is made of a record: ``Wheel(hinge)``. A record that is no row is made of
+arrays of its own, integers, numbers and pools: ``Wheel(integers, numbers, pool)``. Behind its fields these may have
+parts too: of a ``Start("integers")`` or ``Start("numbers")``. `allocate` makes such a record with all its arrays.
 """
 
 from __future__ import annotations
@@ -31,6 +33,7 @@ import enum
 import inspect
 import math
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator
 from typing import Any, ClassVar, Generic, NamedTuple, TypeVar, get_args
 
@@ -95,17 +98,26 @@ class Array(Part):
         Lengths of the axes: numbers, names of ints of the record, or multiples of these, as "6k".
     """
 
+    numbers = 1
+
     def __init__(self, *shape: int | str) -> None:
         self.shape = [_length(one) for one in shape]
-        self.start, self.pool, self.before = "", "", tuple[Array, ...]()
+        self.start, self.pool, self.before = "", "", Counter[tuple[str, ...]]()
 
-    def lie_behind(self, start: str, pool: str, before: tuple[Array, ...]) -> None:
-        """Place it in a pool, behind others that begin where an int of the record says."""
+    def lie_behind(self, start: str, pool: str, before: Counter[tuple[str, ...]]) -> None:
+        """Place it in a pool, behind so many numbers times products of ints, from where an int of the record says."""
         self.start, self.pool, self.before = start, pool, before
+
+    @property
+    def extent(self) -> Counter[tuple[str, ...]]:
+        """How many numbers it has: a factor, by the ints whose product it multiplies."""
+        names = tuple(sorted(one.field for one in self.shape if one.field is not None))
+        return Counter({names: self.numbers * math.prod(one.factor for one in self.shape)})
 
     def place(self, whole: Whole) -> Any:
         """Return where it begins in the pool."""
-        return sum((part.size(whole) for part in self.before), whole(self.start))
+        sizes = (math.prod(map(whole, names)) * factor for names, factor in self.before.items())
+        return sum(sizes, whole(self.start))
 
     def lengths(self, whole: Whole) -> list[Any]:
         """Return the lengths of the axes."""
@@ -113,7 +125,7 @@ class Array(Part):
 
     def size(self, whole: Whole) -> Any:
         """Return how many numbers it has."""
-        return math.prod(self.lengths(whole))
+        return self.numbers * math.prod(self.lengths(whole))
 
     def view(self, numbers: np.ndarray, whole: Whole) -> Any:
         """Return it, of its numbers."""
@@ -132,11 +144,7 @@ class Many(Array):
 
     def __init__(self, kind: type[Value], count: int | str) -> None:
         super().__init__(count)
-        self.kind = kind
-
-    def size(self, whole: Whole) -> Any:
-        """Return how many numbers it has."""
-        return self.kind.count * super().size(whole)
+        self.kind, self.numbers = kind, kind.count
 
     def view(self, numbers: np.ndarray, whole: Whole) -> Values:
         """Return it, of its numbers."""
@@ -272,8 +280,8 @@ class Record:
 
     Parameters
     ----------
-    of : Record
-        Whose memory it is.
+    *of : Record, or ndarrays
+        Whose memory it is, or arrays of its own: integers, numbers and pools, those of them that it has fields in.
     """
 
     __slots__ = ("_memory",)
@@ -282,10 +290,11 @@ class Record:
     integer_count: ClassVar[int] = 0
     number_count: ClassVar[int] = 0
     memories: ClassVar[tuple[str, ...]] = ()
+    _open: ClassVar[tuple[str, str, Counter[tuple[str, ...]]]] = "", "", Counter()
 
     def __init_subclass__(cls) -> None:
         cls.fields = dict(cls.fields)
-        start, pool, parts = "", "", tuple[Array, ...]()
+        start, pool, before = cls._open  # what it adds to the parts of another record lies behind these
         for name, hint in inspect.get_annotations(cls, eval_str=True).items():
             kind = hint.__metadata__[0] if hasattr(hint, "__metadata__") else hint
             if hasattr(Record, name):
@@ -296,15 +305,20 @@ class Record:
             cls.number_count += field.numbers
             setattr(cls, name, field)
             if isinstance(kind, Start):
-                start, pool, parts = name, kind.pool, ()
+                start, pool, before = name, kind.pool, Counter()
             elif isinstance(kind, Array):
                 if not start:
                     raise TypeError(f"{cls.__name__}.{name}: no Start before it says where it begins")
-                kind.lie_behind(start, pool, parts)
-                parts = (*parts, kind)
+                kind.lie_behind(start, pool, before)
+                before = before + kind.extent
+        cls._open = start, pool, before
         cls.memories = _memories_of(cls)
 
-    def __init__(self, of: Record) -> None:
+    def __init__(self, *arrays: Any) -> None:
+        of = arrays[0]
+        if not isinstance(of, Record):
+            self._memory = dict(zip(self.memories, (one.reshape(-1) for one in arrays), strict=True))
+            return
         missing = [name for name in self.memories if name not in of._memory]
         if missing:
             raise TypeError(f"a {type(of).__name__} has no {missing[0]}, which a {type(self).__name__} wants")
@@ -334,8 +348,9 @@ R = TypeVar("R", bound=Record)
 def _memories_of(record: type[Record]) -> tuple[str, ...]:
     """Return the names of the arrays that a record has fields in: integers, numbers, and pools as they come."""
     kinds = [field.kind for field in record.fields.values()]
-    pools = [name for kind in kinds if isinstance(kind, Start) for name in (kind.pool,)]
-    pools += [name for kind in kinds if _is(kind, Record) for name in kind.memories if name not in (INTEGERS, NUMBERS)]
+    pools = [kind.pool for kind in kinds if isinstance(kind, Start)]
+    pools += [name for kind in kinds if _is(kind, Record) for name in kind.memories]
+    pools = [name for name in pools if name not in (INTEGERS, NUMBERS)]
     in_rows = ((INTEGERS, record.integer_count), (NUMBERS, record.number_count))
     return (*(name for name, count in in_rows if count), *dict.fromkeys(pools))
 
@@ -362,6 +377,23 @@ def room(record: type[Record], start: str, **whole: int) -> int:
     """Return how many numbers the parts behind a Start have, of ints by name."""
     parts = [field.kind for field in record.fields.values() if isinstance(field.kind, Array)]
     return sum(part.size(whole.__getitem__) for part in parts if part.start == start)
+
+
+def allocate(record: type[R], **whole: int) -> tuple[np.ndarray, ...]:
+    """Return arrays of zeros for a record that is no row, with ints by name and all starts written.
+
+    Parts among its integers and numbers begin behind its fields; in a pool they begin one behind the other.
+    """
+    whole = {name: 0 for name, field in record.fields.items() if field.is_whole} | whole
+    counts = dict.fromkeys(record.memories, 0) | {INTEGERS: record.integer_count, NUMBERS: record.number_count}
+    for name, field in record.fields.items():
+        if isinstance(field.kind, Start):
+            whole[name] = counts[field.kind.pool]
+            counts[field.kind.pool] += room(record, name, **whole)
+    arrays = {name: np.zeros(counts[name], int if name == INTEGERS else float) for name in record.memories}
+    for name, value in whole.items():
+        arrays[INTEGERS][column(record, name)] = value
+    return tuple(arrays.values())
 
 
 class Rows(Generic[R]):

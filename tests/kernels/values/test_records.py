@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from kanefe.kernels.compiler._numba import IS_COMPILED, dispatcher
-from kanefe.kernels.compiler.arrays import IntegerRows, ValueRows, Values
+from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals, ValueRows, Values
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.compiler.signatures import COMPLEX, REAL
-from kanefe.kernels.values.records import Array, Columns, Many, One, Record, Rows, Start, column, room
+from kanefe.kernels.values.records import Array, Columns, Many, One, Record, Rows, Start, allocate, column, room
 from kanefe.kernels.values.tensors import (
     ZERO,
     Matrix,
@@ -142,6 +142,48 @@ def test_a_record_of_another_kind_has_the_same_memory() -> None:
 def test_mistakes_are_told(mistake: Any, error: type[Exception], told: str) -> None:
     with pytest.raises(error, match=told):
         mistake(Bodies(*arrays())[0])
+
+
+class Method(Record):
+    """A record that is no row, with parts behind its fields."""
+
+    length: int
+    rows: int
+    moves: int
+    t: float
+    behind: Annotated[int, Start("integers")]
+    map: Annotated[np.ndarray, Array("moves", 2)]
+    first: Annotated[int, Start("vectors")]
+    at: Annotated[np.ndarray, Array("length")]
+    slopes: Annotated[np.ndarray, Array("rows", "length")]
+
+
+class Keeping(Method):
+    h: float
+    kept: Annotated[np.ndarray, Array("length")]
+    times: Annotated[int, Start("numbers")]
+    knots: Annotated[np.ndarray, Array("rows")]
+
+
+@entry()
+def step(integers: Integers, numbers: Reals, vectors: RealRows) -> None:
+    """Write to parts of all kinds."""
+    one = Keeping(integers, numbers, vectors)
+    for i in range(one.length):
+        one.kept[i] = one.at[i] + one.slopes[1, i] + one.knots[1] * one.h
+    one.map[1, 0] += 1
+    one.t += one.h
+
+
+def test_a_record_is_made_of_arrays_of_its_own() -> None:
+    memory = allocate(Keeping, length=3, rows=2, moves=2)
+    assert [len(array) for array in memory] == [Keeping.integer_count + 4, Keeping.number_count + 2, 3 * (1 + 2 + 1)]
+    one = Keeping(*memory)
+    one.at[:], one.slopes[1], one.knots[:], one.map[:], one.h = 1.0, 2.0, (3.0, 4.0), 5, 0.5
+    assert memory[2].tolist() == [1.0] * 3 + [0.0] * 3 + [2.0] * 3 + [0.0] * 3  # what is added lies behind
+    step.bound(memory[0], memory[1], memory[2].reshape(4, 3))()
+    assert (one.kept.tolist(), one.map.tolist(), one.t) == ([5.0] * 3, [[5, 5], [6, 5]], 0.5)
+    assert Method(one).at is not None
 
 
 def test_mistakes_in_declarations_are_told() -> None:
