@@ -27,7 +27,19 @@ from kanefe.kernels.compiler._numba_tensors import (
     symbol,
     value_type,
 )
-from kanefe.kernels.values.records import INTEGERS, NUMBERS, Array, Columns, Field, Many, One, Record, Rows, lacks
+from kanefe.kernels.values.records import (
+    INTEGERS,
+    NUMBERS,
+    Array,
+    Behind,
+    Columns,
+    Field,
+    Many,
+    One,
+    Record,
+    Rows,
+    lacks,
+)
 from kanefe.kernels.values.tensors import KINDS, Value
 
 INTEGER, PART = ir.IntType(64), ir.IntType(32)
@@ -170,6 +182,8 @@ def _type_of(kind: RecordType, field: Field) -> Any:
         return types.Array(kind.scalar(of.pool), len(of.shape), "C")
     if isinstance(of, Columns):
         return types.Array(kind.scalar(NUMBERS), 1, "C")
+    if isinstance(of, Behind):
+        return types.CPointer(kind.scalar(NUMBERS))
     if of is float:
         return kind.scalar(NUMBERS)
     if of in KINDS:
@@ -208,6 +222,8 @@ def _get(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
     if wanted.__class__ is RecordType:
         first = {INTEGERS: field.integer_at, NUMBERS: field.number_at}
         return _structure(context, builder, wanted, [seen.address(one, first.get(one, 0)) for one in of.memories])
+    if isinstance(of, Behind):
+        return seen.address(NUMBERS, field.number_at)
     if isinstance(of, Columns):
         return _array(context, builder, wanted, seen.address(NUMBERS, field.number_at), [INTEGER(of.count)])
     return _read(context, builder, wanted, of, seen.address(NUMBERS, field.number_at))
@@ -344,6 +360,16 @@ def _count(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
     return builder.extract_value(arguments[0], len(kind.record.memories) if isinstance(kind, RowsType) else 1)
 
 
+def _is_list(kind: Any) -> bool:
+    """Return whether a type is that of the place of a number, or of an array of one axis."""
+    return isinstance(kind, types.CPointer) or (isinstance(kind, types.Array) and (kind.ndim, kind.layout) == (1, "C"))
+
+
+def _first(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+    """Return the address of the first number of such a list."""
+    return value if isinstance(kind, types.CPointer) else context.make_array(kind)(context, builder, value).data
+
+
 def add_record(kind: type[Record]) -> None:
     """Have compiled code make records of those of another kind, ``kind(record)``, and of arrays of their own."""
 
@@ -352,6 +378,8 @@ def add_record(kind: type[Record]) -> None:
 
         def generic(self, args: Any, kws: Any) -> Any:
             """Return the signature for types of arguments."""
+            if args and _is_list(args[0]) and kind.memories == (NUMBERS,):
+                return signature(RecordType(kind, (args[0].dtype,)), args[0], *[types.int64] * (len(args) - 1))
             if len(args) == len(kind.memories) and all(getattr(one, "layout", "") == "C" for one in args):
                 return signature(RecordType(kind, tuple(one.dtype for one in args)), *args)
             if len(args) != 1 or args[0].__class__ is not RecordType:
@@ -364,10 +392,12 @@ def add_record(kind: type[Record]) -> None:
 
     infer_global(kind)(Template)
 
-    @lower_builtin(kind, types.VarArg(types.Array))
+    @lower_builtin(kind, types.VarArg(types.Any))
     def build_of_arrays(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
-        arrays = zip(sig.args, arguments, strict=True)
-        parts = [context.make_array(one)(context, builder, array).data for one, array in arrays]
+        count = len(sig.return_type.scalars)
+        parts = [_first(context, builder, *one) for one in zip(sig.args[:count], arguments[:count], strict=True)]
+        if len(arguments) > count:
+            parts = [behind(builder, parts[0], arguments[count])]
         return _structure(context, builder, sig.return_type, parts)
 
     @lower_builtin(kind, RecordType)
@@ -385,6 +415,8 @@ def add_rows(kind: type[Rows[Any]]) -> None:
 
         def generic(self, args: Any, kws: Any) -> Any:
             """Return the signature for types of arguments."""
+            if len(args) == 1 and _is_list(args[0]) and record.memories == (NUMBERS,):
+                return signature(RowsType(record, (args[0].dtype,)), *args)
             axes = [2 if name in (INTEGERS, NUMBERS) else 1 for name in record.memories]
             if [getattr(one, "ndim", 0) for one in args] != axes or any(one.layout != "C" for one in args):
                 wanted = ", ".join(record.memories)
@@ -396,6 +428,9 @@ def add_rows(kind: type[Rows[Any]]) -> None:
     @lower_builtin(kind, types.VarArg(types.Any))
     def build(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         wanted = sig.return_type
+        if _is_list(sig.args[0]):
+            start = _first(context, builder, sig.args[0], arguments[0])
+            return _structure(context, builder, wanted, [start, INTEGER(0), INTEGER(record.number_count)])
         arrays = [
             context.make_array(one)(context, builder, array) for one, array in zip(sig.args, arguments, strict=True)
         ]

@@ -25,6 +25,10 @@ Numbers and pools may be real or complex.
 A record of another kind on the same memory is made of a record: ``Wheel(hinge)``. A record that is no row is made of
 arrays of its own, integers, numbers and pools: ``Wheel(integers, numbers, pool)``. Behind its fields these may have
 parts too: of a ``Start("integers")`` or ``Start("numbers")``. `allocate` makes such a record with all its arrays.
+
+One whose fields are all among the numbers is made of any list of these, and a place in it: ``Wheel(numbers, at)``;
+``Wheels(numbers)[i]`` is one of those that lie one behind the other from its start on, and what is `Behind` a record
+the rest of the list. Functions that are called by address have such lists, as the place of a first number.
 """
 
 from __future__ import annotations
@@ -59,6 +63,10 @@ class Columns(Part):
 
     def __init__(self, count: int) -> None:
         self.count = count
+
+
+class Behind(Part):
+    """The numbers that follow a record, the last of its fields, as what other records and functions are made of."""
 
 
 class Start(Part):
@@ -230,7 +238,7 @@ class Field:
             self.integers, self.numbers = kind.integer_count, kind.number_count
         elif kind is float or kind in KINDS or isinstance(kind, Columns):
             self.numbers = 1 if kind is float else kind.count
-        elif not isinstance(kind, Array):
+        elif not isinstance(kind, (Array, Behind)):
             raise TypeError(f"{owner}.{name}: {getattr(kind, '__name__', kind)} can be no field of a record")
 
     def __get__(self, record: Record | None, owner: type | None = None) -> Any:
@@ -246,6 +254,8 @@ class Field:
             return kind.view(memory[kind.pool][at : at + kind.size(whole)], whole)
         if _is(kind, Record):
             return made_of(kind, self._inside(memory))
+        if isinstance(kind, Behind):
+            return behind(memory[NUMBERS], self.number_at)
         numbers = memory[NUMBERS][self.number_at : self.number_at + self.numbers]
         return numbers if isinstance(kind, Columns) else numbers[0] if kind is float else kind(*numbers)
 
@@ -254,7 +264,7 @@ class Field:
         own = dict(memory)
         for name, at, count in ((INTEGERS, self.integer_at, self.integers), (NUMBERS, self.number_at, self.numbers)):
             if count:
-                own[name] = own[name][at : at + count]
+                own[name] = own[name][at : at + count] if isinstance(own[name], np.ndarray) else behind(own[name], at)
         return own
 
     def __set__(self, record: Record, value: Any) -> None:
@@ -275,13 +285,45 @@ def _is(kind: Any, of: type) -> bool:
     return isinstance(kind, type) and issubclass(kind, of)
 
 
+class Rest:
+    """The numbers of a list from a place on: what lists have no views for.
+
+    Parameters
+    ----------
+    numbers : sequence
+    at : int
+    """
+
+    __slots__ = ("at", "numbers")
+
+    def __init__(self, numbers: Any, at: int) -> None:
+        self.numbers, self.at = numbers, at
+
+    def __getitem__(self, i: Any) -> Any:
+        return self.numbers[self._moved(i)]
+
+    def __setitem__(self, i: Any, value: Any) -> None:
+        self.numbers[self._moved(i)] = value
+
+    def _moved(self, i: Any) -> Any:
+        return slice(i.start + self.at, i.stop + self.at) if isinstance(i, slice) else i + self.at
+
+
+def behind(numbers: Any, at: int = 0) -> Any:
+    """Return the numbers of an array, or of a list, from a place on."""
+    if isinstance(numbers, Rest):
+        return Rest(numbers.numbers, numbers.at + at)
+    return numbers[at:] if isinstance(numbers, np.ndarray) else Rest(numbers, at)
+
+
 class Record:
     """A row of arrays. Subclasses declare fields, whose places follow; those of a record's subclass come after its own.
 
     Parameters
     ----------
-    *of : Record, or ndarrays
-        Whose memory it is, or arrays of its own: integers, numbers and pools, those of them that it has fields in.
+    *of : Record, or ndarrays, or list and int
+        Whose memory it is; or arrays of its own: integers, numbers and pools, those of them that it has fields in; or a
+        list of numbers and where it begins there.
     """
 
     __slots__ = ("_memory",)
@@ -317,7 +359,11 @@ class Record:
     def __init__(self, *arrays: Any) -> None:
         of = arrays[0]
         if not isinstance(of, Record):
-            self._memory = dict(zip(self.memories, (one.reshape(-1) for one in arrays), strict=True))
+            if self.memories == (NUMBERS,) and getattr(of, "ndim", 1) == 1:
+                self._memory = {NUMBERS: behind(*arrays)}
+            else:
+                self._memory = dict(zip(self.memories, (one.reshape(-1) for one in arrays), strict=True))
+            return
             return
         missing = [name for name in self.memories if name not in of._memory]
         if missing:
@@ -367,6 +413,17 @@ def lacks(record: type[Record], name: str) -> str:
     return f"a {record.__name__} has no {name!r}; it has {', '.join(record.fields)}"
 
 
+def filled(record: type[Record], **values: Any) -> np.ndarray:
+    """Return the numbers of a record, of numbers and arrays by name; those behind it may be as many as they like."""
+    if unlike := set(values) ^ set(record.fields):
+        raise TypeError(f"a {record.__name__} is filled by {', '.join(record.fields)}: {', '.join(sorted(unlike))}?")
+    parts = [np.ravel(np.asarray(values[name], dtype=float)) for name in record.fields]
+    for field, part in zip(record.fields.values(), parts, strict=True):
+        if len(part) != field.numbers and not isinstance(field.kind, Behind):
+            raise TypeError(f"{record.__name__}.{field.name} has {field.numbers} numbers, not {len(part)}")
+    return np.concatenate(parts)
+
+
 def column(record: type[Record], name: str) -> int:
     """Return the first column of a field, in the array that has it."""
     field = record.fields[name]
@@ -403,7 +460,7 @@ class Rows(Generic[R]):
     ----------
     *arrays : ndarray
         Those that the record has fields in: of integers and of numbers, a row for each record and at least as many
-        columns as it needs, and its pools.
+        columns as it needs, and its pools; or one list of numbers, in which they lie one behind the other.
     """
 
     record: type[R]
@@ -411,8 +468,9 @@ class Rows(Generic[R]):
     def __init_subclass__(cls) -> None:
         (cls.record,) = get_args(cls.__orig_bases__[0])  # type: ignore[attr-defined]
 
-    def __init__(self, *arrays: np.ndarray) -> None:
+    def __init__(self, *arrays: Any) -> None:
         names = self.record.memories
+        self._list = arrays[0] if names == (NUMBERS,) and getattr(arrays[0], "ndim", 1) == 1 else None
         if len(arrays) != len(names):
             raise TypeError(f"{type(self).__name__} are made of {', '.join(names)}, not of {len(arrays)} arrays")
         self._arrays = dict(zip(names, arrays, strict=True))
@@ -422,6 +480,8 @@ class Rows(Generic[R]):
         return len(self._arrays[self._in_rows[0]])
 
     def __getitem__(self, i: int) -> R:
+        if self._list is not None:
+            return self.record(self._list, i * self.record.number_count)
         memory = dict(self._arrays)
         for name in self._in_rows:
             memory[name] = memory[name][i]

@@ -10,7 +10,20 @@ from kanefe.kernels.compiler._numba import IS_COMPILED, dispatcher
 from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals, ValueRows, Values
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.compiler.signatures import COMPLEX, REAL
-from kanefe.kernels.values.records import Array, Columns, Many, One, Record, Rows, Start, allocate, column, room
+from kanefe.kernels.values.records import (
+    Array,
+    Behind,
+    Columns,
+    Many,
+    One,
+    Record,
+    Rows,
+    Start,
+    allocate,
+    column,
+    filled,
+    room,
+)
 from kanefe.kernels.values.tensors import (
     ZERO,
     Matrix,
@@ -233,6 +246,58 @@ def test_compiled_records_are_those_of_python(kind: type) -> None:
     for found, wanted in zip(compiled[1:], plain[1:], strict=True):
         # products and sums of some ten numbers, one upon the other, contracted or not
         np.testing.assert_allclose(found, wanted, rtol=1e-12, atol=1e-12)
+
+
+class Law(Record):
+    stiffness: float
+    axis: Vector
+
+
+class Spring(Record):
+    ends: Vector
+    nested: Law
+    rest: Annotated[Any, Behind()]
+
+
+class Laws(Rows[Law]):
+    """Laws."""
+
+
+def test_records_lie_in_lists_of_numbers() -> None:
+    numbers = [0.0, *filled(Spring, ends=(1.0, 2.0, 3.0), nested=range(4, 8), rest=range(8, 16)).tolist()]
+    for kind in (list, np.array):
+        spring = Spring(kind(numbers), 1)
+        assert (spring.ends.y, spring.nested.axis.x, spring.nested.stiffness) == (2.0, 5.0, 4.0)
+        law = Laws(spring.rest)[1]
+        law.stiffness, law.axis = 0.5, law.axis + Vector(0.0, 0.0, 1.0)
+        spring.nested.stiffness += 1.0
+        assert (spring.rest[4], spring.rest[7], Laws(spring.rest)[1].axis.z) == (0.5, 16.0, 16.0)
+        assert spring.nested.stiffness == 5.0
+    with pytest.raises(TypeError, match=r"Law\.axis has 3 numbers, not 2"):
+        filled(Law, stiffness=1.0, axis=(1.0, 2.0))
+    with pytest.raises(TypeError, match="a Law is filled by stiffness, axis: axis"):
+        filled(Law, stiffness=1.0)
+
+
+@entry(REAL, COMPLEX)
+def in_lists(numbers: Values, out: Values) -> None:
+    """Work on records in lists."""
+    spring = Spring(numbers, 1)
+    law = Laws(spring.rest)[1]
+    law.axis += spring.nested.stiffness * spring.ends
+    Law(out).stiffness = law.axis.x
+    Law(out).axis = law.axis
+
+
+@compiled_only
+@pytest.mark.parametrize("kind", [float, complex])
+def test_compiled_records_in_lists_are_those_of_python(kind: type) -> None:
+    given = [np.arange(16.0).astype(kind), np.zeros(4, dtype=kind)]
+    told = [one.copy() for one in given]
+    in_lists.function(*given)
+    in_lists.bound(*told, is_complex=kind is complex)()
+    assert (given[0] == told[0]).all()
+    assert (given[1] == told[1]).all()
 
 
 @compiled_only
