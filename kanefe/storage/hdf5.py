@@ -48,6 +48,9 @@ DEEPEST = 32
 COARSEST_TIME = 2 * 10**9
 """Longest time, ns, between two changes of a file that may have the same date: a younger file is compared each time."""
 
+Arrays = dict[str, tuple[np.ndarray | list[np.ndarray], str]]
+"""Arrays with units by path in a file; a list of arrays becomes one, with their columns side by side."""
+
 _compared: set[tuple[int, ...]] = set()
 """Files, by device, inode, size and time, whose bytes this process has compared with their digests."""
 
@@ -58,7 +61,7 @@ def come_first() -> None:
         h5py_for("kanefe.storage")
 
 
-def encode(header: Mapping[str, Any], arrays: Mapping[str, tuple[np.ndarray, str]]) -> memoryview:
+def encode(header: Mapping[str, Any], arrays: Arrays) -> memoryview:
     """Return the bytes of an HDF5 file.
 
     The file is made in memory, because HDF5 can crash on a full disk.
@@ -67,8 +70,8 @@ def encode(header: Mapping[str, Any], arrays: Mapping[str, tuple[np.ndarray, str
     ----------
     header : mapping
         Attributes of the file: texts and whole numbers unchanged, anything else as JSON.
-    arrays : mapping of str to (array, unit)
-        By path in the file.
+    arrays : dict of str to (array, unit)
+        See `Arrays`; columns are put together one array at a time.
 
     Raises
     ------
@@ -77,13 +80,14 @@ def encode(header: Mapping[str, Any], arrays: Mapping[str, tuple[np.ndarray, str
     """
     h5py = h5py_for("Result.save")
     buffer = io.BytesIO()
-    is_small = sum(array.nbytes for array, _ in arrays.values()) <= SMALL_FILE
+    given = (one for array, _ in arrays.values() for one in (array if isinstance(array, list) else [array]))
+    is_small = sum(one.nbytes for one in given) <= SMALL_FILE
     # "v110" keeps attributes above 64 KiB, such as a long provenance, which older layouts refuse
     with h5py.File(buffer, "w", libver=("v110", "v110"), userblock_size=HEAD) as file:
         _put_header(file, header)
         put = _writer(h5py, file, is_small)
         for path, (array, unit) in long_work("packing arrays", arrays.items()):
-            put(path, array, unit)
+            put(path, np.concatenate(array, axis=1) if isinstance(array, list) else array, unit)
     data = buffer.getbuffer()
     data[:HEAD] = _head(hashlib.sha256(data[HEAD:]).hexdigest())
     return data

@@ -5,6 +5,8 @@ import contextlib
 import dataclasses
 import errno
 import hashlib
+import json
+import math
 import os
 import tempfile
 from collections.abc import Callable, Iterator
@@ -17,7 +19,7 @@ import pytest
 
 import kanefe as kf
 from disk_faults import full_disk
-from kanefe.results import file as result_file
+from kanefe.results.channel_tables import saved_keys
 from kanefe.storage import hdf5
 from kanefe.tree.neighbours import Neighbours
 from result_scenes import pendulum, robot, turntable
@@ -48,11 +50,11 @@ def test_a_loaded_result_tells_the_same(run, tmp_path):
     assert loaded.statistics == result.statistics
     np.testing.assert_array_equal(loaded.times, result.times)
     shapes = [result.body(name) for name in result.bodies]
-    keys = result_file._saved(shapes, result, forces=True)
+    keys = saved_keys(shapes, result, forces=True)
     assert len(keys) > 10
-    for quantity, body, interface in keys:
-        ours, theirs = (r.read(quantity, body, interface or None) for r in (result, loaded))
-        np.testing.assert_array_equal(theirs, ours, err_msg=f"{quantity} {body} {interface}")
+    for quantity, body, interface, part in keys:
+        ours, theirs = (r.read(quantity, body, interface or None, part or None) for r in (result, loaded))
+        np.testing.assert_array_equal(theirs, ours, err_msg=f"{quantity} {body} {interface} {part}")
         if body:
             assert loaded.units(quantity, body) == result.units(quantity, body)
     np.testing.assert_array_equal(loaded.energy.balance_error, result.energy.balance_error)
@@ -99,9 +101,37 @@ def test_every_dataset_carries_its_unit(saved):
         file.visititems(collect)
         assert file.attrs["format"] == "kanefe result"
     assert units["times"] == "s"
-    assert units["bodies/arm/interfaces/root/coupling_force"] == "N, N m"
-    assert units["bodies/hub/joint_coordinates"] == "rad"
+    assert units["channels/coupling_force"] == "N, N m"
+    assert units["channels/joint_coordinates"] == "by column"  # the hub turns, the arm and the tip have none
     assert all(isinstance(unit, str) and unit for unit in units.values())
+
+
+def test_other_programs_find_a_channel_by_the_columns_of_its_table(saved):
+    result = robot()
+    with h5py.File(saved) as file:
+        columns, first = json.loads(file.attrs["channels"])["coupling_force"], 0
+        for column in columns:
+            end = first + math.prod(column["shape"])
+            if (column["name"], column["interface"], column["part"]) == ("arm", "tip", ""):
+                found = file["channels/coupling_force"][:, first:end]
+                assert column["unit"] == "N, N m"
+            first = end
+        assert first == file["channels/coupling_force"].shape[1]
+    np.testing.assert_array_equal(found, result.coupling_force("arm", "tip"))
+
+
+def test_a_file_has_as_many_arrays_of_many_bodies_as_of_few(tmp_path):
+    def arrays(count: int) -> int:
+        scene = kf.System(gravity=(0, 0, -9.81))
+        for i in range(count):
+            scene.add_point(f"ball {i}", 1.0, joint=kf.Prismatic("z"))
+        scene.simulate((0.0, 0.1)).save(tmp_path / "run.h5")
+        with h5py.File(tmp_path / "run.h5") as file:
+            names: list[str] = []
+            file.visit(names.append)
+        return len(names)
+
+    assert arrays(8) == arrays(1)
 
 
 def test_names_of_any_group_and_a_long_provenance_survive(tmp_path):
@@ -181,7 +211,7 @@ def test_bad_files_are_named(saved, tmp_path):
         kf.load_result(tmp_path / "other.h5")
     with changed(saved) as file:
         file.attrs["version"] = 99
-    with pytest.raises(kf.FileError, match=r"version 99.*reads version 13"):
+    with pytest.raises(kf.FileError, match=r"version 99.*reads version 14"):
         kf.load_result(saved)
 
 
@@ -196,7 +226,7 @@ def test_rows_that_do_not_match_the_times_are_named(saved):
         times = file["times"][:-2]
         del file["times"]
         file["times"] = times
-    with pytest.raises(kf.FileError, match=r"run.h5 lacks parts .* rows for"):
+    with pytest.raises(kf.FileError, match=r"run.h5 lacks parts .* should have .* for each of 39 times"):
         kf.load_result(saved)
 
 
@@ -250,7 +280,7 @@ def test_other_programs_see_damage_by_the_checksums_of_hdf5(saved: Path) -> None
         file["bodies/arm/mesh/nodes"][()]
 
 
-POSITION = "bodies/arm/position"
+POSITION = "channels/position"
 
 
 def put(make: Callable[[h5py.File, Any], Any]) -> Callable[[h5py.File], None]:
@@ -288,6 +318,15 @@ def attribute(name: str, text: str) -> Callable[[h5py.File], None]:
     return lambda file: file.attrs.__setitem__(name, text)
 
 
+def regrouped(file: h5py.File) -> None:
+    """Let a column of one body pass to the next."""
+    channels = json.loads(file.attrs["channels"])
+    columns = channels["position"]
+    place = [column["name"] for column in columns].index("arm")
+    columns[place]["shape"], columns[place + 1]["shape"] = [2], [4]
+    file.attrs["channels"] = json.dumps(channels)
+
+
 ODD: dict[str, tuple[Callable[[h5py.File], None], str]] = {
     "external storage": (elsewhere, "position lies in another file"),
     "virtual": (virtual, "position lies in another file"),
@@ -295,9 +334,9 @@ ODD: dict[str, tuple[Callable[[h5py.File], None], str]] = {
     "soft link": (put(lambda _, __: h5py.SoftLink("/times")), "position is a link"),
     "group in itself": (lambda file: file.__setitem__("bodies/again", file["/"]), "a group in more than 32 others"),
     "complex": (put(lambda _, a: a * 1j), "position is not of numbers, but of complex128"),
-    "whole numbers": (put(lambda _, a: a.astype(int)), "position is int64 .* should have 3 numbers a time"),
-    "two columns": (put(lambda _, a: a[:, :2]), "position is float64 .* should have 3 numbers a time"),
-    "no columns": (put(lambda _, a: a[:, 0]), "position is float64 .* should have 3 numbers a time"),
+    "whole numbers": (put(lambda _, a: a.astype(int)), "position is int64 .* should have 15 numbers for each"),
+    "two columns": (put(lambda _, a: a[:, :2]), "position is float64 .* should have 15 numbers for each"),
+    "no columns": (put(lambda _, a: a[:, 0]), "position is float64 .* should have 15 numbers for each"),
     "a number": (put(lambda _, __: 3.0), "position is float64"),
     "texts": (put(lambda _, __: np.array(["a"], object)), "position is not of numbers"),
     "missing": (lambda file: file.__delitem__(POSITION), "position"),
@@ -306,6 +345,8 @@ ODD: dict[str, tuple[Callable[[h5py.File], None], str]] = {
     "deep json": (attribute("events", "[" * 20000 + "]" * 20000), "recursion"),
     "no mapping": (attribute("events", "[]"), "events is no dict"),
     "nothing": (attribute("statistics", "{}"), "lacks parts"),
+    "no tables": (attribute("channels", "{}"), "lacks parts"),
+    "columns of another shape": (regrouped, "position arm .* should have 3 numbers a time"),
     "no list": (attribute("loops", "{}"), "loops is no list"),
     "a number for a list": (attribute("bodies", "[3]"), "lacks parts"),
 }

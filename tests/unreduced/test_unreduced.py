@@ -367,7 +367,7 @@ def test_result_file_and_views(monkeypatch, tmp_path):
     again = kf.load_result(tmp_path / "swing.h5")
     assert abs(again.nodal_displacements("arm") - result.nodal_displacements("arm")).max() < 1e-15
     assert result.to_vtk(tmp_path / "swing.pvd").is_file()
-    monkeypatch.setattr("kanefe.results.file.LARGEST_BASIS", 100)
+    monkeypatch.setattr("kanefe.results.saved_shapes.LARGEST_BASIS", 100)
     with pytest.raises(ModelError, match="Remedy"):
         result.save(tmp_path / "large.h5")
     assert not (tmp_path / "large.h5").exists()
