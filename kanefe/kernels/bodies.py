@@ -13,7 +13,7 @@ from kanefe.kernels.values.records import Array, Many, One, Record, Rows, Start,
 from kanefe.kernels.values.tensors import Symmetric, Vector
 
 
-class ModalBody(Record):
+class ModalBody(Record, is_frozen=True):
     """A flexible body of k modes.
 
     Attributes

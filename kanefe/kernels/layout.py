@@ -6,23 +6,11 @@ Rows are those of `kanefe.kernels.tree`, whose records follow the same columns.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 from kanefe.kernels.bodies import BorderedBody
 from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
-from kanefe.kernels.tree import (
-    AxisFrame,
-    BallFrame,
-    Frame,
-    FreeFrame,
-    GivenFrame,
-    GivenLink,
-    InterfaceFrame,
-    InterfaceLink,
-    Kind,
-    Link,
-)
+from kanefe.kernels.tables import Tables
+from kanefe.kernels.tree import FRAME_NUMBERS, AxisFrame, Frame, GivenLink, InterfaceFrame, InterfaceLink, Kind, Link
 from kanefe.kernels.values.records import Record, column
 
 # Kinds of rows
@@ -49,7 +37,7 @@ R, OFFSET, POSITION, VELOCITY, OMEGA, Z, Y = _columns(Frame, "R r p v w Z Y")
 M, H, J, FORCE, MOMENT, ACCELERATION, ALPHA = _columns(Frame, "M H J f n a alpha")
 PIVOT, DRIVING = _columns(AxisFrame, "pivot rest")
 (TANGENT,) = _columns(InterfaceFrame, "tangent")
-WORK = max(kind.number_count for kind in (GivenFrame, BallFrame, FreeFrame, InterfaceFrame))
+WORK = FRAME_NUMBERS
 
 # Columns of `FlexibleTables.bodies`, integers of a flexible body: those of `BorderedBody`
 COUNT, ETA, DETA, ROW, POOL, MODAL = _columns(BorderedBody, "k first_eta first_deta link constants work")
@@ -71,63 +59,6 @@ WORK_FORCE = 20
 WORK_SCALE = 22  # of a linearly implicit sweep: what the modes are scaled by
 
 SECTION = 24  # numbers of the motion of a section of a beam that bends far
-
-
-class Tables(NamedTuple):
-    """A frozen scene as arrays.
-
-    Attributes
-    ----------
-    rows : ndarray of int, shape (rows, ROW_INTEGERS)
-    geometry : ndarray, shape (rows, ROW_NUMBERS)
-    gravity : ndarray, shape (3,)
-    loads : ndarray of int, shape (loads, 4)
-        Row, first of three inputs, is a torque, follows.
-    points : ndarray, shape (loads, 12)
-        Where the loads act, in axes of their rows, and the axes of following loads to those of their rows.
-    joint_forces : ndarray of int, shape (forces, 4)
-        Coordinate (-1 - drive if driven), speed, law, input.
-    laws : ndarray, shape (forces, 7)
-        Stiffness, damping, rest, friction, friction speed, lower, upper, stiffness and damping of the stops.
-    sizes : ndarray of int
-        Coordinates, free speeds, driven coordinates, internal states of loads.
-    numbers : ndarray
-        Constants of all given links.
-    """
-
-    rows: IntegerRows
-    geometry: RealRows
-    gravity: Reals
-    loads: IntegerRows
-    points: RealRows
-    joint_forces: IntegerRows
-    laws: RealRows
-    sizes: Integers
-    numbers: Reals
-
-
-class FlexibleTables(NamedTuple):
-    """The flexible bodies of a scene: none where all bodies are rigid.
-
-    Attributes
-    ----------
-    bodies : ndarray of int, shape (flexible bodies, BODY_INTEGERS)
-    pool : ndarray
-        Constants of the bodies and bases of interfaces.
-    carrying : ndarray of int
-        Rows of interfaces that carry something, body by body.
-    fields : ndarray of int, shape (distributed loads, 7)
-        Body, first input, is a pressure, follows, first constant in `pool`; second-order moments in the pool, (k, 3 k),
-        or -1, and their workspace in the modal work.
-    sizes : ndarray of int
-        Modal work, border work, slope measure.
-    """
-
-    bodies: IntegerRows
-    pool: Reals
-    carrying: Integers
-    fields: IntegerRows
-    sizes: Integers
 
 
 @inlined

@@ -29,7 +29,7 @@ class Kind(IntEnum):
     INTERFACE = 6
 
 
-class Link(Record):
+class Link(Record, is_frozen=True):
     """What is given of a row.
 
     Attributes
@@ -231,6 +231,10 @@ class InterfaceFrame(Frame):
     """
 
     tangent: Matrix
+
+
+FRAME_NUMBERS = max(kind.number_count for kind in (GivenFrame, BallFrame, FreeFrame, InterfaceFrame))
+"""How many numbers there are of each row, whatever its kind."""
 
 
 class FunctionFrame(Motion):

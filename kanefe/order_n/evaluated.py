@@ -8,10 +8,8 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.compiler.entries import Bound
-from kanefe.kernels.constraints.loop_tables import Loops
-from kanefe.kernels.layout import FlexibleTables, Tables
-from kanefe.kernels.loads.loads_layout import LoadsBetween
 from kanefe.kernels.sweeps.drives import Drives
+from kanefe.kernels.tables import FlexibleTables, LoadsBetween, Loops, Tables
 from kanefe.order_n.derivative_call import DerivativeCall
 from kanefe.order_n.rates_kernel import RatesKernel
 from kanefe.order_n.tables.frame_offsets import FrameOffsets

@@ -7,12 +7,11 @@ import numpy as np
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.compiler.entries import LATER, Call
 from kanefe.kernels.constraints.holding import scale_of_rows
-from kanefe.kernels.constraints.loop_tables import Loops
 from kanefe.kernels.evaluation.evaluation import workspace_in
 from kanefe.kernels.evaluation.force_tables import WIDTH, force_memory_size
 from kanefe.kernels.evaluation.forces import forces_of_states
-from kanefe.kernels.layout import DRIVES, SPEEDS, FlexibleTables, Tables
-from kanefe.kernels.loads.loads_layout import LoadsBetween
+from kanefe.kernels.layout import DRIVES, SPEEDS
+from kanefe.kernels.tables import FlexibleTables, LoadsBetween, Loops, Tables
 from kanefe.order_n.rates_kernel import RatesKernel
 from kanefe.order_n.tables.constraint_tables import loop_tables
 from kanefe.order_n.tables.force_tables import ForceTableBuilder

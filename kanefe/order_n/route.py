@@ -25,9 +25,10 @@ from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import evaluate, workspace_size
 from kanefe.kernels.evaluation.momenta import balance, balances_of_states
 from kanefe.kernels.impacts.contact_questions import BLUR, BLURS, START
-from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND, FlexibleTables, Tables
+from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND
 from kanefe.kernels.loads.loads_layout import COMPLEX
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, SLOPE, TIME_AT, Run
+from kanefe.kernels.tables import FlexibleTables, Tables
 from kanefe.loads.functions import SPENT
 from kanefe.order_n.derivative_call import DerivativeCall
 from kanefe.order_n.laws import functions_of_laws

@@ -29,8 +29,6 @@ from kanefe.kernels.layout import (
     PARENT,
     REVOLUTE,
     SPHERICAL,
-    FlexibleTables,
-    Tables,
 )
 from kanefe.kernels.steppers.step_commands import (
     AT,
@@ -44,6 +42,7 @@ from kanefe.kernels.steppers.step_commands import (
     Run,
 )
 from kanefe.kernels.sweeps.outward import motion_memory_size, motions_of_rows
+from kanefe.kernels.tables import FlexibleTables, Tables
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.load_outputs import LoadOutputs
 from kanefe.order_n.run_forces import CompiledForces

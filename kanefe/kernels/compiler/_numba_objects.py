@@ -42,7 +42,10 @@ def compiled_entry(function: Callable[..., Any], source: str, names: dict[str, A
     """Compile a kernel with a C function around it, whose source is given; in it the kernel is `function`."""
     numba = _numba()
     types = numba.types
-    names = names | {"function": dispatcher(function), "array_of": numba.carray}
+    from kanefe.kernels.compiler._numba_in_place import reader
+
+    names = {name: reader(one) if name.endswith("_in") else one for name, one in names.items()}
+    names |= {"function": dispatcher(function), "array_of": numba.carray}
     names |= {f"{kind}_at": function_at(kind) for kind in (FILLER, ADVANCE, INTERPOLATE)}
     names |= {"pointer_to": _pointer_to()}
     names |= {kind: getattr(numba, kind) for kind in ("int64", "float64", "complex128")}

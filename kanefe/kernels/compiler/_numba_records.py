@@ -38,6 +38,7 @@ from kanefe.kernels.values.records import (
     One,
     Record,
     Rows,
+    Table,
     lacks,
 )
 from kanefe.kernels.values.tensors import KINDS, Value
@@ -144,8 +145,16 @@ class Seen:
 
     def whole(self, name: str) -> Whole:
         """Return one of its whole numbers."""
-        address = self.address(INTEGERS, self.kind.record.fields[name].integer_at)
-        return Whole(self.builder, self.builder.load(address))
+        address, record = self.address(INTEGERS, self.kind.record.fields[name].integer_at), self.kind.record
+        return Whole(self.builder, load(self.builder, address, record.is_frozen))
+
+
+def load(builder: Any, address: Any, is_frozen: bool) -> Any:
+    """Return what is at an address; frozen: nobody writes there while a kernel runs, so that once is enough."""
+    found = builder.load(address)
+    if is_frozen:
+        found.set_metadata("invariant.load", builder.module.add_metadata([]))
+    return found
 
 
 def behind(builder: Any, address: Any, at: Any) -> Any:
@@ -175,6 +184,8 @@ def _type_of(kind: RecordType, field: Field) -> Any:
         return types.boolean if of is bool else types.int64
     if isinstance(of, Many):
         return ManyType(of.kind, kind.scalar(of.pool))
+    if isinstance(of, Table):
+        return RowsType(of.rows.record, (kind.scalar(of.pool),))
     if isinstance(of, One):
         scalar = kind.scalar(of.pool)
         return scalar if of.kind is float else value_type(of.kind, scalar)
@@ -198,6 +209,8 @@ class _Fields(AttributeTemplate):  # type: ignore[misc]
     def generic_resolve(self, kind: Any, name: str) -> Any:
         """Return the type of a field."""
         if isinstance(kind, RowsType):
+            if name == NUMBERS in kind.in_rows:
+                return types.Array(kind.scalar(NUMBERS), 2, "C")
             raise TypingError(f"one of the {kind.record.__name__} records has fields, not all: [i]")
         if name not in kind.record.fields:
             raise TypingError(lacks(kind.record, name))
@@ -206,6 +219,11 @@ class _Fields(AttributeTemplate):  # type: ignore[misc]
 
 @lower_getattr_generic(RecordType)
 def _get(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
+    if isinstance(kind, RowsType):
+        memories = kind.record.memories
+        places = memories.index(NUMBERS), len(memories), len(memories) + 1 + kind.in_rows.index(NUMBERS)
+        start, *lengths = (builder.extract_value(value, place) for place in places)
+        return array_at(context, builder, types.Array(kind.scalar(NUMBERS), 2, "C"), start, lengths)
     field, seen = kind.record.fields[name], Seen(builder, kind, value)
     wanted, of = _type_of(kind, field), field.kind
     if field.is_whole:
@@ -214,18 +232,18 @@ def _get(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
     if isinstance(of, Array):
         start = seen.address(of.pool, of.place(seen.whole).value)
         lengths = [one.value if isinstance(one, Whole) else INTEGER(one) for one in of.lengths(seen.whole)]
-        if isinstance(of, Many):
+        if isinstance(of, (Many, Table)):
             return _structure(context, builder, wanted, [start, *lengths])
         if isinstance(of, One):
             return _read(context, builder, wanted, of.kind, start)
-        return _array(context, builder, wanted, start, lengths)
+        return array_at(context, builder, wanted, start, lengths)
     if wanted.__class__ is RecordType:
         first = {INTEGERS: field.integer_at, NUMBERS: field.number_at}
         return _structure(context, builder, wanted, [seen.address(one, first.get(one, 0)) for one in of.memories])
     if isinstance(of, Behind):
         return seen.address(NUMBERS, field.number_at)
     if isinstance(of, Columns):
-        return _array(context, builder, wanted, seen.address(NUMBERS, field.number_at), [INTEGER(of.count)])
+        return array_at(context, builder, wanted, seen.address(NUMBERS, field.number_at), [INTEGER(of.count)])
     return _read(context, builder, wanted, of, seen.address(NUMBERS, field.number_at))
 
 
@@ -242,6 +260,8 @@ def _set(context: Any, builder: Any, sig: Any, arguments: Any, name: str) -> Non
     kind, given = sig.args
     field, seen = kind.record.fields[name], Seen(builder, kind, arguments[0])
     if field.is_whole:
+        if kind.record.is_frozen:
+            raise TypingError(f"whole numbers of a {kind.record.__name__}, {name!r} as others, are not written")
         whole = arguments[1] if field.kind is not bool else builder.zext(arguments[1], INTEGER)
         builder.store(whole, seen.address(INTEGERS, field.integer_at))
         return
@@ -259,8 +279,8 @@ def _structure(context: Any, builder: Any, kind: Any, parts: list[Any]) -> Any:
     return made
 
 
-def _array(context: Any, builder: Any, kind: Any, start: Any, lengths: list[Any]) -> Any:
-    """Return a view of numbers as an array, which owns nothing."""
+def array_at(context: Any, builder: Any, kind: Any, start: Any, lengths: list[Any]) -> Any:
+    """Return numbers from an address on as an array, which owns nothing."""
     made = context.make_array(kind)(context, builder)
     size = context.get_abi_sizeof(context.get_data_type(kind.dtype))
     strides = [INTEGER(size)]
@@ -343,7 +363,7 @@ class _Numbers(AttributeTemplate):  # type: ignore[misc]
 @lower_getattr_generic(ManyType)
 def _all_numbers(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
     count = builder.mul(builder.extract_value(value, 1), INTEGER(kind.kind.count))
-    return _array(context, builder, types.Array(kind.scalar, 1, "C"), builder.extract_value(value, 0), [count])
+    return array_at(context, builder, types.Array(kind.scalar, 1, "C"), builder.extract_value(value, 0), [count])
 
 
 @infer_global(len)

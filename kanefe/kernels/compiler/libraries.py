@@ -62,6 +62,7 @@ ALWAYS = tuple(
         "compiler/_numba_arrays",
         "compiler/_numba_calls",
         "compiler/_numba_change",
+        "compiler/_numba_in_place",
         "compiler/_numba_loops",
         "compiler/_numba_module",
         "compiler/_numba_objects",

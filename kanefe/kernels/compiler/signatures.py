@@ -12,7 +12,7 @@ from collections.abc import Callable
 from enum import Enum
 from functools import cache
 from types import NoneType
-from typing import Annotated, Any, NamedTuple, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, NamedTuple, TypeVar, get_args, get_origin, get_type_hints
 
 from kanefe.kernels.compiler.arrays import VALUE
 
@@ -53,13 +53,45 @@ class Leaf(NamedTuple):
 
 
 class Group(NamedTuple):
-    """A named tuple among the arguments."""
+    """A named tuple among the arguments.
+
+    Attributes
+    ----------
+    of : type
+    parts : tuple
+    at : int
+        Its first place.
+    """
 
     of: type
     parts: tuple[Leaf | Group, ...]
+    at: int
+
+    @property
+    def is_in_place(self) -> bool:
+        """Whether kernels read it where it is in the places of the call: see `in_place`."""
+        return hasattr(self.of, "is_in_place")
 
 
 Part = Leaf | Group
+
+Tuple = TypeVar("Tuple", bound=type)
+
+
+def in_place(of: Tuple) -> Tuple:
+    """Mark a class of named tuples that kernels read where they are in the places of a call.
+
+    In compiled code such a tuple is one address, however much is in it; tuples in it are read in place too. It has
+    arrays and whole numbers, which nobody changes while a kernel runs, and is made by no kernel.
+    """
+    of.is_in_place = True  # type: ignore[attr-defined]
+    return of
+
+
+def parts_in_place(of: type) -> dict[str, Part]:
+    """Return the parts of a tuple that is read in place, from its own first place on."""
+    group = _Counter(REAL).part(of)
+    return dict(zip(of._fields, group.parts, strict=True))  # type: ignore[attr-defined, union-attr]
 
 
 class Signature(NamedTuple):
@@ -114,8 +146,11 @@ class _Counter:
         if get_origin(hint) is Annotated:
             kind, *axes = hint.__metadata__
             return self.leaf(kind, axes[0] if axes else -1)
-        fields = get_type_hints(hint, include_extras=True)
-        return Group(hint, tuple(self.part(fields[name]) for name in hint._fields))
+        fields, at, numbers = get_type_hints(hint, include_extras=True), self.places, self.numbers
+        group = Group(hint, tuple(self.part(fields[name]) for name in hint._fields), at)
+        if group.is_in_place and self.numbers > numbers:
+            raise TypeError(f"{hint.__name__} is read in place: a float in it is not among the places")
+        return group
 
 
 SCALARS = {int: INTEGER, float: NUMBER, bool: BOOLEAN}
@@ -142,6 +177,9 @@ def wrapper_source(signature: Signature) -> tuple[str, dict[str, Any]]:
 
     def text(part: Part) -> str:
         if isinstance(part, Group):
+            if part.is_in_place:
+                types[f"{part.of.__name__}_in"] = part.of
+                return f"{part.of.__name__}_in(places, {part.at})"
             types[part.of.__name__] = part.of
             return f"{part.of.__name__}({', '.join(map(text, part.parts))},)"
         if part.axes > 0:

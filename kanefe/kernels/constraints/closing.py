@@ -18,14 +18,7 @@ from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.constraints.holding import Held
 from kanefe.kernels.constraints.loop_factors import LoopFactors, factors_size, loop_factors_in
-from kanefe.kernels.constraints.loop_tables import (
-    HOLDS_PLACE,
-    Loops,
-    RowWrenches,
-    holds,
-    wrenches_in,
-    wrenches_size,
-)
+from kanefe.kernels.constraints.loop_tables import HOLDS_PLACE, RowWrenches, holds, wrenches_in, wrenches_size
 from kanefe.kernels.constraints.openings import openings, rate_of_row, size_of_rate
 from kanefe.kernels.constraints.row_wrenches import clear_all_forces, write_rows
 from kanefe.kernels.constraints.tolerances import LARGEST_ITERATIONS, LARGEST_OPENING, MOST_HALVINGS, TOLERANCE
@@ -34,23 +27,13 @@ from kanefe.kernels.constraints.tree_sweeps import (
     sweep_forces_inward,
     sweep_inward,
 )
-from kanefe.kernels.layout import (
-    BORDER_SIZE,
-    COORDINATES,
-    DRIVES,
-    MODAL_SIZE,
-    SPEEDS,
-    STATES,
-    WORK,
-    FlexibleTables,
-    Tables,
-    work_size,
-)
+from kanefe.kernels.layout import BORDER_SIZE, COORDINATES, DRIVES, MODAL_SIZE, SPEEDS, STATES, WORK, work_size
 from kanefe.kernels.sweeps.advance import advance
 from kanefe.kernels.sweeps.implicit import stiffen_joints, stiffen_modes
 from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward
 from kanefe.kernels.sweeps.unit_mass import scale_beams
+from kanefe.kernels.tables import FlexibleTables, Loops, Tables
 
 CLOSED, LEFT_OPEN, WITHOUT_INERTIA = range(3)
 """Return values of `close`. The literal route may be able to close open loops, and names those that cannot be closed;

@@ -25,10 +25,9 @@ from kanefe.kernels.layout import (
     SPEED,
     SPHERICAL,
     TANGENT,
-    FlexibleTables,
     R,
-    Tables,
 )
+from kanefe.kernels.tables import FlexibleTables, Tables
 
 
 @kernel

@@ -13,8 +13,9 @@ from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.constraints.contact_shares import is_head, least_margins, share_otherwise
 from kanefe.kernels.constraints.least_forces import share_forces
-from kanefe.kernels.constraints.loop_tables import LIVE, Loops, UnitResponses, unit_responses_in
+from kanefe.kernels.constraints.loop_tables import LIVE, UnitResponses, unit_responses_in
 from kanefe.kernels.contact.rigid_points import HAS_FRICTION, is_closed, is_slipping, left_of_gap, left_of_slip, meet
+from kanefe.kernels.tables import Loops
 
 FAR = 1.0
 """Value of a margin of what cannot happen, m, N or m/s."""

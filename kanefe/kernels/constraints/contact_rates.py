@@ -7,7 +7,7 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import dot, plus, rotated, three, times, vector
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW
-from kanefe.kernels.constraints.loop_tables import DIRECTION, KIND_OF, POINT, Loops, UnitResponses
+from kanefe.kernels.constraints.loop_tables import DIRECTION, KIND_OF, POINT, UnitResponses
 from kanefe.kernels.contact.rigid_points import (
     FIRST_STATE,
     KEPT,
@@ -22,6 +22,7 @@ from kanefe.kernels.contact.rigid_points import (
     is_slipping,
 )
 from kanefe.kernels.loads.markers import axes_of
+from kanefe.kernels.tables import Loops
 
 
 @kernel

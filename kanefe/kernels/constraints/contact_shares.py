@@ -12,9 +12,10 @@ import numpy as np
 from kanefe.kernels.algebra.least_norm import leave_spare
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW
-from kanefe.kernels.constraints.loop_tables import DIRECTION, KIND_OF, LIVE, POINT, RANK, Loops, UnitResponses
+from kanefe.kernels.constraints.loop_tables import DIRECTION, KIND_OF, LIVE, POINT, RANK, UnitResponses
 from kanefe.kernels.contact.falling import AT
 from kanefe.kernels.contact.rigid_points import OF_POINT, is_closed, is_slipping
+from kanefe.kernels.tables import Loops
 
 MOST_ROUNDS, ROOMS = 2000, (1e-3, 1e-6, 1e-9)
 """Largest number of steps of each search; margins that are looked for one after the other, relative to the largest

@@ -28,15 +28,14 @@ from kanefe.kernels.constraints.loop_tables import (
     KIND_OF,
     RANK_TOLERANCE,
     TERM_COUNT,
-    Loops,
     unit_responses_in,
     unit_responses_size,
 )
 from kanefe.kernels.constraints.row_paths import OF_JOINT, OF_MODES, VISITED
 from kanefe.kernels.joints.by_kind import answer_along, answer_further
 from kanefe.kernels.joints.motion import three
-from kanefe.kernels.layout import FlexibleTables, Tables
 from kanefe.kernels.sweeps.elastic import total
+from kanefe.kernels.tables import FlexibleTables, Loops, Tables
 from kanefe.kernels.tree import Frames, Kind, Links
 from kanefe.kernels.values.tensors import dot, outer, square
 

@@ -15,11 +15,11 @@ from kanefe.kernels.constraints.loop_tables import (
     LIVE,
     RANK,
     RANK_TOLERANCE,
-    Loops,
     UnitResponses,
     has_loops,
     is_rubbing,
 )
+from kanefe.kernels.tables import Loops
 
 # Share of what a normal force does without friction, below which friction takes away all that it does
 LEAST_GAIN = 1e-9

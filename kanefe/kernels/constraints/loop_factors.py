@@ -8,7 +8,8 @@ import numpy as np
 
 from kanefe.kernels.algebra.envelope import Envelope
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.constraints.loop_tables import Loops, RowWrenches, wrenches_in, wrenches_size
+from kanefe.kernels.constraints.loop_tables import RowWrenches, wrenches_in, wrenches_size
+from kanefe.kernels.tables import Loops
 
 TURN = 3
 """Place of the second vector of a wrench, and of the accelerations of a free joint."""

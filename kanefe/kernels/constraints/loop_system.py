@@ -16,7 +16,7 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import dot, three
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.constraints.loop_factors import TURN, LoopFactors
-from kanefe.kernels.constraints.loop_tables import HOLDS_PLACE, Loops, holds
+from kanefe.kernels.constraints.loop_tables import HOLDS_PLACE, holds
 from kanefe.kernels.constraints.row_paths import (
     FIRST_GUEST,
     GUEST,
@@ -28,8 +28,9 @@ from kanefe.kernels.constraints.row_paths import (
     OF_WRENCH,
 )
 from kanefe.kernels.constraints.row_visits import put_visits
-from kanefe.kernels.layout import CARRIED_COUNT, COUNT, FLEXIBLE, FREE, KIND, PIVOT, SPHERICAL, FlexibleTables, Tables
+from kanefe.kernels.layout import CARRIED_COUNT, COUNT, FLEXIBLE, FREE, KIND, PIVOT, SPHERICAL
 from kanefe.kernels.sweeps.elastic import total
+from kanefe.kernels.tables import FlexibleTables, Loops, Tables
 
 
 @inlined

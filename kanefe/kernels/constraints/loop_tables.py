@@ -7,19 +7,12 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
 from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW, ROW_NUMBERS
-from kanefe.kernels.constraints.row_paths import RowPaths, no_paths
+from kanefe.kernels.constraints.row_paths import no_paths
 from kanefe.kernels.constraints.tolerances import HALF_ON
-from kanefe.kernels.contact.rigid_points import (
-    HAS_FRICTION,
-    MET_NUMBERS,
-    SLIPS_FROM,
-    RigidPoints,
-    is_slipping,
-    no_rigid_points,
-)
+from kanefe.kernels.contact.rigid_points import HAS_FRICTION, MET_NUMBERS, SLIPS_FROM, is_slipping, no_rigid_points
 from kanefe.kernels.loads.markers import MARKER_NUMBERS
+from kanefe.kernels.tables import Loops
 
 # Columns of the integers of a row
 KIND_OF, ROW_A, ROW_B, IS_BALL, FIRST_TERM, TERM_COUNT, HOLDS_PLACE, IS_ANGLE, SWITCH, GOES_ON = range(10)
@@ -35,48 +28,6 @@ RANK_TOLERANCE, LENGTH = range(2)
 LIVE, RANK = range(2)
 # Square of the share of its reach below which a row moves nothing: below the square of round-off, 1e-31, for all rows
 LEAST_SHARE = 1e-29
-
-
-class Loops(NamedTuple):
-    """Constraints of a scene.
-
-    Attributes
-    ----------
-    rows : ndarray of int, shape (m, CONSTRAINT_INTEGERS)
-        Kind, rows of both markers (-1: N), is a ball, first term and number of terms of a coupler, whether it holds
-        coordinates and not speeds alone, whether its residual is an angle, its switch among the internal states (-1:
-        it always holds), whether it is of the same constraint as the row before, between the same markers.
-    markers : ndarray, shape (2 m, MARKER_NUMBERS)
-    numbers : ndarray, shape (m, ROW_NUMBERS)
-        See `kanefe.kernels.constraints.constraint_rows.RowNumbers`.
-    speeds : ndarray of int
-        Speed of each term of couplers.
-    coefficients : ndarray
-    coordinates : ndarray of int
-        Coordinate of each term of couplers; -1 - drive if it is driven.
-    extents : ndarray, shape (free,)
-        A large displacement along each free speed: rad, m, or modal units.
-    moves : ndarray, shape (free,)
-        Largest step of an iteration that closes the loops, along each free speed.
-    limits : ndarray, shape (2,)
-        Pivot, of a row of unit length, below which it depends on others; a length of the scene, m.
-    points : RigidPoints
-        Of rigid contacts, three rows each behind those of constraints: along the normal, and in both directions along
-        the surface.
-    paths : RowPaths
-    """
-
-    rows: IntegerRows
-    markers: RealRows
-    numbers: RealRows
-    speeds: Integers
-    coefficients: Reals
-    coordinates: Integers
-    extents: Reals
-    moves: Reals
-    limits: Reals
-    points: RigidPoints
-    paths: RowPaths
 
 
 def no_loops() -> Loops:

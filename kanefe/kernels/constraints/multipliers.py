@@ -27,7 +27,6 @@ from kanefe.kernels.constraints.loop_tables import (
     RANK_TOLERANCE,
     ROW_A,
     TERM_COUNT,
-    Loops,
     UnitResponses,
     has_loops,
     holds,
@@ -36,8 +35,8 @@ from kanefe.kernels.constraints.loop_tables import (
 )
 from kanefe.kernels.constraints.row_wrenches import along_row, clear_all_forces, push_row, write_rows
 from kanefe.kernels.constraints.tree_sweeps import sweep_accelerations, sweep_forces_inward
-from kanefe.kernels.layout import FlexibleTables, Tables
 from kanefe.kernels.sweeps.driving_forces import put_driving_forces
+from kanefe.kernels.tables import FlexibleTables, Loops, Tables
 
 
 @kernel

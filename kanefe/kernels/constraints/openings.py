@@ -19,13 +19,13 @@ from kanefe.kernels.constraints.loop_tables import (
     ROW_A,
     ROW_B,
     TERM_COUNT,
-    Loops,
     RowWrenches,
     holds,
 )
 from kanefe.kernels.contact.rigid_points import KEPT, MET, ON_SURFACE, STATUS, meet
-from kanefe.kernels.layout import OMEGA, POSITION, VELOCITY, Tables
+from kanefe.kernels.layout import OMEGA, POSITION, VELOCITY
 from kanefe.kernels.loads.markers import axes_of, lever_of
+from kanefe.kernels.tables import Loops, Tables
 
 
 @kernel

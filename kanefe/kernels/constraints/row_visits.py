@@ -27,7 +27,7 @@ from kanefe.kernels.bodies import BorderedBodies
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.constraints.constraint_rows import COUPLER_ROW
 from kanefe.kernels.constraints.loop_factors import FORCE_AT_END, LEVER, MOMENT_AT_END, TURN, LoopFactors, modes_size
-from kanefe.kernels.constraints.loop_tables import FIRST_TERM, KIND_OF, LEAST_SHARE, ROW_A, TERM_COUNT, Loops
+from kanefe.kernels.constraints.loop_tables import FIRST_TERM, KIND_OF, LEAST_SHARE, ROW_A, TERM_COUNT
 from kanefe.kernels.constraints.row_paths import OF_JOINT, OF_MODES, VISITED
 from kanefe.kernels.joints.on_arrays import moved_freely, partials, through_axis, through_ball
 from kanefe.kernels.layout import (
@@ -47,14 +47,13 @@ from kanefe.kernels.layout import (
     ROW,
     SPEED,
     SPHERICAL,
-    FlexibleTables,
     R,
-    Tables,
 )
 from kanefe.kernels.loads.markers import lever_of
 from kanefe.kernels.loads.point_and_field_loads import share_of_modes, wrench_on_slopes
 from kanefe.kernels.sweeps.elastic import total
 from kanefe.kernels.sweeps.modal_elimination import push_through_modes, scale, subtract
+from kanefe.kernels.tables import FlexibleTables, Loops, Tables
 
 
 @inlined

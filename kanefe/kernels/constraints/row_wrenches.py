@@ -23,16 +23,16 @@ from kanefe.kernels.constraints.loop_tables import (
     ROW_A,
     ROW_B,
     TERM_COUNT,
-    Loops,
     RowWrenches,
     holds,
 )
 from kanefe.kernels.contact.rigid_points import MET, meet, motion_of_marker, rub_along
-from kanefe.kernels.layout import ACCELERATION, ALPHA, POSITION, WORK_FORCE, FlexibleTables, R, Tables
+from kanefe.kernels.layout import ACCELERATION, ALPHA, POSITION, WORK_FORCE, R
 from kanefe.kernels.loads.markers import lever_of
 from kanefe.kernels.loads.point_and_field_loads import push
 from kanefe.kernels.sweeps.body_inertia import clear_forces
 from kanefe.kernels.sweeps.elastic import span
+from kanefe.kernels.tables import FlexibleTables, Loops, Tables
 from kanefe.kernels.tree import Frames
 
 

@@ -11,17 +11,10 @@ import numpy as np
 from kanefe.kernels.algebra.least_norm import factor_least, leave_spare
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.constraints.contact_shares import is_head, least_margins
-from kanefe.kernels.constraints.loop_tables import (
-    IS_ANGLE,
-    LENGTH,
-    LIVE,
-    POINT,
-    RANK,
-    Loops,
-    UnitResponses,
-)
+from kanefe.kernels.constraints.loop_tables import IS_ANGLE, LENGTH, LIVE, POINT, RANK, UnitResponses
 from kanefe.kernels.contact.falling import AT
 from kanefe.kernels.contact.rigid_points import OF_POINT, is_slipping
+from kanefe.kernels.tables import Loops
 
 # Pivot of the products of unit responses, of the largest, below which it is round-off; they square what rows lack
 ROUND_OFF = 1e-13

@@ -15,8 +15,8 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.constraints.holding import Held, carries_loops, close_at, exert_at, hold_at
 from kanefe.kernels.joints.by_kind import accelerate, eliminate, hand_across, hand_through
 from kanefe.kernels.joints.handing import hand_force_inward
-from kanefe.kernels.layout import FlexibleTables, Tables
 from kanefe.kernels.sweeps.modal_elimination import eliminate_modal_forces, eliminate_modes, modal_accelerations
+from kanefe.kernels.tables import FlexibleTables, Tables
 from kanefe.kernels.tree import Frames, Kind, Links
 
 GROUND = -1

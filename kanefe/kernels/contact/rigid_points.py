@@ -24,12 +24,12 @@ from kanefe.kernels.algebra.vectors import (
     vector,
 )
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.arrays import IntegerRows, RealRows, Reals
 from kanefe.kernels.contact.contact_shapes import PLANE, distance, normal_rate
 from kanefe.kernels.contact.falling import AT, STEADY_NUMBERS, steady_coefficient
 from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.layout import Y, Z
 from kanefe.kernels.loads.markers import MARKER_NUMBERS, axes_of, lever_of, motion_of
+from kanefe.kernels.tables import RigidPoints
 
 ON_SURFACE, OF_PROBE, STATUS, SHAPE, HAS_FRICTION, HAS_MARK, FIRST_STATE, CONTACT, LAW, TELLS = range(10)
 """Columns of the integers of a point: rows of the surface and of the probe (-1: N); where its status is among the
@@ -120,25 +120,6 @@ class MetNumbers(NamedTuple):
 
 MET = places(MetNumbers, place=3, point=3, normal=3, first=3, second=3, rates=3, remainder=3)
 MET_NUMBERS = int(MET.tangential) + 3
-
-
-class RigidPoints(NamedTuple):
-    """The points of all rigid contacts of a scene.
-
-    Attributes
-    ----------
-    places : ndarray of int, shape (n, POINT_INTEGERS)
-    markers : ndarray, shape (2 n, MARKER_NUMBERS)
-        Of the surface and of the probe of each.
-    numbers : ndarray, shape (n, POINT_CONSTANTS)
-    shapes : ndarray
-        Kind and numbers of each surface.
-    """
-
-    places: IntegerRows
-    markers: RealRows
-    numbers: RealRows
-    shapes: Reals
 
 
 def no_rigid_points() -> RigidPoints:

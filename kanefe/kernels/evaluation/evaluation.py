@@ -13,7 +13,7 @@ from kanefe.kernels.compiler.signatures import COMPLEX, REAL
 from kanefe.kernels.constraints.contact_rates import put_contact_rates
 from kanefe.kernels.constraints.holding import Held, hold_size
 from kanefe.kernels.constraints.loop_factors import loop_factors_in
-from kanefe.kernels.constraints.loop_tables import Loops, unit_responses_in
+from kanefe.kernels.constraints.loop_tables import unit_responses_in
 from kanefe.kernels.constraints.multipliers import hold, respond_to_multipliers
 from kanefe.kernels.constraints.row_wrenches import write_rows
 from kanefe.kernels.constraints.tree_sweeps import sweep_accelerations, sweep_inward
@@ -31,14 +31,12 @@ from kanefe.kernels.layout import (
     STATES,
     WORK,
     WORK_DETA,
-    FlexibleTables,
-    Tables,
     work_size,
 )
 from kanefe.kernels.loads.joint_forces import add_joint_forces
 from kanefe.kernels.loads.joint_reactions import REACTION, add_reactions, follow_reactions
 from kanefe.kernels.loads.loads_between import add_loads_between
-from kanefe.kernels.loads.loads_layout import WHOLE, LoadsBetween
+from kanefe.kernels.loads.loads_layout import WHOLE
 from kanefe.kernels.loads.point_and_field_loads import add_field_loads, add_point_loads
 from kanefe.kernels.planar.layout import PlanarTables
 from kanefe.kernels.steppers.step_commands import (
@@ -57,6 +55,7 @@ from kanefe.kernels.sweeps.implicit import stiffen_joints, stiffen_modes
 from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward_again
 from kanefe.kernels.sweeps.unit_mass import scale_beams
+from kanefe.kernels.tables import FlexibleTables, LoadsBetween, Loops, Tables
 from kanefe.kernels.tree import Links
 
 

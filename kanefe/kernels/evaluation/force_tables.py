@@ -8,9 +8,10 @@ import numpy as np
 
 from kanefe.kernels.compiler._numba import expanded
 from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
-from kanefe.kernels.constraints.loop_tables import Loops, wrenches_size
-from kanefe.kernels.layout import DRIVES, MODAL_SIZE, SPEEDS, STATES, WORK, FlexibleTables, Tables, work_size
-from kanefe.kernels.loads.loads_layout import WHOLE, LoadsBetween
+from kanefe.kernels.constraints.loop_tables import wrenches_size
+from kanefe.kernels.layout import DRIVES, MODAL_SIZE, SPEEDS, STATES, WORK, work_size
+from kanefe.kernels.loads.loads_layout import WHOLE
+from kanefe.kernels.tables import FlexibleTables, LoadsBetween, Loops, Tables
 
 WRENCH = 6
 

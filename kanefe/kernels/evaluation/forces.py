@@ -15,12 +15,7 @@ from kanefe.kernels.compiler._numba import expanded, inlined, kernel
 from kanefe.kernels.compiler.arrays import Integers, Prepared, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.constraints.loop_tables import (
-    Loops,
-    holds,
-    unit_responses_in,
-    wrenches_in,
-)
+from kanefe.kernels.constraints.loop_tables import holds, unit_responses_in, wrenches_in
 from kanefe.kernels.constraints.row_wrenches import push_row, write_rows
 from kanefe.kernels.constraints.told_shares import told_multipliers
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
@@ -41,16 +36,10 @@ from kanefe.kernels.evaluation.told_forces import hold_components, tell_gears, t
 from kanefe.kernels.force_elements.places import END_NUMBERS, WRENCHES, P
 from kanefe.kernels.joints.by_kind import partials
 from kanefe.kernels.joints.handing import hand_force_inward
-from kanefe.kernels.layout import (
-    COORDINATES,
-    SPEEDS,
-    STATES,
-    FlexibleTables,
-    Tables,
-)
+from kanefe.kernels.layout import COORDINATES, SPEEDS, STATES
 from kanefe.kernels.loads.joint_forces import add_joint_forces
 from kanefe.kernels.loads.loads_between import apply_load, evaluate_load
-from kanefe.kernels.loads.loads_layout import END_COUNT, FIRST_END, TEAM, LoadsBetween, place_of_load, span_of_load
+from kanefe.kernels.loads.loads_layout import END_COUNT, FIRST_END, TEAM, place_of_load, span_of_load
 from kanefe.kernels.loads.point_and_field_loads import add_field_loads, add_point_loads
 from kanefe.kernels.loads.points import gather_points, push_points
 from kanefe.kernels.loads.reach import find_near, nearness_at
@@ -58,6 +47,7 @@ from kanefe.kernels.steppers.step_commands import AT, RATES, SLOPE
 from kanefe.kernels.sweeps.elastic import combination
 from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward
+from kanefe.kernels.tables import FlexibleTables, LoadsBetween, Loops, Tables
 from kanefe.kernels.tree import Frames, Kind, Links
 from kanefe.kernels.values.tensors import dot
 

@@ -18,20 +18,12 @@ from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.joints.by_kind import partials
 from kanefe.kernels.joints.handing import hand_inward
 from kanefe.kernels.joints.motion import put_three
-from kanefe.kernels.layout import (
-    COORDINATES,
-    COUNT,
-    MODAL_SIZE,
-    SPEEDS,
-    WORK,
-    FlexibleTables,
-    Tables,
-    work_size,
-)
+from kanefe.kernels.layout import COORDINATES, COUNT, MODAL_SIZE, SPEEDS, WORK, work_size
 from kanefe.kernels.sweeps.elastic import total
 from kanefe.kernels.sweeps.exact_beam_layout import beam_work_in
 from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward
+from kanefe.kernels.tables import FlexibleTables, Tables
 from kanefe.kernels.tree import Frame, Frames, InterfaceFrame, InterfaceLink, Kind, Link, Links
 from kanefe.kernels.values.tensors import ZERO, Matrix, Vector, cross, dot
 

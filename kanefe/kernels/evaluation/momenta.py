@@ -13,19 +13,9 @@ from kanefe.kernels.compiler._numba import expanded, inlined, kernel
 from kanefe.kernels.compiler.arrays import Integers, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.joints.motion import put_three, three
-from kanefe.kernels.layout import (
-    COORDINATES,
-    MODAL_SIZE,
-    SPEEDS,
-    STATES,
-    WORK,
-    FlexibleTables,
-    Tables,
-    work_size,
-)
+from kanefe.kernels.layout import COORDINATES, MODAL_SIZE, SPEEDS, STATES, WORK, work_size
 from kanefe.kernels.loads.coordinate_law import coordinate_potential
 from kanefe.kernels.loads.loads_between import potential_between
-from kanefe.kernels.loads.loads_layout import LoadsBetween
 from kanefe.kernels.steppers.step_commands import (
     AT,
     CENTRE,
@@ -45,6 +35,7 @@ from kanefe.kernels.sweeps.elastic import combination
 from kanefe.kernels.sweeps.exact_beam_inertia import energies_of_beam
 from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward
+from kanefe.kernels.tables import FlexibleTables, LoadsBetween, Tables
 from kanefe.kernels.tree import Frame, Frames, Kind, Link, Links
 from kanefe.kernels.values.tensors import NO_INERTIA, ZERO, Vector, cross, diagonal, dot, outer, symmetric
 

@@ -19,25 +19,11 @@ from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import Integers, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.constraints.constraint_jacobian import walk_inward
-from kanefe.kernels.constraints.loop_tables import Loops
 from kanefe.kernels.constraints.row_wrenches import clear_all_forces
 from kanefe.kernels.constraints.tree_sweeps import sweep_accelerations, sweep_forces_inward
 from kanefe.kernels.evaluation.evaluation import Workspace, parts_of, workspace_in
 from kanefe.kernels.force_elements.places import WRENCH
-from kanefe.kernels.layout import (
-    AXES,
-    COUNT,
-    DETA,
-    FREE,
-    KIND,
-    PARENT,
-    SPEED,
-    SPHERICAL,
-    TRANSFORM,
-    FlexibleTables,
-    R,
-    Tables,
-)
+from kanefe.kernels.layout import AXES, COUNT, DETA, FREE, KIND, PARENT, SPEED, SPHERICAL, TRANSFORM, R
 from kanefe.kernels.loads.load_tangents import (
     largest_of,
     put_tangents,
@@ -46,14 +32,7 @@ from kanefe.kernels.loads.load_tangents import (
     tangent_size,
 )
 from kanefe.kernels.loads.loads_between import evaluate_load
-from kanefe.kernels.loads.loads_layout import (
-    COORDINATE,
-    END_COUNT,
-    FIRST_END,
-    FIRST_STATE,
-    STATE_COUNT,
-    LoadsBetween,
-)
+from kanefe.kernels.loads.loads_layout import COORDINATE, END_COUNT, FIRST_END, FIRST_STATE, STATE_COUNT
 from kanefe.kernels.loads.loads_layout import SPEED as SPEED_OF_MARKER
 from kanefe.kernels.loads.markers import lever_of
 from kanefe.kernels.loads.point_and_field_loads import push
@@ -66,6 +45,7 @@ from kanefe.kernels.steppers.step_commands import (
     TIME_AT,
 )
 from kanefe.kernels.sweeps.elastic import total
+from kanefe.kernels.tables import FlexibleTables, LoadsBetween, Loops, Tables
 
 NEGLIGIBLE = 1e-12
 """Fraction of the largest tangent of a load below which what is left of them is round-off."""

@@ -6,7 +6,6 @@ import numpy as np
 
 from kanefe.kernels.algebra.vectors import norm, plus, put_three, rotated_back, times, vector
 from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.constraints.loop_tables import Loops
 from kanefe.kernels.contact.output_places import CONTACT_OUTPUTS, OPEN, POINT_OUTPUTS, SLIPS, STICKS
 from kanefe.kernels.contact.rigid_points import (
     CONTACT,
@@ -21,6 +20,7 @@ from kanefe.kernels.contact.rigid_points import (
 )
 from kanefe.kernels.evaluation.force_tables import CONTACTS, POINTS, ForceTables
 from kanefe.kernels.loads.markers import axes_of
+from kanefe.kernels.tables import Loops
 
 
 @kernel

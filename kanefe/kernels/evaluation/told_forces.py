@@ -21,7 +21,7 @@ from kanefe.kernels.algebra.vectors import (
     vector,
 )
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.constraints.loop_tables import FORCE_B, MOMENT_B, ROW_A, ROW_B, Loops, RowWrenches
+from kanefe.kernels.constraints.loop_tables import FORCE_B, MOMENT_B, ROW_A, ROW_B, RowWrenches
 from kanefe.kernels.constraints.row_wrenches import wrench_on
 from kanefe.kernels.evaluation.force_tables import (
     AT_ROW,
@@ -39,24 +39,11 @@ from kanefe.kernels.evaluation.force_tables import (
     ForceTables,
     ForceWorkspace,
 )
-from kanefe.kernels.layout import (
-    BASIS,
-    BENT,
-    COUNT,
-    FLEXIBLE,
-    FORCE,
-    MOMENT,
-    OFFSET,
-    PARENT,
-    POSITION,
-    TANGENT,
-    FlexibleTables,
-    R,
-    Tables,
-)
+from kanefe.kernels.layout import BASIS, BENT, COUNT, FLEXIBLE, FORCE, MOMENT, OFFSET, PARENT, POSITION, TANGENT, R
 from kanefe.kernels.loads.markers import axes_of, lever_of
 from kanefe.kernels.loads.point_and_field_loads import point_load
 from kanefe.kernels.sweeps.elastic import project
+from kanefe.kernels.tables import FlexibleTables, Loops, Tables
 
 
 @kernel

@@ -24,7 +24,6 @@ from kanefe.kernels.contact.rigid_points import (
     OF_POINT,
     STATUS,
     TELLS,
-    RigidPoints,
 )
 from kanefe.kernels.impacts.contact_questions import (
     BEGINS_SLIP,
@@ -98,6 +97,7 @@ from kanefe.kernels.impacts.tolerances import (
     STILL,
     STOPPED,
 )
+from kanefe.kernels.tables import RigidPoints
 
 
 @entry()

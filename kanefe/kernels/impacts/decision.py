@@ -9,7 +9,7 @@ import numpy as np
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import IntegerRows, Prepared, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
-from kanefe.kernels.contact.rigid_points import MET_NUMBERS, RigidPoints
+from kanefe.kernels.contact.rigid_points import MET_NUMBERS
 from kanefe.kernels.impacts.cones import (
     AHEAD_OF_IT,
     CONTACTS,
@@ -20,6 +20,7 @@ from kanefe.kernels.impacts.cones import (
     cones_of,
 )
 from kanefe.kernels.impacts.stronge import TURNING_NUMBERS, TURNING_ROWS
+from kanefe.kernels.tables import RigidPoints
 
 OPEN, STICKS, SLIPS = range(3)
 """Status of a point: see `kanefe.contact.contact`."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.contact.rigid_points import HAS_FRICTION, HOLDING, OF_POINT, RigidPoints
+from kanefe.kernels.contact.rigid_points import HAS_FRICTION, HOLDING, OF_POINT
 from kanefe.kernels.impacts.cones import MU, STEP, ConeMemory
 from kanefe.kernels.impacts.tolerances import (
     HELD,
@@ -17,6 +17,7 @@ from kanefe.kernels.impacts.tolerances import (
     OVER,
     SHARING_STEP,
 )
+from kanefe.kernels.tables import RigidPoints
 
 FORCE, TOTAL, SPEED, MOVED, DEPTH = range(5)
 """Rows of the lines of a problem: forces, impulses so far, rates, those with friction at the end of a step; and the

@@ -6,10 +6,9 @@ from typing import NamedTuple
 
 from kanefe.kernels.compiler.arrays import Integers, RealRows, Reals
 from kanefe.kernels.constraints.contact_margins import Looked
-from kanefe.kernels.constraints.loop_tables import Loops
 from kanefe.kernels.events.closing_call import ClosingCall
 from kanefe.kernels.impacts.decision import Asking
-from kanefe.kernels.layout import FlexibleTables, Tables
+from kanefe.kernels.tables import FlexibleTables, Loops, Tables
 
 BEYOND = 1e-6
 """Violation relative to the friction limit, to the largest normal force and to the scene's length above which the run

@@ -14,14 +14,7 @@ from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW
 from kanefe.kernels.constraints.contact_margins import Looked, find_forces
-from kanefe.kernels.constraints.loop_tables import (
-    KIND_OF,
-    RANK_TOLERANCE,
-    Loops,
-    UnitResponses,
-    has_loops,
-    unit_responses_in,
-)
+from kanefe.kernels.constraints.loop_tables import KIND_OF, RANK_TOLERANCE, UnitResponses, has_loops, unit_responses_in
 from kanefe.kernels.contact.falling import AT
 from kanefe.kernels.contact.rigid_points import (
     HAS_FRICTION,
@@ -57,11 +50,11 @@ from kanefe.kernels.impacts.decision import (
     Decision,
     Moment,
 )
-from kanefe.kernels.layout import FlexibleTables, Tables
 from kanefe.kernels.loads.markers import axes_of
 from kanefe.kernels.steppers.step_commands import RATES, SLOPE
 from kanefe.kernels.sweeps.advance import advance
 from kanefe.kernels.sweeps.drives import Drives, put_drives
+from kanefe.kernels.tables import FlexibleTables, Loops, Tables
 
 AS_THEY_ARE, TAKING_PART, NONE = range(3)
 """Which points touch in an evaluation: those that do, those that take part, or none."""

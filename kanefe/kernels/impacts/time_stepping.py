@@ -95,9 +95,10 @@ from kanefe.kernels.impacts.march import (
 )
 from kanefe.kernels.impacts.step_impulses import solve_islands
 from kanefe.kernels.impacts.tolerances import ROUND_OFF_OF_FORCES
-from kanefe.kernels.layout import COORDINATES, Tables
+from kanefe.kernels.layout import COORDINATES
 from kanefe.kernels.steppers.step_commands import SLOPE
 from kanefe.kernels.sweeps.advance import advance
+from kanefe.kernels.tables import Tables
 
 
 @entry()

@@ -6,9 +6,9 @@ import numpy as np
 
 from kanefe.kernels.algebra.vectors import Numbers
 from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.layout import Tables
 from kanefe.kernels.loads.coordinate_law import coordinate_force
 from kanefe.kernels.planar.layout import PlanarTables
+from kanefe.kernels.tables import Tables
 
 
 @kernel

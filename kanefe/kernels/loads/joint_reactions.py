@@ -20,7 +20,8 @@ from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.force_elements.coordinate_friction import put_load_rates
 from kanefe.kernels.layout import ACCELERATION, ALPHA, FORCE, MOMENT, H, J, M, R
 from kanefe.kernels.loads.loads_between import put_coordinates
-from kanefe.kernels.loads.loads_layout import FIRST_NUMBER, FIRST_STATE, STATE_COUNT, LoadsBetween, place_of_load
+from kanefe.kernels.loads.loads_layout import FIRST_NUMBER, FIRST_STATE, STATE_COUNT, place_of_load
+from kanefe.kernels.tables import LoadsBetween
 
 REACTION = 6
 

@@ -30,9 +30,9 @@ from kanefe.kernels.loads.loads_layout import (
     FIRST_STATE,
     INPUT,
     STATE_COUNT,
-    LoadsBetween,
     place_of_load,
 )
+from kanefe.kernels.tables import LoadsBetween
 
 COMPLEX_STEP = 1e-30
 

@@ -21,7 +21,6 @@ from kanefe.kernels.force_elements.places import (
     V,
     W,
 )
-from kanefe.kernels.layout import FlexibleTables
 from kanefe.kernels.loads.loads_layout import (
     A_POINT,
     AT,
@@ -37,7 +36,6 @@ from kanefe.kernels.loads.loads_layout import (
     SPEED,
     STATE_COUNT,
     TEAM,
-    LoadsBetween,
     place_of_load,
     span_of_load,
 )
@@ -55,6 +53,7 @@ from kanefe.kernels.loads.reach import (
     near_load,
     nearness_at,
 )
+from kanefe.kernels.tables import FlexibleTables, LoadsBetween
 
 
 @inlined

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
 from kanefe.kernels.force_elements.places import END_NUMBERS, WRENCH, WRENCHES
 from kanefe.kernels.loads.markers import MARKER_NUMBERS
-from kanefe.kernels.loads.reach import Reach, no_reach
+from kanefe.kernels.loads.reach import no_reach
+from kanefe.kernels.tables import LoadsBetween
 
 # Columns of the integers of a load
 (
@@ -39,47 +37,6 @@ POINT_NUMBERS = 21
 rotation by slopes (9)."""
 AT, SPEED = range(2)
 """Columns of the marker of a joint coordinate: its index in q (-1 - drive if it is driven), and that of its speed."""
-
-
-class LoadsBetween(NamedTuple):
-    """Loads between frames of a scene.
-
-    Attributes
-    ----------
-    loads : ndarray of int, shape (n, LOAD_INTEGERS)
-        First end and number of ends, first of its numbers, first input, first internal state and number of states,
-        team (-1: none), first point in it, number of points and the end that is the first of them.
-    addresses : ndarray of int, shape (n, 2)
-        Of its function for real and for complex numbers.
-    rows : ndarray of int, shape (ends,)
-        Row of each end (-1: N, COORDINATE, A_POINT).
-    markers : ndarray, shape (ends, MARKER_NUMBERS)
-    numbers : ndarray
-        Constants of all loads.
-    decay_rates, decay_energies : ndarray, shape (states,)
-        Of states of loads that cannot act: l of ``dz/dt = -l z``, and e of an energy ``e z^2``.
-    reach : Reach
-        Where loads can act.
-    workspace_size : ndarray of int, shape (3,)
-        How many numbers the workspace of loads has, that of `find_near` at its beginning, and that of points after it.
-    bearings : ndarray of int, shape (k, 3)
-        Of loads that follow the reaction of a joint: number of the load, row of the joint's body, and whether moments
-        count.
-    bearing_places : ndarray, shape (k, 6)
-        Origin of that body's frame, and the axis of the joint, in axes of the row.
-    """
-
-    loads: IntegerRows
-    addresses: IntegerRows
-    rows: Integers
-    markers: RealRows
-    numbers: Reals
-    decay_rates: Reals
-    decay_energies: Reals
-    reach: Reach
-    workspace_size: Integers
-    bearings: IntegerRows
-    bearing_places: RealRows
 
 
 def no_loads_between() -> LoadsBetween:

@@ -39,11 +39,10 @@ from kanefe.kernels.layout import (
     WORK_DETA,
     WORK_ETA,
     WORK_FORCE,
-    FlexibleTables,
     R,
-    Tables,
 )
 from kanefe.kernels.sweeps.elastic import project, span, transposed_product
+from kanefe.kernels.tables import FlexibleTables, Tables
 
 
 @kernel

@@ -36,7 +36,6 @@ from kanefe.kernels.layout import (
     WORK_DETA,
     WORK_ETA,
     WORK_FORCE,
-    FlexibleTables,
     R,
 )
 from kanefe.kernels.loads.loads_layout import (
@@ -48,13 +47,13 @@ from kanefe.kernels.loads.loads_layout import (
     POINT_END,
     POINT_NUMBERS,
     TEAM,
-    LoadsBetween,
     place_of_load,
 )
 from kanefe.kernels.loads.markers import MARKER_AXES, POINT
 from kanefe.kernels.loads.reach import BODY, IS_PLAIN, POINTS, POOL, TURNS
 from kanefe.kernels.sweeps.elastic import span, transposed_product
 from kanefe.kernels.sweeps.slopes import slope_motion
+from kanefe.kernels.tables import FlexibleTables, LoadsBetween
 
 
 @inlined

@@ -7,16 +7,16 @@ ball on a flexible body grows by a bound on how far its points are displaced, ``
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import Numbers, dot, minus, rotated, rotated_back, vector
 from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
-from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
 from kanefe.kernels.contact.broad_phase import BALL, overlap, sort_along_widest
-from kanefe.kernels.layout import COUNT, POSITION, WORK_ETA, FlexibleTables, R
+from kanefe.kernels.layout import COUNT, POSITION, WORK_ETA, R
 from kanefe.kernels.sweeps.elastic import span
+from kanefe.kernels.tables import FlexibleTables, Reach
 
 # Columns of the integers of a ball
 BALL_ROW, SWELL = range(2)
@@ -45,54 +45,6 @@ FIRST_SWEPT, SWEPT_BALLS, HAS_SWEPT_STATES = range(3)
 
 WIDER = 1e-12
 """Size that balls have more, relative to the coordinates of their places: far more than round-off of a touch."""
-
-
-class Reach(NamedTuple):
-    """Data that determine which loads between frames can act. All but swept loads are in teams of adjacent loads.
-
-    Attributes
-    ----------
-    teams : ndarray of int, shape (teams, TEAM_INTEGERS)
-        First load and number of loads; a ball about all their ends, where they have one and the same bounds, or -1;
-        their first internal state and how many there are, or -1 where these are not beside each other; the flexible
-        body of their points or -1, how many points these are, where their numbers begin, whether they turn, and whether
-        all ends are the points themselves.
-    loads : ndarray of int, shape (loads, 3)
-        Row of the first end, first of its balls among `members`, and number of balls; 0: it may always act.
-    balls : ndarray of int, shape (balls, BALL_INTEGERS)
-        Row (-1: N), and the swell that it grows by or -1. Those that are swept come first.
-    centres : ndarray, shape (balls, BALL)
-        Centre in the row and radius.
-    swells : ndarray of int, shape (swells, 2)
-        Flexible body, and the first of its weights.
-    weights : ndarray
-        Of the modes, of all swells.
-    members : ndarray of int
-        Balls of loads, one load after the other.
-    bounds : ndarray, shape (loads, BOUNDS_NUMBERS)
-        Origin and axes of a box in the row of the first end, its lower and upper corner, how far it is rounded, by how
-        much a ball counts as larger, and whether it is a room, that what is in it does not reach.
-    pairs : ndarray of int, shape (swept loads, 2)
-        ``a * balls + b`` of the two balls, a < b, in rising order, and the load.
-    points : ndarray
-        Of each team with points: undeformed places in G, (n, 3), and motion from the modes, (k, 3 n), or (k, 6 n) of
-        those that turn.
-    sizes : ndarray of int, shape (3,)
-        First of the loads that are found by a sweep over balls, how many balls it has, and whether one of these loads
-        has internal states.
-    """
-
-    teams: IntegerRows
-    loads: IntegerRows
-    balls: IntegerRows
-    centres: RealRows
-    swells: IntegerRows
-    weights: Reals
-    members: Integers
-    bounds: RealRows
-    pairs: IntegerRows
-    points: Reals
-    sizes: Integers
 
 
 def no_reach() -> Reach:

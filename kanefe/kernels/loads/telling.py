@@ -5,11 +5,12 @@ from __future__ import annotations
 from kanefe.kernels.compiler.arrays import Integers, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.force_elements.places import END_NUMBERS
-from kanefe.kernels.layout import COORDINATES, MODAL_SIZE, SPEEDS, STATES, WORK, FlexibleTables, Tables, work_size
+from kanefe.kernels.layout import COORDINATES, MODAL_SIZE, SPEEDS, STATES, WORK, work_size
 from kanefe.kernels.loads.loads_between import evaluate_load
-from kanefe.kernels.loads.loads_layout import END_COUNT, TEAM, WHOLE, LoadsBetween, place_of_load
+from kanefe.kernels.loads.loads_layout import END_COUNT, TEAM, WHOLE, place_of_load
 from kanefe.kernels.loads.points import gather_points
 from kanefe.kernels.sweeps.outward import sweep_outward
+from kanefe.kernels.tables import FlexibleTables, LoadsBetween, Tables
 
 
 @entry()

@@ -10,7 +10,7 @@ from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.contact.broad_phase import BALL
 from kanefe.kernels.force_elements.places import END_NUMBERS
-from kanefe.kernels.layout import COORDINATES, MODAL_SIZE, SPEEDS, STATES, WORK, FlexibleTables, Tables, work_size
+from kanefe.kernels.layout import COORDINATES, MODAL_SIZE, SPEEDS, STATES, WORK, work_size
 from kanefe.kernels.loads.loads_between import evaluate_load
 from kanefe.kernels.loads.loads_layout import (
     CHANGES,
@@ -19,13 +19,13 @@ from kanefe.kernels.loads.loads_layout import (
     FIRST_NUMBER,
     TEAM,
     WHOLE,
-    LoadsBetween,
     place_of_load,
     span_of_load,
 )
 from kanefe.kernels.loads.points import gather_points
 from kanefe.kernels.loads.reach import FIRST_SWEPT, SWEPT_BALLS, find_near, find_swept, nearness_at
 from kanefe.kernels.sweeps.outward import sweep_outward
+from kanefe.kernels.tables import FlexibleTables, LoadsBetween, Tables
 
 NEAR, ALL = -1, -2
 """Values for the loads that are looked at: those that come near, and all."""

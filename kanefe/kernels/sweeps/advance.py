@@ -6,7 +6,8 @@ import numpy as np
 
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.joints.by_kind import advance_joint
-from kanefe.kernels.layout import COUNT, DETA, ETA, FlexibleTables, Tables
+from kanefe.kernels.layout import COUNT, DETA, ETA
+from kanefe.kernels.tables import FlexibleTables, Tables
 from kanefe.kernels.tree import Links
 
 

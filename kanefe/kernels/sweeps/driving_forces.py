@@ -6,7 +6,7 @@ import numpy as np
 
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.joints.by_kind import partials
-from kanefe.kernels.layout import Tables
+from kanefe.kernels.tables import Tables
 from kanefe.kernels.tree import Frames, Links
 from kanefe.kernels.values.tensors import dot
 

@@ -32,7 +32,6 @@ from kanefe.kernels.layout import (
     WORK_DETA,
     WORK_ETA,
     WORK_FORCE,
-    FlexibleTables,
     R,
     Y,
     Z,
@@ -50,6 +49,7 @@ from kanefe.kernels.sweeps.exact_beam_layout import (
     beam_in,
     beam_work_in,
 )
+from kanefe.kernels.tables import FlexibleTables
 from kanefe.kernels.tree import Frames
 from kanefe.kernels.values.tensors import Symmetric
 from kanefe.kernels.values.tensors import congruent as of_axes

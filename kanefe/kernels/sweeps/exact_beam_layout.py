@@ -7,15 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.layout import (
-    COUNT,
-    EXACT,
-    EXACT_CELLS,
-    EXACT_POINTS,
-    EXACT_WORK,
-    SECTION,
-    FlexibleTables,
-)
+from kanefe.kernels.layout import COUNT, EXACT, EXACT_CELLS, EXACT_POINTS, EXACT_WORK, SECTION
+from kanefe.kernels.tables import FlexibleTables
 
 # Numbers of a section in its work: axes, place, velocity, angular velocity, remainder accelerations
 AXES_AT, PLACE_AT, V_AT, W_AT, Z_AT, Y_AT = 0, 9, 12, 15, 18, 21

@@ -32,7 +32,6 @@ from kanefe.kernels.layout import (
     ROTATION_VECTOR,
     WORK_DETA,
     WORK_ETA,
-    FlexibleTables,
 )
 from kanefe.kernels.sweeps.elastic import span, total
 from kanefe.kernels.sweeps.exact_beam_layout import (
@@ -52,6 +51,7 @@ from kanefe.kernels.sweeps.exact_beam_layout import (
 )
 from kanefe.kernels.sweeps.slopes import slope_motion
 from kanefe.kernels.sweeps.turning_steps import turn_of_step
+from kanefe.kernels.tables import FlexibleTables
 
 
 @kernel

@@ -12,11 +12,11 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.bodies import ModalBodies
 from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.layout import FlexibleTables, Tables
 from kanefe.kernels.loads.coordinate_law import coordinate_slopes
 from kanefe.kernels.planar.layout import PlanarTables
 from kanefe.kernels.sweeps.elastic import transposed_product
 from kanefe.kernels.sweeps.exact_beam_inertia import stiffen_beam
+from kanefe.kernels.tables import FlexibleTables, Tables
 
 
 @kernel

@@ -9,10 +9,10 @@ import numpy as np
 from kanefe.kernels.bodies import ModalBodies, ModalBody
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.joints.motion import three
-from kanefe.kernels.layout import FlexibleTables, Tables
 from kanefe.kernels.sweeps.body_inertia import clear, first_moment, put_rigid
 from kanefe.kernels.sweeps.elastic import set_flexible, set_stiff
 from kanefe.kernels.sweeps.exact_beam_inertia import set_exact
+from kanefe.kernels.tables import FlexibleTables, Tables
 from kanefe.kernels.tree import Frame, Frames, Kind, Links
 from kanefe.kernels.values.tensors import Vector, cross, dot
 

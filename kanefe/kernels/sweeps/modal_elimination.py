@@ -21,9 +21,10 @@ from kanefe.kernels.bodies import BorderedBodies, BorderedBody, ModalBody
 from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
 from kanefe.kernels.joints.handing import hand_force_inward, hand_inward
 from kanefe.kernels.joints.motion import put_three, three
-from kanefe.kernels.layout import EXACT, WORK_SCALE, FlexibleTables
+from kanefe.kernels.layout import EXACT, WORK_SCALE
 from kanefe.kernels.sweeps.elastic import combination, span, total, transposed_product
 from kanefe.kernels.sweeps.unit_mass import from_unit_mass, to_unit_mass
+from kanefe.kernels.tables import FlexibleTables
 from kanefe.kernels.tree import Frame, Frames, InterfaceFrame, InterfaceLink, Link, Links
 from kanefe.kernels.values.records import Values
 from kanefe.kernels.values.tensors import (

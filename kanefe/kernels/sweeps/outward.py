@@ -14,19 +14,11 @@ from kanefe.kernels.compiler.arrays import RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.joints.by_kind import move
 from kanefe.kernels.joints.motion import put_motion, put_three, three
-from kanefe.kernels.layout import (
-    COORDINATES,
-    MODAL_SIZE,
-    SLOPES,
-    SPEEDS,
-    WORK,
-    FlexibleTables,
-    Tables,
-    work_size,
-)
+from kanefe.kernels.layout import COORDINATES, MODAL_SIZE, SLOPES, SPEEDS, WORK, work_size
 from kanefe.kernels.sweeps.elastic import combined, modal_state, transposed_product
 from kanefe.kernels.sweeps.exact_beams import is_as_before, move_sections, section_motion
 from kanefe.kernels.sweeps.slopes import slope_motion
+from kanefe.kernels.tables import FlexibleTables, Tables
 from kanefe.kernels.tree import Frame, Frames, InterfaceFrame, InterfaceLink, Kind, Links
 from kanefe.kernels.values.tensors import IDENTITY, ZERO, Vector
 

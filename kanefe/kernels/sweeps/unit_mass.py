@@ -9,9 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.layout import COUNT, EXACT, WORK_FORCE, FlexibleTables
+from kanefe.kernels.layout import COUNT, EXACT, WORK_FORCE
 from kanefe.kernels.sweeps.elastic import coupling_span, span, total
 from kanefe.kernels.sweeps.exact_beam_layout import beam_work_in
+from kanefe.kernels.tables import FlexibleTables
 
 
 @kernel

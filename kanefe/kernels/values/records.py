@@ -12,8 +12,9 @@
     hinges[0].inertia += dot(hinges[0].axis, hinges[1].axis)
 
 A field is an int, bool, IntEnum, float, value (`kanefe.kernels.values.tensors`) or another record, or ``Annotated`` by
-a part: some `Columns` of the row, or what lies elsewhere, in a long array that is called a pool, an `Array` or `Many`
-values. Where these begin says an integer, a `Start`; the parts that follow it lie there one behind the other:
+a part: some `Columns` of the row, or what lies elsewhere, in a long array that is called a pool, an `Array`, `Many`
+values or a `Table` of records. Where these begin says an integer, a `Start`; the parts that follow it lie there one
+behind the other:
 
     k: int
     start: Annotated[int, Start("pool")]
@@ -157,6 +158,28 @@ class Many(Array):
     def view(self, numbers: np.ndarray, whole: Whole) -> Values:
         """Return it, of its numbers."""
         return Values(numbers, self.kind)
+
+
+class Table(Array):
+    """Records of a kind, each a row of numbers.
+
+    Parameters
+    ----------
+    rows : type
+        A class of `Rows`, of records of numbers alone.
+    count : int or str
+        How many.
+    width : int
+        Numbers of a row.
+    """
+
+    def __init__(self, rows: type[Rows[Any]], count: int | str, width: int) -> None:
+        super().__init__(count, width)
+        self.rows = rows
+
+    def view(self, numbers: np.ndarray, whole: Whole) -> Rows[Any]:
+        """Return it, of its numbers."""
+        return self.rows(super().view(numbers, whole))
 
 
 class One(Array):
@@ -319,6 +342,9 @@ def behind(numbers: Any, at: int = 0) -> Any:
 class Record:
     """A row of arrays. Subclasses declare fields, whose places follow; those of a record's subclass come after its own.
 
+    With ``class Link(Record, is_frozen=True)`` nobody writes its whole numbers while a kernel runs: compiled code need
+    not read them again after it has written something else.
+
     Parameters
     ----------
     *of : Record, or ndarrays, or list and int
@@ -333,8 +359,10 @@ class Record:
     number_count: ClassVar[int] = 0
     memories: ClassVar[tuple[str, ...]] = ()
     _open: ClassVar[tuple[str, str, Counter[tuple[str, ...]]]] = "", "", Counter()
+    is_frozen: ClassVar[bool] = False
 
-    def __init_subclass__(cls) -> None:
+    def __init_subclass__(cls, is_frozen: bool | None = None) -> None:
+        cls.is_frozen = cls.is_frozen if is_frozen is None else is_frozen
         cls.fields = dict(cls.fields)
         start, pool, before = cls._open  # what it adds to the parts of another record lies behind these
         for name, hint in inspect.get_annotations(cls, eval_str=True).items():
@@ -478,6 +506,11 @@ class Rows(Generic[R]):
 
     def __len__(self) -> int:
         return len(self._arrays[self._in_rows[0]])
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """The array of numbers."""
+        return self._arrays[NUMBERS]
 
     def __getitem__(self, i: int) -> R:
         if self._list is not None:

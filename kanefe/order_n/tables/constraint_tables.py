@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW, ROW_NUMBERS
-from kanefe.kernels.constraints.loop_tables import CONSTRAINT_INTEGERS, Loops, no_loops
+from kanefe.kernels.constraints.loop_tables import CONSTRAINT_INTEGERS, no_loops
 from kanefe.kernels.constraints.tolerances import LARGEST_STEP
 from kanefe.kernels.contact.rigid_points import HAS_MARK, OF_PROBE, ON_SURFACE, STATUS
-from kanefe.kernels.layout import FlexibleTables, Tables
 from kanefe.kernels.loads.markers import MARKER_NUMBERS
+from kanefe.kernels.tables import FlexibleTables, Loops, Tables
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.rigid_point_tables import rigid_points
 from kanefe.order_n.tables.row_path_tables import row_paths

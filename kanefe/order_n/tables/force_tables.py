@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kanefe.kernels.constraints.loop_tables import Loops
 from kanefe.kernels.contact.output_places import CONTACT_OUTPUTS, POINT_OUTPUTS
 from kanefe.kernels.contact.rigid_points import CONTACT
 from kanefe.kernels.evaluation.force_tables import (
@@ -25,7 +24,8 @@ from kanefe.kernels.evaluation.force_tables import (
     WRENCH,
     ForceTables,
 )
-from kanefe.kernels.loads.loads_layout import FIRST_END, LoadsBetween
+from kanefe.kernels.loads.loads_layout import FIRST_END
+from kanefe.kernels.tables import LoadsBetween, Loops
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.tree.body_terms import FlexibleTerms
 from kanefe.tree.model_data import QUADRATURES, ModelData

@@ -14,12 +14,12 @@ from kanefe.kernels.loads.loads_layout import (
     A_POINT,
     LOAD_INTEGERS,
     POINT_NUMBERS,
-    LoadsBetween,
     load_workspace_size,
     no_loads_between,
 )
 from kanefe.kernels.loads.markers import MARKER_NUMBERS
 from kanefe.kernels.loads.reach import POINTS, reach_size
+from kanefe.kernels.tables import LoadsBetween
 from kanefe.loads.action import LoadKernel
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.reach_tables import in_teams, reach_tables, sweeps

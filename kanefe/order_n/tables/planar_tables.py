@@ -6,7 +6,6 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector, cross, turn_to
 from kanefe.joints import Joint, Link
-from kanefe.kernels.layout import Tables
 from kanefe.kernels.planar.layout import (
     AXIS,
     COORDINATE,
@@ -28,6 +27,7 @@ from kanefe.kernels.planar.layout import (
     TURN,
     PlanarTables,
 )
+from kanefe.kernels.tables import Tables
 from kanefe.order_n.tables.frame_offsets import FrameOffset
 from kanefe.tree.body_terms import BodyTerms
 from kanefe.tree.model_data import ModelData

@@ -11,7 +11,8 @@ import numpy as np
 
 from kanefe.frames import Vector
 from kanefe.kernels.contact.broad_phase import BALL
-from kanefe.kernels.loads.reach import BALL_INTEGERS, BOUNDS_NUMBERS, TEAM_INTEGERS, Reach
+from kanefe.kernels.loads.reach import BALL_INTEGERS, BOUNDS_NUMBERS, TEAM_INTEGERS
+from kanefe.kernels.tables import Reach
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.load_points import point_numbers
 

@@ -5,15 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels.contact.falling import SteadyNumbers
-from kanefe.kernels.contact.rigid_points import (
-    POINT_CONSTANTS,
-    POINT_INTEGERS,
-    PointConstants,
-    RigidPoints,
-    no_rigid_points,
-)
+from kanefe.kernels.contact.rigid_points import POINT_CONSTANTS, POINT_INTEGERS, PointConstants, no_rigid_points
 from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.loads.markers import MARKER_NUMBERS
+from kanefe.kernels.tables import RigidPoints
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 
 

@@ -10,14 +10,7 @@ import numpy as np
 from kanefe.kernels.constraints.constraint_rows import COUPLER_ROW
 from kanefe.kernels.constraints.loop_factors import WRENCH, modes_size
 from kanefe.kernels.constraints.loop_tables import FIRST_TERM, KIND_OF, ROW_A, ROW_B, TERM_COUNT
-from kanefe.kernels.constraints.row_paths import (
-    MEETING_INTEGERS,
-    OF_AXIS,
-    OF_BALL,
-    OF_FREE,
-    VISIT_INTEGERS,
-    RowPaths,
-)
+from kanefe.kernels.constraints.row_paths import MEETING_INTEGERS, OF_AXIS, OF_BALL, OF_FREE, VISIT_INTEGERS
 from kanefe.kernels.layout import (
     CARRIED,
     CARRIED_COUNT,
@@ -32,9 +25,8 @@ from kanefe.kernels.layout import (
     PARENT,
     SPEED,
     SPHERICAL,
-    FlexibleTables,
-    Tables,
 )
+from kanefe.kernels.tables import FlexibleTables, RowPaths, Tables
 
 NONE = -1
 

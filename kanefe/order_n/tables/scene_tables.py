@@ -62,11 +62,10 @@ from kanefe.kernels.layout import (
     SPEED,
     TAIT_BRYAN,
     TRANSFORM,
-    FlexibleTables,
-    Tables,
 )
 from kanefe.kernels.links.places import SIGNATURE
 from kanefe.kernels.sweeps.exact_beam_layout import beam_work_size, motion_of_section
+from kanefe.kernels.tables import FlexibleTables, Tables
 from kanefe.kernels.values.records import room
 from kanefe.order_n.tables.exact_beam_tables import beam_numbers, constants_of_beam
 from kanefe.order_n.tables.frame_offsets import FrameOffset, FrameOffsets

@@ -19,6 +19,7 @@ from kanefe.kernels.values.records import (
     Record,
     Rows,
     Start,
+    Table,
     allocate,
     column,
     filled,
@@ -319,3 +320,61 @@ def test_compiled_records_in_lists_are_those_of_python(kind: type) -> None:
 def test_mistakes_in_compiled_code_are_told(mistake: Any, told: str) -> None:
     with pytest.raises(Exception, match=told):  # of numba's own classes
         dispatcher(mistake)(*arrays())
+
+
+class Ends(Rows[Joint]):
+    pass
+
+
+class Point(Record):
+    place: Vector
+    weight: float
+
+
+class Points(Rows[Point]):
+    pass
+
+
+class Room(Record, is_frozen=True):
+    count: int
+    begins: Annotated[int, Start("memory")]
+    first: Annotated[np.ndarray, Array("count")]
+    points: Annotated[Points, Table(Points, "count", 6)]
+    last: Annotated[np.ndarray, Array(2)]
+
+
+@entry(REAL, COMPLEX)
+def sum_of_points(integers: Integers, memory: Values, found: Values) -> int:
+    own = Room(integers, memory)
+    for i in range(len(own.points)):
+        point = own.points[i]
+        point.place += point.weight * point.place
+        own.first[i] = point.place.z
+        own.points.numbers[i, 5] = 1.0 + i
+    own.last[0] = own.points.numbers.sum()
+    found[0] = own.last[0]
+    return len(own.points)
+
+
+@pytest.mark.parametrize("kind", [float, complex])
+def test_a_table_of_records_lies_in_a_memory(kind: type) -> None:
+    integers, room_for = allocate(Room, count=3)
+    assert len(room_for) == 3 + 3 * 6 + 2
+    memory = np.arange(len(room_for)).astype(kind)
+    rows = memory[3:21].reshape(3, 6).copy()
+    rows[:, :3] *= 1.0 + rows[:, 3:4]
+    rows[:, 5] = 1.0, 2.0, 3.0
+    found = np.zeros(1, dtype=kind)
+    assert sum_of_points.bound(integers, memory, found, is_complex=kind is complex)() == 3
+    assert np.array_equal(memory[3:21].reshape(3, 6), rows)
+    assert np.array_equal(memory[:3], rows[:, 2])
+    assert memory[21] == found[0] == rows.sum()
+
+
+@compiled_only
+def test_compiled_code_does_not_write_what_is_frozen() -> None:
+    def write(integers: Any, memory: Any) -> None:
+        Room(integers, memory).count = 2
+
+    with pytest.raises(Exception, match="whole numbers of a Room, 'count' as others, are not written"):
+        dispatcher(write)(np.zeros(2, dtype=np.int64), np.zeros(9))
