@@ -11,11 +11,11 @@ from kanefe.frames import Matrix, Vector, axial, axis_rotation, cross, numbers, 
 from kanefe.joints.base import Joint
 from kanefe.joints.coordinate_force import CoordinateForce
 from kanefe.joints.held import Held
-from kanefe.joints.link import Link, LinkKernel
+from kanefe.joints.link import Link, LinkKernel, LinkMotion, motion_in
 from kanefe.joints.motion import Motion
 from kanefe.kernels.compiler.addresses import addresses, call_in_python
 from kanefe.kernels.compiler.foreign import check_functions
-from kanefe.kernels.links.places import DV, DW, MOTION_NUMBERS, SIGNATURE, A, P, V, W
+from kanefe.kernels.links.places import SIGNATURE, WrittenMotion
 
 Motions = tuple[Vector, Matrix, Vector, Vector]
 """Position, rotation, velocity and angular velocity of M seen from F, in components of F."""
@@ -216,11 +216,11 @@ def _motion_of(link: Link, q: Vector, u: Vector, where: str) -> Motions:
     p, axes, v, w = np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3)
     if link.is_given:
         out, back, ahead = (_outputs(link, q[0] + step, where) for step in (0.0, -STEP, STEP))
-        for what, of, by in (("dV/dq", V, DV), ("dW/dq", W, DW)):
-            change = ahead[of : of + 3] - back[of : of + 3]
-            label = f"{what} of a link of {where}"
-            _check_rate(label, out[by : by + 3], change, out[of : of + 3], f"{what[1]} changes")
-        p, axes, v, w = out[P : P + 3], out[A : A + 9].reshape(3, 3), u * out[V : V + 3], u * out[W : W + 3]
+        for what in "VW":
+            first, here, last = (getattr(motion, what) for motion in (back, out, ahead))
+            label = f"d{what}/dq of a link of {where}"
+            _check_rate(label, getattr(out, f"d{what}"), last - first, here, f"{what} changes")
+        p, axes, v, w = out.p, out.A, u * out.V, u * out.W
     elif link.speed_count == 1:
         p, v, w = link.along * q * link.axis, link.along * u * link.axis, link.about * u * link.axis
         axes = axis_rotation(link.axis, link.about * q[0])
@@ -232,10 +232,10 @@ def _motion_of(link: Link, q: Vector, u: Vector, where: str) -> Motions:
     return p, axes, v, w
 
 
-def _outputs(link: Link, q: float, where: str) -> Vector:
+def _outputs(link: Link, q: float, where: str) -> LinkMotion:
     """Return the output of the function of a given link."""
     kernel = cast(LinkKernel, link.kernel)
-    out = np.zeros(MOTION_NUMBERS)
+    out = np.zeros(WrittenMotion.number_count)
     real, _ = addresses(kernel.real, None, SIGNATURE)
     call_in_python(real, (np.array(kernel.numbers, dtype=float), np.array((q,)), out))
-    return shaped_numbers(out, out.shape, f"what the function of a link of {where} writes")
+    return motion_in(shaped_numbers(out, out.shape, f"what the function of a link of {where} writes"))

@@ -12,6 +12,7 @@ from kanefe.arguments import plain_numbers
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 from kanefe.kernels.force_elements.coordinate_friction import PADS, THREAD, load_of
+from kanefe.kernels.values import tensors
 
 
 @dataclass(frozen=True)
@@ -148,9 +149,8 @@ class RubbingSurfaces:
 
     def load(self, wrench: Vector, drag: float) -> float:
         """Return n (N) from a reaction (6,), in axes of the body's frame about its origin, and the drag of a thread."""
-        law = self.kind, self.per_length, self.thrust, self.twist
-        axis, force, moment = (tuple(part) for part in (self.axis, wrench[:3], wrench[3:]))
-        return float(load_of(law, axis, force, moment, drag))
+        axis, force, moment = (tensors.Vector(*part) for part in (self.axis, wrench[:3], wrench[3:]))
+        return float(load_of(self, axis, force, moment, drag))
 
 
 class Wanted(NamedTuple):

@@ -10,7 +10,7 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector, turn_to
 from kanefe.kernels.layout import AXIS, FIXED, FREE, GIVEN, REVOLUTE, SPHERICAL
-from kanefe.kernels.links.places import MOTION_NUMBERS
+from kanefe.kernels.links.places import WrittenMotion
 
 Z = (0.0, 0.0, 1.0)
 SPEEDS = {FIXED: 0, SPHERICAL: 3, FREE: 6}
@@ -62,8 +62,13 @@ class LinkMotion(NamedTuple):
 
 def motion_by(function: Callable[..., None], constants: Vector, q: float) -> LinkMotion:
     """Return the motion by a kernel of the package, called as a plain Python function."""
-    out = np.zeros(MOTION_NUMBERS)
+    out = np.zeros(WrittenMotion.number_count)
     function(constants, (q,), out)
+    return motion_in(out)
+
+
+def motion_in(out: Vector) -> LinkMotion:
+    """Return the motion that a kernel has written."""
     p, A, V, W, dV, dW = np.split(out, (3, 12, 15, 18, 21))
     return LinkMotion(p, A.reshape(3, 3), V, W, dV, dW)
 

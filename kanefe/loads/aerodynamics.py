@@ -14,7 +14,7 @@ from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers, shaped_numbers
 from kanefe.kernels.force_elements.aerodynamics import AerodynamicsNumbers, aerodynamics, areas_at, blown
-from kanefe.kernels.force_elements.blocks import flat
+from kanefe.kernels.values.records import filled
 from kanefe.loads.action import End, LoadKernel
 from kanefe.loads.base import Load
 from kanefe.loads.by_kernel import numbers_of
@@ -143,7 +143,8 @@ class Aerodynamics(Load):
 
     def coefficients(self, angle: float) -> Vector:
         """Return C at an angle (rad), shape (6,), m2 and m3."""
-        return np.array(areas_at(self.kernel.numbers, angle, angle))
+        force, moment = areas_at(AerodynamicsNumbers(self.kernel.numbers), angle, angle)
+        return np.array((*force, *moment))
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> None:
         """Return None: its stiffness and damping are small."""
@@ -151,7 +152,7 @@ class Aerodynamics(Load):
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return speed and angle of the wind relative to the frame, and force and moment along its axes."""
         (end,) = ends
-        r = blown(t, self.kernel.numbers, numbers_of(ends))
+        r = np.array((*blown(t, AerodynamicsNumbers(self.kernel.numbers), numbers_of(ends)),))
         own = self.action(t, ends, states).wrenches.reshape(2, 3) @ end.A
         return np.array((float(np.linalg.norm(r)), math.atan2(-r[1], -r[0]), *own.ravel()))
 
@@ -159,16 +160,22 @@ class Aerodynamics(Load):
     def kernel(self) -> LoadKernel:
         """Its compiled function and numbers."""
         rest = np.concatenate((self.wind.numbers, self.pieces.ravel()))
-        given = AerodynamicsNumbers(self.density, self.flat_area, len(self.pieces), rest)
-        return LoadKernel(aerodynamics, flat(given), aerodynamics)
+        given = filled(
+            AerodynamicsNumbers,
+            density=self.density,
+            flat_area=self.flat_area,
+            piece_count=len(self.pieces),
+            wind=rest,
+        )
+        return LoadKernel(aerodynamics, given, aerodynamics)
 
 
 def _pieces(angles: np.ndarray, areas: np.ndarray) -> np.ndarray:
-    """Return the start of each piece of a table, and four coefficients of rising powers for each component, (n, 25)."""
+    """Return the start of each piece of a table, and the six components of rising powers, (n, 25)."""
     from scipy.interpolate import PchipInterpolator
 
     n, turn = len(angles), 2.0 * math.pi
     around = np.concatenate((angles - turn, angles, angles + turn))
     curve = PchipInterpolator(around, np.vstack((areas,) * 3))
     powers = curve.c[::-1, n : 2 * n]  # (4, n, 6), of the turn in the middle
-    return np.column_stack((angles, powers.transpose(1, 2, 0).reshape(n, 24)))
+    return np.column_stack((angles, powers.transpose(1, 0, 2).reshape(n, 24)))

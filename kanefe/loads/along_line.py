@@ -11,7 +11,7 @@ import numpy as np
 
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
-from kanefe.kernels.force_elements.places import WRENCH, WRENCHES
+from kanefe.kernels.force_elements.places import WRENCH, WRENCHES, Done
 from kanefe.kernels.force_elements.rope import put_gradient
 from kanefe.loads.action import Action, End, Tangent
 from kanefe.loads.base import Load
@@ -47,7 +47,7 @@ class AlongLine(Load):
         count = len(ends)
         out: list[Any] = [0.0] * (WRENCHES + WRENCH * count)
         with np.errstate(all="ignore"):
-            length, rate = put_gradient(count, numbers_of(ends), out)
+            length, rate = put_gradient(count, numbers_of(ends), Done(out))
         if not math.isfinite(rate):
             gaps = [ends[i + 1].p - ends[i].p for i in range(count - 1)]
             i = next((i for i, gap in enumerate(gaps) if not np.any(gap)), None)

@@ -21,7 +21,8 @@ from kanefe.kernels.force_elements.bearing import (
     speed_of,
     watch_bearing,
 )
-from kanefe.kernels.force_elements.blocks import flat
+from kanefe.kernels.force_elements.bushing import in_blocks
+from kanefe.kernels.values.records import filled
 from kanefe.loads.action import End, LoadKernel, Tangent
 from kanefe.loads.base import Load, LoadEvent
 from kanefe.loads.bushing import check_damps, principal_tangent, relative_rows
@@ -170,7 +171,7 @@ class Bearing(Load):
 
     def _speed(self, ends: Sequence[End]) -> float:
         """Return the speed of rotation relative to the bearing, about its axis, on which coefficients depend, rad/s."""
-        return float(speed_of(self.kernel.numbers, numbers_of(ends)))
+        return float(speed_of(BearingNumbers(self.kernel.numbers), numbers_of(ends)))
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent:
         """Return stiffness and damping along their principal directions, without the skew parts."""
@@ -200,23 +201,25 @@ class Bearing(Load):
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return displacement and tilt, force and moment on the shaft, in the axes of the bearing, and the speed."""
-        d, axis = held_in(self.kernel.numbers, numbers_of(ends))
-        tilt = np.cross(np.eye(3)[AXES.index(self.axis)], axis)
+        d, axis = held_in(BearingNumbers(self.kernel.numbers), numbers_of(ends))
+        tilt = np.cross(np.eye(3)[AXES.index(self.axis)], [*axis])
         on_shaft = self.action(t, ends, states).wrenches[1]
         return np.array((*d, *tilt, *(on_shaft[:3] @ ends[0].A), *(on_shaft[3:] @ ends[0].A), self._speed(ends)))
 
     @cached_property
     def kernel(self) -> LoadKernel:
         """Its compiled function and numbers: one row of coefficients, or a row for each speed."""
-        head = AXES.index(self.axis), len(self.ends)
         if self.speeds is None:
             none = np.zeros((6, 6))
-            row = flat(BearingRow(0.0, self.stiffness, self.damping, none, none))
-            return LoadKernel(bearing, flat(BearingNumbers(*head, 0, row)), bearing)
-        values, slopes = self._curves(self.speeds), self._curves.derivative()(self.speeds)
-        rows = [
-            flat(BearingRow(*row))
-            for row in zip(self.speeds, *np.swapaxes(values, 0, 1), *np.swapaxes(slopes, 0, 1), strict=True)
-        ]
-        given = flat(BearingNumbers(*head, len(rows), np.concatenate(rows)))
-        return LoadKernel(bearing, given, bearing, watch_bearing)
+            rows = [_row(0.0, (self.stiffness, self.damping), (none, none))]
+        else:
+            rows = list(map(_row, self.speeds, self._curves(self.speeds), self._curves.derivative()(self.speeds)))
+        axis, count = np.eye(3)[AXES.index(self.axis)], len(self.speeds) if self.events else 0
+        given = filled(BearingNumbers, axis=axis, ends=len(self.ends), speeds=count, rows=rows)
+        return LoadKernel(bearing, given, bearing, watch_bearing if self.events else None)
+
+
+def _row(speed: float, at: Sequence[Matrix], slopes: Sequence[Matrix]) -> Vector:
+    """Return the numbers of stiffness and damping at a speed, with their slopes."""
+    (K, C), (K_slope, C_slope) = map(in_blocks, at), map(in_blocks, slopes)
+    return filled(BearingRow, speed=speed, stiffness=(K, K_slope), damping=(C, C_slope))

@@ -12,8 +12,8 @@ import numpy as np
 from kanefe.bodies.marker import Marker
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, cross, skew
-from kanefe.kernels.force_elements.blocks import flat
-from kanefe.kernels.force_elements.bushing import BushingNumbers, bushing, seen_from_a
+from kanefe.kernels.force_elements.bushing import BushingNumbers, bushing, in_blocks, seen_from_a
+from kanefe.kernels.values.records import filled
 from kanefe.loads.action import End, LoadKernel, Tangent
 from kanefe.loads.base import Load
 from kanefe.loads.by_kernel import numbers_of
@@ -90,7 +90,8 @@ class Bushing(Load):
     @cached_property
     def kernel(self) -> LoadKernel:
         """Its compiled function and numbers."""
-        return LoadKernel(bushing, flat(BushingNumbers(self.stiffness, self.damping, self.input_count)), bushing)
+        K, C = in_blocks(self.stiffness), in_blocks(self.damping)
+        return LoadKernel(bushing, filled(BushingNumbers, stiffness=K, damping=C, inputs=self.input_count), bushing)
 
     @property
     def input_count(self) -> int:

@@ -13,10 +13,10 @@ from kanefe.bodies.marker import CoordinateMarker
 from kanefe.frames import Matrix, Vector
 from kanefe.joints.joint_friction import RubbingSurfaces
 from kanefe.kernels.contact.falling import still_to_fall
-from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.force_elements.coordinate_friction import (
     MOST_DIRECTIONS,
     FrictionNumbers,
+    Rubbing,
     coordinate_friction,
     coordinate_friction_change,
     coordinate_friction_watch,
@@ -27,6 +27,8 @@ from kanefe.kernels.force_elements.coordinate_friction import (
     stretch,
 )
 from kanefe.kernels.force_elements.falling_friction import falling_friction, falling_friction_watch
+from kanefe.kernels.values import tensors
+from kanefe.kernels.values.records import filled
 from kanefe.loads.action import End, LoadKernel, Tangent
 from kanefe.loads.anchors import Anchor
 from kanefe.loads.base import HeldCoordinates, Load, LoadEvent
@@ -155,7 +157,7 @@ class CoordinateFriction(Load):
         if self.stribeck_speed > 0.0:
             share = still_to_fall(float(np.linalg.norm(slip)), self.stribeck_speed, 2.0)[1]
             coefficient += share * (self.static - self.sliding)
-        load = float(load_on(self.kernel.numbers, states))
+        load = float(load_on(self._numbers, states))
         one = np.ones(self.count)
         return [Anchor(self._rows, slip, one, self.static * load, coefficient * load, self.stiffness, self.damping)]
 
@@ -233,8 +235,8 @@ class CoordinateFriction(Load):
         """Return the rates of the load of friction and of its own rate, from the joint's reaction (6,)."""
         rates = np.zeros(len(states))
         if self.bearing is not None:
-            axis, force, moment = (tuple(part) for part in (self.bearing.axis, wrench[:3], wrench[3:]))
-            put_load_rates(self.kernel.numbers, axis, force, moment, numbers_of(ends), states, rates)
+            axis, *reaction = (tensors.Vector(*part) for part in (self.bearing.axis, wrench[:3], wrench[3:]))
+            put_load_rates(self._numbers, axis, (reaction[0], reaction[1]), numbers_of(ends), states, rates)
         return rates[self.load_state :]
 
     def load(self, wrench: Vector, ends: Sequence[End], states: Vector) -> float:
@@ -261,28 +263,24 @@ class CoordinateFriction(Load):
         """Its compiled function and numbers."""
         bearing = self.surfaces
         unused = (0.0,) * (MOST_DIRECTIONS - self.count)
-        given = FrictionNumbers(
-            self.count,
-            self.has_memory,
-            self.sliding,
-            self.static,
-            self.stiffness,
-            self.damping,
-            self.base,
-            self.bearing is not None,
-            self.load_time,
-            bearing.kind,
-            bearing.per_length,
-            bearing.thrust,
-            bearing.twist,
-            np.array((*self.arms, *unused)),
-            self.rest is not None,
-            np.array((*(self.rest or self.count * (0.0,)), *unused)),
-            self.stribeck_speed,
+        same = "has_memory sliding static stiffness damping base load_time stribeck_speed"
+        given = filled(
+            FrictionNumbers,
+            directions=self.count,
+            follows=self.bearing is not None,
+            rubbing=filled(Rubbing, **{name: getattr(bearing, name) for name in Rubbing.fields}),
+            arms=(*self.arms, *unused),
+            is_at_rest=self.rest is not None,
+            rest=(*(self.rest or self.count * (0.0,)), *unused),
+            **{name: getattr(self, name) for name in same.split()},
         )
         change = coordinate_friction_change if self.has_memory else None
         real = falling_friction if self.stribeck_speed > 0.0 else coordinate_friction
-        return LoadKernel(real, flat(given), real, self._watch, change)
+        return LoadKernel(real, given, real, self._watch, change)
+
+    @property
+    def _numbers(self) -> FrictionNumbers:
+        return FrictionNumbers(self.kernel.numbers)
 
     @property
     def _watch(self) -> Callable[..., None]:
@@ -304,7 +302,7 @@ class CoordinateFriction(Load):
 
     def _anchor(self, ends: Sequence[End], states: Vector) -> tuple[Vector, Vector]:
         """Return the stretch of its spring, and the slip speed of the surface."""
-        given, at, directions = self.kernel.numbers, numbers_of(ends), range(self.count)
+        given, at, directions = self._numbers, numbers_of(ends), range(self.count)
         stretches = np.array([stretch(given, at, states, i) for i in directions])
         return stretches, np.array([slipping(given, at, i) for i in directions])
 
@@ -313,5 +311,5 @@ class CoordinateFriction(Load):
 
     def _sticks(self, ends: Sequence[End], states: Vector) -> bool:
         """Return whether the force of spring and damper is within the friction limit."""
-        look = EventByKernel(self, self._watch, 0 if is_held(self.kernel.numbers, states) else 1)
+        look = EventByKernel(self, self._watch, 0 if is_held(self._numbers, states) else 1)
         return look(0.0, ends, states) <= 0.0

@@ -11,7 +11,6 @@ import numpy as np
 
 from kanefe.bodies.marker import CoordinateMarker
 from kanefe.frames import Vector
-from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.force_elements.coordinate_stop import (
     StopNumbers,
     beyond,
@@ -20,7 +19,7 @@ from kanefe.kernels.force_elements.coordinate_stop import (
     coordinate_stop_watch,
     push_of,
 )
-from kanefe.kernels.force_elements.places import V
+from kanefe.kernels.values.records import filled
 from kanefe.loads.action import End, LoadKernel, Tangent
 from kanefe.loads.base import Load, LoadEvent
 from kanefe.loads.by_kernel import ActionByKernel, EventByKernel, numbers_of, slopes
@@ -102,15 +101,14 @@ class CoordinateStop(Load):
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return the force on the body, and the penetration of a limit, negative between the limits."""
         force = self.action(t, ends, states).wrenches[0, FORCE]
-        return np.array((force, beyond(self.kernel.numbers, numbers_of(ends))[0]))
+        return np.array((force, beyond(StopNumbers(self.kernel.numbers), numbers_of(ends))[0]))
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent | None:
         """Return stiffness and damping beyond a limit."""
-        at = numbers_of(ends)
-        d, way = beyond(self.kernel.numbers, at)
+        d, way = beyond(StopNumbers(self.kernel.numbers), numbers_of(ends))
         if d <= 0.0:
             return None
-        k, c = slopes(lambda x, v: push_of(self.stiffness * x, v, states[0]), d, way * at[V])
+        k, c = slopes(lambda x, v: push_of(self.stiffness * x, v, states[0]), d, way * ends[0].v[0])
         row = np.zeros((1, 6))
         row[0, FORCE] = 1.0
         return Tangent(row, np.array((k,)), np.array((c,))) if k > 0.0 else None
@@ -119,9 +117,10 @@ class CoordinateStop(Load):
     def kernel(self) -> LoadKernel:
         """Its compiled functions and numbers."""
         limits = max(self.lower, -FAR), min(self.upper, FAR)
-        given = StopNumbers(*limits, self.stiffness, self.impact, self.least_speed)
+        law = {"stiffness": self.stiffness, "impact": self.impact, "least_speed": self.least_speed}
+        given = filled(StopNumbers, lower=limits[0], upper=limits[1], **law)
         watch = coordinate_stop_watch, coordinate_stop_change
-        return LoadKernel(coordinate_stop, flat(given), coordinate_stop, *watch)
+        return LoadKernel(coordinate_stop, given, coordinate_stop, *watch)
 
     @property
     def events(self) -> tuple[LoadEvent, ...]:

@@ -13,9 +13,10 @@ from kanefe.arguments import checked
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector, shaped_numbers
 from kanefe.joints.quintic import quintic_spline
-from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.force_elements.guide import GuideNumbers, foot_of, guide, guide_tell, guide_watch, place_in, weight
+from kanefe.kernels.force_elements.nearest_on_line import Line
 from kanefe.kernels.links.polynomials import POWERS
+from kanefe.kernels.values.records import filled
 from kanefe.loads.action import NO_STATES, End, LoadKernel, Tangent
 from kanefe.loads.base import Load, LoadEvent
 from kanefe.loads.by_kernel import EventByKernel, numbers_of, written_by
@@ -167,11 +168,11 @@ class Guide(Load):
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> Tangent:
         """Return stiffness across the line, damping and drag, without what turning of the line does under load."""
-        given, count = self.kernel.numbers, len(ends)
-        s, _, slope, _ = foot_of(given, numbers_of(ends))
-        place = place_in(given, s)
-        shares = np.array([1.0, *(-weight(given, i, place)[0] for i in range(count - 1))])
-        directions = np.linalg.svd(np.array(slope).reshape(1, 3))[2]  # along the line, and two across
+        line, count = GuideNumbers(self.kernel.numbers).line, len(ends)
+        s, _, slope, _ = foot_of(line, numbers_of(ends))
+        place = place_in(line, s)
+        shares = np.array([1.0, *(-weight(line, i, place)[0] for i in range(count - 1))])
+        directions = np.linalg.svd(np.array([(*slope,)]))[2]  # along the line, and two across
         rows = np.zeros((3, count, 6))
         rows[:, :, :3] = shares[:, None] * directions[:, None]
         return Tangent(
@@ -189,8 +190,9 @@ class Guide(Load):
         """Its compiled function and numbers."""
         starts, weights = _weights(self._stations)
         table = np.concatenate((self._stations, starts, weights.ravel()))
-        law = self.stiffness, self.damping, self.drag
-        given = flat(GuideNumbers(len(self._stations), len(starts) - 1, *law, table))
+        line = filled(Line, points=len(self._stations), pieces=len(starts) - 1, table=table)
+        law = {"stiffness": self.stiffness, "damping": self.damping, "drag": self.drag}
+        given = filled(GuideNumbers, line=line, **law)
         return LoadKernel(guide, given, guide, guide_watch, tell=guide_tell)
 
 

@@ -13,8 +13,8 @@ import numpy as np
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, shaped_numbers
-from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.force_elements.oleo import OleoNumbers, gas_in, oil_through, oleo, room_left
+from kanefe.kernels.values.records import filled
 from kanefe.loads.action import End, LoadKernel
 from kanefe.loads.along_line import AlongLine
 
@@ -148,7 +148,7 @@ class Oleo(AlongLine):
 
         NaN if the gas has no volume left.
         """
-        given = self.kernel.numbers
+        given = OleoNumbers(self.kernel.numbers)
         stroke = (self.extended or 0.0) - length
         return stroke, gas_in(given, stroke)[0], oil_through(given, -rate)
 
@@ -170,7 +170,7 @@ class Oleo(AlongLine):
             raise ModelError(f"the ends of oleo {self.name!r} coincide: it has no direction. Remedy: move one")
         begun = replace(self, extended=length) if self.extended is None else self
         stroke = float(begun.extended or 0.0) - length
-        if room_left(begun.kernel.numbers, stroke) <= 0.0:
+        if room_left(OleoNumbers(begun.kernel.numbers), stroke) <= 0.0:
             raise ModelError(
                 f"oleo {self.name!r} begins with a stroke of {stroke:.4g} m, and its gas has room for "
                 f"{self.volume / self.area:.4g} m. Remedy: a larger volume, or ends farther apart"
@@ -187,7 +187,10 @@ class Oleo(AlongLine):
     @cached_property
     def kernel(self) -> LoadKernel:
         """Its compiled function and numbers."""
-        rebound = self.orifice if self.rebound is None else self.rebound
-        extended = math.nan if self.extended is None else self.extended
-        gas = extended, self.area, self.pressure, self.volume, self.exponent, self.ambient
-        return LoadKernel(oleo, flat(OleoNumbers(*gas, self.orifice, rebound)), oleo)
+        given = filled(
+            OleoNumbers,
+            extended=math.nan if self.extended is None else self.extended,
+            rebound=self.orifice if self.rebound is None else self.rebound,
+            **{name: getattr(self, name) for name in ("area", "pressure", "volume", "exponent", "ambient", "orifice")},
+        )
+        return LoadKernel(oleo, given, oleo)

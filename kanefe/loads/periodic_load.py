@@ -12,8 +12,8 @@ import numpy as np
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers, shaped_numbers
-from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.force_elements.periodic_load import PeriodicLoadNumbers, own_at, periodic_load
+from kanefe.kernels.values.records import filled
 from kanefe.loads.action import End, LoadKernel
 from kanefe.loads.base import Load
 
@@ -127,7 +127,7 @@ class PeriodicLoad(Load):
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return force and moment along the frame's axes."""
-        force, moment = own_at(t, self.kernel.numbers)
+        force, moment = own_at(t, PeriodicLoadNumbers(self.kernel.numbers))
         return np.array((*force, *moment))
 
     @cached_property
@@ -135,5 +135,13 @@ class PeriodicLoad(Load):
         """Its compiled function and numbers."""
         times, shares = self.share or ALWAYS
         rest = np.concatenate((self.rows.ravel(), times, shares))
-        given = PeriodicLoadNumbers(self.rate, self.azimuth, len(self.rows), len(times), self.mean, rest)
-        return LoadKernel(periodic_load, flat(given), periodic_load)
+        given = filled(
+            PeriodicLoadNumbers,
+            rate=self.rate,
+            azimuth=self.azimuth,
+            harmonic_count=len(self.rows),
+            table_size=len(times),
+            mean=self.mean,
+            harmonics=rest,
+        )
+        return LoadKernel(periodic_load, given, periodic_load)

@@ -15,10 +15,10 @@ from kanefe.arguments import checked
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Vector
 from kanefe.joints.motion import Motion, polyline
-from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.force_elements.places import WRENCH
 from kanefe.kernels.force_elements.rope import (
     WOUND_UP,
+    Cable,
     RopeNumbers,
     rope,
     rope_change,
@@ -27,6 +27,7 @@ from kanefe.kernels.force_elements.rope import (
     unstretched,
 )
 from kanefe.kernels.links.polynomials import POWERS
+from kanefe.kernels.values.records import filled
 from kanefe.loads.action import NO_STATES, End, LoadKernel
 from kanefe.loads.along_line import AlongLine
 from kanefe.loads.base import LoadEvent
@@ -253,9 +254,9 @@ class Rope(AlongLine):
         return self._tensions(t, length, rate, states)[1]
 
     def _tensions(self, t: float, length: Any, rate: Any, states: Vector) -> tuple[Any, Any]:
-        given = self.kernel.numbers
+        given = RopeNumbers(self.kernel.numbers)
         inputs = self.inputs(t, (), states) if self.input_count else NO_STATES
-        return tensions(given, *unstretched(t, given, inputs), length, rate, states)
+        return tensions(given, unstretched(t, given, inputs), length, rate, states)
 
     def started(self, t: float, ends: Sequence[End]) -> Rope:
         """Return the rope with its unstretched length."""
@@ -287,22 +288,19 @@ class Rope(AlongLine):
         powers = np.zeros((len(pieces), POWERS))
         powers[:, : pieces.shape[1] - 1] = pieces[:, 1:]
         first, last = np.nan_to_num(known)  # of what is known at all times the largest numbers: a kernel's are finite
-        given = RopeNumbers(
-            ends=len(self.ends),
+        given = filled(
+            RopeNumbers,
+            cable=cable_of(self, self._winds),
             stiffness=self.axial_stiffness,
             damping=self.damping,
-            breaking_load=self.breaking_load or 0.0,
-            winds=self._winds,
-            looks_for_slack=self.looks_for_slack,
             inputs=self.input_count,
             first=first,
             last=last,
             pieces=len(pieces),
-            table=np.concatenate((pieces[:, 0], powers.ravel())),
-            parts=np.array(self.parts or (0.0,) * (len(self.ends) - 1)),
+            table=np.concatenate((pieces[:, 0], powers.ravel(), self.parts or np.zeros(len(self.ends) - 1))),
         )
         watch = rope_watch if self.events else None
-        return LoadKernel(rope, flat(given), rope, watch, None if self.breaking_load is None else rope_change)
+        return LoadKernel(rope, given, rope, watch, None if self.breaking_load is None else rope_change)
 
 
 def _broken(t: float, ends: Sequence[End], states: Vector) -> Vector:
@@ -332,6 +330,12 @@ def wound_up(load: Any, watch: Callable[..., None]) -> LoadEvent:
         )
 
     return LoadEvent("is wound up", EventByKernel(load, watch, 0), -1, end)
+
+
+def cable_of(load: Any, winds: bool) -> Vector:
+    """Return what the events of a line look at: see `kanefe.kernels.force_elements.rope.Cable`."""
+    looks = {"winds": winds, "looks_for_slack": load.looks_for_slack}
+    return filled(Cable, ends=len(load.ends), breaking_load=load.breaking_load or 0.0, **looks)
 
 
 def parts_of(ends: Sequence[End]) -> tuple[float, ...]:

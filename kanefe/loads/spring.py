@@ -12,8 +12,8 @@ import numpy as np
 from kanefe.bodies.marker import Marker
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
-from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.force_elements.spring import SpringNumbers, spring, tensions
+from kanefe.kernels.values.records import filled
 from kanefe.loads.action import End, LoadKernel
 from kanefe.loads.along_line import AlongLine
 
@@ -73,7 +73,7 @@ class SpringDamper(AlongLine):
 
     def pull(self, t: float, length: Any, rate: Any, states: Vector) -> Any:
         """Return the tension, N; a function of the user is called with real numbers."""
-        return sum(tensions(self.kernel.numbers, self.given(t, length.real, rate.real), length, rate))
+        return sum(tensions(SpringNumbers(self.kernel.numbers), self.given(t, length.real, rate.real), length, rate))
 
     def started(self, t: float, ends: Sequence[End]) -> SpringDamper:
         """Return the spring; its rest length is the length at the start if none is given."""
@@ -93,11 +93,16 @@ class SpringDamper(AlongLine):
     @cached_property
     def kernel(self) -> LoadKernel:
         """Its compiled function and numbers."""
-        coefficients = self.stiffness, self.damping, self.rest_length
-        table = np.concatenate((self.lengths, self.forces))
-        return LoadKernel(
-            spring, flat(SpringNumbers(*coefficients, self.input_count, len(self.lengths), table)), spring
+        given = filled(
+            SpringNumbers,
+            stiffness=self.stiffness,
+            damping=self.damping,
+            rest_length=self.rest_length,
+            inputs=self.input_count,
+            table_size=len(self.lengths),
+            table=np.concatenate((self.lengths, self.forces)),
         )
+        return LoadKernel(spring, given, spring)
 
     @property
     def input_count(self) -> int:

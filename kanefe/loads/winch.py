@@ -13,13 +13,13 @@ import numpy as np
 from kanefe.arguments import checked
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Vector, numbers, shaped_numbers
-from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.force_elements.winch import WinchNumbers, tension_of, wanted_at, winch, winch_change, winch_watch
+from kanefe.kernels.values.records import filled
 from kanefe.loads.action import NO_STATES, End, LoadKernel
 from kanefe.loads.along_line import AlongLine
 from kanefe.loads.base import LoadEvent
 from kanefe.loads.periodic_load import checked_history
-from kanefe.loads.rope import breaks, changed, parts_of, slack_and_taut, wound_up
+from kanefe.loads.rope import breaks, cable_of, changed, parts_of, slack_and_taut, wound_up
 
 
 @checked("name")
@@ -136,11 +136,11 @@ class Winch(AlongLine):
 
     def wanted(self, t: float) -> float:
         """Return the tension to be held at time t (s), N."""
-        return float(wanted_at(t, self.kernel.numbers))
+        return float(wanted_at(t, WinchNumbers(self.kernel.numbers)))
 
     def pull(self, t: float, length: Any, rate: Any, states: Vector) -> Any:
         """Return the tension, N."""
-        return tension_of(t, self.kernel.numbers, length, states)
+        return tension_of(t, WinchNumbers(self.kernel.numbers), length, states)
 
     def started(self, t: float, ends: Sequence[End]) -> Winch:
         """Return the winch with the length of cable for its tension."""
@@ -176,10 +176,12 @@ class Winch(AlongLine):
     @cached_property
     def kernel(self) -> LoadKernel:
         """Its compiled function and numbers."""
-        cable = len(self.ends), self.stiffness, self.length, self.speed, self.damping, self.is_settled
-        table = np.concatenate(self.tension)
-        looks = self.breaking_load or 0.0, self.looks_for_slack
-        parts = np.array(self.parts or (0.0,) * (len(self.ends) - 1))
-        given = flat(WinchNumbers(*cable, *looks, len(self.tension[0]), table, parts))
+        given = filled(
+            WinchNumbers,
+            cable=cable_of(self, winds=True),
+            table_size=len(self.tension[0]),
+            table=np.concatenate((*self.tension, self.parts or np.zeros(len(self.ends) - 1))),
+            **{name: getattr(self, name) for name in ("stiffness", "length", "speed", "damping", "is_settled")},
+        )
         watch = None if self.is_settled else winch_watch
         return LoadKernel(winch, given, winch, watch, None if self.breaking_load is None else winch_change)

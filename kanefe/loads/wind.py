@@ -13,7 +13,7 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers, shaped_numbers
 from kanefe.kernels.force_elements.aerodynamics import WindNumbers, wind_at
-from kanefe.kernels.force_elements.blocks import flat
+from kanefe.kernels.values.records import filled
 
 MOST_HARMONICS = 100_000
 """Largest number of harmonics of turbulence: their sum is computed in every evaluation."""
@@ -177,14 +177,15 @@ class Wind:
 
     def at(self, t: float) -> Vector:
         """Return its velocity at time t (s) in components of N, shape (3,), m/s."""
-        return np.array(wind_at(t, self.numbers, 0))
+        return np.array((*wind_at(t, WindNumbers(self.numbers)),))
 
     @property
     def numbers(self) -> Vector:
         """Its numbers for the kernel."""
         gusts = [np.array((gust.start, gust.duration, *gust.velocity)) for gust in self.gusts]
         rest = np.concatenate((*gusts, self.harmonics.ravel()))
-        return flat(WindNumbers(len(gusts), len(self.harmonics), self.velocity, rest))
+        counts = {"gust_count": len(gusts), "harmonic_count": len(self.harmonics)}
+        return filled(WindNumbers, mean=self.velocity, gusts=rest, **counts)
 
 
 def _share(x: np.ndarray, is_along: bool) -> np.ndarray:

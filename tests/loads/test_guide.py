@@ -10,7 +10,7 @@ from scipy.optimize import minimize_scalar
 
 import kanefe as kf
 from kanefe.checks.verification.references import load_references
-from kanefe.kernels.force_elements.guide import place_in
+from kanefe.kernels.force_elements.guide import GuideNumbers, place_in
 from kanefe.loads.action import End
 from kanefe_fem import Material, Rectangle, beam_body, exact_beam, segmented, straight_beam
 from kanefe_fem.verification import moving_force
@@ -204,6 +204,7 @@ def test_states_that_overflow_end_the_run_with_a_message() -> None:
 @pytest.mark.parametrize("s", [np.nan, np.inf, -np.inf, 1e300])
 def test_no_arc_length_leads_out_of_the_table(s: float) -> None:
     guide = kf.Guide("g", tuple("abcdefg"), stiffness=1.0, stations=np.arange(6.0))
-    given = guide.kernel.numbers
-    at = place_in(given, s)[0] + 6 * 6  # six powers of six weights
-    assert 6 <= at <= len(given)
+    line = GuideNumbers(guide.kernel.numbers).line
+    first = place_in(line, s)[0]
+    assert 0 <= first
+    assert first + 6 * 6 <= len(line.table)  # six powers of six weights

@@ -40,6 +40,7 @@ from kanefe.kernels.values.records import (
     Rows,
     Table,
     lacks,
+    numbers_from,
 )
 from kanefe.kernels.values.tensors import KINDS, Value
 
@@ -378,6 +379,19 @@ class _Length(AbstractTemplate):  # type: ignore[misc]
 def _count(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
     kind = sig.args[0]
     return builder.extract_value(arguments[0], len(kind.record.memories) if isinstance(kind, RowsType) else 1)
+
+
+@infer_global(numbers_from)
+class _NumbersFrom(AbstractTemplate):  # type: ignore[misc]
+    def generic(self, args: Any, kws: Any) -> Any:
+        """Return the signature for types of arguments."""
+        is_record = len(args) == 1 and args[0].__class__ is RecordType and NUMBERS in args[0].record.memories
+        return signature(types.CPointer(args[0].scalar(NUMBERS)), *args) if is_record else None
+
+
+@lower_builtin(numbers_from, RecordType)
+def _numbers_from(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+    return Seen(builder, sig.args[0], arguments[0]).address(NUMBERS)
 
 
 def _is_list(kind: Any) -> bool:

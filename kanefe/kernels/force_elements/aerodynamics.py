@@ -3,119 +3,132 @@
 from __future__ import annotations
 
 import math
-from collections import namedtuple
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import Numbers, minus, rotated_back, three
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import called_by_address
-from kanefe.kernels.force_elements.blocks import places
-from kanefe.kernels.force_elements.bushing import nine
 from kanefe.kernels.force_elements.periodic_load import put_own
-from kanefe.kernels.force_elements.places import SIGNATURE, A, V
+from kanefe.kernels.force_elements.places import SIGNATURE, Done, Ends, Wrench
+from kanefe.kernels.values.records import Behind, Record, Rows, numbers_from
+from kanefe.kernels.values.tensors import ZERO, Vector
 
-AerodynamicsNumbers = namedtuple("AerodynamicsNumbers", "density flat_area pieces wind_and_table")
-"""Numbers of the forces of wind: kg/m3, m2, how many pieces its table has; the wind, and then the pieces.
 
-Of each piece where it begins, and four powers of each of six parts. The wind is `WindNumbers`.
-"""
+class AerodynamicsNumbers(Record):
+    """Numbers of the forces of wind: kg/m3, m2, how many pieces its table has; `WindNumbers`, and then the pieces."""
 
-WindNumbers = namedtuple("WindNumbers", "gusts harmonics mean gusts_and_harmonics")
-"""Numbers of a wind: how many gusts and harmonics of turbulence, the mean (3,), and these.
+    density: float
+    flat_area: float
+    piece_count: float
+    wind: Annotated[Any, Behind()]
 
-Of each gust start, duration and velocity; of each harmonic its frequency and three parts with the cosine and three
-with the sine.
-"""
 
-AT = places(AerodynamicsNumbers)
-OF = places(WindNumbers, mean=3)
-GUST, HARMONIC, PIECE = 5, 7, 25
-"""Numbers of values of a gust, of a harmonic of turbulence and of a piece of the table."""
+class WindNumbers(Record):
+    """Numbers of a wind: how many gusts and harmonics of turbulence it has, its mean, and these."""
+
+    gust_count: float
+    harmonic_count: float
+    mean: Vector
+    gusts: Annotated[Any, Behind()]
+
+
+class Gust(Record):
+    """A gust, s and m/s."""
+
+    start: float
+    duration: float
+    velocity: Vector
+
+
+class Gusts(Rows[Gust]):
+    """Gusts, and what follows them."""
+
+
+class Harmonic(Record):
+    """A harmonic of turbulence: rad/s, and m/s with the cosine and the sine."""
+
+    frequency: float
+    cosine: Vector
+    sine: Vector
+
+
+class Harmonics(Rows[Harmonic]):
+    """Harmonics of turbulence, and what follows them."""
+
+
+class Piece(Record):
+    """A piece of the table: where it begins, rad, and what goes with four powers of the angle from there, m2 and m3."""
+
+    angle: float
+    constant: Wrench
+    slope: Wrench
+    square: Wrench
+    cube: Wrench
+
+
+class Pieces(Rows[Piece]):
+    """The pieces of a table, by rising angles."""
 
 
 @called_by_address(*SIGNATURE)
 def aerodynamics(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write force and moment; see `AerodynamicsNumbers`."""
-    x, y, z = blown(t, numbers, ends)
-    pressure = 0.5 * numbers[AT.density] * (x * x + y * y)
+    own, done = AerodynamicsNumbers(numbers), Done(out)
+    wind = blown(t, own, ends)
+    x, y, z = wind.x, wind.y, wind.z
+    pressure = 0.5 * own.density * (x * x + y * y)
     up = z if z.real >= 0.0 else -z
-    lift = 0.5 * numbers[AT.density] * numbers[AT.flat_area] * up * z
-    zero = 0.0 * x
+    lift = Vector(0.0, 0.0, 0.5 * own.density * own.flat_area * up * z)
     if pressure.real == 0.0:
-        put_own((zero, zero, lift), (zero, zero, zero), ends, out)
+        put_own(lift, ZERO, ends, done)
         return
     # where the wind comes from; the angle to the nearest real direction makes it right for complex numbers
     near = np.arctan2(-y.real, -x.real)
     c, s = -np.cos(near), -np.sin(near)
-    areas = areas_at(numbers, near, near + np.arctan((c * y - s * x) / (c * x + s * y)))
-    force = pressure * areas[0], pressure * areas[1], pressure * areas[2] + lift
-    put_own(force, (pressure * areas[3], pressure * areas[4], pressure * areas[5]), ends, out)
+    force, moment = areas_at(own, near, near + np.arctan((c * y - s * x) / (c * x + s * y)))
+    put_own(pressure * force + lift, pressure * moment, ends, done)
 
 
 @inlined
-def blown(t: float, numbers: Any, ends: Any) -> Numbers:
+def blown(t: float, own: AerodynamicsNumbers, ends: Any) -> Vector:
     """Return the wind relative to the frame, in its axes."""
-    return rotated_back(nine(ends, A), minus(wind_at(t, numbers, AT.wind_and_table), three(ends, V)))
+    end = Ends(ends)[0]
+    return end.A.T @ (wind_at(t, WindNumbers(own.wind)) - end.v)
 
 
 @inlined
-def areas_at(numbers: Any, near: Any, angle: Any) -> Numbers:
-    """Return the areas for wind from an angle, that may be complex, near a real one."""
-    first = AT.wind_and_table
-    count, table = int(numbers[AT.pieces]), first + OF.gusts_and_harmonics
-    table += GUST * int(numbers[first + OF.gusts]) + HARMONIC * int(numbers[first + OF.harmonics])
-    if near < numbers[table]:
+def areas_at(own: AerodynamicsNumbers, near: Any, angle: Any) -> tuple[Vector, Vector]:
+    """Return the areas for wind from an angle, that may be complex, near a real one: of forces and of moments."""
+    wind = WindNumbers(own.wind)
+    harmonics = Harmonics(numbers_from(Gusts(wind.gusts)[int(wind.gust_count)]))
+    pieces = Pieces(numbers_from(harmonics[int(wind.harmonic_count)]))
+    if near < pieces[0].angle:
         angle, near = angle + 2.0 * np.pi, near + 2.0 * np.pi
-    at = table + PIECE * piece_of(near, numbers, table, count)
-    h = angle - numbers[at]
-    return (
-        cubic(numbers, at + 1, h),
-        cubic(numbers, at + 5, h),
-        cubic(numbers, at + 9, h),
-        cubic(numbers, at + 13, h),
-        cubic(numbers, at + 17, h),
-        cubic(numbers, at + 21, h),
-    )
-
-
-@inlined
-def wind_at(t: float, numbers: Any, first: int) -> Numbers:
-    """Return the velocity of a wind whose numbers begin at some place: mean, gusts and turbulence."""
-    mean, at = first + OF.mean, first + OF.gusts_and_harmonics
-    vx, vy, vz = numbers[mean], numbers[mean + 1], numbers[mean + 2]
-    for _ in range(int(numbers[first + OF.gusts])):
-        since = t - numbers[at]
-        if since > 0.0 and since < numbers[at + 1]:
-            grown = 0.5 * (1.0 - math.cos(2.0 * math.pi * since / numbers[at + 1]))
-            vx += grown * numbers[at + 2]
-            vy += grown * numbers[at + 3]
-            vz += grown * numbers[at + 4]
-        at += GUST
-    for _ in range(int(numbers[first + OF.harmonics])):
-        c, s = math.cos(numbers[at] * t), math.sin(numbers[at] * t)
-        vx += c * numbers[at + 1] + s * numbers[at + 4]
-        vy += c * numbers[at + 2] + s * numbers[at + 5]
-        vz += c * numbers[at + 3] + s * numbers[at + 6]
-        at += HARMONIC
-    return vx, vy, vz
-
-
-@inlined
-def piece_of(angle: float, numbers: Any, table: int, count: int) -> int:
-    """Return the last piece that begins at an angle or before it, by halving."""
-    low, high = 0, count
+    low, high = 0, int(own.piece_count)
     while high - low > 1:
         middle = (low + high) // 2
-        if numbers[table + PIECE * middle] <= angle:
+        if pieces[middle].angle <= near:
             low = middle
         else:
             high = middle
-    return low
+    piece = pieces[low]
+    a, b, c, d, h = piece.constant, piece.slope, piece.square, piece.cube, angle - piece.angle
+    force = a.force + h * (b.force + h * (c.force + h * d.force))
+    return force, a.moment + h * (b.moment + h * (c.moment + h * d.moment))
 
 
 @inlined
-def cubic(numbers: Any, at: int, h: Any) -> Any:
-    """Return a cubic of h, coefficients of rising powers from `at`."""
-    return numbers[at] + h * (numbers[at + 1] + h * (numbers[at + 2] + h * numbers[at + 3]))
+def wind_at(t: float, own: WindNumbers) -> Vector:
+    """Return the velocity of a wind: mean, gusts and turbulence."""
+    velocity, gusts, count = own.mean, Gusts(own.gusts), int(own.gust_count)
+    for i in range(count):
+        gust = gusts[i]
+        since = t - gust.start
+        if since > 0.0 and since < gust.duration:
+            velocity += 0.5 * (1.0 - math.cos(2.0 * math.pi * since / gust.duration)) * gust.velocity
+    harmonics = Harmonics(numbers_from(gusts[count]))
+    for i in range(int(own.harmonic_count)):
+        one = harmonics[i]
+        velocity += math.cos(one.frequency * t) * one.cosine + math.sin(one.frequency * t) * one.sine
+    return velocity

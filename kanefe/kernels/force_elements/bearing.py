@@ -2,135 +2,139 @@
 
 from __future__ import annotations
 
-from collections import namedtuple
-from typing import Any
+from typing import Annotated, Any, NamedTuple
 
-from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, plus, rotated, rotated_back, three, times
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import called_by_address
-from kanefe.kernels.force_elements.blocks import places
-from kanefe.kernels.force_elements.bushing import nine, put_on_both, six_by_six
-from kanefe.kernels.force_elements.places import (
-    END_NUMBERS,
-    GIVEN,
-    POTENTIAL,
-    SIGNATURE,
-    TAKEN,
-    WATCH_SIGNATURE,
-    A,
-    P,
-    V,
-    W,
-)
+from kanefe.kernels.force_elements.bushing import SixBySix, put_on_both, rates_from_a, six_by_six
+from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE, Done, Ends
+from kanefe.kernels.values.records import Behind, Record, Rows
+from kanefe.kernels.values.tensors import Vector, cross, dot
 
-BearingNumbers = namedtuple("BearingNumbers", "axis ends speeds table")
-"""Numbers of a bearing: which axis, how many ends and speeds, and a `BearingRow` for each speed, or for all."""
 
-BearingRow = namedtuple("BearingRow", "speed stiffness damping stiffness_slopes damping_slopes")
-"""Coefficients at a speed of rotation, matrices (6, 6) row by row, and their slopes over the speed."""
+class BearingNumbers(Record):
+    """Numbers of a bearing: its axis, how many ends and speeds, and a `BearingRow` for each speed, or for all."""
 
-AT = places(BearingNumbers)
-OF = places(BearingRow, stiffness=36, damping=36, stiffness_slopes=36, damping_slopes=36)
-ROW = OF.damping_slopes + 36
-SLOPES = OF.stiffness_slopes - OF.stiffness
-"""Offset of columns from the coefficients of a row to their slopes."""
+    axis: Vector
+    ends: float
+    speeds: float
+    rows: Annotated[Any, Behind()]
+
+
+class Coefficients(Record):
+    """A matrix (6, 6) at a speed of rotation, and its slope over the speed."""
+
+    values: SixBySix
+    slopes: SixBySix
+
+
+class BearingRow(Record):
+    """What holds a shaft at a speed of rotation."""
+
+    speed: float
+    stiffness: Coefficients
+    damping: Coefficients
+
+
+class BearingRows(Rows[BearingRow]):
+    """Coefficients at rising speeds."""
+
 
 EDGE = 1e-9
 """Excess of a speed over the range of a table, relative to it, that still counts as its end."""
 
 
+class Blend(NamedTuple):
+    """How coefficients at a speed are those of a table.
+
+    Attributes
+    ----------
+    row : int
+        That below the speed; -1: coefficients are constant.
+    low, high, low_slope, high_slope : float
+        Weights of its values, of the next one's, and of the slopes of both.
+    """
+
+    row: int
+    low: Any
+    high: Any
+    low_slope: Any
+    high_slope: Any
+
+
 @called_by_address(*SIGNATURE)
 def bearing(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write what it exerts on bearing and shaft; see `BearingNumbers`."""
-    e, speed = unit(numbers, ends), speed_of(numbers, ends)
-    d, axis = held_in(numbers, ends)
-    A_a, w_a = nine(ends, A), three(ends, W)
-    offset = minus(three(ends, END_NUMBERS + P), three(ends, P))
-    velocity = minus(minus(three(ends, END_NUMBERS + V), three(ends, V)), cross(w_a, offset))
-    turn = rotated_back(A_a, minus(three(ends, END_NUMBERS + W), w_a))
-    tilt, tilting, rate = cross(e, axis), cross(e, cross(turn, axis)), rotated_back(A_a, velocity)
-    x, moving = (*d, *tilt), (*rate, *tilting)
-    spring, spring_r = coefficients_times(numbers, OF.stiffness, speed, x)
-    beside, beside_r = coefficients_times(numbers, OF.stiffness, speed, moving)
-    brake, brake_r = coefficients_times(numbers, OF.damping, speed, moving)
-    about = times(dot(e, turn), e)
-    friction_force = dot(e, coefficients_times(numbers, OF.damping, speed, (*times(0.0, e), *about))[1])
-    force, forces_r = times(-1.0, plus(spring, brake)), times(-1.0, plus(spring_r, brake_r))
-    moment = minus(cross(axis, cross(forces_r, e)), times(friction_force, axis))
+    own, done, a, b = BearingNumbers(numbers), Done(out), Ends(ends)[0], Ends(ends)[1]
+    e, blend = own.axis, blend_at(own, speed_of(own, ends))
+    k, rows = max(blend.row, 0), BearingRows(own.rows)
+    K, next_K, C, next_C = rows[k].stiffness, rows[k + 1].stiffness, rows[k].damping, rows[k + 1].damping
+    d, axis = held_in(own, ends)
+    rate, turn = rates_from_a(a, b)
+    tilt, tilting = cross(e, axis), cross(e, cross(turn, axis))
+    spring, spring_r = held_by(blend, K, next_K, d, tilt)
+    beside, beside_r = held_by(blend, K, next_K, rate, tilting)
+    brake, brake_r = held_by(blend, C, next_C, rate, tilting)
+    friction_force = dot(e, held_by(blend, C, next_C, 0.0 * rate, dot(e, turn) * e)[1])
+    moment = -cross(axis, cross(spring_r + brake_r, e)) - friction_force * axis
     of_springs = dot(rate, spring) + dot(tilting, spring_r)
-    out[TAKEN] = dot(rate, brake) + dot(tilting, brake_r) + friction_force * dot(axis, turn)
-    if numbers[AT.speeds] > 0.0:
-        out[GIVEN] = -of_springs
+    done.taken = dot(rate, brake) + dot(tilting, brake_r) + friction_force * dot(axis, turn)
+    if own.speeds > 0.0:
+        done.given = -of_springs
     else:
-        out[POTENTIAL] = 0.5 * (dot(d, spring) + dot(tilt, spring_r))
-        out[GIVEN] = 0.5 * (dot(d, beside) + dot(tilt, beside_r) - of_springs)
-    put_on_both(ends, force, moment, out)
+        done.potential = 0.5 * (dot(d, spring) + dot(tilt, spring_r))
+        done.given = 0.5 * (dot(d, beside) + dot(tilt, beside_r) - of_springs)
+    put_on_both(ends, -(spring + brake), moment, done)
 
 
 @called_by_address(*WATCH_SIGNATURE)
 def watch_bearing(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write how far the speed is within the table."""
-    low, high = numbers[AT.table], numbers[AT.table + ROW * (int(numbers[AT.speeds]) - 1)]
-    speed = speed_of(numbers, ends)
+    own = BearingNumbers(numbers)
+    rows, speed = BearingRows(own.rows), speed_of(own, ends)
+    low, high = rows[0].speed, rows[int(own.speeds) - 1].speed
     out[0] = min(speed - low, high - speed) + EDGE * (high - low)
 
 
 @inlined
-def held_in(numbers: Any, ends: Any) -> tuple[Numbers, Numbers]:
+def held_in(own: BearingNumbers, ends: Any) -> tuple[Vector, Vector]:
     """Return where the shaft is in the bearing, and its axis, in the axes of the bearing."""
-    A_a = nine(ends, A)
-    offset = minus(three(ends, END_NUMBERS + P), three(ends, P))
-    axis = rotated_back(A_a, rotated(nine(ends, END_NUMBERS + A), unit(numbers, ends)))
-    return rotated_back(A_a, offset), axis
+    a, b = Ends(ends)[0], Ends(ends)[1]
+    return a.A.T @ (b.p - a.p), a.A.T @ (b.A @ own.axis)
 
 
 @inlined
-def unit(numbers: Any, ends: Any) -> Numbers:
-    """Return the axis of rotation, in the axes of the bearing."""
-    i, zero = int(numbers[AT.axis]), 0.0 * ends[0]
-    return (1.0 * (i == 0) + zero, 1.0 * (i == 1) + zero, 1.0 * (i == 2) + zero)
-
-
-@inlined
-def speed_of(numbers: Any, ends: Any) -> Any:
+def speed_of(own: BearingNumbers, ends: Any) -> Any:
     """Return the speed that the coefficients follow: of the last end about the axis, seen from the bearing."""
-    spinning = three(ends, END_NUMBERS * (int(numbers[AT.ends]) - 1) + W)
-    return dot(unit(numbers, ends), rotated_back(nine(ends, A), minus(spinning, three(ends, W))))
+    a, spinning = Ends(ends)[0], Ends(ends)[int(own.ends) - 1]
+    return dot(own.axis, a.A.T @ (spinning.w - a.w))
 
 
 @inlined
-def coefficients_times(numbers: Any, at: int, speed: Any, x: Numbers) -> tuple[Numbers, Numbers]:
-    """Return the upper and lower three of the coefficients at a speed times six numbers."""
-    count = int(numbers[AT.speeds])
+def blend_at(own: BearingNumbers, speed: Any) -> Blend:
+    """Return how coefficients at a speed are those of the table: cubics by values and slopes at both ends."""
+    count, k, none, rows = int(own.speeds), 0, 0.0 * speed, BearingRows(own.rows)
     if count == 0:
-        return six_by_six(numbers, AT.table + at, x)
-    k = 0
-    while k < count - 2 and speed.real > numbers[AT.table + ROW * (k + 1)]:
+        return Blend(-1, none, none, none, none)
+    while k < count - 2 and speed.real > rows[k + 1].speed:
         k += 1
-    low = AT.table + ROW * k
-    span = numbers[low + ROW] - numbers[low]
-    s = (speed - numbers[low]) / span
+    span = rows[k + 1].speed - rows[k].speed
+    s = (speed - rows[k].speed) / span
     if s.real < 0.0:
-        s = 0.0 * s
+        s = none
     elif s.real > 1.0:
-        s = 0.0 * s + 1.0
-    # cubics by values and slopes at both ends
-    weights = (
-        (1.0 + 2.0 * s) * (1.0 - s) * (1.0 - s),
-        s * s * (3.0 - 2.0 * s),
-        span * s * (1.0 - s) * (1.0 - s),
-        span * s * s * (s - 1.0),
-    )
-    base, slope = low + at, low + at + SLOPES
-    a, b = six_by_six(numbers, base, x), six_by_six(numbers, base + ROW, x)
-    c, d = six_by_six(numbers, slope, x), six_by_six(numbers, slope + ROW, x)
-    return blended(weights, a[0], b[0], c[0], d[0]), blended(weights, a[1], b[1], c[1], d[1])
+        s = none + 1.0
+    low, high = (1.0 + 2.0 * s) * (1.0 - s) * (1.0 - s), s * s * (3.0 - 2.0 * s)
+    return Blend(k, low, high, span * s * (1.0 - s) * (1.0 - s), span * s * s * (s - 1.0))
 
 
 @inlined
-def blended(weights: Numbers, a: Numbers, b: Numbers, c: Numbers, d: Numbers) -> Numbers:
-    """Return the weighted sum of four vectors."""
-    return plus(
-        plus(times(weights[0], a), times(weights[1], b)),
-        plus(times(weights[2], c), times(weights[3], d)),
-    )
+def held_by(blend: Blend, low: Coefficients, high: Coefficients, shift: Vector, turn: Vector) -> tuple[Vector, Vector]:
+    """Return force and moment of a displacement and a rotation, or of their rates."""
+    a = six_by_six(low.values, shift, turn)
+    if blend.row < 0:
+        return a
+    b = six_by_six(high.values, shift, turn)
+    c, d = six_by_six(low.slopes, shift, turn), six_by_six(high.slopes, shift, turn)
+    force = blend.low * a[0] + blend.high * b[0] + blend.low_slope * c[0] + blend.high_slope * d[0]
+    return force, blend.low * a[1] + blend.high * b[1] + blend.low_slope * c[1] + blend.high_slope * d[1]

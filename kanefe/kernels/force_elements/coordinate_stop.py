@@ -2,45 +2,50 @@
 
 from __future__ import annotations
 
-from collections import namedtuple
 from typing import Any
 
-from kanefe.kernels.algebra.vectors import Numbers
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import called_by_address
-from kanefe.kernels.force_elements.blocks import places
-from kanefe.kernels.force_elements.places import POTENTIAL, SIGNATURE, TAKEN, WATCH_SIGNATURE, WRENCHES, P, V
+from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE, Done, Ends, Wrenches
+from kanefe.kernels.values.records import Record
+from kanefe.kernels.values.tensors import Vector
 
-StopNumbers = namedtuple("StopNumbers", "lower upper stiffness impact least_speed")
-"""Numbers of a stop: limits, N/m or N m/rad, lambda times the speed of an impact, and the least speed (m/s or rad/s)
-that counts."""
 
-AT = places(StopNumbers)
+class StopNumbers(Record):
+    """Numbers of a stop: limits, N/m or N m/rad, lambda times the speed of an impact, the least speed that counts."""
+
+    lower: float
+    upper: float
+    stiffness: float
+    impact: float
+    least_speed: float
 
 
 @called_by_address(*SIGNATURE)
 def coordinate_stop(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write the force along the coordinate; see `StopNumbers`."""
-    d, way = beyond(numbers, ends)
+    own, done = StopNumbers(numbers), Done(out)
+    d, way = beyond(own, ends)
     if d.real <= 0.0:
         return
-    rate, elastic = way * ends[V], numbers[AT.stiffness] * d
+    rate, elastic = way * Ends(ends)[0].v.x, own.stiffness * d
     push = push_of(elastic, rate, states[0])
-    out[POTENTIAL] = 0.5 * elastic * d
-    out[TAKEN] = (push - elastic) * rate
-    out[WRENCHES] = -way * push
+    done.potential = 0.5 * elastic * d
+    done.taken = (push - elastic) * rate
+    Wrenches(done.wrenches)[0].force = Vector(-way * push, 0.0, 0.0)
 
 
 @called_by_address(*WATCH_SIGNATURE)
 def coordinate_stop_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write how far it is beyond a limit, for a touch and for a lift."""
-    out[0] = out[1] = beyond(numbers, ends)[0]
+    out[0] = out[1] = beyond(StopNumbers(numbers), ends)[0]
 
 
 @called_by_address(*WATCH_SIGNATURE)
 def coordinate_stop_change(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write lambda as of an impact at the present speed."""
-    out[1] = impact_damping(numbers[AT.impact], numbers[AT.least_speed], beyond(numbers, ends)[1] * ends[V])
+    own = StopNumbers(numbers)
+    out[1] = impact_damping(own.impact, own.least_speed, beyond(own, ends)[1] * Ends(ends)[0].v.x)
 
 
 @inlined
@@ -57,9 +62,10 @@ def push_of(elastic: Any, rate: Any, damping: Any) -> Any:
 
 
 @inlined
-def beyond(numbers: Any, ends: Any) -> Numbers:
+def beyond(own: StopNumbers, ends: Any) -> tuple[Any, float]:
     """Return how far the coordinate is beyond the nearer limit, and the way outward there."""
-    above, below = ends[P] - numbers[AT.upper], numbers[AT.lower] - ends[P]
+    at = Ends(ends)[0].p.x
+    above, below = at - own.upper, own.lower - at
     if above.real > below.real:
         return above, 1.0
     return below, -1.0

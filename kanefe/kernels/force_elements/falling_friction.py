@@ -8,44 +8,43 @@ from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.contact.falling import slip_speed
 from kanefe.kernels.force_elements.coordinate_friction import (
-    AT,
+    FrictionNumbers,
     friction_along,
     is_held,
     load_on,
     pull_size,
     share_kept,
 )
-from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE
+from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE, Done
 
 
 @called_by_address(*SIGNATURE)
 def falling_friction(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write the forces along the coordinates, and the rates of the stretches."""
-    size = pull_size(numbers, ends, states)
-    kept = share_kept(numbers, ends, states)
-    if not is_held(numbers, states):
-        slips = slip_force(numbers, size, ends, states)
+    own = FrictionNumbers(numbers)
+    size, kept = pull_size(own, ends, states), share_kept(own, ends, states)
+    if not is_held(own, states):
+        slips = slip_force(own, size, states)
         kept = 1.0 - slips / size if slips.real > 0.0 else 0.0 * size + 1.0
-    friction_along(numbers, ends, states, kept, out)
+    friction_along(own, ends, states, kept, Done(out))
 
 
 @called_by_address(*WATCH_SIGNATURE)
 def falling_friction_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write how far the pull is above the cap at which it slips, and what of it slips."""
-    size, held = pull_size(numbers, ends, states), is_held(numbers, states)
-    out[0] = size - numbers[AT.static] * load_on(numbers, states) if held else numbers[AT.static]
-    out[1] = numbers[AT.static] if held else slip_force(numbers, size, ends, states)
+    own = FrictionNumbers(numbers)
+    size, held = pull_size(own, ends, states), is_held(own, states)
+    out[0] = size - own.static * load_on(own, states) if held else own.static
+    out[1] = own.static if held else slip_force(own, size, states)
 
 
 @kernel
-def slip_force(numbers: Any, size: Any, ends: Any, states: Any) -> Any:
+def slip_force(own: FrictionNumbers, size: Any, states: Any) -> Any:
     """Return what friction leaves of a pull, N; below 0 it holds."""
-    load, c = load_on(numbers, states), numbers[AT.damping]
-    below = size - numbers[AT.static] * load
-    if is_held(numbers, states):
+    load = load_on(own, states)
+    below = size - own.static * load
+    if is_held(own, states) or size.real <= 0.0:
         return below
-    if size.real <= 0.0:
-        return below
-    fall = (numbers[AT.static] - numbers[AT.sliding]) * load
-    s = slip_speed(size, numbers[AT.sliding] * load, fall, c, numbers[AT.stribeck_speed], 2.0)
-    return c * s if s.real > 0.0 else below
+    fall = (own.static - own.sliding) * load
+    s = slip_speed(size, own.sliding * load, fall, own.damping, own.stribeck_speed, 2.0)
+    return own.damping * s if s.real > 0.0 else below

@@ -8,36 +8,28 @@ without the derivative of s.
 
 from __future__ import annotations
 
-from collections import namedtuple
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import Numbers, dot, minus, plus, three, times
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.compiler.local_numbers import local_numbers
-from kanefe.kernels.force_elements.blocks import places
-from kanefe.kernels.force_elements.nearest_on_line import nearest_on_pieces
-from kanefe.kernels.force_elements.places import (
-    END_NUMBERS,
-    POTENTIAL,
-    SIGNATURE,
-    TAKEN,
-    WATCH_SIGNATURE,
-    WRENCH,
-    WRENCHES,
-    P,
-    V,
-)
+from kanefe.kernels.force_elements.nearest_on_line import Line, nearest_on_pieces
+from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE, Done, Ends, Wrenches
 from kanefe.kernels.links.polynomials import POWERS, piece_at
+from kanefe.kernels.values.records import Record
+from kanefe.kernels.values.tensors import Vector, dot
 
-GuideNumbers = namedtuple("GuideNumbers", "points pieces stiffness damping drag table")
-"""Numbers of a guide: of the points of its line and of the pieces of its spline, N/m, and N s/m across and along. The
-table has the arc lengths of the points, those at which the pieces start and the last ends, and of each piece the
-coefficients of the powers 0 to 5, with a weight for each point."""
 
-AT = places(GuideNumbers)
+class GuideNumbers(Record):
+    """Numbers of a guide: N/m, and N s/m across and along, and its line."""
+
+    stiffness: float
+    damping: float
+    drag: float
+    line: Line
+
 
 SHARP = 1e-9
 """Rate at which the foot's equation changes, relative to that of a straight line, at which the runner is taken to be at
@@ -50,117 +42,131 @@ EDGE = 1e-9
 Place = tuple[int, Any, Any]
 """Number of the first weight of a piece of the line, and the arc lengths from its start and beyond the ends, m."""
 
-Foot = tuple[Any, Numbers, Numbers, Numbers]
-"""Arc length of a foot; and there the line and its first two derivatives by the arc length."""
+
+class Foot(NamedTuple):
+    """A place of a line.
+
+    Attributes
+    ----------
+    s : float
+        Its arc length.
+    r, slope, bend : Vector
+        The line there, and its first two derivatives by the arc length.
+    """
+
+    s: Any
+    r: Vector
+    slope: Vector
+    bend: Vector
 
 
 @called_by_address(*SIGNATURE)
 def guide(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write the forces on the runner, which comes first, and on the points of the line; see `GuideNumbers`."""
-    count, k, c, drag = int(numbers[AT.points]), numbers[AT.stiffness], numbers[AT.damping], numbers[AT.drag]
-    s, r, slope, _ = foot_of(numbers, ends)
-    place = place_in(numbers, s)
-    d, t_line = minus(three(ends, P), r), times(1.0 / np.sqrt(dot(slope, slope)), slope)
-    rate = three(ends, V)
-    for i in range(count):
-        b, _, _ = weight(numbers, i, place)
-        rate = minus(rate, times(b, three(ends, END_NUMBERS * (i + 1) + V)))
-    along = dot(t_line, rate)
-    across = minus(rate, times(along, t_line))
-    force = plus(times(-k, d), plus(times(-c, across), times(-drag * along, t_line)))
-    out[POTENTIAL] = 0.5 * k * dot(d, d)
-    out[TAKEN] = c * dot(across, across) + drag * along * along
-    for x in range(3):
-        out[WRENCHES + x] += force[x]
-    for i in range(count):
-        b, _, _ = weight(numbers, i, place)
-        for x in range(3):
-            out[WRENCHES + WRENCH * (i + 1) + x] -= b * force[x]
+    own, done = GuideNumbers(numbers), Done(out)
+    foot = foot_of(own.line, ends)
+    place, on = place_in(own.line, foot.s), Wrenches(done.wrenches)
+    d, slope = Ends(ends)[0].p - foot.r, foot.slope
+    tangent, (rate, _) = (1.0 / np.sqrt(dot(slope, slope))) * slope, rates_along(own.line, place, ends)
+    along = dot(tangent, rate)
+    across = rate - along * tangent
+    force = -(own.stiffness * d + own.damping * across + own.drag * along * tangent)
+    done.potential = 0.5 * own.stiffness * dot(d, d)
+    done.taken = own.damping * dot(across, across) + own.drag * along * along
+    on[0].force = force
+    for i in range(int(own.line.points)):
+        on[i + 1].force = -weight(own.line, i, place)[0] * force
 
 
 @called_by_address(*WATCH_SIGNATURE)
 def guide_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write how far the foot is behind the start of the line, and before its end."""
-    s, length = foot_of(numbers, ends)[0], line_length(numbers)
+    line = GuideNumbers(numbers).line
+    s, length = foot_of(line, ends).s, line_length(line)
     out[0], out[1] = s + EDGE * length, length - s + EDGE * length
 
 
 @called_by_address(*WATCH_SIGNATURE)
 def guide_tell(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write the arc length, the runner's distance from the line, the rate of the arc length, and the force across."""
-    s, r, slope, bend = foot_of(numbers, ends)
-    d, rate, place = minus(three(ends, P), r), three(ends, V), place_in(numbers, s)
-    turning = times(0.0, d)
-    for i in range(int(numbers[AT.points])):
-        b, db, _ = weight(numbers, i, place)
-        v = three(ends, END_NUMBERS * (i + 1) + V)
-        rate, turning = minus(rate, times(b, v)), plus(turning, times(db, v))
+    own = GuideNumbers(numbers)
+    foot = foot_of(own.line, ends)
+    d, slope = Ends(ends)[0].p - foot.r, foot.slope
+    rate, turning = rates_along(own.line, place_in(own.line, foot.s), ends)
     size = dot(slope, slope)
-    across = minus(rate, times(dot(slope, rate) / size, slope))
-    force = plus(times(numbers[AT.stiffness], d), times(numbers[AT.damping], across))
-    out[0], out[1] = s, np.sqrt(dot(d, d))
-    out[2] = (dot(rate, slope) + dot(d, turning)) / (size - dot(d, bend))
+    force = own.stiffness * d + own.damping * (rate - (dot(slope, rate) / size) * slope)
+    out[0], out[1] = foot.s, np.sqrt(dot(d, d))
+    out[2] = (dot(rate, slope) + dot(d, turning)) / (size - dot(d, foot.bend))
     out[3] = np.sqrt(dot(force, force))
 
 
 @inlined
-def line_length(numbers: Any) -> float:
+def line_length(line: Line) -> float:
     """Return the arc length at the end of the line."""
-    return float(numbers[AT.table + int(numbers[AT.points]) - 1])
+    return line.table[int(line.points) - 1]
 
 
 @inlined
-def place_in(numbers: Any, s: Any) -> Place:
+def place_in(line: Line, s: Any) -> Place:
     """Return the place of an arc length among the pieces of the line."""
-    count, pieces, length = int(numbers[AT.points]), int(numbers[AT.pieces]), line_length(numbers)
+    count, pieces, length = int(line.points), int(line.pieces), line_length(line)
     beyond = 0.0 * s
     if s.real < 0.0:
         beyond = s
     elif s.real > length:
         beyond = s - length
-    inside, starts = s - beyond, AT.table + count
-    piece = piece_at(numbers, starts, pieces, inside.real)
-    return starts + pieces + 1 + piece * POWERS * count, inside - numbers[starts + piece], beyond
+    inside = s - beyond
+    piece = piece_at(line.table, count, pieces, inside.real)
+    return count + pieces + 1 + piece * POWERS * count, inside - line.table[count + piece], beyond
 
 
 @inlined
-def weight(numbers: Any, i: int, place: Place) -> tuple[Any, Any, Any]:
+def weight(line: Line, i: int, place: Place) -> tuple[Any, Any, Any]:
     """Return the weight of a point of the line at a place and its first two derivatives; straight beyond ends."""
     weights, x, beyond = place
-    count, at = int(numbers[AT.points]), weights + i
-    b = numbers[at + (POWERS - 1) * count] + 0.0 * x
+    count, at, table = int(line.points), weights + i, line.table
+    b = table[at + (POWERS - 1) * count] + 0.0 * x
     db = ddb = 0.0 * x
     for power in range(POWERS - 2, -1, -1):
-        ddb, db, b = ddb * x + db, db * x + b, b * x + numbers[at + power * count]
+        ddb, db, b = ddb * x + db, db * x + b, b * x + table[at + power * count]
     if beyond.real != 0.0:
         return b + beyond * db, db, 0.0 * ddb
     return b, db, 2.0 * ddb
 
 
 @inlined
-def foot_of(numbers: Any, ends: Any) -> Foot:
-    """Return the foot of the runner: the nearest point of the line; straight beyond an end that is nearest."""
-    place, length = three(ends, P), line_length(numbers)
-    points, pieces = int(numbers[AT.points]), int(numbers[AT.pieces])
-    s = nearest_on_pieces(numbers, AT.table, points, pieces, ends, local_numbers()) + 0.0 * ends[0]
-    r, slope, bend = _line(numbers, points, s, ends)
-    d, size = minus(place, r), dot(slope, slope)
-    along = dot(d, slope)
-    is_beyond = (s.real <= 0.0 and along.real < 0.0) or (s.real >= length and along.real > 0.0)
-    rate = size if is_beyond else size - dot(d, bend)
-    if rate.real > SHARP * size.real:
-        s += along / rate  # from the last digits to the exact foot, and its derivatives
-        r, slope, bend = _line(numbers, points, s, ends)
-    return s, r, slope, bend
+def rates_along(line: Line, place: Place, ends: Any) -> tuple[Vector, Vector]:
+    """Return the runner's velocity seen from a place of the line, and how fast the line turns there."""
+    rate = Ends(ends)[0].v
+    turning = 0.0 * rate
+    for i in range(int(line.points)):
+        b, db, _ = weight(line, i, place)
+        v = Ends(ends)[i + 1].v
+        rate, turning = rate - b * v, turning + db * v
+    return rate, turning
 
 
 @inlined
-def _line(numbers: Any, count: int, s: Any, ends: Any) -> tuple[Numbers, Numbers, Numbers]:
-    """Return the line at an arc length, and its first two derivatives."""
-    zero, place = 0.0 * ends[0], place_in(numbers, s)
-    r = slope = bend = (zero, zero, zero)
-    for i in range(count):
-        b, db, ddb = weight(numbers, i, place)
-        p = three(ends, END_NUMBERS * (i + 1) + P)
-        r, slope, bend = plus(r, times(b, p)), plus(slope, times(db, p)), plus(bend, times(ddb, p))
-    return r, slope, bend
+def foot_of(line: Line, ends: Any) -> Foot:
+    """Return the foot of the runner: the nearest point of the line; straight beyond an end that is nearest."""
+    length = line_length(line)
+    foot = _line_at(line, nearest_on_pieces(line, ends, local_numbers()) + 0.0 * ends[0], ends)
+    d, size = Ends(ends)[0].p - foot.r, dot(foot.slope, foot.slope)
+    along = dot(d, foot.slope)
+    is_beyond = (foot.s.real <= 0.0 and along.real < 0.0) or (foot.s.real >= length and along.real > 0.0)
+    rate = size if is_beyond else size - dot(d, foot.bend)
+    if rate.real > SHARP * size.real:
+        foot = _line_at(line, foot.s + along / rate, ends)  # to the exact foot, and its derivatives
+    return foot
+
+
+@inlined
+def _line_at(line: Line, s: Any, ends: Any) -> Foot:
+    """Return a place of the line."""
+    place, r = place_in(line, s), 0.0 * Ends(ends)[0].p
+    slope = bend = r
+    for i in range(int(line.points)):
+        b, db, ddb = weight(line, i, place)
+        p = Ends(ends)[i + 1].p
+        r, slope, bend = r + b * p, slope + db * p, bend + ddb * p
+    return Foot(s, r, slope, bend)

@@ -7,20 +7,19 @@ below zero the distance is least, and the root there is found in a bracket. A pi
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.force_elements.places import END_NUMBERS, P
+from kanefe.kernels.force_elements.places import End, Ends
 from kanefe.kernels.links.polynomials import POWERS
+from kanefe.kernels.values.records import Behind, Record, Rows, numbers_from
+from kanefe.kernels.values.tensors import ZERO, Vector, dot
 
 STEPS = 32
 """Number of steps in which a piece is looked at: its distance has five least places at most."""
 
 MOST_STEPS = 60
 """Number of steps to a root in its bracket, which halvings alone reach to the last digit in 53."""
-
-SLOPES = 3 * POWERS
-"""Index of the coefficients of g, behind those of the line."""
 
 DEGREE = 2 * POWERS - 3
 """Degree of g."""
@@ -29,110 +28,117 @@ CLOSE = 1e-15
 """Length of a step to a root, relative to that of the piece, that is round-off."""
 
 
+class Line(Record):
+    """A line: how many points and pieces it has.
+
+    The table has the arc lengths of the points, those at which the pieces start and the last ends, and of each piece
+    the coefficients of the powers 0 to 5, with a weight for each point.
+    """
+
+    points: float
+    pieces: float
+    table: Annotated[Any, Behind()]
+
+
+class Power(Record):
+    """What is multiplied by a power of the arc length."""
+
+    of: Vector
+
+
+class Powers(Rows[Power]):
+    """A piece as seen from the runner; the coefficients of g follow."""
+
+
 @kernel
-def nearest_on_pieces(numbers: Any, table: int, points: int, pieces: int, ends: Any, line: Any) -> float:
+def nearest_on_pieces(line: Line, ends: Any, room: Any) -> float:
     """Return the arc length of the nearest point of the line; the first end is the runner, the others its points.
 
-    Parameters
-    ----------
-    numbers, table : array, int
-        Where its table begins: see `kanefe.kernels.force_elements.guide.GuideNumbers`.
-    points, pieces : int
-        How many there are.
-    ends : array
-    line : array
-        Room for the coefficients of a piece.
+    `room` is for the coefficients of a piece.
     """
-    found, least, starts = 0.0, -1.0, table + points
+    found, least, points, table, seen = 0.0, -1.0, int(line.points), line.table, Powers(room)
+    slopes = numbers_from(seen[POWERS])
     for i in range(points):  # ends of pieces are among them
-        gap = 0.0
-        for c in range(3):
-            gap += (ends[END_NUMBERS * (i + 1) + P + c].real - ends[P + c].real) ** 2
-        if least < 0.0 or gap < least:
-            found, least = numbers[table + i], gap
-    for piece in range(pieces):
-        start = numbers[starts + piece]
-        width = numbers[starts + piece + 1] - start
-        put_piece(numbers, starts + pieces + 1 + piece * POWERS * points, points, ends, line)
-        if is_farther(line, width, least):
+        d = place_from_runner(Ends(ends)[i + 1], Ends(ends)[0])
+        if least < 0.0 or dot(d, d) < least:
+            found, least = table[i], dot(d, d)
+    for piece in range(int(line.pieces)):
+        start = table[points + piece]
+        width = table[points + piece + 1] - start
+        put_piece(line, points + int(line.pieces) + 1 + piece * POWERS * points, ends, seen)
+        if is_farther(seen, width, least):
             continue
-        low, value_low = 0.0, slope_at(line, 0.0)[0]
+        low, value_low = 0.0, slope_at(slopes, 0.0)[0]
         for step in range(1, STEPS + 1):
             high = width * step / STEPS
-            value = slope_at(line, high)[0]
+            value = slope_at(slopes, high)[0]
             if value_low > 0.0 and value <= 0.0:
-                x = root_between(line, low, high)
-                gap = gap_at(line, x)
+                x = root_between(slopes, low, high)
+                gap = gap_at(seen, x)
                 if gap < least:
                     found, least = start + x, gap
             low, value_low = high, value
-    return float(found)
+    return found
 
 
 @kernel
-def put_piece(numbers: Any, weights: int, points: int, ends: Any, line: Any) -> None:
-    """Write the coefficients of a piece as seen from the runner, those of x, y and z for each power, and those of g."""
+def place_from_runner(end: End, runner: End) -> Vector:
+    """Return where an end is seen from the runner, in real numbers."""
+    d = end.p - runner.p
+    return Vector(d.x.real, d.y.real, d.z.real)
+
+
+@kernel
+def put_piece(line: Line, weights: int, ends: Any, powers: Powers) -> None:
+    """Write a piece as seen from the runner, of the place of its first weight in the table."""
+    points, slopes = int(line.points), numbers_from(powers[POWERS])
     for power in range(POWERS):
-        for c in range(3):
-            line[3 * power + c] = 0.0
+        powers[power].of = ZERO
         for i in range(points):
-            b, at = numbers[weights + power * points + i], END_NUMBERS * (i + 1) + P
-            for c in range(3):
-                line[3 * power + c] += b * (ends[at + c].real - ends[P + c].real)
+            d = place_from_runner(Ends(ends)[i + 1], Ends(ends)[0])
+            powers[power].of += line.table[weights + power * points + i] * d
     for k in range(DEGREE + 1):
-        line[SLOPES + k] = 0.0
+        slopes[k] = 0.0
     for i in range(POWERS):
         for j in range(1, POWERS):
-            both = 0.0
-            for c in range(3):
-                both += line[3 * i + c] * line[3 * j + c]
-            line[SLOPES + i + j - 1] -= j * both
+            slopes[i + j - 1] -= j * dot(powers[i].of, powers[j].of)
 
 
 @kernel
-def is_farther(line: Any, width: float, least: float) -> bool:
+def is_farther(powers: Powers, width: float, least: float) -> bool:
     """Return whether all of a piece is farther from the runner than the root of a square."""
-    near, reach, scale = 0.0, 0.0, 1.0
-    for power in range(POWERS):
-        size = 0.0
-        for c in range(3):
-            size += line[3 * power + c] ** 2
-        if power == 0:
-            near = size**0.5
-        else:
-            scale *= width
-            reach += scale * size**0.5
-    return bool(near > reach and (near - reach) ** 2 > least)
+    near, reach, scale = dot(powers[0].of, powers[0].of) ** 0.5, 0.0, 1.0
+    for power in range(1, POWERS):
+        scale *= width
+        reach += scale * dot(powers[power].of, powers[power].of) ** 0.5
+    return near > reach and (near - reach) ** 2 > least
 
 
 @kernel
-def slope_at(line: Any, x: float) -> tuple[float, float]:
+def slope_at(slopes: Any, x: float) -> tuple[float, float]:
     """Return g and its derivative."""
-    value, rate = line[SLOPES + DEGREE], 0.0
+    value, rate = slopes[DEGREE], 0.0
     for k in range(DEGREE - 1, -1, -1):
-        value, rate = value * x + line[SLOPES + k], rate * x + value
+        value, rate = value * x + slopes[k], rate * x + value
     return value, rate
 
 
 @kernel
-def gap_at(line: Any, x: float) -> float:
+def gap_at(powers: Powers, x: float) -> float:
     """Return the square of the distance from the runner, m2."""
-    square = 0.0
-    for c in range(3):
-        q = line[3 * (POWERS - 1) + c]
-        for power in range(POWERS - 2, -1, -1):
-            q = q * x + line[3 * power + c]
-        square += q * q
-    return float(square)
+    q = powers[POWERS - 1].of
+    for power in range(POWERS - 2, -1, -1):
+        q = x * q + powers[power].of
+    return dot(q, q)
 
 
 @kernel
-def root_between(line: Any, low: float, high: float) -> float:
+def root_between(slopes: Any, low: float, high: float) -> float:
     """Return where g goes from above to below zero, by Newton's steps; by halving where these leave the bracket."""
     width = high - low
     x = 0.5 * (low + high)
     for _ in range(MOST_STEPS):
-        value, rate = slope_at(line, x)
+        value, rate = slope_at(slopes, x)
         if value > 0.0:
             low = x
         else:
@@ -143,4 +149,4 @@ def root_between(line: Any, low: float, high: float) -> float:
         if abs(new - x) <= CLOSE * width:
             break
         x = new
-    return float(x)
+    return x

@@ -2,61 +2,62 @@
 
 from __future__ import annotations
 
-from collections import namedtuple
 from typing import Any
 
 import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import called_by_address
-from kanefe.kernels.force_elements.blocks import places
-from kanefe.kernels.force_elements.places import POTENTIAL, SIGNATURE, TAKEN, WRENCH, WRENCHES
-from kanefe.kernels.force_elements.spring import line_between
+from kanefe.kernels.force_elements.places import SIGNATURE, Done
+from kanefe.kernels.force_elements.spring import draw_together, line_between
+from kanefe.kernels.values.records import Record
 
-OleoNumbers = namedtuple("OleoNumbers", "extended area pressure volume exponent ambient orifice rebound")
-"""Numbers of an oleo strut, in the words and units of `kanefe.Oleo`."""
 
-AT = places(OleoNumbers)
+class OleoNumbers(Record):
+    """Numbers of an oleo strut, in the words and units of `kanefe.Oleo`."""
+
+    extended: float
+    area: float
+    pressure: float
+    volume: float
+    exponent: float
+    ambient: float
+    orifice: float
+    rebound: float
 
 
 @called_by_address(*SIGNATURE)
 def oleo(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write the force that separates both ends; see `OleoNumbers`."""
+    own, done = OleoNumbers(numbers), Done(out)
     length, rate, e = line_between(ends)
-    stroke = numbers[AT.extended] - length
-    gas, energy = gas_in(numbers, stroke)
-    oil = oil_through(numbers, -rate)
-    out[POTENTIAL] = energy - numbers[AT.ambient] * numbers[AT.area] * stroke
-    out[TAKEN] = oil * -rate
-    for c in range(3):
-        out[WRENCHES + c] = -(gas + oil) * e[c]
-        out[WRENCHES + WRENCH + c] = (gas + oil) * e[c]
+    stroke = own.extended - length
+    gas, energy = gas_in(own, stroke)
+    oil = oil_through(own, -rate)
+    done.potential = energy - own.ambient * own.area * stroke
+    done.taken = oil * -rate
+    draw_together(-(gas + oil), e, done)
 
 
 @inlined
-def room_left(numbers: Any, stroke: Any) -> Any:
+def room_left(own: OleoNumbers, stroke: Any) -> Any:
     """Return the share of the volume that is left to the gas."""
-    return 1.0 - stroke * numbers[AT.area] / numbers[AT.volume]
+    return 1.0 - stroke * own.area / own.volume
 
 
 @inlined
-def gas_in(numbers: Any, stroke: Any) -> tuple[Any, Any]:
+def gas_in(own: OleoNumbers, stroke: Any) -> tuple[Any, Any]:
     """Return the force of the gas against the air around, and its energy above that at full extension."""
-    n, p, room = numbers[AT.exponent], numbers[AT.pressure], room_left(numbers, stroke)
+    n, p, room = own.exponent, own.pressure, room_left(own, stroke)
     inverse = np.exp(-n * np.log(room))
     if n == 1.0:
-        energy = -p * numbers[AT.volume] * np.log(room)
+        energy = -p * own.volume * np.log(room)
     else:
-        energy = p * numbers[AT.volume] / (n - 1.0) * (room * inverse - 1.0)
-    return (p * inverse - numbers[AT.ambient]) * numbers[AT.area], energy
+        energy = p * own.volume / (n - 1.0) * (room * inverse - 1.0)
+    return (p * inverse - own.ambient) * own.area, energy
 
 
 @inlined
-def oil_through(numbers: Any, closing: Any) -> Any:
+def oil_through(own: OleoNumbers, closing: Any) -> Any:
     """Return the force of the oil at a rate of the stroke."""
-    oil = closing * closing
-    if closing.real < 0.0:
-        oil *= -numbers[AT.rebound]
-    else:
-        oil *= numbers[AT.orifice]
-    return oil
+    return closing * closing * (-own.rebound if closing.real < 0.0 else own.orifice)

@@ -1,19 +1,88 @@
-"""Where a load between frames finds the motion of its ends, and where it writes what it does."""
+"""What a load between frames is told of its ends, and what it writes: records in the lists that it is called with."""
 
 from __future__ import annotations
 
+from typing import Annotated, Any
+
+from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import NUMBER, NUMBERS, VALUES
+from kanefe.kernels.values.records import Behind, Record, Rows, column, numbers_from
+from kanefe.kernels.values.tensors import Matrix, Vector
 
-# Of an end, in components of N
-P, A, V, W = 0, 3, 12, 15
-END_NUMBERS = 18
-
-# Of what is written; then force and moment of each end, then the rates of the states
-POTENTIAL, TAKEN, GIVEN, WRENCHES = range(4)
-WRENCH = 6
-
-# Kinds of the arguments of the function: t, numbers, inputs, ends, states, out
 SIGNATURE = (NUMBER, NUMBERS, NUMBERS, VALUES, VALUES, VALUES)
+"""Kinds of the arguments of the function: t, numbers, inputs, ends, states, out."""
 
-# The same of a function that writes what events of a load look at, for real numbers alone
 WATCH_SIGNATURE = (NUMBER, *[NUMBERS] * 5)
+"""The same of a function that writes what events of a load look at, for real numbers alone."""
+
+
+class End(Record):
+    """The motion of an end, in components of N; of a joint coordinate x of `p` and `v` alone.
+
+    Attributes
+    ----------
+    p : Vector
+        Origin, m.
+    A : Matrix
+        Axes.
+    v, w : Vector
+        Velocity of the origin and angular velocity.
+    """
+
+    p: Vector
+    A: Matrix
+    v: Vector
+    w: Vector
+
+
+class Ends(Rows[End]):
+    """The ends of a load, in a list."""
+
+
+class Wrench(Record):
+    """What a load exerts on an end, in components of N; on a joint coordinate x of the force alone.
+
+    Attributes
+    ----------
+    force, moment : Vector
+        At the end's origin.
+    """
+
+    force: Vector
+    moment: Vector
+
+
+class Wrenches(Rows[Wrench]):
+    """The wrenches of a load on its ends, in a list."""
+
+
+class Done(Record):
+    """What a load writes.
+
+    Attributes
+    ----------
+    potential : float
+        J.
+    taken, given : float
+        Power that it dissipates, and that it supplies other than from its potential, W.
+    wrenches : list
+        `Wrenches`, and then the rates of its states.
+    """
+
+    potential: float
+    taken: float
+    given: float
+    wrenches: Annotated[Any, Behind()]
+
+
+END_NUMBERS, WRENCH, WRENCHES = End.number_count, Wrench.number_count, Done.number_count
+"""How many numbers an end and a wrench have, and how many are written before the wrenches."""
+
+P, A, V, W = (column(End, name) for name in "pAvw")
+POTENTIAL, TAKEN, GIVEN = (column(Done, name) for name in ("potential", "taken", "given"))
+
+
+@inlined
+def rates_of(done: Done, count: int) -> Any:
+    """Return the list in which the rates of states of a load with so many ends are written."""
+    return numbers_from(Wrenches(done.wrenches)[count])

@@ -2,79 +2,76 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, plus, put_three, times
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import called_by_address
-from kanefe.kernels.links.places import DV, DW, SIGNATURE, A, P, V, W
-from kanefe.kernels.links.polynomials import POWERS, piece_at, polynomial
+from kanefe.kernels.links.places import SIGNATURE, WrittenMotion
+from kanefe.kernels.links.polynomials import POWERS, piece_at, vector_polynomial
+from kanefe.kernels.values.records import Behind, Record
+from kanefe.kernels.values.tensors import IDENTITY, Matrix, Vector, cross, dot
 
-# Numbers: pieces, whether it is closed, whether M turns with it, arc length at which each piece starts and the last
-# ends, and then of each piece the coefficients of the powers 0 to 5 of position and, if M turns, of what is up
-COUNT, IS_CLOSED, TURNS, STARTS = range(4)
+
+class CurveNumbers(Record):
+    """Numbers of a curve: how many pieces, whether it is closed, and whether M turns with it.
+
+    The table has the arc lengths at which pieces start and the last ends, and then of each piece the coefficients of
+    the powers 0 to 5 of position and, if M turns, of what is up.
+    """
+
+    pieces: float
+    is_closed: float
+    turns: float
+    table: Annotated[Any, Behind()]
 
 
 @called_by_address(*SIGNATURE)
 def curve(numbers: Any, q: Any, out: Any) -> None:
-    """Write the motion of a point on a curve (Eq. 13-16).
-
-    `numbers` are those of `kanefe.joints.point_on_curve.PointOnCurve.links`.
-    """
-    count = int(numbers[COUNT])
-    end, s = numbers[STARTS + count], q[0]
+    """Write the motion of a point on a curve (Eq. 13-16)."""
+    own, motion = CurveNumbers(numbers), WrittenMotion(out)
+    count, table, turns = int(own.pieces), own.table, own.turns > 0.0
+    end, s = table[count], q[0]
     beyond = 0.0 * s
-    if numbers[IS_CLOSED] > 0.0:
+    if own.is_closed > 0.0:
         s -= end * np.floor(s.real / end)
     elif s.real < 0.0:
         beyond = s
     elif s.real > end:
         beyond = s - end
     s -= beyond
-    low = piece_at(numbers, STARTS, count, s.real)
-    x, at = s - numbers[STARTS + low], STARTS + count + 1
-    turns = numbers[TURNS] > 0.0
-    at += low * (6 if turns else 3) * POWERS
-    p, t, bend, twist = _derivatives(numbers, at, x)
+    low = piece_at(table, 0, count, s.real)
+    x, at = s - table[low], count + 1 + low * (6 if turns else 3) * POWERS
+    p, t, bend, twist = vector_polynomial(table, at, x)
     if beyond.real != 0.0:  # straight on
-        p = plus(p, times(beyond, t))
-        bend = twist = times(0.0, t)
-    put_three(out, P, p)
-    put_three(out, V, t)
-    put_three(out, DV, bend)
+        p, bend, twist = p + beyond * t, 0.0 * t, 0.0 * t
+    motion.p, motion.V, motion.dV = p, t, bend
     if not turns:
-        out[A] = out[A + 4] = out[A + 8] = 1.0 + 0.0 * s
+        motion.A = IDENTITY
         return
-    n, dn, ddn, _ = _derivatives(numbers, at + 3 * POWERS, x)
+    n, dn, ddn, _ = vector_polynomial(table, at + 3 * POWERS, x)
     if beyond.real != 0.0:
-        dn = ddn = times(0.0, n)
-    # axes of a frame are of unit length to round-off, tangents to what the arc length is right to
-    t = times(1.0 / np.sqrt(dot(t, t)), t)
-    across = minus(n, times(dot(n, t), t))
-    length = np.sqrt(dot(across, across))
-    z = times(1.0 / length, across)
-    y = cross(z, t)
-    for c in range(3):
-        out[A + 3 * c], out[A + 3 * c + 1], out[A + 3 * c + 2] = t[c], y[c], z[c]
-    lean, bend_y = dot(n, t), dot(y, bend)
-    roll = (lean * bend_y - dot(y, dn)) / length
-    w = plus(cross(t, bend), times(roll, t))
-    dy = cross(w, y)
-    dlean = dot(dn, t) + dot(n, bend)
-    change = dlean * bend_y + lean * (dot(dy, bend) + dot(y, twist)) - dot(dy, dn) - dot(y, ddn)
-    droll = (change - roll * (dot(z, dn) - lean * dot(z, bend))) / length
-    put_three(out, W, w)
-    put_three(out, DW, plus(cross(t, twist), plus(times(droll, t), times(roll, bend))))
+        dn, ddn = 0.0 * n, 0.0 * n
+    put_frame(t, (bend, twist), (n, dn, ddn), motion)
 
 
 @inlined
-def _derivatives(numbers: Any, at: int, x: Any) -> tuple[Numbers, Numbers, Numbers, Numbers]:
-    """Return a vector of three polynomials and its first three derivatives."""
-    a, b, c = (
-        polynomial(numbers, at, x),
-        polynomial(numbers, at + POWERS, x),
-        polynomial(numbers, at + 2 * POWERS, x),
-    )
-    return (a[0], b[0], c[0]), (a[1], b[1], c[1]), (a[2], b[2], c[2]), (a[3], b[3], c[3])
+def put_frame(t: Vector, bends: tuple[Vector, ...], up: tuple[Vector, ...], motion: WrittenMotion) -> None:
+    """Write axes along a tangent and towards what is up, and how they turn; of both with their derivatives."""
+    (bend, twist), (n, dn, ddn) = bends, up
+    # axes of a frame are of unit length to round-off, tangents to what the arc length is right to
+    t = (1.0 / np.sqrt(dot(t, t))) * t
+    across = n - dot(n, t) * t
+    length = np.sqrt(dot(across, across))
+    z = (1.0 / length) * across
+    y = cross(z, t)
+    motion.A = Matrix(t.x, y.x, z.x, t.y, y.y, z.y, t.z, y.z, z.z)
+    lean, bend_y = dot(n, t), dot(y, bend)
+    roll = (lean * bend_y - dot(y, dn)) / length
+    motion.W = cross(t, bend) + roll * t
+    dy = cross(motion.W, y)
+    dlean = dot(dn, t) + dot(n, bend)
+    change = dlean * bend_y + lean * (dot(dy, bend) + dot(y, twist)) - dot(dy, dn) - dot(y, ddn)
+    droll = (change - roll * (dot(z, dn) - lean * dot(z, bend))) / length
+    motion.dW = cross(t, twist) + droll * t + roll * bend

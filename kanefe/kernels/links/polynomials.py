@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.values.tensors import Vector
 
 POWERS = 6
 
@@ -30,3 +31,10 @@ def polynomial(numbers: Any, at: int, x: Any) -> tuple[Any, Any, Any, Any]:
     for k in range(POWERS - 2, -1, -1):
         ddd, dd, d, f = ddd * x + dd, dd * x + d, d * x + f, f * x + numbers[at + k]
     return f, d, 2.0 * dd, 6.0 * ddd
+
+
+@inlined
+def vector_polynomial(numbers: Any, at: int, x: Any) -> tuple[Vector, Vector, Vector, Vector]:
+    """Return a vector of three polynomials, one behind the other, and its first three derivatives."""
+    a, b, c = polynomial(numbers, at, x), polynomial(numbers, at + POWERS, x), polynomial(numbers, at + 2 * POWERS, x)
+    return Vector(a[0], b[0], c[0]), Vector(a[1], b[1], c[1]), Vector(a[2], b[2], c[2]), Vector(a[3], b[3], c[3])

@@ -4,30 +4,43 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import (
-    accumulate,
-    cross,
-    matrix,
-    minus,
-    plus,
-    rotated,
-    rotated_back,
-    symmetric,
-    symmetric_times,
-    vector,
-)
 from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.force_elements.coordinate_friction import put_load_rates
-from kanefe.kernels.layout import ACCELERATION, ALPHA, FORCE, MOMENT, H, J, M, R
+from kanefe.kernels.force_elements.coordinate_friction import FrictionNumbers, put_load_rates
+from kanefe.kernels.force_elements.places import WRENCH, Wrenches
 from kanefe.kernels.loads.loads_between import put_coordinates
 from kanefe.kernels.loads.loads_layout import FIRST_NUMBER, FIRST_STATE, STATE_COUNT, place_of_load
 from kanefe.kernels.tables import LoadsBetween
+from kanefe.kernels.tree import Frames
+from kanefe.kernels.values.records import Record, Rows
+from kanefe.kernels.values.tensors import Vector, cross
 
-REACTION = 6
+REACTION = WRENCH
 
-# Columns of the integers of a bearing, and of its numbers
-LOAD, ROW, HAS_MOMENT = range(3)
-PLACE, AXIS = 0, 3
+
+class Bearing(Record):
+    """A joint whose load is followed.
+
+    Attributes
+    ----------
+    load : int
+        Number of the load that follows it.
+    row : int
+        Of the joint's body.
+    has_moment : bool
+        Whether moments count.
+    place, axis : Vector
+        Origin of the body's frame, and the axis of the joint, in axes of the row.
+    """
+
+    load: int
+    row: int
+    has_moment: bool
+    place: Vector
+    axis: Vector
+
+
+class Bearings(Rows[Bearing]):
+    """All joints whose load is followed."""
 
 
 @kernel
@@ -37,14 +50,12 @@ def add_reactions(between: LoadsBetween, work: np.ndarray, reactions: np.ndarray
     `reactions`, (bearings, REACTION). Accelerations are linear in forces, so that reactions of several sweeps add up.
     Moments that do not count are left out.
     """
-    for b in range(len(between.bearings)):
-        i = between.bearings[b, ROW]
-        a, alpha, h = vector(work, i, ACCELERATION), vector(work, i, ALPHA), matrix(work, i, H)
-        force = plus(symmetric_times(symmetric(work, i, M), a), rotated(h, alpha))
-        accumulate(reactions, b, 0, plus(vector(work, i, FORCE), force))
-        if between.bearings[b, HAS_MOMENT]:
-            moment = plus(rotated_back(h, a), symmetric_times(symmetric(work, i, J), alpha))
-            accumulate(reactions, b, 3, plus(vector(work, i, MOMENT), moment))
+    bearings, frames, found = Bearings(between.bearings, between.bearing_places), Frames(work), Wrenches(reactions)
+    for b in range(len(bearings)):
+        frame, on = frames[bearings[b].row], found[b]
+        on.force += frame.f + frame.M @ frame.a + frame.H @ frame.alpha
+        if bearings[b].has_moment:
+            on.moment += frame.n + frame.H.T @ frame.a + frame.J @ frame.alpha
 
 
 @kernel
@@ -60,15 +71,14 @@ def follow_reactions(
     rates: np.ndarray,
 ) -> None:
     """Write the rates of the loads that follow reactions of joints."""
-    for b in range(len(between.bearings)):
-        n, row = between.bearings[b, LOAD], between.bearings[b, ROW]
-        axes = matrix(work, row, R)
-        axis = rotated(axes, vector(between.bearing_places, b, AXIS))
-        force, moment = vector(reactions, b, 0), vector(reactions, b, 3)
-        if between.bearings[b, HAS_MOMENT]:
-            moment = minus(moment, cross(rotated(axes, vector(between.bearing_places, b, PLACE)), force))
+    bearings, frames, found = Bearings(between.bearings, between.bearing_places), Frames(work), Wrenches(reactions)
+    for b in range(len(bearings)):
+        bearing, n = bearings[b], bearings[b].load
+        axes, force, moment = frames[bearing.row].R, found[b].force, found[b].moment
+        if bearing.has_moment:
+            moment -= cross(axes @ bearing.place, force)
         put_coordinates(between, n, drives, q, u, workspace)
-        ends = workspace[place_of_load(between) :]
         first, numbers = between.loads[n, FIRST_STATE], between.numbers[between.loads[n, FIRST_NUMBER] :]
-        own = slice(first, first + between.loads[n, STATE_COUNT])
-        put_load_rates(numbers, axis, force, moment, ends, states[own], rates[own])
+        own, ends = slice(first, first + between.loads[n, STATE_COUNT]), workspace[place_of_load(between) :]
+        law = FrictionNumbers(numbers)
+        put_load_rates(law, axes @ bearing.axis, (force, moment), ends, states[own], rates[own])

@@ -249,11 +249,16 @@ class Field:
         Its first column among the integers and the numbers.
     integers, numbers : int
         How many columns it has there.
+    is_open : bool
+        Whether it has as many numbers as follow.
     """
 
     def __init__(self, name: str, kind: Any, owner: str) -> None:
         self.name, self.kind = name, kind
         self.integer_at = self.number_at = self.integers = self.numbers = 0
+        self.is_open = isinstance(kind, Behind) or (
+            _is(kind, Record) and any(one.is_open for one in kind.fields.values())
+        )
         self.is_whole = kind is int or kind is bool or _is(kind, enum.IntEnum) or isinstance(kind, Start)
         if self.is_whole:
             self.integers = 1
@@ -268,6 +273,8 @@ class Field:
         if record is None:
             return self
         memory, kind = record._memory, self.kind
+        if kind is float:
+            return memory[NUMBERS][self.number_at]
         if self.is_whole:
             found = int(memory[INTEGERS][self.integer_at])
             return found if isinstance(kind, Start) else kind(found)
@@ -280,7 +287,7 @@ class Field:
         if isinstance(kind, Behind):
             return behind(memory[NUMBERS], self.number_at)
         numbers = memory[NUMBERS][self.number_at : self.number_at + self.numbers]
-        return numbers if isinstance(kind, Columns) else numbers[0] if kind is float else kind(*numbers)
+        return numbers if isinstance(kind, Columns) else kind(*numbers)
 
     def _inside(self, memory: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Return the memory of the record that it is."""
@@ -441,13 +448,18 @@ def lacks(record: type[Record], name: str) -> str:
     return f"a {record.__name__} has no {name!r}; it has {', '.join(record.fields)}"
 
 
+def numbers_from(record: Record) -> Any:
+    """Return the list of numbers that a record lies in, from its first on."""
+    return record._memory[NUMBERS]
+
+
 def filled(record: type[Record], **values: Any) -> np.ndarray:
     """Return the numbers of a record, of numbers and arrays by name; those behind it may be as many as they like."""
     if unlike := set(values) ^ set(record.fields):
         raise TypeError(f"a {record.__name__} is filled by {', '.join(record.fields)}: {', '.join(sorted(unlike))}?")
     parts = [np.ravel(np.asarray(values[name], dtype=float)) for name in record.fields]
     for field, part in zip(record.fields.values(), parts, strict=True):
-        if len(part) != field.numbers and not isinstance(field.kind, Behind):
+        if len(part) != field.numbers and not field.is_open:
             raise TypeError(f"{record.__name__}.{field.name} has {field.numbers} numbers, not {len(part)}")
     return np.concatenate(parts)
 
