@@ -12,10 +12,11 @@ import scipy.linalg
 import kanefe as kf
 from kanefe.errors import ModelError
 from kanefe.fe_model.load_pattern import NodalPattern
+from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction import flexible_body
 from kanefe.reduction.basis import Basis
 from kanefe.reduction.load_cases import PRODUCTS, centrifugal_forces
-from kanefe.reduction.orthonormal import orthonormal_modes
+from kanefe.reduction.orthonormal import DEPENDENT, orthonormal_modes
 from reduction_cases import problem_of, tied_modes
 from scenes import lattice_model
 from steel_beams import steel_beam
@@ -150,11 +151,17 @@ def test_named_loads_and_given_forces_act_statically_exact(interfaces: dict) -> 
         forces = T @ load
         forces[problem.fixed] = 0.0
         exact = problem.solve(forces)
-        found = modes @ ((modes.T @ forces) / squares[:, None])
-        # a solve of this beam is good to 1e-10: K spans 1e7. Inertia forces move a floating body by round-off only,
-        # which is measured by what the first load moves it
-        moved = moved or abs(exact).max()
-        assert found == pytest.approx(exact, abs=1e-8 * max(abs(exact).max(), 1e-4 * moved))
+        left = modes @ ((modes.T @ forces) / squares[:, None]) - exact
+        # a part of a shape below DEPENDENT of its size, in the norm of M, is left out; ten shapes may each lack one.
+        # Inertia forces move a floating body by round-off only, which is measured by what the first load moves it
+        size = masses_of(problem, exact).max()
+        moved = moved or size
+        assert masses_of(problem, left).max() < 10.0 * DEPENDENT * max(size, 1e-4 * moved)
+
+
+def masses_of(problem: StaticProblem, shapes: np.ndarray) -> np.ndarray:
+    """Return the norms of shapes by M."""
+    return np.sqrt(np.einsum("ij,ij->j", shapes, problem.mass @ shapes))
 
 
 @pytest.mark.parametrize("nodal", [False, True])
