@@ -16,7 +16,6 @@ import subprocess
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -65,7 +64,9 @@ def scene_of(kind: str, seed: int) -> Any:
     """Return a frozen scene and a state, or a scene to run."""
     # of the checkout in which this runs
     import kanefe as kf
-    from contact_scenes import FRICTION, random_state as state_of_contact, scene_of as touching
+    from contact_scenes import FRICTION
+    from contact_scenes import random_state as state_of_contact
+    from contact_scenes import scene_of as touching
     from random_loops import LoopScene, closed_state
     from random_scenes import Recipe, planar_model, random_model
     from random_starts import linkage
@@ -139,6 +140,8 @@ def answer(job: str) -> None:
     """Do what another process asks for: a file of kinds, seeds and states, written back with what is found."""
     with open(job, "rb") as file:
         asked = pickle.load(file)
+    import kanefe as kf
+
     answers: dict[tuple[str, int], tuple[Any, ...] | str | None] = {}
     for (kind, seed), state in asked.items():
         try:
@@ -146,7 +149,7 @@ def answer(job: str) -> None:
                 warnings.simplefilter("ignore")
                 found = found_at(kind, seed, state)
                 answers[kind, seed] = None if found is None else tuple(found)  # its class has two names here
-        except Exception as error:  # a refusal must be the same in both
+        except (kf.KanefeError, ArithmeticError, ValueError) as error:  # a refusal must be the same in both
             answers[kind, seed] = f"{type(error).__name__}: {error}"
     with open(job, "wb") as file:
         pickle.dump(answers, file)
@@ -182,9 +185,8 @@ def compare(old: Path, new: Path, scenes: int, only: str) -> bool:
     print("| kind | scenes | both refuse | largest difference over its limit | differ |")
     print("|---|---|---|---|---|")
     agree = True
-    makers: Callable[[str], range] = lambda kind: range(max(1, KINDS[kind] * scenes // WHOLE))
     for kind in [kind for kind in KINDS if only in kind]:
-        asked = {(kind, seed): None for seed in makers(kind)}
+        asked = {(kind, seed): None for seed in range(max(1, KINDS[kind] * scenes // WHOLE))}
         with tempfile.TemporaryDirectory() as folder:
             theirs = ask(old, asked, folder)
             states = {key: getattr(found, "state", None) for key, found in theirs.items()}
