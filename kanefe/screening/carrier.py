@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,11 @@ from kanefe.joints.motion import Motion, of_body
 from kanefe.joints.pose_table import PoseTable
 from kanefe.tree.body_terms import BodyTerms
 
-STILL = PoseTable(np.arange(4.0), np.zeros((4, 3)))
-"""A constant pose."""
+
+@cache
+def still_pose() -> PoseTable:
+    """Return a constant pose."""
+    return PoseTable(np.arange(4.0), np.zeros((4, 3)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +87,7 @@ class Carrier:
     def _stilled(self) -> BodyTerms:
         joint = self.body.joint
         if isinstance(joint, PoseDriven):
-            return replace(self.body, joint=replace(joint, given=STILL))
+            return replace(self.body, joint=replace(joint, given=still_pose()))
         still = Motion.steady(0.0, 0.0)
         motion = still if len(joint.coordinate_names) == 1 else (still,) * len(joint.coordinate_names)
         held: Any = replace(joint, motion=motion)  # type: ignore[type-var,call-arg]

@@ -172,6 +172,16 @@ def test_a_run_with_a_spring_imports_no_contacts() -> None:
     assert not [name for name in loaded if name.startswith(of_contacts)]
 
 
+def test_a_worker_of_a_study_over_springs_at_joints_imports_no_scipy() -> None:
+    """Each process of a study pays for its imports, and scipy takes as long as some hundred short runs."""
+    spring = "kf.Revolute('z', forces=kf.CoordinateForce(stiffness=9.0, damping=0.1))"
+    scene = f"scene = kf.System()\nscene.add_rigid_body('weight', 1.0, 0.1, joint={spring})\n"
+    imports = "import sys, kanefe.studies.workers.work\nimport kanefe as kf\n"
+    loaded = loaded_by(f"{imports}{scene}scene.simulate((0.0, 0.1))\nprint(*sys.modules)")
+    assert "kanefe.studies.workers.work" in loaded
+    assert not [name for name in loaded if name.startswith("scipy")]
+
+
 def test_an_equilibrium_imports_no_contacts_no_runs_and_no_other_analysis() -> None:
     rest = "kf.equilibrium(scene)\nprint(*sorted(sys.modules))"
     spring = "scene.add_rigid_body('weight', 1.0, joint=kf.Prismatic('z', forces=kf.CoordinateForce(stiffness=9.0)))\n"

@@ -80,7 +80,9 @@ def _largest(X: Matrix, M: Matrix) -> float:
     if not np.any(X):
         return 0.0
     if n <= ROUNDS or np.any(np.diag(X) < 0.0):
-        return float(scipy.linalg.eigh(X, M, eigvals_only=True, subset_by_index=(n - 1, n - 1))[0])
+        L = np.linalg.cholesky(M)  # by numpy: scipy's part for it takes longer to import than many scenes to run
+        half = np.linalg.solve(L, np.tril(X) + np.tril(X, -1).T)
+        return float(np.linalg.eigvalsh(np.linalg.solve(L, half.T))[-1])
     factor = scipy.linalg.cho_factor(M)
     product: Callable[[Vector], Vector] = X.__matmul__
     return largest_eigenvalue(lambda x: scipy.linalg.cho_solve(factor, product(x)), product, n)

@@ -21,7 +21,6 @@ import numpy as np
 from kanefe._version import __version__
 from kanefe.errors import KanefeError, ModelError, SimulationError
 from kanefe.result import Result
-from kanefe.screening.windows import screen
 from kanefe.storage.digest import code_stamp
 from kanefe.storage.sealed import sealed
 from kanefe.studies.workers.case_warnings import CaseWarnings
@@ -97,6 +96,8 @@ def simulated(scene: System, options: Mapping[str, Any], progress: bool | None) 
     given = dict(options)
     if not given.pop(SCREENED, False):
         return scene.simulate(**given, progress=progress)
+    from kanefe.screening.windows import screen
+
     return screen(scene, given.pop("t_span"), **given).result
 
 
