@@ -12,7 +12,7 @@ from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
     from kanefe.equations.model import Model
-    from kanefe.tree.route import RunForces
+    from kanefe.tree.run_sweeps import RunForces
 
 
 class ForcesAt:

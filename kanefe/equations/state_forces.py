@@ -9,7 +9,8 @@ import numpy as np
 from kanefe.frames import Vector
 
 if TYPE_CHECKING:
-    from kanefe.tree.route import Route, RunForces
+    from kanefe.tree.route import Route
+    from kanefe.tree.run_sweeps import RunForces
 
 
 def forces_of(route: Route, t: float, y: Vector) -> RunForces:

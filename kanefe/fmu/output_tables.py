@@ -17,7 +17,7 @@ from kanefe.results.channels import output_function
 from kanefe.results.contact_points import in_columns
 from kanefe.stepping.outputs import Output
 from kanefe.stepping.simulation import Simulation
-from kanefe.tree.route import OutputFunction
+from kanefe.tree.run_sweeps import OutputFunction
 
 VECTORS = ("position", "rotation", "velocity", "angular_velocity", "acceleration", "angular_acceleration")
 KINDS = ("IN_STATE", "DRIVE", "DEFLECTION", "IN_FORCES", "IN_LOADS", *(what.upper() for what in VECTORS))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.fmu import c_text as c
-from kanefe.fmu.image import CallPlaces, Image, NeedsPython, with_nested
+from kanefe.fmu.image import Image, NeedsPython, with_nested
 from kanefe.fmu.output_tables import OutputTables
 from kanefe.integrate.methods.kernel_stepper import SMALLEST_STEP, KernelStepper
 from kanefe.kernels.compiler._numba import IS_COMPILED
@@ -29,6 +29,15 @@ ROW, ACCELERATED_ROW = 18, 24
 
 COMMANDS = "START ACCEPTED DONE JACOBIAN FAILED NO_INERTIA"
 REALS = "TIME TIME_OLD STOP SMALLEST NEXT_OUTPUT TIME_EXCESS TO_EVENT"
+FLAGS = {
+    "HAS_EVENTS": "PASS_STEPS",
+    "HAS_FRAMES": "MOVE",
+    "HAS_ACCELERATIONS": "EVALUATE",
+    "CAN_TELL_FORCES": "TELL_FORCES",
+    "CAN_TELL_LOADS": "TELL_LOADS",
+}
+"""Names of the flags of calls that only some scenes have."""
+
 PLACES = f"{REALS} COMMAND STAGE CONTINUES STEPS STORED IS_LEFT_OPEN WANTS_DENSE STATE"
 
 
@@ -200,7 +209,25 @@ class _Tables:
         return model_state(self.sim)[None, : self.size - QUADRATURES].copy()
 
     def _add_scene(self, image: Image) -> None:
-        model, sim, stepper, add = self.model, self.sim, self.stepper, self.lines.append
+        self._add_counts(image)
+        self._add_calls(image)
+        self.lines += [c.define(name, image.place(array)) for name, array in self._places().items()]
+        kept = self._kept()
+        self.lines += [
+            c.define("KEPT_COUNT", len(kept)),
+            c.integers("KEPT", [(image.place(array), array.nbytes) for array in kept], 2),
+            c.integers("POINTERS", image.pointers, 2),
+            c.integers("CALLED", image.called, 2),
+        ]
+        files, symbols = [path.name for path, _ in image.functions], [symbol for _, symbol in image.functions]
+        for name, of in (("FILES", files), ("NAMES", symbols)):
+            self.lines.append(f"static const char *const FUNCTION_{name}[] = {{{', '.join(map(c.text, of))}}};")
+        self._add_inputs()
+        self.lines += self.outputs.lines()
+
+    def _add_counts(self, image: Image) -> None:
+        """Add the sizes of the scene, and the names of what its method commands."""
+        model, sim = self.model, self.sim
         held, first = model.held.get(INPUTS, slice(0, 0)), model.coordinate_count + model.free_count
         counts = {
             "IMAGE_BYTES": image.size,
@@ -214,16 +241,38 @@ class _Tables:
             "PIECE_NUMBERS": PIECE_NUMBERS,
             "AT_TIME": AT_TIME,
             "KNOWS_TIME": int(self.driven > len(sim.courses)),
-            "MOST_STEPS": self.run.signature.place_of("run", "most_steps"),
             "POINTER_COUNT": len(image.pointers),
             "CALLED_COUNT": len(image.called),
             "FUNCTION_COUNT": len(image.functions),
         }
+        counts |= {name: int(getattr(stepping, name)) for name in f"{COMMANDS} {PLACES}".split()}
         self.lines += [c.define(name, value) for name, value in counts.items()]
-        self.lines += [c.define(name, int(getattr(stepping, name))) for name in f"{COMMANDS} {PLACES}".split()]
-        add(f"#define SMALLEST_STEP {c.number(float(SMALLEST_STEP))}")
-        add(f"#define LITTLE {c.number(LITTLE * sim.asked.every)}")
-        add("enum { CALL_FUNCTION, CALL_PLACES, CALL_NUMBERS, CALL_RESULT };")
+        self.lines += [
+            f"#define SMALLEST_STEP {c.number(float(SMALLEST_STEP))}",
+            f"#define LITTLE {c.number(LITTLE * sim.asked.every)}",
+            "enum { CALL_FUNCTION, CALL_PLACES, CALL_NUMBERS, CALL_RESULT };",
+        ]
+
+    def _add_calls(self, image: Image) -> None:
+        """Add the calls of kernels that the scene has, and which they are."""
+        calls = {
+            "INTEGRATE": self.run,
+            "PASS_STEPS": self.passing,
+            "MOVE": None if self.moved is None else self.moved[0],
+            "EVALUATE": None if self.evaluated is None else self.evaluated.call,
+            **self.force_calls,
+        }
+        for call, name in ((self.run, "MOST_STEPS"), (self.passing, "MOST_STEPS_OVER_EVENTS")):
+            if call is not None:
+                self.lines.append(c.define(name, call.signature.place_of("run", "most_steps")))
+        self.lines += [c.integers(name, list(image.call(call))) for name, call in calls.items() if call is not None]
+        if self.moved is not None:
+            self.lines.append(c.define("ROW_NUMBERS", self.moved[-1].shape[2]))
+        self.lines += [c.define(flag, int(calls.get(name) is not None)) for flag, name in FLAGS.items()]
+
+    def _places(self) -> dict[str, np.ndarray]:
+        """Return the arrays whose places are told, by the names of these."""
+        stepper, scene = self.stepper, self.run.arguments[0]
         places = {
             "AT_INTEGERS": stepper.integers,
             "AT_REALS": stepper.reals,
@@ -231,59 +280,30 @@ class _Tables:
             "AT_TIMES": self.times,
             "AT_STATES": self.states,
             "AT_INPUTS": self.inputs,
-        }
-        scene = self.run.arguments[0]
-        places |= {
             "AT_MOTIONS": scene.motions.motions,
             "AT_PIECES": scene.motions.pieces,
             "AT_SPANS": scene.motions.spans,
+            "AT_OUTPUT_DRIVES": scene.drives,
         }
-        places["AT_OUTPUT_DRIVES"] = scene.drives
-        self._add_call("INTEGRATE", image.call(self.run))
-        add(c.define("HAS_EVENTS", int(self.passing is not None)))
-        if self.passing is not None and self.watched is not None:
-            self._add_call("PASS_STEPS", image.call(self.passing))
-            add(c.define("MOST_STEPS_OVER_EVENTS", self.passing.signature.place_of("run", "most_steps")))
+        if self.watched is not None:
             places["AT_EVENT_COUNTS"] = self.watched.counts
-        add(c.define("HAS_FRAMES", int(self.moved is not None)))
-        add(c.define("HAS_ACCELERATIONS", int(self.evaluated is not None)))
         if self.moved is not None:
-            move, drives, state, rates, found = self.moved
-            self._add_call("MOVE", image.call(move))
-            add(c.define("ROW_NUMBERS", found.shape[2]))
+            _, drives, state, rates, found = self.moved
             places |= {"AT_MOTION_DRIVES": drives, "AT_MOTION_STATE": state, "AT_MOTION_FOUND": found}
             if self.evaluated is not None:
-                self._add_call("EVALUATE", image.call(self.evaluated.call))
                 places |= {"AT_MOTION_RATES": rates, "AT_EVALUATED": self.evaluated.vectors}
                 places |= {"AT_EVALUATED_DRIVES": self.evaluated.drives, "AT_EVALUATED_INPUTS": self.evaluated.inputs}
-        for name in ("TELL_FORCES", "TELL_LOADS"):
-            add(c.define(f"CAN_{name}", int(name in self.force_calls)))
-            if name in self.force_calls:
-                self._add_call(name, image.call(self.force_calls[name]))
-        places |= self.forces
-        self.lines += [c.define(name, image.place(array)) for name, array in places.items()]
-        kept = [
-            stepper.integers,
-            stepper.reals,
-            stepper.vectors,
-            self.states,
-            *([scene.motions.pieces] if sim.courses else []),
-        ]
-        if self.watched is not None:
-            watched = self.watched
-            kept += [watched.values, watched.noise, watched.last, watched.actions, watched.regime, watched.usual]
-        add(c.define("KEPT_COUNT", len(kept)))
-        add(c.integers("KEPT", [(image.place(array), array.nbytes) for array in kept], 2))
-        add(c.integers("POINTERS", image.pointers, 2))
-        add(c.integers("CALLED", image.called, 2))
-        files, symbols = [path.name for path, _ in image.functions], [symbol for _, symbol in image.functions]
-        for name, of in (("FILES", files), ("NAMES", symbols)):
-            add(f"static const char *const FUNCTION_{name}[] = {{{', '.join(map(c.text, of))}}};")
-        self._add_inputs()
-        self.lines += self.outputs.lines()
+        return places | self.forces
 
-    def _add_call(self, name: str, call: CallPlaces) -> None:
-        self.lines.append(c.integers(name, list(call)))
+    def _kept(self) -> list[np.ndarray]:
+        """Return the arrays that make up the state of the simulation."""
+        stepper, watched = self.stepper, self.watched
+        kept = [stepper.integers, stepper.reals, stepper.vectors, self.states]
+        if self.sim.courses:
+            kept.append(self.run.arguments[0].motions.pieces)
+        if watched is not None:
+            kept += [watched.values, watched.noise, watched.last, watched.actions, watched.regime, watched.usual]
+        return kept
 
     def _add_inputs(self) -> None:
         sim, model = self.sim, self.model

@@ -13,7 +13,8 @@ from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.loads.base import Load
 from kanefe.tree.model_data import QUADRATURES, ModelData
 from kanefe.tree.model_outputs import MechanicalEnergy
-from kanefe.tree.route import Evaluation, Form, MethodNeeds, Obstacle, PreparedRun, RunSweeps, WatchedEvents
+from kanefe.tree.route import Evaluation, Form, MethodNeeds, Obstacle, PreparedRun, WatchedEvents
+from kanefe.tree.run_sweeps import RunSweeps
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from kanefe.frames import Matrix, skews
 from kanefe.kane.coupling import unit_wrenches
 from kanefe.tree.body_terms import FlexibleTerms
 from kanefe.tree.model_data import ModelData
-from kanefe.tree.route import FrameMotions
+from kanefe.tree.run_sweeps import FrameMotions
 
 AT_ONCE = 2000
 """Number of states in one go: a few megabytes for each component."""

@@ -11,7 +11,7 @@ from kanefe.kernels.compiler.entries import LATER, Call
 from kanefe.kernels.loads.telling import tell_states, telling_memory_size
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.tables.load_tables import told_loads
-from kanefe.tree.route import OutputFunction
+from kanefe.tree.run_sweeps import OutputFunction
 
 
 class LoadOutputs:

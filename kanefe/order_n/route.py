@@ -44,7 +44,8 @@ from kanefe.order_n.tables.scene_tables import TableBuilder
 from kanefe.order_n.watching import Watching
 from kanefe.tree.model_data import QUADRATURES, ModelData
 from kanefe.tree.model_outputs import MechanicalEnergy
-from kanefe.tree.route import Evaluation, Form, MethodNeeds, Obstacle, RunSweeps
+from kanefe.tree.route import Evaluation, Form, MethodNeeds, Obstacle
+from kanefe.tree.run_sweeps import RunSweeps
 from kanefe.tree.scales import moving_length
 from kanefe.tree.scene_state import SceneState
 

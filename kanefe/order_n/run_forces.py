@@ -24,7 +24,7 @@ from kanefe.kernels.evaluation.force_tables import (
 )
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.tree.neighbours import LOAD, parts_of
-from kanefe.tree.route import FrameMotions
+from kanefe.tree.run_sweeps import FrameMotions
 
 if TYPE_CHECKING:
     from kanefe.kane.run_forces import LiteralForces
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class CompiledForces:
-    """Forces of T states of a scene: see `kanefe.tree.route.RunForces`.
+    """Forces of T states of a scene: see `kanefe.tree.run_sweeps.RunForces`.
 
     Parameters
     ----------

@@ -48,7 +48,8 @@ from kanefe.order_n.load_outputs import LoadOutputs
 from kanefe.order_n.run_forces import CompiledForces
 from kanefe.order_n.tables.frame_offsets import FrameOffset, FrameOffsets
 from kanefe.tree.model_data import QUADRATURES
-from kanefe.tree.route import FrameMotions, MethodNeeds, OutputFunction
+from kanefe.tree.route import MethodNeeds
+from kanefe.tree.run_sweeps import FrameMotions, OutputFunction
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame

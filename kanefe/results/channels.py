@@ -15,13 +15,11 @@ from kanefe.bodies.exact.inertia import BeamInertia
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
-from kanefe.frames import euler_parameters_from_matrix, rotation_matrices
+from kanefe.frames import rotation_matrices
 from kanefe.integrate.sampling import ControllerLog
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.joints.motion import of_body
-from kanefe.kane.run_forces import LiteralForces
-from kanefe.kane.state import State
 from kanefe.loads.base import Load
 from kanefe.results.body_shape import BodyShape, body_shape
 from kanefe.results.contact_history import is_contact
@@ -32,13 +30,14 @@ from kanefe.results.placed_states import placed_states
 from kanefe.results.quantities import ENERGIES, MODES, MOMENTA
 from kanefe.results.recorded import Recorded
 from kanefe.results.surface_outline import SurfaceOutline, outlines
-from kanefe.tree.route import OutputFunction, RunForces, RunSweeps
+from kanefe.tree.run_sweeps import OutputFunction, RunForces, RunSweeps
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
     from kanefe.constraints.rows import Constraint
-    from kanefe.kane.kinematics import FrameMotion
+    from kanefe.kane.state import State
+    from kanefe.results.literal_sweeps import LiteralSweeps
 
 Key = tuple[str, ...]
 """Quantity, body ("" for the whole scene), interface ("" for the body's own frame), and name of a part."""
@@ -134,7 +133,7 @@ class RunChannels:
             if quantity == "coupling_force":
                 found: dict[Key, np.ndarray] = {key: coupling_force(self, body, interface, of)}
             else:
-                found = getattr(self, _COMPUTE[quantity].__name__)(body, interface)
+                found = _COMPUTE[quantity](self, body, interface)
             for new, array in found.items():
                 array.flags.writeable = False
                 self._kept[new] = array
@@ -144,10 +143,7 @@ class RunChannels:
         """Return du of the free speeds at all times, (T, free)."""
         if self._du is None:
             n, m = self.model.coordinate_count, self.model.free_count
-            if self.swept is not None:
-                self._du = self.swept.rates[:, n : n + m]
-            else:
-                self._du = np.array([self.model.route.evaluate(t, y).rates[n : n + m] for t, y in self._states()])
+            self._du = self.swept.rates[:, n : n + m]
         return self._du
 
     @cached_property
@@ -157,13 +153,21 @@ class RunChannels:
         return np.hstack((run.coordinates, run.speeds, run.internal))
 
     @cached_property
-    def swept(self) -> RunSweeps | None:
-        """Compiled sweeps over all states at once; None if the route has none."""
-        return self.model.route.sweeps(self.times, self.states)
+    def swept(self) -> RunSweeps:
+        """Quantities of all states: by compiled sweeps at once, or by the literal route, which has none."""
+        return self.model.route.sweeps(self.times, self.states) or self.literal
 
-    def _states(self) -> list[tuple[float, np.ndarray]]:
-        """Return times and states."""
-        return list(zip(self.times.tolist(), self.states, strict=True))
+    @cached_property
+    def literal(self) -> LiteralSweeps:
+        """Quantities of all states by the literal route."""
+        from kanefe.results.literal_sweeps import LiteralSweeps
+
+        return LiteralSweeps(self.model, self.times, self.states, self.accelerations)
+
+    @property
+    def is_swept(self) -> bool:
+        """Whether the motion of any frame is found for all states at once."""
+        return self.swept is not self.__dict__.get("literal")
 
     def load_lines(self, rows: np.ndarray) -> tuple[LoadLine, ...]:
         """Return the lines of loads that act along one, at output times given by number."""
@@ -171,24 +175,11 @@ class RunChannels:
 
     def placed(self, rows: Sequence[int] | np.ndarray) -> Iterator[SceneState]:
         """Yield the positions and motions of all frames at some output times, given by number."""
-        if self.swept is not None:
+        if self.is_swept:
             return placed_states(self.model, self.trajectory, self.swept, rows)
         return (self.model.route.view(float(self.times[row]), self.states[row]) for row in rows)
 
-    def views(self) -> Iterator[State]:
-        """Yield a state of the literal route at each time, with the motion of all frames."""
-        return (self.model.route.view(t, y) for t, y in self._states())
-
-    def acting_states(self) -> Iterator[tuple[State, np.ndarray]]:
-        """Yield a state of the literal route at each time, also with its loads, and its accelerations."""
-        return (
-            self.model.route.acting(t, y, du) for (t, y), du in zip(self._states(), self.accelerations(), strict=True)
-        )
-
     def _motions(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        """Return position, rotation and velocities of a frame; without sweeps, of every frame of the scene."""
-        if self.swept is None:
-            return self._literal_motions()
         frame = self.swept.frame(*self._frame(body, interface))
         return {
             ("position", body, interface): frame.position.copy(),
@@ -197,14 +188,9 @@ class RunChannels:
         }
 
     def _rotations(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        if self.swept is None:
-            return self._literal_motions()
         return {("rotation", body, interface): self.swept.rotation(*self._frame(body, interface))}
 
     def _accelerated(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        """Return the accelerations of a frame, or of every frame."""
-        if self.swept is None:
-            return self._literal_accelerations()
         frame = self.swept.frame(*self._frame(body, interface), is_accelerated=True)
         if frame.acceleration is None or frame.angular_acceleration is None:
             raise TypeError("accelerations were requested")
@@ -236,50 +222,13 @@ class RunChannels:
             eta = self.trajectory.coordinates[:, terms.eta]
             return terms.free_moments.first_moments(eta) / float(terms.free_moments.mass)
         # without loads, the states of an unreduced body do not have its mass in its frames
-        states = (state for state, _ in self.acting_states()) if self.model.has_unreduced else self.views()
+        literal = self.literal
+        states = (state for state, _ in literal.acting()) if self.model.has_unreduced else literal.views()
         return np.array([_local_centre(state, number) for state in states])
 
     def _frame(self, body: str, interface: str) -> tuple[int, InterfaceFrame | None]:
         number = self.model.index(body)
         return number, self.model.flexible_terms(body).body.interface(interface) if interface else None
-
-    def _literal_motions(self) -> dict[Key, np.ndarray]:
-        """Return position, rotation and speeds of every frame."""
-        names = ("position", "rotation", "velocity", "angular_velocity")
-        frames = self._frames()
-        width = {"rotation": 4}
-        kept: dict[Key, np.ndarray] = {
-            (name, *frame): np.empty((len(self.times), width.get(name, 3))) for name in names for frame in frames
-        }
-        for i, state in enumerate(self.views()):
-            for frame, motion in zip(frames, _frame_motions(state), strict=True):
-                kept["position", *frame][i] = motion.p_NoFo_N
-                kept["rotation", *frame][i] = euler_parameters_from_matrix(motion.A_NF)
-                kept["velocity", *frame][i] = motion.A_NF @ motion.v
-                kept["angular_velocity", *frame][i] = motion.w
-        for frame in frames:
-            e = kept["rotation", *frame]
-            turns = np.where(np.einsum("ti,ti->t", e[1:], e[:-1]) < 0, -1.0, 1.0)  # e and -e are the same rotation
-            e[1:] *= np.cumprod(turns)[:, None]
-        return kept
-
-    def _literal_accelerations(self) -> dict[Key, np.ndarray]:
-        """Return the accelerations of every frame: a = V du + Z, alpha = W du + Y (Eq. 15, 16)."""
-        frames = self._frames()
-        names = ("acceleration", "angular_acceleration")
-        kept: dict[Key, np.ndarray] = {
-            (name, *frame): np.empty((len(self.times), 3)) for name in names for frame in frames
-        }
-        for i, (state, du) in enumerate(self.acting_states()):
-            rates = np.concatenate((du, state.driven_rates))
-            for frame, motion in zip(frames, _frame_motions(state), strict=True):
-                kept["acceleration", *frame][i] = motion.A_NF @ (motion.V @ rates + motion.Z)
-                kept["angular_acceleration", *frame][i] = motion.W @ rates + motion.Y
-        return kept
-
-    def _frames(self) -> list[tuple[str, str]]:
-        """Return body and interface of every frame, in the order of their motions."""
-        return [(shape.name, interface) for shape in self.bodies for interface in ("", *shape.interfaces)]
 
     def _joint(self, body: str, interface: str) -> dict[Key, np.ndarray]:
         terms = self.model.bodies[self.model.index(body)]
@@ -308,16 +257,8 @@ class RunChannels:
         eta = self.trajectory.coordinates[:, terms.eta]
         return {("deflection", body, interface): frame.displacements(eta)}
 
-    @cached_property
-    def _balances(self) -> np.ndarray:
-        """Kinetic, elastic and gravity energy, linear and angular momentum, (T, 9)."""
-        if self.swept is not None:
-            return self.swept.balances
-        route = self.model.route
-        return np.array([np.concatenate((route.energy(t, y), *route.momenta(t, y))) for t, y in self._states()])
-
     def _energies(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        found, run = self._balances, self.trajectory
+        found, run = self.swept.balances, self.trajectory
         of_states = {(name, "", ""): found[:, i].copy() for i, name in enumerate(ENERGIES) if i < 3}
         return of_states | {
             ("dissipated_energy", "", ""): np.array(run.dissipated),
@@ -337,16 +278,16 @@ class RunChannels:
         )
 
     def _momenta(self, body: str, interface: str) -> dict[Key, np.ndarray]:
-        found = self._balances
+        found = self.swept.balances
         return {("linear_momentum", "", ""): found[:, 3:6].copy(), ("angular_momentum", "", ""): found[:, 6:].copy()}
 
     def _reactions(self, body: str, interface: str) -> dict[Key, np.ndarray]:
         return {("joint_reaction", body, ""): self.forces.reactions[:, self.model.index(body)].copy()}
 
-    @cached_property
+    @property
     def forces(self) -> RunForces:
         """All forces at all times, from one pass."""
-        return LiteralForces(self.model, self.acting_states) if self.swept is None else self.swept.forces
+        return self.swept.forces
 
     def _drives(self, body: str, interface: str) -> dict[Key, np.ndarray]:
         """Return all driving forces."""
@@ -368,8 +309,6 @@ class RunChannels:
 
     def _told(self, quantity: str) -> dict[int, np.ndarray]:
         """Return outputs of loads at all times by compiled functions, of those that have one, by their numbers."""
-        if self.swept is None:
-            return {}
         found = {i: output_function(load, quantity) for i, load in enumerate(self.model.loads)}
         functions = {i: function for i, function in found.items() if function is not None}
         return self.swept.outputs_of_loads(functions) if functions else {}
@@ -436,16 +375,6 @@ def _local_centre(state: State, number: int) -> np.ndarray:
     eta = state.q[terms.eta]
     mass, _ = terms.free_moments.terms(eta, np.zeros_like(eta), np.zeros(3))
     return np.array((mass[5, 1], mass[3, 2], mass[4, 0])) / mass[0, 0]
-
-
-def _frame_motions(state: State) -> list[FrameMotion]:
-    """Return the motion of every frame: of each body, and of its interfaces in their own axes."""
-    motions: list[FrameMotion] = []
-    for number, body in enumerate(state.model.bodies):
-        motions.append(state.motions[number])
-        if body.flexible is not None:
-            motions += [state.motion(number, n).turned(n.axes) for n in body.flexible.body.interfaces]
-    return motions
 
 
 _COMPUTE: dict[str, Callable[[RunChannels, str, str], dict[Key, np.ndarray]]] = {

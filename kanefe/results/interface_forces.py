@@ -11,7 +11,7 @@ from kanefe.tree.neighbours import parts_of, sources_of
 
 if TYPE_CHECKING:
     from kanefe.tree.model_data import ModelData
-    from kanefe.tree.route import RunForces
+    from kanefe.tree.run_sweeps import RunForces
 
 
 class RunStates(Protocol):

@@ -14,7 +14,7 @@ from kanefe.results.contact_history import is_contact
 
 if TYPE_CHECKING:
     from kanefe.tree.model_data import ModelData
-    from kanefe.tree.route import RunSweeps
+    from kanefe.tree.run_sweeps import RunSweeps
     from kanefe.tree.scene_state import SceneState
 
 TAUT, SLACK, GONE = 0, 1, 2
@@ -55,7 +55,9 @@ class PlacedRun(Protocol):
     @property
     def events(self) -> Mapping[str, Vector]: ...  # noqa: D102
     @property
-    def swept(self) -> RunSweeps | None: ...  # noqa: D102
+    def swept(self) -> RunSweeps: ...  # noqa: D102
+    @property
+    def is_swept(self) -> bool: ...  # noqa: D102
     def placed(self, rows: np.ndarray) -> Iterator[SceneState]: ...  # noqa: D102
     def read(self, quantity: str, body: str = "", interface: str = "", of: str = "") -> np.ndarray: ...  # noqa: D102
 
@@ -73,7 +75,7 @@ def lines_of_run(run: PlacedRun, rows: np.ndarray) -> tuple[LoadLine, ...]:
         for number, load in loads.items()
     }
     for number, load in loads.items():
-        if run.swept is not None:
+        if run.is_swept:
             for end, marker in enumerate(load.ends):
                 frame = run.swept.frame(marker.body, marker.interface)
                 turn = np.eye(3) if marker.interface is None else marker.interface.axes.T  # frames have those axes
@@ -81,7 +83,7 @@ def lines_of_run(run: PlacedRun, rows: np.ndarray) -> tuple[LoadLine, ...]:
         if SLACKNESS in load.columns:
             is_slack = run.read("load", load.name)[rows, load.columns.index(SLACKNESS)]
             lines[number].states[:] = np.where(is_slack, SLACK, TAUT)
-    if run.swept is None:
+    if not run.is_swept:
         for row, state in enumerate(run.placed(rows)):
             for number in loads:
                 lines[number].points[row] = [end.p for end in state.load_ends(number)]

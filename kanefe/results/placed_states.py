@@ -9,7 +9,7 @@ import numpy as np
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.placed import Placed
-from kanefe.tree.route import RunSweeps
+from kanefe.tree.run_sweeps import RunSweeps
 from kanefe.tree.scene_state import SceneState
 
 

@@ -18,9 +18,10 @@ if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody
     from kanefe.constraints.rows import Constraint
     from kanefe.contact.surface import Surface
+    from kanefe.joints.base import Joint
     from kanefe.loads.controller import Controller
 
-_fixed_of_bodies: WeakKeyDictionary[FlexibleBody, dict[str, np.ndarray]] = WeakKeyDictionary()
+_fixed_of_bodies: WeakKeyDictionary[FlexibleBody, tuple[np.ndarray, np.ndarray]] = WeakKeyDictionary()
 """Results of `_fixed_motions` by body: scenes are frozen more often than bodies are made."""
 
 
@@ -43,77 +44,105 @@ def build_model(
         raise ModelError("the scene has no bodies. Remedy: add_rigid_body or add_flexible_body")
     driven = sum(motion is not None for e in entries for motion in e.joint.motions)
     free = sum(len(e.joint.motions) + (e.flexible.free_count if e.flexible else 0) for e in entries) - driven
-    q: list[np.ndarray] = []
-    u: list[np.ndarray] = []
-    coordinate = speed = 0
-    driven_speed, fixed_speed = free, free + driven
-    bodies = []
-    for entry in entries:
-        starts = entry.joint.initial_coordinates(), entry.joint.initial_speeds()
-        is_driven = np.array([motion is not None for motion in entry.joint.motions], dtype=bool)
-        if not is_driven.any():
-            coordinates = np.arange(coordinate, coordinate + len(starts[0]))
-            speeds = np.arange(speed, speed + len(starts[1]))
-        else:
-            coordinates = np.where(is_driven, -1, coordinate + np.cumsum(~is_driven) - 1)
-            speeds = np.where(is_driven, driven_speed + np.cumsum(is_driven) - 1, speed + np.cumsum(~is_driven) - 1)
-            starts = starts[0][~is_driven], starts[1][~is_driven]
-        coordinate, speed = coordinate + len(starts[0]), speed + len(starts[1])
-        driven_speed += int(is_driven.sum())
-        q.append(starts[0])
-        u.append(starts[1])
-        terms = None
-        if entry.flexible is not None:
-            body = entry.flexible
-            k = body.free_count
-            centred = body.centred if is_unreduced(body) else np.asarray
-            eta, deta = (None if start is None else centred(start) for start in (entry.eta, entry.deta))
-            terms = FlexibleTerms(
-                body=body,
-                free_moments=body.moments.leading(k),
-                all_moments=body.moments,
-                damping=_transferred_damping(body),
-                eta=slice(coordinate, coordinate + k),
-                speeds=slice(speed, speed + k),
-                fixed=slice(fixed_speed, fixed_speed + body.fixed_count),
-                given_eta=eta,
-                given_deta=deta,
-                **_fixed_motions(body),
-            )
-            coordinate, speed, fixed_speed = terms.eta.stop, terms.speeds.stop, terms.fixed.stop
-            q.append(np.zeros(k) if eta is None else eta)
-            u.append(np.zeros(k) if deta is None else deta)
-        bodies.append(
-            BodyTerms(
-                name=entry.name,
-                parent=entry.parent,
-                parent_interface=entry.parent_interface,
-                p_PoFo_P=entry.at,
-                A_PF=entry.axes,
-                joint=entry.joint,
-                coordinates=coordinates,
-                speeds=speeds,
-                rigid=entry.rigid,
-                flexible=terms,
-                loads=tuple(entry.loads),
-                joint_loads=tuple(entry.joint_loads),
-                field_loads=tuple(entry.field_loads),
-                has_gravity=entry.has_gravity,
-            )
-        )
+    numbers = _Numbers(free, driven)
+    bodies = tuple(_body_terms(entry, numbers) for entry in entries)
     return ModelData(
-        bodies=tuple(bodies),
+        bodies=bodies,
         gravity=gravity.copy(),
         slopes=slopes,
-        coordinate_count=coordinate,
+        coordinate_count=numbers.coordinate,
         free_count=free,
         driven_count=driven,
-        fixed_count=fixed_speed - free - driven,
-        initial_coordinates=np.concatenate(q) if q else np.zeros(0),
-        initial_speeds=np.concatenate(u) if u else np.zeros(0),
+        fixed_count=numbers.fixed - free - driven,
+        initial_coordinates=np.concatenate(numbers.q),
+        initial_speeds=np.concatenate(numbers.u),
         constraints=tuple(constraints),
         controllers=tuple(controllers),
         surfaces=tuple(surfaces),
+    )
+
+
+class _Numbers:
+    """The numbers of the next coordinates and speeds, and the start of those before.
+
+    Speeds are free ones first, then driven ones, then those of fixed components.
+    """
+
+    def __init__(self, free: int, driven: int) -> None:
+        self.coordinate = self.speed = 0
+        self.driven, self.fixed = free, free + driven
+        self.q: list[np.ndarray] = []
+        self.u: list[np.ndarray] = []
+
+    def of_joint(self, joint: Joint) -> tuple[np.ndarray, np.ndarray]:
+        """Return the numbers of a joint's coordinates, -1 of driven ones, and of its speeds."""
+        q, u = joint.initial_coordinates(), joint.initial_speeds()
+        is_driven = np.array([motion is not None for motion in joint.motions], dtype=bool)
+        coordinates, speeds = self.coordinate + np.arange(len(q)), self.speed + np.arange(len(u))
+        if is_driven.any():
+            coordinates = np.where(is_driven, -1, self.coordinate + np.cumsum(~is_driven) - 1)
+            speeds = np.where(is_driven, self.driven + np.cumsum(is_driven), self.speed + np.cumsum(~is_driven)) - 1
+            q, u = q[~is_driven], u[~is_driven]
+        self.driven += int(is_driven.sum())
+        self._go_on(q, u)
+        return coordinates, speeds
+
+    def of_modes(self, eta: np.ndarray, deta: np.ndarray, fixed: int) -> tuple[slice, slice, slice]:
+        """Return the places of coordinates and speeds of modes that start so, and of so many fixed components."""
+        places = (
+            slice(self.coordinate, self.coordinate + len(eta)),
+            slice(self.speed, self.speed + len(deta)),
+            slice(self.fixed, self.fixed + fixed),
+        )
+        self.fixed += fixed
+        self._go_on(eta, deta)
+        return places
+
+    def _go_on(self, q: np.ndarray, u: np.ndarray) -> None:
+        self.coordinate, self.speed = self.coordinate + len(q), self.speed + len(u)
+        self.q.append(q)
+        self.u.append(u)
+
+
+def _body_terms(entry: BodyEntry, numbers: _Numbers) -> BodyTerms:
+    coordinates, speeds = numbers.of_joint(entry.joint)
+    return BodyTerms(
+        name=entry.name,
+        parent=entry.parent,
+        parent_interface=entry.parent_interface,
+        p_PoFo_P=entry.at,
+        A_PF=entry.axes,
+        joint=entry.joint,
+        coordinates=coordinates,
+        speeds=speeds,
+        rigid=entry.rigid,
+        flexible=None if entry.flexible is None else _flexible_terms(entry.flexible, entry, numbers),
+        loads=tuple(entry.loads),
+        joint_loads=tuple(entry.joint_loads),
+        field_loads=tuple(entry.field_loads),
+        has_gravity=entry.has_gravity,
+    )
+
+
+def _flexible_terms(body: FlexibleBody, entry: BodyEntry, numbers: _Numbers) -> FlexibleTerms:
+    k = body.free_count
+    centred = body.centred if is_unreduced(body) else np.asarray
+    given = [None if start is None else centred(start) for start in (entry.eta, entry.deta)]
+    eta, deta = (np.zeros(k) if start is None else start for start in given)
+    coordinates, speeds, fixed = numbers.of_modes(eta, deta, body.fixed_count)
+    rigid, elastic = _fixed_motions(body)
+    return FlexibleTerms(
+        body=body,
+        free_moments=body.moments.leading(k),
+        all_moments=body.moments,
+        damping=_transferred_damping(body),
+        eta=coordinates,
+        speeds=speeds,
+        fixed=fixed,
+        fixed_rigid=rigid,
+        fixed_elastic=elastic,
+        given_eta=given[0],
+        given_deta=given[1],
     )
 
 
@@ -128,13 +157,13 @@ def _transferred_damping(body: FlexibleBody) -> np.ndarray | None:
     return np.vstack((body.damping, transfer @ body.damping))
 
 
-def _fixed_motions(body: FlexibleBody) -> dict[str, np.ndarray]:
+def _fixed_motions(body: FlexibleBody) -> tuple[np.ndarray, np.ndarray]:
     """Return the motion of G and of the coordinates for each fixed component: see `FlexibleTerms`."""
     from kanefe.fe_model.model import COMPONENTS, rigid_motion
 
     k, fixed = body.free_count, body.fixed_count
     if not fixed:
-        return {"fixed_rigid": np.zeros((6, 0)), "fixed_elastic": np.zeros((k, 0))}
+        return np.zeros((6, 0)), np.zeros((k, 0))
     if body in _fixed_of_bodies:
         return _fixed_of_bodies[body]
     held = np.zeros((fixed, 6))  # fixed components of the unit rigid motions about G's origin
@@ -149,5 +178,5 @@ def _fixed_motions(body: FlexibleBody) -> dict[str, np.ndarray]:
         elastic = np.zeros((k + fixed, fixed))
         elastic[k:] = np.eye(fixed) - held @ rigid
         elastic[:k] = np.linalg.solve(body.stiffness[:k, :k], body.stiffness[:k, k:] @ held @ rigid)
-    _fixed_of_bodies[body] = {"fixed_rigid": rigid, "fixed_elastic": elastic}
-    return _fixed_of_bodies[body]
+    _fixed_of_bodies[body] = rigid, elastic
+    return rigid, elastic

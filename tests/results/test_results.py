@@ -9,7 +9,6 @@ import scipy.sparse as sp
 
 import kanefe as kf
 from kanefe.frames import rotation_matrix
-from kanefe.results import channels
 from kanefe.results.quantities import QUANTITIES
 from result_scenes import at_rest, beam_arm, pendulum, robot, turntable
 
@@ -182,7 +181,7 @@ def test_forces_are_computed_only_when_asked_for_and_kept(monkeypatch):
         raise RuntimeError("computed")
 
     with monkeypatch.context() as patch:
-        patch.setattr(channels, "LiteralForces", refuse)
+        patch.setattr("kanefe.results.literal_sweeps.LiteralForces", refuse)
         patch.setattr("kanefe.order_n.sweeps.CompiledForces", refuse)
         result.position("arm")
         result.acceleration("arm")

@@ -22,7 +22,7 @@ from kanefe.kane.rigid_contacts.contact_shares import spare_forces
 from kanefe.kane.run_forces import LiteralForces
 from kanefe.order_n.force_kernel import ForceKernel
 from kanefe.tree.neighbours import parts_of, sources_of
-from kanefe.tree.route import RunForces
+from kanefe.tree.run_sweeps import RunForces
 from kanefe_fem.beams.body import straight_beam
 from kanefe_fem.beams.sections import Rectangle
 from result_scenes import SOFT

@@ -14,7 +14,7 @@ from kanefe.frames import Matrix, Vector
 from kanefe.kane.run_forces import LiteralForces
 from kanefe.order_n.force_kernel import ForceKernel
 from kanefe.tree.neighbours import BODY, FORCE, LOAD, LOOP, parts_of
-from kanefe.tree.route import RunForces
+from kanefe.tree.run_sweeps import RunForces
 from kanefe_fem.beams.body import straight_beam
 from kanefe_fem.beams.sections import Rectangle
 from loop_scenes import bent_four_bars, four_bar, four_bars, nested_loops, spatial_loop

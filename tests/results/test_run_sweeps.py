@@ -43,8 +43,8 @@ def test_channels_are_those_of_the_literal_route(name: str, monkeypatch: pytest.
     model = SCENES[name]()
     run = wandering(model)
     swept, literal = RunChannels(model, run), RunChannels(model, run)
-    assert swept.swept is not None
-    monkeypatch.setattr(literal, "swept", None)
+    assert swept.is_swept
+    monkeypatch.setattr(literal, "swept", literal.literal)
     keys = [(quantity, "", "") for quantity in (*ENERGIES, *MOMENTA)]
     keys += [(q, s.name, n) for s in swept.bodies for n in ("", *s.interfaces) for q in MOTIONS]
     keys += [("load", load, "") for load in swept.loads]
@@ -72,8 +72,8 @@ def test_contacts_of_patches_and_driven_bodies_are_told_alike(monkeypatch: pytes
     result = scene.simulate((0.0, 0.05), output_step=0.01)
     model_of = result.run.model
     swept, literal = (RunChannels(model_of, result.run.trajectory) for _ in range(2))
-    assert swept.swept is not None
-    monkeypatch.setattr(literal, "swept", None)
+    assert swept.is_swept
+    monkeypatch.setattr(literal, "swept", literal.literal)
     for name in swept.loads:
         found, expected = swept.read("load", name), literal.read("load", name)
         assert np.abs(expected).max() > 1e-3
@@ -138,7 +138,7 @@ def test_reactions_of_all_states_are_those_of_each(name: str, monkeypatch: pytes
     if name == "stiffened":  # bent no beyond the valid range of its stiffening
         run.coordinates[:, model.flexible_terms("arm").eta] *= 0.05
     swept, literal = RunChannels(model, run), RunChannels(model, run)
-    monkeypatch.setattr(literal, "swept", None)
+    monkeypatch.setattr(literal, "swept", literal.literal)
     keys = [("joint_reaction", shape.name, "") for shape in swept.bodies]
     keys += [("coupling_force", shape.name, n) for shape in swept.bodies for n in shape.interfaces]
     for key in keys:

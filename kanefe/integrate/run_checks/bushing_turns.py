@@ -11,7 +11,7 @@ from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector, euler_parameters_from_matrix, multiply
 from kanefe.integrate.status import RunStatus
 from kanefe.loads.base import Load
-from kanefe.tree.route import RunSweeps
+from kanefe.tree.run_sweeps import RunSweeps
 
 REMEDY = (
     "kf.Bearing for a shaft that keeps turning; or a joint for the direction that is free, and no stiffness about it "
