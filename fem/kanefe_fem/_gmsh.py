@@ -77,16 +77,16 @@ def read(path: Path, order: int | None, trusted: bool = False) -> Mesh:
         check_complete(path)
     build = _build_function(path) if suffix == ".py" else None
     script = path.read_text(encoding="utf-8", errors="replace") if suffix == ".geo" else ""
-    with _to_merge(path, trusted) as merged, _LOCK, _session() as gmsh, _unit(gmsh, suffix), kept_options(gmsh, script):
+    with _to_merge(path, trusted) as merged, _LOCK, session() as gmsh, _unit(gmsh, suffix), kept_options(gmsh, script):
         if suffix == ".msh":
-            refuse_parts_of_format_2(_version(gmsh), path)
+            refuse_parts_of_format_2(version(gmsh), path)
         try:
             if build is not None:
                 build(gmsh)
             else:
                 gmsh.merge(str(merged))
             if suffix != ".msh":
-                _generate(gmsh, order)
+                generate(gmsh, order)
             messages = [m for m in gmsh.logger.get() if m.startswith("Error")]
         except Exception as problem:  # gmsh raises bare Exception
             if type(problem) is not Exception:  # an error of the Python source, not of gmsh
@@ -97,7 +97,7 @@ def read(path: Path, order: int | None, trusted: bool = False) -> Mesh:
             text = text.replace(str(merged), path.name)
             raise FileError(f"gmsh cannot use {path.name}: {text}. Remedy: open the file in gmsh and correct it")
         try:
-            mesh = _extract(gmsh, path)
+            mesh = extract(gmsh, path)
         except UnicodeDecodeError as problem:
             raise FileError(f"{path.name} is damaged: a name is not text ({problem}). {REMEDY}") from problem
         if suffix == ".msh" or mesh.dimension == 1:
@@ -127,7 +127,7 @@ def _to_merge(path: Path, trusted: bool) -> Iterator[Path]:
 
 
 @contextlib.contextmanager
-def _session() -> Iterator[Any]:
+def session() -> Iterator[Any]:
     """Yield gmsh with a new empty model and without terminal output; restore a session of the user afterwards."""
     gmsh = _import_gmsh()
     mine = not _is_initialised(gmsh)
@@ -232,7 +232,7 @@ def _build_function(path: Path) -> Any:
     return build
 
 
-def _generate(gmsh: Any, order: int | None) -> None:
+def generate(gmsh: Any, order: int | None) -> None:
     """Mesh the current model in its highest dimension, unless it is meshed already; set the order."""
     gmsh.model.occ.synchronize()
     dimension = 3 if gmsh.model.getEntities(3) else 2 if gmsh.model.getEntities(2) else 1
@@ -273,7 +273,7 @@ def _is_folded(gmsh: Any, dimension: int) -> bool:
     return False
 
 
-def _extract(gmsh: Any, path: Path) -> Mesh:
+def extract(gmsh: Any, path: Path) -> Mesh:
     """Return the current model's mesh, with dense node numbers and VTK's node order."""
     source = path.name
     tags, coordinates, _ = gmsh.model.mesh.getNodes()
@@ -315,7 +315,7 @@ def _extract(gmsh: Any, path: Path) -> Mesh:
         lines=blocks(1) or (_lines_without_group(gmsh, numbers, source) if dimension == 1 else {}),
         points=points,
         source=source,
-        provenance={"reader": f"gmsh {_version(gmsh)}", **({"ghost cells left out": str(ghosts)} if ghosts else {})},
+        provenance={"reader": f"gmsh {version(gmsh)}", **({"ghost cells left out": str(ghosts)} if ghosts else {})},
     )
 
 
@@ -453,5 +453,5 @@ def _warn_of_empty(groups: dict[int, dict[str, list[Block]]], path: Path) -> Non
         )
 
 
-def _version(gmsh: Any) -> str:
+def version(gmsh: Any) -> str:
     return str(getattr(gmsh, "GMSH_API_VERSION", None) or gmsh.__version__)

@@ -6,10 +6,12 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Unpack
 
 from kanefe.arguments import checked
 from kanefe.errors import FileError, MeshError
 from kanefe.storage.files import regular_file
+from kanefe_fem.cad.geometry import GeometryKeywords, mesh_of_geometry
 from kanefe_fem.mesh.checks import check_arrays, check_mesh
 from kanefe_fem.mesh.mesh import Mesh, part_of, to_order
 
@@ -21,8 +23,11 @@ SOURCES = (".geo", ".py")
 NASTRAN = (".bdf", ".fem", ".nas")
 """Suffixes of Nastran decks."""
 
-GEOMETRY = (".step", ".stp", ".iges", ".igs", ".brep", ".sat", ".x_t", ".sldprt", ".catpart", ".f3d", ".dwg", ".dxf")
-"""Formats of CAD programs, which contain no cells and no cell sizes."""
+GEOMETRY = (".step", ".stp", ".brep")
+"""Formats of CAD programs whose solids are meshed."""
+
+OTHER_GEOMETRY = (".iges", ".igs", ".sat", ".x_t", ".sldprt", ".catpart", ".f3d", ".dwg", ".dxf")
+"""Formats of CAD programs that are not read."""
 
 
 @checked
@@ -33,8 +38,9 @@ def read_mesh(
     names: Mapping[int, str] | None = None,
     cells: str | Sequence[str] | None = None,
     trusted: bool = False,
+    **geometry: Unpack[GeometryKeywords],
 ) -> Mesh:
-    """Read a mesh, or generate it from a gmsh source.
+    """Read a mesh, or make it from a gmsh source or the geometry of a CAD program.
 
     ==============  ====================================================================================
     suffix          how
@@ -45,6 +51,9 @@ def read_mesh(
     .py             a Python source that defines ``build(gmsh)``: called with gmsh initialised and an empty
                     model; it makes the geometry and the physical groups, and may generate the mesh, which is
                     generated afterwards otherwise. It runs as a program: read it before you run it
+    .step .stp      solids of a CAD program, meshed by gmsh's OpenCASCADE in a process of its own; groups of cells
+    .brep           are the parts, groups of facets those of `faces`, and the colours of faces ("#cc8000") of a part
+                    that has more than one
     .inp            Abaqus and CalculiX; groups are the element sets of solid sections (all sets, if there are
                     none), the surfaces and the node sets; of several instances they are called INSTANCE.SET
     .bdf .nas .fem  Nastran; groups are the properties, by number
@@ -70,6 +79,21 @@ def read_mesh(
     trusted : bool
         Whether a .geo source may run programs and open other files, also by options in a file ``.opt`` beside it or
         beside a .msh, and whether a file may refer to others outside its folder (``*INCLUDE`` of Abaqus, data of XDMF).
+    size : float or dict of str to float
+        Of STEP and BREP: largest side of a cell in m; or by name of parts, of their colours and of groups of `faces`,
+        with "*" for all other parts.
+    per_turn : int
+        Of STEP and BREP: cells around a full turn of curved faces, where that makes them smaller than `size`, down to a
+        tenth.
+    unit : {"um", "mm", "cm", "m", "km", "in", "ft"}
+        Of the numbers of a STEP or BREP file. Default: what the STEP file says; a BREP file says nothing.
+    faces : dict of str to Near, OnPlane, InBox, InCylinder or function
+        Of STEP and BREP: groups of facets by place. A face is in a group if all of it lies in the place.
+    joined : bool
+        Of STEP and BREP: whether parts that touch are one body, whose cells share the nodes there. Without it a mesh is
+        of one part, which `cells` names.
+    most_seconds : float
+        Of STEP and BREP: time after which the mesher is stopped. Ctrl-C stops it too.
 
     Returns
     -------
@@ -94,32 +118,30 @@ def read_mesh(
     if order not in (None, 1, 2):
         raise MeshError(f"order {order!r} of the geometry of {path.name} is not possible. Remedy: give 1 or 2")
     regular_file(path, kind="mesh file", remedy="check the name and the working directory")
-    if path.suffix.lower() in GEOMETRY:
-        raise FileError(
-            f"{path.name} is a geometry and no mesh. Remedy: mesh it with gmsh; for STEP, IGES and BREP, write these "
-            "lines to a file such as part.py, and read_mesh('part.py'):\n"
-            "def build(gmsh):\n"
-            "    gmsh.option.setString('Geometry.OCCTargetUnit', 'M')\n"
-            f"    solids = gmsh.model.occ.importShapes({str(path)!r})\n"
-            "    gmsh.model.occ.synchronize()\n"
-            "    body = gmsh.model.addPhysicalGroup(3, [tag for _, tag in solids])\n"
-            "    gmsh.model.setPhysicalName(3, body, 'body')\n"
-            "    gmsh.option.setNumber('Mesh.MeshSizeMax', 0.01)  # m"
+    suffix = path.suffix.lower()
+    if suffix in OTHER_GEOMETRY:
+        raise FileError(f"{path.name} is a geometry of another program. Remedy: export it as STEP (AP214 or AP242)")
+    if geometry and suffix not in GEOMETRY:
+        raise MeshError(
+            f"{path.name} is no STEP or BREP file, so {next(iter(geometry))}= has no meaning. Remedy: set sizes and "
+            "units where the mesh is made; groups by place: mesh.with_groups(...)"
         )
-    if path.suffix.lower() in (".unv", ".uff"):
+    if suffix in (".unv", ".uff"):
         raise FileError(
             f"{path.name}: universal files of I-DEAS are not read. Remedy: gmsh converts their meshes: import gmsh; "
             f"gmsh.initialize(); gmsh.open({path.name!r}); gmsh.write('{path.stem}.msh')"
         )
-    if path.suffix.lower() in GMSH_SUFFIXES:
+    if suffix in GEOMETRY:
+        mesh, cells = mesh_of_geometry(path, order, cells, geometry), None
+    elif suffix in GMSH_SUFFIXES:
         from kanefe_fem import _gmsh
 
         mesh = _gmsh.read(path, order, trusted)
-    elif path.suffix.lower() == ".inp":
+    elif suffix == ".inp":
         from kanefe_fem.mesh.abaqus_deck import read_abaqus_mesh
 
         mesh = read_abaqus_mesh(path, trusted)
-    elif path.suffix.lower() in NASTRAN:
+    elif suffix in NASTRAN:
         from kanefe_fem.mesh.nastran_deck import read_nastran_mesh
 
         mesh = read_nastran_mesh(path, names or {}, trusted)

@@ -1,0 +1,183 @@
+"""What is in a CAD file, in numbers: solids with their faces, in metres."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+Colour = tuple[int, int, int]
+"""Red, green and blue, 0 to 255."""
+
+
+def name_of_colour(colour: Colour) -> str:
+    """Return a colour as the name of a group, such as "#cc8000"."""
+    return "#{:02x}{:02x}{:02x}".format(*colour)
+
+
+@dataclass(frozen=True, eq=False)
+class Face:
+    """A face of a solid.
+
+    Attributes
+    ----------
+    tag : int
+        Number in gmsh.
+    kind : {"plane", "cylinder", "other"}
+    area : float
+        m^2.
+    centre : ndarray, shape (3,)
+        Centroid, m.
+    points : ndarray, shape (k, 3)
+        Points on its edges and inside it, m.
+    colour : tuple of int, optional
+        0 to 255.
+    normal : ndarray, shape (3,)
+        Of a plane, out of the solid; of a cylinder its axis.
+    point : ndarray, shape (3,)
+        Of a plane a point on it, of a cylinder the middle of its axis, m.
+    radius, length, angle : float
+        Of a cylinder: m, m, and the angle that the face spans, rad.
+    is_hole : bool
+        Whether a cylinder is hollow: its solid lies outside.
+    """
+
+    tag: int
+    kind: str
+    area: float
+    centre: np.ndarray
+    points: np.ndarray
+    colour: Colour | None = None
+    normal: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    point: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    radius: float = 0.0
+    length: float = 0.0
+    angle: float = 0.0
+    is_hole: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A solid: a part of an assembly.
+
+    Attributes
+    ----------
+    tag : int
+        Number in gmsh.
+    name : str
+        Each once in a file.
+    product : str
+        Name that equal parts share.
+    path : str
+        Names of the assemblies that it is in, and its own.
+    colour : tuple of int, optional
+        0 to 255.
+    volume : float
+        m^3.
+    centre : ndarray, shape (3,)
+        Centre of volume, m.
+    moments : ndarray, shape (3, 3)
+        Inertia about the centre at density one, m^5.
+    low, high : ndarray, shape (3,)
+        A box around it, m; where it is curved the box may be larger.
+    faces : tuple of Face
+    """
+
+    tag: int
+    name: str
+    product: str
+    path: str
+    colour: Colour | None
+    volume: float
+    centre: np.ndarray
+    moments: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    faces: tuple[Face, ...]
+
+    @property
+    def area(self) -> float:
+        """Area of all faces, m^2."""
+        return sum(face.area for face in self.faces)
+
+
+@dataclass(frozen=True, eq=False)
+class Shapes:
+    """The solids of a file.
+
+    Attributes
+    ----------
+    solids : tuple of Solid
+    unit : str
+        Unit in which the file was read.
+    scale : float
+        Of the millimetres of OpenCASCADE, m.
+    healed : float
+        Largest gap that was closed to make solids of faces, m; zero if none was.
+    gmsh : str
+        Its version.
+    """
+
+    solids: tuple[Solid, ...]
+    unit: str
+    scale: float
+    healed: float
+    gmsh: str
+
+    @property
+    def extent(self) -> np.ndarray:
+        """Sides of the box around all solids, m, shape (3,)."""
+        return np.asarray(np.max([s.high for s in self.solids], axis=0) - np.min([s.low for s in self.solids], axis=0))
+
+    @property
+    def size(self) -> float:
+        """Diagonal of the box around all solids, m."""
+        return float(np.linalg.norm(self.extent))
+
+
+def names_of(paths: list[str]) -> list[tuple[str, str]]:
+    """Return name and product of each solid by the paths that OpenCASCADE gives; each name once.
+
+    A path lists instances and products in turn. Equal parts share their product; they are told apart by their
+    instances, or else by numbers.
+    """
+    words = [_words(path) or [f"part {i + 1}"] for i, path in enumerate(paths)]
+    products = [each[-1] for each in words]
+    instances = [each[-2] if len(each) > 1 else each[-1] for each in words]
+    by_product = {p: [i for i, other in zip(instances, products, strict=True) if other == p] for p in products}
+    taken: set[str] = set()
+    found = []
+    for product, instance in zip(products, instances, strict=True):
+        name = product
+        of_equals = by_product[product]
+        if len(of_equals) > 1 and len(set(of_equals)) == len(of_equals):
+            name = instance
+        elif len(of_equals) > 1:
+            name = _numbered(product, taken | set(products), start=1)
+        if name in taken:
+            name = _numbered(name, taken | set(products), start=2)
+        taken.add(name)
+        found.append((name, product))
+    return found
+
+
+def _words(path: str) -> list[str]:
+    """Return the names of a path without what exporters add: materials, kinds of shape, labels without name."""
+    parts = [part.strip() for part in path.split(" & ")[0].split("/")]
+    parts = parts[1:] if parts[:1] == ["Shapes"] else parts
+    return [part for part in parts if part and not part.startswith("=>[") and part not in {"SOLID", "COMPOUND"}]
+
+
+def _numbered(name: str, taken: set[str], start: int) -> str:
+    number = start
+    while f"{name} {number}" in taken:
+        number += 1
+    return f"{name} {number}"
+
+
+def by_name(solids: Mapping[str, Solid], name: str) -> list[Solid]:
+    """Return the solids that a name stands for: one by its own name, equal parts by their product or colour."""
+    if name in solids:
+        return [solids[name]]
+    return [s for s in solids.values() if s.product == name or (s.colour and name_of_colour(s.colour) == name)]
