@@ -66,11 +66,14 @@ def doctor(
 
 def new(
     name: Annotated[str, typer.Argument(help="The folder to create; its last part is the name of the project.")],
+    step: Annotated[
+        str | None, typer.Option(help="A STEP file of an assembly: the script reads it and lists the joints found.")
+    ] = None,
 ) -> None:
     """Create a folder with a mesh source, a script that runs, and a page with the next steps."""
     from kanefe.new_project.project import new_project
 
-    written = new_project(name)
+    written = new_project(name, step)
     folder = written[0].parent
     typer.echo(f"made {folder} with {', '.join(path.name for path in written)}")
     typer.echo(f"next: cd {folder} && python run.py")

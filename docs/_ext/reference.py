@@ -45,6 +45,7 @@ FEM_ROOMS = {
     "materials": "Materials",
     "mesh": "Meshes",
     "mesh_files": "Mesh files",
+    "assemblies": "Assemblies from CAD",
     "lumped": "Lumped masses and springs",
     "segments": "Bodies that are cut",
     "recovery": "Stresses and strains",

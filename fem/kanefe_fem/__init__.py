@@ -9,6 +9,10 @@ from typing import TYPE_CHECKING
 from kanefe._public import lazy
 
 if TYPE_CHECKING:
+    from kanefe_fem.assemblies.assembly import Assembly as Assembly
+    from kanefe_fem.assemblies.parts import Part as Part
+    from kanefe_fem.assemblies.proposals import ProposedJoint as ProposedJoint
+    from kanefe_fem.assemblies.reading import read_step as read_step
     from kanefe_fem.beams.body import beam_body as beam_body
     from kanefe_fem.beams.body import beam_model as beam_model
     from kanefe_fem.beams.body import straight_beam as straight_beam

@@ -102,3 +102,41 @@ def loose_faces(occ: Any, gap: float = 0.0, missing: int = 0) -> None:
         occ.translate([entity], *(gap * one / length for one in offset))
     if missing:
         occ.remove(copies[:missing], recursive=True)
+
+
+def hinge(occ: Any) -> None:
+    """Make a fork with two lugs, an arm between them with play, and a pin of the same radius in both."""
+    base = (3, occ.addBox(-10, -10, 0, 20, 20, 5))
+    lugs = [(3, occ.addBox(-10, y, 5, 20, 5, 25)) for y in (-10, 5)]
+    fork, _ = occ.fuse([base], lugs)
+    occ.cut(fork, [(3, occ.addCylinder(0, -20, 22, 0, 40, 0, 4))])
+    occ.cut([(3, occ.addBox(-6, -4.9, 16, 60, 9.8, 12))], [(3, occ.addCylinder(0, -20, 22, 0, 40, 0, 4))])
+    occ.addCylinder(0, -12, 22, 0, 24, 0, 4)
+
+
+def shaft_with_play(occ: Any) -> None:
+    """Make a bearing, and a shaft with a flange that is thinner than its hole."""
+    occ.cut([(3, occ.addBox(-20, -20, 0, 40, 40, 15))], [(3, occ.addCylinder(0, 0, -1, 0, 0, 20, 10))])
+    occ.fuse([(3, occ.addCylinder(0, 0, -5, 0, 0, 40, 9.9))], [(3, occ.addCylinder(0, 0, 15, 0, 0, 4, 16))])
+
+
+def slider(occ: Any) -> None:
+    """Make a slot, and a box in it that its floor and both its sides touch."""
+    occ.cut([(3, occ.addBox(-30, -15, 0, 60, 30, 20))], [(3, occ.addBox(-31, -6, 8, 62, 12, 13))])
+    occ.addBox(-8, -6, 8, 16, 12, 20)
+
+
+def decoys(occ: Any) -> None:
+    """Make two plates with coaxial holes and no bolt, a shaft farther along their axis, and a rod beside them."""
+    for z in (0, 10):
+        occ.cut([(3, occ.addBox(-20, -20, z, 40, 40, 10))], [(3, occ.addCylinder(8, 8, z - 1, 0, 0, 12, 3))])
+    occ.addCylinder(8, 8, 60, 0, 0, 20, 3)
+    occ.addCylinder(-30, 0, 0, 0, 0, 20, 3)
+
+
+def turned_hinge(occ: Any) -> None:
+    """Make the hinge, turned by odd angles and far from the origin."""
+    hinge(occ)
+    everything = occ.getEntities(3)
+    occ.rotate(everything, 0, 0, 0, 0.3, 0.5, 0.8, 0.7)
+    occ.translate(everything, 1234.5, -987.6, 345.6)

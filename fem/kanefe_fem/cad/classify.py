@@ -9,7 +9,7 @@ import numpy as np
 GRID = 5
 """Points on a face along each of its two parameters."""
 
-ON_EDGES = 9
+ON_EDGES = 17
 """Points on each edge."""
 
 FLAT = 1e-6
@@ -20,7 +20,7 @@ ROUND = 1e-5
 
 
 class Samples(NamedTuple):
-    """Points on a face in mm, with the outward normals of those on the grid of its parameters."""
+    """Points on a face in mm, with the outward normals of those on the grid of its parameters; (e, k, 3) on edges."""
 
     inside: np.ndarray
     edges: np.ndarray
@@ -39,11 +39,11 @@ def samples(gmsh: Any, tag: int) -> Samples:
     # before 4.9 the coordinates are always parameters, and nothing says so
     how = (True,) if "parametric" in gmsh.model.isInside.__code__.co_varnames else ()
     within = [gmsh.model.isInside(2, tag, place, *how) > 0 for place in np.reshape(places, (-1, 2)).tolist()]
-    edges = [np.zeros((0, 3))]
+    edges = []
     for _, edge in gmsh.model.getBoundary([(2, tag)], combined=False, oriented=False):
         start, end = (float(one[0]) for one in gmsh.model.getParametrizationBounds(1, edge))
         edges.append(np.reshape(gmsh.model.getValue(1, edge, np.linspace(start, end, ON_EDGES)), (-1, 3)))
-    return Samples(grid[within], np.concatenate(edges), grid, normals)
+    return Samples(grid[within], np.reshape(edges, (-1, ON_EDGES, 3)), grid, normals)
 
 
 def kind_of_face(found: Samples, area: float, size: float) -> dict[str, Any]:
@@ -80,7 +80,7 @@ def kind_of_face(found: Samples, area: float, size: float) -> dict[str, Any]:
     misfit = np.abs(np.linalg.norm(local - centre, axis=1) - radius).max()
     if not 0.0 < radius < 10.0 * size or misfit > ROUND * radius:
         return {"kind": "other"}
-    along = (found.edges if len(found.edges) else points) @ axis
+    along = (found.edges.reshape(-1, 3) if len(found.edges) else points) @ axis
     length = float(np.ptp(along))
     if length <= 0.0:
         return {"kind": "other"}

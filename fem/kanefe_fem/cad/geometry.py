@@ -103,15 +103,22 @@ def mesh_of_geometry(path: Path, order: int | None, cells: str | Sequence[str] |
 
 
 def mesh_in(
-    process: OwnProcess, shapes: Shapes, solids: Sequence[Solid], path: Path, order: int | None, given: GeometryKeywords
+    process: OwnProcess,
+    shapes: Shapes,
+    solids: Sequence[Solid],
+    path: Path,
+    order: int | None,
+    given: GeometryKeywords,
+    more: Mapping[str, tuple[int, ...]] | None = None,
 ) -> Mesh:
-    """Mesh some solids of a file that a process has open."""
+    """Mesh some solids of a file that a process has open, with more groups of faces by their numbers."""
     order = 1 if order is None else order
     faces = faces_in_places(solids, given.get("faces") or {}, path.name)
     sizes, face_sizes = _sizes(shapes, solids, faces, path.name, order, given)
     found = estimate([s.volume for s in solids], [s.area for s in solids], [sizes[s.tag] for s in solids], order)
     refuse_if_too_large(found, list(sizes.values()), path.name)
     groups = {name: tuple(face.tag for face in each) for name, each in (faces | _by_colour(solids, faces)).items()}
+    groups |= more or {}
     tags = tuple(solid.tag for solid in solids)
     job = Job(tags, sizes, face_sizes, groups, given.get("per_turn") or 0, order)
     mesh = Mesh(**process.ask("mesh", job))

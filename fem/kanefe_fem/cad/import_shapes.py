@@ -13,7 +13,7 @@ import numpy as np
 
 from kanefe.errors import FileError, MeshError
 from kanefe_fem.cad.classify import kind_of_face, samples
-from kanefe_fem.cad.shapes import Colour, Face, Shapes, Solid, names_of
+from kanefe_fem.cad.shapes import NAME_OF_NONE, Colour, Face, Shapes, Solid, names_of, without_noise
 from kanefe_fem.cad.step_text import UNITS, colours, name_of_unit, units_of_shapes
 
 BREP = (".brep",)
@@ -134,7 +134,8 @@ def survey(gmsh: Any, path: Path, scale: float, unit: str, healed: float) -> Sha
     """Return what is in the current model: solids and faces with all their numbers, in m."""
     tags = [tag for _, tag in gmsh.model.getEntities(3)]
     paths = [gmsh.model.getEntityName(3, tag) for tag in tags]
-    paths = [path.stem if not one or one == "Shapes/SOLID" else one for one in paths]
+    if len(paths) == 1 and names_of(paths)[0][1] == NAME_OF_NONE:
+        paths = [path.stem]
     declared = colours(path) if path.suffix.lower() not in BREP else []
     solids = []
     for tag, (name, product), where in zip(tags, names_of(paths), paths, strict=True):
@@ -157,7 +158,7 @@ def survey(gmsh: Any, path: Path, scale: float, unit: str, healed: float) -> Sha
                 path=where.split(" & ")[0],
                 colour=_colour(gmsh, 3, tag, declared) or _one_colour(faces),
                 volume=float(volume) * scale**3,
-                centre=centre * scale,
+                centre=without_noise(centre * scale, size * scale),
                 moments=np.reshape(gmsh.model.occ.getMatrixOfInertia(3, tag), (3, 3)) * scale**5,
                 low=box[0] * scale,
                 high=box[1] * scale,
@@ -174,12 +175,14 @@ def _face(gmsh: Any, tag: int, size: float, scale: float, declared: list[Colour]
     facts = kind_of_face(found, area, size)
     for name in {"point", "radius", "length"} & set(facts):
         facts[name] = facts[name] * scale
-    points = np.concatenate([found.edges, found.inside])
+    points = np.concatenate([found.edges.reshape(-1, 3), found.inside])
     return Face(
         tag=int(tag),
         area=area * scale**2,
         centre=np.array(gmsh.model.occ.getCenterOfMass(2, tag)) * scale,
         points=(points if len(points) else found.grid) * scale,
+        edges=found.edges * scale,
+        inside=found.inside * scale,
         colour=_colour(gmsh, 2, tag, declared),
         **facts,
     )
@@ -196,10 +199,9 @@ def _colour(gmsh: Any, dimension: int, tag: int, declared: list[Colour]) -> Colo
     given = tuple(int(one) for one in gmsh.model.getColor(dimension, tag))
     if given == NO_COLOUR:
         return None
-    seen = np.array(given[:3]) / 255.0
-    curved = np.where(seen <= 0.0031308, 12.92 * seen, 1.055 * seen ** (1.0 / 2.4) - 0.055)
-    for candidate in (seen, curved):
-        for one in declared:
-            if np.abs(candidate - np.array(one) / 255.0).max() < 1.6 / 255.0:
-                return one
+    for one in declared:
+        own = np.array(one) / 255.0
+        linear = np.where(own <= 0.04045, own / 12.92, ((own + 0.055) / 1.055) ** 2.4)
+        if any(np.abs(255.0 * seen - given[:3]).max() < 1.01 for seen in (own, linear)):
+            return one
     return given[0], given[1], given[2]

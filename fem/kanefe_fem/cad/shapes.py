@@ -11,9 +11,26 @@ Colour = tuple[int, int, int]
 """Red, green and blue, 0 to 255."""
 
 
+NAMELESS = ("=>[", "Open CASCADE STEP translator")
+"""Beginnings of what OpenCASCADE writes for parts without a name."""
+
+
+NAME_OF_NONE = "part"
+"""Name of a part that has none in its file; numbers tell several apart."""
+
+
 def name_of_colour(colour: Colour) -> str:
     """Return a colour as the name of a group, such as "#cc8000"."""
     return "#{:02x}{:02x}{:02x}".format(*colour)
+
+
+NOISE = 1e-12
+"""Length below which coordinates are zero, relative to the size of what they belong to."""
+
+
+def without_noise(place: np.ndarray, size: float) -> np.ndarray:
+    """Return a place with zeros in place of round-off, m."""
+    return np.where(np.abs(place) < NOISE * size, 0.0, place)
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +48,8 @@ class Face:
         Centroid, m.
     points : ndarray, shape (k, 3)
         Points on its edges and inside it, m.
+    edges, inside : ndarray, shape (e, k, 3) and (i, 3)
+        The same points apart, along each edge and inside, m.
     colour : tuple of int, optional
         0 to 255.
     normal : ndarray, shape (3,)
@@ -48,6 +67,8 @@ class Face:
     area: float
     centre: np.ndarray
     points: np.ndarray
+    edges: np.ndarray
+    inside: np.ndarray
     colour: Colour | None = None
     normal: np.ndarray = field(default_factory=lambda: np.zeros(3))
     point: np.ndarray = field(default_factory=lambda: np.zeros(3))
@@ -142,7 +163,7 @@ def names_of(paths: list[str]) -> list[tuple[str, str]]:
     A path lists instances and products in turn. Equal parts share their product; they are told apart by their
     instances, or else by numbers.
     """
-    words = [_words(path) or [f"part {i + 1}"] for i, path in enumerate(paths)]
+    words = [_words(path) or [NAME_OF_NONE] for path in paths]
     products = [each[-1] for each in words]
     instances = [each[-2] if len(each) > 1 else each[-1] for each in words]
     by_product = {p: [i for i, other in zip(instances, products, strict=True) if other == p] for p in products}
@@ -166,7 +187,7 @@ def _words(path: str) -> list[str]:
     """Return the names of a path without what exporters add: materials, kinds of shape, labels without name."""
     parts = [part.strip() for part in path.split(" & ")[0].split("/")]
     parts = parts[1:] if parts[:1] == ["Shapes"] else parts
-    return [part for part in parts if part and not part.startswith("=>[") and part not in {"SOLID", "COMPOUND"}]
+    return [part for part in parts if part and not part.startswith(NAMELESS) and part not in {"SOLID", "COMPOUND"}]
 
 
 def _numbered(name: str, taken: set[str], start: int) -> str:

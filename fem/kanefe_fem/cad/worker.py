@@ -11,6 +11,7 @@ from typing import Any
 from kanefe_fem import _gmsh
 from kanefe_fem.cad.import_shapes import import_shapes, join_touching, survey
 from kanefe_fem.cad.mesher import Job, mesh_solids
+from kanefe_fem.cad.relations import Surface, common_volume, surfaces_of
 from kanefe_fem.cad.shapes import Shapes
 from kanefe_fem.mesh.mesh import Mesh
 
@@ -36,6 +37,8 @@ def opened() -> Iterator[State]:
 def read(state: State, path: Path, scale: float, unit: str, joined: bool, told: Told) -> Shapes:
     """Import a file, and return what is in it."""
     told("reading")
+    state.gmsh.clear()
+    state.gmsh.model.add("part")
     healed = import_shapes(state.gmsh, path)
     if joined:
         told("joining its parts")
@@ -46,10 +49,25 @@ def read(state: State, path: Path, scale: float, unit: str, joined: bool, told: 
 
 
 def mesh(state: State, job: Job, told: Told) -> dict[str, Any]:
-    """Mesh solids of the file that was read, and return the fields of the mesh; only the last request can be this."""
+    """Mesh solids of the file that was read, and return the fields of the mesh; the others are removed."""
     if state.shapes is None:
         raise RuntimeError("no file was read before it is meshed")
     found = mesh_solids(state.gmsh, state.shapes, state.path, job, told)
     # mappings that cannot be written to do not go through pipes
     plain = {one.name: getattr(found, one.name) for one in fields(Mesh)}
     return {name: dict(value) if hasattr(value, "items") else value for name, value in plain.items()}
+
+
+def overlaps(state: State, pairs: list[tuple[int, int]], told: Told) -> list[float | None]:
+    """Return the common volume of pairs of solids, mm^3; None where OpenCASCADE cannot tell."""
+    found = []
+    for i, (a, b) in enumerate(pairs):
+        told(f"looking for overlaps, {i + 1} of {len(pairs)}")
+        found.append(common_volume(state.gmsh, a, b))
+    return found
+
+
+def surfaces(state: State, size: float, told: Told) -> dict[int, Surface]:
+    """Return the surface of each solid, with sides of at most a size in mm."""
+    told("meshing faces")
+    return surfaces_of(state.gmsh, size)

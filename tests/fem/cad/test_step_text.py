@@ -45,7 +45,8 @@ def test_equal_parts_are_told_apart_by_instance_or_number():
         "Shapes/press/side_2/side/bolt_1/bolt",
         "Shapes/press/lid/=>[0:1:1:3]/SOLID",
         "",
+        "Shapes/Open CASCADE STEP translator 7.6 1.2",
     ]
     names = names_of(paths)
-    assert [name for name, _ in names] == ["arm", "pin_1", "pin_2", "bolt 1", "bolt 2", "lid", "part 7"]
-    assert [product for _, product in names] == ["arm", "pin", "pin", "bolt", "bolt", "lid", "part 7"]
+    assert [name for name, _ in names] == ["arm", "pin_1", "pin_2", "bolt 1", "bolt 2", "lid", "part 1", "part 2"]
+    assert [product for _, product in names] == ["arm", "pin", "pin", "bolt", "bolt", "lid", "part", "part"]
