@@ -8,7 +8,7 @@ import numpy as np
 
 from kanefe.contact.geometry.height_field import heights_at
 from kanefe.contact.geometry.shape import axes_about
-from kanefe.contact.shapes import Box, Capsule, Cylinder, HeightField, Mesh, Plane, Points, Sphere, Torus
+from kanefe.contact.shapes import Box, Capsule, Cylinder, HeightField, Look, Mesh, Plane, Points, Sphere, Torus
 from kanefe.frames import Matrix, Vector
 
 if TYPE_CHECKING:
@@ -76,7 +76,7 @@ def outline(shape: SurfaceShape) -> Outline | None:
         return _turned(ring, shape.axis)
     if isinstance(shape, Box):
         return _box(0.5 * shape.size)
-    if isinstance(shape, Mesh):
+    if isinstance(shape, Mesh | Look):
         return Outline(np.asarray(shape.vertices), np.asarray(shape.triangles))
     if isinstance(shape, HeightField):
         return _heights(shape)

@@ -11,6 +11,7 @@ import numpy as np
 from kanefe.arguments import checked, positive
 from kanefe.contact.geometry.convex import Convex as Convex
 from kanefe.contact.geometry.height_field import HeightField as HeightField
+from kanefe.contact.geometry.look import Look as Look
 from kanefe.contact.geometry.mesh import Mesh as Mesh
 from kanefe.contact.geometry.points import Points as Points
 from kanefe.contact.geometry.points import on_box, on_circle, on_cylinder, on_line, standing_for
@@ -20,7 +21,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, direction, numbers
 from kanefe.loads.reach import Bounds
 
-__all__ = ["Box", "Capsule", "Convex", "Cylinder", "HeightField", "Mesh", "Plane", "Points", "Sphere", "Torus"]
+__all__ = ["Box", "Capsule", "Convex", "Cylinder", "HeightField", "Look", "Mesh", "Plane", "Points", "Sphere", "Torus"]
 
 
 def __dir__() -> list[str]:

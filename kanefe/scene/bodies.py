@@ -19,8 +19,11 @@ from kanefe.joints.given_pose import driven
 from kanefe.scene.scene import BodyEntry, FlexibleMember, Frame, RigidBody, Scene, orientation_matrix, three
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from kanefe.bodies.flexible import FlexibleBody
     from kanefe.bodies.projection import Field
+    from kanefe.contact.geometry.look import Look
 
 
 class Deformed(TypedDict, total=False):
@@ -30,6 +33,19 @@ class Deformed(TypedDict, total=False):
     modal_speeds: Sequence[float] | None
     displacement: Field | None
     velocity: Field | None
+
+
+def _look(given: object, name: str) -> Look:
+    """Return a look, from a file if a path is given."""
+    from pathlib import Path
+
+    from kanefe.contact.geometry.look import Look
+
+    if isinstance(given, str | Path):
+        return Look.from_file(given)
+    if not isinstance(given, Look):
+        raise ModelError(f"look of {name!r} must be a kanefe.shapes.Look or a path of STL or OBJ, not {given!r}")
+    return given
 
 
 class BodyMethods(Scene):
@@ -47,6 +63,7 @@ class BodyMethods(Scene):
         orientation: Orientation = (1.0, 0.0, 0.0, 0.0),
         com: Sequence[float] = (0.0, 0.0, 0.0),
         gravity: bool = True,
+        look: Look | str | Path | None = None,
     ) -> RigidBody:
         """Add a rigid body and return it.
 
@@ -71,15 +88,32 @@ class BodyMethods(Scene):
             Centre of mass from the body's origin (at the joint), m.
         gravity : bool
             Whether gravity acts on it.
+        look : kanefe.shapes.Look, str or Path, optional
+            What it looks like in pages and pictures, in its own axes: a surface with its name that nothing touches; a
+            path is that of an STL or OBJ file in m. Default: the surfaces on it, or a box of its mass and inertia.
 
         Raises
         ------
         ModelError
             If an argument is not valid; the message names it.
+        FileError
+            If the file of its look cannot be read.
         """
         properties = rigid_mass(name, mass, inertia, com)
+        drawn = None if look is None else _look(look, name)
         self._add(name, parent, Fixed() if joint is None else joint, at, orientation, rigid=properties, gravity=gravity)
-        return RigidBody(self, len(self._entries) - 1, name)
+        body = RigidBody(self, len(self._entries) - 1, name)
+        if drawn is not None:
+            self._draw(name, body, drawn)
+        return body
+
+    def _draw(self, name: str, body: Frame, look: Look) -> None:
+        """Add a look to a body as a surface, with its name or, where that is taken, with "look" after it."""
+        from kanefe.contact.surface import Surface
+
+        while name in self._surfaces:
+            name += " look"
+        self._surfaces[name] = Surface(name, body.frame(), look)
 
     def add_point(
         self,

@@ -36,10 +36,6 @@ warning."""
 class ContactMethods(LoadMethods):
     """The part of `System` that adds surfaces and contacts."""
 
-    def __init__(self) -> None:
-        super().__init__()
-        self._surfaces: dict[str, Surface] = {}
-
     @checked("name")
     def add_surface(
         self,
@@ -151,6 +147,7 @@ class ContactMethods(LoadMethods):
         """
         from kanefe.contact.contact import Contact
         from kanefe.contact.convex_contact import ConvexContact
+        from kanefe.contact.geometry.look import Look
         from kanefe.contact.hull_contact import HullContact
         from kanefe.contact.rigid.rigid import check_normal
         from kanefe.contact.rigid.rigid_contact import RigidContact
@@ -166,6 +163,12 @@ class ContactMethods(LoadMethods):
                 f"{label}: facets of flexible bodies, here {other.frames[0].label}, are not touched. Remedy: a surface "
                 "on an interface of it, add_surface(name, body.interface(...), shape); its points touch others"
             )
+        for side in (one, other):
+            if isinstance(side, Surface) and isinstance(side.shape, Look):
+                raise ModelError(
+                    f"{label}: surface {side.name!r} is a look, which nothing touches. Remedy: shapes.Mesh or another "
+                    "shape for contacts"
+                )
         if not isinstance(other, Surface):
             raise ModelError(f"{label} needs a surface that is touched, not {other!r}. Remedy: add_surface")
         frames, other, probes, convex, hull = self._touching(one, other, label)

@@ -20,6 +20,7 @@ from kanefe.loads.base import Load
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
     from kanefe.bodies.segmented import SegmentedBody
+    from kanefe.contact.surface import Surface
     from kanefe.fe_model.places import PlaceLike
     from kanefe.loads.controller import Controller
     from kanefe.loads.field_load import FieldLoad
@@ -216,6 +217,7 @@ class Scene:
         self._entries: list[BodyEntry] = []
         self._loads: list[Load] = []
         self._controllers: list[Controller] = []
+        self._surfaces: dict[str, Surface] = {}
         self._segmented: dict[str, SegmentedBody] = {}
         self._kept: tuple[float, Any] | None = None
         self._unstarted: Any = None

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.contact.geometry.mesh import Mesh as SurfaceMesh
+from kanefe.contact.geometry.look import Look
 from kanefe.errors import ModelError
 from kanefe.joints.base import Joint
 from kanefe.reduction.craig_bampton import CraigBampton
@@ -68,9 +68,10 @@ class Builder:
             self.bodies[name] = self._flexible(part, held_by, joint, every, where)
             return
         com = tuple(without_noise(part.center - origin, float(np.ptp(part.vertices, axis=0).max())).tolist())
-        body = self.scene.add_rigid_body(name, part.mass, part.inertia, joint=joint, com=com, **where)
-        self.scene.add_surface(name, body, SurfaceMesh(part.vertices - origin, part.triangles))
-        self.bodies[name] = body
+        look = Look(part.vertices - origin, part.triangles)
+        self.bodies[name] = self.scene.add_rigid_body(
+            name, part.mass, part.inertia, joint=joint, com=com, look=look, **where
+        )
 
     def _flexible(
         self, part: Part, held_by: ProposedJoint | None, joint: Joint, every: Sequence[ProposedJoint], where: Any

@@ -15,10 +15,10 @@ from kanefe.errors import MeshError, ModelError, UnitWarning, did_you_mean, outs
 from kanefe.fe_model.places import SLACK, Place, PlaceLike, contained
 from kanefe_fem.cad.estimate import Estimate, estimate, refuse_if_too_large
 from kanefe_fem.cad.import_shapes import scale_of
-from kanefe_fem.cad.mesher import Job, volumes_of
+from kanefe_fem.cad.mesher import DELAUNAY, Job, volumes_of
 from kanefe_fem.cad.shapes import Face, Shapes, Solid, by_name, name_of_colour
 from kanefe_fem.cad.step_text import UNITS
-from kanefe_fem.machine.own_process import OwnProcess
+from kanefe_fem.machine.own_process import OwnProcess, ProcessEnded
 from kanefe_fem.mesh.checks import MeshWarning
 from kanefe_fem.mesh.mesh import Mesh
 
@@ -121,7 +121,12 @@ def mesh_in(
     groups |= more or {}
     tags = tuple(solid.tag for solid in solids)
     job = Job(tags, sizes, face_sizes, groups, given.get("per_turn") or 0, order)
-    mesh = Mesh(**process.ask("mesh", job))
+    try:
+        mesh = Mesh(**process.ask("mesh", job))
+    except ProcessEnded:  # the faster method ends the program where triangles cross
+        process.restart()
+        process.ask("read", path.resolve(), shapes.scale, shapes.unit, given.get("joined", False))
+        mesh = Mesh(**process.ask("mesh", replace(job, method=DELAUNAY)))
     _tell_lost_volume(mesh, solids, path.name)
     told = {
         "unit": shapes.unit,

@@ -45,6 +45,8 @@ class Job:
     per_turn : int
         Cells around a full turn of a curved face; zero: as the size asks.
     order : {1, 2}
+    method : int
+        Of gmsh for volumes.
     """
 
     tags: tuple[int, ...]
@@ -53,6 +55,7 @@ class Job:
     faces: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     per_turn: int = 0
     order: int = 1
+    method: int = HXT
 
 
 def mesh_solids(gmsh: Any, shapes: Shapes, path: Path, job: Job, told: Callable[[str], None]) -> Mesh:
@@ -70,7 +73,7 @@ def mesh_solids(gmsh: Any, shapes: Shapes, path: Path, job: Job, told: Callable[
         gmsh.model.occ.synchronize()
     _set_groups(gmsh, solids, job)
     _set_sizes(gmsh, solids, job, shapes.scale)
-    gmsh.option.setNumber("Mesh.Algorithm3D", HXT)
+    gmsh.option.setNumber("Mesh.Algorithm3D", job.method)
     _generate(gmsh, 1, "edges", shapes, path, told)
     _generate(gmsh, 2, "faces", shapes, path, told)
     _refuse_by_surfaces(gmsh, solids, job, path)

@@ -27,6 +27,10 @@ TAIL = 600
 """Last characters of what a crashed child wrote that its error quotes."""
 
 
+class ProcessEnded(FileError):
+    """A process ended while it worked: it crashed, was killed, or a library in it gave up."""
+
+
 class OwnProcess:
     """A process in which the functions of a module work on a state of their own.
 
@@ -70,6 +74,11 @@ class OwnProcess:
         self._answers.close()
         self._said.close()
 
+    def restart(self) -> None:
+        """Start the process again, in its first state."""
+        self.__exit__()
+        self.__enter__()
+
     def ask(self, function: str, *args: Any) -> Any:
         """Return the answer of a function of the module; its warnings and errors are those of the caller.
 
@@ -77,8 +86,8 @@ class OwnProcess:
         ------
         MeshError
             If the time is over.
-        FileError
-            If the process crashed.
+        ProcessEnded
+            If the process ended; `restart` it to go on.
         """
         self._answers.send((function, args))
         with contextlib.closing(_Bar(self._what)) as bar:
@@ -108,7 +117,7 @@ class OwnProcess:
         self._child.wait()
         self._said.seek(0)
         tail = self._said.read()[-TAIL:].decode("utf-8", "replace").strip()
-        raise FileError(
+        raise ProcessEnded(
             f"{self._what}: the process that works on it ended with code {self._child.returncode} at: {self._stage}"
             + (f" ({tail})" if tail else "")
             + ". Remedy: memory may be short, so a larger size; or the geometry is damaged: repair it where it was made"

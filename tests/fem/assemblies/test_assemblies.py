@@ -15,7 +15,6 @@ from kanefe.errors import FileError, ModelError
 from kanefe_fem import Assembly, Material, read_step
 from step_files import write_step
 
-pytest.importorskip("gmsh")
 pytestmark = pytest.mark.gmsh
 
 KNOWN: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {

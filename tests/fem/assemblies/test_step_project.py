@@ -12,7 +12,6 @@ from kanefe.errors import FileError, MissingDependency
 from kanefe.new_project import project
 from step_files import hinge, write_step
 
-pytest.importorskip("gmsh")
 pytestmark = pytest.mark.gmsh
 
 
