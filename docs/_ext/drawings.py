@@ -31,6 +31,7 @@ OWN = {
     "29_drop_of_a_compliant_gear": "drop_of_a_compliant_gear.png",
     "30_trolley_on_a_crane": "trolley_on_a_crane.png",
     "31_cable_car": "cable_car.png",
+    "32_crank_from_cad": "crank_from_cad.png",
 }
 # whose run can be turned with the mouse on its page
 PLAYED = (

@@ -14,6 +14,7 @@ NEED_MESH = {
     "18_gripper",
     "19_beam_on_stops",
     "28_blade_cut_in_twelve",
+    "32_crank_from_cad",
 }
 LONG = {
     "10_rotating_blade",
@@ -28,6 +29,7 @@ LONG = {
     "28_blade_cut_in_twelve",
     "29_drop_of_a_compliant_gear",
     "31_cable_car",
+    "32_crank_from_cad",
 }
 """Of more than a second."""
 

@@ -18,6 +18,7 @@ from kanefe_fem.cad.shapes import without_noise
 from kanefe_fem.solids.body import solid_body
 
 if TYPE_CHECKING:
+    from kanefe.bodies.flexible import FlexibleBody
     from kanefe_fem.assemblies.assembly import Assembly
 
 MODES = 6
@@ -49,6 +50,7 @@ class Builder:
         self.damping = damping
         self.bodies: dict[str, Any] = {}
         self.origins: dict[str, np.ndarray] = {}
+        self.flexible: dict[str, FlexibleBody] = {}
 
     def follow(self, proposed: ProposedJoint, every: Sequence[ProposedJoint]) -> None:
         """Add the part at the other end of a joint, of which one part is in the scene."""
@@ -81,6 +83,7 @@ class Builder:
         kinds = {one.name: "rigid" for one in every if part.name in one.parts} | {held_by.name: "clamped"}
         mesh = self.assembly.moved(part, held_by.point)
         body = solid_body(mesh, part.material, kinds, self.reduction, self.damping)  # type: ignore[arg-type]
+        self.flexible[part.name] = body
         return self.scene.add_flexible_body(part.name, body, joint=joint, **where)
 
     def _place(self, name: str, proposed: ProposedJoint) -> tuple[Any, tuple[float, ...]]:
@@ -89,7 +92,7 @@ class Builder:
         if self.assembly.parts[name].mesh is None:
             return body, tuple((proposed.point - origin).tolist())
         interface = body.interface(proposed.name)
-        position = next(np.array(one.position) for one in body.interfaces if one.name == proposed.name)
+        position = self.flexible[name].interface(proposed.name).position
         return interface, tuple((proposed.point - origin - position).tolist())
 
     def close(self, proposed: ProposedJoint) -> None:

@@ -15,7 +15,7 @@ from kanefe.errors import MeshError, ModelError, UnitWarning, did_you_mean, outs
 from kanefe.fe_model.places import SLACK, Place, PlaceLike, contained
 from kanefe_fem.cad.estimate import Estimate, estimate, refuse_if_too_large
 from kanefe_fem.cad.import_shapes import scale_of
-from kanefe_fem.cad.mesher import DELAUNAY, Job, volumes_of
+from kanefe_fem.cad.mesher import DELAUNAY, Job, Unmeshable, volumes_of
 from kanefe_fem.cad.shapes import Face, Shapes, Solid, by_name, name_of_colour
 from kanefe_fem.cad.step_text import UNITS
 from kanefe_fem.machine.own_process import OwnProcess, ProcessEnded
@@ -123,7 +123,7 @@ def mesh_in(
     job = Job(tags, sizes, face_sizes, groups, given.get("per_turn") or 0, order)
     try:
         mesh = Mesh(**process.ask("mesh", job))
-    except ProcessEnded:  # the faster method ends the program where triangles cross
+    except (ProcessEnded, Unmeshable):  # where triangles cross, the faster method ends the program
         process.restart()
         process.ask("read", path.resolve(), shapes.scale, shapes.unit, given.get("joined", False))
         mesh = Mesh(**process.ask("mesh", replace(job, method=DELAUNAY)))

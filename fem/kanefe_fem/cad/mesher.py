@@ -22,10 +22,17 @@ from kanefe_fem.mesh.unfolded import unfolded
 HXT, DELAUNAY = 10, 1
 """Numbers of the methods of gmsh for volumes, of which the first is ten times faster."""
 
+MESH_ADAPT = 1
+"""Number of the method of gmsh for faces that changes the triangles of others until they are good."""
+
 LEAST_SIZE = 0.1
 """Smallest size of cells by curvature, relative to the smallest that is given: splines have sharp bends."""
 
 _OF_FACE = re.compile(r"[Ss]urface (\d+)")
+
+
+class Unmeshable(MeshError):
+    """What a method of gmsh cannot mesh."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +53,7 @@ class Job:
         Cells around a full turn of a curved face; zero: as the size asks.
     order : {1, 2}
     method : int
-        Of gmsh for volumes.
+        Of gmsh for volumes; with the slower one faces are meshed by one that does not let triangles cross.
     """
 
     tags: tuple[int, ...]
@@ -74,6 +81,8 @@ def mesh_solids(gmsh: Any, shapes: Shapes, path: Path, job: Job, told: Callable[
     _set_groups(gmsh, solids, job)
     _set_sizes(gmsh, solids, job, shapes.scale)
     gmsh.option.setNumber("Mesh.Algorithm3D", job.method)
+    if job.method != HXT:
+        gmsh.option.setNumber("Mesh.Algorithm", MESH_ADAPT)
     _generate(gmsh, 1, "edges", shapes, path, told)
     _generate(gmsh, 2, "faces", shapes, path, told)
     _refuse_by_surfaces(gmsh, solids, job, path)
@@ -137,19 +146,15 @@ def _restricted(gmsh: Any, size: float, solids: list[int], faces: list[int], edg
 
 
 def _generate(gmsh: Any, dimension: int, what: str, shapes: Shapes, path: Path, told: Callable[[str], None]) -> None:
-    """Mesh all entities of a dimension; solids by the slower method where the faster one gives up."""
+    """Mesh all entities of a dimension."""
     told(f"meshing {what}")
     gmsh.logger.stop()
     gmsh.logger.start()
     try:
         gmsh.model.mesh.generate(dimension)
     except Exception as problem:  # gmsh raises bare Exception
-        if dimension == 3 and gmsh.option.getNumber("Mesh.Algorithm3D") == HXT:
-            gmsh.option.setNumber("Mesh.Algorithm3D", DELAUNAY)
-            _generate(gmsh, dimension, f"{what} again, by the slower method", shapes, path, told)
-            return
         said = "; ".join(m for m in gmsh.logger.get() if m.startswith("Error")) or str(problem)
-        raise MeshError(
+        raise Unmeshable(
             f"{path.name}: gmsh cannot mesh {what}: {said}.{_place_of(said, shapes)} Remedy: another size; or remove "
             "the detail where the part was made: a face that crosses itself or a neighbour, or a sliver"
         ) from problem

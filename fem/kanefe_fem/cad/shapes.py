@@ -148,8 +148,8 @@ class Shapes:
 
     @property
     def extent(self) -> np.ndarray:
-        """Sides of the box around all solids, m, shape (3,)."""
-        return np.asarray(np.max([s.high for s in self.solids], axis=0) - np.min([s.low for s in self.solids], axis=0))
+        """Sides of the box around points on all faces, m, shape (3,): boxes of OpenCASCADE are too large."""
+        return np.asarray(np.ptp(np.concatenate([face.points for s in self.solids for face in s.faces]), axis=0))
 
     @property
     def size(self) -> float:

@@ -252,7 +252,7 @@ def test_a_mesher_that_ends_the_program_is_followed_by_the_slower_one(step, tmp_
         "import os\n"
         "from kanefe_fem.cad.worker import mesh as whole, opened, read\n"
         "def mesh(state, job, told):\n"
-        "    if job.method == 10:\n"
+        "    if job.method == 10:  # HXT\n"
         "        os._exit(1)\n"
         "    return whole(state, job, told)\n"
     )
